@@ -77,9 +77,9 @@ def kernel_of(routine: kn.Handle, x: Array) -> Kernel:
 
 def kane_compile(eom: kn.Equations) -> float:
     """Seconds to compile the right-hand side, nothing read from a cache or left in one; LLVM itself is loaded before."""
-    from kane.program.native import machine_code
+    from kane.program.native import machine
 
-    machine_code.host()
+    machine.host()
     start = time.perf_counter()
     eom.compile(cache=False)
     return time.perf_counter() - start

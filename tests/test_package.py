@@ -106,7 +106,7 @@ def test_warnings_are_kane_s_and_point_at_the_caller():
     warned = [(p, call) for p in SOURCES for name, call in calls(p) if name.split(".")[-1] in ("warn", "warn_explicit")]
     assert warned
     for path, call in warned:
-        if ast.unparse(call.func) == "warn":  # of program/native/callers.py, whose own call comes here too
+        if ast.unparse(call.func) == "warn":  # of errors.py, whose own call comes here too
             assert len(call.args) == 1, path
             continue
         assert ast.unparse(call.func) == "warnings.warn", path

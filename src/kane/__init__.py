@@ -130,40 +130,35 @@ _NAMES = {
     "expr.taylor_series": "taylor",
     "interop.sympy": "from_sympy to_sympy",
     "model.beams.beam": "Beam",
-    "model.beams.section": "tapered",
+    "model.beams.deformation": "tapered",
     "model.beams.shapes": "ModeShapes mode_shapes",
     "model.bodies": "Particle RigidBody",
     "model.constraints":
         "Constraint coincident configuration_constraint distance motion_constraint no_slip parallel "
         "perpendicular rolling touching",
     "model.declarations": "Event",
-    "model.distributed": "line_load pressure_on_disk pressure_on_rectangle",
-    "model.field_loads": "buoyancy gravitation gravity_moment linear_drag quadratic_drag",
+    "model.field_loads":
+        "buoyancy gravitation gravity_moment line_load linear_drag pressure_on_disk pressure_on_rectangle "
+        "quadratic_drag",
     "model.force_systems": "ForceSystem Wrench force_system",
-    "model.friction": "dry_friction friction",
-    "model.inertia":
-        "box central_inertia cylindrical_shell inertia parallel_axis ring rod solid_cone solid_cylinder "
-        "solid_sphere spherical_shell thin_disk",
     "model.joints.closing":
         "close_ball close_cylindrical close_pin close_planar close_screw close_slider close_universal "
         "close_weld",
-    "model.joints.contact": "Contact disk_on_plane sphere_on_plane torus_on_plane",
-    "model.joints.crossed_gears": "bevel_pair worm_pair",
-    "model.joints.gears": "gear_pair rack_and_pinion",
+    "model.joints.contact": "Contact disk_on_plane dry_friction friction sphere_on_plane torus_on_plane",
+    "model.joints.gears": "bevel_pair gear_pair rack_and_pinion worm_pair",
     "model.joints.joint": "Joint",
-    "model.joints.lower_pairs": "cylindrical pin planar screw slider universal weld",
-    "model.joints.spherical": "ball free",
+    "model.joints.tree_joints": "ball cylindrical free pin planar screw slider universal weld",
     "model.loads":
         "Force Gravity Load Torque action_reaction gravity linear_damper linear_spring torque_pair "
         "torsional_damper torsional_spring",
     "model.mass":
         "composite inertia_about inertia_matrix inertia_vector mass_center moment_of_inertia "
-        "product_of_inertia radius_of_gyration",
-    "model.principal": "Principal principal",
+        "Principal principal product_of_inertia radius_of_gyration",
     "model.reactions": "auxiliary_speed reaction",
     "model.solids":
-        "circular_arc circular_sector ellipsoid frustum half_cylinder hemisphere rectangular_plate "
-        "right_triangle torus triangular_plate",
+        "box central_inertia circular_arc circular_sector cylindrical_shell ellipsoid frustum half_cylinder "
+        "hemisphere inertia parallel_axis rectangular_plate right_triangle ring rod solid_cone solid_cylinder "
+        "solid_sphere spherical_shell thin_disk torus triangular_plate",
     "model.system": "System",
     "motion.solution.accuracy": "Accuracy",
     "motion.inputs.functions": "Signal signal",

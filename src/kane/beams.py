@@ -2,7 +2,7 @@
 """Flexible beams and their mode shapes."""
 
 from kane.model.beams.beam import Beam
-from kane.model.beams.section import tapered
+from kane.model.beams.deformation import tapered
 from kane.model.beams.shapes import ModeShapes, mode_shapes
 
 __all__ = [

@@ -5,6 +5,9 @@ Every message says what was expected, what came, where, and the cure.
 """
 
 import difflib
+import os
+import sys
+import warnings
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, NoReturn
 
@@ -144,6 +147,17 @@ class StiffeningWarning(KaneWarning):
 
 class ModesWarning(KaneWarning):
     """A beam has too few functions for the motion that it makes."""
+
+
+_HERE = os.path.dirname(os.path.abspath(__file__))
+
+
+def warn(message: str) -> None:
+    """A `KaneWarning` at the innermost line outside of kane."""
+    frame, level = sys._getframe(), 1
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(_HERE):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(message, KaneWarning, stacklevel=level)
 
 
 __all__ = [

@@ -13,11 +13,9 @@ from kane.model.joints.closing import (
     close_weld,
 )
 from kane.model.joints.contact import Contact, disk_on_plane, sphere_on_plane, torus_on_plane
-from kane.model.joints.crossed_gears import bevel_pair, worm_pair
-from kane.model.joints.gears import gear_pair, rack_and_pinion
+from kane.model.joints.gears import bevel_pair, gear_pair, rack_and_pinion, worm_pair
 from kane.model.joints.joint import Joint
-from kane.model.joints.lower_pairs import cylindrical, pin, planar, screw, slider, universal, weld
-from kane.model.joints.spherical import ball, free
+from kane.model.joints.tree_joints import ball, cylindrical, free, pin, planar, screw, slider, universal, weld
 
 __all__ = [
     "Contact",

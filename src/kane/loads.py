@@ -2,10 +2,18 @@
 """Forces and torques, springs, dampers, drag, gravitation, friction, and systems of forces."""
 
 from kane.dynamics.readings.contributions import Noncontributing
-from kane.model.distributed import line_load, pressure_on_disk, pressure_on_rectangle
-from kane.model.field_loads import buoyancy, gravitation, gravity_moment, linear_drag, quadratic_drag
+from kane.model.field_loads import (
+    buoyancy,
+    gravitation,
+    gravity_moment,
+    line_load,
+    linear_drag,
+    pressure_on_disk,
+    pressure_on_rectangle,
+    quadratic_drag,
+)
 from kane.model.force_systems import ForceSystem, Wrench, force_system
-from kane.model.friction import dry_friction, friction
+from kane.model.joints.contact import dry_friction, friction
 from kane.model.loads import (
     Force,
     Gravity,

@@ -1,12 +1,32 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Inertia of uniform solids, shells, plates and wires, and mass properties of what is composed of them."""
 
-from kane.model.inertia import (
+from kane.model.mass import (
+    Principal,
+    composite,
+    inertia_about,
+    inertia_matrix,
+    inertia_vector,
+    mass_center,
+    moment_of_inertia,
+    principal,
+    product_of_inertia,
+    radius_of_gyration,
+)
+from kane.model.solids import (
     box,
     central_inertia,
+    circular_arc,
+    circular_sector,
     cylindrical_shell,
+    ellipsoid,
+    frustum,
+    half_cylinder,
+    hemisphere,
     inertia,
     parallel_axis,
+    rectangular_plate,
+    right_triangle,
     ring,
     rod,
     solid_cone,
@@ -14,27 +34,6 @@ from kane.model.inertia import (
     solid_sphere,
     spherical_shell,
     thin_disk,
-)
-from kane.model.mass import (
-    composite,
-    inertia_about,
-    inertia_matrix,
-    inertia_vector,
-    mass_center,
-    moment_of_inertia,
-    product_of_inertia,
-    radius_of_gyration,
-)
-from kane.model.principal import Principal, principal
-from kane.model.solids import (
-    circular_arc,
-    circular_sector,
-    ellipsoid,
-    frustum,
-    half_cylinder,
-    hemisphere,
-    rectangular_plate,
-    right_triangle,
     torus,
     triangular_plate,
 )

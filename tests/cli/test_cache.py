@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 import kane as kn
 from kane.cli import app
 from kane.gallery.pendulums import system as chain
-from kane.program import machine_code
+from kane.program import machine
 
 
 def invoke(*words):
@@ -42,7 +42,7 @@ def test_second_compilation_reads_the_first(folder, monkeypatch):
     def refuse(*_):
         raise AssertionError("compiled again")
 
-    monkeypatch.setattr(machine_code, "object_code", refuse)
+    monkeypatch.setattr(machine, "object_code", refuse)
     assert np.array_equal(eom.compile().rhs(0.0, x), first)
     with pytest.raises(AssertionError, match="compiled again"):
         eom.compile(cache=False)

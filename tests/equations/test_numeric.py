@@ -10,7 +10,7 @@ import pytest
 import kane as kn
 from kane.gallery import load
 from kane.motion import constraint_numbers, rates, unembedded
-from kane.program import host, machine_code
+from kane.program import host, machine
 
 EXACT = kn.Settings(contract=False, cache=False)
 FRESH = kn.Settings(cache=False)
@@ -29,7 +29,7 @@ def compiled(monkeypatch):
         modules.append((text, on, cached))
         return compile_text(text, on, symbols, cached)
 
-    compile_text = machine_code.compile_text
+    compile_text = machine.compile_text
     monkeypatch.setattr("kane.program.native.machine.compile_text", spied)
     return modules
 

@@ -16,8 +16,7 @@ from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.equations.state import State
 from kane.expr.node import Expr
-from kane.model.beams.beam import Beam
-from kane.model.beams.doubts import across, doubts
+from kane.model.beams.beam import Beam, across, doubts
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number, named_values
 from kane.numeric.newton import improved

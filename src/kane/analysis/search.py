@@ -14,7 +14,7 @@ from kane.dynamics.constraints.manifold import LevelSet, turned_closures
 from kane.numeric.arrays import Array
 from kane.numeric.newton import Closed
 from kane.numeric.rank import singular
-from kane.numeric.sampling import SEED
+from kane.numeric.sampling import ASSEMBLY_SEED
 from kane.numeric.scale import CLOSED, ONE_POSITION, ROUNDED_ROOT, STATE_RANK
 
 TRIES = (60, 400, 1600)
@@ -88,7 +88,7 @@ class Search:
 
     def found(self, thorough: bool = False) -> Found:
         """What the tries lead to, the `thorough` ones at once."""
-        rng = np.random.default_rng(SEED)
+        rng = np.random.default_rng(ASSEMBLY_SEED)
         nearest, turned, starts = None, "", 0
         for count in TRIES[1 if thorough else 0 :]:
             starts += count

@@ -24,8 +24,8 @@ from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, StateVariable, Sy
 from kane.kinematics.aligned import AS_DECLARED, Aligned, aligned_bases
 from kane.kinematics.constraints import ConstraintRows, constraint_rows
 from kane.kinematics.definitions import generalized_speeds
+from kane.kinematics.matching import Sample
 from kane.kinematics.motion import Contact, Kinematics, Motion, acceleration_form, cuts_of, velocity_form
-from kane.kinematics.sample import Sample
 from kane.kinematics.speeds import Speeds
 from kane.model.bodies import Body
 from kane.model.loads import Load

@@ -28,8 +28,8 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Speed, Symbols
 from kane.kinematics.motion import Kinematics, Motion, acceleration_form, velocity_form
-from kane.model.scaffold import placed, scaffold
-from kane.model.survey import geometry, places
+from kane.model.declarations import geometry, places
+from kane.model.system import placed, scaffold
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector

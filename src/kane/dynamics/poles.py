@@ -22,7 +22,7 @@ from kane.expr.matrix import dot
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Coordinate
 from kane.expr.visit import substituted
-from kane.model.completed import constraint_rate
+from kane.model.variables import constraint_rate
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.bounds import bounded
 from kane.numeric.rank import balance, balanced, level, singular

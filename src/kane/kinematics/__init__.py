@@ -8,13 +8,11 @@ __getattr__ = offered(
     {
         "aligned": "AS_DECLARED aligned_bases",
         "constraints": "placed_form constraint_rows",
-        "definitions": "generalized_speeds",
+        "definitions": "generalized_speeds turned",
         "freedoms": "Unsuited",
-        "matching": "Matching",
+        "matching": "Matching Sample",
         "motion": "Following Kinematics",
         "pulls": "rows_along_tree",
-        "quaternion_rates": "turned",
-        "sample": "Sample",
         "tree": "links_of",
     },
 )

@@ -23,8 +23,19 @@ import numpy as np
 from kane.expr.build import add, cos, div, mul, sin, sub
 from kane.expr.differentiation import time_derivative
 from kane.expr.node import ZERO, Expr, constant, pi
-from kane.kinematics.given_cosines import Alpha, Angle, are_numbers, exact, times, turn_about
-from kane.kinematics.placement import Node, Placed, Seat, placed_frames, shifts
+from kane.kinematics.placement import (
+    Alpha,
+    Angle,
+    Node,
+    Placed,
+    Seat,
+    are_numbers,
+    exact,
+    placed_frames,
+    shifts,
+    times,
+    turn_about,
+)
 from kane.numeric.arrays import Array
 from kane.numeric.rotations import rounded, zxz
 from kane.numeric.scale import LAST_DIGIT

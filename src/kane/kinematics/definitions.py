@@ -1,26 +1,44 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The definitions of the generalized speeds, read, checked and inverted."""
+"""The definitions of the generalized speeds, read, checked and inverted.
+
+Three rows of Y that are direction cosines C need no elimination, whose divisors would be 1: C⁻¹ = Cᵀ. They are those of speeds that
+measure an angular velocity, in the quasi-rates of Euler parameters, or a velocity along perpendicular axes. Where an angular velocity
+is measured along the axes that the frame turns in, ė follows without C (Kane, Likins & Levinson 1983, sec. 1.13):
+
+    ė0 = −½ e·Ω,   ė = ½ (e0 Ω + Ω × e)
+
+Speeds that measure the whole angular velocity of one link after the other have rows of Y that hold those of the links before. With ω
+of a link along axes fixed in the base, in the link or in the one before, three rows are
+
+    u_i = D_i b_i + T u_j + q̇ …
+
+where b_i are rates of the joint's own, D_i are direction cosines of these, and T turns the measure numbers of the link before. So
+b_i = D_i⁻¹ (u_i − T u_j): W has two blocks a link. Eliminated as it stands Y fills W below its diagonal, with terms that cancel as
+axes are perpendicular, which no rewriting sees.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from kane.errors import SingularError, SpeedsError, cut
-from kane.expr.build import mul, neg, sub
-from kane.expr.evaluation import evaluate, free_symbols
-from kane.expr.irreducible import structural_rank
+from kane.expr.build import add, mul, neg, sub
+from kane.expr.evaluation import Walk, evaluate, free_symbols
+from kane.expr.irreducible import blocks, matched_columns, structural_rank
 from kane.expr.linear_parts import affine_forms
-from kane.expr.matrix import Matrix
-from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.matrix import Matrix, dot
+from kane.expr.node import ONE, ZERO, Expr, constant
 from kane.expr.solve import invert
-from kane.expr.symbols import QuasiRate, Rate, Speed, Symbols, input_of, rate
+from kane.expr.symbols import Coordinate, QuasiRate, Rate, Speed, Symbols, input_of, rate
 from kane.expr.visit import substituted
-from kane.kinematics.chained import chained
-from kane.kinematics.quaternion_rates import blocks, rates_along, turned
 from kane.kinematics.speeds import Speeds, is_rate
 from kane.model.system import System
-from kane.model.variables import basic_rates, rates_by_quasi
+from kane.model.variables import EulerParameters, basic_rates, rates_by_quasi
+from kane.numeric.arrays import Array
 from kane.numeric.rank import null_direction
-from kane.numeric.sampling import SEED, draw, unit, values_of
-from kane.numeric.scale import SPEEDS_RANK, TAKES_PART
+from kane.numeric.sampling import SEED, SEEDS, draw, unit, values_of
+from kane.numeric.scale import ROUNDED_CHAIN, SPEEDS_RANK, TAKES_PART
 
 
 def generalized_speeds(system: System) -> Speeds:
@@ -76,7 +94,7 @@ def _inverted(
     for s, found in perpendicular.items():
         for k, i in enumerate(found.places):
             dense[i] = [ONE if b is s.quasi[k] else ZERO for b in rates]
-    turning = blocks(rows, system.euler_parameters)
+    turning = cosine_blocks(rows, system.euler_parameters)
     for block in turning:
         for i, own in zip(block.places, block.rates, strict=True):
             dense[i] = [ONE if b is own else ZERO for b in rates]
@@ -171,3 +189,223 @@ def _groups(rates: list[Expr], rows: list[dict[Expr, Expr]]) -> dict[Expr, int]:
         if len(joined) > 1:
             group = {b: target if g in joined else g for b, g in group.items()}
     return group
+
+
+# Rows that are direction cosines ------------------------------------------------------------------------------------
+
+_AXES = 3
+"""Measure numbers of a vector."""
+
+
+class Turned(NamedTuple):
+    """Three rows of Y that are direction cosines of a set of Euler parameters, by their places, and their entries.
+
+    `along` are the places of those along the axes of the frame that the set turns in, in their order; None where they are others.
+    """
+
+    places: tuple[int, ...]
+    cosines: Matrix
+    along: tuple[int, ...] | None
+
+
+def turned(group: EulerParameters, rows: Sequence[Mapping[Expr, Expr]]) -> Turned | None:
+    """The rows of a set; None where they are not direction cosines, or other rows hold its quasi-rates too."""
+    own = set(group.quasi)
+    places = tuple(i for i, row in enumerate(rows) if not own.isdisjoint(row))
+    if len(places) != len(group.quasi) or not all(own.issuperset(rows[i]) for i in places):
+        return None
+    cosines = Matrix([[rows[i].get(w, ZERO) for w in group.quasi] for i in places])
+    if not set(free_symbols(cosines.entries)) <= set(group.coordinates):
+        return None
+    pairs = [_sample(group, cosines, seed) for seed in SEEDS]
+    if any(np.abs(c @ c.T - np.eye(3)).max() > ROUNDED_CHAIN for c, _ in pairs):
+        return None
+    return Turned(places, cosines, _along(places, pairs))
+
+
+def _sample(group: EulerParameters, cosines: Matrix, seed: int) -> tuple[Array, Array]:
+    """The rows, and the direction cosines of the set, at unit Euler parameters."""
+    drawn = np.array([draw(seed, s, -1.0, 1.0) for s in group.coordinates])
+    e = drawn / np.linalg.norm(drawn)
+    e0, v = e[0], e[1:]
+    cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+    numbers = evaluate(cosines, dict(zip(group.coordinates, e.tolist(), strict=True)))
+    return np.asarray(numbers, dtype=float), (e0**2 - v @ v) * np.eye(3) + 2 * np.outer(v, v) + 2 * e0 * cross
+
+
+def _along(places: tuple[int, ...], pairs: Sequence[tuple[Array, Array]]) -> tuple[int, ...] | None:
+    found = [
+        place
+        for axis in range(3)
+        for k, place in enumerate(places)
+        if all(np.abs(c[k] - whole[axis]).max() <= ROUNDED_CHAIN for c, whole in pairs)
+    ]
+    return tuple(found) if len(found) == len(places) else None
+
+
+class Block(NamedTuple):
+    """Three rows of Y that are direction cosines between rates of lengths, by their places, the rates, and the entries."""
+
+    places: tuple[int, ...]
+    rates: tuple[Expr, ...]
+    cosines: Matrix
+
+
+def cosine_blocks(rows: Sequence[Mapping[Expr, Expr]], sets: Sequence[EulerParameters]) -> list[Block]:
+    """The rows of speeds that measure a velocity along perpendicular axes which turn: v along a body, by ẋ, ẏ, ż."""
+    found = []
+    for support in {frozenset(row): tuple(row) for row in rows if len(row) == _AXES}.values():
+        own = set(support)
+        places = tuple(i for i, row in enumerate(rows) if not own.isdisjoint(row))
+        if len(places) != len(support) or not all(own.issuperset(rows[i]) for i in places):
+            continue
+        cosines = Matrix([[rows[i].get(b, ZERO) for b in support] for i in places])
+        if _perpendicular(cosines, sets):
+            found.append(Block(places, support, cosines))
+    return found
+
+
+def _perpendicular(cosines: Matrix, sets: Sequence[EulerParameters]) -> bool:
+    """Whether C Cᵀ = 1 at all samples, at which sets of Euler parameters are unit ones."""
+    symbols = free_symbols(cosines.entries)
+    if not symbols or not all(isinstance(s, Coordinate) for s in symbols):
+        return False
+    for seed in SEEDS:
+        values = {s: draw(seed, s, -1.0, 1.0) for s in (*symbols, *(e for group in sets for e in group.coordinates))}
+        c = np.asarray(evaluate(cosines, unit(values, (s.coordinates for s in sets))), dtype=float)
+        if np.abs(c @ c.T - np.eye(len(c))).max() > ROUNDED_CHAIN:
+            return False
+    return True
+
+
+def rates_along(group: EulerParameters, w: Sequence[Expr]) -> tuple[Expr, ...]:
+    """ė from the angular velocity along the axes that the frame turns in."""
+    e0, *e = group.coordinates
+    half = constant(0.5)
+    first = neg(mul(half, add(add(mul(e[0], w[0]), mul(e[1], w[1])), mul(e[2], w[2]))))
+    rest = []
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        cross = add(mul(w[i], e[j]), neg(mul(w[j], e[i])))
+        rest.append(mul(half, add(mul(e0, w[k]), cross)))
+    return (first, *rest)
+
+
+Row = Mapping[Expr, Expr]
+
+
+class Chained(NamedTuple):
+    """The rows of Y without what they hold of other speeds' rows, and T by the numbers of these."""
+
+    rows: list[dict[Expr, Expr]]
+    shares: list[dict[int, Expr]]
+
+    def beyond(self, i: int, speeds: Sequence[Expr], z: Sequence[Expr]) -> Expr:
+        """D b of a row, (u − z) less what it has of other speeds."""
+        total = sub(speeds[i], z[i])
+        for j, c in self.shares[i].items():
+            total = sub(total, mul(c, sub(speeds[j], z[j])))
+        return total
+
+    def whole(self, inverse: Mapping[Expr, Row], speeds: Sequence[Expr]) -> dict[Expr, dict[Expr, Expr]]:
+        """W by rate and speed, from that of the rows apart."""
+        shares = {speeds[i]: {speeds[j]: c for j, c in own.items()} for i, own in enumerate(self.shares) if own}
+        if not shares:
+            return {b: dict(row) for b, row in inverse.items()}
+        found: dict[Expr, dict[Expr, Expr]] = {}
+        for b, row in inverse.items():
+            total = dict(row)
+            for u, w in row.items():
+                for v, c in shares.get(u, {}).items():
+                    total[v] = sub(total.get(v, ZERO), mul(w, c))
+            found[b] = {u: w for u, w in total.items() if w is not ZERO}
+        return found
+
+
+def chained(rows: Sequence[Row], rates: Sequence[Expr], sets: Sequence[EulerParameters]) -> Chained:
+    """The rows apart; those that are no such sums stay whole."""
+    found = Chained([dict(row) for row in rows], [{} for _ in rows])
+    if not any(len(row) > _AXES for row in rows):
+        return found
+    dense = [[row.get(b, ZERO) for b in rates] for row in rows]
+    match = matched_columns(dense)
+    if min(match, default=0) < 0:
+        return found
+    irreducible = _by_set(blocks(dense, match), [rates[k] for k in match], sets)
+    own = [{rates[match[i]]: None for i in block} for block in irreducible]
+    holder = {b: k for k, of in enumerate(own) for b in of}
+    held = [{holder[b] for i in block for b in rows[i]} for block in irreducible]
+    plain = {next(iter(row)): i for i, row in enumerate(rows) if is_rate(row)}
+    for k, block in enumerate(irreducible):
+        others = sorted(held[k] - {k})
+        before = max(others, key=lambda j: len(held[j]), default=None)
+        if before is None or len(block) != _AXES or len(irreducible[before]) != _AXES:
+            continue
+        beside = [b for j in others if j not in held[before] for b in own[j]]
+        if not plain.keys() >= set(beside):
+            continue
+        inner = {*beside, *own[k]}
+        left = [{b: c for b, c in rows[i].items() if b not in inner} for i in block]
+        shares = _equal(left, rows, irreducible[before]) or _turned_before(
+            left, rows, irreducible[before], own[before], sets
+        )
+        for i, share in zip(block, shares or (), strict=shares is not None):
+            found.shares[i].update(share | {plain[b]: rows[i][b] for b in beside if b in rows[i]})
+            found.rows[i] = {b: c for b, c in rows[i].items() if b in own[k]}
+    return found
+
+
+def _by_set(irreducible: Sequence[list[int]], own: Sequence[Expr], sets: Sequence[EulerParameters]) -> list[list[int]]:
+    """The blocks, those of the quasi-rates of one set of Euler parameters together; `own` are the rates that rows give."""
+    whole: dict[Expr, int] = {w: k for k, group in enumerate(sets) for w in group.quasi}
+    found: dict[object, list[int]] = {}
+    for number, block in enumerate(irreducible):
+        owners = {whole.get(own[i]) for i in block}
+        found.setdefault(owners.pop() if len(owners) == 1 and None not in owners else (number,), []).extend(block)
+    return list(found.values())
+
+
+def _equal(left: Sequence[Row], rows: Sequence[Row], block: Sequence[int]) -> list[dict[int, Expr]] | None:
+    """T where what is left of each row is another row."""
+    places = {frozenset(rows[i].items()): i for i in block}
+    found = [places.get(frozenset(row.items())) for row in left]
+    return None if None in found else [{i: ONE} for i in found if i is not None]
+
+
+def _turned_before(
+    left: Sequence[Row], rows: Sequence[Row], block: Sequence[int], own: Iterable[Expr], sets: Sequence[EulerParameters]
+) -> list[dict[int, Expr]] | None:
+    """T = P Dᵀ of what is left, P of the rates `own` of the rows before, where D Dᵀ = 1 and nothing else is left."""
+    columns = sorted({b for i in block for b in rows[i]} | {b for row in left for b in row}, key=lambda b: b.key)
+    y = [[rows[i].get(b, ZERO) for b in columns] for i in block]
+    p = [[row.get(b, ZERO) for b in columns] for row in left]
+    numbers = _values([*y, *p], sets)
+    before, after = numbers[: len(y)], numbers[len(y) :]
+    place = {b: k for k, b in enumerate(columns)}
+    inner = [place[b] for b in own]
+    d = before[:, inner]
+    turn = np.einsum("ik...,jk...->ij...", after[:, inner], d)
+    gram = np.einsum("ik...,jk...->ij...", d, d)
+    sizes = np.abs(after) + np.einsum("ij...,jk...->ik...", np.abs(turn), np.abs(before))
+    off = np.abs(after - np.einsum("ij...,jk...->ik...", turn, before))
+    if not (
+        np.all(np.abs(gram - np.eye(len(inner))[..., None]) <= ROUNDED_CHAIN) and np.all(off <= ROUNDED_CHAIN * sizes)
+    ):
+        return None
+    return [
+        {
+            j: x
+            for j, line in zip(block, y, strict=True)
+            if (x := dot([row[k] for k in inner], [line[k] for k in inner])) is not ZERO
+        }
+        for row in p
+    ]
+
+
+def _values(rows: Sequence[Sequence[Expr]], sets: Sequence[EulerParameters]) -> Array:
+    """Values (rows × columns × samples), Euler parameters being those of rotations."""
+    walk = Walk([x for row in rows for x in row])
+    values = {s: np.array([draw(seed, s, -1.0, 1.0) for seed in SEEDS]) for s in walk.symbols}
+    values = unit(values, (group.coordinates for group in sets))
+    found = np.array([np.broadcast_to(x, len(SEEDS)) for x in walk(values)], dtype=float)
+    return found.reshape(len(rows), -1, len(SEEDS))

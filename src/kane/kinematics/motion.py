@@ -17,8 +17,7 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import CONST
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Speed, Symbol, Time, input_of, rate
 from kane.kinematics.aligned import AS_DECLARED, Aligned
-from kane.kinematics.matching import Matching
-from kane.kinematics.sample import Sample
+from kane.kinematics.matching import Matching, Sample
 from kane.kinematics.speeds import ScalarForm, Speeds
 from kane.model.reactions import cut_of
 from kane.space.point import Point

@@ -6,13 +6,12 @@ from kane.lazy_imports import offered
 __getattr__ = offered(
     __name__,
     {
-        "beams.functions": "FAMILIES",
-        "beams.integrals": "foreshortening moments_beyond",
-        "bodies": "Part",
+        "beams.shapes": "FAMILIES",
+        "beams.deformation": "foreshortening moments_beyond",
+        "bodies": "Part check_inertia check_mass",
         "constraints": "as_constraints",
-        "inertia": "Inertia",
-        "plausible": "check_inertia check_mass",
         "reactions": "constraint_of cut_of",
+        "solids": "Inertia",
         "system": "gravity_load total_mass",
     },
 )

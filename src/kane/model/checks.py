@@ -1,12 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Local checks of a system's declarations: what can be said before anything is derived."""
+"""Local checks of a system's declarations: what is refused before anything is derived, and what is probably not meant.
 
-from collections.abc import Iterable, Mapping
+Warned of are models that can be computed: gravity that turns with a body, contacts of another frame or on the other side.
+"""
+
+import warnings
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from kane import expect
-from kane.errors import ModelError, ReactionError, cut
-from kane.expr.node import Expr
+from kane.errors import KaneWarning, ModelError, ReactionError, cut
+from kane.expr.evaluation import evaluate, free_symbols
+from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import (
     AuxiliarySpeed,
     Coordinate,
@@ -19,42 +25,40 @@ from kane.expr.symbols import (
     declared,
     input_of,
 )
-from kane.model.bodies import Body, Particle, RigidBody
+from kane.model.bodies import Body, Part, Particle, RigidBody
 from kane.model.constraints import Constraint
-from kane.model.declarations import Event
-from kane.model.joints.joint import Joint
+from kane.model.declarations import Declarations, geometry
 from kane.model.loads import Gravity, Load
 from kane.model.reactions import constraint_of, cut_of
 from kane.model.variables import EulerParameters
+from kane.numeric.sampling import SEEDS, sample, value_of
+from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.rotation import Basis
+from kane.space.vector import Dyadic, Vector, angular_velocity
 
 
-def listed(what: str, items: Any) -> tuple[Any, ...]:
-    """What stands in a list."""
-    return expect.items(items, f"{what}= to be a list", f"Write {what}=[…] around it.")
-
-
-def check_listed(what: str, items: Iterable[Any], kind: type, made_by: str) -> None:
-    """Items of one kind."""
+def listed(what: str, given: Any, kind: type = object, made_by: str = "", named: bool = False) -> tuple[Any, ...]:
+    """What stands in a list, all of one kind; no two of one name where they are `named`."""
+    items = expect.items(given, f"{what}= to be a list", f"Write {what}=[…] around it.")
     expect.instances(items, kind, f"{what}= made by {made_by}")
+    if named:
+        expect.different((item.name for item in items), f"{what} of different names")
+    return items
 
 
 def check_inertial(frame: Any) -> None:
     """A root frame."""
-    if not isinstance(frame, Frame) or frame.parent is not None:
-        raise ModelError(
-            f'Expected a root frame as the inertial frame, got {cut(repr(frame))}. Make one with kn.Frame("N") and give it first.'
-        )
+    cure = 'Make one with kn.Frame("N") and give it first.'
+    expect.that(isinstance(frame, Frame) and frame.parent is None, "a root frame as the inertial frame", frame, cure)
 
 
 def check_loads(loads: Iterable[Any]) -> None:
     """Loads and gravity."""
-    expect.instances(
-        loads,
-        (Load, Gravity),
-        "loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …",
-        "Say where it acts: kn.Force(point, vector), kn.Torque(frame, vector).",
-    )
+    expected = "loads from kn.Force, kn.Torque, kn.gravity, kn.linear_spring, …"
+    cure = "Say where it acts: kn.Force(point, vector), kn.Torque(frame, vector)."
+    expect.instances(loads, (Load, Gravity), expected, cure)
 
 
 def check_bodies(bodies: tuple[Body, ...]) -> None:
@@ -62,36 +66,15 @@ def check_bodies(bodies: tuple[Body, ...]) -> None:
     if not bodies:
         raise ModelError("Expected at least one body, got none: nothing has mass.")
     for b in bodies:
-        if not isinstance(b, RigidBody | Particle) and not isinstance(b, Body):
-            raise ModelError(
-                f"Expected bodies from kn.RigidBody or kn.Particle, got {cut(repr(b))}. A point or frame has no mass: "
-                "make a body of it."
-            )
-    twice = _repeated([b.name for b in bodies])
+        cure = "A point or frame has no mass: make a body of it."
+        right = isinstance(b, RigidBody | Particle | Body)
+        expect.that(right, "bodies from kn.RigidBody or kn.Particle", b, cure)
+    twice = sorted(name for name, count in Counter(b.name for b in bodies).items() if count > 1)
     if twice:
         raise ModelError(
             f"Expected bodies of different names, got {', '.join(twice)} more than once. Results are read by name: rename one, or "
             "list it once."
         )
-
-
-def check_events(events: Iterable[Any]) -> None:
-    """Events, no two of one name: a motion names those that it met."""
-    _check_named("events", events, Event, "kn.Event(name, quantity)")
-
-
-def check_joints(joints: Iterable[Any]) -> None:
-    """Joints, no two of one name."""
-    _check_named("joints", joints, Joint, "kn.pin, kn.slider, …")
-
-
-def _check_named(what: str, items: Iterable[Any], kind: type, made_by: str) -> None:
-    check_listed(what, items, kind, made_by)
-    expect.different((item.name for item in items), f"{what} of different names")
-
-
-def _repeated(names: list[str]) -> list[str]:
-    return sorted({n for n in names if names.count(n) > 1})
 
 
 def check_names(symbols: Iterable[Symbol]) -> None:
@@ -151,11 +134,10 @@ def check_reactions(
     symbols: Iterable[Symbol], reactions: tuple[Reaction, ...], auxiliary: tuple[AuxiliarySpeed, ...]
 ) -> None:
     """Each reaction in a load is listed; explicit auxiliary speeds and bare reactions are equally many."""
-    listed = dict.fromkeys(reactions)
-    if len(listed) < len(reactions):
+    if len(set(reactions)) < len(reactions):
         raise ReactionError("Expected each reaction once in reactions=, got one twice.")
     for s in symbols:
-        if isinstance(s, Reaction) and s not in listed:
+        if isinstance(s, Reaction) and s not in set(reactions):
             raise ReactionError(f"The reaction {s} is used in a load but not listed: add it to System(reactions=[…]).")
     bare = [r for r in reactions if cut_of(r) is None and constraint_of(r) is None]
     if len(bare) != len(auxiliary):
@@ -178,27 +160,217 @@ def check_constraints(constraints: tuple[Constraint, ...], reactions: tuple[Reac
             )
 
 
-def check_all_dependent(
-    coordinates: tuple[Any, ...],
-    ordered: Iterable[Any],
-    speeds: tuple[Any, ...],
-    definitions: Mapping[Any, Any],
-    constraints: Iterable[Constraint],
+def check_dependent(
+    what: str, dependent: tuple[Any, ...], known: Iterable[Any], constraints: Iterable[Constraint], *kinds: str
 ) -> None:
-    """No more dependent coordinates and speeds than constraints give, each the system's own."""
-    kinds = [c.kind for c in constraints]
-    check_dependent("coordinates", coordinates, ordered, kinds.count("configuration"), "dependent_coordinates")
-    check_dependent("speeds", speeds, definitions, len(kinds), "dependent_speeds")
-
-
-def check_dependent(what: str, dependent: tuple[Any, ...], own: Iterable[Any], most: int, argument: str) -> None:
-    """Dependent coordinates or speeds are the system's own, each once, and as many as the constraints can fix."""
-    names = ", ".join(map(str, dependent))
-    strangers = [str(s) for s in dependent if s not in set(own)]
-    if strangers or len(set(dependent)) < len(dependent):
-        raise ModelError(f"Expected {argument}= to list {what} of the system, each once, got {names}.")
+    """Dependent coordinates or speeds are the system's, each once, and at most as many as it has constraints of these kinds."""
+    names, most = ", ".join(map(str, dependent)), sum(c.kind in kinds for c in constraints)
+    if not set(dependent) <= set(known) or len(set(dependent)) < len(dependent):
+        raise ModelError(f"Expected dependent_{what}= to list {what} of the system, each once, got {names}.")
     if len(dependent) > most:
         raise ModelError(
-            f"Expected at most {most} dependent {what}, one a constraint, got {len(dependent)} in {argument}=: {names}. Leave it "
-            "out to have them chosen."
+            f"Expected at most {most} dependent {what}, one a constraint, got {len(dependent)} in dependent_{what}=: {names}. Leave "
+            "it out to have them chosen."
         )
+
+
+def state_rates(states: Any) -> dict[StateVariable, Expr]:
+    """The rate of each further state, which holds nothing that is known only after the equations are solved."""
+    expect.instance(states, Mapping, "states= to be a dict {a: rate, …}", "Give each state its rate: {a: (e - a)/tau}.")
+    rates: dict[StateVariable, Expr] = {}
+    for a, given in states.items():
+        if not isinstance(a, StateVariable):
+            raise ModelError(
+                f"Expected states from kn.state as keys of states=, got {cut(repr(a))} ({type(a).__name__}). Declare one: "
+                'a = kn.state("a").'
+            )
+        if isinstance(given, Vector | Dyadic):
+            raise ModelError(
+                f"Expected a scalar as the rate of the state {a}, got {cut(given)}. Use .dot(unit vector)."
+            )
+        rates[a] = as_expr(given)
+        for s in free_symbols([rates[a]]):
+            _check_known(a, s)
+    return rates
+
+
+def _check_known(a: StateVariable, s: Symbol) -> None:
+    if isinstance(s, Rate) and isinstance(s.place, StateVariable):
+        what, cure = f"the rate {s}", f"Write out what states= says of {s.place}"
+    elif isinstance(s, Reaction | AuxiliarySpeed):
+        what, cure = f"{s} ({type(s).__name__})", "Write what the reaction follows from, or a load in its place"
+    elif isinstance(s, Rate) and input_of(s) is None and not isinstance(s.place, Coordinate):
+        what, cure = (
+            f"the acceleration {s}",
+            "Take a state whose rate holds the speed in its place: a high-pass filter is the speed minus a low-pass filter of it",
+        )
+    else:
+        return
+    raise ModelError(
+        f"Expected the rate of the state {a} in coordinates, rates, speeds, states, parameters, inputs and time, got {what}, which is "
+        f"not known before the equations are solved. {cure}."
+    )
+
+
+def check_states(system: Declarations, symbols: Iterable[Symbol]) -> None:
+    """Every state has a rate; nothing by which motions are described depends on one."""
+    for s in symbols:
+        origin: Any = s.place if isinstance(s, Rate) else s
+        if not isinstance(origin, StateVariable):
+            continue
+        if origin not in system.states:
+            raise ModelError(
+                f"Expected a rate for the state {origin}, got none. Say it: System(states={{{origin}: …}}), an expression of "
+                "coordinates, speeds, states, parameters, inputs and time."
+            )
+        if origin is not s:
+            raise ModelError(
+                f"Expected loads and events in states themselves, got the rate {s}. Write out what states= says of {origin}."
+            )
+    without: dict[str, Iterable[Expr]] = {
+        "positions and orientations": geometry(system.frames, system.points),
+        "definitions of speeds": system.speeds.values(),
+        "constraints": [c.expr for c in system.constraints],
+    }
+    for kind, exprs in without.items():
+        inside = [s for s in free_symbols(exprs) if isinstance(s, StateVariable)]
+        if inside:
+            raise ModelError(
+                f"Expected {kind} without states, got {inside[0]} in them. States act by loads: a servo turns a joint by a torque "
+                "that follows from its state."
+            )
+
+
+def warn_of_doubts(
+    inertial: Frame, parts: Sequence[Part], gravities: Iterable[Gravity], constraints: Iterable[Constraint]
+) -> None:
+    """Warn once of each."""
+    messages = [*_turning(inertial, gravities)]
+    contacts = {c.forces[0][0]: c for c in constraints if c.normal is not None and c.forces}
+    for p, c in contacts.items():
+        messages += _contact(p, c, parts)
+    particles = dict.fromkeys(p for c in constraints if c.kind == "motion" for p, _ in c.forces)
+    messages += [text for p in particles for text in _carried(p, parts, inertial)]
+    edges: dict[Point, list[Constraint]] = {}
+    for c in constraints:
+        if c.kind == "motion" and c.normal is None and c.forces:
+            edges.setdefault(c.forces[0][0], []).append(c)
+    for p, along in edges.items():
+        messages += next(filter(None, ([*_edge(p, c, parts, inertial)] for c in along)), [])
+    for message in messages:
+        warnings.warn(message, KaneWarning, stacklevel=4)
+
+
+def _turning(inertial: Frame, gravities: Iterable[Gravity]) -> Iterator[str]:
+    for g in gravities:
+        components = list(g.acceleration.components(inertial))
+        if _depends_on_coordinates(components):
+            frames = ", ".join(f.name for f, _ in g.acceleration.parts)
+            yield (
+                f"Expected gravity {g.name!r} along a direction that stays, got {g.acceleration}, which turns as coordinates of the "
+                f"model change. Write it along {inertial.name} instead of {frames}: -g*{inertial.name}.z where that points up."
+            )
+
+
+def _depends_on_coordinates(exprs: Sequence[Expr]) -> bool:
+    symbols = free_symbols(exprs)
+    if not any(isinstance(s, Coordinate) for s in symbols):
+        return False
+
+    def at(seed: int) -> list[float]:
+        values = {s: value_of(s, seed if isinstance(s, Coordinate) else SEEDS[0]) for s in symbols}
+        return [float(x) for x in evaluate(exprs, values)]
+
+    first, *others = map(at, SEEDS)
+    size = max(map(abs, first))
+    return any(abs(a - b) > DECLARED * size for row in others for a, b in zip(first, row, strict=True))
+
+
+def _contact(p: Point, c: Constraint, parts: Sequence[Part]) -> Iterator[str]:
+    """What is wrong with the place at which a body rolls."""
+    assert c.normal is not None
+    near = [x for x in parts if x.frame is not None and _belongs(x.mass_center, p)]
+    home = p.body or _home(p)
+    label = c.name.rpartition(" ")[0] or c.name
+    if near and not any(x.frame is not None and home is not None and _fixed(x.frame, home) for x in near):
+        yield _of_another(p, near[-1], label)
+        return
+    for x in near:
+        heights = [sample([x.mass_center.position(p).dot(c.normal)], seed)[0] for seed in SEEDS]
+        if all(h < 0 for h in heights):
+            yield (
+                f"Expected the contact of {x.name!r} in {label!r} on the side from which the normal {c.normal} points to it, got "
+                f"{p.name} beyond its mass centre. Change the sign of the offset of {p.name}, or of the normal."
+            )
+
+
+def _edge(p: Point, c: Constraint, parts: Sequence[Part], inertial: Frame) -> Iterator[str]:
+    """A wheel's contact that moves otherwise, along what it must not slip, than the wheel whose centre it hangs on does there.
+
+    An edge along a direction of its own frame may be that of a frame without mass.
+    """
+    on = [x for x in parts if x.frame is not None and p.parent in (x.mass_center, x.mass_center.parent)]
+    wheels = [x for x in on if p.parent is x.mass_center]
+    for q, e in c.forces if wheels else ():
+        home = q.body or _home(q)
+        own = [f for f, _ in e.parts]
+        if home is not None and home is not inertial and all(f is not inertial and _fixed(home, f) for f in own):
+            return
+        if any(_moves_with(q, x, e, inertial) for x in on):
+            return
+    if wheels:
+        yield _of_another(p, wheels[-1], c.name)
+
+
+def _carried(p: Point, parts: Sequence[Part], inertial: Frame) -> Iterator[str]:
+    """A particle that is made on a point which does not move with its body: v^X + ω × r is then the velocity of none."""
+    bodies = [x for x in parts if x.frame is not None and x.frame is p.body]
+    if not bodies or p.parent is None or any(x.mass_center is p.parent for x in bodies):
+        return
+    axes = (inertial.x, inertial.y, inertial.z)
+    if not any(all(_moves_with(p, x, e, inertial) for e in axes) for x in bodies):
+        body, frame = bodies[-1], p.body.name if p.body is not None else ""
+        center = body.mass_center.name
+        yield (
+            f"Expected {p.name} made on a point that moves with {body.name!r}, got {p.parent.name}, which does not: v + ω × r is "
+            f"the velocity of no particle of it. Make it on one, such as {center}: {center}.fixed_in({frame}, …)."
+        )
+
+
+def _moves_with(p: Point, body: Part, e: Vector, inertial: Frame) -> bool:
+    """Whether the velocity of the point along e is that of the body's particle there, at random states."""
+    assert body.frame is not None
+    center = body.mass_center
+    if p.body is body.frame and p.parent is center:  # by what a particle is
+        return True
+    turned = body.frame.angular_velocity(inertial).cross(p.position(center))
+    numbers = [p.velocity(inertial).dot(e), center.velocity(inertial).dot(e), turned.dot(e)]
+    rows = [sample(numbers, seed) for seed in SEEDS]
+    return all(
+        abs(own - moved - round_) <= DECLARED * (abs(own) + abs(moved) + abs(round_)) for own, moved, round_ in rows
+    )
+
+
+def _of_another(p: Point, body: Part, label: str) -> str:
+    assert body.frame is not None
+    kind = f"a particle of {p.body.name}" if p.body is not None else "a geometric point"
+    return (
+        f"Expected the particle of {body.name!r} that touches the ground in {label!r}, got {p.name}, {kind}, which does not turn "
+        f"with it. Make it by {p.parent.name if p.parent else p.name}.fixed_in({body.frame.name}, …)."
+    )
+
+
+def _belongs(center: Point, p: Point) -> bool:
+    """Whether the point hangs on the mass centre, or the mass centre on it or on its parent."""
+    return p.parent is not None and (center is p.parent or center.parent in (p, p.parent))
+
+
+def _home(p: Point) -> Frame | None:
+    """The frame in which the offset of a geometric point stays."""
+    frames = [f for f, _ in p.offset.parts]
+    stays = len(frames) == 1 and not any(isinstance(s, Coordinate) for s in free_symbols(p.offset.scalars()))
+    return frames[0] if stays and isinstance(frames[0], Frame) else None
+
+
+def _fixed(frame: Basis, other: Basis) -> bool:
+    return frame is other or angular_velocity(frame, other).is_zero

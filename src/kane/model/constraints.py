@@ -14,6 +14,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+from kane import expect
 from kane.errors import ModelError, UnitError, cut
 from kane.expr.build import neg
 from kane.expr.differentiation import time_derivative
@@ -21,7 +22,7 @@ from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.immutable import Immutable
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Rate, Speed, Time, input_of
-from kane.model.directions import check_unit, home_of, is_pair
+from kane.model.directions import check_unit, home_of
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
@@ -99,8 +100,7 @@ def as_constraints(declared: Any, kind: Kind) -> Constraints:
 
 def _directions(name: str, along: Sequence[Vector] | Vector) -> Iterable[tuple[str, Vector]]:
     """One unit vector or several, with the names of their constraints: several are numbered, three are x, y and z."""
-    if not isinstance(along, Iterable | Vector):
-        raise ModelError(f"Expected one unit vector or several as the direction of {name!r}, got {cut(repr(along))}.")
+    expect.instance(along, (Iterable, Vector), f"one unit vector or several as the direction of {name!r}")
     vectors = [along] if isinstance(along, Vector) else list(along)
     marks = {1: [""], 3: [" x", " y", " z"]}.get(len(vectors)) or [f" {k}" for k in range(1, len(vectors) + 1)]
     return zip((name + mark for mark in marks), vectors, strict=True)
@@ -108,8 +108,7 @@ def _directions(name: str, along: Sequence[Vector] | Vector) -> Iterable[tuple[s
 
 def _points(what: str, p: Any, q: Any) -> None:
     for x in (p, q):
-        if not isinstance(x, Point):
-            raise ModelError(f"Expected points to {what}, got {cut(repr(x))}.")
+        expect.instance(x, Point, f"points to {what}")
         if x.body is None:
             _check_rides(what, x)
 
@@ -175,12 +174,11 @@ def distance(p: Point, q: Point, length: Any, *, name: str = "") -> Constraint:
             f"Expected a length of {p.name} {q.name} in parameters, inputs and time, got {', '.join(moving)} in it: what then changes "
             "the length would feel the rod. Use kn.configuration_constraint(name, f)."
         )
-    told = (
-        "" if all(isinstance(s, Time) for s in free_symbols([size])) else unit_of(size)
-    )  # numbers of time have units of their own
-    if told and parse(told).exponents != parse("m").exponents:
+    of_time = all(isinstance(s, Time) for s in free_symbols([size]))  # numbers of time have units of their own
+    unit = "" if of_time else unit_of(size)
+    if unit and parse(unit).exponents != parse("m").exponents:
         raise UnitError(
-            f"Expected a length (m) of {p.name} {q.name}, got {cut(size)} [{told}]. Correct it, or the unit of a symbol in it."
+            f"Expected a length (m) of {p.name} {q.name}, got {cut(size)} [{unit}]. Correct it, or the unit of a symbol in it."
         )
     pull, f = r / size, (r.dot(r) / size - size) / 2
     own = ZERO if is_constant_in_time([size]) else neg(time_derivative(size) * (f / size + 1))
@@ -198,9 +196,7 @@ def perpendicular(a: Vector, b: Vector, *, name: str = "") -> Constraint:
 def parallel(a: Vector, b: Vector, *, across: tuple[Vector, Vector], name: str = "") -> tuple[Constraint, Constraint]:
     """Unit vectors stay parallel: `a` stays perpendicular to the two vectors `across`, fixed in b's frame and perpendicular to b."""
     label = name or f"{a} ∥ {b}"
-    if not is_pair(across):
-        raise ModelError(f"Expected across=two unit vectors for {label!r}, got {cut(repr(across))}.")
-    first, second = across
+    first, second = expect.pair(across, f"across=two unit vectors for {label!r}")
     return perpendicular(a, first, name=f"{label} 1"), perpendicular(a, second, name=f"{label} 2")
 
 
@@ -240,10 +236,9 @@ def rolling(
         axes = [a for a in (frame.x, frame.y, frame.z) if a.dot(normal) is ZERO]
         if len(axes) != 2:
             raise ModelError(f"Expected along=unit vector in the plane across {normal} for {label!r}, got none.")
-        found = no_slip(p, q, along=axes, name=label)
     else:
-        found = no_slip(p, q, along=(along, normal.cross(along)), name=label)
-    return tuple(replace(c, normal=normal) for c in found)
+        axes = [along, normal.cross(along)]
+    return tuple(replace(c, normal=normal) for c in no_slip(p, q, along=axes, name=label))
 
 
 def configuration_constraint(name: str, f: Any) -> Constraint:

@@ -34,11 +34,6 @@ def check_unit(v: object, what: str) -> None:
         raise ModelError(f"Expected a unit vector as the {what}, got {v} of length {length(v):.6g}. Use .normalized().")
 
 
-def is_pair(x: object) -> bool:
-    """Whether it is two of something."""
-    return isinstance(x, tuple | list) and len(x) == 2
-
-
 def home_of(v: Vector, what: str) -> Frame:
     """The one frame in which the unit vector `v` is written and fixed; a ModelError where it is no unit vector, or there is none."""
     check_unit(v, what)

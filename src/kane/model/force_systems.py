@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from kane import show
+from kane import expect, show
 from kane.errors import ModelError, cut
 from kane.expr.build import div
 from kane.expr.collect import collected
@@ -67,10 +67,7 @@ class ForceSystem(Immutable):
 
     def moment(self, point: Point) -> Vector:
         """Moment about a point, Σ p × F + Σ T (sec. 4.1)."""
-        if not isinstance(point, Point):
-            raise ModelError(
-                f"Expected the Point about which a moment is asked for, got {cut(repr(point))}. Make one with at(…)."
-            )
+        expect.instance(point, Point, "the Point about which a moment is asked for", "Make one with at(…).")
         total = sum(self.torques, start=Vector())
         for p, f in self.forces:
             total = total + p.position(point).cross(f)
@@ -97,10 +94,7 @@ class ForceSystem(Immutable):
 
     def is_equivalent(self, other: "ForceSystem") -> bool:
         """Whether both sets have one resultant, and one moment about a point, and so about every point (sec. 4.3)."""
-        if not isinstance(other, ForceSystem):
-            raise ModelError(
-                f"Expected another set of forces, got {cut(repr(other))}. Make one: kn.force_system(loads)."
-            )
+        expect.instance(other, ForceSystem, "another set of forces", "Make one: kn.force_system(loads).")
         both = ForceSystem(
             (*self.forces, *((p, -f) for p, f in other.forces)), (*self.torques, *(-t for t in other.torques))
         )

@@ -8,6 +8,7 @@ power in the power balance.
 from dataclasses import dataclass, replace
 from typing import Any
 
+from kane import expect
 from kane.errors import ModelError, cut
 from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.immutable import Immutable
@@ -130,11 +131,8 @@ def _torque(frame: Any, vector: Any) -> tuple[Frame, Vector]:
 
 
 def _vector(what: str, vector: Any) -> Vector:
-    if not isinstance(vector, Vector):
-        raise ModelError(
-            f"Expected a {what} as a Vector, got {cut(repr(vector))}. Say along which axes it is measured: x*B.x + y*B.y + z*B.z."
-        )
-    return vector
+    cure = "Say along which axes it is measured: x*B.x + y*B.y + z*B.z."
+    return expect.instance(vector, Vector, f"a {what} as a Vector", cure)
 
 
 def _point_instead(item: Any) -> str:
@@ -182,12 +180,8 @@ def Torque(frame: Frame, vector: Vector, name: str = "") -> Load:
 
 def gravity(acceleration: Vector, name: str = "gravity") -> Gravity:
     """Uniform gravity on every body: `gravity(-g*N.z)`."""
-    if not isinstance(acceleration, Vector):
-        raise ModelError(
-            f"Expected the acceleration of free fall as a Vector, got {cut(repr(acceleration))}. Give it a direction, "
-            "downwards: -g*N.z "
-            "where N.z points up."
-        )
+    cure = "Give it a direction, downwards: -g*N.z where N.z points up."
+    expect.instance(acceleration, Vector, "the acceleration of free fall as a Vector", cure)
     return Gravity(acceleration, name)
 
 

@@ -8,6 +8,7 @@ in `System(reactions=…)` does.
 
 from typing import NamedTuple
 
+from kane import expect
 from kane.errors import ReactionError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import AuxiliarySpeed, Reaction
@@ -37,8 +38,9 @@ def _cut(kind: str, name: str, at: Point | None, frame: Frame | None, along: Vec
             f"{'both' if at is not None else 'neither'}."
         )
     place = at if at is not None else frame
-    if not isinstance(place, Point if at is not None else Frame):
-        raise ReactionError(f"Expected at=Point or frame=Frame for {kind} {name!r}, got {cut(repr(place))}.")
+    expect.instance(
+        place, Point if at is not None else Frame, f"at=Point or frame=Frame for {kind} {name!r}", error=ReactionError
+    )
     assert place is not None
     if place.parent is None:
         raise ReactionError(
@@ -49,13 +51,13 @@ def _cut(kind: str, name: str, at: Point | None, frame: Frame | None, along: Vec
         raise ReactionError(
             f"Expected a geometric point for {kind} {name!r}, got {place.name}, a particle: nothing is reached through it."
         )
+    expected = f"along=unit vector for {kind} {name!r}"
     if not isinstance(along, Vector) or along.is_zero:
-        raise ReactionError(f"Expected along=unit vector for {kind} {name!r}, got {cut(repr(along))}.")
+        raise expect.refusal(ReactionError, expected, cut(repr(along)))
     if not is_unit(along):
         raise ReactionError(
-            f"Expected along=unit vector for {kind} {name!r}, got {cut(repr(along))} of length {length(along):.6g}: the "
-            "reaction would "
-            "not be measured in units of force. Use along.normalized()."
+            f"Expected {expected}, got {cut(repr(along))} of length {length(along):.6g}: the reaction would not be measured in "
+            "units of force. Use along.normalized()."
         )
     return Cut(place, along.parts)
 
@@ -76,10 +78,9 @@ def reaction(
     """
     if constraint is not None:
         other: object = constraint
-        if not isinstance(other, Constraint) or any(x is not None for x in (at, frame, along)):
-            raise ReactionError(
-                f"Expected constraint=one Constraint, and no other place, for the reaction {name!r}, got {cut(repr(other))}."
-            )
+        alone = isinstance(other, Constraint) and all(x is None for x in (at, frame, along))
+        expected = f"constraint=one Constraint, and no other place, for the reaction {name!r}"
+        expect.that(alone, expected, other, error=ReactionError)
         return Reaction.declare(name, None, unit or constraint.unit, "", constraint)
     if at is None and frame is None and along is None:
         return Reaction.declare(name, None, unit, "", None)

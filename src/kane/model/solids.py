@@ -1,36 +1,194 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Central inertia dyadics of plates, arcs, and solids of fewer symmetries (Kane & Levinson 1985, sec. 3.7, appendix).
+"""Central inertia dyadics of uniform solids, plates and wires, and the parallel axis theorem (Kane & Levinson 1985, ch. 3, appendix).
 
-Where the mass centre is no obvious place, `inertia.shape.centroid` leads to it from the place that the function names.
+The moments of each solid are a row of a table. Where the mass centre is no obvious place, `inertia.shape.centroid` leads to it
+from the place that the function names.
 """
 
-from collections.abc import Sequence
-from typing import Any
+from __future__ import annotations
 
-from kane.errors import ModelError, cut
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from kane import expect
+from kane.errors import ModelError
 from kane.expr.build import add, cos, div, mul, sin, sub
-from kane.expr.node import ONE, ZERO, Expr, as_expr, pi
+from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value, pi
 from kane.model.directions import check_unit, is_unit
-from kane.model.inertia import Inertia, Shape, axial, check_frame, inertia, parallel_axis
+from kane.numeric.scale import ROUNDED_CHAIN
 from kane.space.frame import Frame
+from kane.space.rotation import Basis
 from kane.space.vector import Dyadic, Vector, axes
 
 
-def ellipsoid(frame: Frame, mass: Any, a: Any, b: Any, c: Any) -> Inertia:
-    """Uniform ellipsoid with semi-axes a, b, c along x, y, z: m (b² + c²)/5, …."""
-    m, sizes = as_expr(mass) / 5, {k: as_expr(x) for k, x in zip("abc", (a, b, c), strict=True)}
-    a2, b2, c2 = (x * x for x in sizes.values())
-    dyadic = inertia(frame, m * (b2 + c2), m * (c2 + a2), m * (a2 + b2))
-    return Inertia(dyadic, Shape("ellipsoid", sizes, None, frame))
+def check_frame(frame: object) -> None:
+    """A frame, along whose axes an inertia is written."""
+    expect.instance(frame, Frame, "the Frame of the body, along whose axes its inertia is written")
+
+
+def inertia(frame: Frame, Ixx: Any, Iyy: Any, Izz: Any, Ixy: Any = 0, Iyz: Any = 0, Izx: Any = 0) -> Dyadic:
+    """Inertia dyadic Σ I_ij a_i a_j along the axes of `frame`; Ixy = −∫ x y dm is the measure number, not the product."""
+    check_frame(frame)
+    return Dyadic.of(frame, ((Ixx, Ixy, Izx), (Ixy, Iyy, Iyz), (Izx, Iyz, Izz)))
+
+
+def unit_dyadic(frame: Basis) -> Dyadic:
+    """The unit dyadic, along the axes of a frame."""
+    return Dyadic.of(frame, ((1, 0, 0), (0, 1, 0), (0, 0, 1)))
+
+
+def axial(frame: Frame, about: Any, across: Any, axis: Vector) -> Dyadic:
+    """Inertia of a body of revolution: `about` its axis, `across` it."""
+    check_frame(frame)
+    expect.instance(axis, Vector, "an axis of the body as a unit vector, such as B.x")
+    direction = axis.components(frame)
+    for i in range(3):
+        if all(x is (ONE if k == i else ZERO) for k, x in enumerate(direction)):
+            return inertia(frame, *(about if k == i else across for k in range(3)))
+    square = axis.dot(axis)
+    number = constant_value(square)
+    if number is not None and abs(float(number) - 1) > ROUNDED_CHAIN:
+        raise ModelError(f"Expected a unit vector as axis, such as {frame.name}.z, got {axis}. Use axis.normalized().")
+    outer = axis.outer(axis) * ((as_expr(about) - as_expr(across)) / square)
+    return unit_dyadic(frame) * as_expr(across) + outer
+
+
+class Shape(NamedTuple):
+    """What a solid looks like: a kind, its dimensions (m), the axis of a body of revolution, and the frame that it is fixed in.
+
+    `centroid` leads from the place that the solid's function names (a corner, the middle of a base) to the mass centre.
+    """
+
+    kind: str
+    sizes: Mapping[str, Expr]
+    axis: Vector | None
+    frame: Frame
+    centroid: Vector = Vector()
+
+
+class Inertia(Dyadic):
+    """The inertia of a solid, which remembers its shape; sums and products of it are plain dyadics."""
+
+    __slots__ = ("shape",)
+    shape: Shape
+
+    def __init__(self, dyadic: Dyadic, shape: Shape) -> None:
+        super().__init__(dyadic.dyads)
+        object.__setattr__(self, "shape", shape)
+
+    def __reduce__(self) -> tuple[Callable[..., Inertia], tuple[Any, ...]]:
+        return Inertia, (Dyadic(self.dyads), self.shape)
+
+
+def central_inertia(about: Dyadic, mass: Any, offset: Vector) -> Dyadic:
+    """Central inertia from that about another point: I − m (r² 1 − r r), `offset` r from that point to the mass centre, or back.
+
+    Kane & Levinson 1985, sec. 3.6.
+    """
+    return parallel_axis(about, -as_expr(mass), offset)
+
+
+def parallel_axis(central: Dyadic, mass: Any, offset: Vector) -> Dyadic:
+    """Inertia about another point: I + m (r² 1 − r r), `offset` r from that point to the mass centre, or back.
+
+    Written along the frame of `offset`; `central_inertia` is the way back. Kane & Levinson 1985, sec. 3.6.
+    """
+    expect.instance(offset, Vector, "the offset of the mass centre as a Vector", "Give it a direction: x*B.x.")
+    frames = [f for f, _ in offset.parts]
+    if not frames:
+        return central
+    m = as_expr(mass)
+    return central + unit_dyadic(frames[0]) * (m * offset.dot(offset)) - offset.outer(offset) * m
+
+
+# Bodies of revolution -----------------------------------------------------------------------------------------------
+
+
+def _ratio(top: int, bottom: int) -> Expr:
+    return constant(top) / constant(bottom)
+
+
+def _frustum(m: Expr, big: Expr, small: Expr, h: Expr) -> tuple[Expr, Expr, Expr]:
+    d = big * big + big * small + small * small
+    fourth = big**4 + big**3 * small + big**2 * small**2 + big * small**3 + small**4
+    rise = h * (big * big + 2 * big * small + 3 * small * small) / (4 * d)
+    about = 3 * m * fourth / (10 * d)
+    squared = h * h * (big * big + 3 * big * small + 6 * small * small) / (10 * d)
+    return about, about / 2 + m * (squared - rise * rise), rise
+
+
+_REVOLVED: dict[str, Callable[..., tuple[Any, ...]]] = {
+    "thin disk": lambda m, r: (m * r * r / 2, m * r * r / 4),
+    "ring": lambda m, r: (m * r * r, m * r * r / 2),
+    "rod": lambda m, l: (0, m * l * l / 12),
+    "solid sphere": lambda m, r: (_ratio(2, 5) * m * r * r,) * 2,
+    "spherical shell": lambda m, r: (_ratio(2, 3) * m * r * r,) * 2,
+    "solid cylinder": lambda m, r, h: (m * r * r / 2, m * (3 * r * r + h * h) / 12),
+    "cylindrical shell": lambda m, r, h: (m * r * r, m * (6 * r * r + h * h) / 12),
+    "solid cone": lambda m, r, h: (_ratio(3, 10) * m * r * r, _ratio(3, 80) * m * (4 * r * r + h * h), h / 4),
+    "torus": lambda m, R, r: (m * (R * R + 3 * r * r / 4), m * (R * R / 2 + 5 * r * r / 8)),
+    "frustum": _frustum,
+    "hemisphere": lambda m, r: (2 * (m * r * r) / 5, 83 * (m * r * r) / 320, 3 * r / 8),
+}
+"""Moments about and across the axis, and where the mass centre is along it, from the mass and the dimensions."""
+
+
+def _revolved(kind: str, frame: Frame, mass: Any, axis: Vector | None, **sizes: Any) -> Inertia:
+    """A body of revolution; a sphere has no axis."""
+    dimensions = {name: as_expr(size) for name, size in sizes.items()}
+    about, across, *rise = _REVOLVED[kind](as_expr(mass), *dimensions.values())
+    if axis is None:
+        return Inertia(inertia(frame, about, about, about), Shape(kind, dimensions, None, frame))
+    dyadic = axial(frame, about, across, axis)
+    return Inertia(dyadic, Shape(kind, dimensions, axis, frame, axis * rise[0] if rise else Vector()))
+
+
+def thin_disk(frame: Frame, mass: Any, radius: Any, axis: Vector) -> Dyadic:
+    """Thin uniform disk: m R²/2 about its axis, m R²/4 across."""
+    return _revolved("thin disk", frame, mass, axis, radius=radius)
+
+
+def ring(frame: Frame, mass: Any, radius: Any, axis: Vector) -> Dyadic:
+    """Thin uniform ring: m R² about its axis, m R²/2 across."""
+    return _revolved("ring", frame, mass, axis, radius=radius)
+
+
+def rod(frame: Frame, mass: Any, length: Any, axis: Vector) -> Dyadic:
+    """Thin uniform rod: 0 about its axis, m L²/12 across."""
+    return _revolved("rod", frame, mass, axis, length=length)
+
+
+def solid_sphere(frame: Frame, mass: Any, radius: Any) -> Dyadic:
+    """Uniform sphere: 2 m R²/5."""
+    return _revolved("solid sphere", frame, mass, None, radius=radius)
+
+
+def spherical_shell(frame: Frame, mass: Any, radius: Any) -> Dyadic:
+    """Thin uniform spherical shell: 2 m R²/3."""
+    return _revolved("spherical shell", frame, mass, None, radius=radius)
+
+
+def solid_cylinder(frame: Frame, mass: Any, radius: Any, height: Any, axis: Vector) -> Dyadic:
+    """Uniform cylinder: m R²/2 about its axis, m (3 R² + h²)/12 across."""
+    return _revolved("solid cylinder", frame, mass, axis, radius=radius, height=height)
+
+
+def cylindrical_shell(frame: Frame, mass: Any, radius: Any, height: Any, axis: Vector) -> Dyadic:
+    """Thin open cylinder: m R² about its axis, m (6 R² + h²)/12 across."""
+    return _revolved("cylindrical shell", frame, mass, axis, radius=radius, height=height)
+
+
+def solid_cone(frame: Frame, mass: Any, radius: Any, height: Any, axis: Vector) -> Dyadic:
+    """Uniform cone about its mass centre (h/4 above the base): 3 m R²/10 about its axis, 3 m (4 R² + h²)/80 across.
+
+    `shape.centroid` leads from the middle of the base to the mass centre, with the apex along `axis`.
+    """
+    return _revolved("solid cone", frame, mass, axis, radius=radius, height=height)
 
 
 def torus(frame: Frame, mass: Any, radius: Any, tube: Any, axis: Vector) -> Inertia:
     """Solid torus with the radius R of its centre line and r of its tube: m (R² + 3 r²/4) about its axis, m (R²/2 + 5 r²/8) across."""
-    m, big, small = as_expr(mass), as_expr(radius), as_expr(tube)
-    about = m * (big * big + 3 * small * small / 4)
-    across = m * (big * big / 2 + 5 * small * small / 8)
-    dyadic = axial(frame, about, across, axis)
-    return Inertia(dyadic, Shape("torus", {"radius": big, "tube": small}, axis, frame))
+    return _revolved("torus", frame, mass, axis, radius=radius, tube=tube)
 
 
 def frustum(frame: Frame, mass: Any, base: Any, top: Any, height: Any, axis: Vector) -> Inertia:
@@ -39,29 +197,7 @@ def frustum(frame: Frame, mass: Any, base: Any, top: Any, height: Any, axis: Vec
     With D = R² + R r + r²: 3 m (R⁴ + R³ r + R² r² + R r³ + r⁴)/(10 D) about its axis; the mass centre is
     h (R² + 2 R r + 3 r²)/(4 D) above the base.
     """
-    m, big, small, h = (as_expr(x) for x in (mass, base, top, height))
-    d = big * big + big * small + small * small
-    fourth = big**4 + big**3 * small + big**2 * small**2 + big * small**3 + small**4
-    rise = h * (big * big + 2 * big * small + 3 * small * small) / (4 * d)
-    about = 3 * m * fourth / (10 * d)
-    squared = h * h * (big * big + 3 * big * small + 6 * small * small) / (10 * d)
-    across = about / 2 + m * (squared - rise * rise)
-    dyadic = axial(frame, about, across, axis)
-    return Inertia(dyadic, Shape("frustum", {"base": big, "top": small, "height": h}, axis, frame, axis * rise))
-
-
-def half_cylinder(frame: Frame, mass: Any, radius: Any, height: Any, axis: Vector, towards: Vector) -> Inertia:
-    """Uniform half cylinder, the round side `towards`, a unit vector across the axis.
-
-    The mass centre is 4 R/(3 π) from the middle of the flat side.
-    """
-    m, r, h = as_expr(mass), as_expr(radius), as_expr(height)
-    shift = 4 * r / (3 * pi)
-    plain = m * (3 * r * r + h * h) / 12
-    off = m * shift * shift
-    moments = (m * r * r / 2 - off, plain, plain - off)
-    dyadic = _along(frame, _crossed(frame, axis, towards), moments)
-    return Inertia(dyadic, Shape("half cylinder", {"radius": r, "height": h}, axis, frame, towards * shift))
+    return _revolved("frustum", frame, mass, axis, base=base, top=top, height=height)
 
 
 def hemisphere(frame: Frame, mass: Any, radius: Any, axis: Vector) -> Inertia:
@@ -69,11 +205,28 @@ def hemisphere(frame: Frame, mass: Any, radius: Any, axis: Vector) -> Inertia:
 
     The mass centre is 3 R/8 from the middle of the flat side.
     """
-    m, r = as_expr(mass), as_expr(radius)
-    square = m * r * r
-    across = 83 * square / 320
-    dyadic = axial(frame, 2 * square / 5, across, axis)
-    return Inertia(dyadic, Shape("hemisphere", {"radius": r}, axis, frame, axis * (3 * r / 8)))
+    return _revolved("hemisphere", frame, mass, axis, radius=radius)
+
+
+# Along the axes of the frame -----------------------------------------------------------------------------------------
+
+
+def _cuboid(kind: str, frame: Frame, share: Expr, **sizes: Any) -> Inertia:
+    """m k (b² + c²), … with `share` = m k."""
+    lengths = {name: as_expr(size) for name, size in sizes.items()}
+    a2, b2, c2 = (x * x for x in lengths.values())
+    dyadic = inertia(frame, share * (b2 + c2), share * (c2 + a2), share * (a2 + b2))
+    return Inertia(dyadic, Shape(kind, lengths, None, frame))
+
+
+def box(frame: Frame, mass: Any, a: Any, b: Any, c: Any) -> Dyadic:
+    """Uniform box with edges a, b, c along x, y, z: m (b² + c²)/12, …."""
+    return _cuboid("box", frame, as_expr(mass) / 12, a=a, b=b, c=c)
+
+
+def ellipsoid(frame: Frame, mass: Any, a: Any, b: Any, c: Any) -> Inertia:
+    """Uniform ellipsoid with semi-axes a, b, c along x, y, z: m (b² + c²)/5, …."""
+    return _cuboid("ellipsoid", frame, as_expr(mass) / 5, a=a, b=b, c=c)
 
 
 def rectangular_plate(frame: Frame, mass: Any, a: Any, b: Any) -> Inertia:
@@ -100,11 +253,9 @@ def triangular_plate(frame: Frame, mass: Any, p: Vector, q: Vector) -> Inertia:
     The mass centre is (p + q)/3 from that corner; the inertia is that of m/12 at each corner, seen from there.
     """
     check_frame(frame)
-    if not all(isinstance(v, Vector) for v in (p, q)):
-        raise ModelError(
-            f"Expected the other corners of a triangle as two Vectors from the first, got {cut(repr(p))}, {cut(repr(q))}. Give "
-            "them directions: a*B.x, b*B.y."
-        )
+    for v in (p, q):
+        cure = "Give them directions: a*B.x, b*B.y."
+        expect.instance(v, Vector, "the other corners of a triangle as two Vectors from the first", cure)
     third = as_expr(mass) / 12
     center = (p + q) / 3
     total = Dyadic()
@@ -113,12 +264,27 @@ def triangular_plate(frame: Frame, mass: Any, p: Vector, q: Vector) -> Inertia:
     return Inertia(total.express(frame), Shape("triangular plate", {}, None, frame, center))
 
 
+# Round on one side ---------------------------------------------------------------------------------------------------
+
+
+def half_cylinder(frame: Frame, mass: Any, radius: Any, height: Any, axis: Vector, towards: Vector) -> Inertia:
+    """Uniform half cylinder, the round side `towards`, a unit vector across the axis.
+
+    The mass centre is 4 R/(3 π) from the middle of the flat side.
+    """
+    m, r, h = as_expr(mass), as_expr(radius), as_expr(height)
+    shift = 4 * r / (3 * pi)
+    plain, off = m * (3 * r * r + h * h) / 12, m * shift * shift
+    dyadic = _along(frame, axis, towards, (m * r * r / 2 - off, plain, plain - off))
+    return Inertia(dyadic, Shape("half cylinder", {"radius": r, "height": h}, axis, frame, towards * shift))
+
+
 def circular_sector(frame: Frame, mass: Any, radius: Any, half_angle: Any, normal: Vector, towards: Vector) -> Inertia:
     """Thin uniform sector of a disk, `half_angle` α to either side of `towards`, a unit vector across the normal.
 
     The mass centre is 2 R sin α/(3 α) from the tip; α = π/2 makes half a disk.
     """
-    return _round(frame, "circular sector", mass, radius, half_angle, (normal, towards), solid=True)
+    return _round("circular sector", frame, mass, radius, half_angle, normal, towards)
 
 
 def circular_arc(frame: Frame, mass: Any, radius: Any, half_angle: Any, normal: Vector, towards: Vector) -> Inertia:
@@ -126,28 +292,24 @@ def circular_arc(frame: Frame, mass: Any, radius: Any, half_angle: Any, normal: 
 
     The mass centre is R sin α/α from the centre of the circle.
     """
-    return _round(frame, "circular arc", mass, radius, half_angle, (normal, towards), solid=False)
+    return _round("circular arc", frame, mass, radius, half_angle, normal, towards)
 
 
-def _round(
-    frame: Frame, kind: str, mass: Any, radius: Any, half_angle: Any, directions: tuple[Vector, Vector], solid: bool
-) -> Inertia:
+def _round(kind: str, frame: Frame, mass: Any, radius: Any, half: Any, normal: Vector, towards: Vector) -> Inertia:
     """Sector or arc: ∫ x² and ∫ y² about the centre are ½ ∫ r² (1 ± sin 2α/(2α))."""
-    m, r, alpha = as_expr(mass), as_expr(radius), as_expr(half_angle)
-    normal, towards = directions
-    polar = m * r * r / 2 if solid else m * r * r
-    shift = div(mul(r, sin(alpha)), alpha)
-    if solid:
-        shift = 2 * shift / 3
+    m, r, alpha = as_expr(mass), as_expr(radius), as_expr(half)
+    polar, shift = m * r * r, div(mul(r, sin(alpha)), alpha)
+    if kind == "circular sector":
+        polar, shift = polar / 2, 2 * shift / 3
     lean = div(mul(sin(alpha), cos(alpha)), alpha)
     along, across = polar / 2 * add(ONE, lean), polar / 2 * sub(ONE, lean)
     off = m * shift * shift
-    dyadic = _along(frame, _crossed(frame, normal, towards), (polar - off, across, along - off))
+    dyadic = _along(frame, normal, towards, (polar - off, across, along - off))
     return Inertia(dyadic, Shape(kind, {"radius": r, "half_angle": alpha}, normal, frame, towards * shift))
 
 
-def _crossed(frame: Frame, axis: Vector, towards: Vector) -> tuple[Vector, Vector, Vector]:
-    """Axis, `towards` and the unit vector across both."""
+def _along(frame: Frame, axis: Vector, towards: Vector, moments: Sequence[Expr]) -> Dyadic:
+    """Σ I_k n_k n_k along the axes of `frame`, with n_k the axis, `towards` and the unit vector across both."""
     check_frame(frame)
     check_unit(axis, "axis of the solid")
     check_unit(towards, "direction of its round side")
@@ -156,13 +318,8 @@ def _crossed(frame: Frame, axis: Vector, towards: Vector) -> tuple[Vector, Vecto
         raise ModelError(
             f"Expected the round side of the solid across its axis {axis}, got {towards}. Take a unit vector across it."
         )
-    return axis, towards, third
-
-
-def _along(frame: Frame, directions: Sequence[Vector], moments: tuple[Expr, Expr, Expr]) -> Dyadic:
-    """Σ I_k n_k n_k along the axes of `frame`."""
     entries = [[ZERO] * 3 for _ in range(3)]
-    for moment, n in zip(moments, (v.components(frame) for v in directions), strict=True):
+    for moment, n in zip(moments, (v.components(frame) for v in (axis, towards, third)), strict=True):
         for i in range(3):
             for j in range(3):
                 entries[i][j] = add(entries[i][j], mul(moment, mul(n[i], n[j])))

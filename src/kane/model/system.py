@@ -1,37 +1,53 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The system: one frozen record of everything declared, checked locally."""
+"""The system: one frozen record of everything declared, checked locally.
+
+`scaffold` makes systems without bodies: frames and points with speeds and constraints, of which kinematics alone is asked.
+
+Loads that are given by a function get places here: V(q, t) with F_r = −Σ_s ∂V/∂q_s W_sr, or R(q, q̇, t) with F_r = −∂R/∂u_r (Kane &
+Levinson 1985, sec. 5.1 and 5.3). What a function says of one coordinate is a force Q_s for its rate, v·F = Q_s q̇_s: a pair of torques
+where a frame of a body turns by the coordinate alone; else a force on a point that moves by it along the inertial frame's first axis,
+or a torque on a frame that turns by it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from functools import reduce
 from inspect import signature
 from types import MappingProxyType
 from typing import Any, Literal
 
-from kane import show
+from kane import expect, show
 from kane.errors import ModelError, none_of
 from kane.expr.build import add, mul, sub
+from kane.expr.differentiation import diff
 from kane.expr.evaluation import free_symbols, is_constant_in_time
-from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Reaction, Speed, StateVariable, Symbols
+from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.symbols import (
+    AuxiliarySpeed,
+    Coordinate,
+    Parameter,
+    QuasiRate,
+    Rate,
+    Reaction,
+    Speed,
+    StateVariable,
+    Symbol,
+    Symbols,
+)
+from kane.expr.visit import substituted
 from kane.model import checks
-from kane.model.actions import check_actions, expressions
-from kane.model.bodies import Body, Part, RigidBody, brought_loads, deforming, extended, parts_of, rigid
-from kane.model.checks import listed
-from kane.model.completed import completed
+from kane.model.bodies import Body, Part, RigidBody, brought_loads, check_turning, deforming, extended, parts_of, rigid
+from kane.model.checks import check_states, listed, state_rates, warn_of_doubts
 from kane.model.constraints import Constraint, as_constraints
-from kane.model.declarations import Declarations, Event
-from kane.model.doubtful import warn_of_doubts
+from kane.model.declarations import Declarations, Event, check_actions, contents, expressions, geometry, places
 from kane.model.joints.joint import Joint, with_joints
 from kane.model.loads import Gravity, Load
-from kane.model.plausible import check_turning
-from kane.model.scalar_loads import with_forces
-from kane.model.states import check_states, state_rates
-from kane.model.survey import contents, geometry, places
 from kane.model.units import check_units
 from kane.model.variables import (
     by_name,
+    completed,
     euler_sets,
     inputs_with_rates,
     moved,
@@ -40,6 +56,8 @@ from kane.model.variables import (
 )
 from kane.space.frame import Frame
 from kane.space.point import Point
+from kane.space.vector import Vector, axes
+from kane.units.parser import parse
 
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
@@ -90,16 +108,14 @@ class System(Declarations):
         bodies, loads = listed("bodies", bodies), listed("loads", loads)
         checks.check_bodies(bodies)
         checks.check_loads(loads)
-        events, joints = listed("events", events), listed("joints", joints)
-        checks.check_joints(joints)
+        joints = listed("joints", joints, Joint, "kn.pin, kn.slider, …", named=True)
         movers = (*joints, *deforming(bodies))
         told, first = with_joints(speeds, movers), (q for mover in movers for q in mover.coordinates)
         own = with_forces((x for x in (*loads, *brought_loads(bodies)) if isinstance(x, Load)), inertial, bodies, told)
         gravities = tuple(x for x in loads if isinstance(x, Gravity))
-        reactions, auxiliary = listed("reactions", reactions), listed("auxiliary_speeds", auxiliary_speeds)
-        checks.check_listed("reactions", reactions, Reaction, "kn.reaction")
-        checks.check_listed("auxiliary_speeds", auxiliary, AuxiliarySpeed, "kn.auxiliary_speed")
-        checks.check_events(events)
+        reactions = listed("reactions", reactions, Reaction, "kn.reaction")
+        auxiliary = listed("auxiliary_speeds", auxiliary_speeds, AuxiliarySpeed, "kn.auxiliary_speed")
+        events = listed("events", events, Event, "kn.Event(name, quantity)", named=True)
         constraints = (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
         checks.check_constraints(constraints, reactions)
         frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), constraints)
@@ -117,14 +133,17 @@ class System(Declarations):
         checks.check_reactions(symbols, reactions, auxiliary)
         dependent_q = by_name(dependent_coordinates, ordered)
         dependent_u = Symbols((*by_name(dependent_speeds, definitions), *vanishing))
-        checks.check_all_dependent(dependent_q, ordered, dependent_u, definitions, constraints)
+        checks.check_dependent("coordinates", dependent_q, ordered, constraints, "configuration")
+        checks.check_dependent("speeds", dependent_u, definitions, constraints, "configuration", "motion")
         parameters = Symbols(s for s in symbols if isinstance(s, Parameter))
         inputs = Symbols(inputs_with_rates(symbols, shape + list(definitions.values()), constraints))
         Declarations.__init__(
-            self, inertial, bodies, definitions, further, own, gravities, Symbols(reactions), Symbols(auxiliary), tuple(events),
+            self, inertial, bodies, definitions, further, own, gravities, Symbols(reactions), Symbols(auxiliary), events,
             ordered, constraints, dependent_q, dependent_u, joints, euler, parameters, inputs, frames, points,
         )  # fmt: skip
-        _check(self, symbols)
+        check_states(self, symbols)
+        check_actions(self)
+        check_units(self, symbols)
         warn_of_doubts(inertial, tuple(parts_of(bodies)), gravities, constraints)
         check_turning(inertial, extended(rigid(bodies)))
 
@@ -162,29 +181,26 @@ class System(Declarations):
 
     def redefined(self, speeds: Mapping[Speed, Expr]) -> System:
         """The same system by other generalized speeds, made of its own and not checked; none is dependent."""
-        values = {f.name: getattr(self, f.name) for f in fields(Declarations)}
-        other = object.__new__(System)
-        Declarations.__init__(other, **(values | {"speeds": speeds, "dependent_speeds": ()}))
-        return other
+        return self._remade(speeds=speeds, dependent_speeds=())
 
     def with_loads(self, loads: Sequence[Load]) -> System:
         """The same system with other loads beside gravity, made of its own and not checked."""
+        return self._remade(loads=tuple(loads))
+
+    def _remade(self, **changes: Any) -> System:
         values = {f.name: getattr(self, f.name) for f in fields(Declarations)}
         other = object.__new__(System)
-        Declarations.__init__(other, **(values | {"loads": tuple(loads)}))
+        Declarations.__init__(other, **(values | changes))
         return other
 
     def __getitem__(self, name: str) -> Joint | Body | Frame | Point | Load | Constraint:
         """The joint, body, frame, point, load or constraint of that name, looked up in this order."""
         first: list[Joint | Body | Frame | Point] = [*self.joints, *self.bodies, *self.frames, *self.points]
-        known = [x.name for x in first]
-        if name in known:
-            return first[known.index(name)]
-        others: list[Load | Constraint] = [*self.all_loads(), *self.constraints]
-        for item in others:
+        for item in (*first, *self.all_loads(), *self.constraints):
             if item.name == name:
                 return item
-        raise ModelError(f"Expected the name of a joint, body, frame, point or load, one of {none_of(known, name)}")
+        known = none_of([x.name for x in first], name)
+        raise ModelError(f"Expected the name of a joint, body, frame, point or load, one of {known}")
 
     def all_loads(self) -> tuple[Load, ...]:
         """The loads with gravity written out: one force a body, and its potential −Σ m g·r."""
@@ -195,13 +211,6 @@ class System(Declarations):
     def __repr__(self) -> str:
         bodies = ", ".join(b.name for b in self.bodies)
         return f"System({bodies}; {len(self.coordinates)} coordinates, {len(self.speeds)} speeds)"
-
-
-def _check(system: System, symbols: Sequence[Any]) -> None:
-    """States, events and units, of a system that is declared as a whole."""
-    check_states(system, symbols)
-    check_actions(system)
-    check_units(system, symbols)
 
 
 _ARGUMENTS = tuple(name for name in signature(System).parameters if name != "inertial")
@@ -227,7 +236,131 @@ def gravity_load(gravity: Gravity, bodies: Iterable[Body]) -> Load:
 
 def total_mass(parts: Iterable[Part]) -> Expr:
     """Σ m."""
-    mass = ZERO
-    for part in parts:
-        mass = add(mass, part.mass)
-    return mass
+    return reduce(add, (part.mass for part in parts), ZERO)
+
+
+def scaffold(
+    inertial: Frame,
+    speeds: Mapping[Speed, Any] | str,
+    of: Sequence[Frame | Point],
+    holonomic: Any,
+    nonholonomic: Any,
+    dependent_speeds: Sequence[Speed | str],
+    coordinates: Sequence[Coordinate | str] | None,
+) -> System:
+    """The system of frames and points; a coordinate that the definition of a speed has a rate of needs no place."""
+    checks.check_inertial(inertial)
+    constraints = (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
+    frames, points = places(inertial, (), (placed(checks.listed("of", of)),), (), constraints)
+    euler = euler_sets(frames)
+    shape = list(geometry(frames, points))
+    ordered = ordered_coordinates(free_symbols([*shape, *moved(speeds, constraints), *_moving(speeds)]), coordinates)
+    vanishing = completed(definitions := speed_definitions(speeds, ordered, euler), ordered, euler, constraints)
+    definitions |= vanishing
+    watched = [c.expr for c in constraints]
+    symbols = free_symbols([*shape, *definitions.values(), *watched])
+    checks.check_geometry(free_symbols(shape))
+    checks.check_strays(free_symbols(watched), ordered, definitions, euler)
+    checks.check_names((*symbols, *definitions))
+    dependent = Symbols((*by_name(dependent_speeds, definitions), *vanishing))
+    checks.check_dependent("speeds", dependent, definitions, constraints, "configuration", "motion")
+    parameters = Symbols(s for s in symbols if isinstance(s, Parameter))
+    inputs = Symbols(inputs_with_rates(symbols, shape + list(definitions.values()), constraints))
+    system = object.__new__(System)
+    Declarations.__init__(
+        system, inertial, (), definitions, {}, (), (), Symbols(()), Symbols(()), (), ordered, constraints, Symbols(()), dependent, (),
+        euler, parameters, inputs, frames, points,
+    )  # fmt: skip
+    check_units(system, symbols)
+    return system
+
+
+def placed(items: Iterable[Any]) -> Load:
+    """Nothing that acts at frames and points, so that what they are born from is found as it is for loads."""
+    expected = "frames and points of which motions are asked"
+    kept = expect.instances(items, (Frame, Point), expected, "Give a body's frame, or its mass_center.")
+    forces = tuple((x, Vector()) for x in kept if isinstance(x, Point))
+    torques = tuple((x, Vector()) for x in kept if isinstance(x, Frame))
+    return Load("", forces=forces, torques=torques)
+
+
+def _moving(speeds: Mapping[Speed, Any] | str) -> list[Symbol]:
+    """The coordinates whose rates the definitions of speeds hold."""
+    if not isinstance(speeds, Mapping):
+        return []
+    found: dict[Symbol, None] = {}
+    for s in free_symbols(x for x in speeds.values() if hasattr(x, "op")):
+        if isinstance(s, Rate) and isinstance(s.place, Coordinate):
+            found[s.place] = None
+        elif isinstance(s, QuasiRate) and isinstance(s.place, tuple):
+            found.update((e, None) for e in s.place if isinstance(e, Coordinate))
+    return list(found)
+
+
+Pulls = list[tuple[Coordinate, Expr]]
+_LENGTH_EXPONENTS = parse("m").exponents
+
+
+def with_forces(loads: Iterable[Load], inertial: Frame, bodies: Sequence[Body], speeds: Any) -> tuple[Load, ...]:
+    """The loads, those made from a function with forces and torques; `speeds` defines the speeds that it may hold."""
+    return tuple(
+        x if x.scalar is None or x.forces or x.torques else _placed(x, _pulls(x, speeds), inertial, bodies)
+        for x in loads
+    )
+
+
+def _pulls(load: Load, speeds: Any) -> Pulls:
+    """Q_s by coordinate: −∂V/∂q_s, or −∂R/∂q̇_s."""
+    assert load.scalar is not None
+    if load.potential is not None:
+        return [(q, -diff(load.potential, q)) for q in free_symbols([load.potential]) if isinstance(q, Coordinate)]
+    by_speed = speeds if isinstance(speeds, Mapping) else {}
+    known: dict[Expr, Expr] = {
+        u: as_expr(e) for u, e in by_speed.items() if isinstance(u, Speed) and not isinstance(e, Vector)
+    }
+    function = substituted(load.scalar, known)
+    left = [s for s in free_symbols([function]) if isinstance(s, Speed)]
+    if left:
+        names = ", ".join(u.name for u in known if isinstance(u, Speed)) or "none, as all are the rates"
+        raise ModelError(
+            f"Expected the dissipation function of {load.name!r} in rates or in speeds that the system defines ({names}), got "
+            f"{left[0]} in it. Write it by rates, q.dt."
+        )
+    rates = [s for s in free_symbols([function]) if isinstance(s, Rate) and isinstance(s.place, Coordinate)]
+    return [(r.place, -diff(function, r)) for r in rates if isinstance(r.place, Coordinate)]
+
+
+def _turning(frames: Iterable[Frame]) -> Mapping[Symbol, tuple[Frame, Frame, int]]:
+    """By coordinate the frame that turns by it alone in its parent, the parent, and about which basis axis."""
+    found: dict[Symbol, tuple[Frame, Frame, int]] = {}
+    for frame in frames:
+        o, parent = frame.orientation, frame.parent
+        if o is None or o.axis is None or o.angle is None or parent is None:
+            continue
+        before = parent.orientation
+        start = before.angle if before is not None and before.base is o.base and before.axis == o.axis else None
+        for q in free_symbols([o.angle]):
+            if isinstance(q, Coordinate) and o.angle is (q if start is None else add(start, q)):
+                found.setdefault(q, (frame, parent, o.axis))
+    return found
+
+
+def _placed(load: Load, pulls: Pulls, inertial: Frame, bodies: Sequence[Body]) -> Load:
+    frames, points = places(inertial, tuple(bodies), (), ())
+    root = points[0].root()
+    turning, angles = _turning(frames), set(free_symbols(geometry(frames, ())))
+    forces: list[tuple[Point, Vector]] = []
+    torques: list[tuple[Frame, Vector]] = []
+    for q, pull in pulls:
+        name = f"{load.name} by {q.name}"
+        if pull is ZERO:
+            continue
+        if q in turning:
+            frame, base, axis = turning[q]
+            torque = axes(base)[axis] * pull
+            torques += [(frame, torque), *([] if base is inertial else [(base, -torque)])]
+        elif parse(q.unit).exponents == _LENGTH_EXPONENTS if q.unit else q not in angles:
+            forces.append((root.at(name, inertial.x * q), inertial.x * pull))
+        else:
+            torques.append((inertial.rotate(name, q, inertial.x), inertial.x * pull))
+    return replace(load, forces=tuple(forces), torques=tuple(torques))

@@ -14,15 +14,13 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr, constant_value, postorder
 from kane.expr.ops import ADD, CONST, DIV, MUL, SUB
 from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction, Symbol, Time, per_second, rate
-from kane.model.actions import target
 from kane.model.bodies import deforming, parts_of
-from kane.model.declarations import Declarations, Event
+from kane.model.declarations import Declarations, Event, target
 from kane.model.reactions import cut_of
 from kane.space.point import Point
-from kane.units.algebra import ANY, NUMBER, ONE, Unit
+from kane.units.algebra import ANY, NUMBER, ONE, Unit, conflict
 from kane.units.parser import parse
 from kane.units.rules import Known, infer, unit_of
-from kane.units.scales import conflict
 from kane.units.text import spelled
 
 _QUANTITIES = ("kg", "m", "s", "N", "J", "kg*m^2", "m/s^2")

@@ -31,7 +31,7 @@ from kane.motion.steps import Stepper
 from kane.motion.switches import has_jumps
 from kane.program.emit.llvm_forms import LIBRARY
 from kane.program.native.compiled_routine import CompiledRoutine
-from kane.program.native.machine_code import target
+from kane.program.native.machine import target
 
 JUMPING = CORNERS | {OPS["floor"], OPS["atan2"]}
 

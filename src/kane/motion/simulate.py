@@ -14,8 +14,7 @@ from kane.equations.equations import Equations, check_equations
 from kane.equations.state import State, state_of
 from kane.errors import KaneWarning, SimulationError
 from kane.expr.evaluation import evaluate
-from kane.model.beams.beam import Beam
-from kane.model.beams.doubts import doubts
+from kane.model.beams.beam import Beam, doubts
 from kane.motion.hybrid.events import check_witnesses
 from kane.motion.inputs.expressions import own_parameters
 from kane.motion.inputs.functions import input_functions

@@ -23,9 +23,8 @@ from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.scale import LEAPS
 from kane.program.bundle import Bundle
-from kane.program.emit.c import emit_c
-from kane.program.emit.c_tables import c_number
-from kane.program.emit.kernel_c import emit_kernel_c
+from kane.program.emit.c import emit_c, emit_kernel_c
+from kane.program.emit.names import c_number
 
 METHODS = tuple(name for name, i in INTEGRATORS.items() if i.width == 1 and not i.implicit)
 """Those that a program in C runs: by one state at a time."""

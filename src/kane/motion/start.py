@@ -23,8 +23,7 @@ from kane.expr.ops import OPS, SQRT
 from kane.expr.size import size
 from kane.expr.symbols import Coordinate
 from kane.model.beams.beam import Beam
-from kane.model.bodies import parts_of
-from kane.model.plausible import largest_moment, least_moment
+from kane.model.bodies import largest_moment, least_moment, parts_of
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
 from kane.numeric.named import finite_number

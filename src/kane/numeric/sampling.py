@@ -22,6 +22,8 @@ SEEDS = (20042, 20043, 20044)
 """Of the samples that tell whether something is zero everywhere: what is not, vanishes at none of them but by a chance of 1e-12."""
 SEED = 20322
 """Of whatever else is drawn at random: starts, configurations, values that nothing gives. Choices made from these depend on it."""
+ASSEMBLY_SEED = 20048
+"""Of starts of assembly, and of places that tell sizes of coordinates: by these distances are measured, and what is nearest."""
 _WORD = 2**64 - 1
 
 

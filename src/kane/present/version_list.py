@@ -5,7 +5,7 @@ import platform
 import sys
 from importlib.metadata import PackageNotFoundError, version
 
-from kane.program.native import machine_code, store
+from kane.program.native import machine, store
 
 _PACKAGES = ("kane", "numpy", "scipy", "llvmlite", "sympy", "matplotlib", "rich", "typer", "jinja2", "platformdirs")
 
@@ -13,8 +13,8 @@ _PACKAGES = ("kane", "numpy", "scipy", "llvmlite", "sympy", "matplotlib", "rich"
 def versions() -> dict[str, str]:
     """Versions of kane, of Python and of what kane is built on; the processor that code is compiled for; the cache."""
     packages = {name: _version(name) for name in _PACKAGES}
-    packages["llvmlite"] = ", ".join(part.removeprefix("llvmlite ") for part in machine_code.versions())
-    here = machine_code.host()
+    packages["llvmlite"] = ", ".join(part.removeprefix("llvmlite ") for part in machine.versions())
+    here = machine.host()
     place = store.folder()
     return {
         **packages,

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from kane import show
+from kane import expect, show
 from kane.errors import SpaceError, cut
 from kane.expr.build import cos, sin
 from kane.expr.evaluation import evaluate
@@ -270,10 +270,9 @@ class Rotation(Immutable):
     # Made of others ------------------------------------------------------------------------------------------------------
 
     def __matmul__(self, other: Rotation) -> Rotation:
-        if not isinstance(other, Rotation):
-            raise SpaceError(
-                f"Expected two rotations in R @ S, got {cut(repr(other))}. A vector is turned by R.apply(v)."
-            )
+        expect.instance(
+            other, Rotation, "two rotations in R @ S", "A vector is turned by R.apply(v).", error=SpaceError
+        )
 
         def cosines() -> Entries:
             return np.asarray(self._cosines @ other._cosines)

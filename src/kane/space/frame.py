@@ -8,6 +8,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from kane import expect
 from kane.errors import SpaceError, cut
 from kane.expr.build import add, cos, mul, neg, sin, sub
 from kane.expr.differentiation import time_derivative
@@ -118,8 +119,7 @@ class Frame(Basis):
         return self._child(name, about_axis(base, i, theta))
 
     def _direction(self, axis: Vector) -> Triple:
-        if not isinstance(axis, Vector):
-            raise SpaceError(f"Expected a unit vector as axis, such as {self.name}.z, got {cut(repr(axis))}.")
+        expect.instance(axis, Vector, f"a unit vector as axis, such as {self.name}.z", error=SpaceError)
         direction = axis.components(self)
         moving = [s for s in free_symbols(direction) if isinstance(s, Coordinate | Speed | Time | Input)]
         if moving:
@@ -261,8 +261,7 @@ class Frame(Basis):
         return self.lineage[-1]
 
     def _check(self, other: Basis) -> None:
-        if not isinstance(other, Basis):
-            raise SpaceError(f"Expected a Frame, got {cut(repr(other))}.")
+        expect.instance(other, Basis, "a Frame", error=SpaceError)
         if not connected(self, other):
             raise SpaceError(
                 f"Expected frames of one tree, got {self.name} and {other.name}, which have no common root."
@@ -286,8 +285,7 @@ def _turns(o: Orientation) -> bool:
 
 def _check_angular_velocity(frame: Frame, base: Frame, claimed: Vector) -> None:
     """Raise a SpaceError unless an angular velocity is, at a random state, the one that follows from the orientation."""
-    if not isinstance(claimed, Vector):
-        raise SpaceError(f"Expected angular_velocity= of {frame.name} to be a Vector, got {cut(repr(claimed))}.")
+    expect.instance(claimed, Vector, f"angular_velocity= of {frame.name} to be a Vector", error=SpaceError)
     own = frame.angular_velocity(base)
     numbers = sample([*own.components(base), *claimed.components(base)], SEED)
     if not np.allclose(numbers[:3], numbers[3:], rtol=DECLARED, atol=DECLARED * max(map(abs, numbers)), equal_nan=True):
@@ -304,10 +302,8 @@ def _check_name(name: object) -> None:
 
 def turning_axes(sequence: str, angles: Sequence[Any]) -> tuple[int, int, int]:
     """The numbers of the axes that a sequence names, for three angles."""
-    if not isinstance(sequence, str):
-        raise SpaceError(f'Expected a sequence of three axes, such as "zxz" or "123", got {cut(repr(sequence))}.')
-    if not isinstance(angles, Sequence):
-        raise SpaceError(f"Expected three angles for the sequence {sequence!r}, got {cut(repr(angles))}.")
+    expect.instance(sequence, str, 'a sequence of three axes, such as "zxz" or "123"', error=SpaceError)
+    expect.instance(angles, Sequence, f"three angles for the sequence {sequence!r}", error=SpaceError)
     text = sequence.lower()
     for digit, letter in zip("123", _AXES, strict=True):
         text = text.replace(digit, letter)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What is said of operands that go with no vector: a scalar in a sum, a vector as a divisor, a frame in the place of its axis."""
 
+from kane import expect
 from kane.errors import SpaceError, cut
 from kane.space.rotation import Basis, connected
 
@@ -40,8 +41,7 @@ def not_a_vector(product: str, came: object) -> SpaceError:
 
 def check_connected(f: Basis, g: Basis) -> None:
     """A SpaceError unless both are frames, of one tree."""
-    if not isinstance(g, Basis):
-        raise SpaceError(f"Expected a frame, along whose axes or in which a vector is asked for, got {cut(repr(g))}.")
+    expect.instance(g, Basis, "a frame, along whose axes or in which a vector is asked for", error=SpaceError)
     if not connected(f, g):
         raise SpaceError(
             f"Expected frames of one tree, got {f.name} and {g.name}, which have no common root. Make one from the other "

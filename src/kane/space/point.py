@@ -6,7 +6,8 @@ from __future__ import annotations
 from collections.abc import Callable, Container
 from typing import Any, NoReturn
 
-from kane.errors import SpaceError, cut
+from kane import expect
+from kane.errors import SpaceError
 from kane.expr.immutable import Immutable, landmarks
 from kane.space.frame import Frame
 from kane.space.vector import Vector
@@ -28,8 +29,7 @@ class Point(Immutable):
     _known: dict[str, Vector]
 
     def __init__(self, name: str, fixed_in: Frame) -> None:
-        if not isinstance(fixed_in, Frame):
-            raise SpaceError(f"Expected Point({name!r}, fixed_in=frame), got {cut(repr(fixed_in))}.")
+        expect.instance(fixed_in, Frame, f"Point({name!r}, fixed_in=frame)", error=SpaceError)
         if fixed_in.parent is not None:
             raise SpaceError(
                 f"Expected a root frame to fix the point {name} in, got {fixed_in.name}, which is born in "
@@ -67,15 +67,12 @@ class Point(Immutable):
             )
         if isinstance(offset, int) and offset == 0:
             offset = Vector()
-        if not isinstance(offset, Vector):
-            raise SpaceError(
-                f"Expected a Vector (or 0) as the position of {name} from {self.name}, got {cut(repr(offset))}. Give it a "
-                "direction: x*N.x."
-            )
-        for frame, _ in offset.parts:
+        what = f"a Vector (or 0) as the position of {name} from {self.name}"
+        r = expect.instance(offset, Vector, what, "Give it a direction: x*N.x.", error=SpaceError)
+        for frame, _ in r.parts:
             self.frame._check(frame)
         child: Point = object.__new__(Point)
-        child._finish(name, self, offset, self.frame, body)
+        child._finish(name, self, r, self.frame, body)
         return child
 
     def at(self, name: str, offset: Vector | int) -> Point:
@@ -89,8 +86,7 @@ class Point(Immutable):
         move with `frame`. Where r is not constant in `frame` another particle is met at every instant: then the acceleration
         is not the derivative of the velocity. A particle is a leaf: no point can be built on it.
         """
-        if not isinstance(frame, Frame):
-            raise SpaceError(f"Expected a frame in fixed_in(frame, name, offset), got {cut(repr(frame))}.")
+        expect.instance(frame, Frame, "a frame in fixed_in(frame, name, offset)", error=SpaceError)
         self.frame._check(frame)
         return self._child(name, offset, frame)
 
@@ -109,8 +105,7 @@ class Point(Immutable):
 
     def position(self, origin: Point) -> Vector:
         """Position vector from `origin` to this point."""
-        if not isinstance(origin, Point):
-            raise SpaceError(f"Expected the point from which {self.name} is seen, got {cut(repr(origin))}.")
+        expect.instance(origin, Point, f"the point from which {self.name} is seen", error=SpaceError)
         mine, theirs = self.ancestry(), origin.ancestry()
         if mine[-1] is not theirs[-1]:
             raise SpaceError(
@@ -158,16 +153,13 @@ class Point(Immutable):
 
     def _are_geometric(self, frame: Frame, origin: Point) -> bool:
         """Whether neither this point nor the origin is a particle, whose velocity is not the derivative of its position."""
-        if not isinstance(frame, Frame):
-            raise SpaceError(f"Expected a frame in which {self.name} moves, got {cut(repr(frame))}.")
-        if not isinstance(origin, Point):
-            raise SpaceError(f"Expected a point fixed in {frame.name} as origin, got {cut(repr(origin))}.")
+        expect.instance(frame, Frame, f"a frame in which {self.name} moves", error=SpaceError)
+        expect.instance(origin, Point, f"a point fixed in {frame.name} as origin", error=SpaceError)
         self.frame._check(frame)
         return self.body is None and origin.body is None
 
     def _recall(self, what: str, frame: Frame) -> Vector:
-        if not isinstance(frame, Frame):
-            raise SpaceError(f"Expected a frame in which to take the {what} of {self.name}, got {cut(repr(frame))}.")
+        expect.instance(frame, Frame, f"a frame in which to take the {what} of {self.name}", error=SpaceError)
         line = self.ancestry()
         root = line[-1]
         if frame is not root.frame:

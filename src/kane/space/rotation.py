@@ -10,6 +10,7 @@ from fractions import Fraction
 from types import MappingProxyType
 from typing import Any
 
+from kane.errors import warn
 from kane.expr.build import add, cos, mul, neg, sin, sub
 from kane.expr.differentiation import time_derivative
 from kane.expr.immutable import Immutable
@@ -18,7 +19,6 @@ from kane.expr.memo import remembered
 from kane.expr.node import ONE, TWO, ZERO, Expr, as_expr, constant_value
 from kane.expr.ops import NEG, SUB
 from kane.expr.symbols import Coordinate, QuasiRate
-from kane.program.native.callers import warn
 
 Triple = tuple[Expr, Expr, Expr]
 Cosines = tuple[Triple, Triple, Triple]

@@ -6,10 +6,9 @@ from kane.lazy_imports import offered
 __getattr__ = offered(
     __name__,
     {
-        "algebra": "unit",
+        "algebra": "conflict unit",
         "parser": "parse",
         "rules": "RULES",
-        "scales": "conflict",
         "table": "PLAIN PREFIXED",
         "text": "unit_text",
     },

@@ -61,7 +61,7 @@ def arguments(eom, settings, name, y, end, step, tolerance=1.0, samples=()):
 
 
 def languages(given, routine):
-    """The arguments with the routine as interpreter, machine code and C take it."""
+    """The arguments with the routine as NumPy, machine code and C take it."""
     code, n, lanes = given["rhs"], given["n"], len(given["r"])
 
     def rate(t, x, p, r, h, out):
@@ -80,6 +80,6 @@ def languages(given, routine):
     def derivatives(t, x, p, r, h, out):
         out[: n * (n - 1)] = slopes(float(t), x[: n - 1], p, None).reshape(-1)
 
-    routines = {"interpret": own, "llvm": code, "c": code.library.address(code.symbol)}
-    of_slopes = {"interpret": derivatives, "llvm": jac, "c": jac.library.address(jac.symbol)}
+    routines = {"numpy": own, "llvm": code, "c": code.library.address(code.symbol)}
+    of_slopes = {"numpy": derivatives, "llvm": jac, "c": jac.library.address(jac.symbol)}
     return given | {"rhs": routines, "watch": routines, "drive": routines, "along": routines, "jac": of_slopes}

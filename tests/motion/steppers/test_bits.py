@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Every integrator gives the same bits through the interpreter, machine code and C."""
+"""Every integrator gives the same bits through NumPy, machine code and C."""
 
 import numpy as np
 import pytest
@@ -49,7 +49,7 @@ def test_constraints_are_held_with_the_same_bits(name, tmp_path):
         out[:count] = numbers(float(t), x[:6], p[:0], None)
 
     given = languages(given | held.given, routine) | {"held_marks": np.zeros(31), "limit": 2}
-    given["constraints"] = {"interpret": constraints, "llvm": code, "c": code.library.address(code.symbol)}
+    given["constraints"] = {"numpy": constraints, "llvm": code, "c": code.library.address(code.symbol)}
     given["held_drive"] = given["drive"]
     kernel = INTEGRATORS[name].kernel(held=True)
     assert agree(kernel, given, tmp_path / "k.c") == ReturnCode.LIMIT
@@ -74,5 +74,5 @@ def test_a_look_at_events_gives_the_same_bits(name, tmp_path):
         out[:16] = np.array([watch(float(s), y, p[:0], None) for s, y in zip(t, states, strict=False)]).T.reshape(-1)
 
     given = languages(given | told, routine)
-    given["watch"] = {"interpret": look, "llvm": code, "c": code.library.address(code.symbol)}
+    given["watch"] = {"numpy": look, "llvm": code, "c": code.library.address(code.symbol)}
     assert agree(INTEGRATORS[name].kernel(), given, tmp_path / "k.c") == ReturnCode.LOOK

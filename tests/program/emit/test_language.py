@@ -9,7 +9,7 @@ from kane.expr import OPS
 from kane.gallery import pendulums, rolling_disk
 from kane.program import (
     VECTORS,
-    Assign,
+    Compute,
     Read,
     SinCos,
     Style,
@@ -51,7 +51,7 @@ def emitter(style):
 def line(s, values):
     if isinstance(s, Read):
         return f"{values[s.value]} := load {s.base} {s.place}"
-    if isinstance(s, Assign):
+    if isinstance(s, Compute):
         return SPELLING[s.op].format(values[s.value], *(values[a] for a in s.arguments))
     if isinstance(s, SinCos):
         angles = zip(s.angles, s.values, strict=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Kernels run by the interpreter, as machine code and as C, on copies of the same arrays."""
+"""Kernels run with NumPy, as machine code and as C, on copies of the same arrays."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from kane import Settings
-from kane.program import ArrayOf, CompiledKernel, Kernel, Number, emit_kernel_c, interpret
-from tests.program.emitted import library
+from kane.program import ArrayOf, CompiledKernel, Integer, Kernel, emit_kernel_c, emit_kernel_numpy
+from tests.program.emitted import library, module
 
 HEAD = "#include <math.h>\n#include <stdint.h>\n"
 C = ("-std=c99", "-O2", "-march=native", "-ffp-contract=off")
@@ -27,7 +27,7 @@ def in_c(kernel: Kernel, source: Path, *options: str):
     loaded = library(HEAD + emit_kernel_c(kernel), source, *(options or C))
     function = getattr(loaded, kernel.name)
     function.restype = ctypes.c_int64
-    function.argtypes = [ctypes.c_int64 if isinstance(a, Number) else ctypes.c_void_p for a in kernel.arguments]
+    function.argtypes = [ctypes.c_int64 if isinstance(a, Integer) else ctypes.c_void_p for a in kernel.arguments]
 
     def call(given):
         passed = [given[a.name] for a in kernel.arguments]
@@ -36,13 +36,24 @@ def in_c(kernel: Kernel, source: Path, *options: str):
     return call
 
 
+def in_numpy(kernel: Kernel, source: Path):
+    """A function of the arguments by name; a routine takes a number for each double, and for each address the array from there."""
+    function = getattr(module(emit_kernel_numpy(kernel), source), kernel.name)
+
+    def call(given):
+        passed = [given[a.name] for a in kernel.arguments]
+        return function(*(v.reshape(-1) if isinstance(v, np.ndarray) else v for v in passed))
+
+    return call
+
+
 def agree(kernel: Kernel, given, source: Path):
-    """What the kernel returns, which interpreter, machine code and C agree on; so do the arrays, bit by bit.
+    """What the kernel returns, which NumPy, machine code and C agree on; so do the arrays, bit by bit.
 
     A routine is given as a dict of what each of the three takes.
     """
     runs = {
-        "interpret": lambda g: interpret(kernel, g),
+        "numpy": in_numpy(kernel, source.with_suffix(".py")),
         "llvm": CompiledKernel(kernel, EXACT),
         "c": in_c(kernel, source),
     }

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from kane.errors import ProgramError
-from kane.program import FLOAT, INT, ArrayOf, Compute, Constant, If, Put, Store, Value, Writer, verified_kernel
+from kane.program import FLOAT, INT, ArrayOf, Compute, If, Immediate, Put, Value, Write, Writer, verified_kernel
 
 
 def writer():
@@ -29,16 +29,16 @@ def kernel():
         (lambda k: replace(k, arguments=(ArrayOf("z"),)), "arrays of its own .* got x"),
         (lambda k: replace(k, cells=(replace(k.result, name="c"),)), "one of its cells"),
         (lambda k: replace(k, body=(*k.body, *k.body)), "values that are defined once"),
-        (lambda k: replace(k, body=(*k.body, Store(k.body[0].place, Value(5, FLOAT)))), "defined where they are used"),
-        (lambda k: replace(k, body=(*k.body, Store(k.body[0].place, Value(99, FLOAT)))), "defined where they are used"),
-        (lambda k: replace(k, body=(Put(k.result, Constant(FLOAT, 1.0)),)), "Expected int .* got float in Put"),
-        (lambda k: replace(k, body=(If(Constant(INT, 1), (), ()),)), "Expected bool .* got int in If"),
+        (lambda k: replace(k, body=(*k.body, Write(Value(5, FLOAT), *k.body[0][1:]))), "defined where they are used"),
+        (lambda k: replace(k, body=(*k.body, Write(Value(99, FLOAT), *k.body[0][1:]))), "defined where they are used"),
+        (lambda k: replace(k, body=(Put(k.result, Immediate(FLOAT, 1.0)),)), "Expected int .* got float in Put"),
+        (lambda k: replace(k, body=(If(Immediate(INT, 1), (), ()),)), "Expected bool .* got int in If"),
         (
-            lambda k: replace(k, body=(Compute(Value(9, FLOAT), "cosh", (Constant(FLOAT, 1.0),)),)),
+            lambda k: replace(k, body=(Compute(Value(9, FLOAT), "cosh", (Immediate(FLOAT, 1.0),)),)),
             "one of the operations",
         ),
         (
-            lambda k: replace(k, body=(Compute(Value(9, INT), "neg", (Constant(FLOAT, 1.0),)),)),
+            lambda k: replace(k, body=(Compute(Value(9, INT), "neg", (Immediate(FLOAT, 1.0),)),)),
             "Expected float .* got int",
         ),
     ],

@@ -15,7 +15,7 @@ import kane as kn
 from kane import Handle, Settings
 from kane.errors import KaneWarning, ProgramError
 from kane.gallery.pendulums import system as chain
-from kane.program import Library, Target, compile_text, emit_llvm, machine_code, object_code, store, target
+from kane.program import Library, Processor, compile_text, emit_llvm, machine, object_code, store, target
 from tests.program.child import child
 
 SQUARE = """
@@ -51,14 +51,14 @@ def refuse(*_, **__):
 
 class TestTarget:
     def test_host(self):
-        here = machine_code.host()
+        here = machine.host()
         assert target() == target("host") == target(here.cpu) == here
         assert here.lanes in (2, 4, 8)
 
     @pytest.mark.parametrize("cpu", ["skylake-avx512", "i386", "apple-m1", "no-such", "", "Host", "native", "x86-64"])
     def test_another_processor_is_refused(self, cpu, monkeypatch):
-        known = machine_code.host()
-        monkeypatch.setattr(machine_code, "host", lambda: Target(known.triple, "this-one", known.features))
+        known = machine.host()
+        monkeypatch.setattr(machine, "host", lambda: Processor(known.triple, "this-one", known.features))
         with pytest.raises(ProgramError, match=f'Expected cpu to be "host", "generic" or .*, got {cpu!r}'):
             target(cpu)
         with pytest.raises(ProgramError, match="cannot run here"):
@@ -67,30 +67,28 @@ class TestTarget:
     def test_generic_has_no_features(self):
         generic = target("generic")
         assert (generic.cpu, generic.features, generic.lanes) == ("generic", "", 2)
-        assert generic.triple == machine_code.host().triple
+        assert generic.triple == machine.host().triple
 
     def test_generic_where_llvm_does_not_know_the_host(self, monkeypatch):
         """LLVM then calls the host "generic" too, and yet lists its features."""
-        monkeypatch.setattr(
-            machine_code, "host", lambda: Target("x86_64-unknown-linux-gnu", "generic", "+avx,+avx512f")
-        )
+        monkeypatch.setattr(machine, "host", lambda: Processor("x86_64-unknown-linux-gnu", "generic", "+avx,+avx512f"))
         assert target("generic").features == ""
         assert target("host").lanes == 8
 
     @pytest.mark.parametrize(("features", "lanes"), [("", 2), ("+avx", 4), ("+avx,-avx512f", 4), ("+avx,+avx512f", 8)])
     def test_lanes(self, features, lanes):
-        assert Target("", "", features).lanes == lanes
+        assert Processor("", "", features).lanes == lanes
 
 
 class TestFeatures:
     def test_added_to_the_generic_processor(self, monkeypatch):
-        monkeypatch.setattr(machine_code, "host", lambda: Target("t", "this-one", "+avx,+avx2,+fma,-avx512f"))
-        assert target("generic", "+avx2, +fma") == Target("t", "generic", "+avx2,+fma")
+        monkeypatch.setattr(machine, "host", lambda: Processor("t", "this-one", "+avx,+avx2,+fma,-avx512f"))
+        assert target("generic", "+avx2, +fma") == Processor("t", "generic", "+avx2,+fma")
         assert target("generic", "+avx2").lanes == 4
 
     @pytest.mark.parametrize("feature", ["+avx512f", "+no-such", "avx2", "-no-such", "-avx2", "-sse2", "+"])
     def test_one_that_the_host_lacks_is_refused(self, feature, monkeypatch):
-        monkeypatch.setattr(machine_code, "host", lambda: Target("t", "this-one", "+avx,+avx2,+fma,-avx512f"))
+        monkeypatch.setattr(machine, "host", lambda: Processor("t", "this-one", "+avx,+avx2,+fma,-avx512f"))
         message = f'Expected features that this processor has, each as "+name", got {feature}. It has avx, avx2, fma.'
         with pytest.raises(ProgramError, match=re.escape(message)):
             target("generic", f"+avx2,{feature}")
@@ -100,7 +98,7 @@ class TestFeatures:
     def test_results_keep_their_bits(self):
         eom = kn.derive(chain(3))
         x = np.random.default_rng(1).uniform(-1.5, 1.5, (20, 6))
-        some = ",".join(f for f in ("+avx2", "+fma") if f in machine_code.host().features.split(","))
+        some = ",".join(f for f in ("+avx2", "+fma") if f in machine.host().features.split(","))
         host = eom.compile(contract=False).rhs(0.0, x)
         assert np.array_equal(eom.compile(contract=False, cpu="generic", features=some).rhs(0.0, x), host)
 
@@ -118,7 +116,7 @@ class TestGeneric:
 
     def test_no_vex_instruction(self):
         """Neither register nor mnemonic of AVX; that the host's code has them shows that the search finds them."""
-        if "+avx" not in machine_code.host().features.split(","):
+        if "+avx" not in machine.host().features.split(","):
             assert target("generic").features == ""  # nothing to tell apart on this machine
             return
         program = kn.derive(chain(3)).compile().rhs.program
@@ -126,12 +124,12 @@ class TestGeneric:
         for cpu in ("host", "generic"):
             on = target(cpu)
             text = emit_llvm([program], True, on.lanes)
-            llvm = machine_code._llvm()
-            machine = llvm.Target.from_triple(on.triple).create_target_machine(
-                cpu=on.cpu, features=on.features, **machine_code._OPTIONS
+            llvm = machine._llvm()
+            compiler = llvm.Target.from_triple(on.triple).create_target_machine(
+                cpu=on.cpu, features=on.features, **machine._OPTIONS
             )
             with llvm.create_context() as context, llvm.parse_assembly(text, context) as module:
-                assembly = machine.emit_assembly(module)
+                assembly = compiler.emit_assembly(module)
             assert "mulsd" in assembly
             found[cpu] = re.findall(r"[yz]mm\d|^\s+v[a-z]+\d*[a-z]*\s", assembly, re.MULTILINE)
         assert found["host"]
@@ -160,7 +158,7 @@ class TestObject:
 
     def test_unknown_triple(self):
         with pytest.raises(ProgramError, match="no-such"):
-            object_code(SQUARE, Target("no-such-triple", "", ""))
+            object_code(SQUARE, Processor("no-such-triple", "", ""))
 
 
 class TestLink:
@@ -201,7 +199,7 @@ class TestLink:
 class TestCache:
     def test_second_compilation_reads_the_first(self, folder, monkeypatch):
         compile_text(SQUARE, target(), ["f"])
-        monkeypatch.setattr(machine_code, "object_code", refuse)
+        monkeypatch.setattr(machine, "object_code", refuse)
         assert number(compile_text(SQUARE, target(), ["f"]), 3.0) == 9.0
         with pytest.raises(AssertionError, match="compiled"):
             compile_text(SQUARE, target(), ["f"], cached=False)
@@ -214,17 +212,17 @@ class TestCache:
     def test_key_covers(self, what, monkeypatch):
         keys = []
         monkeypatch.setattr(store, "read", lambda key: keys.append(key) or b"")
-        monkeypatch.setattr(machine_code, "Library", lambda image, symbols: None)
-        compile_text("a", Target("t", "c", "f"), [])
-        compile_text("a", Target("t", "c", "f"), [])
+        monkeypatch.setattr(machine, "Library", lambda image, symbols: None)
+        compile_text("a", Processor("t", "c", "f"), [])
+        compile_text("a", Processor("t", "c", "f"), [])
         if what == "versions":
-            monkeypatch.setattr(machine_code, "versions", lambda: ("llvmlite 9", "LLVM 99"))
+            monkeypatch.setattr(machine, "versions", lambda: ("llvmlite 9", "LLVM 99"))
         if what == "options":
-            monkeypatch.setitem(machine_code._OPTIONS, "opt", 3)
+            monkeypatch.setitem(machine._OPTIONS, "opt", 3)
         given = {"text": "a", "triple": "t", "cpu": "c", "features": "f"}
         if what in given:
             given[what] = "other"
-        compile_text(given["text"], Target(given["triple"], given["cpu"], given["features"]), [])
+        compile_text(given["text"], Processor(given["triple"], given["cpu"], given["features"]), [])
         assert keys[0] == keys[1] != keys[2]
 
     @pytest.mark.parametrize("text", [OTHER, UNMET])
@@ -236,7 +234,7 @@ class TestCache:
         with pytest.warns(KaneWarning, match=f"(?s)has f, got: .*cache entry {entry.stem}. Compiling anew"):
             assert number(compile_text(SQUARE, target(), ["f"]), 3.0) == 9.0
         capfd.readouterr()
-        monkeypatch.setattr(machine_code, "object_code", refuse)
+        monkeypatch.setattr(machine, "object_code", refuse)
         assert number(compile_text(SQUARE, target(), ["f"]), 3.0) == 9.0
 
     def test_what_does_not_link_is_not_kept(self, folder, capfd):
@@ -261,12 +259,12 @@ class TestCache:
             from llvmlite import binding
             import kane as kn
             from kane.gallery.pendulums import system as chain
-            from kane.program.native import machine_code
+            from kane.program.native import machine
 
             def refuse(*_, **__):
                 raise AssertionError("compiled")
 
-            machine_code.object_code = refuse
+            machine.object_code = refuse
             binding.parse_assembly = binding.TargetMachine._emit_to_memory = refuse
             compiled = kn.derive(chain(2)).compile()
             x = np.array([0.1, 0.2, 0.3, 0.4])
@@ -288,7 +286,7 @@ class TestLife:
             import numpy as np
             import kane as kn
             from kane.gallery.pendulums import system as chain
-            from kane.program.native import machine_code
+            from kane.program.native import machine
 
             compiled = kn.derive(chain(2)).compile()
             x = np.array([0.1, 0.2, 0.3, 0.4])
@@ -299,7 +297,7 @@ class TestLife:
             own(0.0, x)
             address, memory = own._free[-1][0], own._free[-1][-1].base
             own = compiled = None
-            libraries = [machine_code.compile_text(f"define double @f() {{ ret double {k}.0 }}", machine_code.target(), ["f"])
+            libraries = [machine.compile_text(f"define double @f() {{ ret double {k}.0 }}", machine.target(), ["f"])
                          for k in range(20)]
             functions = [library.function("f", ctypes.c_double) for library in libraries]
             libraries = None
@@ -320,12 +318,12 @@ class TestLife:
         """Each library's linker is dropped at once: the tracker alone keeps the code."""
         child("""
             import ctypes, gc
-            from kane.program.native import machine_code
+            from kane.program.native import machine
 
-            image = machine_code.object_code("define double @f(double %x) { ret double %x }", machine_code.target())
+            image = machine.object_code("define double @f(double %x) { ret double %x }", machine.target())
             kept = []
             for k in range(60):
-                library = machine_code.Library(image, ["f"])
+                library = machine.Library(image, ["f"])
                 function = library.function("f", ctypes.c_double, ctypes.c_double)
                 if k % 3 == 0:
                     kept.append(function)
@@ -348,7 +346,7 @@ class TestLife:
     @pytest.mark.skipif(sys.platform != "linux", reason="memory in use is read from /proc")
     def test_memory_is_given_back(self):
         child("""
-            from kane.program.native import machine_code
+            from kane.program.native import machine
 
             def used():
                 with open("/proc/self/statm") as file:
@@ -358,13 +356,13 @@ class TestLife:
                 f"define double @f{k}(double %x) {{\\n  %y = fadd double %x, {k}.5\\n  ret double %y\\n}}"
                 for k in range(100)
             )
-            image = machine_code.object_code(text, machine_code.target())
+            image = machine.object_code(text, machine.target())
             for part in range(2):
                 before = used()
                 for _ in range(300):
-                    machine_code.Library(image, ["f1"])
+                    machine.Library(image, ["f1"])
                 for k in range(10):
-                    machine_code.object_code(text.replace(".5", f".{5 + part}{k}"), machine_code.target())
+                    machine.object_code(text.replace(".5", f".{5 + part}{k}"), machine.target())
             assert used() - before < 2**20, used() - before
         """)
 
@@ -379,15 +377,15 @@ class TestLife:
 
 def test_kane_cpu_names_a_lesser_processor(monkeypatch):
     monkeypatch.delenv("KANE_CPU", raising=False)
-    own = set(machine_code.host.__wrapped__().features.split(","))
+    own = set(machine.host.__wrapped__().features.split(","))
     for level, lanes in (("x86-64-v2", 2), ("x86-64-v3", 4), ("x86-64-v4", 8)):
-        if own.issuperset(machine_code.LEVELS[level].split(",")):
+        if own.issuperset(machine.LEVELS[level].split(",")):
             monkeypatch.setenv("KANE_CPU", level)
-            lesser = machine_code.host.__wrapped__()
+            lesser = machine.host.__wrapped__()
             assert (lesser.cpu, lesser.lanes) == (level, lanes)
 
 
 def test_kane_cpu_must_be_one_that_this_processor_can_stand_for(monkeypatch):
     monkeypatch.setenv("KANE_CPU", "pentium")
     with pytest.raises(kn.KaneError, match=r"KANE_CPU as a processor that .* can stand for, one of .*, got 'pentium'"):
-        machine_code.host.__wrapped__()
+        machine.host.__wrapped__()

@@ -20,7 +20,7 @@ import pytest
 import kane as kn
 from kane.errors import KaneWarning
 from kane.gallery.pendulums import system as chain
-from kane.program import machine_code, store
+from kane.program import machine, store
 from tests.program.child import child
 
 KEY, ANOTHER = store.key("one"), store.key("another")
@@ -170,7 +170,7 @@ class TestDamage:
         path.write_bytes(path.read_bytes()[:-9])
         with pytest.warns(KaneWarning, match="damaged"):
             assert np.array_equal(eom.compile().rhs(0.0, X), expected)
-        monkeypatch.setattr(machine_code, "object_code", None)
+        monkeypatch.setattr(machine, "object_code", None)
         assert np.array_equal(eom.compile().rhs(0.0, X), expected)
 
 

@@ -23,7 +23,7 @@ P = COMPILED.parameters() * np.random.default_rng(8).uniform(0.5, 2.0, (5, 1))
 
 BUSY = """
     import os, signal, threading, time
-    from kane.program import machine_code
+    from kane.program import machine
 
     text = "\\n".join(
         f"define double @f{k}(double %x) {{\\n  %y = fadd double %x, {k}.5\\n  %z = fdiv double %y, %x\\n  ret double %z\\n}}"
@@ -31,8 +31,8 @@ BUSY = """
     )
     def forever():
         while True:
-            machine_code.Library(machine_code.object_code(text, machine_code.target()), ["f1"])
-    machine_code.target()
+            machine.Library(machine.object_code(text, machine.target()), ["f1"])
+    machine.target()
     for _ in range(3):
         threading.Thread(target=forever, daemon=True).start()
     time.sleep(0.05)
@@ -144,14 +144,14 @@ class TestCompiling:
         child("""
             import ctypes, threading
             from concurrent.futures import ThreadPoolExecutor
-            from kane.program import machine_code
+            from kane.program import machine
 
             barrier = threading.Barrier(8)
 
             def work(k):
                 barrier.wait()
                 text = f"define double @f() {{ ret double {k}.0 }}"
-                return machine_code.compile_text(text, machine_code.target(), ["f"]).function("f", ctypes.c_double)
+                return machine.compile_text(text, machine.target(), ["f"]).function("f", ctypes.c_double)
 
             with ThreadPoolExecutor(8) as pool:
                 assert [f() for f in pool.map(work, range(8))] == list(range(8))
@@ -162,10 +162,10 @@ class TestCompiling:
         child("""
             import ctypes, gc, queue, threading
             from concurrent.futures import ThreadPoolExecutor
-            from kane.program import machine_code
+            from kane.program import machine
 
             gc.set_threshold(20, 2, 2)
-            images = [machine_code.object_code(f"define double @f() {{ ret double {k}.0 }}", machine_code.target()) for k in range(4)]
+            images = [machine.object_code(f"define double @f() {{ ret double {k}.0 }}", machine.target()) for k in range(4)]
             passed = queue.Queue(50)
 
             class Cycle:
@@ -174,7 +174,7 @@ class TestCompiling:
 
             def make(k):
                 for i in range(80):
-                    library = machine_code.Library(images[k], ["f"])
+                    library = machine.Library(images[k], ["f"])
                     function = library.function("f", ctypes.c_double)
                     assert function() == k
                     passed.put((k, function))
@@ -234,7 +234,7 @@ class TestProcesses:
         pid = os.fork()
         if pid == 0:
             signal.alarm(20)
-            machine_code.Library(machine_code.object_code(text, machine_code.target()), ["f1"])
+            machine.Library(machine.object_code(text, machine.target()), ["f1"])
             os._exit(0)
         assert os.waitpid(pid, 0)[1] == 0
         time.sleep(0.007)
@@ -248,7 +248,7 @@ class TestExit:
         found = child(f"""
     import atexit, ctypes
     def last():
-        library = machine_code.compile_text("define double @f() {{ ret double 5.0 }}", machine_code.target(), ["f"])
+        library = machine.compile_text("define double @f() {{ ret double 5.0 }}", machine.target(), ["f"])
         print(library.function("f", ctypes.c_double)())
     atexit.register(last)
     {BUSY}

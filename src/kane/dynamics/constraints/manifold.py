@@ -24,7 +24,7 @@ from kane.numeric.arrays import Array, Mask
 from kane.numeric.bounds import bounded
 from kane.numeric.many import ClosedMany, Indices, Sizes, close_many, close_most, sizes
 from kane.numeric.newton import Closed, close
-from kane.numeric.sampling import SEED
+from kane.numeric.sampling import ASSEMBLY_SEED
 from kane.numeric.scale import CLOSED, CLOSED_NEARLY, LAST_DIGIT
 
 ROWS = 16
@@ -145,7 +145,9 @@ class LevelSet:
     def usual(self) -> Sizes:
         """The same from zero and places drawn at random."""
         n = len(self.free)
-        return self.sizes(np.vstack([np.zeros(n), np.random.default_rng(SEED).uniform(-np.pi, np.pi, (_DRAWN, n))]))
+        return self.sizes(
+            np.vstack([np.zeros(n), np.random.default_rng(ASSEMBLY_SEED).uniform(-np.pi, np.pi, (_DRAWN, n))])
+        )
 
     @cached_property
     def wide(self) -> Array:

@@ -10,8 +10,8 @@ import numpy as np
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Speed
+from kane.kinematics.matching import Sample
 from kane.kinematics.motion import Contact, Kinematics
-from kane.kinematics.sample import Sample
 from kane.model.constraints import Constraint
 from kane.numeric.sampling import SEEDS
 from kane.numeric.scale import ROUNDED_CHAIN

@@ -29,7 +29,7 @@ from kane.expr.visit import substituted
 from kane.kinematics.constraints import ConstraintRows
 from kane.kinematics.speeds import twice_g
 from kane.model.bodies import Part, parts_of
-from kane.model.completed import constraint_rate
+from kane.model.variables import constraint_rate
 from kane.numeric.sampling import SEED, values_of
 from kane.space.frame import Frame
 from kane.space.point import Point

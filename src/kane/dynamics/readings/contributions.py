@@ -23,7 +23,7 @@ from kane.expr.node import ZERO, Expr, postorder
 from kane.expr.piecewise import Piecewise
 from kane.expr.size import Sizes, size
 from kane.expr.symbols import Reaction
-from kane.kinematics.sample import Sample
+from kane.kinematics.matching import Sample
 from kane.model.bodies import Body
 from kane.model.force_systems import ForceSystem
 from kane.model.loads import Load

@@ -37,8 +37,8 @@ from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.motion import Motion, acceleration_form, velocity_form
 from kane.model.bodies import parts_of
+from kane.model.declarations import geometry
 from kane.model.loads import Load
-from kane.model.survey import geometry
 from kane.model.system import total_mass
 from kane.space.frame import Frame
 from kane.space.point import Point

@@ -40,7 +40,7 @@ from kane.expr.size import size
 from kane.expr.solve import invert
 from kane.expr.symbols import Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of
 from kane.expr.visit import substituted
-from kane.kinematics.sample import Sample
+from kane.kinematics.matching import Sample
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
 from kane.numeric.bounds import ROUNDING, bounded

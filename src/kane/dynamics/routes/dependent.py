@@ -20,7 +20,7 @@ from kane.expr.symbols import QuasiRate, rate
 from kane.expr.visit import substituted
 from kane.kinematics.constraints import drift_of
 from kane.kinematics.motion import Following
-from kane.model.completed import constraint_rate
+from kane.model.variables import constraint_rate
 
 Exprs = tuple[Expr, ...]
 

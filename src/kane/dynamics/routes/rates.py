@@ -10,7 +10,7 @@ from kane.expr.evaluation import holds_any
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Speed, rate
 from kane.expr.visit import substituted
-from kane.model.completed import constraint_rate
+from kane.model.variables import constraint_rate
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -4,11 +4,10 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from kane.errors import ModelError, cut, none_of
+from kane import expect
+from kane.errors import ModelError, cut
 from kane.expr.symbols import Coordinate
-from kane.model.beams.deformation import SHEAR, Field
-from kane.model.beams.integrals import check_independent, fine
-from kane.model.beams.section import Tapered, section
+from kane.model.beams.deformation import SHEAR, Field, Tapered, check_independent, fine, section
 from kane.model.beams.shapes import ModeShapes, mode_shapes, unmet, vanish
 from kane.model.joints.joint import across, fixed, numbers
 from kane.numeric.scale import DECLARED
@@ -17,8 +16,8 @@ from kane.space.vector import Vector
 
 SUPPORTS: dict[str, tuple[int, ...]] = {"clamped": (0, 1), "pinned": (0,), "free": ()}
 """What must vanish at the root in the beam's frame: the value (0) and the slope (1) of deflections."""
-_HELD = {"clamped": {"root": 0.0}, "pinned": {"root": 0.0, "tip": 1.0}, "free": {}}
-"""Ends that are held: forces stretch and shear the beam there."""
+_CONSTRAINED = {"clamped": {"root": 0.0}, "pinned": {"root": 0.0, "tip": 1.0}, "free": {}}
+"""Ends that are constrained: forces stretch and shear the beam there."""
 _DEFORMATIONS = {
     "v": "deflection", "w": "deflection", "s": "stretch", "t": "twist", "g": "deflection by shear", "h": "deflection by shear",
 }  # fmt: skip
@@ -30,7 +29,7 @@ def directions(name: str, frame: Frame, axis: Any, along: Any) -> tuple[Vector, 
     e1 = fixed(axis, frame, f"axis of {name}")
     e2 = across(e1, frame)[0] if along is None else fixed(along, frame, f"along= of {name}")
     e3 = e1.cross(e2).express(frame)
-    if along is not None and not _perpendicular(e1, e2):
+    if along is not None and not abs(numbers([e1.dot(e2)])[0]) <= DECLARED:
         raise ModelError(
             f"Expected along= perpendicular to the axis of {name}, got {along} with the axis {axis}. It is the direction of the first "
             "deflection."
@@ -38,21 +37,14 @@ def directions(name: str, frame: Frame, axis: Any, along: Any) -> tuple[Vector, 
     return e1, e2, e3
 
 
-def _perpendicular(a: Vector, b: Vector) -> bool:
-    return abs(numbers([a.dot(b)])[0]) <= DECLARED
-
-
 def bending(name: str, support: Any, EI: Any, modes: Any, e2: Vector, e3: Vector) -> list[Field]:
     """The deflections v along e₂ and, where EI or modes are two, w along e₃."""
-    if support not in SUPPORTS:
-        raise ModelError(f"Expected support= of {name} to be one of {none_of(SUPPORTS, support)}")
-    both = [x for x in (EI, modes) if _is_pair(x)]
-    stiff = EI if _is_pair(EI) else (EI,) * (2 if both else 1)
-    given = modes if _is_pair(modes) else (modes,) * len(stiff)
-    e = ((e2, e3), (e3, -e2))
-    found = []
-    for stem, (along, turn), k, m in zip("vw", e, stiff, given, strict=False):
-        if _is_none(m) and both:
+    expect.one_of(support, SUPPORTS, f"support= of {name} to be")
+    stiff = _each(EI, 2 if _is_pair(modes) else 1)
+    given = _each(modes, len(stiff))
+    fields = []
+    for stem, (along, turn), k, m in zip("vw", ((e2, e3), (e3, -e2)), stiff, given, strict=False):
+        if _is_none(m) and (_is_pair(EI) or _is_pair(modes)):
             continue
         shapes = _shapes(name, "modes", m, _USUAL[support])
         wrong = unmet(shapes, SUPPORTS[support])
@@ -63,43 +55,26 @@ def bending(name: str, support: Any, EI: Any, modes: Any, e2: Vector, e3: Vector
                 'Take others, such as kn.mode_shapes("clamped-free", 3), or another support=.'
             )
         if support == "clamped":
-            _check_strained(name, "bending", shapes, 2, _HELD[support], "polynomials")
-        check_independent(name, shapes, fine([shapes]))
-        found.append(
-            _field(
-                name,
-                stem,
-                along,
-                turn,
-                shapes,
-                section(name, "EI", k, stem if len(set(map(id, stiff))) > 1 else ""),
-                "m",
-            )
-        )
-    if not found:
+            _check_strained(name, "bending", shapes, 2, _CONSTRAINED[support], "polynomials")
+        value = section(name, "EI", k, _which(stiff, stem))
+        fields.append(_field(name, stem, along, turn, shapes, value, "m"))
+    if not fields:
         raise _without(name, "modes", modes)
-    return found
+    return fields
 
 
 def axial(name: str, support: str, stem: str, what: str, value: Any, modes: Any, e1: Vector) -> list[Field]:
     """The stretch s, or the twist t, none without a stiffness; their functions are zero at the root."""
+    argument, noun, unit = ("stretch", "stretch", "m") if stem == "s" else ("torsion", "twist", "rad")
     if value is None:
         if not _is_none(modes):
-            raise ModelError(
-                f"Expected {what} of {name} for its {'stretch' if stem == 's' else 'torsion'}=, got none. Give both or neither."
-            )
+            raise ModelError(f"Expected {what} of {name} for its {argument}=, got none. Give both or neither.")
         return []
-    shapes = _shapes(name, "stretch" if stem == "s" else "torsion", 1 if _is_none(modes) else modes, "rod")
-    wrong = unmet(shapes, (0,))
-    if wrong:
-        raise ModelError(
-            f"Expected functions of the {'stretch' if stem == 's' else 'twist'} of {name} that are zero at the root, got "
-            f'{shapes.label} of which {wrong[0]} there. Take kn.mode_shapes("rod", 2), or ("legendre rod", 2).'
-        )
+    shapes = _shapes(name, argument, 1 if _is_none(modes) else modes, "rod")
+    _check_root(name, noun, shapes, 'there. Take kn.mode_shapes("rod", 2), or ("legendre rod", 2).')
     if support != "free":
-        _check_strained(name, "stretch" if stem == "s" else "twist", shapes, 1, {"root": 0.0}, "rod")
-    check_independent(name, shapes, fine([shapes]))
-    return [_field(name, stem, e1, None, shapes, section(name, what, value), "m" if stem == "s" else "rad")]
+        _check_strained(name, noun, shapes, 1, {"root": 0.0}, "rod")
+    return [_field(name, stem, e1, None, shapes, section(name, what, value), unit)]
 
 
 def shearing(name: str, support: str, shear: Any, modes: Any, bent: Sequence[Field]) -> list[Field]:
@@ -112,27 +87,38 @@ def shearing(name: str, support: str, shear: Any, modes: Any, bent: Sequence[Fie
         if not _is_none(modes):
             raise ModelError(f"Expected k_s G A of {name} as its shear=, got functions alone. Give both or neither.")
         return []
-    stiff = shear if _is_pair(shear) else (shear,) * len(bent)
-    given = modes if _is_pair(modes) else (modes,) * len(bent)
+    stiff, given = _each(shear, len(bent)), _each(modes, len(bent))
     if len(stiff) != len(bent) or len(given) != len(bent):
         raise ModelError(
             f"Expected one shear= of {name}, which bends along one direction, got two. Give EI=(…, …), too."
         )
     usual, further = ("pinned", 0) if support == "pinned" else ("rod polynomials", 1)
-    found = []
+    fields = []
     for f, k, m in zip(bent, stiff, given, strict=True):
         shapes = _shapes(name, "shear_modes", f.shapes.count + further if _is_none(m) else m, usual)
-        wrong = unmet(shapes, (0,))
-        if wrong:
-            raise ModelError(
-                f"Expected functions of the shear of {name} that are zero at the root, got {shapes.label} of which {wrong[0]} there. "
-                f'Take kn.mode_shapes("{usual}", {shapes.count}).'
-            )
-        _check_strained(name, "shear", shapes, 1, _HELD[support], usual)
-        check_independent(name, shapes, fine([shapes]))
-        which = f.stem if len(set(map(id, stiff))) > 1 else ""
-        found.append(_field(name, SHEAR[f.stem], f.along, None, shapes, section(name, "shear", k, which), "m"))
-    return found
+        _check_root(name, "shear", shapes, f'there. Take kn.mode_shapes("{usual}", {shapes.count}).')
+        _check_strained(name, "shear", shapes, 1, _CONSTRAINED[support], usual)
+        value = section(name, "shear", k, _which(stiff, f.stem))
+        fields.append(_field(name, SHEAR[f.stem], f.along, None, shapes, value, "m"))
+    return fields
+
+
+def _each(given: Any, count: int) -> Any:
+    """Two values as they are, one as often as it counts."""
+    return given if _is_pair(given) else (given,) * count
+
+
+def _which(values: Sequence[Any], stem: str) -> str:
+    """What tells the symbols of different values apart."""
+    return stem if len(set(map(id, values))) > 1 else ""
+
+
+def _check_root(name: str, what: str, shapes: ModeShapes, cure: str) -> None:
+    wrong = unmet(shapes, (0,))
+    if wrong:
+        raise ModelError(
+            f"Expected functions of the {what} of {name} that are zero at the root, got {shapes.label} of which {wrong[0]} {cure}"
+        )
 
 
 def turning(name: str, rotary: Any, sheared: bool, bent: Sequence[Field]) -> tuple[Tapered, ...]:
@@ -144,19 +130,18 @@ def turning(name: str, rotary: Any, sheared: bool, bent: Sequence[Field]) -> tup
                 "themselves. It is mass_per_length times I/A."
             )
         return ()
-    given = rotary if _is_pair(rotary) else (rotary,) * len(bent)
+    given = _each(rotary, len(bent))
     if len(given) != len(bent):
         raise ModelError(
             f"Expected one rotary= of {name}, which bends along one direction, got two. Give EI=(…, …), too."
         )
-    several = len(set(map(id, given))) > 1
-    return tuple(section(name, "rotary", x, f.stem if several else "") for f, x in zip(bent, given, strict=True))
+    return tuple(section(name, "rotary", x, _which(given, f.stem)) for f, x in zip(bent, given, strict=True))
 
 
 def _check_strained(
     name: str, what: str, shapes: ModeShapes, order: int, ends: Mapping[str, float], usual: str
 ) -> None:
-    """A ModelError for functions all of which are without strain, their derivative of an order, at one of the ends that are held."""
+    """At no end that is constrained are all functions without strain, their derivative of an order."""
     locked = [end for end, xi in ends.items() if vanish(shapes, xi, order).all()]
     if locked:
         raise ModelError(
@@ -198,8 +183,8 @@ def _without(name: str, what: str, modes: Any) -> ModelError:
 def _field(
     name: str, stem: str, along: Vector, turn: Vector | None, shapes: ModeShapes, value: Tapered, unit: str
 ) -> Field:
-    tag = "_".join(name.split())
-    what = _DEFORMATIONS[stem]
+    check_independent(name, shapes, fine([shapes]))
+    tag, what = "_".join(name.split()), _DEFORMATIONS[stem]
     coordinates = tuple(
         Coordinate.declare(f"{stem}{k}_{tag}", None, unit, f"{what} of {name}, function {k}")
         for k in range(1, shapes.count + 1)

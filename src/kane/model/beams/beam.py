@@ -1,27 +1,44 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`Beam`: a straight flexible beam by assumed modes, a body like any other."""
+"""`Beam`: a straight flexible beam by assumed modes, a body like any other.
+
+What is doubtful of a beam that spins: that its stiffening is left out, or that its functions are too few.
+
+By its own functions and with the root held, a beam that spins at Ω across its axis has, out of the plane of rotation, the frequencies
+(k EI/L³ + Ω² ρA L S) x = ω² ρA L m x, S = ∫ m₁ φ'_i φ'_j dξ; by more functions they are lower, and the difference is what these lack.
+"""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
 
-from kane.errors import ModelError, cut, none_of
+from kane import expect
+from kane.errors import KaneWarning, ModelError, ModesWarning, StiffeningWarning, cut
 from kane.expr.build import div, mul
-from kane.expr.evaluation import free_symbols
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol, rate
 from kane.model.beams.arguments import axial, bending, directions, shearing, turning
-from kane.model.beams.damping import damping_of
-from kane.model.beams.deformation import Fields, section_frame
-from kane.model.beams.elastic import Gauges, elasticity
+from kane.model.beams.deformation import (
+    Field,
+    Fields,
+    Share,
+    Tapered,
+    fine,
+    measure,
+    moments_beyond,
+    section,
+    section_frame,
+)
+from kane.model.beams.elastic import Gauges, damping_of, elasticity, strain
 from kane.model.beams.masses import Matter, particles, sharing, slices
-from kane.model.beams.section import Tapered, measure, section
+from kane.model.beams.shapes import ModeShapes, mode_shapes
 from kane.model.bodies import Part
-from kane.model.joints.joint import check_named
 from kane.model.loads import Load
+from kane.numeric.arrays import Array
 from kane.numeric.legendre import gauss
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -109,8 +126,7 @@ class Beam(Immutable):
         damping: Mapping[str, Any] | None = None,
     ) -> None:
         arguments = {k: v for k, v in locals().items() if k not in ("self", "name", "root")}
-        _check(name, root, frame, form)
-        _check_choice(name, stiffening)
+        _check(name, root, frame, form, stiffening)
         L = measure(name, "length", length)
         e1, e2, e3 = directions(name, frame, axis, along)
         bent = bending(name, support, EI, modes, e2, e3)
@@ -123,7 +139,7 @@ class Beam(Immutable):
         make = sharing if form == "linearized" else particles
         parts = (*make(name, root, whole, matter), *slices(name, root, frame, whole, matter))
         coordinates = tuple(q for f in fields for q in f.coordinates)
-        speeds = {Speed.declare(f"u_{q.name}", None, _rate_unit(q), ""): rate(q) for q in coordinates}
+        speeds = {Speed.declare(f"u_{q.name}", None, f"{q.unit}/s", ""): rate(q) for q in coordinates}
         gauges = Gauges(name, root, L, fields)
         loads = (elasticity(name, gauges, L, fields), *damping_of(name, gauges, whole, matter, damping))
         given = (matter.mass, matter.polar, *rotaries, *(f.stiffness for f in fields))
@@ -170,22 +186,21 @@ class Beam(Immutable):
         forces = []
         for x, w in zip(rule.places, rule.weights, strict=True):
             v = per_length(float(x)) if callable(per_length) else per_length
-            if not isinstance(v, Vector):
-                raise ModelError(
-                    f"Expected a load per length on {self.name} as a Vector, or a function of ξ that gives one, got {cut(repr(v))}. "
-                    "Say along which axis it acts: p*N.y."
-                )
+            expected = f"a load per length on {self.name} as a Vector, or a function of ξ that gives one"
+            expect.instance(v, Vector, expected, "Say along which axis it acts: p*N.y.")
             forces.append((self.point_at(float(x)), v * mul(constant(float(w)), self.length)))
         return Load(name or f"load along {self.name}", tuple(forces))
 
     def _place(self, xi: Any) -> tuple[Point, Frame]:
         share = self._share(xi)
         if share not in self._places:
-            self._places[share] = self._made(share)
+            name = f"{self.name} at {share:.6g}"
+            point = self.root.at(name, self.deformation.place(share))
+            self._places[share] = point, section_frame(name, self.frame, self.deformation, share)
         return self._places[share]
 
     def _share(self, xi: Any) -> float:
-        value = constant_value(as_expr(xi)) if not isinstance(xi, Expr) or constant_value(xi) is not None else None
+        value = constant_value(as_expr(xi))
         if value is None:
             value = constant_value(div(as_expr(xi), self.length))
         if value is None or not 0 <= float(value) <= 1:
@@ -194,11 +209,6 @@ class Beam(Immutable):
                 f"or give it as a share of it: {cut(self.length)}/2."
             )
         return float(value)
-
-    def _made(self, xi: float) -> tuple[Point, Frame]:
-        whole, name = self.deformation, f"{self.name} at {xi:.6g}"
-        point = self.root.at(name, whole.place(xi))
-        return point, section_frame(name, self.frame, whole, xi)
 
     def __repr__(self) -> str:
         n = ", ".join(f"{len(f.coordinates)} of {f.stem}" for f in self.deformation.fields)
@@ -231,22 +241,14 @@ def _restored(name: str, root: Point, arguments: Mapping[str, Any]) -> Beam:
     return Beam(name, root, **arguments)
 
 
-def _check(name: Any, root: Any, frame: Any, form: Any) -> None:
-    check_named("beam", name)
-    if not isinstance(root, Point) or root.body is not None:
-        raise ModelError(
-            f"Expected a geometric point as the root of {name}, got {cut(repr(root))}. Make one with at(…)."
-        )
-    if not isinstance(frame, Frame):
-        raise ModelError(f"Expected frame=Frame for the beam {name}, got {cut(repr(frame))}.")
+def _check(name: Any, root: Any, frame: Any, form: Any, stiffening: Any) -> None:
+    expect.name(name, "a name for the beam")
+    geometric = isinstance(root, Point) and root.body is None
+    expect.that(geometric, f"a geometric point as the root of {name}", root, "Make one with at(…).")
+    expect.instance(frame, Frame, f"frame=Frame for the beam {name}")
     root.frame._check(frame)
-    if form not in _FORMS:
-        raise ModelError(f"Expected form= of {name} to be one of {none_of(_FORMS, form)}")
-
-
-def _check_choice(name: str, stiffening: Any) -> None:
-    if not isinstance(stiffening, bool | np.bool_):
-        raise ModelError(f"Expected stiffening= of {name} to be True or False, got {cut(repr(stiffening))}.")
+    expect.one_of(form, _FORMS, f"form= of {name} to be")
+    expect.flag(stiffening, f"stiffening= of {name} to be True or False")
 
 
 def _polar(name: str, polar: Any, fields: Any) -> Tapered | None:
@@ -260,5 +262,84 @@ def _polar(name: str, polar: Any, fields: Any) -> Tapered | None:
     return section(name, "polar", polar)
 
 
-def _rate_unit(q: Coordinate) -> str:
-    return f"{q.unit}/s"
+_ENOUGH = 10
+"""Functions that have the first frequency of any beam that spins at a few times it."""
+_OFF = 0.02
+"""Share of the first frequency by which it may be wrong at the spin before a word is said."""
+
+
+def first_frequency(
+    beam: Beam, field: Field, values: Mapping[Expr, float], spin: float = 0.0, richer: ModeShapes | None = None
+) -> float:
+    """The first frequency (rad/s) of a deflection with the root held, out of the plane in which the beam spins."""
+    f = field if richer is None else field._replace(shapes=richer)
+    mass, length, stiff = (
+        float(evaluate(x, values)) for x in (beam.mass_per_length.value, beam.length, f.stiffness.value)
+    )
+    inert, elastic, drawn = _integrals(f.shapes, beam.mass_per_length.share, f.stiffness.share)
+    k = stiff / length**3 * elastic + spin**2 * mass * length * drawn
+    return float(np.sqrt(np.maximum(_eigenvalues(k, mass * length * inert)[0], 0.0)))
+
+
+@lru_cache(maxsize=64)
+def _integrals(shapes: ModeShapes, mass: Share, stiff: Share) -> tuple[Array, Array, Array]:
+    """m, k and S without units: the same for every motion of a beam."""
+    rule = fine([shapes])
+    values, slopes = (shapes.evaluate(rule.places, k) for k in (0, 1))
+    _, beyond = moments_beyond(mass, rule.places)
+    found = (
+        rule.gram(values, values, mass(rule.places)),
+        strain(shapes, stiff, 2),
+        rule.gram(slopes, slopes, beyond),
+    )
+    for a in found:
+        a.flags.writeable = False
+    return found
+
+
+@cache
+def _polynomials(count: int) -> ModeShapes:
+    return mode_shapes("polynomials", count)
+
+
+def _eigenvalues(k: Array, m: Array) -> Array:
+    size = np.sqrt(np.diag(m))
+    inverse = np.linalg.inv(np.linalg.cholesky(m / np.multiply.outer(size, size)))
+    return np.asarray(np.linalg.eigvalsh(inverse @ (k / np.multiply.outer(size, size)) @ inverse.T), dtype=float)
+
+
+def across(beam: Beam) -> Expr | None:
+    """The square of the angular speed of a beam's frame across its axis; None of one that does not turn."""
+    root = beam.frame.root()
+    if root is beam.frame:
+        return None
+    w = beam.frame.angular_velocity(root)
+    square: Expr = w.dot(w) - w.dot(beam.deformation.axis) ** 2
+    return square
+
+
+def doubts(beam: Beam, spin: float, values: Mapping[Expr, float]) -> Iterator[tuple[str, type[KaneWarning]]]:
+    """What is to be said of a beam that spins at `spin` (rad/s) across its axis, with the parameters' values."""
+    if not beam.clamped or not beam.deformation.bending or not np.isfinite(spin) or spin == 0:
+        return
+    first = min(first_frequency(beam, f, values) for f in beam.deformation.bending)
+    if not beam.deformation.stiffening:
+        if spin > first:
+            message = (
+                f"Expected the stiffening of {beam.name}, which spins at up to {spin:.4g} rad/s, beyond its first frequency at "
+                f"rest, {first:.4g} rad/s, got stiffening=False: linearized so early, it diverges whatever the beam does. Leave "
+                "stiffening= out."
+            )
+            yield message, StiffeningWarning
+        return
+    if spin < first:  # shapes change little then
+        return
+    for f in beam.deformation.bending:
+        coarse = first_frequency(beam, f, values, spin)
+        better = first_frequency(beam, f, values, spin, _polynomials(max(_ENOUGH, 2 * f.shapes.count)))
+        if coarse > better * (1 + _OFF):
+            message = (
+                f"Expected enough modes of {beam.name} for its spin, up to {spin:.4g} rad/s, got {f.shapes!r}, by which its first "
+                f"frequency there is {coarse:.5g} rad/s in the place of {better:.5g}. Take more of them."
+            )
+            yield message, ModesWarning

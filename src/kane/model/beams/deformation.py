@@ -1,27 +1,191 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The deformation of a beam in hybrid variables: the stretch s along the deformed axis, deflections v and w, twist θ.
 
-Where sections shear, a deflection is that of bending and that of shear together, v = v_b + v_s: sections turn by v_b', the angle of
-shear is v_s', each a sum of functions of its own, so that nothing locks as the stiffness GA grows.
-
     r(ξ) = (L ξ + s − ∫₀^ξ (v'² + w'²) dη/(2L)) e₁ + v e₂ + w e₃        ' = d/dξ
 
 (Yoo, Ryan & Scott 1995): the axial displacement is no variable, so that its foreshortening stands in the partial velocities before
-anything is linearized. Each of s, v, w, θ is Σ φ_j(ξ) q_j.
+anything is linearized. Each of s, v, w, θ is Σ φ_j(ξ) q_j. Where sections shear, v = v_b + v_s: sections turn by v_b', the angle of
+shear is v_s', each a sum of functions of its own, so that nothing locks as the stiffness GA grows.
+
+Modal integrals are taken once, by Gauss's quadrature. With shares r of the mass per length and e of a stiffness:
+
+    ∫ r f_k f_l dξ        ∫ e φ''_i φ''_j dξ        H_ij(ξ) = ∫₀^ξ φ'_i φ'_j dη
+
+H is the foreshortening: −qᵀ H q/(2L) is what a point of an axis that keeps its length moves towards the root. Its moments with the
+mass, ∫ r H dξ and ∫ r ξ H dξ, are by Fubini ∫ m₀ φ'_i φ'_j dξ and ∫ m₁ φ'_i φ'_j dξ, with m₀ = ∫_ξ¹ r dη and m₁ = ∫_ξ¹ r η dη.
 """
 
-from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, NamedTuple
 
+import numpy as np
+
+from kane import expect
+from kane.errors import ModelError, cut
 from kane.expr.build import add, div, mul
-from kane.expr.node import ZERO, Expr, constant
-from kane.expr.symbols import Coordinate
-from kane.model.beams.integrals import foreshortening, rounded
-from kane.model.beams.section import Tapered
+from kane.expr.evaluation import free_symbols, is_constant_in_time
+from kane.expr.node import ZERO, Expr, as_expr, constant, constant_value
+from kane.expr.symbols import Coordinate, Parameter
 from kane.model.beams.shapes import ModeShapes, together
 from kane.numeric.arrays import Array
+from kane.numeric.legendre import Rule, gauss
+from kane.numeric.scale import EQUAL, STATE_RANK, TAKES_PART
 from kane.space.frame import Frame
 from kane.space.vector import Vector
+
+_GRID = np.linspace(0, 1, 101)
+
+
+class Tapered(NamedTuple):
+    """`value` · `share(ξ)`."""
+
+    value: Expr
+    share: Callable[[Array], Array]
+
+
+def tapered(value: Any, share: Callable[[Array], Any]) -> Tapered:
+    """A mass per length, or a stiffness, that changes along a beam: `value` times a function of ξ = x/L.
+
+    `kn.tapered(EI, lambda xi: (1 - 0.5 * xi) ** 3)` is EI at the root and EI/8 at the tip.
+    """
+    cure = "For example lambda xi: 1 - 0.5 * xi."
+    expect.that(callable(share), "a function of ξ = x/L as the taper", share, cure)
+
+    def shares(x: Array) -> Array:
+        return np.broadcast_to(np.asarray(share(x), dtype=float), np.shape(x))
+
+    along = shares(_GRID)
+    if not (along[:-1] > 0).all() or not np.isfinite(along).all() or along[-1] < 0:
+        worst = _GRID[int(np.argmin(np.where(np.isfinite(along), along, -np.inf)))]
+        raise ModelError(
+            f"Expected a taper above zero from the root to the tip, got {float(shares(np.array([worst]))[0]):g} at ξ = {worst:g}. The "
+            "function gives the share of the value at the root."
+        )
+    return Tapered(as_expr(value), shares)
+
+
+def section(who: str, what: str, given: Any, which: str = "") -> Tapered:
+    """A property of a beam, uniform unless it is tapered; a ModelError for one that is not above zero, or varies in time."""
+    whole = given if isinstance(given, Tapered) else Tapered(as_expr(given), np.ones_like)
+    return whole._replace(value=measure(who, what, whole.value, which))
+
+
+UNITS = {
+    "length": ("L", "m"), "mass_per_length": ("rhoA", "kg/m"), "EI": ("EI", "N*m^2"), "EA": ("EA", "N"), "GJ": ("GJ", "N*m^2"),
+    "polar": ("Ip", "kg*m"), "shear": ("kGA", "N"), "rotary": ("rhoI", "kg*m"),
+}  # fmt: skip
+"""Symbol and unit of the parameters that numbers become."""
+
+
+def measure(who: str, what: str, given: Any, which: str = "") -> Expr:
+    """A value above zero in parameters; a number becomes a parameter of the beam, so that its unit is known and it may be changed."""
+    value = as_expr(given)
+    check_positive(who, what, value)
+    number = constant_value(value)
+    if number is None:
+        return value
+    symbol, unit = UNITS[what]
+    return Parameter.declare(f"{symbol}{which}_{'_'.join(who.split())}", float(number), unit, f"{what} of {who}")
+
+
+def check_positive(who: str, what: str, value: Expr) -> None:
+    """A ModelError for what is not above zero where the defaults of the parameters tell."""
+    varying = [str(s) for s in free_symbols([value]) if not isinstance(s, Parameter)]
+    if not is_constant_in_time([value]) or varying:
+        raise ModelError(f"Expected {what} of {who} in parameters and numbers, got {cut(value)}. Use a kn.parameter.")
+    number = value.default if isinstance(value, Parameter) else constant_value(value)
+    if number is not None and not float(number) > 0:
+        came = f"{number:g}" if constant_value(value) is not None else f"{cut(value)} = {number:g}"
+        raise ModelError(f"Expected {what} of {who} above zero, got {came}. Check its sign, or the default.")
+
+
+Share = Callable[[Array], Array]
+
+_POINTS = 40
+"""Points of a piece between two breaks, beyond twice the number of functions."""
+_BITS = 44
+"""Sums of numbers that are rounded to 2^-44 of 1 are exact: what cancels in sums, cancels to zero."""
+
+
+def fine(shapes: Sequence[ModeShapes]) -> Rule:
+    """A rule for products of all these functions."""
+    breaks = sorted({b for s in shapes for b in s.breaks} | {0.0, 1.0})
+    pieces = len(breaks) - 1
+    most = max((s.count for s in shapes), default=1)
+    return gauss(max(8, (_POINTS + 2 * most) // (1 if pieces == 1 else 4)), breaks)
+
+
+def rounded(a: Array) -> Array:
+    """Numbers of order 1 with few bits, so that they cancel where they should."""
+    whole: Array = np.ldexp(np.round(np.ldexp(a, _BITS)), -_BITS)
+    return whole
+
+
+def check_independent(who: str, shapes: ModeShapes, rule: Rule) -> None:
+    """A ModelError names the functions that the others make, and the rank."""
+    values = np.sqrt(rule.weights)[:, None] * shapes.evaluate(rule.places, 0)
+    lengths = np.linalg.norm(values, axis=0)
+    zero = [k + 1 for k in np.nonzero(lengths == 0)[0]]
+    if zero:
+        raise ModelError(f"Expected modes of {who} that bend it, got mode {zero[0]}, which is zero. Leave it out.")
+    _, singular, turned = np.linalg.svd(values / lengths)
+    rank = int((singular > STATE_RANK * singular[0]).sum())
+    if rank < shapes.count:
+        parts = np.abs(turned[rank:]).max(axis=0)
+        blamed = ", ".join(str(k + 1) for k in np.nonzero(parts > TAKES_PART)[0])
+        raise ModelError(
+            f"Expected independent modes of {who}, got {shapes.count} of rank {rank}: modes {blamed} depend on each other. Leave out "
+            f"{shapes.count - rank} of these."
+        )
+
+
+def foreshortening(shapes: ModeShapes, xi: float) -> Array:
+    """H(ξ) (n × n)."""
+    breaks = [b for b in shapes.breaks if b < xi]
+    if not breaks:
+        return np.zeros((shapes.count, shapes.count))
+    points = (_POINTS + 2 * shapes.count) // (1 if len(breaks) == 1 else 4)
+    rule = gauss(max(points, 8), (*breaks, xi))
+    slopes = shapes.evaluate(rule.places, 1)
+    return rule.gram(slopes, slopes)
+
+
+def moments_beyond(share: Share, places: Array) -> tuple[Array, Array]:
+    """m₀ and m₁ at each place."""
+    inner = gauss(_POINTS)
+    x = places[:, None] + np.multiply.outer(1 - places, inner.places)
+    weights = np.multiply.outer(1 - places, inner.weights) * share(x)
+    return weights.sum(axis=1), (weights * x).sum(axis=1)
+
+
+def stations(shapes: Sequence[ModeShapes], bending: Sequence[ModeShapes], share: Share) -> Rule:
+    """Gauss's rule with the fewest points that has ∫ r f_k f_l of all functions and foreshortenings."""
+    target, sizes = _products(fine(shapes), shapes, bending, share)
+
+    def enough(points: int) -> bool:
+        error = np.abs(_products(gauss(points), shapes, bending, share)[0] - target)
+        return bool((error <= EQUAL * np.multiply.outer(sizes, sizes)).all())
+
+    few, most = 1, 4 * max((s.count for s in shapes), default=1) + 40
+    while most - few > 1:
+        middle = (few + most) // 2
+        few, most = (few, middle) if enough(middle) else (middle, most)
+    return gauss(most)
+
+
+def _products(
+    rule: Rule, shapes: Sequence[ModeShapes], bending: Sequence[ModeShapes], share: Share
+) -> tuple[Array, Array]:
+    values = [np.ones((len(rule.places), 1)), rule.places[:, None]]
+    values += [s.evaluate(rule.places, 0) for s in shapes]
+    for s in bending:
+        h = np.array([foreshortening(s, x) for x in rule.places])
+        rows, columns = np.triu_indices(s.count)
+        values.append(h[:, rows, columns])
+    whole = np.hstack(values)
+    squares = rule.gram(whole, whole, share(rule.places))
+    return squares, np.sqrt(np.diag(squares))
+
 
 SHEAR = {"v": "g", "w": "h"}
 """The deflection by shear beside each by bending."""

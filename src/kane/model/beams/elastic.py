@@ -3,21 +3,30 @@
 
 A gauge of q_j is a point at q_j n from a point fixed in the inertial frame, n fixed there: its only partial velocity is n, for q̇_j, so
 that a force along n contributes to this speed's equation and to no other, and to no reaction.
+
+
+Damping of a beam: C = α M + β K (Rayleigh), or a ratio ζ for each mode of the beam with its root held.
+
+With M = ρA L m and K = k EI/L³ in numbers m, k and their modes mΦ: ΦᵀmΦ = 1, ΦᵀkΦ = λ², the ratio ζ has
+C = 2 ζ √(ρA L EI/L³) · mΦ diag(λ) Φᵀm.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
-from kane.expr.build import add, div, mul
-from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import Coordinate, rate
-from kane.model.beams.deformation import Field, combined, quadratic
-from kane.model.beams.integrals import Share, fine
+from kane import expect
+from kane.errors import ModelError, none_of
+from kane.expr.build import add, div, mul, sqrt
+from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value
+from kane.expr.symbols import Coordinate, Parameter, rate
+from kane.model.beams.deformation import SHEAR, Field, Fields, Share, combined, fine, quadratic
+from kane.model.beams.masses import Matter
 from kane.model.beams.shapes import ModeShapes
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
-from kane.numeric.scale import ROUNDED_CHAIN
+from kane.numeric.scale import ROUNDED, ROUNDED_CHAIN
 from kane.space.point import Point
 
 
@@ -86,3 +95,76 @@ def damper(name: str, gauges: Gauges, matrices: Sequence[tuple[Field, Sequence[t
                 total = add(total, mul(value, combined(c[i], rates)))
             forces.append((q, total))
     return gauges.load(f"damping of {name}", forces, None)
+
+
+_DIGITS = 30
+UNITS = {"mass": ("alpha", "1/s"), "stiffness": ("beta", "s"), "ratio": ("zeta", "1")}
+"""Symbol and unit of the parameters that numbers become."""
+
+
+def damping_of(
+    name: str, gauges: Gauges, whole: Fields, matter: Matter, damping: Mapping[str, Any] | None
+) -> tuple[Load, ...]:
+    """The load of the damping, if there is any."""
+    if damping is None:
+        return ()
+    given: object = damping
+    expected = f'damping= of {name} as {{"mass": α, "stiffness": β}} or {{"ratio": ζ}}'
+    expect.that(isinstance(given, Mapping) and given, expected, damping)
+    for kind in damping:
+        if kind not in UNITS:
+            raise ModelError(f"Expected damping= of {name} by some of {none_of(UNITS, kind)}")
+    if any(f.stem in SHEAR.values() for f in whole.fields) and set(damping) != {"stiffness"}:
+        raise ModelError(
+            f'Expected damping= of {name}, which shears, as {{"stiffness": β}}, got {", ".join(map(repr, damping))}: its modes are '
+            "those of bending and shear together."
+        )
+    values = {kind: _parameter(name, kind, x) for kind, x in damping.items()}
+    return (damper(name, gauges, [(f, _terms(f, whole, matter, values)) for f in whole.fields]),)
+
+
+def _parameter(name: str, kind: str, given: Any) -> Expr:
+    """A value in parameters; a number becomes one, so that its unit is known. Not below zero."""
+    value = as_expr(given)
+    number = constant_value(value)
+    known = value.default if isinstance(value, Parameter) else number
+    if known is not None and not float(known) >= 0:
+        raise ModelError(f"Expected damping {kind!r} of {name} not below zero, got {float(known):g}. Check its sign.")
+    if number is None:
+        return value
+    symbol, unit = UNITS[kind]
+    return Parameter.declare(f"{symbol}_{'_'.join(name.split())}", float(number), unit, f"damping of {name}")
+
+
+def _terms(f: Field, whole: Fields, matter: Matter, damping: Mapping[str, Expr]) -> list[tuple[Expr, Array]]:
+    share = matter.polar if f.stem == "t" else matter.mass
+    assert share is not None
+    rule = fine([f.shapes])
+    values = f.shapes.evaluate(rule.places, 0)
+    m, k = rule.gram(values, values, share.share(rule.places)), stiffness(f)
+    size = np.sqrt(np.diag(m))
+    m[np.abs(m) < ROUNDED * np.multiply.outer(size, size)] = 0.0
+    mass, stiff = mul(share.value, whole.length), stiffness_value(f, whole.length)
+    terms = []
+    if "mass" in damping:
+        terms.append((mul(damping["mass"], mass), m))
+    if "stiffness" in damping:
+        terms.append((mul(damping["stiffness"], stiff), k))
+    if "ratio" in damping:
+        terms.append((mul(2 * damping["ratio"], sqrt(mul(mass, stiff))), _critical(m, k)))
+    return terms
+
+
+def _critical(m: Array, k: Array) -> Array:
+    """mΦ diag(λ) Φᵀm, in more digits than are kept, which LAPACK's last ones depend on the machine."""
+    import mpmath
+
+    with mpmath.workdps(_DIGITS):
+        lower = mpmath.cholesky(mpmath.matrix(m.tolist()))
+        inverse = lower**-1
+        squares, modes = mpmath.eigsy(inverse * mpmath.matrix(k.tolist()) * inverse.T)
+        half = lower * modes
+        c = half * mpmath.diag([mpmath.sqrt(max(x, 0)) for x in squares]) * half.T
+        found = np.array(c.tolist(), dtype=float)
+    found[np.abs(found) < ROUNDED_CHAIN * np.abs(found).max()] = 0.0
+    return found

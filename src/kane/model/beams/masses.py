@@ -17,9 +17,7 @@ import numpy as np
 
 from kane.expr.build import mul
 from kane.expr.node import ZERO, Expr, constant
-from kane.model.beams.deformation import Fields, section_frame
-from kane.model.beams.integrals import fine, moments_beyond, rounded, stations
-from kane.model.beams.section import Tapered
+from kane.model.beams.deformation import Fields, Tapered, fine, moments_beyond, rounded, section_frame, stations
 from kane.model.beams.shapes import slopes
 from kane.model.bodies import Part
 from kane.numeric.arrays import Array, product

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Contact of a wheel with a plane: where it touches, which particles meet there, and the constraints of contact and of rolling.
+"""Contact of a wheel with a plane – where it touches, the particles there, the constraints of contact and of rolling – and friction.
 
 A wheel is a ring of radius R about an axis w, thickened to a torus by a crown of radius r: a disk's edge has r = 0, a sphere
 R = 0. With the plane's unit normal n and d the direction in the wheel's plane that points down,
@@ -8,17 +8,27 @@ R = 0. With the plane's unit normal n and d the direction in the wheel's plane t
 
 which is smooth but where the wheel lies flat (n ∥ w). The height h = (contact − Q)·n over a point Q of the plane has the rate of
 the relative velocity, along n, of the particles in contact: the multiplier of h = 0 is the normal force on the wheel's particle.
+
+Sliding friction is a load that knows its slip, the speed below which nothing slips any more, and the reactions that must press. At
+rest its direction is none: a motion ends where the slip falls below the threshold, or, with `smooth`, the contact creeps.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
-from kane.errors import ModelError
+from kane import expect
+from kane.errors import ModelError, cut
+from kane.expr.build import NODE_BUILDERS, add, div, mul, sqrt
+from kane.expr.evaluation import free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.symbols import Reaction
 from kane.model.constraints import Constraint, rolling, touching
 from kane.model.directions import check_unit, home_of
-from kane.model.joints.joint import check_place, fixed
+from kane.model.joints.joint import Joint, check_place, fixed
+from kane.model.loads import Force, Load, Slip, action_reaction, torque_pair
+from kane.model.reactions import cut_of
+from kane.numeric.named import finite_number
 from kane.numeric.sampling import SEEDS, sample
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame
@@ -179,3 +189,113 @@ def torus_on_plane(
     R + r high. Other arguments as for `kn.disk_on_plane`.
     """
     return _contact(name, wheel, center, plane, normal, (radius, axis), crown, along, down)
+
+
+def friction(
+    point: Point,
+    normal: Reaction,
+    mu: Any,
+    *,
+    along: Vector | None = None,
+    against: Point | None = None,
+    threshold: float | None = None,
+    smooth: float | None = None,
+    name: str = "",
+) -> Load:
+    """Coulomb's friction −μ N v/|v| at a particle that slides under the normal force N.
+
+    The slip v is the particle's velocity across the normal's direction. A motion ends where |v| falls below the threshold (the
+    contact sticks, or rolls where the particle in contact changes), and where N falls to zero (the contact opens).
+
+    Parameters
+    ----------
+    point : the particle in contact, made with `fixed_in`
+    normal : the normal reaction, which must press where it is positive
+    mu : coefficient of friction
+    along : the direction of the normal, where the reaction does not say it
+    against : the particle of the other body that it slides on; it feels the opposite force. Without it the ground
+    threshold : slip speed, in the units of the model, below which the contact is taken not to slide any more; a ten-thousandth of the
+        largest that it has had in the motion, unless told
+    smooth : a speed ε: the force is −μ N v/√(v² + ε²), which has no threshold and can start at rest
+    name : of the load
+
+    Raises
+    ------
+    ModelError
+        if the point is no Point, the normal no Reaction with a direction, or the threshold or ε not above zero
+    """
+    expect.instance(point, Point, "friction at a Point", "Make the particle in contact with fixed_in(…).")
+    cure = "Bring it into evidence: kn.reaction(name, at=…, along=…)."
+    expect.instance(normal, Reaction, "the normal force as a reaction", cure)
+    if along is None:
+        place = cut_of(normal)
+        if place is None:
+            raise ModelError(
+                f"Expected along=unit vector, the normal's direction, as the reaction {normal} does not say it."
+            )
+        along = place.along
+    root = point.root().frame
+    v = point.velocity(root) if against is None else point.velocity(root) - against.velocity(root)
+    slip = v.reject(along)
+    eps = _above_zero("smooth", smooth)
+    regular = None if eps is None else sqrt(add(slip.dot(slip), mul(as_expr(eps), as_expr(eps))))
+    force = (slip.normalized() if regular is None else slip / regular) * (-as_expr(mu) * normal)
+    name = name or f"friction on {point.name}"
+    load = Force(point, force, name) if against is None else action_reaction(point, against, force, name)
+    rolls = any(p.body is not None and not p.offset.dt(p.body).is_zero for p in (point, against) if p is not None)
+    return _declared(load, Slip(slip.magnitude(), rolls=rolls), normal, threshold, smooth)
+
+
+def dry_friction(
+    joint: Joint, size: Any, *, threshold: float | None = None, smooth: float | None = None, name: str = ""
+) -> Load:
+    """Dry friction in a pin or a slider: a torque or force of a given size against the joint's rate.
+
+    A motion ends where the rate falls below the threshold (the joint sticks).
+
+    Parameters
+    ----------
+    joint : a pin or a slider
+    size : of the torque (pin) or force (slider), not below zero
+    threshold : rate, in the units of the model, below which the joint is taken to stick; a ten-thousandth of the largest that it has
+        had in the motion, unless told
+    smooth : a rate ε: the load is −size tanh(rate/ε), which has no threshold and can start at rest
+    name : of the load
+
+    Raises
+    ------
+    ModelError
+        if the joint is neither a pin nor a slider, or the threshold or ε is not above zero
+    """
+    kind = getattr(joint, "kind", None)
+    if kind not in ("pin", "slider"):
+        what = f"a {kind} joint" if isinstance(kind, str) else cut(repr(joint))
+        raise ModelError(
+            f"Expected dry friction in a pin or slider joint, got {what}. Write the load with kn.torque_pair."
+        )
+    rate = (joint.angular_velocity if kind == "pin" else joint.velocity).dot(joint.axis)
+    eps = _above_zero("smooth", smooth)
+    sense = NODE_BUILDERS["sign"](rate) if eps is None else NODE_BUILDERS["tanh"](div(rate, as_expr(eps)))
+    load, name = joint.axis * (-as_expr(size) * sense), name or f"dry friction in {joint.name}"
+    pair = (
+        torque_pair(joint.frame, joint.parent, load, name)
+        if kind == "pin"
+        else action_reaction(joint.point, joint.at, load, name)
+    )
+    return _declared(pair, Slip(NODE_BUILDERS["abs"](rate)), as_expr(size), threshold, smooth)
+
+
+def _declared(load: Load, slip: Slip, size: Expr, threshold: float | None, smooth: float | None) -> Load:
+    presses = tuple(s for s in free_symbols([size]) if isinstance(s, Reaction))
+    speed = slip.speed if smooth is None else None
+    return replace(
+        load, slip=replace(slip, speed=speed, threshold=_above_zero("threshold", threshold), presses=presses)
+    )
+
+
+def _above_zero(name: str, value: Any) -> float | None:
+    """A speed above zero, where there is one."""
+    number = None if value is None else finite_number("speed", name, value)
+    if number is not None and not number > 0:
+        raise ModelError(f"Expected {name} > 0, a speed in the units of the model, got {value!r}.")
+    return number

@@ -1,20 +1,21 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Gears, external or internal, on any carriers, and rack and pinion: teeth do not slip at the pitch point.
+"""Gears on any carriers: spur gears, external or internal, rack and pinion, bevel gears and worm gears.
 
-The particles of both gears at the pitch point have one velocity along the common tangent. The multiplier is the tangential tooth
-force on the first gear, so that bearings feel the teeth too. With both gears on pins of one carrier it is a configuration constraint,
+Teeth do not slip at the pitch point, along the common tangent, or along the normal of a worm's thread. The multiplier is the tooth
+force on the first gear along that direction, so that bearings feel the teeth too. Between joints of one carrier it is a configuration
+constraint, with pitch radii as the numbers of teeth, s = ±1 and the thread's rise p = r z_worm/z_wheel per rad
 
-    r_a θ_a + r_b θ_b = r_a φ  (external)        r_a θ_a − r_b θ_b = r_a φ  (internal, b the ring),
+    r_a θ_a + r_b θ_b = r_a φ  (external, bevel)      r_a θ_a − r_b θ_b = r_a φ  (internal, b the ring)
+    r (θ − φ) − s = 0  (rack on a slider)             s r θ_wheel ± p θ_worm = ± p φ  (worm),
 
-otherwise a motion constraint. The pitch radii divide the distance of the centres as the numbers of teeth do.
-
-With the pinion on a pin and the rack on a slider of one carrier, their constraint is r (θ − φ) − s = 0; its multiplier is the
-tangential tooth force on the pinion along the rack.
+otherwise a motion constraint. The pitch radii of spur gears divide the distance of the centres as the numbers of teeth do.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
+from kane import expect
 from kane.errors import ModelError, cut
 from kane.expr.build import add, div, mul, sqrt, sub
 from kane.expr.evaluation import is_constant_in_time
@@ -22,14 +23,65 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import NEG
 from kane.expr.patterns import split
 from kane.model.constraints import Constraint, no_slip
-from kane.model.directions import is_pair
-from kane.model.joints.joint import Joint, check_named, fixed, is_along, numbers
+from kane.model.directions import check_unit
+from kane.model.joints.joint import Joint, is_along, numbers
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
 
 Gear = Joint | tuple[Frame, Point]
+
+
+class _Side(NamedTuple):
+    """A gear or a rack: its frame, a point of it, and its joint where it was given by one."""
+
+    frame: Frame
+    center: Point
+    joint: Joint | None
+
+    def moved(self, axis: Vector) -> Expr:
+        """The coordinate of the joint about, or along, a vector that its axis is along or against."""
+        assert self.joint is not None
+        q = self.joint.coordinates[0]
+        return q if is_along(self.joint.axis, axis) else -q
+
+
+def _side(name: str, part: Any, kind: str, joint: str, pair: str) -> _Side:
+    if isinstance(part, Joint):
+        if part.kind != kind:
+            raise ModelError(f"Expected {joint} for {name!r}, got {part.name!r}, a {part.kind} joint.")
+        return _Side(part.frame, part.point, part)
+    right = isinstance(part, tuple) and len(part) == 2 and isinstance(part[0], Frame) and isinstance(part[1], Point)
+    expect.that(right, f"{pair} for {name!r}", part)
+    return _Side(part[0], part[1], None)
+
+
+def _of_pin(name: str, gear: Any) -> _Side:
+    return _side(name, gear, "pin", "gears on pins", "a gear as a pin joint or (frame, centre)")
+
+
+def _meshing(
+    name: str, a: _Side, b: _Side, arms: tuple[Vector, Vector], along: Vector, expr: Callable[[], Expr]
+) -> Constraint:
+    """The particles of both sides at their arms do not slip; for joints of one carrier `expr` is zero."""
+    p, q = (x.center.fixed_in(x.frame, f"{name} {x.frame.name}", arm) for x, arm in zip((a, b), arms, strict=True))
+    (slip,) = no_slip(p, q, along=along, name=name)
+    if a.joint is None or b.joint is None or a.joint.parent is not b.joint.parent:
+        return slip
+    return replace(slip, kind="configuration", expr=expr())
+
+
+def _teeth(name: str, teeth: Any) -> tuple[Expr, Expr]:
+    first, second = expect.pair(teeth, f"teeth=(z_a, z_b) for the gears {name!r}")
+    return as_expr(first), as_expr(second)
+
+
+def _check_teeth(name: str, teeth: tuple[Expr, Expr], internal: bool = False) -> None:
+    a, b = numbers(teeth)
+    if not (a > 0 and b > (a if internal else 0)):
+        more = ", more on the ring" if internal else ""
+        raise ModelError(f"Expected positive numbers of teeth{more} for {name!r}, got {a:g} and {b:g}.")
 
 
 def gear_pair(
@@ -58,33 +110,31 @@ def gear_pair(
     Constraint
         a configuration constraint for two pins of one carrier, else a motion constraint, for nonholonomic=
     """
-    check_named("gears", name)
-    (frame_a, at_a), (frame_b, at_b) = (
-        gear_side(name, part, "pin", "gears on pins", "a gear as a pin joint or (frame, centre)") for part in (a, b)
-    )
+    expect.name(name, "a name for the gears")
+    first, second = _of_pin(name, a), _of_pin(name, b)
     n = axis if axis is not None else a.axis if isinstance(a, Joint) else None
     if n is None:
         raise ModelError(f"Expected axis=unit vector for the gears {name!r}, which are not given by pin joints.")
-    if not is_pair(teeth):
-        raise ModelError(f"Expected teeth=(z_a, z_b) for the gears {name!r}, got {cut(repr(teeth))}.")
-    z_a, z_b = (as_expr(z) for z in teeth)
-    line = at_b.position(at_a)
+    z_a, z_b = _teeth(name, teeth)
+    line = second.center.position(first.center)
     size = length_along(line)
-    _check_layout(name, line, n, size, z_a, z_b, internal)
+    _check_centers(name, line, n, size)
+    _check_teeth(name, (z_a, z_b), internal)
     whole = sub(z_b, z_a) if internal else add(z_a, z_b)
     e = -line / size if internal else line / size
     r_a, r_b = _pitch_radius(size, z_a, whole), _pitch_radius(size, z_b, whole)
-    tangent = n.cross(e).gathered()
-    p = at_a.fixed_in(frame_a, f"{name} {frame_a.name}", (e * r_a).gathered())
-    q = at_b.fixed_in(frame_b, f"{name} {frame_b.name}", (e * (r_b if internal else -r_b)).gathered())
-    (slip,) = no_slip(p, q, along=tangent, name=name)
-    if not (isinstance(a, Joint) and isinstance(b, Joint) and a.parent is b.parent):
-        return slip
-    other = fixed(b.axis, a.parent, f"axis of {b.name!r}")
-    forward, alike = is_along(a.axis, n), is_along(a.axis, n) == is_along(other, n)
-    turn_b = b.coordinates[0] if alike != internal else -b.coordinates[0]
-    way = add(mul(r_a, sub(a.coordinates[0], as_expr(phase))), mul(r_b, turn_b))
-    return replace(slip, kind="configuration", expr=way if forward else -way)
+    arms = (e * r_a).gathered(), (e * (r_b if internal else -r_b)).gathered()
+
+    def angles() -> Expr:
+        assert first.joint is not None
+        assert second.joint is not None
+        forward = is_along(first.joint.axis, n)
+        alike = forward == is_along(second.joint.axis, n)
+        turn = second.joint.coordinates[0] if alike != internal else -second.joint.coordinates[0]
+        f = add(mul(r_a, sub(first.joint.coordinates[0], as_expr(phase))), mul(r_b, turn))
+        return f if forward else -f
+
+    return _meshing(name, first, second, arms, n.cross(e).gathered(), angles)
 
 
 def length_along(v: Vector) -> Expr:
@@ -107,19 +157,8 @@ def _pitch_radius(size: Expr, teeth: Expr, whole: Expr) -> Expr:
     return teeth if size is whole else mul(size, div(teeth, whole))
 
 
-def gear_side(name: str, part: Any, kind: str, joint: str, pair: str) -> tuple[Frame, Point]:
-    """Frame and centre of a gear that is given by its joint, or by these."""
-    if isinstance(part, Joint):
-        if part.kind != kind:
-            raise ModelError(f"Expected {joint} for {name!r}, got {part.name!r}, a {part.kind} joint.")
-        return part.frame, part.point
-    if isinstance(part, tuple) and len(part) == 2 and isinstance(part[0], Frame) and isinstance(part[1], Point):
-        return part
-    raise ModelError(f"Expected {pair} for {name!r}, got {cut(repr(part))}.")
-
-
-def _check_layout(name: str, line: Vector, n: Vector, size: Expr, z_a: Expr, z_b: Expr, internal: bool) -> None:
-    lift, square, ta, tb = numbers([line.dot(n), line.dot(line), z_a, z_b])
+def _check_centers(name: str, line: Vector, n: Vector, size: Expr) -> None:
+    lift, square = numbers([line.dot(n), line.dot(line)])
     if abs(lift) > DECLARED * abs(square) ** 0.5 or line.is_zero:
         raise ModelError(
             f"Expected centres of the gears {name!r} in one plane across the axis, got them {lift:.3g} m apart along {n}."
@@ -127,10 +166,6 @@ def _check_layout(name: str, line: Vector, n: Vector, size: Expr, z_a: Expr, z_b
     if not is_constant_in_time([size]):
         raise ModelError(
             f"Expected centres of the gears {name!r} at a constant distance, got {cut(size)}. Carry both by one frame."
-        )
-    if not (ta > 0 and tb > (ta if internal else 0)):
-        raise ModelError(
-            f"Expected positive numbers of teeth{', more on the ring' if internal else ''} for {name!r}, got {ta:g} and {tb:g}."
         )
 
 
@@ -162,25 +197,159 @@ def rack_and_pinion(
     Constraint
         a configuration constraint for a pin and a slider of one carrier, else a motion constraint, for nonholonomic=
     """
-    check_named("rack and pinion", name)
+    expect.name(name, "a name for the rack and pinion")
     n = axis if axis is not None else pinion.axis if isinstance(pinion, Joint) else None
     d = along if along is not None else rack.axis if isinstance(rack, Joint) else None
     if n is None or d is None:
         raise ModelError(f"Expected axis= and along= for {name!r}, which is not given by a pin and a slider.")
-    (wheel, center), (bar, foot) = (
-        gear_side(name, part, kind, f"a {kind} joint", f"a {kind} joint or (frame, point)")
+    wheel, bar = (
+        _side(name, part, kind, f"a {kind} joint", f"a {kind} joint or (frame, point)")
         for part, kind in ((pinion, "pin"), (rack, "slider"))
     )
     r = as_expr(radius)
     if abs(numbers([n.dot(d)])[0]) > DECLARED:
         raise ModelError(f"Expected the rack {name!r} across the pinion's axis, got {d} and {n}.")
     arm = d.cross(n) * r
-    p = center.fixed_in(wheel, f"{name} {wheel.name}", arm)
-    q = foot.fixed_in(bar, f"{name} {bar.name}", center.position(foot) + arm)
-    (slip,) = no_slip(p, q, along=d, name=name)
-    if not (isinstance(pinion, Joint) and isinstance(rack, Joint) and pinion.parent is rack.parent):
-        return slip
-    s, turn = rack.coordinates[0], sub(pinion.coordinates[0], as_expr(phase))
-    along_rack = is_along(fixed(rack.axis, rack.parent, "axis"), d)
-    way = sub(mul(r, turn if is_along(pinion.axis, n) else -turn), s if along_rack else -s)
-    return replace(slip, kind="configuration", expr=way)
+
+    def advance() -> Expr:
+        assert wheel.joint is not None
+        turn = sub(wheel.joint.coordinates[0], as_expr(phase))
+        return sub(mul(r, turn if is_along(wheel.joint.axis, n) else -turn), bar.moved(d))
+
+    return _meshing(name, wheel, bar, (arm, wheel.center.position(bar.center) + arm), d, advance)
+
+
+def bevel_pair(
+    name: str,
+    a: Gear,
+    b: Gear,
+    *,
+    teeth: tuple[Any, Any],
+    radius: Any,
+    apex: Point | None = None,
+    axes: tuple[Vector, Vector] | None = None,
+    phase: Any = 0,
+) -> Constraint:
+    """Bevel gears `a` and `b` mesh; their axes meet at the apex.
+
+    Parameters
+    ----------
+    name : of the constraint
+    a, b : pin joints, or (frame, centre) of gears on any carriers
+    teeth : numbers of teeth, or pitch radii: only their ratio counts
+    radius : pitch radius of `a`, m
+    apex : where the axes meet; by default the place of the pin `a`
+    axes : unit vectors of the axes, from the apex into the gears; those of the pins. Where both point away from the apex, or both to
+        it, the gears turn about them in opposite senses
+    phase : the angle φ of `a` at θ_b = 0, for pins of one carrier: list the constraint in holonomic=
+
+    Returns
+    -------
+    Constraint
+        a configuration constraint for two pins of one carrier, else a motion constraint, for nonholonomic=
+    """
+    expect.name(name, "a name for the bevel gears")
+    first, second = _of_pin(name, a), _of_pin(name, b)
+    n_a, n_b = _axes(name, first, second, axes)
+    z_a, z_b = _teeth(name, teeth)
+    _check_teeth(name, (z_a, z_b))
+    across = n_a.cross(n_b).gathered()
+    if across.is_zero or abs(numbers([across.dot(across)])[0]) < DECLARED:
+        raise ModelError(
+            f"Expected axes of the bevel gears {name!r} that meet at an angle, got {n_a} and {n_b}. kn.gear_pair takes parallel ones."
+        )
+    meet = first.center if apex is None else apex
+    _check_meets(name, meet, ((first.center, n_a), (second.center, n_b)))
+    sine, r_a = length_along(across), as_expr(radius)
+    line = (n_a * z_b + n_b * z_a) * div(r_a, mul(z_a, sine))  # along both pitch cones, z_a : z_b from the axes
+    arm_a, arm_b = ((meet.position(x.center) + line).gathered() for x in (first, second))
+
+    def angles() -> Expr:
+        turn_a = mul(r_a, sub(first.moved(n_a), as_expr(phase)))
+        return add(turn_a, mul(div(mul(r_a, z_b), z_a), second.moved(n_b)))
+
+    return _meshing(name, first, second, (arm_a, arm_b), across / sine, angles)
+
+
+def worm_pair(
+    name: str,
+    wheel: Gear,
+    worm: Gear,
+    *,
+    teeth: tuple[Any, Any],
+    radius: Any,
+    hand: str = "right",
+    axes: tuple[Vector, Vector] | None = None,
+    phase: Any = 0,
+) -> Constraint:
+    """A worm drives a wheel; their axes cross at right angles.
+
+    Parameters
+    ----------
+    name : of the constraint
+    wheel, worm : pin joints, or (frame, centre); the centre of the wheel is across from the axis of the worm
+    teeth : of the wheel, and the threads of the worm
+    radius : pitch radius of the wheel, m; that of the worm is what is left of the distance of the axes
+    hand : "right" or "left", of the thread
+    axes : unit vectors of wheel and worm; those of the pins
+    phase : the angle φ of the worm at θ = 0 of the wheel, for pins of one carrier: list the constraint in holonomic=
+
+    Returns
+    -------
+    Constraint
+        a configuration constraint for two pins of one carrier, else a motion constraint, for nonholonomic=
+    """
+    expect.name(name, "a name for the worm gear")
+    expect.that(hand in ("right", "left"), f'hand="right" or "left" of the worm {name!r}', hand)
+    first, second = _of_pin(name, wheel), _of_pin(name, worm)
+    n_g, n_w = _axes(name, first, second, axes)
+    z, threads = _teeth(name, teeth)
+    _check_teeth(name, (z, threads))
+    outward = n_w.cross(n_g)
+    between = second.center.position(first.center)
+    square, lift, gap = numbers([n_w.dot(n_g), between.dot(n_g), between.dot(outward)])
+    if abs(square) > DECLARED or abs(lift) > DECLARED * abs(gap) or not gap:
+        raise ModelError(
+            f"Expected axes of the worm gear {name!r} that cross at right angles, the wheel's centre across from the worm, got {n_g} "
+            f"and {n_w} with the centres {between} apart. Place the wheel's centre in the plane across its axis that holds the worm's."
+        )
+    side, r = (1 if gap > 0 else -1), as_expr(radius)
+    rise = div(mul(r, threads), z) * (1 if hand == "right" else -1)
+    arm = sub(mul(as_expr(side), between.dot(outward)), r)
+    if numbers([arm])[0] <= 0:
+        raise ModelError(
+            f"Expected a pitch radius of the wheel below the distance of the axes of {name!r}, got {cut(r)}."
+        )
+    contact = outward * (side * r)
+    normal = n_w - n_g * div(rise * side, arm)
+    size = length_along(normal)
+
+    def angles() -> Expr:
+        turn = sub(second.moved(n_w), as_expr(phase))
+        return div(add(mul(side * r, first.moved(n_g)), mul(rise, turn)), size)
+
+    arms = contact.gathered(), (contact - between).gathered()
+    return _meshing(name, first, second, arms, (normal / size).gathered(), angles)
+
+
+def _axes(name: str, a: _Side, b: _Side, axes: Any) -> tuple[Vector, Vector]:
+    if axes is None and a.joint is not None and b.joint is not None:
+        axes = (a.joint.axis, b.joint.axis)
+    first, second = expect.pair(axes, f"axes=(unit vector, unit vector) for the gears {name!r}", "Pins have their own.")
+    for n in (first, second):
+        check_unit(n, f"axis of a gear of {name!r}")
+    return first, second
+
+
+def _check_meets(name: str, apex: Any, lines: tuple[tuple[Point, Vector], ...]) -> None:
+    """The apex lies on the axes of both gears."""
+    expect.instance(apex, Point, f"a Point as the apex of {name!r}, where the axes meet")
+    for at, n in lines:
+        r = apex.position(at)
+        off = r.cross(n)
+        away, far = numbers([off.dot(off), r.dot(r)])
+        if abs(away) > DECLARED**2 * max(abs(far), 0) and far:
+            raise ModelError(
+                f"Expected the apex of {name!r} on the axes of both gears, got {apex.name}, off the line through {at.name} along {n}. "
+                "Give apex=the point where the axes meet."
+            )

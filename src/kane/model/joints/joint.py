@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
+from kane import expect
 from kane.errors import ModelError, UnitError, cut
 from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.immutable import Immutable
@@ -150,19 +151,12 @@ class Seat:
         )  # fmt: skip
 
 
-def check_named(what: str, name: Any) -> None:
-    """A name is a text."""
-    if not isinstance(name, str) or not name:
-        raise ModelError(f"Expected a name for the {what}, got {cut(repr(name))}.")
-
-
 def check_place(name: Any, at: Any, parent: Any) -> None:
     """A joint has a name, sits at a geometric point and on a frame."""
-    check_named("joint", name)
-    if not isinstance(at, Point) or at.body is not None:
-        raise ModelError(f"Expected at=geometric point of the parent for the joint {name!r}, got {cut(repr(at))}.")
-    if not isinstance(parent, Frame):
-        raise ModelError(f"Expected parent=frame for the joint {name!r}, got {cut(repr(parent))}.")
+    expect.name(name, "a name for the joint")
+    geometric = isinstance(at, Point) and at.body is None
+    expect.that(geometric, f"at=geometric point of the parent for the joint {name!r}", at)
+    expect.instance(parent, Frame, f"parent=frame for the joint {name!r}")
 
 
 def fixed(axis: Any, frame: Frame, what: str) -> Vector:
@@ -202,9 +196,8 @@ def _symbols(
         wanted = list(_names(names) if isinstance(names, str) else names) if several else [names]
     if len(wanted) != count or not all(isinstance(x, str | kind) for x in wanted) or len(set(wanted)) < count:
         raise ModelError(
-            f"Expected {count} {what}, by name or symbol, for the joint {name!r}, got {cut(repr(names), 80)}. Left out, "
-            "they are named after "
-            "the joint."
+            f"Expected {count} {what}, by name or symbol, for the joint {name!r}, got {cut(repr(names), 80)}. Left out, they are "
+            "named after the joint."
         )
     return tuple(
         kind.declare(x, None, unit) if isinstance(x, str) else x for x, unit in zip(wanted, units, strict=True)
@@ -236,9 +229,8 @@ def numbers(exprs: Sequence[Expr]) -> list[float]:
 
 def perpendicular_axes(name: str, axes: Any, frame: Frame) -> tuple[Vector, Vector]:
     """Two perpendicular unit vectors, fixed in `frame`."""
-    if not isinstance(axes, tuple | list) or len(axes) != 2:
-        raise ModelError(f"Expected axes=two perpendicular unit vectors for {name!r}, got {cut(repr(axes))}.")
-    first, second = (fixed(a, frame, f"axis of {name!r}") for a in axes)
+    both = expect.pair(axes, f"axes=two perpendicular unit vectors for {name!r}")
+    first, second = (fixed(a, frame, f"axis of {name!r}") for a in both)
     product = first.dot(second)
     if product is not ZERO and abs(numbers([product])[0]) > DECLARED:
         raise ModelError(f"Expected perpendicular axes for the universal joint {name!r}, got {first} and {second}.")

@@ -15,8 +15,7 @@ from kane.equations.state import guess
 from kane.errors import KaneError, SimulationError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import Input, Symbol, input_of
-from kane.model.actions import target
-from kane.model.declarations import Event
+from kane.model.declarations import Event, target
 from kane.motion.inputs.feedback import value
 from kane.motion.inputs.functions import Function, input_functions
 from kane.motion.solution.phases import Phase

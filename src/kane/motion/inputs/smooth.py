@@ -21,7 +21,7 @@ from kane.expr.node import ONE, ZERO, Expr, postorder
 from kane.expr.ops import Op
 from kane.expr.piecewise import Piecewise
 from kane.expr.symbols import Parameter, Symbol, Time, time
-from kane.model.survey import geometry
+from kane.model.declarations import geometry
 from kane.motion.inputs.breakpoints import on_from, up_to
 from kane.motion.inputs.expressions import Formula
 from kane.numeric.arrays import Array

@@ -10,7 +10,7 @@ from enum import IntEnum
 from typing import Literal
 
 from kane.numeric.scale import EPS
-from kane.program.kernel.language import INT, Place
+from kane.program.kernel.language import INT, Address
 from kane.program.kernel.write import Array, Term, Writer
 
 
@@ -103,12 +103,12 @@ class StepperContext:
         """The argument that gives r at a time, which a motion has whose inputs are `driven`; it takes what the rates take."""
         self._drive = self.writer.callee("drive", *takes)
 
-    def drive(self, t: Term | Place, x: Place) -> None:
+    def drive(self, t: Term | Address, x: Address) -> None:
         """The inputs at a time."""
         with self.writer.when(self.driven > 0):
             self._drive(t, x, self.p.at(0), self.r.at(0), self.hd.at(0), self.r.at(0))
 
-    def follow(self, t: Term | Place, x: Place) -> None:
+    def follow(self, t: Term | Address, x: Address) -> None:
         """The inputs at states, where they follow from these."""
         with self.writer.when(self.driven > 1):
             self._drive(t, x, self.p.at(0), self.r.at(0), self.hd.at(0), self.r.at(0))

@@ -18,7 +18,7 @@ from kane.motion.steppers.tsitpap8 import TSITPAP8
 from kane.motion.steppers.vern9 import VERN9
 from kane.numeric.arrays import Array
 from kane.program.kernel.language import Kernel
-from kane.program.native.compiled_kernel import CompiledKernel
+from kane.program.native.entry import CompiledKernel
 from kane.program.native.machine import Settings
 
 

@@ -16,7 +16,7 @@ from kane.equations.equations import Equations
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
 from kane.model.force_systems import ForceSystem, Wrench
-from kane.model.principal import Principal
+from kane.model.mass import Principal
 from kane.model.system import System
 from kane.motion.solution.solution import Solution
 from kane.present.notebook.equations import equations_html

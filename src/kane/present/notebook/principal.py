@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Principal moments of inertia and their axes in a notebook."""
 
-from kane.model.principal import Principal
+from kane.model.mass import Principal
 from kane.present.notebook.pieces import table
 from kane.present.notebook.typeset import expression, vector
 

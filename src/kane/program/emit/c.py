@@ -2,37 +2,30 @@
 """A Program as one file of C99 and its header, to be built into other programs: it needs nothing but <math.h>.
 
 Its functions are `<system>_hoist(parameters, h)` and `<system>_<routine>(ports, h, out)`; its tables give what the ports hold and
-what the results are. One operation a statement; z12 is the twelfth value of its routine.
+what the results are. One operation a statement; z12 is the twelfth value of its routine. Kernels are one function each.
 """
 
+import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
-from kane.expr import ops
-from kane.expr.ops import COS, OPS, SIN, Op
-from kane.program.emit.c_tables import CFile, CFunction, c_declarations, c_file, c_head, c_number, c_tables
-from kane.program.emit.names import ARITHMETIC, c_comment, made_by
-from kane.program.emit.sincos import LIMIT, STEPS, constant
-from kane.program.emit.walk import Assign, Read, SinCos, Statement, Style, pieces, statements
-from kane.program.program import Program
-
-_FUNCTIONS = {
-    OPS[n]: f"{n}({{0}})" for n in ["sqrt", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log"]
-}
-_FORMS = {
-    **ARITHMETIC,
-    **_FUNCTIONS,
-    ops.POW: "pow({0}, {1})",
-    OPS["atan2"]: "atan2({0}, {1})",
-    OPS["abs"]: "fabs({0})",
-    OPS["floor"]: "floor({0})",
-    OPS["sign"]: "{0} != {0} ? {0} : ({0} > 0.0) - ({0} < 0.0)",
-    OPS["min"]: "{0} < {1} || {0} != {0} ? {0} : {1}",
-    OPS["max"]: "{0} > {1} || {0} != {0} ? {0} : {1}",
-    ops.LESS: "{0} < {1}",
-    ops.WHERE: "{0} != 0.0 ? {1} : {2}",
-    ops.REGULAR: f"fabs({{0}}) > {ops.GONE!r} * {{1}} ? {{0}} : (double)NAN",
-}
-"""An operation of {0}, {1}, …; sines and cosines are ours."""
+from kane.program.emit.c_printer import KINDS, CPrinter, extent
+from kane.program.emit.names import (
+    Names,
+    c_comment,
+    c_number,
+    c_string,
+    distinct,
+    identifier,
+    is_free_in_c,
+    local_names,
+    made_by,
+    stem,
+)
+from kane.program.emit.sincos import c_sincos
+from kane.program.emit.walk import RESULTS, VECTORS, Function, Style, function_of, hoisting, pieces, statements
+from kane.program.kernel.language import Argument, ArrayOf, Compute, Integer, Kernel, Read, SinCos, Statement, Write
+from kane.program.program import Port, Program
 
 _NO_FAST_MATH = """\
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__) \\
@@ -54,14 +47,6 @@ _NO_CONTRACTION = """\
 #endif
 """
 _FOR_SINCOS = "#include <stdint.h>\n#include <string.h>\n"
-_LONE = """\
-static double kane_{name}(double x)
-{{
-    double s, c;
-    kane_sincos(x, &s, &c);
-    return {value};
-}}
-"""
 _PART = """\
 #if defined(__GNUC__)
 #define KANE_PART static __attribute__((noinline)) /* in one piece it would take long to compile */
@@ -71,6 +56,10 @@ _PART = """\
 #define KANE_PART static
 #endif
 """
+_ROUNDING = {
+    True: "Options such as -march=native -ffp-contract=fast give fused multiply-adds: faster, other last digits.",
+    False: "Each operation is rounded by itself. Not with clang's -ffp-contract=fast, which no file can refuse.",
+}
 
 LONGEST = 2000
 """Instructions in one function at most: compilers take more than twice as long for one of twice the length."""
@@ -82,136 +71,230 @@ def emit_c(program: Program, *, contract: bool = True, version: str = "", longes
     Without `contract` every operation is rounded by itself: the results of + − × ÷ √ are those of NumPy bit by bit. With it the
     compiler may round a·b + c once, where its options say so.
     """
-    file = c_file(program)
+    file = _file(program)
     style = Style(lanes=1, whole=longest, piece=longest)
-    writer = _Writer(file, style)
-    code = "\n".join(map(writer.definition, file.functions))
+    called: set[str] = set()
+    functions = [_definition(file, f, style, called) for f in file.functions]
+    headers = "#include <math.h>\n" + (_FOR_SINCOS if called else "")
     parts = [
-        c_head(file, contract, version),
-        _NO_FAST_MATH
-        + ("" if contract else _NO_CONTRACTION)
-        + "#include <math.h>\n"
-        + (_FOR_SINCOS if writer.helpers else ""),
-        c_declarations(file),
-        c_tables(file),
-        _PART if writer.parts else "",
-        _angles(writer.helpers),
-        code,
+        _head(file, contract, version),
+        _NO_FAST_MATH + ("" if contract else _NO_CONTRACTION) + headers,
+        _declarations(file),
+        _tables(file),
+        _PART if any("KANE_PART" in text for text in functions) else "",
+        c_sincos(called),
+        "\n".join(functions),
     ]
     return "\n".join(part for part in parts if part)
 
 
 def emit_header(program: Program, *, contract: bool = True, version: str = "") -> str:
     """The text of the header that belongs to the file of `emit_c`, for C and C++; it is the same for both ways to round."""
-    file = c_file(program)
+    file = _file(program)
     title = f"/* {c_comment(f'{program.name}: declarations. {made_by(version)}')} */"
-    return f"{title}\n#ifndef {file.guard}\n#define {file.guard}\n\n{c_declarations(file)}\n#endif\n"
+    return f"{title}\n#ifndef {file.guard}\n#define {file.guard}\n\n{_declarations(file)}\n#endif\n"
 
 
-def _angles(helpers: set[str]) -> str:
-    """Our sines and cosines, as far as they are called. A sine alone is faster so than the library's."""
-    lone = [_LONE.format(name=name, value=name[0]) for name in ("sin", "cos") if name in helpers]
-    return "\n".join([C_SINCOS, *lone]) if helpers else ""
+def emit_kernel_c(kernel: Kernel) -> str:
+    """The text of the function `int64_t <name>(arguments)`; it needs <math.h> and <stdint.h>."""
+    printer = CPrinter()
+    for c in kernel.cells:
+        zero = "{0}" if c.type.width > 1 else "0"
+        printer.add(f"{KINDS[c.type.kind]} cell_{c.name}{extent(c.type)} = {zero};")
+    printer.block(kernel.body)
+    arguments = ", ".join(map(_argument, kernel.arguments))
+    unused = [f"    (void){a.name};" for a in kernel.arguments if not isinstance(a, Integer)]
+    unused += [f"    (void)v{a.value};" for a in kernel.arguments if isinstance(a, Integer)]
+    back = f"    return cell_{kernel.result.name};"
+    return "\n".join([f"int64_t {kernel.name}({arguments})", "{", *unused, *printer.lines, back, "}", ""])
 
 
-class _Writer:
-    """The functions' text; `helpers` are the helpers for angles that they call, `parts` says whether one was cut."""
-
-    def __init__(self, file: CFile, style: Style) -> None:
-        self.file, self.style = file, style
-        self.helpers: set[str] = set()
-        self.parts = False
-
-    def definition(self, f: CFunction) -> str:
-        """One function, or for a long block several and one that calls them in turn."""
-        parts = pieces(self.file.program, f.function, self.style)
-        cut = len(parts.chunks) > 1
-        names = self.file.names.of(f.function, c_number)
-        arguments = {**f.arguments, "w": "double *w"} if cut else f.arguments
-        bodies = []
-        for piece in parts.chunks:
-            steps = statements(self.file.program, f.function, piece, self.style)
-            used = self._used(f, steps)
-            unused = [f"    (void){a};" for a in arguments if a not in used]
-            bodies.append([*unused, *(line for s in steps for line in self._lines(s, names))])
-        lines = []
-        if cut:
-            self.parts = True
-            for k, body in enumerate(bodies):
-                lines += [f"KANE_PART void {f.part}{k}({', '.join(arguments.values())})", "{", *body, "}", ""]
-            calls = [f"    {f.part}{k}({', '.join(arguments)});" for k in range(len(bodies))]
-            bodies = [[f"    double w[{max(1, parts.slots)}];", *calls]]
-        return "\n".join([*lines, f"/* {c_comment(f.title)} */", f.signature, "{", *bodies[0], "}", ""])
-
-    def _used(self, f: CFunction, body: Sequence[Statement]) -> set[str]:
-        """The arguments that a piece uses."""
-        names = self.file.names.arguments
-        bases = {s.base for s in body if not isinstance(s, Assign | SinCos)}
-        ports = [port for port in self.file.program.ports for _ in port.symbols]
-        for s in body:
-            operands = s.arguments if isinstance(s, Assign) else s.angles if isinstance(s, SinCos) else (s.value,)
-            bases.update(ports[i].name for i in operands if i < len(ports) and ports[i].scalar)
-        return {names[base] for base in bases}
-
-    def _lines(self, s: Statement, names: Mapping[int, str]) -> list[str]:
-        if isinstance(s, Read):
-            return [f"    const double {names[s.value]} = {self._place(s.base, s.place)};"]
-        if isinstance(s, Assign):
-            text = _FORMS[s.op].format(*(names[a] for a in s.arguments))
-            return [f"    const double {names[s.value]} = {text};"]
-        if isinstance(s, SinCos):
-            return self._sincos(names[s.angles[0]], {op: names[i] for op, i in s.values[0].items()})
-        comment = f" /* {c_comment(s.label)} */" if s.label else ""
-        return [f"    {self._place(s.base, s.place)} = {names[s.value]};{comment}"]
-
-    def _place(self, base: str, place: int) -> str:
-        return f"{self.file.names.arguments[base]}[{place}]"
-
-    def _sincos(self, angle: str, names: Mapping[Op, str]) -> list[str]:
-        if len(names) == 1:
-            ((op, name),) = names.items()
-            self.helpers.add(op.name)
-            return [f"    const double {name} = kane_{op.name}({angle});"]
-        self.helpers.add("sincos")
-        sine, cosine = names[SIN], names[COS]
-        return [f"    double {sine}, {cosine};", f"    kane_sincos({angle}, &{sine}, &{cosine});"]
+def _argument(a: Argument) -> str:
+    if isinstance(a, Integer):
+        return f"int64_t v{a.value}"
+    if isinstance(a, ArrayOf):
+        return f"double *restrict {a.name}"
+    return f"void (*{a.name})({', '.join('double' if t == 'float' else 'double *' for t in a.takes)})"
 
 
-# --------------------------------------------------------------------------------------------------- sine and cosine
-
-_STEP = {"mul": "{0} * {1}", "add": "{0} + {1}", "sub": "{0} - {1}", "mul_add": "{0} * {1} + {2}"}
-
-_SINCOS = """\
-/* Sine and cosine of x, below 1 ulp for |x| <= {limit:.0f}; the library's beyond. */
-static void kane_sincos(double x, double *s, double *c)
-{{
-    if (!(fabs(x) <= {limit:.1f})) {{
-        *s = sin(x);
-        *c = cos(x);
-        return;
-    }}
-{steps}
-    uint64_t n_bits, s_bits, c_bits, change;
-    memcpy(&n_bits, &t, sizeof t);
-    memcpy(&s_bits, &sine, sizeof sine);
-    memcpy(&c_bits, &cosine, sizeof cosine);
-    change = ((s_bits ^ c_bits) & (0 - (n_bits & 1))) ^ ((n_bits & 2) << 62);
-    s_bits ^= change;
-    c_bits ^= change ^ ((n_bits & 1) << 63);
-    memcpy(s, &s_bits, sizeof *s);
-    memcpy(c, &c_bits, sizeof *c);
-}}
-"""
+# ------------------------------------------------------------------------------------------------------- functions
 
 
-def _sincos_operand(operand: str) -> str:
-    value = constant(operand)
-    return operand if value is None else repr(value) if (2 * value).is_integer() else value.hex()
+@dataclass(frozen=True, slots=True, eq=False)
+class CFunction:
+    """What a function of the file is called, takes (declarations by name) and gives: `size` results, named in `labels`."""
+
+    function: Function
+    name: str
+    part: str  # what the functions of a long block are called, with a number
+    arguments: Mapping[str, str]
+    title: str
+    size: str
+    labels: str
+
+    @property
+    def signature(self) -> str:
+        """Its declaration."""
+        return f"void {self.name}({', '.join(self.arguments.values())})"
 
 
-_STEPS = "\n".join(
-    f"    const double {name} = {_STEP[form].format(*map(_sincos_operand, operands))};"
-    for name, form, *operands in STEPS
-)
-C_SINCOS = _SINCOS.format(limit=LIMIT, steps=_STEPS)
-"""`static void kane_sincos(double x, double *s, double *c)` in C99; needs <math.h>, <stdint.h> and <string.h>."""
+@dataclass(frozen=True, slots=True, eq=False)
+class CFile:
+    """Identifiers that the file shows to others; `tables` are those of the vectors among the ports, each with its length."""
+
+    program: Program
+    names: Names
+    prefix: str
+    record: str
+    tables: tuple[tuple[Port, str, str], ...]
+    functions: tuple[CFunction, ...]
+    guard: str
+
+
+def _file(program: Program) -> CFile:
+    """The names of a program's file, all different and free in C and C++: hoisted vectors come first."""
+    prefix = identifier(program.name) or "system"
+    vectors = sorted((port for port in program.ports if not port.scalar), key=lambda port: not port.hoisted)
+    routines = [identifier(r.name) or "routine" for r in program.routines]
+    functions = ["hoist", *routines]
+    tails = ["quantity", *(identifier(p.noun) for p in vectors), *functions, *(f"{r}_labels" for r in routines)]
+    record, *lower = distinct([f"{prefix}_{tail}" for tail in tails], is_free_in_c)
+    tails = ["H", *(identifier(p.nouns).upper() for p in vectors), "HOISTED", *(f"{r.upper()}_SIZE" for r in routines)]
+    guard, *sizes = distinct([f"{prefix.upper()}_{tail}" for tail in tails], is_free_in_c, [record, *lower])
+
+    names = local_names(program, lambda name: is_free_in_c(name) and not name.startswith(f"{prefix}_"))
+    first = len(vectors)
+    labels = ["", *lower[first + len(functions) :]]
+    written = [hoisting(program), *(function_of(program, r) for r in program.routines)]
+    titles = [_title(program, function) for function in written]
+    own = zip(written, lower[first:], titles, sizes[first:], labels, strict=False)
+    return CFile(
+        program,
+        names,
+        prefix,
+        record,
+        tuple(zip(vectors, lower, sizes, strict=False)),
+        tuple(CFunction(f, n, stem(f"{n}_part", lower), _arguments(f, names), t, s, k) for f, n, t, s, k in own),
+        guard,
+    )
+
+
+def _definition(file: CFile, f: CFunction, style: Style, called: set[str]) -> str:
+    """One function, or for a long block several and one that calls them in turn; the functions of angles are added to `called`."""
+    parts = pieces(file.program, f.function, style)
+    cut = len(parts.chunks) > 1
+    names = file.names.of(f.function, c_number)
+    arguments = {**f.arguments, "w": "double *w"} if cut else f.arguments
+    bodies = []
+    for piece in parts.chunks:
+        body = statements(file.program, f.function, piece, style)
+        used, printer = _used(file, body), CPrinter(names, file.names.arguments)
+        printer.add(*(f"(void){a};" for a in arguments if a not in used))
+        printer.block(body)
+        called |= printer.helpers
+        bodies.append(printer.lines)
+    lines = []
+    if cut:
+        for k, own in enumerate(bodies):
+            lines += [f"KANE_PART void {f.part}{k}({', '.join(arguments.values())})", "{", *own, "}", ""]
+        calls = [f"    {f.part}{k}({', '.join(arguments)});" for k in range(len(bodies))]
+        bodies = [[f"    double w[{max(1, parts.slots)}];", *calls]]
+    return "\n".join([*lines, f"/* {c_comment(f.title)} */", f.signature, "{", *bodies[0], "}", ""])
+
+
+def _used(file: CFile, body: Sequence[Statement]) -> set[str]:
+    """The arguments that a piece uses."""
+    bases = {s.base for s in body if isinstance(s, Read | Write)}
+    ports = [port for port in file.program.ports for _ in port.symbols]
+    scalars = {i: port.name for i, port in enumerate(ports) if port.scalar}
+    for s in body:
+        read = s.arguments if isinstance(s, Compute) else s.angles if isinstance(s, SinCos) else ()
+        read = (s.value,) if isinstance(s, Write) else read
+        bases.update(scalars[i] for i in read if i in scalars)
+    return {file.names.arguments[base] for base in bases}
+
+
+def _arguments(function: Function, names: Names) -> dict[str, str]:
+    """Declarations of the arguments by name."""
+    ports = {names.arguments[port.name]: port.scalar for port in function.ports}
+    declared = {name: f"double {name}" if scalar else f"const double *{name}" for name, scalar in ports.items()}
+    target = VECTORS[function.target]
+    return declared | {"h": "const double *h"} | {target: f"double *{target}"}
+
+
+def _title(program: Program, function: Function) -> str:
+    operations = sum(program.op(i).cost for i in function.block)
+    if function.target != RESULTS:
+        return f"What depends on parameters alone; {operations} operations."
+    shape = program.routine(function.name).shape
+    size = " x ".join(map(str, shape)) or "a number"
+    return f"{function.name}: {size}{', row by row' * (len(shape) > 1)}; {operations} operations."
+
+
+# ------------------------------------------------------------------------------------------------------------ tables
+
+
+def _head(file: CFile, contract: bool, version: str) -> str:
+    """The comment at the head: how to compile and call, what the ports are."""
+    program, (hoist, *routines) = file.program, file.functions
+    nouns = ", ".join(f"{p.noun} {file.names.arguments[p.name]}" for p in program.ports)
+    lines = [
+        c_comment(f"{program.name}: {program.subject}. {made_by(version)}"),
+        "",
+        f"Compile:  cc -std=c99 -O2 -fno-math-errno -c {file.prefix}.c   and link with -lm",
+        f"          {_ROUNDING[contract]}",
+        f"Call:     {hoist.name}({', '.join(hoist.arguments)}) once for each set of parameters, with double h[{hoist.size}]; then",
+        *(f"          {f.name}({', '.join(f.arguments)}) with double out[{f.size}]" for f in routines),
+        f"          for {nouns}. A pointer to no elements may be null; out overlaps none of",
+        "          the others. Nothing is kept between calls: threads may call at the same time.",
+    ]
+    if program.lost:
+        lines += ["", *map(c_comment, program.lost)]
+    for port in program.ports:
+        lines.append("")
+        for k, s in enumerate(port.symbols):
+            place = file.names.arguments[port.name] + f"[{k}]" * (not port.scalar)
+            unit = f", {s.unit}" if s.unit else ""
+            lines.append(c_comment(f"{place:7} {s.name}{unit}{': ' if s.description else ''}{s.description}"))
+    return "\n".join(["/*", *(f" * {line}".rstrip() for line in lines), " */", ""])
+
+
+def _declarations(file: CFile) -> str:
+    """Sizes, tables and functions as the header declares them."""
+    counts = {size: len(port.symbols) for port, _, size in file.tables}
+    counts |= {f.size: len(f.function.results) for f in file.functions}
+    sizes = ",\n".join(f"    {name} = {count}" for name, count in counts.items())
+    lines = [
+        "#ifdef __cplusplus",
+        'extern "C" {',
+        "#endif",
+        "",
+        f"enum {{\n{sizes}\n}};",
+        "",
+        "/* `value` is the default of a parameter, NAN where there is none. A null pointer follows the last name. */",
+        f"typedef struct {{\n    const char *name, *unit, *description;\n    double value;\n}} {file.record};",
+        *(f"extern const {file.record} {table}[{size} + 1];" for _, table, size in file.tables),
+        *(f"extern const char *const {f.labels}[{f.size} + 1];" for f in file.functions if f.labels),
+        "",
+        *(f"/* {c_comment(line.strip())} */" for line in file.program.lost),
+        *(f"{f.signature};" for f in file.functions),
+        "",
+        "#ifdef __cplusplus\n}\n#endif\n",
+    ]
+    return "\n".join(lines)
+
+
+def _tables(file: CFile) -> str:
+    """The tables of the ports' symbols and of the results' labels."""
+    lines = []
+    for port, table, size in file.tables:
+        lines.append(f"const {file.record} {table}[{size} + 1] = {{")
+        for s in port.symbols:
+            texts = ", ".join(map(c_string, (s.name, s.unit, s.description)))
+            lines.append(f"    {{{texts}, {c_number(math.nan if s.default is None else float(s.default))}}},")
+        lines += ["    {0, 0, 0, NAN}", "};"]
+    for f in file.functions:
+        if f.labels:
+            rows = [f"    {c_string(label)}," for label in f.function.labels]
+            lines += [f"const char *const {f.labels}[{f.size} + 1] = {{", *rows, "    0", "};"]
+    return "\n".join([*lines, ""])

@@ -11,7 +11,8 @@ It returns the first row with a result that is not finite, or −1.
 
 from dataclasses import dataclass
 
-from kane.program.emit.llvm_lanes import Lanes
+from kane.program.emit.llvm_forms import Lanes
+from kane.program.emit.llvm_printer import vector
 from kane.program.program import Port, Program, Routine
 
 LANES = Lanes(4)
@@ -19,7 +20,7 @@ LANES = Lanes(4)
 
 
 @dataclass(frozen=True, slots=True)
-class Block:
+class BlockLayout:
     """Where each port's values, in the ports' order, and each other section of the block of `<name>.call` begin, in doubles."""
 
     ports: tuple[int, ...]
@@ -30,7 +31,7 @@ class Block:
     size: int
 
 
-def block(program: Program, routine: Routine) -> Block:
+def block(program: Program, routine: Routine) -> BlockLayout:
     """The layout of the routine's block.
 
     Without parameters too there is room for one: reciprocals of constants are hoisted, and "as hoisted" says whether they are.
@@ -48,15 +49,10 @@ def block(program: Program, routine: Routine) -> Block:
     h = hoisted + width
     out = h + LANES.padded(len(program.kept))
     size = out + LANES.padded(max(1, len(routine.results)))
-    return Block(tuple(at[port.name] for port in program.ports), parameters, hoisted, h, out, size)
+    return BlockLayout(tuple(at[port.name] for port in program.ports), parameters, hoisted, h, out, size)
 
 
-def pointer(port: str) -> str:
-    """What the argument of the port of that name is called: no other value's name has that prefix."""
-    return f"%in.{port}"
-
-
-def shared() -> str:
+def helpers() -> str:
     """What the entries of all routines call: is a section not finite; do two differ in a bit, as 0.0 and −0.0 do? None is empty."""
     n, double, integer, truth = LANES.width, LANES.double, LANES.of("i64"), LANES.of("i1")
     return f"""
@@ -106,7 +102,7 @@ end:
 def call_entry(program: Program, routine: Routine, hoist: str) -> str:
     """The text of `<name>.call`; `hoist` is the name of the function that gives h."""
     b = block(program, routine)
-    sections = {pointer(port.name): at for port, at in zip(program.ports, b.ports, strict=True)}
+    sections = {vector(port.name): at for port, at in zip(program.ports, b.ports, strict=True)}
     sections |= {"%parameters": b.parameters, "%hoisted": b.hoisted, "%h": b.h, "%out": b.out}
     places = "\n".join(f"  {name} = getelementptr double, ptr %block, i64 {at}" for name, at in sections.items())
     width, align = b.hoisted - b.parameters, 8 * LANES.width
@@ -135,22 +131,22 @@ define i32 @{routine.name}.call(ptr noalias align 64 %block) nounwind {{
 def _call(function: str, ports: tuple[Port, ...], rest: str, label: str, at: str = "") -> str:
     """A call with the values of ports at hand; `label` tells the numbers that it loads from those of other calls."""
     loads = [
-        f"  {pointer(p.name)}.{label} = load double, ptr {pointer(p.name)}{at}, align 8\n" for p in ports if p.scalar
+        f"  {vector(p.name)}.{label} = load double, ptr {vector(p.name)}{at}, align 8\n" for p in ports if p.scalar
     ]
-    arguments = [f"double {pointer(p.name)}.{label}" if p.scalar else f"ptr {pointer(p.name)}{at}" for p in ports]
+    arguments = [f"double {vector(p.name)}.{label}" if p.scalar else f"ptr {vector(p.name)}{at}" for p in ports]
     return f"{''.join(loads)}  call void @{function}({', '.join([*arguments, f'ptr {rest}'])})"
 
 
 def batch_entry(program: Program, routine: Routine, hoist: str) -> str:
     """The text of `<name>.batch`; `hoist` is the name of the function that gives h."""
     size, hoisted = len(routine.results), program.hoisted_ports
-    names = [pointer(port.name) for port in program.ports]
+    names = [vector(port.name) for port in program.ports]
     moves = "\n".join(
         f"  {s}.k = mul i64 %i, {s}.stride\n  {s}.at = getelementptr double, ptr {s}, i64 {s}.k" for s in names
     )
     inputs = "".join(f"ptr {s}, i64 {s}.stride, " for s in names)
     strides, stride = "", "0"
-    for k, s in enumerate(pointer(p.name) for p in hoisted):
+    for k, s in enumerate(vector(p.name) for p in hoisted):
         strides, stride = f"{strides}  %strides.{k} = or i64 {stride}, {s}.stride\n", f"%strides.{k}"
     return f"""
 define i64 @{routine.name}.batch(i64 %n, {inputs}ptr %h, ptr %out) nounwind {{

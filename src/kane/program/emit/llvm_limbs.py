@@ -4,64 +4,47 @@
 A lane may hold the negative of its value; its sign is known here and is made good where the value is read.
 """
 
-from collections.abc import Callable, Iterable, Sequence
-from itertools import count
+from collections.abc import Sequence
+from typing import TypeAlias
 
 from kane.expr.ops import ADD, COS, DIV, MUL, SIN, Op
 from kane.program.emit import walk
-from kane.program.emit.llvm_entries import pointer
-from kane.program.emit.llvm_forms import INTRINSICS, LIBRARY, lines
-from kane.program.emit.llvm_lanes import Lanes, bits
-from kane.program.program import Operand, Pack, Program, Routine
+from kane.program.emit.llvm_forms import Lanes
+from kane.program.emit.llvm_printer import LlvmPrinter, vector
+from kane.program.kernel.language import FLOAT, Read, Type, Write
+from kane.program.program import Operand, Pack, Program
 
-Signs = tuple[int, ...]
-
-
-def limbs_text(program: Program, routine: Routine, signature: str, flags: str) -> tuple[str, set[int], dict[str, int]]:
-    """The function, the widths of the sines that it calls, and the library's functions with their numbers of arguments."""
-    writer = _Writer(program, routine, flags)
-    body = writer.written()
-    head = f"define void @{routine.name}({signature}) nounwind {{"
-    return "\n".join([head, *body, "  ret void", "}"]), writer.widths, writer.called
+Signs: TypeAlias = tuple[int, ...]
 
 
-class _Writer:
-    def __init__(self, program: Program, routine: Routine, flags: str) -> None:
-        self.program, self.routine, self.flags = program, routine, flags
-        self.limbs = len(routine.packs[0].values)
+def limbs_body(program: Program, function: walk.Function, packs: Sequence[Pack], printer: LlvmPrinter) -> list[str]:
+    """The lines of a routine's function, by a printer that knows constants and scalar ports."""
+    limbs = _Limbs(program, function, packs, printer)
+    for i in function.results:
+        limbs.reach(i)
+    for place, i in enumerate(function.results):
+        limbs.scalar(i)
+        printer.store(Write(i, walk.RESULTS, place))
+    return printer.lines
+
+
+class _Limbs:
+    """What has been reached: `vectors` by their values, with the signs of lanes, and scalars, which the printer names."""
+
+    def __init__(self, program: Program, function: walk.Function, packs: Sequence[Pack], printer: LlvmPrinter) -> None:
+        self.program, self.printer, self.sources = program, printer, function.places
+        self.limbs = len(packs[0].values)
         self.lanes = Lanes(1 << (self.limbs - 1).bit_length())
-        self.packs = {p.values: p for p in routine.packs}
-        self.home = {i: (p, k) for p in routine.packs for k, i in enumerate(p.values)}
-        function = walk.function_of(program, routine)
-        places = ((port, k) for port in program.ports for k in range(len(port.symbols)))
-        self.sources = {i: (pointer(port.name), k) for i, (port, k) in enumerate(places) if not port.scalar}
-        self.sources |= {i: (f"%{walk.VECTORS[walk.KEPT]}", k) for k, i in enumerate(function.kept)}
-        first = len(program.inputs)
-        self.constants = dict(enumerate(program.constants, first))
-        scalars = [(port.scalar, pointer(port.name)) for port in program.ports for _ in port.symbols]
-        self.single = {i: name for i, (scalar, name) in enumerate(scalars) if scalar}
-        self.single |= {i: bits(value) for i, value in self.constants.items()}
+        self.type = Type("float", self.lanes.width)
+        self.packs = {p.values: p for p in packs}
+        self.home = {i: (p, k) for p in packs for k, i in enumerate(p.values)}
+        self.constants = dict(enumerate(program.constants, len(program.inputs)))
+        printer.names.update(dict(printer.names.common.items()))
         self.vectors: dict[tuple[int, ...], tuple[str, Signs]] = {}
         self.sines: dict[tuple[int, ...], str] = {}
-        self.lines: list[str] = []
-        self.numbers = count()
-        self.widths: set[int] = set()
-        self.called: dict[str, int] = {}
 
-    def written(self) -> list[str]:
-        """The lines: what results need, arguments first."""
-        for i in self.routine.results:
-            self._reach(i)
-        for place, i in enumerate(self.routine.results):
-            address = self._name()
-            self.lines.append(
-                f"  {address} = getelementptr inbounds double, ptr %{walk.VECTORS[walk.RESULTS]}, i64 {place}"
-            )
-            self.lines.append(f"  store double {self._scalar(i)}, ptr {address}, align 8")
-        return self.lines
-
-    def _reach(self, result: int) -> None:
-        """Everything below a value, without recursion."""
+    def reach(self, result: int) -> None:
+        """Everything below a value, arguments first, without recursion."""
         stack: list[int | Pack | None] = [result]
         while stack:
             unit = stack.pop()
@@ -70,157 +53,126 @@ class _Writer:
                 unit = stack.pop()
             if isinstance(unit, int) and unit in self.home:
                 unit = self.home[unit][0]
-            if unit is None or (unit.values in self.vectors if isinstance(unit, Pack) else unit in self.single):
+            if unit is None or (unit.values in self.vectors if isinstance(unit, Pack) else unit in self.printer.names):
                 continue
             if ready:
-                self._pack(unit) if isinstance(unit, Pack) else self._instruction(unit)
+                self.compute_pack(unit) if isinstance(unit, Pack) else self.compute(unit)
             elif isinstance(unit, Pack):
                 stack += [unit, None, *(x.value for operand in reversed(unit.operands) for x in reversed(operand))]
             elif unit >= self.program.first and unit not in self.sources:
                 stack += [unit, None, *reversed(self.program.arguments(unit))]
 
-    def _name(self) -> str:
-        return f"%t{next(self.numbers)}"
+    def new(self) -> str:
+        """A name that nothing else has."""
+        return f"%t{len(self.printer.lines)}"
 
-    def _scalar(self, i: int) -> str:
+    def scalar(self, i: int) -> str:
         """The name of a value that has been reached."""
-        if i in self.single:
-            return self.single[i]
-        name = self._name()
+        names, add = self.printer.names, self.printer.add
+        if i in names:
+            return names[i]
         if i in self.sources:
-            base, place = self.sources[i]
-            self.lines.append(f"  {name}.at = getelementptr inbounds double, ptr {base}, i64 {place}")
-            self.lines.append(f"  {name} = load double, ptr {name}.at, align 8")
-        else:
-            pack, k = self.home[i]
-            vector, signs = self.vectors[pack.values]
-            self.lines.append(f"  {name} = extractelement {self.lanes.double} {vector}, i32 {k}")
-            if signs[k] < 0:
-                self.lines.append(f"  {name}.n = fneg double {name}")
-                name = f"{name}.n"
-        self.single[i] = name
+            self.printer.load(Read(i, *self.sources[i]))
+            return names[i]
+        pack, k = self.home[i]
+        lanes, signs = self.vectors[pack.values]
+        name = self.new()
+        add(f"{name} = extractelement {self.lanes.double} {lanes}, i32 {k}")
+        if signs[k] < 0:
+            add(f"{name}.n = fneg double {name}")
+            name = f"{name}.n"
+        names[i] = name
         return name
 
-    def _instruction(self, i: int) -> None:
-        op, operands = self.program.op(i), [self._scalar(a) for a in self.program.arguments(i)]
-        name = self._name()
+    def compute(self, i: int) -> None:
+        """A value that is in no pack."""
+        op, arguments = self.program.op(i), self.program.arguments(i)
+        operands = [self.scalar(a) for a in arguments]
+        name = self.new()
         if op is SIN or op is COS:
-            name = self._sine(op, (self.program.arguments(i)[0],), operands[0], Lanes(1))
+            name = self.sine(op, arguments, operands[0], Lanes(1))
         else:
-            self._operation(op, name, operands, Lanes(1))
-        self.single[i] = name
+            self.printer.operation(name, op, operands, FLOAT, FLOAT)
+        self.printer.names[i] = name
 
-    def _operation(self, op: Op, name: str, operands: Sequence[str], lanes: Lanes) -> None:
-        called = LIBRARY.get(op) or (f"{INTRINSICS[op]}.{lanes.suffix}" if op in INTRINSICS else "")
-        if called:
-            if lanes.width == 1:
-                self.called[called] = op.arity
-            given = ", ".join(f"{lanes.double} {o}" for o in operands)
-            self.lines.append(f"  {name} = call {lanes.double} @{called}({given})")
-        else:
-            self.lines += [f"  {line}" for line in lines(op, name, operands, lanes, self.flags)]
-
-    def _sine(self, op: Op, angles: tuple[int, ...], operand: str, lanes: Lanes) -> str:
+    def sine(self, op: Op, angles: tuple[int, ...], operand: str, lanes: Lanes) -> str:
         """Sine or cosine of what has no sign; both are computed together."""
         if angles not in self.sines:
-            label = self.sines[angles] = self._name()
-            self.widths.add(lanes.width)
-            pair = f"{{{lanes.double}, {lanes.double}}}"
-            self.lines.append(f"  {label} = call {pair} @kane.sincos.{lanes.width}({lanes.double} {operand})")
-            self.lines += [f"  {label}.{f.name} = extractvalue {pair} {label}, {k}" for k, f in enumerate((SIN, COS))]
+            self.sines[angles] = self.new()
+            self.printer.sines(self.sines[angles], operand, lanes)
         return f"{self.sines[angles]}.{op.name}"
 
     # packs -------------------------------------------------------------------------------------------------------------
 
-    def _pack(self, pack: Pack) -> None:
-        self.vectors[pack.values] = _KINDS.get(pack.op, _Writer._other)(self, pack)
+    def compute_pack(self, pack: Pack) -> None:
+        """Its vector, with the signs of its lanes."""
+        operands = [self.operand(operand) for operand in pack.operands]
+        texts, signs = [text for text, _ in operands], [own for _, own in operands]
+        both = tuple(s * t for s, t in zip(*signs, strict=True)) if len(signs) == 2 else signs[0]
+        plain = (1,) * self.limbs
+        if pack.op is ADD:
+            self.vectors[pack.values] = self.sum(texts[0], texts[1], both), signs[0]
+        elif pack.op is MUL or pack.op is DIV:
+            self.vectors[pack.values] = self.operation(pack.op, texts), both
+        elif pack.op is SIN or pack.op is COS:
+            values = tuple(x.value for x in pack.operands[0])
+            name = self.sine(pack.op, values, texts[0], self.lanes)
+            self.vectors[pack.values] = name, signs[0] if pack.op is SIN else plain
+        else:
+            signed = [self.signed(text, own) for text, own in operands]
+            self.vectors[pack.values] = self.operation(pack.op, signed), plain
 
-    def _sum(self, pack: Pack) -> tuple[str, Signs]:
-        """x + y as s_x (X ± Y): one addition or subtraction, of mixed signs one a + (±1) b."""
-        (x, signs), (y, others) = map(self._operand, pack.operands)
-        relative = tuple(s * t for s, t in zip(signs, others, strict=True))
-        name, kind = self._name(), self.lanes.double
-        if len(set(relative)) == 1:
-            word = "fadd" if relative[0] > 0 else "fsub"
-            self.lines.append(f"  {name} = {word} {self.flags}{kind} {x}, {y}")
-        else:  # exact: each product is y or −y
-            self.lines.append(f"  {name}.y = fmul contract {kind} {y}, {self._numbers(map(float, relative))}")
-            self.lines.append(f"  {name} = fadd contract {kind} {x}, {name}.y")
-        return name, signs
-
-    def _product(self, pack: Pack) -> tuple[str, Signs]:
-        (x, signs), (y, others) = map(self._operand, pack.operands)
-        name = self._name()
-        word = "fmul" if pack.op is MUL else "fdiv"
-        self.lines.append(f"  {name} = {word} {self.flags}{self.lanes.double} {x}, {y}")
-        return name, tuple(s * t for s, t in zip(signs, others, strict=True))
-
-    def _angle(self, pack: Pack) -> tuple[str, Signs]:
-        (operand,) = pack.operands
-        vector, signs = self._operand(operand)
-        name = self._sine(pack.op, tuple(x.value for x in operand), vector, self.lanes)
-        return name, signs if pack.op is SIN else (1,) * self.limbs
-
-    def _other(self, pack: Pack) -> tuple[str, Signs]:
-        operands = [self._signed(*self._operand(operand)) for operand in pack.operands]
-        name = self._name()
-        self._operation(pack.op, name, operands, self.lanes)
-        return name, (1,) * self.limbs
-
-    def _signed(self, vector: str, signs: Signs) -> str:
-        if min(signs) > 0:
-            return vector
-        name = self._name()
-        self.lines.append(f"  {name} = fmul {self.lanes.double} {vector}, {self._numbers(map(float, signs))}")
+    def operation(self, op: Op, operands: Sequence[str]) -> str:
+        """An operation on vectors."""
+        name = self.new()
+        self.printer.operation(name, op, operands, self.type, self.type)
         return name
 
-    def _operand(self, operand: tuple[Operand, ...]) -> tuple[str, Signs]:
+    def sum(self, x: str, y: str, relative: Signs) -> str:
+        """x + y as s_x (X ± Y): one addition or subtraction, of mixed signs one a + (±1) b."""
+        name, kind, add = self.new(), self.lanes.double, self.printer.add
+        if len(set(relative)) == 1:
+            add(f"{name} = {'fadd' if relative[0] > 0 else 'fsub'} {self.printer.flags}{kind} {x}, {y}")
+        else:  # exact: each product is y or −y
+            add(f"{name}.y = fmul contract {kind} {y}, {self.lanes.numbers([float(s) for s in relative])}")
+            add(f"{name} = fadd contract {kind} {x}, {name}.y")
+        return name
+
+    def signed(self, text: str, signs: Signs) -> str:
+        """A vector with its signs made good."""
+        if min(signs) > 0:
+            return text
+        name = self.new()
+        self.printer.add(f"{name} = fmul {self.lanes.double} {text}, {self.lanes.numbers([float(s) for s in signs])}")
+        return name
+
+    def operand(self, operand: tuple[Operand, ...]) -> tuple[str, Signs]:
         """A vector of values that have been reached, with the signs of its lanes."""
         values, signs = tuple(x.value for x in operand), tuple(x.sign for x in operand)
         if all(i in self.constants for i in values):
-            return self._numbers(self.constants[i] * s for i, s in zip(values, signs, strict=True)), (1,) * self.limbs
+            numbers = [self.constants[i] * s for i, s in zip(values, signs, strict=True)]
+            return self.lanes.numbers(numbers), (1,) * self.limbs
         if values not in self.vectors:
-            self.vectors[values] = (self._gathered(values), (1,) * self.limbs)
-        vector, own = self.vectors[values]
-        return vector, tuple(s * t for s, t in zip(signs, own, strict=True))
+            self.vectors[values] = (self.gathered(values), (1,) * self.limbs)
+        text, own = self.vectors[values]
+        return text, tuple(s * t for s, t in zip(signs, own, strict=True))
 
-    def _gathered(self, values: tuple[int, ...]) -> str:
-        """One double in each lane, what is left over repeats the last."""
-        name, kind, width = self._name(), self.lanes.double, self.lanes.width
+    def gathered(self, values: tuple[int, ...]) -> str:
+        """One double in each lane."""
+        printer, sources = self.printer, [self.sources.get(i) for i in values]
         if len(set(values)) == 1:
-            one = self._scalar(values[0])
-            name = self._name()
-            self.lines.append(f"  {name}.0 = insertelement {kind} poison, double {one}, i32 0")
-            mask = f"<{width} x i32> zeroinitializer"
-            self.lines.append(f"  {name} = shufflevector {kind} {name}.0, {kind} poison, {mask}")
+            number = self.scalar(values[0])
+            name = self.new()
+            printer.splat(name, number, self.lanes)
             return name
-        found = [self.sources.get(i) for i in values]
-        if width == self.limbs and None not in found and values not in self.packs:
-            bases, places = zip(*(f for f in found if f is not None), strict=True)
-            if len(set(bases)) == 1 and places == tuple(range(places[0], places[0] + width)):
-                self.lines.append(f"  {name}.at = getelementptr inbounds double, ptr {bases[0]}, i64 {places[0]}")
-                self.lines.append(f"  {name} = load {kind}, ptr {name}.at, align 8")
+        if self.lanes.width == self.limbs and None not in sources and values not in self.packs:
+            bases, places = zip(*(s for s in sources if s is not None), strict=True)
+            if len(set(bases)) == 1 and places == tuple(range(places[0], places[0] + self.limbs)):
+                name = self.new()
+                printer.add(f"{name}.at = getelementptr inbounds double, ptr {vector(bases[0])}, i64 {places[0]}")
+                printer.add(f"{name} = load {self.lanes.double}, ptr {name}.at, align 8")
                 return name
-        parts = [self._scalar(i) for i in values]
-        before, label = "poison", self._name()
-        for k in range(width):
-            part = parts[min(k, len(parts) - 1)]
-            self.lines.append(f"  {label}.{k} = insertelement {kind} {before}, double {part}, i32 {k}")
-            before = f"{label}.{k}"
-        return before
-
-    def _numbers(self, values: Iterable[float]) -> str:
-        own = list(values)
-        own += [own[-1]] * (self.lanes.width - len(own))
-        if self.lanes.width == 1:
-            return bits(own[0])
-        return f"<{', '.join(f'double {bits(v)}' for v in own)}>"
-
-
-_KINDS: dict[Op, Callable[[_Writer, Pack], tuple[str, Signs]]] = {
-    ADD: _Writer._sum,
-    MUL: _Writer._product,
-    DIV: _Writer._product,
-    SIN: _Writer._angle,
-    COS: _Writer._angle,
-}
+        numbers = [self.scalar(i) for i in values]
+        name = self.new()
+        printer.gather(name, numbers, self.lanes)
+        return name

@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from kane.program.emit.walk import Read, Statement, Write
+from kane.program.kernel.language import Read, Statement, Write
 
 REACH = 16
 """Doubles before a pointer, and from it on, that an offset of one byte reaches."""
@@ -39,7 +39,7 @@ def pointed(body: Iterable[Statement]) -> dict[str, Near]:
     """Of each vector that statements read or write, the places to which pointers save the most."""
     used: dict[str, Counter[int]] = {}
     for s in body:
-        if isinstance(s, (Read, Write)):
+        if isinstance(s, Read | Write) and isinstance(s.place, int):
             used.setdefault(s.base, Counter())[s.place] += 1
     chosen: dict[str, list[int]] = {base: [] for base in used}
     best = {base: _window(count) for base, count in used.items()}

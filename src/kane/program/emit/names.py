@@ -12,7 +12,6 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 
-from kane.expr import ops
 from kane.program.emit.walk import VECTORS, Function
 from kane.program.program import Program
 
@@ -53,7 +52,7 @@ _FAMILIES_C = re.compile(
 )
 _RESERVED_PYTHON = frozenset([*keyword.kwlist, *keyword.softkwlist, "np", "float", "len", "ValueError"])
 
-ARITHMETIC = {ops.ADD: "{0} + {1}", ops.SUB: "{0} - {1}", ops.MUL: "{0} * {1}", ops.DIV: "{0} / {1}", ops.NEG: "-{0}"}
+ARITHMETIC = {"add": "{0} + {1}", "sub": "{0} - {1}", "mul": "{0} * {1}", "div": "{0} / {1}", "neg": "-{0}"}
 """Operations that C and Python write alike."""
 
 IsFree = Callable[[str], bool]
@@ -151,6 +150,11 @@ def decimal(value: float, nan: str, infinity: str) -> str:
     if math.isfinite(value):
         return repr(value) if math.copysign(1.0, value) > 0 else f"({value!r})"
     return nan if math.isnan(value) else infinity if value > 0 else f"(-{infinity})"
+
+
+def c_number(value: float) -> str:
+    """An operand of C that is exactly `value`."""
+    return decimal(value, "NAN", "INFINITY")
 
 
 def c_string(text: str) -> str:

@@ -9,35 +9,21 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from kane.expr import ops
-from kane.expr.ops import OPS
 from kane.program.emit.names import (
-    ARITHMETIC,
     Names,
-    decimal,
     distinct,
     identifier,
     is_free_in_python,
     local_names,
     made_by,
-    python_comment,
     python_docstring,
 )
-from kane.program.emit.walk import Assign, Function, Read, Style, Write, function_of, hoisting, pieces, statements
+from kane.program.emit.numpy_printer import NumPyPrinter, python_number
+from kane.program.emit.walk import Function, Style, function_of, hoisting, pieces, statements
+from kane.program.kernel.language import Integer, Kernel
 from kane.program.program import Port, Program, Routine
 
 _STYLE = Style(whole=math.inf)
-_UFUNCS = {op: op.ufunc.__name__ for op in OPS.values() if op.ufunc}
-_FORMS = {
-    **{op: f"np.{name}({', '.join(f'{{{k}}}' for k in range(op.arity))})" for op, name in _UFUNCS.items()},
-    **ARITHMETIC,
-    ops.LESS: "np.where({0} < {1}, 1.0, 0.0)",
-    OPS["floor"]: "np.floor({0})",
-    ops.WHERE: "np.where({0} != 0.0, {1}, {2})",
-    ops.REGULAR: f"np.where(np.absolute({{0}}) > {ops.GONE!r} * {{1}}, {{0}}, np.nan)",
-}
-"""An operation as the reference evaluator does it; `**` has short cuts that round differently, np.power has none."""
-
 _VECTOR = '''\
 def _vector(values, table, name):
     """`values` as doubles, one for each entry of the table on the last axis."""
@@ -66,8 +52,20 @@ def emit_numpy(program: Program, *, contract: bool = False, version: str = "") -
     return "\n".join(parts)
 
 
+def emit_kernel_numpy(kernel: Kernel) -> str:
+    """The text of a module with the one function `<name>(arguments)`, of arrays with one axis, from a place on for routines."""
+    printer = NumPyPrinter()
+    for c in kernel.cells:
+        zero = {"float": "np.float64(0.0)", "int": "0", "bool": "False"}[c.type.kind]
+        printer.add(f"cell_{c.name} = {f'np.full({c.type.width}, {zero})' if c.type.width > 1 else zero}")
+    printer.block(kernel.body)
+    arguments = ", ".join(f"v{a.value}" if isinstance(a, Integer) else a.name for a in kernel.arguments)
+    head = ["import numpy as np", "", "", f"def {kernel.name}({arguments}):", '    with np.errstate(all="ignore"):']
+    return "\n".join([*head, *printer.lines, f"    return int(cell_{kernel.result.name})", ""])
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class _Module:
+class _PythonModule:
     """Names in the module: of values, of the vectors' tables, of the defaults of hoisted ones, of routines."""
 
     program: Program
@@ -81,7 +79,7 @@ class _Module:
         return ", ".join(self.names.arguments[port.name] for port in ports)
 
 
-def _module(program: Program) -> _Module:
+def _module(program: Program) -> _PythonModule:
     vectors = [port for port in program.ports if not port.scalar]
     own = ["np", "hoist", "_vector", "shape"]
     tables = distinct([identifier(p.noun).upper() for p in vectors], is_free_in_python, own)
@@ -92,13 +90,13 @@ def _module(program: Program) -> _Module:
     taken = {*own, "DEFAULTS", *tables, *defaults.values()}
     routines = distinct([identifier(r.name) or "routine" for r in program.routines], is_free_in_python, taken)
     names = local_names(program, lambda name: is_free_in_python(name) and name not in {*taken, *routines})
-    return _Module(program, names, by_port, defaults, tuple(routines))
+    return _PythonModule(program, names, by_port, defaults, tuple(routines))
 
 
 # ---------------------------------------------------------------------------------------------------------- tables
 
 
-def _docstring(module: _Module, version: str) -> str:
+def _docstring(module: _PythonModule, version: str) -> str:
     program = module.program
     calls = [f"{name}({module.arguments(program.ports)})" for name in module.routines]
     width = max(map(len, calls), default=0)
@@ -128,10 +126,10 @@ def _few(labels: Sequence[str], count: int = 6) -> str:
     return ", ".join(labels[:count]) + (", …" if len(labels) > count else "")
 
 
-def _table(module: _Module, port: Port) -> str:
+def _table(module: _PythonModule, port: Port) -> str:
     name, rows = module.tables[port], []
     for s in port.symbols:
-        default = "None" if s.default is None else _number(float(s.default))
+        default = "None" if s.default is None else python_number(float(s.default))
         rows.append(f"    {s.name!r}: ({f'{default}, ' * port.hoisted}{s.unit!r}, {s.description!r}),")
     lines = [f"# name: ({'default, ' * port.hoisted}unit, description)", f"{name} = {{", *rows, "}"]
     if port in module.defaults:
@@ -142,7 +140,7 @@ def _table(module: _Module, port: Port) -> str:
 # ------------------------------------------------------------------------------------------------------- functions
 
 
-def _hoist(module: _Module) -> str:
+def _hoist(module: _PythonModule) -> str:
     program, ports = module.program, module.program.hoisted_ports
     shapes = [_leading(module, port) for port in ports]
     shape = shapes[0] if len(shapes) == 1 else f"np.broadcast_shapes({', '.join(shapes)})"
@@ -158,7 +156,7 @@ def _hoist(module: _Module) -> str:
     return "\n".join(lines)
 
 
-def _routine(module: _Module, routine: Routine, name: str) -> str:
+def _routine(module: _PythonModule, routine: Routine, name: str) -> str:
     program = module.program
     shapes = ", ".join(_leading(module, port) for port in program.ports)
     lines = [
@@ -175,7 +173,7 @@ def _routine(module: _Module, routine: Routine, name: str) -> str:
     return "\n".join(lines)
 
 
-def _signature(module: _Module) -> str:
+def _signature(module: _PythonModule) -> str:
     """The ports; the last of them that may be left out have defaults."""
     arguments: list[str] = []
     for port in reversed(module.program.ports):
@@ -186,7 +184,7 @@ def _signature(module: _Module) -> str:
     return ", ".join(reversed(arguments))
 
 
-def _converted(module: _Module, port: Port) -> str:
+def _converted(module: _PythonModule, port: Port) -> str:
     """The line that makes an argument an array."""
     name = module.arguments([port])
     if port.scalar:
@@ -194,35 +192,16 @@ def _converted(module: _Module, port: Port) -> str:
     return f'    {name} = _vector({name}, {module.tables[port]}, "{name}")'
 
 
-def _leading(module: _Module, port: Port) -> str:
+def _leading(module: _PythonModule, port: Port) -> str:
     """The axes before an argument's own."""
     return f"{module.arguments([port])}.shape{'' if port.scalar else '[:-1]'}"
 
 
-def _computed(module: _Module, function: Function) -> list[str]:
+def _computed(module: _PythonModule, function: Function) -> list[str]:
     """The lines that compute what a function gives, each result with its label."""
     program = module.program
-    names = module.names.of(function, _number)
     (piece,) = pieces(program, function, _STYLE).chunks
-    numbers = range(len(program.inputs), program.first)
-    lines = []
-    for s in statements(program, function, piece, _STYLE):
-        if isinstance(s, Read):
-            lines.append(f"{names[s.value]} = {_place(module, s)}")
-        elif isinstance(s, Assign):
-            operands = [names[a] for a in s.arguments]
-            if all(a in numbers for a in s.arguments):  # Python's own floats would refuse to divide by zero
-                operands = [f"np.float64({o})" for o in operands]
-            lines.append(f"{names[s.value]} = {_FORMS[s.op].format(*operands)}")
-        elif isinstance(s, Write):
-            comment = f"  # {python_comment(s.label)}" if s.label else ""
-            lines.append(f"{_place(module, s)} = {names[s.value]}{comment}")
-    return ['    with np.errstate(all="ignore"):', *(f"        {line}" for line in lines)] if lines else []
-
-
-def _place(module: _Module, s: Read | Write) -> str:
-    return f"{module.names.arguments[s.base]}[..., {s.place}]"
-
-
-def _number(value: float) -> str:
-    return decimal(value, "np.nan", "np.inf")
+    names, numbers = module.names.of(function, python_number), range(len(program.inputs), program.first)
+    printer = NumPyPrinter(names, module.names.arguments, numbers)
+    printer.block(statements(program, function, piece, _STYLE))
+    return ['    with np.errstate(all="ignore"):', *printer.lines] if printer.lines else []

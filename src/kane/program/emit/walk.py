@@ -8,9 +8,9 @@ slots of w. Constants and scalar ports are operands wherever they stand and need
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
 
 from kane.expr.ops import COS, SIN, Op
+from kane.program.kernel.language import Compute, Read, SinCos, Statement, Write
 from kane.program.passes.gather import gathered
 from kane.program.passes.split import CHUNK, WHOLE, Chunk, Split, split
 from kane.program.program import Port, Program, Routine
@@ -71,41 +71,6 @@ class Style:
     lanes: int = 0
     whole: float = WHOLE
     piece: int = CHUNK
-
-
-class Read(NamedTuple):
-    """`value` = `base`[`place`]."""
-
-    value: int
-    base: str
-    place: int
-
-
-class Assign(NamedTuple):
-    """`value` = `op` of the values `arguments`."""
-
-    value: int
-    op: Op
-    arguments: tuple[int, ...]
-
-
-class SinCos(NamedTuple):
-    """Sines and cosines of `angles`: of each, the values that its SIN and COS are, where they are wanted."""
-
-    angles: tuple[int, ...]
-    values: tuple[dict[Op, int], ...]
-
-
-class Write(NamedTuple):
-    """`base`[`place`] = `value`."""
-
-    value: int
-    base: str
-    place: int
-    label: str = ""
-
-
-Statement: TypeAlias = Read | Assign | SinCos | Write
 
 
 def pieces(program: Program, function: Function, style: Style) -> Split:
@@ -177,7 +142,7 @@ class _Walk:
         else:
             self.read(*arguments)
             self.ready.add(i)
-            self.done.append(Assign(i, op, arguments))
+            self.done.append(Compute(i, op, arguments))
 
     def _packs(self, angle: int) -> Iterator[tuple[int, ...]]:
         """The angles that are known by now, as many at a time as there are lanes; the one at hand where there is one lane."""

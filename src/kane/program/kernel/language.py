@@ -1,13 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The records of the kernel language.
+"""The statements of Programs and kernels, which one printer a language prints.
 
 A kernel is a function of integers, of arrays of doubles that do not overlap, and of routines that it calls; it returns an integer.
 Its body is a block of statements. A value is defined once, and is known after its definition in its block and in the blocks within;
 what changes on the way is kept in cells and arrays. There are no jumps: choices and loops hold blocks.
+
+A function of a Program (`emit/walk.py`) is a block of arithmetic, loads and stores alone; its values are doubles, which are told by
+their numbers in the Program.
 """
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
+
+from kane.expr.ops import Op
 
 Kind = Literal["float", "int", "bool"]
 WIDTHS = (1, 4, 8)
@@ -29,7 +34,7 @@ FLOAT, INT, BOOL = Type("float"), Type("int"), Type("bool")
 
 
 @dataclass(frozen=True, slots=True)
-class Constant:
+class Immediate:
     """A number, or one for each lane."""
 
     type: Type
@@ -38,13 +43,22 @@ class Constant:
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """What the statement that holds it defines; `number` is its own in its kernel."""
+    """A value of a kernel, told from the others by its number."""
 
     number: int
     type: Type
 
+    def __str__(self) -> str:
+        return str(self.number)
 
-Operand: TypeAlias = Constant | Value
+
+Operand: TypeAlias = Immediate | Value | int
+"""Of kernels a value or constant, of Programs the number of a value."""
+
+
+def type_of(operand: Operand) -> Type:
+    """Numbers of values of a Program stand for doubles."""
+    return FLOAT if isinstance(operand, int) else operand.type
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +77,7 @@ class ArrayOf:
 
 
 @dataclass(frozen=True, slots=True)
-class Number:
+class Integer:
     """An argument: an integer; `value` is what it is called in the body."""
 
     name: str
@@ -78,61 +92,64 @@ class Callee:
     takes: tuple[Literal["float", "array"], ...]
 
 
-Argument: TypeAlias = ArrayOf | Number | Callee
+Argument: TypeAlias = ArrayOf | Integer | Callee
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
-    """The doubles of an array from an index on."""
-
-    array: ArrayOf
-    index: Operand
-
-
-@dataclass(frozen=True, slots=True)
-class Compute:
+class Compute(NamedTuple):
     """`value` = `op` of `arguments`; `lane` says which, of operations that take one lane."""
 
-    value: Value
-    op: str
+    value: Operand
+    op: str | Op
     arguments: tuple[Operand, ...]
     lane: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class Load:
-    """`value` = the doubles at a place."""
+class SinCos(NamedTuple):
+    """Sines and cosines of `angles`: of each, the values that its SIN and COS are, where they are wanted."""
 
-    value: Value
-    place: Place
+    angles: tuple[int, ...]
+    values: tuple[dict[Op, int], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Store:
-    """The doubles at a place become those of `value`."""
+class Address(NamedTuple):
+    """The doubles of an array from an index on; in Programs the index is known."""
 
-    place: Place
+    base: str
+    place: Operand
+
+
+class Read(NamedTuple):
+    """`value` = the doubles of `base` from `place` on."""
+
     value: Operand
+    base: str
+    place: Operand
 
 
-@dataclass(frozen=True, slots=True)
-class Get:
+class Write(NamedTuple):
+    """The doubles of `base` from `place` on become those of `value`."""
+
+    value: Operand
+    base: str
+    place: Operand
+    label: str = ""
+
+
+class Get(NamedTuple):
     """`value` = what a cell holds."""
 
     value: Value
     cell: Cell
 
 
-@dataclass(frozen=True, slots=True)
-class Put:
+class Put(NamedTuple):
     """A cell holds `value` from now on."""
 
     cell: Cell
     value: Operand
 
 
-@dataclass(frozen=True, slots=True)
-class If:
+class If(NamedTuple):
     """One of two blocks, as `condition` says."""
 
     condition: Operand
@@ -140,8 +157,7 @@ class If:
     other: "Block"
 
 
-@dataclass(frozen=True, slots=True)
-class While:
+class While(NamedTuple):
     """`head`, then `body` and again from the beginning, as long as `condition`, which `head` defines, is true."""
 
     head: "Block"
@@ -149,26 +165,24 @@ class While:
     body: "Block"
 
 
-@dataclass(frozen=True, slots=True)
-class Count:
-    """`body` for `index` = `start`, …, `stop` − 1; where these are `few`, no work is spent on making many of them fast."""
+class Count(NamedTuple):
+    """`body` for `counter` = `start`, …, `stop` − 1; where these are `few`, no work is spent on making many of them fast."""
 
-    index: Value
+    counter: Value
     start: Operand
     stop: Operand
     body: "Block"
     few: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Call:
+class CallRoutine(NamedTuple):
     """A routine is called with numbers and places."""
 
     callee: Callee
-    arguments: tuple[Operand | Place, ...]
+    arguments: tuple[Operand | Address, ...]
 
 
-Statement: TypeAlias = Compute | Load | Store | Get | Put | If | While | Count | Call
+Statement: TypeAlias = Compute | SinCos | Read | Write | Get | Put | If | While | Count | CallRoutine
 Block: TypeAlias = tuple[Statement, ...]
 
 

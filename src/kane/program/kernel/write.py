@@ -7,33 +7,9 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from typing import Literal, TypeAlias
 
-from kane.program.kernel.language import (
-    FLOAT,
-    INT,
-    Argument,
-    ArrayOf,
-    Call,
-    Callee,
-    Cell,
-    Compute,
-    Constant,
-    Count,
-    Get,
-    If,
-    Kernel,
-    Load,
-    Number,
-    Operand,
-    Place,
-    Put,
-    Statement,
-    Store,
-    Type,
-    Value,
-    While,
-)
-from kane.program.kernel.operations import result_type
-from kane.program.kernel.verify import verified_kernel
+from kane.program.kernel import language
+from kane.program.kernel.language import FLOAT, INT, Address, Operand, Type, Value
+from kane.program.kernel.verify import result_type, verified_kernel
 
 
 class Term:
@@ -99,45 +75,45 @@ Given: TypeAlias = Term | float | int | tuple[float, ...]
 class Array:
     """An array: `array[i]` reads and writes a number, `lanes(i, width)` reads several."""
 
-    def __init__(self, writer: Writer, argument: ArrayOf) -> None:
+    def __init__(self, writer: Writer, argument: language.ArrayOf) -> None:
         self.writer, self.argument = writer, argument
 
     def __getitem__(self, index: Given) -> Term:
         return self.lanes(index, 1)
 
     def __setitem__(self, index: Given, value: Given) -> None:
-        self.writer.add(Store(self.at(index), self.writer.operand(value, FLOAT)))
+        self.writer.add(language.Write(self.writer.operand(value, FLOAT), *self.at(index)))
 
     def lanes(self, index: Given, width: int) -> Term:
         """The `width` doubles from an index on."""
         value = self.writer.new(Type("float", width))
-        self.writer.add(Load(value, self.at(index)))
+        self.writer.add(language.Read(value, *self.at(index)))
         return Term(self.writer, value)
 
     def store(self, index: Given, value: Term) -> None:
         """The doubles from an index on become those of a value."""
-        self.writer.add(Store(self.at(index), value.operand))
+        self.writer.add(language.Write(value.operand, *self.at(index)))
 
-    def at(self, index: Given) -> Place:
+    def at(self, index: Given) -> Address:
         """A place, for calls."""
-        return Place(self.argument, self.writer.operand(index, INT))
+        return Address(self.argument.name, self.writer.operand(index, INT))
 
 
 class Variable:
     """A cell."""
 
-    def __init__(self, writer: Writer, cell: Cell) -> None:
+    def __init__(self, writer: Writer, cell: language.Cell) -> None:
         self.writer, self.cell = writer, cell
 
     def get(self) -> Term:
         """What it holds now."""
         value = self.writer.new(self.cell.type)
-        self.writer.add(Get(value, self.cell))
+        self.writer.add(language.Get(value, self.cell))
         return Term(self.writer, value)
 
     def put(self, value: Given) -> None:
         """It holds `value` from now on."""
-        self.writer.add(Put(self.cell, self.writer.operand(value, self.cell.type)))
+        self.writer.add(language.Put(self.cell, self.writer.operand(value, self.cell.type)))
 
 
 class Writer:
@@ -145,50 +121,52 @@ class Writer:
 
     def __init__(self, name: str) -> None:
         self.name = name
-        self.arguments: list[Argument] = []
-        self.cells: list[Cell] = []
-        self.blocks: list[list[Statement]] = [[]]
+        self.arguments: list[language.Argument] = []
+        self.cells: list[language.Cell] = []
+        self.blocks: list[list[language.Statement]] = [[]]
         self.values = 0
 
-    def finished(self, result: Variable) -> Kernel:
+    def finished(self, result: Variable) -> language.Kernel:
         """The kernel, verified."""
         (body,) = self.blocks
-        return verified_kernel(Kernel(self.name, tuple(self.arguments), tuple(self.cells), tuple(body), result.cell))
+        return verified_kernel(
+            language.Kernel(self.name, tuple(self.arguments), tuple(self.cells), tuple(body), result.cell)
+        )
 
     # ------------------------------------------------------------------------------------------ arguments and cells
 
     def array(self, name: str) -> Array:
         """An argument: doubles."""
-        self.arguments.append(ArrayOf(name))
-        return Array(self, ArrayOf(name))
+        self.arguments.append(language.ArrayOf(name))
+        return Array(self, language.ArrayOf(name))
 
     def number(self, name: str) -> Term:
         """An argument: an integer."""
         value = self.new(INT)
-        self.arguments.append(Number(name, value))
+        self.arguments.append(language.Integer(name, value))
         return Term(self, value)
 
     def callee(self, name: str, *takes: Literal["float", "array"]) -> Callable[..., None]:
         """An argument: a routine. Called with terms and places it adds the call."""
-        callee = Callee(name, takes)
+        callee = language.Callee(name, takes)
         self.arguments.append(callee)
 
-        def call(*given: Given | Place) -> None:
+        def call(*given: Given | Address) -> None:
             pairs = zip(given, takes, strict=True)
-            own = tuple(g if isinstance(g, Place) else self.operand(g, FLOAT) for g, _ in pairs)
-            self.add(Call(callee, own))
+            own = tuple(g if isinstance(g, Address) else self.operand(g, FLOAT) for g, _ in pairs)
+            self.add(language.CallRoutine(callee, own))
 
         return call
 
     def variable(self, name: str, type_: Type = FLOAT) -> Variable:
         """A cell, zero at first."""
-        cell = Cell(name, type_)
+        cell = language.Cell(name, type_)
         self.cells.append(cell)
         return Variable(self, cell)
 
     # --------------------------------------------------------------------------------------------------- statements
 
-    def add(self, statement: Statement) -> None:
+    def add(self, statement: language.Statement) -> None:
         """One more statement in the block at hand."""
         self.blocks[-1].append(statement)
 
@@ -202,27 +180,28 @@ class Writer:
         if isinstance(given, Term):
             return given.operand
         if type_.width > 1 and not isinstance(given, tuple):
-            return Constant(type_, (float(given),) * type_.width)
-        return Constant(type_, given if isinstance(given, tuple) or type_.kind == "int" else float(given))
+            return language.Immediate(type_, (float(given),) * type_.width)
+        return language.Immediate(type_, given if isinstance(given, tuple) or type_.kind == "int" else float(given))
 
     def integer(self, value: int) -> Term:
         """A constant."""
-        return Term(self, Constant(INT, value))
+        return Term(self, language.Immediate(INT, value))
 
     def constant(self, value: float) -> Term:
         """A constant."""
-        return Term(self, Constant(FLOAT, value))
+        return Term(self, language.Immediate(FLOAT, value))
 
     def lanes(self, *values: float) -> Term:
         """A constant of several lanes."""
-        return Term(self, Constant(Type("float", len(values)), values))
+        return Term(self, language.Immediate(Type("float", len(values)), values))
 
     def compute(self, op: str, *given: Given, lane: int = 0) -> Term:
         """The result of an operation; numbers take the type of the first term."""
-        type_ = next((g.operand.type for g in given if isinstance(g, Term) and g.operand.type.kind != "bool"), FLOAT)
+        types = (language.type_of(g.operand) for g in given if isinstance(g, Term))
+        type_ = next((t for t in types if t.kind != "bool"), FLOAT)
         operands = tuple(self.operand(g, type_) for g in given)
-        value = self.new(result_type(op, [o.type for o in operands]))
-        self.add(Compute(value, op, operands, lane))
+        value = self.new(result_type(op, [language.type_of(o) for o in operands]))
+        self.add(language.Compute(value, op, operands, lane))
         return Term(self, value)
 
     def select(self, condition: Term, a: Given, b: Given) -> Term:
@@ -238,8 +217,8 @@ class Writer:
         return terms[0]
 
     @contextmanager
-    def _block(self) -> Iterator[list[Statement]]:
-        block: list[Statement] = []
+    def _block(self) -> Iterator[list[language.Statement]]:
+        block: list[language.Statement] = []
         self.blocks.append(block)
         yield block
         assert self.blocks.pop() is block
@@ -250,7 +229,7 @@ class Writer:
         index = self.new(INT)
         with self._block() as body:
             yield Term(self, index)
-        self.add(Count(index, self.operand(start, INT), self.operand(stop, INT), tuple(body), few))
+        self.add(language.Count(index, self.operand(start, INT), self.operand(stop, INT), tuple(body), few))
 
     def few(self, stop: Given, start: Given = 0) -> AbstractContextManager[Term]:
         """`count`, where the integers are few."""
@@ -263,20 +242,20 @@ class Writer:
             again = condition()
         with self._block() as body:
             yield
-        self.add(While(tuple(head), again.operand, tuple(body)))
+        self.add(language.While(tuple(head), again.operand, tuple(body)))
 
     @contextmanager
     def when(self, condition: Term) -> Iterator[None]:
         """The block where the condition is true; `otherwise` may follow."""
         with self._block() as then:
             yield
-        self.add(If(condition.operand, tuple(then), ()))
+        self.add(language.If(condition.operand, tuple(then), ()))
 
     @contextmanager
     def otherwise(self) -> Iterator[None]:
         """The block where the condition of the `when` just before is false."""
         last = self.blocks[-1].pop()
-        assert isinstance(last, If)
+        assert isinstance(last, language.If)
         with self._block() as other:
             yield
-        self.add(If(last.condition, last.then, tuple(other)))
+        self.add(language.If(last.condition, last.then, tuple(other)))

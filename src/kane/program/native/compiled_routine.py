@@ -12,15 +12,12 @@ from typing import Any, Generic, Literal, TypeAlias, TypeVar
 import numpy as np
 from numpy import vdot
 
-from kane.errors import ArgumentError, Attributes, NotFiniteError
+from kane.errors import ArgumentError, Attributes, NotFiniteError, warn
 from kane.numeric.arrays import Array
 from kane.program.bundle import Bundle
 from kane.program.emit.llvm_entries import block
 from kane.program.native import arguments
-from kane.program.native.addresses import address
-from kane.program.native.callers import warn
-from kane.program.native.machine import Settings, build_library
-from kane.program.native.machine_code import Library
+from kane.program.native.machine import Library, Settings, build_library
 from kane.program.program import Program, Routine
 from kane.program.reference import explain
 
@@ -36,6 +33,7 @@ _NUMBERS = frozenset((float, int, np.float64))
 _MOST_KEYS = 1000
 """Sets of names that are remembered."""
 ALL = slice(None)
+_view = ctypes.c_char.from_buffer
 _FEW = 4096
 """Numbers up to which squares are summed."""
 
@@ -54,6 +52,18 @@ def new_block(program: Program, routine: Routine) -> Block:
         ports.append(ctypes.c_double.from_buffer(own) if port.scalar else own.data)  # type: ignore[arg-type]  # arrays have a buffer
     results = memory[at.out : at.out + len(routine.results)].reshape(routine.shape)
     return (ctypes.c_void_p(memory.ctypes.data), *ports, results)
+
+
+def address(array: Array) -> int:
+    """The address of the first element of a contiguous array, which must be kept as long as it is used.
+
+    `array.ctypes` makes several objects, which takes longer than many a right-hand side; it is left to what cannot be written to, and
+    to what is empty.
+    """
+    try:
+        return ctypes.addressof(_view(array))  # type: ignore[arg-type]  # arrays have a buffer
+    except (TypeError, ValueError):
+        return int(array.ctypes.data)
 
 
 def _is_finite(a: Array) -> bool:

@@ -1,15 +1,36 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From Programs to a linked library of machine code."""
+"""Machine code through llvmlite: text → object → linked library.
 
-from collections.abc import Sequence
+A `Library` owns the code: when it goes, so does the code. Whatever holds an entry holds the library with it, and addresses
+never leave this package.
+
+Any thread may compile, link and drop libraries: llvmlite lets one thread at a time into LLVM, by a lock that the same thread
+may take again (the collector may drop a library while its thread compiles). Each compilation has a context of its own and each
+library a linker of its own, so that all their memory is given back.
+"""
+
+import atexit
+import ctypes
+import os
+import sys
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
+from functools import cache
+from typing import Any
 
 from kane.collector import collecting_seldom
-from kane.errors import Attributes
+from kane.errors import Attributes, ProgramError, warn
 from kane.program.emit.llvm import emit_llvm, hoists
-from kane.program.native.machine_code import Library, compile_text, target
+from kane.program.native import store
 from kane.program.program import Program
 from kane.progress import working
+
+_OPTIONS = {"opt": 2, "reloc": "pic", "codemodel": "small" if sys.platform == "linux" else "jitdefault"}
+"""On Linux a module's numbers are linked beside its code, in reach of an offset; else each of their addresses is loaded."""
+_LONG = 200_000
+"""Characters of a text from which on LLVM selects and schedules by its level 1: a third sooner, and as fast code."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +49,167 @@ class Settings(Attributes):
     optimize: bool = True
 
 
+@dataclass(frozen=True, slots=True)
+class Processor:
+    """The processor to compile for: LLVM's name of it and its features ("+avx2,+fma,…")."""
+
+    triple: str
+    cpu: str
+    features: str
+
+    @property
+    def lanes(self) -> int:
+        """Doubles in a vector register."""
+        have = set(self.features.split(","))
+        return 8 if "+avx512f" in have else 4 if have & {"+avx", "+avx2"} else 2
+
+
+@cache
+def _llvm() -> Any:
+    from llvmlite import binding
+
+    binding.initialize_native_target()
+    binding.initialize_native_asmprinter()
+    alone = _alone()
+    # A child of fork would wait for ever for a lock that a thread which it does not have holds.
+    if hasattr(os, "register_at_fork"):
+        os.register_at_fork(before=alone.__enter__, after_in_parent=alone.__exit__, after_in_child=alone.__exit__)
+    atexit.register(_end)
+    return binding
+
+
+_ended = threading.Event()
+
+
+def _end() -> None:
+    """LLVM's globals are destroyed at exit: wait until no thread is in LLVM, and let none but the main one enter it again."""
+    with _alone():
+        _ended.set()
+
+
+def _alone() -> Any:
+    """llvmlite's own lock, which lets one thread at a time into LLVM, again and again if it is the same."""
+    from llvmlite import binding
+
+    return getattr(binding.ffi.lib, "_lock", None) or nullcontext()
+
+
+@contextmanager
+def _inside() -> Iterator[Any]:
+    """LLVM, for this thread alone, unless the interpreter is ending and this is not its main thread."""
+    llvm = _llvm()
+    with _alone():
+        if _ended.is_set() and threading.current_thread() is not threading.main_thread():
+            raise ProgramError(
+                "Expected a running interpreter to compile in, got one that is ending: join threads first."
+            )
+        yield llvm
+
+
+_V2 = "+cx16,+popcnt,+sse3,+sse4.1,+sse4.2,+ssse3"
+_V3 = f"{_V2},+avx,+avx2,+bmi,+bmi2,+f16c,+fma,+lzcnt,+movbe,+xsave"
+LEVELS = {"x86-64-v2": _V2, "x86-64-v3": _V3, "x86-64-v4": f"{_V3},+avx512bw,+avx512cd,+avx512dq,+avx512f,+avx512vl"}
+"""Processors that the environment variable KANE_CPU can name, with their features: levels of the x86-64 psABI."""
+
+
+@cache
+def host() -> Processor:
+    """The machine that runs this process, or the lesser one that KANE_CPU names."""
+    llvm = _llvm()
+    here = Processor(llvm.get_process_triple(), llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten())
+    level = os.environ.get("KANE_CPU", "")
+    if not level:
+        return here
+    features = set(here.features.split(","))
+    usable = [name for name, needed in LEVELS.items() if features.issuperset(needed.split(","))]
+    if level not in usable:
+        raise ProgramError(
+            f"Expected the environment variable KANE_CPU as a processor that {here.cpu} can stand for, one of "
+            f"{', '.join(usable) or 'none'}, got {level!r}. Leave it unset for the processor itself."
+        )
+    return Processor(here.triple, level, LEVELS[level])
+
+
+def target(cpu: str = "host", features: str = "") -> Processor:
+    """The host, or with `cpu` "generic" what it shares with every machine of its kind, and `features` ("+avx2,+fma").
+
+    Raises
+    ------
+    ProgramError
+        if the code could not run here: another processor, or a feature that the host lacks
+    """
+    here = host()
+    if cpu == "generic":  # first: LLVM also calls processors so that it does not know
+        chosen = Processor(here.triple, "generic", "")
+    elif cpu in ("host", here.cpu):
+        chosen = here
+    else:
+        raise ProgramError(
+            f'Expected cpu to be "host", "generic" or {here.cpu!r}, got {cpu!r}: code for it cannot run here.'
+        )
+    if not isinstance(features, str):
+        raise ProgramError(f'Expected features as one text, "+avx2,+fma", got {features!r}.')
+    asked = [f.strip() for f in features.split(",") if f.strip()]
+    own = [f for f in here.features.split(",") if f[:1] == "+"]
+    missing = [f for f in asked if f not in own]
+    if missing:
+        raise ProgramError(
+            f'Expected features that this processor has, each as "+name", got {", ".join(missing)}. It has '
+            f"{', '.join(sorted(f[1:] for f in own))}."
+        )
+    return Processor(chosen.triple, chosen.cpu, ",".join(f for f in (chosen.features, *asked) if f))
+
+
+class Library:
+    """Linked machine code.
+
+    Raises
+    ------
+    ProgramError
+        if the image is not an object file, lacks one of the symbols, or needs one that this process lacks
+    """
+
+    __slots__ = ("__weakref__", "_tracker")
+
+    def __init__(self, image: bytes, symbols: Sequence[str]) -> None:
+        with _inside() as llvm:
+            builder = llvm.JITLibraryBuilder().add_object_img(image).add_current_process()
+            for symbol in symbols:
+                builder.export_symbol(symbol)
+            try:
+                self._tracker = builder.link(llvm.create_lljit_compiler(), "kane")  # it keeps the linker
+            except RuntimeError as error:
+                raise ProgramError(f"Expected code that links and has {', '.join(symbols)}, got: {error}") from error
+
+    def address(self, symbol: str) -> int:
+        """Where a function begins; valid while this library lives."""
+        return int(self._tracker[symbol])
+
+    def function(self, symbol: str, result: Any, *arguments: Any, brief: bool = False) -> Any:
+        """A callable for a function, which keeps the library alive; a brief one is not worth letting go of the interpreter."""
+        kind = ctypes.PYFUNCTYPE if brief else ctypes.CFUNCTYPE
+        function = kind(result, *arguments)(self.address(symbol))
+        function._library = self  # type: ignore[attr-defined]  # ctypes functions take attributes
+        return function
+
+
+def compile_text(text: str, on: Processor, symbols: Sequence[str], cached: bool = True, loops: bool = False) -> Library:
+    """The library of an LLVM module, from the cache where it is there; `loops` says that there is something for LLVM to improve."""
+    options = [*(f"{name}={value}" for name, value in _options(text).items()), *(["loops"] if loops else [])]
+    key = store.key(text, on.triple, on.cpu, on.features, *options, *versions())
+    image = store.read(key) if cached else None
+    if image is not None:
+        try:
+            return Library(image, symbols)
+        except ProgramError as error:
+            warn(f"{error} It is the cache entry {key}. Compiling anew.")
+    image = object_code(text, on, loops)
+    library = Library(image, symbols)
+    if cached:
+        store.write(key, image)
+    return library
+
+
 def build_library(programs: Sequence[Program], settings: Settings) -> Library:
     """Emit and compile as one module, or take the object from the cache. The names of all routines must differ."""
     with working("Compiling"), collecting_seldom():
@@ -36,3 +218,50 @@ def build_library(programs: Sequence[Program], settings: Settings) -> Library:
         routines = [r.name for program in programs for r in program.routines]
         symbols = [*hoists(programs), *(f"{name}{entry}" for name in routines for entry in ("", ".call", ".batch"))]
         return compile_text(text, on, symbols, settings.cache)
+
+
+def _options(text: str) -> dict[str, Any]:
+    return _OPTIONS | {"opt": 1} if len(text) > _LONG else _OPTIONS
+
+
+def object_code(text: str, on: Processor, loops: bool = False) -> bytes:
+    """The object file of an LLVM module.
+
+    Raises
+    ------
+    ProgramError
+        if LLVM does not accept the text
+    """
+    with _inside() as llvm, llvm.create_context() as context:
+        try:
+            with llvm.parse_assembly(text, context) as module:
+                module.verify()
+                machine = llvm.Target.from_triple(on.triple).create_target_machine(
+                    cpu=on.cpu, features=on.features, **_options(text)
+                )
+                (_improve if loops else _inline)(llvm, machine, module)
+                return bytes(machine.emit_object(module))
+        except RuntimeError as error:
+            raise ProgramError(f"Expected text that LLVM reads and compiles for {on.cpu}, got: {error}") from error
+
+
+def _inline(llvm: Any, machine: Any, module: Any) -> None:
+    """Sine and cosine go where they are called; no other pass has anything to find (docs/develop/decisions.md)."""
+    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=0))
+    passes = llvm.create_new_module_pass_manager()
+    passes.add_always_inliner_pass()
+    passes.run(module, builder)
+
+
+def _improve(llvm: Any, machine: Any, module: Any) -> None:
+    """Loops and what is kept in cells: LLVM's usual passes, which change no rounding; higher levels gain nothing."""
+    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=1))
+    builder.getModulePassManager().run(module, builder)
+
+
+@cache
+def versions() -> tuple[str, ...]:
+    """What the machine code depends on besides text and target."""
+    import llvmlite
+
+    return (f"llvmlite {llvmlite.__version__}", "LLVM " + ".".join(map(str, _llvm().llvm_version_info)))

@@ -17,7 +17,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from kane.program.native.callers import warn
+from kane.errors import warn
 
 LIMIT = 256 * 2**20
 """Bytes that the entries may take together."""

@@ -1,0 +1,308 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Statements as lines of LLVM: values in registers; cells of kernels on the stack, from where LLVM's own passes lift them.
+
+Values of Programs are doubles, or vectors of them where several states are evaluated at once: then each number of a vector is `width`
+doubles side by side, one a state, but for those of `shared` vectors, which all states have in common. What the library computes is
+called lane by lane.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+
+from kane.expr.ops import COS, DIV, REGULAR, SIN, Op
+from kane.program.emit import walk
+from kane.program.emit.llvm_forms import BINARY, CALLS, Lanes, bits, divided, guard, lines, typed
+from kane.program.emit.llvm_near import Near
+from kane.program.emit.printer import Printer
+from kane.program.kernel import language
+
+_SHORT = 600
+"""Statements up to which the time of a piece is that of what waits for each other."""
+FEW = (
+    "!0 = distinct !{!0, !1, !2}",
+    '!1 = !{!"llvm.loop.unroll.disable"}',
+    '!2 = !{!"llvm.loop.vectorize.enable", i1 false}',
+)
+"""What is said of loops that are known to be short: copies and lanes would be compiled for nothing."""
+
+
+def vector(base: str) -> str:
+    """What the pointer to a vector is called; names of ports have a prefix that no other value's name has."""
+    return f"%{walk.VECTORS[base]}" if base in walk.VECTORS else f"%in.{base}"
+
+
+class Calls:
+    """What functions call: declarations, and sines of so many angles at once."""
+
+    __slots__ = ("declared", "sines")
+
+    def __init__(self) -> None:
+        self.declared: set[str] = set()
+        self.sines: set[int] = set()
+
+    def declare(self, function: str, kind: str, arity: int) -> None:
+        """A function of so many arguments of one kind."""
+        self.declared.add(f"declare {kind} @{function}({', '.join([kind] * arity)})")
+
+
+class _Names(dict[language.Operand, str]):
+    """Names of values; those of constants are what they are, the others are in `common`, or numbered."""
+
+    def __init__(self, common: Mapping[int, str]) -> None:
+        super().__init__()
+        self.common = common
+
+    def __missing__(self, value: language.Operand) -> str:
+        if isinstance(value, int):
+            return self.common[value]
+        if not isinstance(value, language.Immediate):
+            return f"%v{value}"
+        if isinstance(value.value, tuple):
+            return Lanes(len(value.value)).numbers(value.value)
+        return bits(float(value.value)) if value.type.kind == "float" else str(value.value)
+
+
+class LlvmPrinter(Printer):
+    """The lines of one function, or of one piece of it."""
+
+    def __init__(
+        self,
+        calls: Calls,
+        flags: str,
+        common: Mapping[int, str] | None = None,
+        width: int = 1,
+        shared: Collection[str] = (),
+        near: Mapping[str, Near] | None = None,
+    ) -> None:
+        super().__init__()
+        self.calls, self.flags, self.shared, self.near = calls, flags, shared, near or {}
+        self.type, self.lanes = language.Type("float", width), Lanes(width)
+        self.kind = self.lanes.double
+        self.names = _Names(common or {})
+        self.volatile: set[int] = set()
+        self.late: set[language.Operand] = set()
+        self.answers: dict[language.Operand, str] = {}
+
+    def body(self, body: Sequence[language.Statement]) -> list[str]:
+        """The lines of a piece of a Program."""
+        if self.lanes.width == 1:
+            # Else LLVM would load neighbours as one vector, which waits where they have just been stored one by one.
+            self.volatile = {a for s in body if isinstance(s, language.SinCos) for a in s.angles}
+            # A divisor's guard is looked at while the quotient is on its way. In long code nothing waits, and registers are wanted.
+            self.late = _divisors(body) if len(body) <= _SHORT else set()
+        self.block(body)
+        return self.lines
+
+    def add(self, *lines: str) -> None:
+        """Lines of the function's body, which labels alone are outside of."""
+        self.lines += [f"  {line}" for line in lines]
+
+    def typed(self, operand: language.Operand) -> str:
+        """An operand after its type."""
+        return f"{typed(language.type_of(operand))} {self.names[operand]}"
+
+    # --------------------------------------------------------------------------------------------------- arithmetic
+
+    def compute(self, s: language.Compute) -> None:
+        """An operation."""
+        value, op, arguments = s.value, s.op, s.arguments
+        operands = [self.names[a] for a in arguments]
+        name = self.names[value] = f"%v{value}"
+        if type(value) is not int:
+            self.operation(name, op, operands, language.type_of(arguments[0]), language.type_of(value), s.lane)
+        elif value in self.late:
+            texts, self.answers[value] = guard(name, operands)
+            self.names[value] = operands[0]
+            self.add(*texts)
+        elif op is DIV and arguments[1] in self.answers:
+            self.add(*divided(name, operands, self.answers[arguments[1]], self.flags))
+        else:
+            self.operation(name, op, operands, self.type, self.type)
+
+    def operation(
+        self, name: str, op: Op | str, operands: Sequence[str], type_: language.Type, made: language.Type, lane: int = 0
+    ) -> None:
+        """An operation of the tables; the first operand is of a type, the result is `made`."""
+        word = BINARY.get(op) if type_.kind == "float" else None
+        if word:  # nearly all there is, written sooner
+            kind = self.kind if type_ is self.type else typed(type_)
+            self.lines.append(f"  {name} = {word} {self.flags}{kind} {operands[0]}, {operands[1]}")
+        elif op in CALLS:
+            self.call_function(name, CALLS[op], operands, Lanes(type_.width))
+        elif op == "sum" or op == "largest":
+            self.fold(name, "add" if op == "sum" else "max", operands[0], type_.width)
+        else:
+            self.lines += [f"  {line}" for line in lines(op, name, operands, self.flags, type_, made, lane)]
+
+    def call_function(self, name: str, function: str, operands: Sequence[str], lanes: Lanes) -> None:
+        """One of LLVM's own functions, or one of the library, lane by lane."""
+        own = function.startswith("llvm.")
+        function, kind = f"{function}.{lanes.suffix}" if own else function, lanes.double
+        if own or lanes.width == 1:
+            self.calls.declare(function, kind, len(operands))
+            self.add(f"{name} = call {kind} @{function}({', '.join(f'{kind} {o}' for o in operands)})")
+            return
+        self.calls.declare(function, "double", len(operands))
+        for k in range(lanes.width):
+            for j, operand in enumerate(operands):
+                self.add(f"{name}.{k}.{j} = extractelement {kind} {operand}, i32 {k}")
+            given = ", ".join(f"double {name}.{k}.{j}" for j in range(len(operands)))
+            self.add(f"{name}.of{k} = call double @{function}({given})")
+        self.gather(name, [f"{name}.of{k}" for k in range(lanes.width)], lanes)
+
+    def fold(self, name: str, op: str, operand: str, width: int) -> None:
+        """The halves of a vector combined, until one number is left."""
+        while width > 1:
+            half, kind = width // 2, Lanes(width).double
+            parts = [f"{name}.{part}{half}" for part in ("low", "high")]
+            for part, first in zip(parts, (0, half), strict=True):
+                mask = ", ".join(f"i32 {first + j}" for j in range(half))
+                self.add(f"{part} = shufflevector {kind} {operand}, {kind} poison, <{half} x i32> <{mask}>")
+                if half == 1:
+                    self.add(f"{part}.s = extractelement <1 x double> {part}, i32 0")
+            folded = language.Type("float", half)
+            operand = name if half == 1 else f"{name}.{half}"
+            self.operation(operand, op, [f"{part}{'.s' * (half == 1)}" for part in parts], folded, folded)
+            width = half
+
+    def splat(self, name: str, number: str, lanes: Lanes) -> None:
+        """One double in every lane."""
+        self.add(*lines("splat", name, [number], "", language.FLOAT, language.Type("float", lanes.width)))
+
+    def gather(self, name: str, numbers: Sequence[str], lanes: Lanes) -> None:
+        """One double in each lane; the last is repeated in what is left over."""
+        before = "poison"
+        for k in range(lanes.width):
+            number, made = numbers[min(k, len(numbers) - 1)], name if k == lanes.width - 1 else f"{name}.{k}"
+            self.add(f"{made} = insertelement {lanes.double} {before}, double {number}, i32 {k}")
+            before = made
+
+    def sines(self, name: str, angles: str, lanes: Lanes) -> None:
+        """`name`.sin and `name`.cos of angles side by side."""
+        pair = f"{{{lanes.double}, {lanes.double}}}"
+        self.calls.sines.add(lanes.width)
+        self.add(f"{name} = call {pair} @kane.sincos.{lanes.width}({lanes.double} {angles})")
+        self.add(*(f"{name}.{op.name} = extractvalue {pair} {name}, {k}" for k, op in enumerate((SIN, COS))))
+
+    def sincos(self, s: language.SinCos) -> None:
+        """Sines and cosines in a vector as wide as the angles fill."""
+        label, count = f"%p{len(self.lines)}", len(s.angles)
+        lanes = self.lanes if count == 1 else Lanes(1 << (count - 1).bit_length())
+        angles = self.names[s.angles[0]]
+        if count > 1:
+            angles = f"{label}.angles"
+            self.gather(angles, [self.names[a] for a in s.angles], lanes)
+        self.sines(label, angles, lanes)
+        for k, own in enumerate(s.values):
+            for op, i in own.items():
+                self.names[i] = f"{label}.{op.name}"
+                if count > 1:
+                    self.names[i] = f"%v{i}"
+                    self.add(f"%v{i} = extractelement {lanes.double} {label}.{op.name}, i32 {k}")
+
+    # ------------------------------------------------------------------------------------------------------- memory
+
+    def address(self, s: language.Read | language.Write | language.Address) -> str:
+        """The name of an address, after the line that computes it."""
+        place, inbounds, base = s.place, " inbounds", vector(s.base)
+        if isinstance(place, int):
+            if s.base in self.near:  # a pointer may be before or behind its vector
+                k, place = self.near[s.base].nearest(place)
+                base, inbounds = f"{base}.{k}", ""
+            elif s.base not in self.shared:
+                place *= self.lanes.width
+        index = place if isinstance(place, int) else self.names[place]
+        name = f"%a{len(self.lines)}"
+        self.lines.append(f"  {name} = getelementptr{inbounds} double, ptr {base}, i64 {index}")
+        return name
+
+    def load(self, s: language.Read) -> None:
+        """A value from memory."""
+        address, name = self.address(s), f"%v{s.value}"
+        self.names[s.value] = name
+        if type(s.value) is not int:
+            self.add(f"{name} = load {typed(language.type_of(s.value))}, ptr {address}, align 8")
+        elif s.base in self.shared and self.lanes.width > 1:
+            self.add(f"{name}.shared = load double, ptr {address}, align 8")
+            self.splat(name, f"{name}.shared", self.lanes)
+        else:
+            volatile = " volatile" if s.value in self.volatile else ""
+            self.lines.append(f"  {name} = load{volatile} {self.kind}, ptr {address}, align 8")
+
+    def store(self, s: language.Write) -> None:
+        """A value to memory."""
+        address = self.address(s)
+        kind = self.kind if isinstance(s.value, int) else typed(language.type_of(s.value))
+        self.lines.append(f"  store {kind} {self.names[s.value]}, ptr {address}, align 8")
+
+    def get(self, s: language.Get) -> None:
+        """A value from a cell."""
+        self.add(f"%v{s.value} = load {typed(s.value.type)}, ptr %cell.{s.cell.name}")
+
+    def put(self, s: language.Put) -> None:
+        """A value to a cell."""
+        self.add(f"store {self.typed(s.value)}, ptr %cell.{s.cell.name}")
+
+    # ------------------------------------------------------------------------------------------------------ control
+
+    def call(self, s: language.CallRoutine) -> None:
+        """A routine that the kernel was given."""
+        given = [f"ptr {self.address(a)}" if isinstance(a, language.Address) else self.typed(a) for a in s.arguments]
+        self.add(f"call void %{s.callee.name}({', '.join(given)})")
+
+    def labels(self, *names: str) -> list[str]:
+        """Labels that nothing else has."""
+        return [f"{name}{len(self.lines)}" for name in names]
+
+    def choice(self, s: language.If) -> None:
+        """One of two blocks."""
+        then, other, end = self.labels("then", "other", "end")
+        self.add(f"br i1 {self.names[s.condition]}, label %{then}, label %{other}")
+        for label, block in ((then, s.then), (other, s.other)):
+            self.labelled(label, block)
+            self.add(f"br label %{end}")
+        self.labelled(end)
+
+    def labelled(self, label: str, block: language.Block = ()) -> None:
+        """A block behind a label."""
+        self.lines.append(f"{label}:")
+        self.block(block)
+
+    def loop(self, s: language.While) -> None:
+        """A block as long as a condition holds."""
+        head, body, end = self.labels("head", "body", "end")
+        self.add(f"br label %{head}")
+        self.labelled(head, s.head)
+        self.add(f"br i1 {self.names[s.condition]}, label %{body}, label %{end}")
+        self.labelled(body, s.body)
+        self.add(f"br label %{head}")
+        self.labelled(end)
+
+    def count(self, s: language.Count) -> None:
+        """A block for each integer."""
+        before, head, body, last, end, more, on = self.labels("before", "head", "body", "last", "end", "next", "on")
+        index, start, stop = (self.names[x] for x in (s.counter, s.start, s.stop))
+        self.add(f"br label %{before}")
+        self.labelled(before)
+        self.add(f"br label %{head}")
+        self.labelled(head)
+        self.add(
+            f"{index} = phi i64 [ {start}, %{before} ], [ %{more}, %{last} ]",
+            f"%{on} = icmp slt i64 {index}, {stop}",
+            f"br i1 %{on}, label %{body}, label %{end}",
+        )
+        self.labelled(body, s.body)
+        self.add(f"br label %{last}")
+        self.labelled(last)
+        self.add(f"%{more} = add i64 {index}, 1", f"br label %{head}{', !llvm.loop !0' * s.few}")
+        self.labelled(end)
+
+
+def _divisors(body: Sequence[language.Statement]) -> set[language.Operand]:
+    """The guarded values that are read as divisors only."""
+    guarded: set[language.Operand] = {s.value for s in body if isinstance(s, language.Compute) and s.op is REGULAR}
+    for s in body if guarded else ():
+        if isinstance(s, language.Compute):
+            guarded.difference_update(s.arguments[:1] if s.op is DIV else s.arguments)
+        elif isinstance(s, language.Write):
+            guarded.discard(s.value)
+    return guarded
