@@ -98,7 +98,7 @@ def test_nothing_prints_but_the_command():
     found = {
         p.relative_to(ROOT / "src" / "kane").as_posix() for p in SOURCES for name, _ in calls(p) if name == "print"
     }
-    assert {place for place in found if not place.startswith("cli/")} == {"present/version_list.py"}
+    assert {place for place in found if not place.startswith("cli/")} == {"present/provenance.py"}
 
 
 @pytest.mark.slow

@@ -75,7 +75,7 @@ if TYPE_CHECKING:
     from kane.motion.simulate import simulate
     from kane.motion.solution.accuracy import Accuracy
     from kane.motion.solution.solution import Solution
-    from kane.present.version_list import show_versions
+    from kane.present.provenance import show_versions
     from kane.program.native.machine import Settings
     from kane.solids import *
     from kane.space.frame import Frame
@@ -167,12 +167,11 @@ _NAMES = {
     "motion.simulate": "simulate",
     "motion.solution.solution": "Solution",
     "present.beam_figures": "beam_figure mode_figure",
-    "present.campbell": "campbell_diagram",
+    "present.branch_figures": "campbell_diagram root_locus",
     "present.checks": "Check",
     "present.figure": "plot",
+    "present.provenance": "show_versions",
     "present.report": "report",
-    "present.root_locus": "root_locus",
-    "present.version_list": "show_versions",
     "program.native.machine": "Settings",
     "space.attitude": "Rotation small_rotation",
     "space.frame": "Frame",

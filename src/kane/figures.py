@@ -2,11 +2,10 @@
 """Figures and reports."""
 
 from kane.present.beam_figures import beam_figure, mode_figure
-from kane.present.campbell import campbell_diagram
+from kane.present.branch_figures import campbell_diagram, root_locus
 from kane.present.checks import Check
 from kane.present.figure import plot
 from kane.present.report import report
-from kane.present.root_locus import root_locus
 
 __all__ = [
     "Check",

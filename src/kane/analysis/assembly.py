@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The constraints on the motion at a configuration, in speeds or in rates, also where what is written through W has a pole.
+"""`assemble`: a start that satisfies the constraints, from values that are given, guessed, or left out to be solved for.
 
-Constraints A_q q̇ + b_q = 0 and speeds u = Y q̇ + z are divided by nothing. Where A may have false poles, or is not finite, the
-speeds that are possible are those of the rates that are: with A_q N = 0 and A_q q̇₀ + b_q = 0 those with
+Speeds follow from A u + b = 0. Constraints A_q q̇ + b_q = 0 and speeds u = Y q̇ + z are divided by nothing: where A may have false
+poles, or is not finite, the possible speeds are those of the possible rates, with A_q N = 0 and A_q q̇₀ + b_q = 0 those with
 
     B u = B (Y q̇₀ + z),    B (Y N) = 0
-
-`assemble`: a start that satisfies the constraints, from values that are given, guessed, or left out to be solved for.
 """
 
 from collections.abc import Mapping, Sequence

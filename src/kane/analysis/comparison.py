@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`compare_speeds`: one system by several sets of generalized speeds, and what each costs.
+"""`compare_speeds`, `compare_methods`: one system by several sets of generalized speeds, or by several methods, and what each costs.
 
-Of each set: the operations of one evaluation of (q̇, u̇, R), route by route; the configurations at which q̇ = W u + X is singular; and
-along a motion the condition numbers of W and of M̃, that of the independent speeds. W is measured with rows and columns divided by the
-largest sizes that its entries usually have, M̃ with those of its diagonal: units do not matter, nearness to a singular
-configuration does.
-
-`compare_methods`: one system by Kane's method and by others, and what each costs.
+Of each set of speeds: the operations of one evaluation of (q̇, u̇, R), route by route; the configurations at which q̇ = W u + X is
+singular; along a motion the condition numbers of W and of M̃, that of the independent speeds. W is measured with rows and columns
+divided by the largest sizes of its entries, M̃ with those of its diagonal: units do not matter, nearness to a singular position does.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -18,7 +15,7 @@ import numpy as np
 from kane import show
 from kane.dynamics.methods.formulation import Formulation
 from kane.dynamics.methods.table import METHODS
-from kane.dynamics.routes.divisors import divisors
+from kane.dynamics.routes.candidates import divisors
 from kane.dynamics.routes.table import ASKED
 from kane.equations.derive import derive
 from kane.equations.equations import Equations

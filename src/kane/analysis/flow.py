@@ -1,16 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How large what is compared with zero could be at a state: the terms that cancel in it, whatever the units are.
+"""The flow on the constraints at a state, and its exact derivative: ẋ = F(x, r) in x = (ξ_I, u_I, a).
 
-A force of 1 N is nothing beside weights of 10⁹ N that cancel, and everything where it stands alone. So u̇ is measured by |M⁻¹| times
-the sizes of the terms of M u̇ = f + Aᵀλ + G R, sines and cosines taken as 1 and A as large as it can be elsewhere; speeds by themselves
-and by what such accelerations make of them in the time 1/p, p being the pace at which the state changes; q̇ = W u + X and A u + b by
-their terms at such speeds.
+    δẋ = A δx + B δr,   y = h(q, u, u̇, λ, R, r):   δy = C δx + D δr
 
-The flow on the constraints at a state, and its exact derivative: ẋ = F(x, r) in x = (ξ_I, u_I, a).
-
-δẋ = A δx + B δr,   y = h(q, u, u̇, λ, R, r):   δy = C δx + D δr
-
-Whether a state is an equilibrium or a steady motion.
+What is compared with zero is measured by the terms that cancel in it: u̇ by |M⁻¹| times the sizes of the terms of M u̇ = f + Aᵀλ + G R,
+sines and cosines taken as 1; speeds by themselves and by what such accelerations make of them in the time in which the state changes;
+q̇ = W u + X and A u + b by their terms at such speeds.
 
 A steady motion may move coordinates on which nothing depends: those from which no path of dependence leads to the speeds. That is
 read off A at the state, and tried at states displaced along what moves.

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The linearized equations: ẋ = A x + B r, y = C x + D r, their eigenvalues and modes, and M q̈ + C q̇ + K q = F r.
 
-Normal modes of small vibrations: M ẍ + K x = 0 with x = B η, BᵀM B = 1, BᵀK B = Λ (Kane & Levinson 1985, sec. 7.9).
+Normal modes of M ẍ + K x = 0: x = B η, BᵀM B = 1, BᵀK B = Λ (Kane & Levinson 1985, sec. 7.9).
 """
 
 from __future__ import annotations

@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`linearize`: the equations of motion about an equilibrium or a steady motion, by exact differentiation.
-
-`linearize_symbolic`: A and B of ẋ = A x + B r as expressions, for small systems.
+"""`linearize`: the equations of motion about an equilibrium or a steady motion, by exact differentiation, in numbers or in symbols.
 
     δq = T ξ,  G T ξ = 0  ⟹  ξ = N ξ_I + P δr,      A δu + ∂(A u + b)/∂q δq = 0  ⟹  δu = B δu_I + E ξ_I + Q δr
 

@@ -1,11 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The unsolved equations at a state, as numbers: K z = k solved, and the exact derivatives of everything in q, u and inputs.
+"""The unsolved equations at a state, as numbers: K z = k solved, and the exact derivatives of everything in q, u, a and inputs.
 
-What is asked of a linearization besides the flow: named outputs h(q, u, u̇, λ, R, r), and their derivatives.
-
-The quantities at which equations and outputs switch, how large their terms are, and their derivatives.
-
-Where the numbers of a linearization come from: compiled code, or the graph as it is on one side of its switches.
+Besides: named outputs h(q, u, u̇, λ, R, r), and the quantities at which equations and outputs switch.
 """
 
 from collections.abc import Callable, Mapping, Sequence

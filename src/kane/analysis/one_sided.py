@@ -1,18 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The bundles of equations with every switch that stands at zero replaced by what it is on one side.
+"""Derivatives at a switch that stands at zero: the equations on each of its sides, and whether the sides differ.
 
-The equations at a corner, one smooth piece for each side of the switches that stand there.
-
-A piece counts where a motion leads into it: some d with s_i ∇c_i·d > 0 for all switches c_i and their sides s_i = ±1.
-
-Which switches stand at zero at a state, and whether it makes a difference on which side of them it is left.
-
-Only what differs counts: x |x| and guarded quotients have one derivative on both sides, however they are written.
-
-Lengths |v| = √(v·v) that are zero at a state: they have no derivative there, |v| v has.
-
-Derivatives take that of a length at zero as zero, the mean of all sides. Whether that is right is seen beside the state, along each of
-the states and inputs and along all of them together.
+A side counts where a motion leads into it: some d with s_i ∇c_i·d > 0 for all switches c_i and their sides s_i = ±1. x |x| and
+guarded quotients have one derivative on both sides, however they are written. Lengths |v| = √(v·v) that are zero have none, |v| v has:
+derivatives take that of a length at zero as zero, and slopes beside the state, along each state and input, say whether that is right.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where, along a branch of steady motions, an eigenvalue crosses the imaginary axis: Re λ = 0, by bisection on the branch.
+"""`continuation`: a branch of steady motions followed as a value changes, past turning points, with its eigenvalues.
 
-`continuation`: a branch of steady motions followed as a value changes, past turning points, with its eigenvalues.
+Where one crosses the imaginary axis, Re λ = 0, is found by bisection on the branch.
 """
 
 import warnings

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The conditions of an equilibrium or a steady motion, F(X) = 0, and their exact Jacobian in X = (q, u, a, inputs, parameters).
+"""`trim` and `equilibrium`: steady motions and equilibria, by Newton's method with exact derivatives in X = (q, u, a, inputs, p).
 
-f = 0,   eᵀe = 1,   A u + b = 0,   u̇_I = 0,   q̇ = 0 of the coordinates that matter,   ȧ = 0 of the further states that do
-
-`trim` and `equilibrium`: steady motions and equilibria, by Newton's method with exact derivatives.
+f = 0,  eᵀe = 1,  A u + b = 0,  u̇_I = 0,  q̇ = 0 of the coordinates that matter,  ȧ = 0 of the further states that do
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -9,15 +9,11 @@ import typer
 from kane import __version__
 from kane.cli import screen
 from kane.cli.bench import bench
-from kane.cli.cache import app as cache_app
 from kane.cli.check import check
-from kane.cli.derive import derive
-from kane.cli.emit import emit
-from kane.cli.faults import Guarded
-from kane.cli.new import new
-from kane.cli.options import AsJson
-from kane.cli.report import report
-from kane.cli.simulate import simulate
+from kane.cli.derive import cache_app, derive, emit
+from kane.cli.models import AsJson, new
+from kane.cli.screen import Guarded
+from kane.cli.simulate import report, simulate
 from kane.gallery import GALLERY, load
 from kane.lazy_imports import offered
 
@@ -79,7 +75,7 @@ def main() -> None:
 __getattr__ = offered(
     __name__,
     {
-        "faults": "LINES guarded",
         "models": "STARTS model_of names_like",
+        "screen": "LINES guarded",
     },
 )

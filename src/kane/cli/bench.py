@@ -12,10 +12,9 @@ import typer
 
 import kane as kn
 from kane.cli import screen
-from kane.cli.faults import own_code
-from kane.cli.models import model_of
-from kane.cli.motion import Start, start
-from kane.cli.options import AsJson, Name
+from kane.cli.models import AsJson, Name, model_of
+from kane.cli.screen import own_code
+from kane.cli.simulate import Start, start
 from kane.progress import working
 
 _ROUNDS, _LEAST, _BATCH = 7, 0.01, 4096

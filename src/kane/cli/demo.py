@@ -8,13 +8,13 @@ from rich.console import Console
 from rich.text import Text
 
 import kane as kn
-from kane.cli.faults import columns, shown
 from kane.cli.models import STARTS
+from kane.cli.screen import columns, shown
 from kane.gallery import rolling_disk
 from kane.gallery.rolling_disk_check import checks
 from kane.present.checks import Check, energy_check
+from kane.present.formula_list import step_text, wrapped
 from kane.present.report import report
-from kane.present.text import step_text, wrapped
 
 FRICTION = 0.1
 ENERGY_LIMIT = 1e-8

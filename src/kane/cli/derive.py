@@ -1,18 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`kane derive`: the seven steps with their formulas."""
+"""`kane derive`: the seven steps with their formulas; `kane emit`: the equations as source text; `kane cache`: compiled code."""
 
+from enum import StrEnum
 from typing import Annotated, Any
 
 import typer
 
 import kane as kn
 from kane.cli import screen
-from kane.cli.faults import columns, own_code
-from kane.cli.models import Model, model_of
-from kane.cli.options import AsJson, Name
+from kane.cli.models import AsJson, Force, Model, Name, Out, model_of
+from kane.cli.screen import Misuse, columns, own_code
 from kane.dynamics.readings.steps import Step
-from kane.present.formula_list import result_formulas
-from kane.present.text import step_text
+from kane.motion.simulator_c import METHODS as SIMULATORS
+from kane.motion.simulator_c import emit_simulator
+from kane.present.formula_list import result_formulas, step_text
+from kane.program.native import store
 from kane.progress import working
 from kane.write.latex import latex_name
 
@@ -59,3 +61,69 @@ def _latex(step: Step, eom: kn.Equations) -> str:
     between, shown = result_formulas(step.results, eom.system.inertial)
     lines = " \\\\\n".join(f"  {f.left} &= {f.right}" for f in (*between, *shown))
     return f"{head}\n\\begin{{align*}}\n{lines}\n\\end{{align*}}"
+
+
+class Target(StrEnum):
+    """What `Compiled.emit` can print."""
+
+    c = "c"
+    h = "h"
+    numpy = "numpy"
+
+
+def emit(
+    name: Name,
+    target: Annotated[Target, typer.Option(help="C99, its header, or a NumPy module.", show_default=False)],
+    out: Out = None,
+    called: Annotated[
+        str | None, typer.Option("--name", help="What the emitted functions are called after.", show_default="MODEL's")
+    ] = None,
+    with_integrator: Annotated[
+        str | None,
+        typer.Option(
+            help=f"A whole program in C that simulates, by {', '.join(SIMULATORS)}: compile it with cc alone.",
+            metavar="METHOD",
+            show_default=False,
+        ),
+    ] = None,
+    force: Force = False,
+) -> None:
+    """Print the equations of MODEL as C or NumPy source."""
+    if with_integrator is not None and target is not Target.c:
+        raise Misuse(f"Expected --target c with --with-integrator, got {target.value}.")
+    model = model_of(name)
+    if called is not None and not (called.isidentifier() and called.isascii()):
+        raise Misuse(f"Expected an identifier of letters, digits and _ as --name, got {called!r}.")
+    place = screen.target(out, model.path, force) if out else None
+    eom = derived(model)
+    with working("Compiling"):
+        compiled = eom.compile(name=called or model.name)
+        source = emit_simulator(compiled, with_integrator) if with_integrator else compiled.emit(target.value)
+    if place:
+        screen.write(place, source, force)
+    else:
+        typer.echo(source, nl=False)
+
+
+cache_app = typer.Typer(no_args_is_help=True, help="Look at or empty the cache of compiled code.")
+
+
+@cache_app.command("info")
+def _info() -> None:
+    """Say where the cache is and how much is in it."""
+    place = store.folder()
+    if place is None:
+        typer.echo("The cache is off (KANE_CACHE).")
+        return
+    count, size = store.size()
+    screen.say(f"{place}: {_amount(count, size)} of at most {store.LIMIT / 2**20:.0f} MiB")
+
+
+@cache_app.command("clear")
+def _clear() -> None:
+    """Remove all compiled code; it is compiled anew when needed."""
+    typer.echo(f"Removed {_amount(*store.clear())}.")
+
+
+def _amount(count: int, size: int) -> str:
+    return f"{count} {'entry' if count == 1 else 'entries'}, {size / 2**20:.1f} MiB"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What MODEL names: a system of the gallery, or a Python file with `system()`."""
+"""What MODEL names: a system of the gallery, or a Python file with `system()`; `kane new`; options that several commands share."""
 
 import difflib
 import inspect
@@ -10,13 +10,17 @@ from collections.abc import Callable, Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass
 from importlib.machinery import SourceFileLoader
+from importlib.resources import files
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import CodeType, ModuleType
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 import kane as kn
-from kane.cli.faults import Misuse, own_code, short
+from kane.cli import screen
+from kane.cli.screen import Misuse, own_code, short
 from kane.errors import ModelError, alike, cut
 from kane.gallery import GALLERY, load
 
@@ -195,3 +199,39 @@ STARTS: dict[str, Mapping[str, Mapping[str, float]]] = {
     },
 }
 """START of each system by name, with the speeds it has by default."""
+
+
+Name = Annotated[
+    str,
+    typer.Argument(
+        metavar="MODEL",
+        help="A system of the gallery, or a Python file with system().",
+        autocompletion=names_like,
+        show_default=False,
+    ),
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+Out = Annotated[Path | None, typer.Option("--out", help="File to write.", show_default=False)]
+Force = Annotated[bool, typer.Option("--force", help="Write over a file that is there.")]
+End = Annotated[float | None, typer.Option("--t1", help="End of the motion, s.", show_default="SPAN, or 5")]
+Q = Annotated[list[str] | None, typer.Option("--q", metavar="NAME=VALUE", help="Start value of a coordinate.")]
+U = Annotated[list[str] | None, typer.Option("--u", metavar="NAME=VALUE", help="Start value of a speed.")]
+Parameters = Annotated[
+    list[str] | None, typer.Option("--parameter", metavar="NAME=VALUE", help="Value in place of the default.")
+]
+States = Annotated[
+    list[str] | None, typer.Option("--state", metavar="NAME=VALUE", help="Start value of a further state.")
+]
+Inputs = Annotated[list[str] | None, typer.Option("--input", metavar="NAME=VALUE", help="Constant value of an input.")]
+
+
+def new(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Python file to write.", show_default=False)],
+    force: Force = False,
+) -> None:
+    """Write a commented model file: a double pendulum on a cart held by a spring."""
+    if file.suffix != ".py":
+        raise Misuse(f"Expected a name that ends in .py, got {file}: `kane new {file.with_suffix('.py')}`.")
+    _, _, text = (files("kane.cli") / "example.py").read_text(encoding="utf-8").partition("\n")  # without the licence
+    screen.write(screen.target(file, None, force), text, force)
+    typer.echo(f"Go on with: kane check {file}", err=True)

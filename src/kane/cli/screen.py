@@ -1,19 +1,246 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the commands write: lines, tables, JSON, files."""
+"""What the commands write: lines, tables, JSON, files; and what goes wrong, in few lines and an exit code, never as a traceback."""
 
+import ast
+import errno
 import json
+import linecache
 import math
+import os
+import shutil
+import sys
+import sysconfig
 import textwrap
-from collections.abc import Callable, Sequence
+import traceback
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import typer
+from typer.core import TyperGroup
 
-from kane.cli.faults import UNBROKEN, Misuse, columns, shown
+from kane.errors import ArgumentError, KaneError, KaneWarning
 from kane.expr.count import Operations
+from kane.present.formula_list import WIDTH
 from kane.whole import exchange, refusal
+
+LINES = 15
+"""At most as many lines of a message are shown."""
+UNBROKEN: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
+"""How lines are wrapped: at spaces alone."""
+_MODEL, _USAGE, _INTERRUPTED = 1, 2, 130
+
+
+class Misuse(ArgumentError):
+    """The command was called with something it cannot use."""
+
+
+class UserError(Exception):
+    """An error of the user's own Python code; its text is the traceback through that code alone."""
+
+
+_UsageError: type[Any] = typer.BadParameter.__mro__[1]
+
+
+class Guarded(TyperGroup):
+    """Commands whose errors, those of their arguments too, are shown by `guarded`."""
+
+    def make_context(self, *arguments: Any, **more: Any) -> Any:
+        """Read the options that stand before the command."""
+        with guarded():
+            return super().make_context(*arguments, **more)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command that was asked for."""
+        with guarded():
+            return super().invoke(ctx)
+
+
+@contextmanager
+def guarded() -> Iterator[None]:
+    """Show the errors and warnings of what runs inside; leave with 1 (the model), 2 (usage) or 130 (Ctrl-C)."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", KaneWarning)
+        plain = warnings.showwarning
+
+        def show(message: Any, category: Any, *place: Any, **more: Any) -> None:
+            if isinstance(message, KaneWarning):
+                typer.echo(shown(f"warning: {message}"), err=True)
+            else:
+                plain(message, category, *place, **more)
+
+        warnings.showwarning = show
+        try:
+            yield
+        except _UsageError as error:
+            if type(error).__name__ == "NoArgsIsHelpError":
+                raise
+            typer.echo(shown(f"error: {_misused(error)}"), err=True)
+            raise typer.Exit(_USAGE) from None
+        except UserError as error:
+            typer.echo(str(error), err=True)
+            raise typer.Exit(_MODEL) from None
+        except KaneError as error:
+            typer.echo(shown(f"error: {message_of(error)}"), err=True)
+            raise typer.Exit(_USAGE if isinstance(error, Misuse) else _MODEL) from None
+        except OSError as error:
+            if error.errno in (None, errno.EPIPE):  # who reads has gone: the command line knows what to do
+                raise
+            place = f" to {error.filename}" if error.filename else ""
+            typer.echo(shown(f"error: Expected to write{place}, got {error.strerror}."), err=True)
+            _leave_stdout()
+            raise typer.Exit(_MODEL) from None
+        except KeyboardInterrupt:
+            typer.echo("Interrupted.", err=True)
+            raise typer.Exit(_INTERRUPTED) from None
+
+
+def _misused(error: Any) -> str:
+    """What is wrong with the arguments of the command."""
+    path = error.ctx.command_path if error.ctx else "kane"
+    told = error.format_message()
+    return f"Expected arguments that `{path}` takes, got others: {told}{'.' * (told[-1:] not in '.?')} See `{path} --help`."
+
+
+def _leave_stdout() -> None:
+    """What could not be written is not tried again at exit."""
+    with suppress(OSError, ValueError):
+        sys.stdout.flush()
+        return
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def message_of(error: Exception) -> str:
+    """The error's message, and in which line of the user's code it arose."""
+    return "\n".join([str(error), *getattr(error, "__notes__", ())])
+
+
+def columns(most: int = WIDTH) -> int:
+    """How wide the terminal is, at most; `most` where there is none."""
+    return min(most, shutil.get_terminal_size((most, 0)).columns)
+
+
+def shown(message: str, most: int = LINES) -> str:
+    """The message in lines that fit a terminal, `most` at most; the last line, which says where, is kept."""
+    lines = [line for part in message.splitlines() for line in _prose(part)]
+    if len(lines) <= most:
+        return "\n".join(lines)
+    return "\n".join([*lines[: most - 2], f"  … ({len(lines) - most + 1} more lines)", lines[-1]])
+
+
+def _prose(text: str) -> list[str]:
+    """Lines that fit the terminal, broken at spaces; the first keeps its indent."""
+    indent = text[: len(text) - len(text.lstrip())]
+    return textwrap.wrap(
+        text.strip(), columns(), initial_indent=indent, subsequent_indent=f"{indent}  ", **UNBROKEN
+    ) or [""]  # fmt: skip
+
+
+@contextmanager
+def own_code(path: Path | None, about: str = "") -> Iterator[None]:
+    """Run code that may be the user's, of the model file `path`.
+
+    A KaneError gets a note of the line it arose in, or, where that is none of the user's, of the line that calls or sets `about`; any
+    other error becomes a UserError, one of syntax and an exit too, unless it is none of that code's.
+    """
+    if path is None:
+        yield
+        return
+    try:
+        yield
+    except KaneError as error:
+        frames = _theirs(traceback.extract_tb(error.__traceback__), path)
+        if frames:
+            error.add_note(_place(frames[-1].filename, frames[-1].lineno, frames[-1].line))
+        elif isinstance(error, Misuse) or hasattr(error, "__notes__"):
+            pass  # the command's options are wrong, or a line is named already
+        elif about and (place := _line_of(about, path)) is not None:
+            error.add_note(_place(path, *place))
+        raise
+    except SystemExit as error:
+        text = (
+            f"error: Expected {short(path)} to declare a model and come to its end, got a call of sys.exit() in it. Put what is "
+            "not declaration under `if __name__ == '__main__':`."
+        )
+        raise UserError(shown(text)) from error
+    except Exception as error:
+        if isinstance(error, SyntaxError) or _theirs(traceback.extract_tb(error.__traceback__), path):
+            raise UserError(_trimmed(traceback.TracebackException.from_exception(error), path)) from error
+        raise
+
+
+def place_of(warning: warnings.WarningMessage, path: Path | None) -> str:
+    """Where in the user's code a warning arose; empty where it did elsewhere."""
+    if path is None or not _is_theirs(warning.filename, path):
+        return ""
+    return _place(warning.filename, warning.lineno, linecache.getline(warning.filename, warning.lineno))
+
+
+def _place(file: str | Path, line: int | None, text: str | None) -> str:
+    where = f"in {short(file)}, line {line}: "
+    room = max(columns() - len(where) - 4, 20)
+    code = (text or "").strip()
+    return where + (code if len(code) <= room else f"{code[: room - 1]}…")
+
+
+def _line_of(name: str, path: Path) -> tuple[int, str] | None:
+    """Number and text of the last line of the file that calls or sets `name`."""
+    try:
+        text = path.read_text(encoding="utf-8")
+        lines = [
+            n.lineno for n in ast.walk(ast.parse(text)) if isinstance(n, ast.Call | ast.Assign) and _names(n, name)
+        ]
+    except (OSError, ValueError, SyntaxError):
+        return None
+    return (max(lines), text.splitlines()[max(lines) - 1]) if lines else None
+
+
+def _names(node: ast.Call | ast.Assign, name: str) -> bool:
+    parts = [node.func] if isinstance(node, ast.Call) else node.targets
+    return any(name in (getattr(p, "attr", ""), getattr(p, "id", "")) for p in parts)
+
+
+def short(path: str | Path) -> str:
+    """The path as seen from the working folder, where it lies in it."""
+    here, whole = Path.cwd(), Path(path).resolve()
+    return str(whole.relative_to(here) if whole.is_relative_to(here) else whole)
+
+
+def _theirs(frames: traceback.StackSummary, path: Path) -> traceback.StackSummary:
+    """The frames of the user's code: neither in kane, nor in Python, nor in an installed package."""
+    return traceback.StackSummary.from_list([f for f in frames if _is_theirs(f.filename, path)])
+
+
+def _is_theirs(name: str, path: Path) -> bool:
+    if name.startswith("<"):
+        return False
+    file = Path(name).resolve()
+    return file == path.resolve() or not any(file.is_relative_to(folder) for folder in _FOREIGN)
+
+
+_FOREIGN = (
+    Path(__file__).resolve().parents[1],
+    *(Path(p).resolve() for n in ("stdlib", "platstdlib", "purelib", "platlib") if (p := sysconfig.get_path(n))),
+)
+
+
+def _trimmed(report: traceback.TracebackException, path: Path) -> str:
+    """The traceback through the user's frames; of what it was raised from, the part that is theirs."""
+    at: traceback.TracebackException | None = report
+    while at is not None:
+        at.stack = _theirs(at.stack, path)
+        for name in ("__cause__", "__context__"):
+            before = getattr(at, name)
+            if before is not None and not _theirs(before.stack, path):
+                setattr(at, name, None)
+        at = at.__cause__ or (None if at.__suppress_context__ else at.__context__)
+    lines = report.format() if report.stack else report.format_exception_only()
+    return "".join(lines).rstrip()
+
 
 _WIDEST = 10_000
 """Columns of a table that no terminal shows: its lines are read by programs."""

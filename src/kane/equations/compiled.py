@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A compiled routine of equations of motion, called with t, x, p, r.
-
-Equations of motion as machine code.
-"""
+"""Equations of motion as machine code: routines called with t, x, p, r."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

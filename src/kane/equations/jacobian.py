@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Derivatives at a state at which a switch stands at zero: they are those of both sides, or there are none.
+"""`eom.jacobian(…)`: the derivatives of the right-hand side as expressions, and at a state as numbers.
 
-`eom.jacobian(…)`: the derivatives of the right-hand side as expressions, and at a state as numbers.
+Where a switch stands at zero they are those of both sides, or there are none.
 """
 
 from __future__ import annotations

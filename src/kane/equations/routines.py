@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Routines that are made where they are asked for: derivatives of the right-hand side, their products, inverse dynamics.
+"""The routines of equations of motion, as Programs over t, x = (q, u, a), p and r.
 
-The routines of equations of motion, as Programs over t, x = (q, u, a), p and r, with a the further states.
+Derivatives, their products and inverse dynamics are made where they are asked for.
 """
 
 from collections.abc import Callable, Mapping, Sequence

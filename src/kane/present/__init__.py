@@ -6,15 +6,13 @@ from kane.lazy_imports import offered
 __getattr__ = offered(
     __name__,
     {
+        "branch_figures": "through_meetings",
         "checks": "motion_checks",
-        "formula_list": "formulas",
+        "formula_list": "WIDTH formulas step_text wrapped",
         "motion_plots": "level plots",
-        "notebook.pieces": "ROWS either escaped listed math table",
-        "report": "asset",
-        "report_chapters": "chapters",
-        "root_locus": "through_meetings",
+        "notebook.typeset": "ROWS either escaped listed math table",
+        "provenance": "versions",
+        "report": "asset chapters",
         "tables": "Tex declared_tables",
-        "text": "WIDTH step_text wrapped",
-        "version_list": "versions",
     },
 )

@@ -20,7 +20,7 @@ from kane.expr.symbols import Symbol
 from kane.model.system import System
 from kane.model.units import unit_in
 from kane.motion.solution.solution import Solution
-from kane.present.labels import label as label_of
+from kane.present.motion_plots import label_of
 from kane.space.vector import Vector
 from kane.units.text import unit_text
 from kane.whole import exchange, path_of

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where each generalized force and each entry of the mass matrix comes from, as tables with their own intermediates."""
+"""Where each generalized force and each entry of M comes from, as tables; and `show_versions`: what a report of a fault should say."""
 
+import platform
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from kane.dynamics.readings.contributions import Contribution, Contributions
@@ -13,8 +16,42 @@ from kane.model.bodies import Body
 from kane.model.loads import Load
 from kane.present.formula_list import Formula, formulas, quantity_latex
 from kane.present.tables import Cell, PageTable, Tex
+from kane.program.native import machine, store
 from kane.space.point import Point
 from kane.write.latex import latex_name, place_latex
+
+_PACKAGES = ("kane", "numpy", "scipy", "llvmlite", "sympy", "matplotlib", "rich", "typer", "jinja2", "platformdirs")
+
+
+def versions() -> dict[str, str]:
+    """Versions of kane, of Python and of what kane is built on; the processor that code is compiled for; the cache."""
+    packages = {name: _version(name) for name in _PACKAGES}
+    packages["llvmlite"] = ", ".join(part.removeprefix("llvmlite ") for part in machine.versions())
+    here = machine.host()
+    place = store.folder()
+    return {
+        **packages,
+        "Python": sys.version.split()[0],
+        "system": platform.platform(),
+        "processor": f"{here.cpu} ({here.triple}), {here.lanes} lanes of double",
+        "cache": "off" if place is None else str(place),
+    }
+
+
+def show_versions() -> None:
+    """Print `versions()`, a line each: paste it into a report of a fault."""
+    rows = versions()
+    width = max(map(len, rows))
+    for name, value in rows.items():
+        print(f"{name:{width}}  {value}")
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"
+
 
 _MOST = 400
 """Terms beyond which provenance is left out of a report."""

@@ -10,8 +10,8 @@ import pytest
 
 import kane as kn
 from kane import count_operations, free_symbols
-from kane.dynamics import LARGE, classical, holds_reactions, unguarded_classical
-from kane.dynamics import ways as routes
+from kane.dynamics import LARGE, classical, holds_reactions, touches, unguarded_classical
+from kane.dynamics import candidates as routes
 from kane.expr import price
 from kane.gallery import GALLERY, load, rolling_disk
 from tests.systems.closed_states import states
@@ -26,9 +26,13 @@ def every_way(eom):
     derived, partition = eom.derived, eom.embedding.partition
     coupled = holds_reactions(derived)
     usual = unguarded_classical(derived, partition)
-    e, own = usual.embedding, routes.Found(usual, None if coupled else routes.all_speeds(derived))
-    for found in (own, *routes.ways(derived, e, coupled, large=False)):
-        for u_dot in routes.dependent_ways(derived, e, found, large=False):
+    e, own = usual.embedding, routes.Candidate(usual, None if coupled else routes.all_speeds(derived))
+    touching = touches(derived.constraints.constraints, partition.rows, derived.kinematics)
+    others = [c for group in routes.by_rates(derived, e, touching, coupled, large=False) for c in group]
+    if not coupled:
+        others += routes.in_declared_speeds(derived, e, touching, large=False)
+    for found in (own, *others):
+        for u_dot in routes.with_dependent(derived, e, found, large=False):
             whole = routes.with_reactions(found, u_dot, derived, e)
             yield whole
             if derived.reactions:

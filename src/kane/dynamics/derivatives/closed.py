@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from kane.dynamics.derivatives.inverse import residual_slopes
 from kane.dynamics.derivatives.stages import Stage
-from kane.dynamics.routes.order import sparse_order
+from kane.dynamics.routes.block_solution import sparse_order
 from kane.dynamics.solved import Solved
 from kane.dynamics.trees.inverse_dynamics import mass_matrix, residual
 from kane.expr.build import add, div, neg, sub

@@ -17,8 +17,8 @@ from kane.dynamics.derivatives.changes import Changes, changes
 from kane.dynamics.derivatives.stages import Stage, total
 from kane.dynamics.derivatives.wholes import Row, Whole, alone
 from kane.dynamics.routes.articulated import parts
+from kane.dynamics.routes.block_solution import sparse_order
 from kane.dynamics.routes.composite import accelerations
-from kane.dynamics.routes.order import sparse_order
 from kane.dynamics.routes.places import Place, working
 from kane.dynamics.trees.inverse_dynamics import joint_mass
 from kane.dynamics.trees.line import Line, Motion, Vectors, line_of, motions, passed_on, pressing

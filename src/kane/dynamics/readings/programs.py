@@ -9,8 +9,7 @@ from typing import TypeVar
 
 from kane.dynamics.derivation import Derived
 from kane.dynamics.readings.energy import linear_momentum, mass_center
-from kane.dynamics.routes.block_solution import solved_reactions
-from kane.dynamics.routes.order import sparse_order
+from kane.dynamics.routes.block_solution import solved_reactions, sparse_order
 from kane.dynamics.routes.recursive import BENT, WAYS
 from kane.dynamics.solved import Solved
 from kane.dynamics.trees import inverse_dynamics as trees

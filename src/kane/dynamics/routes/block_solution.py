@@ -9,13 +9,14 @@ M is factored as L D Lᵀ. With y = L⁻¹ f, Z = L⁻¹ G and X = L⁻¹ M_aᵀ
     (G_a − Xᵀ D⁻¹ Z) R = Xᵀ D⁻¹ y − f_a,
 
 a small block, and u̇ = L⁻ᵀ D⁻¹ (y + Z R). Where no reaction enters an active force, Z = 0 and R follows from u̇.
+
+The order in which a symmetric matrix is eliminated, so that little of what is zero is filled.
 """
 
 from collections.abc import Sequence
 from typing import NamedTuple
 
 from kane.dynamics.assembly import Blocks, primitive
-from kane.dynamics.routes.order import sparse_order
 from kane.errors import SingularError
 from kane.expr.build import add, div, mul, sub
 from kane.expr.collect import collected
@@ -105,3 +106,20 @@ def solved_reactions(matrix: Matrix, right: Sequence[Expr]) -> list[Expr]:
     if any(x is ZERO for x in diagonal):
         raise SingularError("Expected each reaction to enter its own equation, got a zero on the diagonal.")
     return [div(b, x) for b, x in zip(right, diagonal, strict=True)]
+
+
+def sparse_order(rows: Sequence[Sequence[Expr]]) -> list[int]:
+    """Minimum degree: next is what is tied to the fewest of those left, the first of several (Tinney & Walker 1967).
+
+    Branches of a tree are eliminated from their ends, without any fill; a full matrix keeps its order.
+    """
+    ties = [{j for j, x in enumerate(row) if j != i and x is not ZERO} for i, row in enumerate(rows)]
+    left, order = list(range(len(ties))), []
+    while left:
+        chosen = min(left, key=lambda i: len(ties[i]))
+        left.remove(chosen)
+        order.append(chosen)
+        for i in ties[chosen]:
+            ties[i] |= ties[chosen] - {i}
+            ties[i].discard(chosen)
+    return order

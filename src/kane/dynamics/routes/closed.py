@@ -19,7 +19,7 @@ from kane.dynamics.routes.articulated import Passed, inward
 from kane.dynamics.routes.carried import falling, regrouped
 from kane.dynamics.routes.composed import Composed
 from kane.dynamics.routes.composite import factored
-from kane.dynamics.routes.embedded import evident, holds_reactions
+from kane.dynamics.routes.equations import evident, holds_reactions
 from kane.dynamics.routes.freed import Articulated, Freed
 from kane.dynamics.routes.holding import Holding
 from kane.dynamics.routes.pressed import Number, Pressed

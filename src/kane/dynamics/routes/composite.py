@@ -11,9 +11,9 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from kane.dynamics.routes.articulated import Passed, Wrenches, parts
+from kane.dynamics.routes.block_solution import sparse_order
 from kane.dynamics.routes.flexible import RIGID, Bent
 from kane.dynamics.routes.gyroscopic import forces_left
-from kane.dynamics.routes.order import sparse_order
 from kane.dynamics.routes.places import Body, Composite, Place, Way, Wrench, composites, way_along, working
 from kane.dynamics.routes.trial import are_slender, forces_at_trial
 from kane.expr.build import add, mul

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.closed import closed
-from kane.dynamics.routes.half_speeds import with_half_speeds
 from kane.dynamics.routes.recursive import by_recursion, carrying
+from kane.dynamics.routes.shorten import with_half_speeds
 from kane.dynamics.routes.trees import compared, has_no_poles, tree_with_reactions
 from kane.dynamics.solved import Solved
 from kane.errors import ModelError

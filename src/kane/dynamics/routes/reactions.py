@@ -15,11 +15,9 @@ from kane.dynamics.bodies import Moving, moving_parts
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.block_solution import solved_reactions
-from kane.dynamics.routes.embedded import Motions
-from kane.dynamics.routes.pivoted import about_points_at_rest
+from kane.dynamics.routes.equations import Motions, about_points_at_rest
 from kane.expr.build import neg
-from kane.expr.collect import collected
-from kane.expr.count import Prices, price
+from kane.expr.count import Prices, exceeds
 from kane.expr.matrix import Matrix
 from kane.expr.memo import remembered
 from kane.expr.node import ZERO, Expr
@@ -43,7 +41,7 @@ def reactions(
     held: Callable[[Expr], Expr],
     differentiated: bool,
 ) -> Iterator[tuple[Expr, ...]]:
-    """R in a few ways: vectors along the frames in which they are short, along those of the partial velocities, and these collected.
+    """R with products along the frames of the partial velocities; where they are `differentiated`, in a few ways.
 
     Accelerations are those of the bodies of `moving` with `u_dot`, or velocities `differentiated`, partial velocities those of
     `derived`, which has all speeds. `held` leaves out the speeds that vanish.
@@ -56,64 +54,54 @@ def reactions(
             if not term.vector.is_zero
         ]
 
-    def solved(terms: Sequence[Term], turned: bool, about: Sequence[Term] | None = None) -> tuple[Expr, ...]:
-        return tuple(map(held, solved_reactions(matrix, _remainders(derived, e, terms, about or terms, turned))))
+    def solved(
+        terms: Sequence[Term],
+        about: Sequence[Term] | None = None,
+        product: Callable[[Vector, Vector], Expr] = _dot_along,
+    ) -> tuple[Expr, ...]:
+        return tuple(map(held, solved_reactions(matrix, _remainders(derived, e, terms, about or terms, product))))
 
-    def short_moments(bodies: Sequence[Moving]) -> tuple[Expr, ...]:
+    def about_rest(bodies: Sequence[Moving]) -> tuple[Expr, ...]:
         pivoted = about_points_at_rest(bodies, derived.kinematics)
-        return solved(
-            whole(bodies),
-            turned=False,
-            about=pivoted and whole([_resting(*pair) for pair in zip(*pivoted, strict=True)]),
-        )
+        resting = pivoted and whole([_resting(*pair) for pair in zip(*pivoted, strict=True)])
+        return solved(whole(bodies), resting, Vector.dot)
 
-    for bodies in _differentiated(derived, moving, u_dot) if differentiated else (moving.bodies,):
-        every = whole(bodies)
-        short = [term._replace(vector=term.vector.map(collected)) for term in every]
-        for terms, turned in ((every, False), (every, True), (short, True)):
-            yield solved(terms, turned)
-    if differentiated:
-        yield from _mixed(derived, moving, u_dot, short_moments)
+    if not differentiated:
+        yield solved(whole(moving.bodies))
+    elif not exceeds(u_dot.values(), LARGE):  # of long systems the ways differ by little
+        known = moving.kinematics.with_following(_given(derived, u_dot), {})
+        for frame in dict.fromkeys(f for b in moving.bodies if b.rotation for f in b.rotation.frame.lineage):
+            yield solved(whole([_along(b, frame, known) for b in moving.bodies]))
+        if len(moving.bodies) <= _FEW:
+            yield _along_inertial(derived, moving, u_dot, about_rest)
 
 
-def _mixed(
+def _given(derived: Derived, u_dot: Mapping[Expr, Expr]) -> dict[Expr, Following]:
+    return {u: Following({}, ZERO, u_dot.get(u, ZERO)) for u in derived.speeds}
+
+
+def _along_inertial(
     derived: Derived,
     moving: Motions,
     u_dot: Mapping[Expr, Expr],
     reactions_of: Callable[[Sequence[Moving]], tuple[Expr, ...]],
-) -> Iterator[tuple[Expr, ...]]:
-    """The accelerations of some bodies by u̇ of all speeds, each where that is shorter beside the others."""
-    if len(moving.bodies) > _FEW or price(u_dot.values()) > LARGE:
-        return
+) -> tuple[Expr, ...]:
+    """The accelerations of some mass centres by u̇ of all speeds along the inertial frame, each where that is shorter."""
     cost = Prices((*derived.rates, *u_dot.values()))
-    given: dict[Expr, Following] = {u: Following({}, ZERO, u_dot.get(u, ZERO)) for u in derived.speeds}
-    known = derived.kinematics.with_following(given, moving.kinematics.contacts)
+    known = derived.kinematics.with_following(_given(derived, u_dot), moving.kinematics.contacts)
     bodies, best = list(moving.bodies), reactions_of(moving.bodies)
     least = cost(best)
     for k, b in enumerate(moving_parts(derived.inertias, known)):
-        at_rest = replace(b.center, bias=b.center.bias.express(derived.system.inertial))
-        for other in (b, b._replace(center=at_rest)):
-            tried = [*bodies[:k], other, *bodies[k + 1 :]]
-            found = reactions_of(tried)
-            if any(x is not y for x, y in zip(found, best, strict=True)) and (price_of := cost(found)) < least:
-                bodies, best, least = tried, found, price_of
-    yield best
-
-
-def _differentiated(derived: Derived, moving: Motions, u_dot: Mapping[Expr, Expr]) -> Iterator[tuple[Moving, ...]]:
-    """The bodies with the accelerations of their centres as derivatives of the measure numbers of v along one frame, each in turn.
-
-    Short systems only, for the ways of long ones differ by little.
-    """
-    if price(u_dot.values()) > LARGE:
-        return
-    frames = dict.fromkeys(f for b in moving.bodies if b.rotation for f in b.rotation.frame.lineage)
-    known = moving.kinematics.with_following({u: Following({}, ZERO, u_dot.get(u, ZERO)) for u in derived.speeds}, {})
-    for f in frames:
-        yield tuple(_along(b, f, known) for b in moving.bodies)
+        other = b._replace(center=replace(b.center, bias=b.center.bias.express(derived.system.inertial)))
+        tried = [*bodies[:k], other, *bodies[k + 1 :]]
+        found = reactions_of(tried)
+        if (price_of := cost(found)) < least:
+            bodies, best, least = tried, found, price_of
+    return best
 
 
 def _along(b: Moving, frame: Basis, known: Kinematics) -> Moving:
+    """The body with the acceleration of its centre as the derivative of the measure numbers of v along a frame."""
     if b.rotation is None or frame not in b.rotation.frame.lineage:
         return b
     a = known.turning(b.center.total.express(frame))
@@ -131,10 +119,13 @@ def _resting(inertial: Moving, forced: Moving) -> Moving:
 
 
 def _remainders(
-    derived: Derived, e: Embedding | None, whole: Sequence[Term], about: Sequence[Term], turned: bool
+    derived: Derived,
+    e: Embedding | None,
+    whole: Sequence[Term],
+    about: Sequence[Term],
+    product: Callable[[Vector, Vector], Expr],
 ) -> tuple[Expr, ...]:
     """ρ_a + A_naᵀ ρ_D, one for each auxiliary speed; ρ_D of the terms `about` points at rest."""
-    product = _dot_along if turned else Vector.dot
 
     def rho(s: Expr, terms: Sequence[Term] = about) -> Expr:
         return neg(generalized_by_motion(terms, s, product))
@@ -151,13 +142,11 @@ def _remainders(
 
 @remembered
 def _carried(e: Embedding, held: tuple[Expr, ...]) -> Matrix:
-    """A_naᵀ ρ_D, by −A_aᵀ λ with A_Dᵀ λ = ρ_D where that takes less and divides by nothing else."""
-    usual = e.a_na.T @ Matrix.column(held)
+    """A_naᵀ ρ_D, by −A_aᵀ λ with A_Dᵀ λ = ρ_D where that divides by nothing else."""
     if {d.value for d in e.transposed.divisors} <= {d.value for d in e.divisors}:
         multipliers = e.transposed.solve(held)
-        found = -(e.rows.a_auxiliary.take(e.partition.rows).T @ Matrix.column(multipliers))
-        return min(usual, found, key=lambda m: price(m.entries))
-    return usual
+        return -(e.rows.a_auxiliary.take(e.partition.rows).T @ Matrix.column(multipliers))
+    return e.a_na.T @ Matrix.column(held)
 
 
 def _dot_along(partial: Vector, v: Vector) -> Expr:

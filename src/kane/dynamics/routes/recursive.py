@@ -18,7 +18,7 @@ from kane.dynamics.routes.articulated import Passed, Wrenches
 from kane.dynamics.routes.block_solution import solved_reactions
 from kane.dynamics.routes.carried import falling, load_wrenches, regrouped, rigid_bodies
 from kane.dynamics.routes.crossings import Crossing, crossings, parted
-from kane.dynamics.routes.embedded import evident, holds_reactions
+from kane.dynamics.routes.equations import evident, holds_reactions
 from kane.dynamics.routes.flexible import Bent, bending_bodies
 from kane.dynamics.routes.gauged import bent_frames, gauged, shared_rates
 from kane.dynamics.solved import Solved

@@ -10,11 +10,10 @@ from dataclasses import replace
 
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived
+from kane.dynamics.routes.candidates import Candidate, all_speeds, divisors, with_reactions
 from kane.dynamics.routes.closed import closings
-from kane.dynamics.routes.divisors import divisors
-from kane.dynamics.routes.half_speeds import with_half_speeds
 from kane.dynamics.routes.recursive import BENT, recursions
-from kane.dynamics.routes.ways import Found, all_speeds, with_reactions
+from kane.dynamics.routes.shorten import with_half_speeds
 from kane.dynamics.solved import Solved
 from kane.expr.count import price
 from kane.expr.evaluation import is_constant_in_time
@@ -72,7 +71,7 @@ def tree_with_reactions(derived: Derived, s: Solved) -> Solved:
     if len(s.reactions) == len(derived.reactions):
         return s
     motions = all_speeds(derived) if derived.reactions else None
-    return with_reactions(Found(s, motions), s.accelerations, derived, s.embedding)
+    return with_reactions(Candidate(s, motions), s.accelerations, derived, s.embedding)
 
 
 def compared(found: Sequence[Solved]) -> Solved:

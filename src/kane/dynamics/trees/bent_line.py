@@ -15,7 +15,7 @@ from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.articulated import Wrenches
 from kane.dynamics.routes.carried import falling, regrouped
 from kane.dynamics.routes.composite import bending_along, freedom_mass, with_more
-from kane.dynamics.routes.embedded import holds_reactions
+from kane.dynamics.routes.equations import holds_reactions
 from kane.dynamics.routes.moving import moving
 from kane.dynamics.routes.places import Way, Wrench, composites, way_along, working
 from kane.dynamics.routes.recursive import carrying

@@ -8,7 +8,7 @@ from kane.dynamics.assembly import sum_of
 from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.articulated import Wrenches, parts
 from kane.dynamics.routes.carried import falling, regrouped
-from kane.dynamics.routes.embedded import holds_reactions
+from kane.dynamics.routes.equations import holds_reactions
 from kane.dynamics.routes.flexible import RIGID
 from kane.dynamics.routes.places import Place, Way, way_along
 from kane.dynamics.routes.recursive import WAYS, carrying

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What notebooks show, one file a thing, entered into the tables of `kane.show`.
+"""What notebooks show, entered into the tables of `kane.show`.
 
-Imported when a notebook first asks. No representation raises: `show` sees to the whole, `pieces.either` to its parts.
+Imported when a notebook first asks. No representation raises: `show` sees to the whole, `typeset.either` to its parts.
 """
 
 from kane import show
@@ -20,15 +20,18 @@ from kane.model.mass import Principal
 from kane.model.system import System
 from kane.motion.solution.solution import Solution
 from kane.present.notebook.equations import equations_html
-from kane.present.notebook.force_systems import force_system_html, wrench_html
 from kane.present.notebook.linear import linear_html
-from kane.present.notebook.methods import formulation_html
-from kane.present.notebook.motions import motions_html
-from kane.present.notebook.principal import principal_html
 from kane.present.notebook.program import program_html, routine_html
-from kane.present.notebook.rotation import rotation_latex
+from kane.present.notebook.records import (
+    comparison_html,
+    force_system_html,
+    formulation_html,
+    motions_html,
+    principal_html,
+    rotation_latex,
+    wrench_html,
+)
 from kane.present.notebook.solution import solution_html
-from kane.present.notebook.speeds import comparison_html
 from kane.present.notebook.system import system_html
 from kane.present.notebook.typeset import dyadic, expression, matrix, matrix_words, vector
 from kane.space.attitude import Rotation

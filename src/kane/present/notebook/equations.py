@@ -7,8 +7,26 @@ from kane.equations.equations import Equations
 from kane.expr.count import count_operations
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
-from kane.present.notebook.pieces import code, display, either, escaped, folded, listed, math, paragraph, table
-from kane.present.notebook.typeset import MOST, NAMED, TALL, WIDE, Typeset, brackets, equations, matrix_words, typeset
+from kane.present.notebook.typeset import (
+    MOST,
+    NAMED,
+    TALL,
+    WIDE,
+    Typeset,
+    brackets,
+    code,
+    display,
+    either,
+    equations,
+    escaped,
+    folded,
+    listed,
+    math,
+    matrix_words,
+    paragraph,
+    table,
+    typeset,
+)
 from kane.write.arrange import layout
 from kane.write.latex import latex_name
 from kane.write.trees import Tree

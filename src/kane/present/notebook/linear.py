@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from kane.analysis.linear import Linear
 from kane.errors import cut
-from kane.present.notebook.pieces import either, escaped, listed, math, paragraph, table
+from kane.present.notebook.typeset import either, escaped, listed, math, paragraph, table
 from kane.write.latex import latex_name
 
 

@@ -2,7 +2,7 @@
 """A Solution in a notebook: how it ended, whether energy was kept, the first and last state."""
 
 from kane.motion.solution.solution import Solution
-from kane.present.notebook.pieces import either, escaped, listed, math, paragraph, table
+from kane.present.notebook.typeset import either, escaped, listed, math, paragraph, table
 from kane.units.text import unit_text
 from kane.write.latex import latex_name
 

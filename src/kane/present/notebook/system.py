@@ -11,9 +11,19 @@ from kane.model.constraints import Constraint
 from kane.model.declarations import Event
 from kane.model.loads import Load
 from kane.model.system import System
-from kane.present.declared import DECLARED, Row
-from kane.present.notebook.pieces import either, escaped, folded, listed, math, paragraph, table
-from kane.present.notebook.typeset import dyadic, expression, vector
+from kane.present.notebook.typeset import (
+    dyadic,
+    either,
+    escaped,
+    expression,
+    folded,
+    listed,
+    math,
+    paragraph,
+    table,
+    vector,
+)
+from kane.present.tables import DECLARED, Row
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector

@@ -1,0 +1,384 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Equations for u̇ in given speeds: assembled and then embedded, or in motions that satisfy the constraints from the start.
+
+Assembled M, f and G of all speeds are reduced by B = [1; A_n], and M is factored as L D Lᵀ (classical). With u_D = A_n u_I + b_n and
+u̇_D = A_n u̇_I + c_D put in along the tree, every body has one partial velocity for each degree of freedom (embedded),
+ṽ_r = v_r + Σ_D v_D A_n[D, r] (Kane & Levinson 1985, sec. 2.14), and the equations are those of a system without constraints:
+
+    M̃_rs = Σ m ṽ_r·ṽ_s + ω̃_r·I·ω̃_s,   f̃_r = Σ (m ṽ_r)·(g − ã_b) + ṽ_r·F + ω̃_r·T − (I·ω̃_r)·α̃_b − ω̃_r·(ω × I·ω)
+
+A body with a point O at rest may be taken about that: with ṽ_r = ω̃_r × r from O,
+
+    m ṽ_r·a + ω̃_r·(I·α + ω × I·ω) = ω̃_r·(I_O·α + ω × I_O·ω),   I_O = I + m (r² 1 − r r)
+
+(sec. 3.3): the mass centre brings its weight alone, and I_O is a matter of parameters. Of one degree of freedom, with velocities that
+are homogeneous in the speeds, u = B u_I, the power of the forces is the rate of the kinetic energy K = ½ uᵀ M u,
+
+    Bᵀ M B u̇_I = Bᵀ F − (M B)ᵀ c − ½ Bᵀ Ṁ u,
+
+F those of the active forces alone: no acceleration of any body is needed, and of M only what changes is differentiated. As B_r u_s is
+B_s u_r, each pair of entries of Ṁ counts once. And K may be a sum of squares, as one writes it by hand:
+
+    K = ½ Σ W x²,   x = X u_I,   ẋ = X u̇_I + d:       (Σ W X²) u̇_I = F̃ − Σ W X d
+
+The x are measure numbers of velocities of mass centres, each along a frame in which they are short, and of angular velocities. What a
+constraint says vanishes is left out of them, and those that are multiples of each other are one: moments of inertia are then about
+the points that constraints guide. Loads that hold reactions are left to the assembled equations.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from kane.dynamics import assembly
+from kane.dynamics.assembly import blocks, mass_rows
+from kane.dynamics.bodies import Moving, Turning, moving_parts
+from kane.dynamics.checks import check_mass
+from kane.dynamics.constraints.embed import Embedding, embedding
+from kane.dynamics.constraints.partition import Partition
+from kane.dynamics.derivation import Derived, free_fall
+from kane.dynamics.routes.block_solution import block_solution
+from kane.dynamics.solved import Solved
+from kane.expr.build import add, mul, neg, sub
+from kane.expr.collect import collected
+from kane.expr.count import Prices
+from kane.expr.evaluation import free_symbols, is_constant_in_time
+from kane.expr.matrix import Matrix, dot
+from kane.expr.node import ONE, ZERO, Expr, constant
+from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed
+from kane.kinematics.motion import Contact, Kinematics, Motion
+from kane.kinematics.speeds import ScalarForm
+from kane.model.bodies import Part
+from kane.space.point import Point
+from kane.space.rotation import Basis, Cosines, Triple
+from kane.space.vector import Vector
+
+
+def classical(derived: Derived, partition: Partition | None) -> Solved:
+    """u̇ and the reactions from M u̇ = f + G R; a speed, or a combination of speeds, that moves no mass is a ModelError."""
+    return unguarded_classical(derived, partition).guarded()
+
+
+def unguarded_classical(derived: Derived, partition: Partition | None, e: Embedding | None = None) -> Solved:
+    """The same, where what is divided by is not watched yet, with the embedding `e` of the partition, if there is one already."""
+    system, speeds, blocks = derived.system, derived.speeds, derived.blocks
+    if partition is None:
+        check_mass(system, speeds, blocks.mass)
+        return Solved("classical", derived, None, *block_solution(blocks))
+    e = e or embedding(derived.constraints, partition)
+    inner = e.reduced(blocks)
+    check_mass(system, [speeds[i] for i in e.independent], inner.mass)
+    solution = block_solution(inner)
+    every = solution._replace(accelerations=e.every(solution.accelerations))
+    return Solved("classical", derived, e, *every)
+
+
+@dataclass(frozen=True, eq=False)
+class Motions:
+    """The motions of the bodies by `speeds`."""
+
+    speeds: tuple[Speed, ...]
+    kinematics: Kinematics
+    bodies: tuple[Moving, ...]
+
+
+def embedded_motions(derived: Derived, e: Embedding, contacts: Mapping[Point, Contact]) -> Motions:
+    """The motions of all bodies where the speeds that the constraints give are written by the others."""
+    speeds = derived.speeds
+    own = tuple(speeds[i] for i in e.independent)
+    following = e.following(speeds)
+    vanishing = {u for u, by in following.items() if not by.row and by.rest is ZERO and by.bias is ZERO}
+    kinematics = derived.kinematics.with_following(following, contacts, frozenset(vanishing))
+    bodies = moving_parts(derived.inertias, kinematics)
+    return Motions(own, kinematics, bodies)
+
+
+def embedded(
+    derived: Derived,
+    e: Embedding,
+    moving: Motions,
+    bodies: tuple[Sequence[Moving], Sequence[Moving]] | None = None,
+    *,
+    carried: bool = False,
+) -> Solved:
+    """u̇ from the motions in the independent speeds, without the reactions; what is divided by is not watched yet.
+
+    `bodies` are those that M̃ and f̃ are made of, where these are others than the motions have. Where they are `carried`, f̃ is made of
+    the m ṽ_r and I·ω̃_r that M̃ has, (m ṽ_r)·a in the place of ṽ_r·(m a).
+    """
+    own = moving.speeds
+    inertial, forced = bodies or (moving.bodies, moving.bodies)
+    left = derived.left_by(moving.kinematics, () if carried else forced)
+    right = [assembly.generalized_by_motion(left, s) for s in own]
+    if carried:
+        right = [add(x, _by_momenta(derived, forced, s)) for x, s in zip(right, own, strict=True)]
+    equations = blocks(mass_rows(inertial, own, ()), right, (), (), {})
+    check_mass(derived.system, own, equations.mass)
+    inner = block_solution(equations)
+    matrix = evident(derived)
+    u_dot = e.every(inner.accelerations)
+    return Solved("embedded", derived, e, u_dot, (), inner.pivots, matrix, matrix)
+
+
+def _by_momenta(derived: Derived, bodies: Sequence[Moving], speed: Expr) -> Expr:
+    """Σ (m ṽ_r)·(g − a_b) − (I·ω̃_r)·α_b − ω̃_r·(ω × I·ω)."""
+    total = ZERO
+    fall = free_fall(derived.system)
+    for b in bodies:
+        center, rotation = b.center, b.rotation
+        for motion, mass in b.momenta if speed in center.partials else ():
+            total = add(total, (center.partials[speed] * mass).dot((fall - motion.bias).gathered()))
+        if rotation is not None and speed in rotation.motion.partials:
+            w, turned = rotation.motion.partials[speed], rotation.motion
+            spin = turned.total.express(rotation.inertia.frame)
+            total = sub(total, rotation.inertia.times(w).dot(turned.bias))
+            total = sub(total, w.dot(spin.cross(rotation.inertia.times(spin))))
+    return total
+
+
+def evident(derived: Derived) -> Matrix:
+    """G_a where no load holds a reaction: what the reactions bring into the auxiliary equations."""
+    rows, columns = derived.auxiliary_speeds, derived.reactions
+    return Matrix([[derived.pairs.get((s, r), ZERO) for r in columns] for s in rows], (len(rows), len(columns)))
+
+
+def holds_reactions(derived: Derived) -> bool:
+    """Whether a load depends on a reaction."""
+    vectors = (v for load in derived.declared_loads for _, v in (*load.forces, *load.torques))
+    return any(isinstance(s, Reaction) for s in free_symbols(x for v in vectors for x in v.scalars()))
+
+
+Bodies = tuple[Moving, ...]
+
+
+def about_points_at_rest(bodies: Sequence[Moving], kinematics: Kinematics) -> tuple[Bodies, Bodies] | None:
+    """The bodies as M has them, and as f has them; None where none turns about a point at rest."""
+    inertial, forced, some = [], [], False
+    for m in bodies:
+        turning = _about_point(m, kinematics)
+        if turning is not None:
+            some = True
+            inertial.append(m._replace(center=replace(m.center, partials={}), rotation=turning))
+            forced.append(m._replace(center=replace(m.center, bias=Vector()), rotation=turning))
+        else:
+            inertial.append(m)
+            forced.append(m)
+    return (tuple(inertial), tuple(forced)) if some else None
+
+
+def _about_point(m: Moving, kinematics: Kinematics) -> Turning | None:
+    """The rotation with the inertia about a point of the body at rest."""
+    turning, arm = m.rotation, _arm(m.part, kinematics)
+    if turning is None or arm is None or _rests(m.part.mass_center, kinematics):
+        return None
+    inertia = turning.inertia
+    r = arm.components(inertia.frame)
+    if not is_constant_in_time(r):
+        return None
+    whole = replace(inertia, rows=_inertia_about(inertia.rows, m.part.mass, r))
+    return turning._replace(inertia=whole, bias=whole.torque(turning.motion, turning.motion.bias))
+
+
+def _inertia_about(rows: Cosines, mass: Expr, r: Triple) -> Cosines:
+    """I + m (r² 1 − r r)."""
+    square = dot(r, r)
+    a, b, c = (
+        tuple(
+            collected(add(x, mul(mass, add(square if i == j else ZERO, neg(mul(r[i], r[j]))))))
+            for j, x in enumerate(row)
+        )
+        for i, row in enumerate(rows)
+    )
+    return (a[0], a[1], a[2]), (b[0], b[1], b[2]), (c[0], c[1], c[2])
+
+
+def _arm(part: Part, kinematics: Kinematics) -> Vector | None:
+    """From a point of the body at rest to its mass centre."""
+    point, arm = part.mass_center, Vector()
+    while point.parent is not None and point.body is None and _is_fixed(point, part):
+        arm, point = arm + kinematics.aligned.vector(point.offset), point.parent
+        if _rests(point, kinematics):
+            return arm
+        held = kinematics.contacts.get(point)
+        if held is not None and held.body is part.frame and held.other is None and not held.directions:
+            return arm - kinematics.aligned.vector(held.particle.offset) if _is_fixed(held.particle, part) else None
+    return None
+
+
+def _is_fixed(point: Point, part: Part) -> bool:
+    """Whether a point lies fixed in the body beside the one before it."""
+    offset = point.offset
+    return all(f is part.frame for f, _ in offset.parts) and is_constant_in_time(offset.scalars())
+
+
+def _rests(point: Point, kinematics: Kinematics) -> bool:
+    motion = kinematics.point(point)
+    still = motion.rest.is_zero and motion.bias.is_zero
+    return still and all(isinstance(s, AuxiliarySpeed) for s in motion.partials)
+
+
+_HALF = constant(0.5)
+
+
+def homogeneous(derived: Derived, e: Embedding) -> bool:
+    """Whether velocities are u_I times what depends on the configuration and time, with one u_I, and momenta are m v."""
+    if any(m.shared for m in derived.bodies):
+        return False
+    moving = [m.center for m in derived.bodies] + [m.rotation.motion for m in derived.bodies if m.rotation]
+    return len(e.independent) == 1 and all(m.rest.is_zero for m in moving) and all(x is ZERO for x in e.b_n)
+
+
+def power(derived: Derived, e: Embedding) -> Solved:
+    """u̇ from the power, without the reactions; what is divided by is not watched yet."""
+    every: list[Expr] = [ONE] * len(derived.speeds)
+    for i, (x,) in zip(e.partition.dependent, e.a_n.rows, strict=True):
+        every[i] = x
+    spread = derived.mass_matrix @ every
+    resting = [still(m) for m in derived.bodies]
+    left = derived.left_by(derived.kinematics, resting)
+    active = [assembly.generalized_by_motion(left, s) for s in derived.speeds]
+    held = [spread[d] for d in e.partition.dependent]
+    right = sub(sub(dot(every, active), dot(held, e.c)), _gained(derived, e, every))
+    inner = block_solution(blocks([[dot(every, spread)]], [right], (), (), {}))
+    matrix = evident(derived)
+    return Solved("power", derived, e, e.every(inner.accelerations), (), inner.pivots, matrix, matrix)
+
+
+def still(m: Moving) -> Moving:
+    """The same body as if it had no acceleration at u̇ = 0."""
+    turning = m.rotation and m.rotation._replace(bias=Vector())
+    shared = tuple((replace(motion, bias=Vector()), mass) for motion, mass in m.shared)
+    return m._replace(center=replace(m.center, bias=Vector()), rotation=turning, shared=shared)
+
+
+def _gained(derived: Derived, e: Embedding, every: Sequence[Expr]) -> Expr:
+    """½ Bᵀ Ṁ u, the shares of the independent speed first, whose B is 1."""
+    total, m = ZERO, derived.mass_matrix
+    order = (*e.independent, *sorted(e.partition.dependent))
+    for k, s in enumerate(order):
+        column = mul(every[s], mul(_HALF, derived.kinematics.drift(m[s, s])))
+        for r in order[:k]:
+            column = add(column, mul(every[r], derived.kinematics.drift(m[r, s])))
+        total = add(total, mul(derived.speeds[s], column))
+    return total
+
+
+Form = dict[Expr, Expr]
+"""Coefficients by speed."""
+
+_TERM = 4
+"""Operations that a term of a measure number brings: in it, in its derivative, and in products with both."""
+
+
+class Square(NamedTuple):
+    """W x y, where x is y but for products of inertia."""
+
+    weight: Expr
+    x: Form
+    y: Form
+
+
+def squares(derived: Derived, e: Embedding) -> Solved:
+    """u̇ from the sum of squares, without the reactions; what is divided by is not watched yet."""
+    every: list[Expr] = [ONE] * len(derived.speeds)
+    for i, (b,) in zip(e.partition.dependent, e.a_n.rows, strict=True):
+        every[i] = b
+    by_speed: dict[Expr, Expr] = dict(zip(derived.speeds, every, strict=True))
+    known = derived.kinematics.with_following(e.following(derived.speeds), {})
+    left = derived.left_by(derived.kinematics, [still(m) for m in derived.bodies])
+    right = dot(every, [assembly.generalized_by_motion(left, s) for s in derived.speeds])
+    mass = ZERO
+    for w, x, y in _merged(_squares(derived, e)):
+        share, other = _value(x, by_speed), _value(y, by_speed)
+        carried = mul(w, other)
+        mass = add(mass, mul(share, carried))
+        d = known.drift(ScalarForm(x, ZERO).total())
+        right = sub(right, mul(carried, collected(d) if len(x) > 1 else d))
+    inner = block_solution(blocks([[mass]], [right], (), (), {}))
+    matrix = evident(derived)
+    return Solved("squares", derived, e, e.every(inner.accelerations), (), inner.pivots, matrix, matrix)
+
+
+def _value(x: Form, by: Mapping[Expr, Expr]) -> Expr:
+    total = ZERO
+    for u, c in x.items():
+        total = add(total, mul(c, by[u]))
+    return total
+
+
+def _merged(found: Iterator[Square]) -> list[Square]:
+    """Those that are multiples of each other by parameters, as one."""
+    weights: dict[tuple[tuple[tuple[Expr, Expr], ...], ...], Expr] = {}
+    for w, x, y in found:
+        (a, x_), (b, y_) = _normed(x), _normed(y)
+        key = tuple(x_.items()), tuple(y_.items())
+        weights[key] = add(weights.get(key, ZERO), mul(mul(w, a), b))
+    return [Square(w, dict(x), dict(y)) for (x, y), w in weights.items()]
+
+
+def _normed(x: Form) -> tuple[Expr, Form]:
+    """A parameter and the rest."""
+    if len(x) == 1:
+        ((u, c),) = x.items()
+        if is_constant_in_time([c]):
+            return c, {u: ONE}
+    return ONE, x
+
+
+def _squares(derived: Derived, e: Embedding) -> Iterator[Square]:
+    """Those of each part, its velocity along the frame in which it is shortest beside those before."""
+    speeds: Sequence[Expr] = derived.speeds
+    given = [derived.constraints.a.rows[r] for r in e.partition.rows]
+    rows = [{u: a for u, a in zip(speeds, row, strict=True) if a is not ZERO} for row in given]
+    parts = zip(e.partition.dependent, e.a_n.rows, e.c, strict=True)
+    zero = {speeds[d] for d, (x,), c in parts if x is ZERO and c is ZERO}
+    seen: list[Expr] = []
+    for m in derived.bodies:
+        best: list[Form] = []
+        if m.center.partials:
+            ways = [[_without_vanishing(x, rows, zero) for x in _forms(m.center, f)] for f in _frames(derived, m)]
+            best = _shortest(ways, seen)
+        seen += [c for x in best for c in x.values()]
+        yield from (Square(m.part.mass, x, x) for x in best if x)
+        if m.rotation is None:
+            continue
+        inertia = m.rotation.inertia
+        omega = [_without_vanishing(x, rows, zero) for x in _forms(m.rotation.motion, inertia.frame)]
+        for row, x in zip(inertia.rows, omega, strict=True):
+            yield from (Square(w, x, y) for w, y in zip(row, omega, strict=True) if w is not ZERO and x and y)
+
+
+def _shortest(ways: Sequence[list[Form]], seen: Sequence[Expr]) -> list[Form]:
+    price = Prices(seen)
+    return min(ways, key=lambda xs: price([c for x in xs for c in x.values()]) + _TERM * sum(map(len, xs)))
+
+
+def _frames(derived: Derived, m: Moving) -> list[Basis]:
+    """Those that the partial velocities are written along, and the body's."""
+    found = [f for v in m.center.partials.values() for f, _ in v.parts]
+    if m.part.frame is not None:
+        found.append(derived.kinematics.aligned.rates(m.part.frame)[0])
+    return list(dict.fromkeys(found))
+
+
+def _forms(motion: Motion, frame: Basis) -> list[Form]:
+    """The measure numbers of a velocity along a frame."""
+    forms: list[Form] = [{}, {}, {}]
+    for u, v in motion.partials.items():
+        if isinstance(u, AuxiliarySpeed):
+            continue
+        for x, c in zip(forms, v.components(frame), strict=True):
+            if c is not ZERO:
+                x[u] = c
+    return forms
+
+
+def _without_vanishing(x: Form, rows: Sequence[Form], zero: set[Expr]) -> Form:
+    """x without what constraints say is zero."""
+    for row in rows:
+        for join in (sub, add):
+            less = {u: join(x.get(u, ZERO), row.get(u, ZERO)) for u in {**x, **row}}
+            less = {u: c for u, c in less.items() if c is not ZERO}
+            if len(less) < len(x):
+                x = less
+    return {u: c for u, c in x.items() if u not in zero}

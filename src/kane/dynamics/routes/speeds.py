@@ -1,0 +1,373 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Changes of speeds in which equations are shorter, or regular where W has a pole; what is solved is written in the declared ones.
+
+*Absolute rates.* Where frames turn about one axis by θ₁, θ₁ + θ₂, …, the rate of each angle moves every link after it. With
+Ω = θ̇₁ + θ̇₂ + … in the place of the last of these rates it turns one link alone. Declared speeds and u̇ follow by sums and differences.
+
+*Rates of constraints.* In the place of dependent speeds stand rates w = A_q q̇ + b_q (no slip, no lifting, a blade), which vanish: with
+(u_I, w) as speeds the constraints are w = 0, and q̇ follows from [Y_I; A_q]. Where they are all of the velocity of a body's particle,
+velocities of the body go through that particle,
+
+    v^X = v^Ĉ + ω × r = Σ n w + ω × r
+
+(Kane & Levinson 1985, sec. 2.7 and 2.13). The declared dependent speeds are u_D = Y_D q̇ + z_D of these rates,
+u_D = A_n u_I + A_na u_a + b_n with w = −A_a u_a; the state's u_D stand only in loads that were declared with them.
+
+*Velocities of the mass centre.* Where speeds u_k translate one body as a whole along directions n_k fixed in the inertial frame, the
+velocities of its mass centre w_k = v^C*·n_k take their places. The other partial velocities of C* are then perpendicular to all n_k, M
+has the mass alone in the rows of the w_k, and the acceleration of C* along n_k is ẇ_k. Loads are written by the declared speeds, and
+
+    u̇_k = ẇ_k − n_k·(Σ v_r u̇_r + a_b)        with v_r of the other speeds and a_b of C*.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import reduce
+from itertools import combinations
+from typing import NamedTuple
+
+from kane.dynamics.assembly import blocks, generalized_by_motion, mass_rows
+from kane.dynamics.constraints.embed import Embedding, Solution, embedding
+from kane.dynamics.constraints.partition import Partition
+from kane.dynamics.constraints.touches import Touch, contacts
+from kane.dynamics.derivation import Derived, by_other_speeds
+from kane.dynamics.routes.block_solution import block_solution
+from kane.dynamics.routes.equations import classical
+from kane.dynamics.solved import Solved
+from kane.errors import KaneError
+from kane.expr.build import add, mul, neg, sub
+from kane.expr.evaluation import holds_any, is_constant_in_time
+from kane.expr.linear_parts import affine_forms
+from kane.expr.matrix import Matrix, dot
+from kane.expr.node import ONE, ZERO, Expr, constant_value
+from kane.expr.solve import determinant
+from kane.expr.symbols import Speed, rate
+from kane.expr.visit import substituted
+from kane.kinematics.constraints import ConstraintRows, constraint_rows
+from kane.kinematics.motion import velocity_form
+from kane.model.variables import constraint_rate
+from kane.space.point import Point
+from kane.space.vector import Vector
+
+Exprs = tuple[Expr, ...]
+Row = dict[int, Expr]
+"""Numbers by the places of speeds."""
+
+_UNITS = {ONE, neg(ONE)}
+
+
+class Absolute(NamedTuple):
+    """What is `derived` by absolute rates, their `values` in the speeds of the state, and by their places these speeds in them."""
+
+    derived: Derived
+    values: Mapping[Expr, Expr]
+    rows: Mapping[int, Row]
+
+    def declared(self, found: Solved, d: Derived, partition: Partition | None) -> Solved:
+        """What was found, by the speeds that `d` has."""
+        memo: dict[Expr, Expr] = {}
+
+        def state(e: Expr) -> Expr:
+            return substituted(e, self.values, memo)
+
+        by_state = found.mapped(state)
+        own, rates, e = by_state.accelerations, found.shorter_rates, found.embedding
+        return replace(
+            by_state,
+            derived=d,
+            accelerations=tuple(_combination(self.rows[i], own) if i in self.rows else x for i, x in enumerate(own)),
+            embedding=embedding(d.constraints, partition).watching(e.guards_in_use) if e and partition else None,
+            shorter_rates=rates and tuple(map(state, rates)),
+        )
+
+
+def absolute(d: Derived, partition: Partition | None) -> Absolute | None:
+    """The same by absolute rates; None where no frame is turned further about its base's axis by a rate that is a speed."""
+    sums = _sums_of_rates(d)
+    rows = _inverse(sums)
+    while sums and (lost := _exchanged(rows, d, partition)):
+        del sums[lost[0]]
+        rows = _inverse(sums)
+    if not sums:
+        return None
+    names = {k: Speed.declare(f"Omega_{d.speeds[k].name}", None, "", "absolute rate") for k in sums}
+    declared = list(d.system.speeds.values())
+    definitions = {
+        names.get(i, u): _combination(sums[i], declared) if i in sums else declared[i] for i, u in enumerate(d.speeds)
+    }
+    twin = by_other_speeds(d, definitions, d.constraints, matched=d.kinematical.nontrivial)
+    constraints = constraint_rows(d.constraints.constraints, twin.kinematics, d.auxiliary_speeds)
+    return Absolute(
+        replace(twin, constraints=constraints), {names[k]: _combination(row, d.speeds) for k, row in sums.items()}, rows
+    )
+
+
+def _sums_of_rates(d: Derived) -> dict[int, Row]:
+    """Ω as sums of speeds that are rates, by the place of the last of them."""
+    places: dict[Expr, int] = {rate: i for i, rate in enumerate(d.system.speeds.values())}
+    seen: set[Expr] = set()
+    found: dict[int, Row] = {}
+    for basis in dict.fromkeys(d.kinematics.aligned.rates(f)[0] for f in d.system.frames):
+        o = basis.orientation
+        if o is None or o.axis is None:
+            continue
+        ((form, _),) = affine_forms([o.rates[o.axis]], d.kinematical.rates)
+        new = [rate for rate in form if rate not in seen]
+        seen.update(new)
+        row = {places[rate]: c for rate, c in form.items() if rate in places}
+        if len(new) == 1 and len(row) == len(form) > 1 and new[0] in places and all(c in _UNITS for c in row.values()):
+            found[places[new[0]]] = dict(sorted(row.items()))
+    return found
+
+
+def _inverse(sums: Mapping[int, Row]) -> dict[int, Row]:
+    """The rates that absolute ones replace by these and the others: u_k = ±(Ω_k − Σ c_j u_j)."""
+    rows: dict[int, Row] = {}
+    for k, total in sums.items():
+        row = {k: ONE}
+        for j, c in total.items():
+            if j != k:
+                for i, x in rows.get(j, {j: ONE}).items():
+                    row[i] = sub(row.get(i, ZERO), mul(c, x))
+        rows[k] = {i: mul(total[k], x) for i, x in row.items() if x is not ZERO}
+    return rows
+
+
+def _exchanged(rows: Mapping[int, Row], d: Derived, partition: Partition | None) -> list[int]:
+    """Independent speeds by whose replacement other determinants would give the dependent ones."""
+    if partition is None:
+        return []
+    dependent, a = set(partition.dependent), d.constraints.a.take(partition.rows)
+    return [
+        k
+        for k, row in rows.items()
+        if k not in dependent
+        and not dependent.isdisjoint(row)
+        and any(x is not ZERO for x in a.take(columns=[k]).entries)
+    ]
+
+
+def _combination(row: Row, values: Sequence[Expr]) -> Expr:
+    return reduce(add, (mul(c, values[i]) for i, c in row.items()), ZERO)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ConstraintRates:
+    """`rows` are the constraints by the places of the speeds that their rates replace, `speeds` the rates by these rows."""
+
+    rows: Mapping[int, int]
+    speeds: Mapping[int, Speed]
+    vanishing: Mapping[Expr, Expr]
+    _memo: dict[Expr, Expr] = field(default_factory=dict)
+
+    def held(self, e: Expr) -> Expr:
+        """An expression on the constraints: w = ẇ = 0."""
+        return substituted(e, self.vanishing, self._memo)
+
+    def solution(self, found: Solved) -> Solved:
+        """A solution on the constraints; the same one where no w is in it."""
+        roots = (*found.accelerations, *found.reactions, *found.pivots, *found.reaction_matrix.entries)
+        return (
+            found.mapped(self.held)
+            if holds_any((*roots, *found.bare_reaction_matrix.entries), self.vanishing.keys())
+            else found
+        )
+
+    def definitions(self, derived: Derived) -> dict[Speed, Expr]:
+        """The speeds with the rates in their places, in the rates of the coordinates."""
+        constraints = derived.constraints.constraints
+        found: dict[Speed, Expr] = {}
+        for i, (u, definition) in enumerate(derived.system.speeds.items()):
+            row = self.rows.get(i)
+            found[u if row is None else self.speeds[row]] = (
+                definition if row is None else constraint_rate(constraints[row])
+            )
+        return found
+
+    def row(self, constraint: int, count: int) -> list[Expr]:
+        """The row w = 0 among `count` speeds, of a constraint that no rate stands for a row of zeros."""
+        return [ONE if self.rows.get(j) == constraint else ZERO for j in range(count)]
+
+
+def constraint_rates(rows: Mapping[int, int]) -> ConstraintRates:
+    """The rates of constraints, `rows` by the places of the speeds that they replace."""
+    w = {r: Speed.declare(f"w{k + 1}", None, "", "rate of a constraint") for k, r in enumerate(rows.values())}
+    return ConstraintRates(rows, w, {x: ZERO for s in w.values() for x in (s, rate(s))})
+
+
+def twins(derived: Derived, partition: Partition, held: Sequence[Touch]) -> Iterator[tuple[Derived, ConstraintRates]]:
+    """The same with the rates of motion constraints as speeds, all together and each point's alone, with the rows w = 0."""
+    constraints = derived.constraints.constraints
+    moving = [t for t in held if any(constraints[r].kind == "motion" for r in t.rows)]
+    for chosen in _choices(moving):
+        rows = _given(derived.constraints.a, partition, [r for t in chosen for r in t.rows])
+        if rows is not None:
+            w = constraint_rates(rows)
+            try:
+                yield _by_contacts(derived, w, chosen), w
+            except KaneError:  # the speeds are no speeds then
+                continue
+
+
+def _choices(held: Sequence[Touch]) -> Iterator[tuple[Touch, ...]]:
+    """All together, and each alone."""
+    if held:
+        yield tuple(held)
+    if len(held) > 1:
+        yield from ((t,) for t in held)
+
+
+def _given(a: Matrix, partition: Partition, rows: Sequence[int]) -> dict[int, int] | None:
+    """Dependent speeds that these constraints give, divided by constants alone, with the row that each stands for."""
+    for dependent in combinations(partition.dependent, len(rows)):
+        size = determinant(a.take(rows, dependent).rows)
+        if size is not ZERO and is_constant_in_time([size]):
+            return dict(zip(dependent, rows, strict=True))
+    return None
+
+
+def _by_contacts(derived: Derived, w: ConstraintRates, chosen: Sequence[Touch]) -> Derived:
+    """The same by other speeds, with the rows w = 0."""
+    known = contacts(chosen, w.speeds, derived.kinematics)
+    twin = by_other_speeds(derived, w.definitions(derived), derived.constraints, known)
+    constraints, (m, n) = derived.constraints.constraints, derived.constraints.a.shape
+    others = [r for r in range(m) if r not in w.speeds]
+    rows = constraint_rows([constraints[r] for r in others], twin.kinematics, derived.auxiliary_speeds)
+    a = [w.row(r, n) for r in range(m)]
+    for k, r in enumerate(others):
+        a[r] = list(map(w.held, rows.a.rows[k]))
+
+    def every(own: Exprs) -> Exprs:
+        by_row = dict(zip(others, own, strict=True))
+        return tuple(w.held(by_row.get(r, ZERO)) for r in range(m))
+
+    own = replace(derived.constraints, a=Matrix(a, (m, n)), b=every(rows.b), differentiated=lambda: every(rows.drift))
+    return replace(twin, constraints=own)
+
+
+def by_definitions(derived: Derived, twin: Derived, u_dot: Exprs, w: ConstraintRates) -> Exprs:
+    """u̇ with those that w replaced from the derivatives of their definitions."""
+    values, speeds = list(u_dot), derived.speeds
+    forms = twin.kinematical.forms([derived.system.speeds[speeds[i]] for i in w.rows])
+    for i, form in zip(w.rows, forms, strict=True):
+        value, rest = ZERO, form.rest
+        for j, u in enumerate(speeds):
+            if j not in w.rows and u in form.coefficients:
+                c = form.coefficients[u]
+                value, rest = add(value, mul(c, u_dot[j])), add(rest, mul(c, u))
+        values[i] = add(value, w.held(twin.kinematics.drift(rest)))
+    return tuple(values)
+
+
+def constraint_speeds(derived: Derived, partition: Partition | None) -> Solved:
+    """u̇ and the reactions, free of the poles that W alone has; without constraints by the classical route."""
+    if partition is None:
+        return classical(derived, partition)
+    w = constraint_rates(dict(zip(partition.dependent, partition.rows, strict=True)))
+    twin = classical(_by_constraints(derived, w), partition)
+    e = _embedding_by_rates(derived, partition, twin.derived, w)
+    found = twin.mapped(w.held)
+    own = [found.accelerations[i] for i in e.independent]
+    return replace(
+        found,
+        route="constraint speeds",
+        derived=derived,
+        embedding=e,
+        accelerations=e.every(own),
+        twin=twin,
+        vanishing=w.vanishing,
+    )
+
+
+def _by_constraints(derived: Derived, w: ConstraintRates) -> Derived:
+    """The same with the rates of the constraints in the places of the dependent speeds."""
+    rows = derived.constraints
+    m, n = rows.a.shape
+    nothing = (ZERO,) * m
+    held = ConstraintRows(
+        rows.constraints, Matrix([w.row(r, n) for r in range(m)], (m, n)), rows.a_auxiliary, nothing, lambda: nothing
+    )
+    return by_other_speeds(derived, w.definitions(derived), held)
+
+
+def _embedding_by_rates(derived: Derived, partition: Partition, twin: Derived, w: ConstraintRates) -> Embedding:
+    """The declared dependent speeds by the independent ones: A_n, b_n from Y_D q̇ + z_D with q̇ of the twin."""
+    speeds = derived.speeds
+    free = partition.independent(len(speeds))
+    definitions = [derived.system.speeds[speeds[d]] for d in partition.dependent]
+    forms = twin.kinematical.forms(definitions)
+    released = derived.constraints.a_auxiliary.take(partition.rows)  # w = −A_a u_a
+    by_w = Matrix([[f.coefficients.get(s, ZERO) for s in w.speeds.values()] for f in forms])
+    a_n = Matrix([[f.coefficients.get(speeds[i], ZERO) for i in free] for f in forms], (len(forms), len(free)))
+    own = [speeds[i] for i in free]
+    b_n = tuple(f.rest for f in forms)
+    drift = tuple(w.held(twin.kinematics.drift(add(dot(row, own), b))) for row, b in zip(a_n, b_n, strict=True))
+    solution = Solution(a_n, -(by_w @ released), b_n, lambda: drift)
+    return Embedding(derived.constraints, partition, free, lambda: solution)
+
+
+def by_mass_centre(derived: Derived) -> tuple[Derived, Solved] | None:
+    """The same by velocities of the mass centre, and u̇ and the reactions solved by them; None where nothing translates one body.
+
+    What is divided by is not watched yet.
+    """
+    moved = _translating(derived)
+    if moved is None:
+        return None
+    centre, directions = moved
+    names = {u: Speed.declare(f"w{k + 1}", None, "", "velocity of the mass centre") for k, u in enumerate(directions)}
+    velocity = centre.velocity(derived.system.inertial)
+    definitions = {
+        names.get(u, u): velocity.dot(directions[u]) if u in directions else e for u, e in derived.system.speeds.items()
+    }
+    twin = by_other_speeds(derived, definitions, derived.constraints)
+    left = derived.left_by(twin.kinematics, twin.bodies)
+    right = [generalized_by_motion(left, s) for s in twin.all_speeds]
+    mass = mass_rows(twin.bodies, twin.speeds, twin.auxiliary_speeds)
+    solution = block_solution(blocks(mass, right, twin.auxiliary_speeds, twin.reactions, twin.pairs))
+    own = velocity_form(derived.kinematics.point(centre))
+    values: dict[Expr, Expr] = {names[u]: own.dot(n) for u, n in directions.items()}
+    memo: dict[Expr, Expr] = {}
+
+    def by_declared(e: Expr) -> Expr:
+        return substituted(e, values, memo)
+
+    u_dot: dict[Expr, Expr] = dict(zip(derived.speeds, map(by_declared, solution.accelerations), strict=True))
+    solution = solution._replace(
+        accelerations=_declared_accelerations(derived, centre, directions, u_dot),
+        reactions=tuple(map(by_declared, solution.reactions)),
+    )
+    return twin, Solved("mass centre", derived, None, *solution)
+
+
+def _translating(derived: Derived) -> tuple[Point, dict[Speed, Vector]] | None:
+    """The mass centre of the only body, and the speeds that translate the body as a whole, with their directions."""
+    if len(derived.bodies) != 1:
+        return None
+    ((_, part, centre, rotation, shared),) = derived.bodies
+    if rotation is None or shared:
+        return None
+    turns, shifts = rotation.motion.partials, centre.partials
+    directions = {u: shifts[u] for u in derived.speeds if u in shifts and u not in turns and _fixed(derived, shifts[u])}
+    found = list(directions.values())
+    apart = all(a.dot(b) is (ONE if a is b else ZERO) for a in found for b in found)
+    others = any(u in shifts for u in derived.speeds if u in turns)
+    return (part.mass_center, directions) if found and apart and others else None
+
+
+def _fixed(derived: Derived, v: Vector) -> bool:
+    """Whether the vector does not turn."""
+    return all(
+        f is derived.system.inertial and all(constant_value(x) is not None for x in triple) for f, triple in v.parts
+    )
+
+
+def _declared_accelerations(
+    derived: Derived, centre: Point, directions: Mapping[Speed, Vector], u_dot: Mapping[Expr, Expr]
+) -> Exprs:
+    """u̇ of the declared speeds: those of the w_k less what the other speeds accelerate C* by."""
+    motion = derived.kinematics.point(centre)
+    others = sum(
+        (v * u_dot[s] for s, v in motion.partials.items() if s in u_dot and s not in directions), start=motion.bias
+    ).gathered()
+    return tuple(sub(u_dot[u], directions[u].dot(others)) if u in directions else u_dot[u] for u in derived.speeds)
