@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.motion import NativeCourse, manifold
+from kane.motion import NativeCourse, constraint_projection
 from tests.lanes import SMOOTH
 from tests.systems import four_bar
 from tests.systems.parallelogram import Parallelogram
@@ -31,7 +31,7 @@ TIGHT = {"rtol": 1e-11, "atol": 1e-11}
 
 def left(eom, sol):
     """What is left of the constraints at the samples, over the sizes of their terms."""
-    numbers, p = manifold(eom.numeric()).numbers, np.array([sol.parameters[s] for s in eom.parameters])
+    numbers, p = constraint_projection(eom.numeric()).numbers, np.array([sol.parameters[s] for s in eom.parameters])
     worst = 0.0
     for k, (t, x) in enumerate(zip(sol.t, np.hstack([sol.q, sol.u]), strict=True)):
         r = np.array([sol[s][k] for s in eom.inputs])

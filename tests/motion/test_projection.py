@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import kane as kn
-from kane.motion import Holding, Manifold, Slot, manifold
+from kane.motion import ConstraintProjection, Holding, Slot, constraint_projection
 from tests.dynamics.constraints.test_branches import EIGHT, closed
 from tests.numeric.kkt import kkt
 from tests.systems.four_bar import BAR, EOM, N, O, state
@@ -16,7 +16,9 @@ from tests.systems.four_bar import BAR, EOM, N, O, state
 
 def project(eom, x):
     nothing = np.zeros(0)
-    return manifold(eom.numeric()).project(0.0, x, nothing, nothing, np.zeros((len(eom.b), len(eom.speeds))))
+    return constraint_projection(eom.numeric()).project(
+        0.0, x, nothing, nothing, np.zeros((len(eom.b), len(eom.speeds)))
+    )
 
 
 def perturbed(size):
@@ -34,7 +36,7 @@ def test_projection_closes_the_constraints():
 def test_projection_is_the_least_change():
     """To first order in what is missed: of q by one KKT step, of u exactly."""
     x = perturbed(1e-5)
-    before = manifold(EOM.numeric()).numbers(0.0, x, np.zeros(0), np.zeros(0))
+    before = constraint_projection(EOM.numeric()).numbers(0.0, x, np.zeros(0), np.zeros(0))
     kept, after = project(EOM, x)
     np.testing.assert_allclose(kept[:3] - x[:3], kkt(before.m, before.a, -before.f), atol=1e-9)
     np.testing.assert_allclose(kept[3:] - x[3:], kkt(after.m, after.a, -(after.a @ x[3:])), atol=1e-13)
@@ -58,7 +60,7 @@ def test_euler_parameters_are_divided_by_their_length():
 
 
 def test_without_constraints_there_is_nothing_to_keep():
-    assert manifold(kn.derive(BAR.system(holonomic=())).numeric()) is None
+    assert constraint_projection(kn.derive(BAR.system(holonomic=())).numeric()) is None
 
 
 def test_projection_onto_another_branch_is_told():
@@ -74,7 +76,7 @@ def test_projection_onto_another_branch_is_told():
         x = np.array([*(e + 1e-3 * np.sin(range(4))), 0, 0, 0, *[0.0] * 6])
         _, numbers = project(eom, x)
         assert np.abs(numbers.f).max() < 1e-12
-        assert manifold(eom.numeric()).turned(numbers) == told
+        assert constraint_projection(eom.numeric()).turned(numbers) == told
 
 
 @pytest.mark.slow
@@ -88,7 +90,7 @@ def test_a_step_onto_another_branch_is_halved_and_named_where_none_is_short_enou
         seen.append(numbers)
         return "'G' with its frame turned by 120°" if len(seen) <= turned else ""
 
-    monkeypatch.setattr(Manifold, "turned", told)
+    monkeypatch.setattr(ConstraintProjection, "turned", told)
     monkeypatch.setattr(Holding, "begin", lambda self, s: s.__setitem__(Slot.QUIET, 0.0))  # so that a kernel asks
     start = kn.assemble(eom, q={q: kn.guess(v) for q, v in zip(eom.coordinates, (0, 0, 0, 1, 0, 0, 0), strict=True)})
     sol = kn.simulate(eom, (0, 1), q=start.q, u=start.u, method=method)

@@ -7,10 +7,9 @@ __getattr__ = offered(
     __name__,
     {
         "assembly": "Blocks sum_of",
-        "constraints.choice": "chosen compared ranks",
         "constraints.configurations": "configurations",
         "constraints.manifold": "ROWS branches in_rows manifold",
-        "constraints.partition": "Partition choose choose_each qualities qualities_of quality",
+        "constraints.partition": "Partition choose choose_each chosen compared qualities qualities_of quality ranks",
         "constraints.steady": "steadiest",
         "constraints.touches": "contacts touches",
         "derivation": "Derived derived",

@@ -11,8 +11,8 @@ from kane.dynamics import assembly
 from kane.dynamics.assembly import Blocks, blocks, mass_rows
 from kane.dynamics.bodies import Inertias, Moving, homes, inertias_of, moving_parts
 from kane.dynamics.checks import check_reaction_places, check_released
-from kane.dynamics.constraints.choice import Compared, compared
 from kane.dynamics.constraints.manifold import Manifold, manifold
+from kane.dynamics.constraints.partition import Compared, compared
 from kane.dynamics.lazy import LazyMapping, read
 from kane.expr.build import add
 from kane.expr.count import Prices

@@ -29,9 +29,8 @@ from kane.expr.size import Sizes, size
 from kane.expr.switching import Switch, on_sides, switches
 from kane.expr.symbols import Parameter, Symbol, rate, time
 from kane.expr.visit import substituted
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, first_place
 from kane.numeric.named import symbols_named
-from kane.numeric.places import first_place
 from kane.numeric.scale import EQUAL
 
 

@@ -27,8 +27,8 @@ from kane.kinematics.placement import (
     Alpha,
     Angle,
     Node,
-    Placed,
-    Seat,
+    PlacedFrame,
+    RotationAxis,
     are_numbers,
     exact,
     placed_frames,
@@ -55,7 +55,7 @@ from kane.space.spatial import mirrored, similar
 from kane.space.vector import Vector
 
 
-class Place(NamedTuple):
+class AlignedFrame(NamedTuple):
     """A declared frame in its basis: v along that = `cosines` · v along the frame, and ω of the frame in its base, along the basis."""
 
     basis: Basis
@@ -67,7 +67,7 @@ class Place(NamedTuple):
 class Aligned:
     """The places of the frames that equations are not written along; for each aligned basis a declared frame that is fixed in it."""
 
-    places: Mapping[Basis, Place]
+    places: Mapping[Basis, AlignedFrame]
     owners: Mapping[Basis, Basis]
 
     def rates(self, frame: Basis) -> tuple[Basis, Triple]:
@@ -121,9 +121,9 @@ class _Bases:
     copies: dict[Basis, Basis] = field(default_factory=dict)
     owners: dict[Basis, Basis] = field(default_factory=dict)
     nodes: dict[Node, Basis] = field(default_factory=dict)
-    seats: dict[Seat, Basis] = field(default_factory=dict)
+    seats: dict[RotationAxis, Basis] = field(default_factory=dict)
 
-    def place(self, frame: Basis, placed: Placed) -> Place:
+    def place(self, frame: Basis, placed: PlacedFrame) -> AlignedFrame:
         """Where a frame lies in the basis of its node, of which it gets a copy."""
         node, o, rates = placed.node, frame.orientation, NOTHING
         if node.declared is frame and o is not None:
@@ -132,7 +132,7 @@ class _Bases:
                 rates = (ZERO, ZERO, mul(constant(node.sense), time_derivative(o.angle)))
         cosines = self.cosines(node, placed.cosines)
         self.copies[frame] = self.fixed(node, cosines)
-        return Place(self.node(node), cosines, rates)
+        return AlignedFrame(self.node(node), cosines, rates)
 
     def node(self, node: Node) -> Basis:
         """The basis of a node."""
@@ -151,7 +151,7 @@ class _Bases:
         base = self.fixed(node.base, self.cosines(node.base, node.lead))
         return node.declared if base is o.base else self.child(node, replace(o, base=base))
 
-    def seat(self, seat: Seat) -> Basis:
+    def seat(self, seat: RotationAxis) -> Basis:
         """The basis about whose z frames turn."""
         if seat not in self.seats:
             basis = self.node(seat.on)

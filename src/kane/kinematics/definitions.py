@@ -197,7 +197,7 @@ _AXES = 3
 """Measure numbers of a vector."""
 
 
-class Turned(NamedTuple):
+class AngularRows(NamedTuple):
     """Three rows of Y that are direction cosines of a set of Euler parameters, by their places, and their entries.
 
     `along` are the places of those along the axes of the frame that the set turns in, in their order; None where they are others.
@@ -208,7 +208,7 @@ class Turned(NamedTuple):
     along: tuple[int, ...] | None
 
 
-def turned(group: EulerParameters, rows: Sequence[Mapping[Expr, Expr]]) -> Turned | None:
+def turned(group: EulerParameters, rows: Sequence[Mapping[Expr, Expr]]) -> AngularRows | None:
     """The rows of a set; None where they are not direction cosines, or other rows hold its quasi-rates too."""
     own = set(group.quasi)
     places = tuple(i for i, row in enumerate(rows) if not own.isdisjoint(row))
@@ -220,7 +220,7 @@ def turned(group: EulerParameters, rows: Sequence[Mapping[Expr, Expr]]) -> Turne
     pairs = [_sample(group, cosines, seed) for seed in SEEDS]
     if any(np.abs(c @ c.T - np.eye(3)).max() > ROUNDED_CHAIN for c, _ in pairs):
         return None
-    return Turned(places, cosines, _along(places, pairs))
+    return AngularRows(places, cosines, _along(places, pairs))
 
 
 def _sample(group: EulerParameters, cosines: Matrix, seed: int) -> tuple[Array, Array]:
@@ -243,7 +243,7 @@ def _along(places: tuple[int, ...], pairs: Sequence[tuple[Array, Array]]) -> tup
     return tuple(found) if len(found) == len(places) else None
 
 
-class Block(NamedTuple):
+class CosineRows(NamedTuple):
     """Three rows of Y that are direction cosines between rates of lengths, by their places, the rates, and the entries."""
 
     places: tuple[int, ...]
@@ -251,7 +251,7 @@ class Block(NamedTuple):
     cosines: Matrix
 
 
-def cosine_blocks(rows: Sequence[Mapping[Expr, Expr]], sets: Sequence[EulerParameters]) -> list[Block]:
+def cosine_blocks(rows: Sequence[Mapping[Expr, Expr]], sets: Sequence[EulerParameters]) -> list[CosineRows]:
     """The rows of speeds that measure a velocity along perpendicular axes which turn: v along a body, by ẋ, ẏ, ż."""
     found = []
     for support in {frozenset(row): tuple(row) for row in rows if len(row) == _AXES}.values():
@@ -261,7 +261,7 @@ def cosine_blocks(rows: Sequence[Mapping[Expr, Expr]], sets: Sequence[EulerParam
             continue
         cosines = Matrix([[rows[i].get(b, ZERO) for b in support] for i in places])
         if _perpendicular(cosines, sets):
-            found.append(Block(places, support, cosines))
+            found.append(CosineRows(places, support, cosines))
     return found
 
 

@@ -147,13 +147,13 @@ class Node:
     declared: Frame
     base: Node | None = None
     lead: Array = field(default_factory=lambda: np.eye(3))
-    seat: Seat | None = None
+    seat: RotationAxis | None = None
     angle: Expr = ZERO
     sense: int = 1
     phase: Expr = ZERO
 
 
-class Seat(NamedTuple):
+class RotationAxis(NamedTuple):
     """What turns about one axis sits on: R_z(γ) R_x(α) in the node, before that is shifted."""
 
     on: Node
@@ -161,36 +161,36 @@ class Seat(NamedTuple):
     alpha: float | Alpha
 
 
-class Placed(NamedTuple):
+class PlacedFrame(NamedTuple):
     """A frame in a node that it is fixed in: v along the node, before that is shifted, is `cosines` · v along the frame."""
 
     node: Node
     cosines: Array
 
 
-def placed_frames(frames: Iterable[Frame]) -> dict[Basis, Placed]:
+def placed_frames(frames: Iterable[Frame]) -> dict[Basis, PlacedFrame]:
     """The places of frames, which come parents first; none where all turn about basis vectors.
 
     A limb, all that hangs on one frame of the root, stays as declared if no frame of it has a general axis or is tilted by numbers.
     """
     listed = tuple(frames)
     limbs = {f.lineage[-2] for f in listed if _is_general(f)}
-    places: dict[Basis, Placed] = {}
+    places: dict[Basis, PlacedFrame] = {}
     for f in listed if limbs else ():
         aside = len(f.lineage) == 1 or f.lineage[-2] not in limbs
-        places[f] = Placed(Node(f), np.eye(3)) if aside else _placed(f, *places[f.lineage[1]])
+        places[f] = PlacedFrame(Node(f), np.eye(3)) if aside else _placed(f, *places[f.lineage[1]])
     return places
 
 
-def _placed(f: Frame, base: Node, cosines: Array) -> Placed:
+def _placed(f: Frame, base: Node, cosines: Array) -> PlacedFrame:
     """The place of a frame, from that of its base."""
     o = f.orientation
     assert o is not None
     tilt, axis = _tilt(o), _axis(o)
     if tilt is not None:
-        return Placed(base, times(cosines, tilt))
+        return PlacedFrame(base, times(cosines, tilt))
     if axis is None or o.angle is None:
-        return Placed(Node(f, base, cosines), np.eye(3))
+        return PlacedFrame(Node(f, base, cosines), np.eye(3))
     if not are_numbers(cosines):
         return _by_parameters(f, base, cosines, axis, o.angle)
     direction = product(cosines, axis[:, None])[:, 0]
@@ -199,17 +199,17 @@ def _placed(f: Frame, base: Node, cosines: Array) -> Placed:
         sense = 1 if alpha == 0 else -1
         angle = o.angle if alpha == 0 else neg(o.angle)
         if base.seat is not None:
-            return Placed(
+            return PlacedFrame(
                 Node(f, base, seat=base.seat, angle=add(base.angle, angle), sense=sense, phase=base.phase), cosines
             )
-        return Placed(Node(f, base, seat=Seat(base, 0.0, 0.0), angle=angle, sense=sense), cosines)
+        return PlacedFrame(Node(f, base, seat=RotationAxis(base, 0.0, 0.0), angle=angle, sense=sense), cosines)
     if abs(gamma) > math.pi / 2:  # half a turn less, and over the other way
         gamma, alpha = gamma - math.copysign(math.pi, gamma), -alpha
-    node = Node(f, base, seat=Seat(base, gamma, alpha), angle=o.angle)
-    return Placed(node, product(product(about(2, gamma), about(0, alpha)).T, cosines))
+    node = Node(f, base, seat=RotationAxis(base, gamma, alpha), angle=o.angle)
+    return PlacedFrame(node, product(product(about(2, gamma), about(0, alpha)).T, cosines))
 
 
-def _by_parameters(f: Frame, base: Node, cosines: Array, axis: Array, angle: Expr) -> Placed:
+def _by_parameters(f: Frame, base: Node, cosines: Array, axis: Array, angle: Expr) -> PlacedFrame:
     """The place of a frame that turns about an axis which parameters direct; where it may be parallel to z, that of a node of its own.
 
     γ has no derivatives by parameters there, and x no direction.
@@ -219,22 +219,22 @@ def _by_parameters(f: Frame, base: Node, cosines: Array, axis: Array, angle: Exp
     before = times(cosines, own.T)
     direction = triple(row[2] for row in exact(before))
     if not is_apart(direction):
-        return Placed(Node(f, base, cosines), np.eye(3))
+        return PlacedFrame(Node(f, base, cosines), np.eye(3))
     lean = leaning(direction)
     left = about_z(times(lean.cosines.T, before))
-    return Placed(Node(f, base, seat=Seat(base, lean.gamma, lean.alpha), angle=angle, phase=left), own)
+    return PlacedFrame(Node(f, base, seat=RotationAxis(base, lean.gamma, lean.alpha), angle=angle, phase=left), own)
 
 
 def shifts(nodes: Iterable[Node]) -> dict[Node, Angle]:
     """What is added to a node's angle: γ of the seat on it beyond which most frames lie."""
-    beyond: dict[Node | Seat, int] = {}
+    beyond: dict[Node | RotationAxis, int] = {}
     for node in reversed(list(nodes)):
         for carrier in (node.base, node.seat):
             if carrier is not None:
                 beyond[carrier] = beyond.get(carrier, 0) + beyond.get(node, 0) + 1
-    heaviest: dict[Node, Seat] = {}
+    heaviest: dict[Node, RotationAxis] = {}
     for seat in beyond:
-        if isinstance(seat, Seat) and seat.on.seat is not None:
+        if isinstance(seat, RotationAxis) and seat.on.seat is not None:
             before = heaviest.setdefault(seat.on, seat)
             heaviest[seat.on] = seat if beyond[seat] > beyond[before] else before
     return {node: seat.gamma for node, seat in heaviest.items()}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Gravitation of bodies, its moment, buoyancy and drag, as loads.
+"""Gravitation of bodies, its moment, buoyancy, drag, and distributed forces, as loads.
 
 Two bodies at the vector R = R a from the mass centre of the one to that of the other attract each other, to second order in their
 sizes, by (MacCullagh; Kane, Likins & Levinson 1983, Spacecraft Dynamics, sec. 2.3 to 2.6)
@@ -8,19 +8,18 @@ sizes, by (MacCullagh; Kane, Likins & Levinson 1983, Spacecraft Dynamics, sec. 2
 
     F = −(G m₁ m₂/R²) a − (3 G m₁/(2 R⁴)) ((tr I₂ − 5 a·I₂·a) a + 2 I₂·a) − …,   T₂ = (3 G m₁/R³) a × I₂·a.
 
-
-Distributed forces over a line, a rectangle or a disk, as forces at the points of a quadrature.
-
-Resultant and moment are exact where the density is a polynomial of the `degree`: n points of Gauss and Legendre are exact to the
-degree 2 n − 1, and a moment has one degree more than the force. The points belong to a body, `frame`, and move with it.
+Distributed forces over a line, a rectangle or a disk are forces at the points of a quadrature. Resultant and moment are exact where
+the density is a polynomial of the `degree`: n points of Gauss and Legendre are exact to the degree 2 n − 1, and a moment has one
+degree more than the force. The points belong to a body, `frame`, and move with it.
 """
 
 import math
 from collections.abc import Callable, Iterator
+from functools import reduce
 from typing import Any
 
 from kane import expect
-from kane.errors import ModelError, cut
+from kane.errors import ModelError
 from kane.expr.build import add, cos, div, mul, sin, sub
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr, constant
@@ -120,12 +119,10 @@ def quadratic_drag(point: Point, coefficient: Any, medium: Vector | None = None,
 
 def _drag(point: Point, medium: Vector | None, name: str, law: Any) -> Load:
     _check_point(point, "place of drag")
-    if medium is not None and not isinstance(medium, Vector):
-        raise ModelError(
-            f"Expected the velocity of the medium as a Vector, got {cut(repr(medium))}. Give it a direction: w*N.x."
-        )
     v = point.velocity(point.root().frame)
-    return Load(name or f"drag at {point.name}", ((point, law(v if medium is None else v - medium)),))
+    if medium is not None:
+        v = v - expect.instance(medium, Vector, "the velocity of the medium as a Vector", "Give it a direction: w*N.x.")
+    return Load(name or f"drag at {point.name}", ((point, law(v)),))
 
 
 def _single(body: Any) -> list[Part]:
@@ -139,10 +136,8 @@ def _single(body: Any) -> list[Part]:
 
 def _trace(part: Part) -> Expr:
     """tr I, the same along any axes."""
-    total = ZERO
-    for a, b in part.inertia.dyads if part.inertia is not None else ():
-        total = add(total, a.dot(b))
-    return total
+    dyads = part.inertia.dyads if part.inertia is not None else ()
+    return reduce(add, (a.dot(b) for a, b in dyads), ZERO)
 
 
 def _check_point(point: Any, what: str) -> None:

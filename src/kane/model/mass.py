@@ -1,21 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Mass centres and inertias of points, bodies and sets of them, about any point; nothing is derived for it.
+"""Mass centres and inertias of points, bodies and sets of them, about any point; principal moments, axes and planes.
 
     I_a = Σ m p × (n_a × p),   I_ab = I_a · n_b,   I^{S/O} = Σ I^{B/B*} + m (p² 1 − p p)
 
-with p from the point O to the mass centres (Kane & Levinson 1985, ch. 3).
-
-
-Principal moments, axes and planes of an inertia dyadic, its ellipsoid, and its greatest and least moments.
-
-    I·n = I_n n,    I = Σ I_k n_k n_k
-
-Kane & Levinson 1985, sec. 3.8, 3.9. Numbers are taken where the matrix is made of them; symbols where it falls into blocks of
-two and one.
+with p from the point O to the mass centres (Kane & Levinson 1985, ch. 3). Principal ones, I·n = I_n n and I = Σ I_k n_k n_k, are of
+numbers where the matrix is made of them, of symbols where it falls into blocks of two and one.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -33,7 +27,7 @@ from kane.expr.operators import atan2, sqrt
 from kane.expr.symbols import Parameter
 from kane.model.bodies import Body, Part, RigidBody, parts_of
 from kane.model.directions import check_unit
-from kane.model.solids import parallel_axis
+from kane.model.solids import parallel_axis, unit_dyadic
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -123,7 +117,8 @@ def composite(name: str, bodies: Any, frame: Frame, *, without: Any = ()) -> Rig
         raise ModelError(
             f"Expected rigid bodies and particles for the composite {name}, got a flexible body: it deforms."
         )
-    parts = [*kept, *(p._replace(mass=-p.mass, inertia=_negative(p.inertia)) for p in parts_listed(without))]
+    holes = [p._replace(mass=-p.mass, inertia=None if p.inertia is None else -p.inertia) for p in parts_listed(without)]
+    parts = [*kept, *holes]
     origin, mass = kept[0].mass_center, _mass(parts)
     moment = sum((p.mass_center.position(origin) * p.mass for p in parts), start=Vector())
     center = origin.at(f"{name}*", (moment / mass).express(frame).map(collected))
@@ -140,10 +135,6 @@ def composite(name: str, bodies: Any, frame: Frame, *, without: Any = ()) -> Rig
             f"{', '.join(map(str, moving))}. List what moves in it as bodies of their own."
         )
     return RigidBody(name, frame=frame, mass_center=center, mass=mass, inertia=whole)
-
-
-def _negative(inertia: Dyadic | None) -> Dyadic | None:
-    return None if inertia is None else -inertia
 
 
 def _along_one(inertia: Dyadic) -> Dyadic:
@@ -165,8 +156,7 @@ def _about(part: Part, point: Point) -> Dyadic:
     for other, mass in part.momenta:
         q = other.position(point).gathered()
         for frame, _ in q.parts[:1]:
-            unit = Dyadic.of(frame, ((1, 0, 0), (0, 1, 0), (0, 0, 1)))
-            own = own + unit * (mass * p.dot(q)) - p.outer(q) * mass
+            own = own + unit_dyadic(frame) * (mass * p.dot(q)) - p.outer(q) * mass
     return own
 
 
@@ -191,9 +181,7 @@ def _bodies(item: Any) -> Iterator[Body]:
 
 
 def _mass(parts: Iterable[Part]) -> Expr:
-    mass = ZERO
-    for part in parts:
-        mass = add(mass, part.mass)
+    mass = reduce(add, (part.mass for part in parts), ZERO)
     if mass is ZERO:
         raise ModelError("Expected bodies with mass, got none: a mass centre needs some. List the bodies that have it.")
     return mass

@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Coordinates in order, sets of Euler parameters, and the definitions of the generalized speeds.
 
-Independent speeds alone: those that are missing are rates of constraints, which vanish.
-
-With as many motions as speeds the book writes u_1 … u_p only (Kane & Levinson 1985, sec. 2.13). The equations need as many speeds as
-rates: w = A_q q̇ + b_q of constraints completes them, is zero, and shortens q̇ = W u + X where it stands in it.
+Where the independent speeds alone are defined, u_1 … u_p (Kane & Levinson 1985, sec. 2.13), rates of constraints are those that are
+missing, as the equations need as many speeds as rates: w = A_q q̇ + b_q vanishes, and shortens q̇ = W u + X where it stands in it.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -103,10 +101,9 @@ def by_name(items: Any, own: Iterable[Symbol]) -> Symbols[Any]:
 
 def _coordinates(order: Any) -> Symbols[Coordinate]:
     """Coordinates; a single one, or something else, is refused."""
-    if isinstance(order, Expr) or not isinstance(order, Iterable) or not all(isinstance(q, Coordinate) for q in order):
-        raise ModelError(
-            f"Expected coordinates= to be a list of coordinates, such as (q1, q2), got {cut(repr(order))}."
-        )
+    several = not isinstance(order, Expr) and isinstance(order, Iterable)
+    right = several and all(isinstance(q, Coordinate) for q in order)
+    expect.that(right, "coordinates= to be a list of coordinates, such as (q1, q2)", order)
     return Symbols(order)
 
 
@@ -122,13 +119,11 @@ def speed_definitions(
         if speeds != "rates":
             raise SpeedsError(f'Expected speeds={{u1: definition, …}} or "rates", got {speeds!r}.')
         return _rates_as_speeds(coordinates, euler)
-    expect.instance(
-        speeds,
-        Mapping,
+    expected, cure = (
         'speeds= to be a dict {u1: definition, …} or "rates"',
         "Each definition needs its speed: {u1: q1.dt, u2: q2.dt}.",
-        error=SpeedsError,
     )
+    expect.instance(speeds, Mapping, expected, cure, error=SpeedsError)
     definitions: dict[Speed, Expr] = {}
     for u, definition in speeds.items():
         if not isinstance(u, Speed):

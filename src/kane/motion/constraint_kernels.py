@@ -17,8 +17,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO
 from kane.expr.size import Sizes, size
 from kane.motion.hybrid.events import Inspection, Verdict
-from kane.motion.projection import Numbers
-from kane.motion.residuals import Tolerances
+from kane.motion.projection import Numbers, Tolerances
 from kane.motion.right_hand_side import Given
 from kane.motion.steppers.context import Slot
 from kane.motion.steppers.held import COUNTS, room
@@ -70,7 +69,7 @@ def _filled(matrix: Matrix) -> Pairs:
 
 def unheld(stepper: Stepper) -> str:
     """Why constraints are kept by Python alone, in words; "" where a kernel can."""
-    if stepper.manifold is None:
+    if stepper.projection is None:
         return ""
     if stepper.kinks is not None:
         return "constraints bend"

@@ -23,8 +23,7 @@ from kane.expr.ops import GONE
 from kane.expr.size import Sizes, size
 from kane.expr.switching import Switch, switches
 from kane.expr.symbols import time
-from kane.motion.projection import Numbers, constraint_numbers
-from kane.motion.residuals import Tolerances
+from kane.motion.projection import Numbers, Tolerances, constraint_numbers
 from kane.numeric.arrays import Array
 from kane.numeric.scale import LAST_DIGIT, LEAPS, SOON
 from kane.numeric.sign_changes import DEGREE as PARTS

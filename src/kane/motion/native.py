@@ -150,7 +150,7 @@ class NativeCourse(Course):
         stepper, modes = self.stepper, self.modes
         self.now = stepper.now if modes is None else modes.routines(stepper)
         settings = self.now.settings or Settings()
-        kernel = compiled(self.method.name, settings, stepper.manifold is not None, cornered(self.now))
+        kernel = compiled(self.method.name, settings, stepper.projection is not None, cornered(self.now))
         count = 0 if modes is None else len(modes.sides)
         self.arguments = Arguments(self.method.name, self.now, t, self.s, self.y, count)
         self.given = self.arguments.given | {"times": self.times, "rows": self.out, "samples": len(self.out)}
@@ -159,7 +159,7 @@ class NativeCourse(Course):
                 self.given["seen"][k] = self.given["least"][k]
         if modes is not None:
             self.given["seen"][[len(stepper.eom.events) + k for k in modes.fresh]] = 0.0
-        self.holding = Holding(stepper, t, self.y) if stepper.manifold else None
+        self.holding = Holding(stepper, t, self.y) if stepper.projection else None
         if self.holding is not None:
             self.arguments.held(self.holding.given, self.marks)
             self.given |= self.arguments.given

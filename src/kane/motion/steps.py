@@ -20,13 +20,22 @@ from kane.errors import ReactionError, SimulationError
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
 from kane.motion.kinks import Dense, Kink, kinks
-from kane.motion.projection import Mixes, Numbers, constraint_numbers, is_constrained, manifold
-from kane.motion.rank_loss import Along, crosses, looked_at
-from kane.motion.residuals import Tolerances, missed
+from kane.motion.projection import (
+    Along,
+    Mixes,
+    Numbers,
+    Tolerances,
+    constraint_numbers,
+    constraint_projection,
+    crosses,
+    is_constrained,
+    looked_at,
+    missed,
+    mixes,
+)
 from kane.motion.right_hand_side import exact, pattern, routines
 from kane.motion.solution.solution import Segment
 from kane.motion.start import regular_otherwise
-from kane.motion.weak import mixes
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.projection import mobility, sizes
 from kane.numeric.rank import Mixed, balanced, combinations, sure_rows
@@ -50,8 +59,8 @@ class Stepper:
     ) -> None:
         self.first, self.numeric = eom, eom.numeric(settings)
         self.now = routines(eom, p, drives, settings, *([constraint_numbers] if is_constrained(eom) else []))
-        self.manifold = manifold(self.numeric)
-        self.kinks = kinks(self.numeric) if self.manifold else None
+        self.projection = constraint_projection(self.numeric)
+        self.kinks = kinks(self.numeric) if self.projection else None
         self.segments: list[Segment] = []
         self.changes: list[tuple[Event, float]] = []
         self.lost = False
@@ -86,15 +95,15 @@ class Stepper:
         return pattern(self.now)
 
     def _numbers(self, t: float, y: Array) -> Numbers:
-        assert self.manifold is not None
-        return self.manifold.numbers(t, y[: self.now.width], self.now.p, self.now.inputs(t, y))
+        assert self.projection is not None
+        return self.projection.numbers(t, y[: self.now.width], self.now.p, self.now.inputs(t, y))
 
     def keep(self, t: float, y: Array) -> tuple[Array, Numbers | None]:
         """y moved onto the constraints, and their numbers there."""
-        if self.manifold is None:
+        if self.projection is None:
             return y, None
         width = self.now.width
-        x, numbers = self.manifold.project(t, y[:width], self.now.p, self.now.inputs(t, y), self.reach, self.mixes)
+        x, numbers = self.projection.project(t, y[:width], self.now.p, self.now.inputs(t, y), self.reach, self.mixes)
         self.reach = np.maximum(self.reach, np.abs(numbers.a))
         if self.mixes != (None, None):
             c = len(numbers.f)
@@ -104,7 +113,7 @@ class Stepper:
 
     def turned(self, numbers: Numbers | None) -> str:
         """Which closures were moved onto a branch that they do not mean, in words; "" where none was."""
-        return "" if numbers is None or self.manifold is None else self.manifold.turned(numbers)
+        return "" if numbers is None or self.projection is None else self.projection.turned(numbers)
 
     def missed(self, t: float, y: Array, numbers: Numbers | None, tolerances: Tolerances) -> str:
         """Which constraint is missed at y, which was moved onto them, in words; "" where all hold within the tolerances."""
@@ -155,11 +164,11 @@ class Stepper:
         if numbers is None or not self._chosen_from(numbers):
             return before[0] is not self.eom
         assert self.eom.embedding is not None
-        assert self.manifold is not None
+        assert self.projection is not None
         lost = self._loses_rank(numbers)
         if lost:
             given = self.now.p, self.now.inputs(t, y)
-            self.mixes = mixes(self.manifold, t, y[: self.now.width], given, numbers, self.reach)
+            self.mixes = mixes(self.projection, t, y[: self.now.width], given, numbers, self.reach)
         other = better(numbers.a, self.eom.embedding.partition, self.reach, not self.segments, self.mixes[1])
         if other is not None:
             self._take(self.numeric.value(repartition, other), t)
@@ -195,7 +204,7 @@ class Stepper:
 
         Such a state at one of its ends is what `settle` sees. With `rank_alone` it does not count which speeds are dependent.
         """
-        embedding, kept = self.eom.embedding, self.manifold
+        embedding, kept = self.eom.embedding, self.projection
         if embedding is None or kept is None:
             return False
 
@@ -235,7 +244,7 @@ class Stepper:
         others = [constraint_numbers] if eom.solved.twin is not self.eom.solved.twin else []
         self.now = routines(eom, self.now.p, self.now.drives, self.now.settings, *others)
         if others:
-            self.manifold = manifold(eom.numeric(self.now.settings))
+            self.projection = constraint_projection(eom.numeric(self.now.settings))
         names = ", ".join(u.name for u in self.eom.dependent_speeds)
         self._note(t, f"dependent speeds {names}", "the dependent speeds were changed")
 

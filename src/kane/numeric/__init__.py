@@ -8,9 +8,8 @@ __getattr__ = offered(
     {
         "bounds": "bounded vanish",
         "legendre": "gauss",
-        "many": "Sizes close_many close_most sizes",
         "named": "finite_number named_values symbol_named symbols_named",
-        "newton": "close closest improved starts",
+        "newton": "Sizes close close_many close_most closest improved sizes starts",
         "sign_changes": "SHARES passages",
         "projection": "least_change least_constraint metric mobility of_unit_length reflected",
         "rank": "balance balanced dependencies indeterminate null_direction singular sure_rows within",

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The types of arrays, and a product that every machine rounds alike."""
+"""The types of arrays, a product that every machine rounds alike, and where in an array something is wrong."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -19,3 +19,20 @@ def product(a: Array, b: Array) -> Array:
     for column, row in zip(a.T, b, strict=True):
         total += np.multiply.outer(column, row)
     return total
+
+
+class First(NamedTuple):
+    """The first `place` of several, () of a single number, `written` as an index, and how many `others` there are."""
+
+    place: tuple[int, ...]
+    written: str
+    others: int
+
+    def __str__(self) -> str:
+        return f"index {self.written}{f' and {self.others} more' if self.others else ''}"
+
+
+def first_place(mask: Any) -> First:
+    """The first place at which a mask holds somewhere."""
+    place = tuple(int(i) for i in np.argwhere(mask)[0])
+    return First(place, str(place[0] if len(place) == 1 else place), int(np.sum(mask)) - 1)

@@ -1,16 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""f(x) = 0 by Gauss–Newton steps of least size in a trust region, halved until they help, from one start or from several."""
+"""f(x) = 0 by Gauss–Newton steps of least size, halved until they help: from one start in a trust region, or from many at once.
+
+Of many starts, what moves and what must vanish are both measured by sizes of their own, so that units do not matter.
+"""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, Mask
 from kane.numeric.projection import least_squares
-from kane.numeric.scale import CLOSED, CLOSED_FULLY, FIXED_SHARE
+from kane.numeric.scale import CLOSED, CLOSED_FULLY, FIXED_SHARE, ROUNDED, ROUNDED_CHAIN
 
 T = TypeVar("T")
 Residual = Callable[[Array], tuple[Array, Array]]
@@ -120,3 +124,220 @@ def improved(at: T, size: Callable[[T], float], change: Callable[[T], T], limit:
             break
         at = trial
     return at
+
+
+Indices = npt.NDArray[np.intp]
+Accepted = Callable[[Array, Indices], Mask]
+"""Which of x (k × n), closed, are on a branch that is meant, of the starts numbered by the second argument (k)."""
+Residuals = Callable[[Array, Indices], tuple[Array, Array]]
+"""f (k × m) and ∂f/∂x (k × m × n) at x (k × n) of the starts numbered by the second argument (k)."""
+
+Rounding = Callable[[Array, Indices], Any]
+"""How far rounding may carry each f (k × m) there."""
+
+_TURNS = 2 * np.pi * 2**20
+"""So many that lengths of any size are no turn."""
+_EXTENTS = np.geomspace(1e-15, 1e15, 61)
+_ALIKE = 0.8
+"""Powers of a thousand up to which what does not turn is left as it is: Euler parameters off the unit sphere make so much."""
+_MANY_STEPS, _MANY_HALVINGS, _PATIENCE = 60, 20, 10
+"""Steps, halvings of one, and steps after which no more is waited for where half of the starts have ended and one is closed."""
+_QUICK, _MOST, _HALF, _PART = 10, 0.75, 0.5, 0.15
+"""Whole steps from many starts at once, and the shares of these that are enough: soon, later, at last."""
+_STALLED = 0.998
+"""Share of f² that must not be left by a step for others to follow."""
+
+
+def _exact(x: Array, starts: Indices) -> float:
+    return 0.0
+
+
+class Sizes(NamedTuple):
+    """How large each x (n) is by its nature, the terms of each f (m), and where f is the same a turn of 2π further."""
+
+    x: Array
+    f: Array
+    turns: Mask
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ClosedMany:
+    """Where the steps ended, x (k × n), what is left of f there, `residual` (k × m), and its `shares` of the sizes of its terms."""
+
+    x: Array
+    residual: Array
+    shares: Array
+
+    @property
+    def left(self) -> Array:
+        """The largest share (k)."""
+        return np.asarray(np.abs(self.shares).max(axis=1, initial=0))
+
+
+def sizes(function: Residuals, x: Array, unit: Sequence[int] = (), rounding: Rounding = _exact) -> Sizes:
+    """Sizes from values at x (k × n): where f does not turn, that of an x is what changes f as much as its other terms do.
+
+    What does not turn is drawn anew, smaller or larger, where f without it is made of much smaller or larger terms; those of `unit`
+    size are not. Values and slopes that are no larger than what `rounding` may leave of f say nothing; the size of an f that holds
+    everywhere is such that this counts as zero.
+    """
+    f, g, error = _values(function, x, rounding)
+    g, usable = np.abs(g), _finite(f, g)
+    if not usable.any():
+        return Sizes(np.ones(x.shape[1]), np.ones(f.shape[1]), np.zeros(x.shape[1], dtype=bool))
+    everywhere = np.asarray((np.abs(f) <= error)[usable].all(axis=0))
+    turning = _turning(function, x, f, g, usable) | everywhere[:, None]
+    turns = np.asarray(turning.all(axis=0))
+    turning[:, list(unit)] = True
+    extent = _extent(function, x, turning, rounding)
+    if np.any(extent != 1.0):
+        x = extent * x
+        f, g, error = _values(function, x, rounding)
+        g, usable = np.abs(g), _finite(f, g)
+    left = error[usable].max(axis=0)
+    typical, slope = np.median(np.abs(f[usable]), axis=0), g[usable].max(axis=0)
+    typical = np.where(typical > left, typical, 0.0)
+    slope = np.where(slope * np.abs(x).max(axis=0) > left[:, None], slope, 0.0)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        own = np.where((slope > 0) & (typical[:, None] > 0), typical[:, None] / slope, np.inf).min(
+            axis=0, initial=np.inf
+        )
+    own = np.where(turns, 1.0, np.where(np.isfinite(own), own, extent))
+    terms = np.maximum(np.maximum(typical, (slope * own).max(axis=1, initial=0)), left / CLOSED_FULLY)
+    return Sizes(own, np.where(terms > 0, terms, 1.0), turns)
+
+
+def _values(function: Residuals, x: Array, rounding: Rounding) -> tuple[Array, Array, Array]:
+    f, g = function(x, np.arange(len(x)))
+    return f, g, _error(x, f, rounding)
+
+
+def _error(x: Array, f: Array, rounding: Rounding) -> Array:
+    return np.asarray(np.nan_to_num(np.broadcast_to(rounding(x, np.arange(len(x))), f.shape), posinf=0.0))
+
+
+def _finite(f: Array, g: Array) -> Mask:
+    return np.asarray(np.isfinite(f).all(axis=1) & np.isfinite(g).all(axis=(1, 2)))
+
+
+def _turning(function: Residuals, x: Array, f: Array, g: Array, usable: Mask) -> Mask:
+    """Which f turn with which of x (m × n), or do not depend on it: they are the same many turns of 2π further."""
+    n, j = x.shape[1], int(np.argmax(usable))
+    with np.errstate(all="ignore"):
+        more, _ = function(x[j] + _TURNS * np.eye(n), np.full(n, j))
+    slope = g[usable].max(axis=0)
+    # beside what this coordinate may change, and what rounding leaves of f, which a large constant in it is part of
+    limit = 1e-9 * slope * np.maximum(np.abs(x[j]), _TURNS) + 1e-14 * np.abs(f[usable]).max(axis=0)[:, None]
+    return np.asarray(limit >= np.abs(more - f[j]).T)
+
+
+def _extent(function: Residuals, x: Array, turning: Mask, rounding: Rounding) -> Array:
+    """How many times as large as in x (k × n) what does not turn must be to change some f as much as the terms without it (n).
+
+    It is a power of a thousand, so that models in metres are drawn alike, and 1 where no term is without it but what rounding leaves.
+    """
+    k, free = len(x), ~turning.all(axis=0)
+    extent = np.ones(x.shape[1])
+    if not free.any():
+        return extent
+    shares = np.append(0.0, _EXTENTS)
+    every = np.tile(x, (len(shares), 1)) * np.where(free, np.repeat(shares, k)[:, None], 1.0)
+    with np.errstate(all="ignore"):
+        f = function(every, np.tile(np.arange(k), len(shares)))[0].reshape(len(shares), k, -1)
+        error = _error(every[:k], f[0], rounding)
+        without, moved = np.median(np.abs(f[0]), axis=0), np.median(np.abs(f[1:] - f[0]), axis=1)
+        enough = (moved >= without) & (without > error.max(axis=0)) & np.isfinite(moved)
+    first = np.where(enough.any(axis=0), np.log10(_EXTENTS)[np.argmax(enough, axis=0)], np.nan)
+    for i in np.flatnonzero(free):
+        own = first[~turning[:, i] & np.isfinite(first)]
+        if len(own):
+            power = float(own.min()) / 3
+            extent[i] = 1000.0 ** round(power) if abs(power) > _ALIKE else 1.0
+    return extent
+
+
+def close_many(function: Residuals, x: Array, size: Sizes, accepted: Accepted | None = None) -> ClosedMany:
+    """Steps from each x (k × n), halved where they do not help; an x that turns moves by at most 1 a step."""
+    x = x.copy()
+    f, g = _scaled(function, x, np.arange(len(x)), size)
+    left = np.abs(f).max(axis=1, initial=0)
+    going = np.isfinite(left) & np.isfinite(g).all(axis=(1, 2)) & (left > CLOSED_FULLY)
+    for step in range(_MANY_STEPS):
+        at = np.flatnonzero(going)
+        if not len(at) or (step >= _PATIENCE and 2 * len(at) <= len(x) and _enough(x, left, accepted)):
+            break
+        change = _change(f[at], g[at], size)
+        share = np.ones(len(at))
+        before, pending = (f[at] ** 2).sum(axis=1), np.arange(len(at))
+        for _ in range(_MANY_HALVINGS):
+            members = at[pending]
+            trial = x[members] + share[pending, None] * change[pending]
+            new, slope = _scaled(function, trial, members, size)
+            norm = (new**2).sum(axis=1)
+            good = (norm < before[pending]) & np.isfinite(slope).all(axis=(1, 2))
+            done = members[good]
+            x[done], f[done], g[done] = trial[good], new[good], slope[good]
+            going[done[norm[good] > _STALLED * before[pending[good]]]] = False
+            pending = pending[~good & (left[members] > CLOSED)]
+            if not len(pending):
+                break
+            share[pending] /= 2
+        left[at], last = np.abs(f[at]).max(axis=1, initial=0), left[at]
+        going[at[(left[at] <= CLOSED_FULLY) | (left[at] >= last)]] = False
+    return _polished(function, x, f, g, size)
+
+
+def close_most(function: Residuals, x: Array, size: Sizes, accepted: Accepted | None = None) -> ClosedMany:
+    """The same in few whole steps, where that is enough for a good part of the starts: which branch each comes to does not matter."""
+    start, every = x, np.arange(len(x))
+    f, g = _scaled(function, x, every, size)
+    for step in range(_QUICK):
+        finite = np.isfinite(f).all(axis=1) & np.isfinite(g).all(axis=(1, 2))
+        left = np.where(finite, np.abs(f).max(axis=1, initial=0), np.inf)
+        if (left <= ROUNDED_CHAIN).sum() >= (_MOST if step < _QUICK // 2 else _HALF) * len(x):
+            break
+        at = np.flatnonzero(finite & (left > CLOSED_FULLY))
+        if not len(at):
+            break
+        x = x.copy()
+        x[at] += _change(f[at], g[at], size)
+        f, g = _scaled(function, x, every, size)
+    left = np.abs(f).max(axis=1, initial=0)
+    if (left <= ROUNDED_CHAIN).sum() < _PART * len(x) or not _enough(x, left, accepted):
+        return close_many(function, start, size, accepted)
+    return _polished(function, x, f, g, size)
+
+
+def _polished(function: Residuals, x: Array, f: Array, g: Array, size: Sizes) -> ClosedMany:
+    """One more step of what is closed, where it does not lead away: what is left then is rounding's, and is not taken for more."""
+    at = np.flatnonzero((np.abs(f).max(axis=1, initial=0) <= CLOSED) & np.isfinite(g).all(axis=(1, 2)))
+    if len(at):
+        trial = x[at] + _change(f[at], g[at], size)
+        new, _ = _scaled(function, trial, at, size)
+        better = np.abs(new).max(axis=1, initial=0) <= np.abs(f[at]).max(axis=1, initial=0)
+        x, f = x.copy(), f.copy()
+        x[at[better]], f[at[better]] = trial[better], new[better]
+    return ClosedMany(x, f * size.f, f)
+
+
+def _enough(x: Array, left: Array, accepted: Accepted | None) -> bool:
+    """Whether one of the starts is closed and accepted."""
+    closed = np.flatnonzero(left <= ROUNDED_CHAIN)
+    return len(closed) > 0 and (accepted is None or bool(accepted(x[closed], closed).any()))
+
+
+def _scaled(function: Residuals, x: Array, members: Indices, size: Sizes) -> tuple[Array, Array]:
+    f, g = function(x, members)
+    return f / size.f, g * size.x / size.f[:, None]
+
+
+def _change(f: Array, g: Array, size: Sizes) -> Array:
+    """The least changes (k × n) with G δ = −f, nearly: G Gᵀ is made regular where rows depend on each other."""
+    across = np.swapaxes(g, 1, 2)
+    square = g @ across
+    m = f.shape[1]
+    firm = ROUNDED * np.trace(square, axis1=1, axis2=2) / m
+    square[:, range(m), range(m)] += np.where(firm > 0, firm, 1.0)[:, None]
+    least = (across @ np.linalg.solve(square, -f[:, :, None]))[:, :, 0]
+    share = np.abs(least[:, size.turns]).max(axis=1, initial=1.0)
+    return np.asarray(least * (size.x / share[:, None]))

@@ -143,6 +143,11 @@ class Mixed:
         return Mixed(self.rows, np.maximum(self.reach, np.abs(self.rows @ a)))
 
 
+def weak_values(values: Array) -> Mask:
+    """Which singular values count at a configuration and not along a motion."""
+    return np.asarray((values > DERIVE_RANK * values[:1]) & (values <= MOTION_RANK * values[:1]))
+
+
 def mixed(a: Array, reach: Array | float = 0.0) -> Mixed:
     """The combinations that the singular values of A say, those that count at a configuration and not along a motion made as large.
 
@@ -151,7 +156,7 @@ def mixed(a: Array, reach: Array | float = 0.0) -> Mixed:
     seen = np.maximum(reach, np.abs(a))
     seen = np.where(seen > ROUNDED * seen.max(initial=0), seen, 0.0)
     rows, values = combinations(a, seen)
-    weak = (values > DERIVE_RANK * values[:1]) & (values <= MOTION_RANK * values[:1])
+    weak = weak_values(values)
     rows = rows / np.where(weak, values, 1.0)[:, None]
     own = np.abs(rows @ a)
     return Mixed(rows, np.where(weak[:, None], own, np.maximum(own, np.abs(rows) @ seen)))

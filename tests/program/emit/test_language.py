@@ -50,13 +50,13 @@ def emitter(style):
 
 def line(s, values):
     if isinstance(s, Read):
-        return f"{values[s.value]} := load {s.base} {s.place}"
+        return f"{values[s.value]} := load {s.base} {s.offset}"
     if isinstance(s, Compute):
         return SPELLING[s.op].format(values[s.value], *(values[a] for a in s.arguments))
     if isinstance(s, SinCos):
         angles = zip(s.angles, s.values, strict=True)
         return " ; ".join(f"{values[i]} := {op.name} {values[a]}" for a, own in angles for op, i in own.items())
-    return f"store {s.base} {s.place} {values[s.value]}"
+    return f"store {s.base} {s.offset} {values[s.value]}"
 
 
 def run(text, vectors, scalars):

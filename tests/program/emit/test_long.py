@@ -79,8 +79,8 @@ def test_every_place_has_one_pointer(drawn):
     assert set(near) == {s.base for s in body}
     assert sum(len(own.places) for own in near.values()) <= 8
     for s in body:
-        k, offset = near[s.base].nearest(s.place)
-        assert near[s.base].places[k] + offset == s.place
-        assert abs(offset) == min(abs(s.place - p) for p in near[s.base].places)
-    if all(s.place < 2 * REACH for s in body):
-        assert all(-REACH <= near[s.base].nearest(s.place)[1] < REACH for s in body)
+        k, offset = near[s.base].nearest(s.offset)
+        assert near[s.base].places[k] + offset == s.offset
+        assert abs(offset) == min(abs(s.offset - p) for p in near[s.base].places)
+    if all(s.offset < 2 * REACH for s in body):
+        assert all(-REACH <= near[s.base].nearest(s.offset)[1] < REACH for s in body)

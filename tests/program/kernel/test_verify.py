@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from kane.errors import ProgramError
-from kane.program import FLOAT, INT, ArrayOf, Compute, If, Immediate, Put, Value, Write, Writer, verified_kernel
+from kane.program import FLOAT, INT, ArrayOf, Compute, If, Immediate, Put, SinCos, Value, Write, Writer, verified_kernel
 
 
 def writer():
@@ -37,6 +37,8 @@ def kernel():
             lambda k: replace(k, body=(Compute(Value(9, FLOAT), "cosh", (Immediate(FLOAT, 1.0),)),)),
             "one of the operations",
         ),
+        (lambda k: replace(k, body=(SinCos((1,), ({},)),)), "Expected statements of kernels .* got SinCos"),
+        (lambda k: replace(k, body=(Write(1, "x", Immediate(INT, 0)),)), "defined where they are used .* got value 1"),
         (
             lambda k: replace(k, body=(Compute(Value(9, INT), "neg", (Immediate(FLOAT, 1.0),)),)),
             "Expected float .* got int",

@@ -2,6 +2,7 @@
 """Optimized code computes the same, in fewer operations, nearly as exactly, and is the same in every process."""
 
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -239,7 +240,7 @@ def _lines(make, n):
         return inside
 
     def entered(frame, event, argument):
-        return inside if "/passes/" in frame.f_code.co_filename else None
+        return inside if {"passes", "rewrite"} & set(Path(frame.f_code.co_filename).parts) else None
 
     before = sys.gettrace()
     sys.settrace(entered)

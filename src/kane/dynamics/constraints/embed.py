@@ -22,8 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.dynamics.assembly import Blocks
-from kane.dynamics.constraints.choice import Compared, chosen
-from kane.dynamics.constraints.partition import Partition
+from kane.dynamics.constraints.partition import Compared, Partition, chosen
 from kane.dynamics.constraints.redundancy import check_determinate
 from kane.dynamics.constraints.steady import steady_speeds
 from kane.errors import ModelError

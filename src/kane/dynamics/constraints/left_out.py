@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kane.dynamics.constraints.choice import Compared
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.constraints.manifold import Manifold
+from kane.dynamics.constraints.partition import Compared
 from kane.expr.build import NODE_BUILDERS, add, div, mul, where
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, ZERO, Expr, constant

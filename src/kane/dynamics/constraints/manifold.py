@@ -22,8 +22,7 @@ from kane.model.constraints import Branch
 from kane.model.system import System
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.bounds import bounded
-from kane.numeric.many import ClosedMany, Indices, Sizes, close_many, close_most, sizes
-from kane.numeric.newton import Closed, close
+from kane.numeric.newton import Closed, ClosedMany, Indices, Sizes, close, close_many, close_most, sizes
 from kane.numeric.sampling import ASSEMBLY_SEED
 from kane.numeric.scale import CLOSED, CLOSED_NEARLY, LAST_DIGIT
 

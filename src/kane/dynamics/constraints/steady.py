@@ -17,12 +17,13 @@ from math import comb
 import numpy as np
 import numpy.typing as npt
 
-from kane.dynamics.constraints.choice import Compared
 from kane.dynamics.constraints.configurations import Configurations
+from kane.dynamics.constraints.partition import Compared
 from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.symbols import Coordinate, Parameter
 from kane.numeric.arrays import Array
+from kane.numeric.rank import balanced
 from kane.numeric.sampling import HIGH, LOW, SEED, values_of
 from kane.numeric.scale import EQUAL
 
@@ -181,12 +182,7 @@ def _filled(x: Array, sizes: Array) -> float:
 
 def _scaled(a: Array) -> Array:
     """Rows and columns divided by the largest entries that they have at any of the configurations, so that units do not matter."""
-    sizes = np.abs(a).max(axis=0, initial=0)
-    for axis in (0, 1, 0, 1):
-        size = sizes.max(axis=axis, keepdims=True, initial=0)
-        size[size <= 0] = 1.0
-        a, sizes = a / size, sizes / size
-    return a
+    return balanced(a, np.abs(a).max(axis=0, initial=0))
 
 
 def _spreads(a: Array, sets: Sequence[Set]) -> npt.NDArray[np.float64]:

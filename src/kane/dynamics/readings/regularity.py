@@ -28,8 +28,7 @@ from kane.expr.regular import factors, guarding, guards_below, unguarded
 from kane.expr.size import Sizes, largest, size
 from kane.expr.symbols import Parameter, Speed
 from kane.expr.visit import substituted
-from kane.numeric.arrays import Mask
-from kane.numeric.places import First, first_place
+from kane.numeric.arrays import First, Mask, first_place
 from kane.numeric.rank import balanced
 from kane.numeric.scale import CLOSED, SIX_DIGITS, STATE_RANK
 

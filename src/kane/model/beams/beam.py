@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`Beam`: a straight flexible beam by assumed modes, a body like any other.
 
-What is doubtful of a beam that spins: that its stiffening is left out, or that its functions are too few.
-
-By its own functions and with the root held, a beam that spins at Ω across its axis has, out of the plane of rotation, the frequencies
+A beam that spins is warned of where its stiffening is left out, or its functions are too few. By its own functions and with the root
+held, a beam that spins at Ω across its axis has, out of the plane of rotation, the frequencies
 (k EI/L³ + Ω² ρA L S) x = ω² ρA L m x, S = ∫ m₁ φ'_i φ'_j dξ; by more functions they are lower, and the difference is what these lack.
 """
 

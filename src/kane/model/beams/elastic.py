@@ -4,10 +4,8 @@
 A gauge of q_j is a point at q_j n from a point fixed in the inertial frame, n fixed there: its only partial velocity is n, for q̇_j, so
 that a force along n contributes to this speed's equation and to no other, and to no reaction.
 
-
-Damping of a beam: C = α M + β K (Rayleigh), or a ratio ζ for each mode of the beam with its root held.
-
-With M = ρA L m and K = k EI/L³ in numbers m, k and their modes mΦ: ΦᵀmΦ = 1, ΦᵀkΦ = λ², the ratio ζ has
+Damping is C = α M + β K (Rayleigh), or a ratio ζ for each mode of the beam with its root held. With
+M = ρA L m and K = k EI/L³ in numbers m, k and their modes mΦ: ΦᵀmΦ = 1, ΦᵀkΦ = λ², the ratio ζ has
 C = 2 ζ √(ρA L EI/L³) · mΦ diag(λ) Φᵀm.
 """
 

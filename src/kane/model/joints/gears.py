@@ -33,7 +33,7 @@ from kane.space.vector import Vector
 Gear = Joint | tuple[Frame, Point]
 
 
-class _Side(NamedTuple):
+class _GearSide(NamedTuple):
     """A gear or a rack: its frame, a point of it, and its joint where it was given by one."""
 
     frame: Frame
@@ -47,22 +47,22 @@ class _Side(NamedTuple):
         return q if is_along(self.joint.axis, axis) else -q
 
 
-def _side(name: str, part: Any, kind: str, joint: str, pair: str) -> _Side:
+def _side(name: str, part: Any, kind: str, joint: str, pair: str) -> _GearSide:
     if isinstance(part, Joint):
         if part.kind != kind:
             raise ModelError(f"Expected {joint} for {name!r}, got {part.name!r}, a {part.kind} joint.")
-        return _Side(part.frame, part.point, part)
+        return _GearSide(part.frame, part.point, part)
     right = isinstance(part, tuple) and len(part) == 2 and isinstance(part[0], Frame) and isinstance(part[1], Point)
     expect.that(right, f"{pair} for {name!r}", part)
-    return _Side(part[0], part[1], None)
+    return _GearSide(part[0], part[1], None)
 
 
-def _of_pin(name: str, gear: Any) -> _Side:
+def _of_pin(name: str, gear: Any) -> _GearSide:
     return _side(name, gear, "pin", "gears on pins", "a gear as a pin joint or (frame, centre)")
 
 
 def _meshing(
-    name: str, a: _Side, b: _Side, arms: tuple[Vector, Vector], along: Vector, expr: Callable[[], Expr]
+    name: str, a: _GearSide, b: _GearSide, arms: tuple[Vector, Vector], along: Vector, expr: Callable[[], Expr]
 ) -> Constraint:
     """The particles of both sides at their arms do not slip; for joints of one carrier `expr` is zero."""
     p, q = (x.center.fixed_in(x.frame, f"{name} {x.frame.name}", arm) for x, arm in zip((a, b), arms, strict=True))
@@ -332,7 +332,7 @@ def worm_pair(
     return _meshing(name, first, second, arms, (normal / size).gathered(), angles)
 
 
-def _axes(name: str, a: _Side, b: _Side, axes: Any) -> tuple[Vector, Vector]:
+def _axes(name: str, a: _GearSide, b: _GearSide, axes: Any) -> tuple[Vector, Vector]:
     if axes is None and a.joint is not None and b.joint is not None:
         axes = (a.joint.axis, b.joint.axis)
     first, second = expect.pair(axes, f"axes=(unit vector, unit vector) for the gears {name!r}", "Pins have their own.")

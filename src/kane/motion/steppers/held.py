@@ -7,7 +7,7 @@ With rows and columns of A divided by their sizes, Ã = R⁻¹ A C⁻¹, a state
     Δu = −C⁻¹ Ãᵀ (Ã Ãᵀ)⁻¹ R⁻¹ (A u + b)
 
 where rows that follow from the others are left out. B are the columns of the dependent speeds. Between two states of a step B is
-regular if 1/‖B₁⁻¹‖ + 1/‖B₂⁻¹‖ exceeds what B moves on the way, which is looked at closer and closer (`kane.motion.rank_loss`). What a
+regular if 1/‖B₁⁻¹‖ + 1/‖B₂⁻¹‖ exceeds what B moves on the way, which is looked at closer and closer (`kane.motion.projection`). What a
 kernel finds is only that there may be something: Python then looks at the step as at those of all methods.
 """
 

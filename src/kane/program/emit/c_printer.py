@@ -76,10 +76,10 @@ class CPrinter(NamedPrinter):
         else:
             self.add(f"{KINDS[type_.kind]} v{value}{extent(type_)};", f"{_each(type_)}{name} = {text};")
 
-    def at(self, place: language.Address | language.Read | language.Write, type_: language.Type) -> str:
-        """What stands at a place, or at its lane k."""
-        index = str(place.place) if isinstance(place.place, int) else self.text(place.place)
-        return f"{self.vectors.get(place.base, place.base)}[{index}{' + k' * (type_.width > 1)}]"
+    def at(self, s: language.Address | language.Read | language.Write, type_: language.Type) -> str:
+        """A number of an array, or the lane k of several."""
+        index = str(s.offset) if isinstance(s.offset, int) else self.text(s.offset)
+        return f"{self.vectors.get(s.base, s.base)}[{index}{' + k' * (type_.width > 1)}]"
 
     def compute(self, s: language.Compute) -> None:
         """An operation, in each lane."""

@@ -39,8 +39,8 @@ def pointed(body: Iterable[Statement]) -> dict[str, Near]:
     """Of each vector that statements read or write, the places to which pointers save the most."""
     used: dict[str, Counter[int]] = {}
     for s in body:
-        if isinstance(s, Read | Write) and isinstance(s.place, int):
-            used.setdefault(s.base, Counter())[s.place] += 1
+        if isinstance(s, Read | Write) and isinstance(s.offset, int):
+            used.setdefault(s.base, Counter())[s.offset] += 1
     chosen: dict[str, list[int]] = {base: [] for base in used}
     best = {base: _window(count) for base, count in used.items()}
     while best:

@@ -203,14 +203,14 @@ class LlvmPrinter(Printer):
 
     def address(self, s: language.Read | language.Write | language.Address) -> str:
         """The name of an address, after the line that computes it."""
-        place, inbounds, base = s.place, " inbounds", vector(s.base)
-        if isinstance(place, int):
+        offset, inbounds, base = s.offset, " inbounds", vector(s.base)
+        if isinstance(offset, int):
             if s.base in self.near:  # a pointer may be before or behind its vector
-                k, place = self.near[s.base].nearest(place)
+                k, offset = self.near[s.base].nearest(offset)
                 base, inbounds = f"{base}.{k}", ""
             elif s.base not in self.shared:
-                place *= self.lanes.width
-        index = place if isinstance(place, int) else self.names[place]
+                offset *= self.lanes.width
+        index = offset if isinstance(offset, int) else self.names[offset]
         name = f"%a{len(self.lines)}"
         self.lines.append(f"  {name} = getelementptr{inbounds} double, ptr {base}, i64 {index}")
         return name

@@ -70,11 +70,11 @@ class NumPyPrinter(NamedPrinter):
         return str(operand.value) if operand.type.kind == "int" else f"np.float64({python_number(operand.value)})"
 
     def at(self, s: language.Read | language.Write) -> str:
-        """What stands at a place: of Programs on the last axis."""
+        """Numbers of an array: of Programs on the last axis."""
         base = self.vectors.get(s.base, s.base)
-        if isinstance(s.place, int):
-            return f"{base}[..., {s.place}]"
-        index, width = self.text(s.place), language.type_of(s.value).width
+        if isinstance(s.offset, int):
+            return f"{base}[..., {s.offset}]"
+        index, width = self.text(s.offset), language.type_of(s.value).width
         return f"{base}[{index} : {index} + {width}]" if width > 1 else f"{base}[{index}]"
 
     def compute(self, s: language.Compute) -> None:
@@ -111,7 +111,7 @@ class NumPyPrinter(NamedPrinter):
     def call(self, s: language.CallRoutine) -> None:
         """A routine, which is given arrays from a place on."""
         given = [
-            f"{a.base}[{self.text(a.place)} :]" if isinstance(a, language.Address) else self.text(a)
+            f"{a.base}[{self.text(a.offset)} :]" if isinstance(a, language.Address) else self.text(a)
             for a in s.arguments
         ]
         self.add(f"{s.callee.name}({', '.join(given)})")

@@ -54,8 +54,8 @@ def function_of(program: Program, routine: Routine) -> Function:
 def _places(program: Program, kept: Sequence[int]) -> dict[int, tuple[str, int]]:
     """Where the values of ports that are vectors stand, and those that are `kept`."""
     ports = ((port, k) for port in program.ports for k in range(len(port.symbols)))
-    found = {i: (port.name, k) for i, (port, k) in enumerate(ports) if not port.scalar}
-    return found | {i: (KEPT, k) for k, i in enumerate(kept)}
+    vectors = {i: (port.name, k) for i, (port, k) in enumerate(ports) if not port.scalar}
+    return vectors | {i: (KEPT, k) for k, i in enumerate(kept)}
 
 
 @dataclass(frozen=True, slots=True)

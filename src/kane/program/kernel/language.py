@@ -43,7 +43,7 @@ class Immediate:
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """A value of a kernel, told from the others by its number."""
+    """A value of a kernel, with a number that no other has."""
 
     number: int
     type: Type
@@ -115,23 +115,23 @@ class Address(NamedTuple):
     """The doubles of an array from an index on; in Programs the index is known."""
 
     base: str
-    place: Operand
+    offset: Operand
 
 
 class Read(NamedTuple):
-    """`value` = the doubles of `base` from `place` on."""
+    """`value` = the doubles of `base` from `offset` on."""
 
     value: Operand
     base: str
-    place: Operand
+    offset: Operand
 
 
 class Write(NamedTuple):
-    """The doubles of `base` from `place` on become those of `value`."""
+    """The doubles of `base` from `offset` on become those of `value`."""
 
     value: Operand
     base: str
-    place: Operand
+    offset: Operand
     label: str = ""
 
 
@@ -176,7 +176,7 @@ class Count(NamedTuple):
 
 
 class CallRoutine(NamedTuple):
-    """A routine is called with numbers and places."""
+    """A routine is called with numbers and addresses."""
 
     callee: Callee
     arguments: tuple[Operand | Address, ...]

@@ -10,7 +10,6 @@ import dataclasses
 from collections import Counter
 
 from kane.expr.ops import DIV, MUL, Op
-from kane.program.passes.nary import Flat
 from kane.program.passes.verify import verified
 from kane.program.program import Code
 
@@ -63,20 +62,3 @@ def _divisors(code: Code) -> set[int]:
         divided = [code.args[i - code.first][1] for i in below if code.ops[i - code.first] is DIV]
         divisors.update(d for d, n in Counter(divided).items() if n >= _WORTH or not code.varies[d])
     return divisors
-
-
-def divided(code: Code, flat: Flat) -> None:
-    """Products divide by what they alone need the reciprocal of, in place: one operation in the place of two."""
-    count = len(code.inputs)
-    one = next((2 * (count + k) for k, v in enumerate(code.constants) if v == 1.0), -1)
-    lone = {
-        2 * v
-        for v, kind in enumerate(flat.kinds)
-        if kind is DIV and flat.uses[v] == 1 and flat.varies[v] and flat.parts[v][0] == one
-    }
-    for v in range(len(flat.kinds) if lone else 0):
-        own = flat.parts[v]
-        if flat.kinds[v] is MUL and flat.uses[v] and len(own) > 1 and (found := [f for f in own if f in lone]):
-            rest = [f for f in own if f != found[0]]
-            top = rest[0] if len(rest) == 1 else 2 * flat.add(MUL, rest, any(flat.varies[f >> 1] for f in rest), 1)
-            flat.kinds[v], flat.parts[v] = DIV, [top, flat.parts[found[0] >> 1][1]]

@@ -9,9 +9,9 @@ adds at once.
 
 import dataclasses
 import heapq
+from dataclasses import dataclass
 
 from kane.expr.ops import ADD, DIV, MUL, NEG, OPS, SQRT, SUB, Op
-from kane.program.passes.nary import Flat
 from kane.program.program import Code
 
 _STEPS = {op: 1 for op in OPS.values() if not op.cost} | {ADD: 1, SUB: 1, MUL: 1, NEG: 0, DIV: 4, SQRT: 6}
@@ -20,6 +20,29 @@ _FUNCTION = 12
 """The same of sines and the like."""
 _HOISTED = -1
 """When a value of the tier "parameter" is known."""
+
+
+@dataclass(slots=True, eq=False)
+class Flat:
+    """Nodes by number, first the inputs and constants of the code: `kinds[v]` is ADD for a sum, MUL for a product, None for an input.
+
+    `parts` are the arguments, each a node with a sign: 2 v for the node v, 2 v + 1 for its negative. `uses` says how often a node is
+    read, `varies` whether it depends on more than parameters. `place` gives the parts that are results.
+    """
+
+    kinds: list[Op | None]
+    parts: list[list[int]]
+    varies: list[bool]
+    uses: list[int]
+    place: list[int]
+
+    def add(self, kind: Op, parts: list[int], varies: bool, uses: int) -> int:
+        """The number of a new node."""
+        self.kinds.append(kind)
+        self.parts.append(parts)
+        self.varies.append(varies)
+        self.uses.append(uses)
+        return len(self.kinds) - 1
 
 
 def spelled(code: Code, flat: Flat) -> Code:

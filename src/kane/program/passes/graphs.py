@@ -1,0 +1,278 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Code as a graph of sums and products, and such a graph as code."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from kane.expr.ops import ADD, DIV, MUL, NEG, SUB, Op
+from kane.program.passes.spell import Flat, spelled
+from kane.program.program import Code
+from kane.rewrite.divisors import MOST
+from kane.rewrite.graph import ONE, Coefficients, Cube, Graph
+
+Terms = list[tuple[int, Cube]]
+
+
+def read(code: Code) -> Graph:
+    """The graph of the results and notes of code, in their order: what one value alone reads goes into its sum or product."""
+    return _Reader(code).read()
+
+
+class _Reader:
+    """Of each value of the code the node and sign, or where one value alone reads it its terms: of a product one."""
+
+    def __init__(self, code: Code) -> None:
+        self.code, self.g = code, Graph()
+        self.node: list[tuple[int, int] | None] = []
+        self.terms: list[Terms] = []
+
+    def read(self) -> Graph:
+        code, g = self.code, self.g
+        wanted = [i for routine in code.routines for i in routine.results] + [i for i, _ in code.notes]
+        uses = _uses(code, wanted)
+        for port in code.ports:
+            self.node += [(g.input(not port.hoisted), 1) for _ in port.symbols]
+        self.node += [(g.constant(abs(x)), -1 if x < 0 else 1) if x else (g.nothing(), 1) for x in code.constants]
+        self.terms = [[] for _ in self.node]
+        for i, (op, args) in enumerate(zip(code.ops, code.args, strict=True), code.first):
+            self.node.append(None)
+            self.terms.append([])
+            if not uses[i]:
+                continue
+            if op is NEG:
+                self._negated(i, args[0], uses[i])
+            elif op is ADD or op is SUB:
+                self.terms[i] = [*self._as_sum(args[0], 1, i), *self._as_sum(args[1], -1 if op is SUB else 1, i)]
+                self._kept(i, uses[i])
+            elif op is MUL or op is DIV:
+                s, a = self._as_product(args[0])
+                r, b = self._as_product(args[1]) if a or op is MUL else self._as_literal(args[1])
+                b = tuple(sorted([x ^ 1 for x in b])) if op is DIV else b
+                self.terms[i] = [(s * r, g.times(a, b))]
+                self._kept(i, uses[i])
+            else:
+                self.node[i] = g.function(op, tuple([self._as_node(a) for a in args])), 1
+        for i in wanted:
+            g.result(*self._as_node(i))
+        return g
+
+    def _kept(self, i: int, uses: int) -> None:
+        """A value that several others read becomes a node, but for a reciprocal, which is a literal of its own."""
+        terms = self.terms[i]
+        if uses > 1 and not (len(terms) == 1 and len(terms[0][1]) == 1):
+            self._as_node(i)
+
+    def _negated(self, i: int, a: int, uses: int) -> None:
+        known = self.node[a]
+        if known is not None:
+            self.node[i] = known[0], -known[1]
+        else:
+            self.terms[i] = [(-s, c) for s, c in self.terms[a]]
+            self._kept(i, uses)
+
+    def _as_node(self, i: int) -> tuple[int, int]:
+        found = self.node[i]
+        if found is None:
+            terms = self._joined(self.terms[i])
+            if not terms:
+                found = self.g.nothing(), 1
+            elif len(terms) == 1 and len(terms[0][1]) == 1 and not terms[0][1][0] & 1:
+                found = terms[0][1][0] >> 1, terms[0][0]
+            elif len(terms) == 1 and not terms[0][1]:
+                found = self.g.constant(1.0), terms[0][0]
+            else:
+                found = self.g.sum(terms)
+            self.node[i] = found
+        return found
+
+    def _as_product(self, i: int) -> tuple[int, Cube]:
+        terms = self.terms[i]
+        if self.node[i] is None and len(terms) == 1 and len(terms[0][1]) <= MOST:
+            return terms[0]
+        return self._as_literal(i)
+
+    def _as_literal(self, i: int) -> tuple[int, Cube]:
+        v, s = self._as_node(i)
+        return s, ONE if self.g.number[v] == 1.0 else (2 * v,)
+
+    def _as_sum(self, i: int, sign: int, reader: int) -> Terms:
+        terms, tier = self.terms[i], self.code.varies
+        if self.node[i] is None and (len(terms) == 1 or tier[i] is tier[reader]):
+            return terms if sign > 0 else [(-s, c) for s, c in terms]
+        s, cube = self._as_product(i)
+        return [(s * sign, cube)]
+
+    def _joined(self, terms: Terms) -> Terms:
+        """The terms, like ones as one."""
+        g = self.g
+        if len({c for _, c in terms}) == len(terms) and not any(
+            g.number[x >> 1] is not None for _, c in terms for x in c
+        ):
+            return terms
+        total = Coefficients(g)
+        for s, c in terms:
+            rest, size = g.parted(c)
+            total.add(rest, s * size)
+        return total.terms()
+
+
+def _uses(code: Code, wanted: list[int]) -> list[int]:
+    """How often each value is read or wanted."""
+    first = code.first
+    uses = [0] * (first + len(code.ops))
+    for i in wanted:
+        uses[i] += 1
+    for i in range(first + len(code.ops) - 1, first - 1, -1):
+        if uses[i]:
+            more = uses[i] if code.ops[i - first] is NEG else 1
+            for a in code.args[i - first]:
+                uses[a] += more
+    return uses
+
+
+def written(g: Graph, code: Code) -> Code:
+    """Code with these results: values that several read once, parameters multiplied first, a divisor of several inverted once."""
+    writer = _Writer(g, len(code.inputs))
+    places = [2 * writer.node(v) + (s < 0) for v, s in g.results]
+    flat = writer.flat
+    flat.place = places
+    numbers = iter(range(len(places)))
+    routines = tuple([replace(r, results=tuple([next(numbers) for _ in r.results])) for r in code.routines])
+    notes = tuple([(next(numbers), note) for _, note in code.notes])
+    made = replace(code, constants=tuple(writer.constants), ops=(), args=(), routines=routines, notes=notes)
+    return spelled(made, flat)
+
+
+class _Writer:
+    """The flat nodes so far; `made` says which part a node of the graph is."""
+
+    def __init__(self, g: Graph, inputs: int) -> None:
+        self.g = g
+        order = g.order()
+        used = [v for v in range(inputs, len(g.varies)) if g.number[v] is not None]
+        self.constants = [x for v in used if (x := g.number[v]) is not None and x != 1.0]
+        self.constants += [1.0, *([0.0] if any(g.terms[v] == {} for v in order) else [])]
+        numbers = {x: inputs + k for k, x in enumerate(self.constants)}
+        first = inputs + len(self.constants)
+        self.one = numbers[1.0]
+        varies = [*g.varies[:inputs], *[False] * len(self.constants)]
+        self.flat = Flat([None] * first, [[] for _ in range(first)], varies, [0] * first, [])
+        self.part = {v: 2 * v for v in range(inputs)} | {
+            v: 2 * numbers[x] for v in used if (x := g.number[v]) is not None
+        }
+        self.divides = _divisors(g, order)
+        self.inverse: dict[int, int] = {}
+        self.products: dict[tuple[int, ...], int] = {}
+        self.zero = 2 * numbers[0.0] if 0.0 in numbers else -1
+        for v in order:
+            if v not in self.part:
+                self.part[v] = self._made(v)
+
+    def node(self, v: int) -> int:
+        """The flat node of one of the graph."""
+        return self.part[v] >> 1
+
+    def _made(self, v: int) -> int:
+        g, part = self.g, self.part
+        op = g.op[v]
+        if op is not None:
+            return self._add(op, [part[a] ^ (s < 0) for a, s in g.args[v]])
+        terms = [(g.sign[t], self._product(g.cube[t])) for t in g.of(v)]
+        if not terms:
+            return self.zero
+        if len(terms) == 1:
+            ((s, p),) = terms
+            return p ^ (s < 0)
+        return self._add(ADD, [p ^ (s < 0) for s, p in terms])
+
+    def _product(self, cube: Cube) -> int:
+        """A cube as a part: parameters together, then the rest; what this cube alone divides by divides once."""
+        g = self.g
+        groups: dict[tuple[bool, bool], list[int]] = {}
+        for x in cube:
+            below = bool(x & 1) and self.divides[x >> 1] == 1
+            part = self.part[x >> 1] if not x & 1 or below else self._inverse(x >> 1)
+            groups.setdefault((g.varies[x >> 1], below), []).append(part)
+        top, bottom = (groups.get((True, below), []) for below in (False, True))
+        numbers = self._quotient(groups.get((False, False), []), groups.get((False, True), []))
+        whole = self._quotient(top if numbers is None else [numbers, *top], bottom)
+        return 2 * self.one if whole is None else whole
+
+    def _quotient(self, top: list[int], bottom: list[int]) -> int | None:
+        if not bottom:
+            return self._one_of(top) if top else None
+        x, y = self._one_of(top) if top else 2 * self.one, self._one_of(bottom)
+        return self._add(DIV, [x & ~1, y & ~1]) ^ ((x ^ y) & 1)
+
+    def _one_of(self, factors: list[int]) -> int:
+        sign = sum(factors) & 1
+        plain = [p & ~1 for p in factors]
+        return (plain[0] if len(plain) == 1 else self._powers(plain)) ^ sign
+
+    def _powers(self, parts: list[int]) -> int:
+        """A product; of a power half is squared."""
+        counts: dict[int, int] = {}
+        for p in parts:
+            counts[p] = counts.get(p, 0) + 1
+        if len(counts) == 1:
+            ((p, n),) = counts.items()
+            if n == 1:
+                return p
+            half = self._powers([p] * (n // 2))
+            return self._known([half, half] if not n & 1 else [half, half, p])
+        return self._known(
+            [q for p, n in counts.items() for q in ([p] if n == 1 else [self._powers([p] * n)] if n > 2 else [p, p])]
+        )
+
+    def _known(self, parts: list[int]) -> int:
+        key = tuple(sorted(parts))
+        found = self.products.get(key)
+        if found is None:
+            found = self.products[key] = self._add(MUL, parts)
+        return found
+
+    def _inverse(self, v: int) -> int:
+        found = self.inverse.get(v)
+        if found is None:
+            p = self.part[v]
+            found = self.inverse[v] = self._add(DIV, [2 * self.one, p & ~1]) ^ (p & 1)
+        return found
+
+    def _add(self, kind: object, parts: list[int]) -> int:
+        flat = self.flat
+        for p in parts:
+            flat.uses[p >> 1] += 1
+        varies = any(flat.varies[p >> 1] for p in parts)
+        return 2 * flat.add(kind, parts, varies, 0)  # type: ignore[arg-type]
+
+
+def _divisors(g: Graph, order: list[int]) -> dict[int, int]:
+    """By each node, in how many terms something is divided."""
+    found: dict[int, int] = {}
+    for v in order:
+        for t in g.of(v):
+            for x in dict.fromkeys(g.cube[t]):
+                if x & 1:
+                    found[x >> 1] = found.get(x >> 1, 0) + 1
+    return found
+
+
+def joined(parts: list[Code]) -> Code:
+    """Code of the routines of several over the same ports; what is computed alike is computed once."""
+    inputs = len(parts[0].inputs)
+    constants = list(dict.fromkeys([(x, math.copysign(1.0, x)) for part in parts for x in part.constants]))
+    numbers = {key: inputs + k for k, key in enumerate(constants)}
+    first = inputs + len(constants)
+    known: dict[tuple[Op, tuple[int, ...]], int] = {}
+    routines, notes = [], []
+    for part in parts:
+        place = [*range(inputs), *[numbers[x, math.copysign(1.0, x)] for x in part.constants]]
+        for op, args in zip(part.ops, part.args, strict=True):
+            place.append(known.setdefault((op, tuple([place[a] for a in args])), first + len(known)))
+        routines += [replace(r, results=tuple([place[i] for i in r.results])) for r in part.routines]
+        notes += [(place[i], note) for i, note in part.notes]
+    ops, reads = [op for op, _ in known], [own for _, own in known]
+    made = replace(parts[0], constants=tuple([x for x, _ in constants]), ops=tuple(ops), args=tuple(reads))
+    return replace(made, routines=tuple(routines), notes=tuple(dict.fromkeys(notes)))

@@ -1,0 +1,324 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What several terms share, taken out of them: one heap of divisors, the one that gains most first.
+
+Three rows show divisors in the terms of a graph (the kernels and cubes of fast_extract; Rajski and Vasudevamurthi 1992, *IEEE
+Trans. CAD* 11(6), p. 778, with signs, constants and tiers): a factor of several terms of a sum, a pair of terms that stand in several
+sums or under several factors, and a pair of factors of several products.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Hashable, Iterable
+from typing import Any, ClassVar
+
+from kane.rewrite.graph import ONE, Cube, Graph, common, over
+from kane.rewrite.price import Price
+
+MOST = 32
+"""Terms of a sum, and literals of a cube, up to which pairs are looked at."""
+_TWICE = 2
+"""How often one divisor is taken out: what goes back into its only reader would be found again and again."""
+_SEVERAL = 2
+
+
+class Row:
+    """A kind of divisor: `places` gives where each one stands, `lone` the place of one met once; `rank` orders equal gains.
+
+    A place is a term, or a pair of them. Places are entered when their terms come, and left out when they are next asked for.
+    """
+
+    rank: ClassVar[int]
+
+    def __init__(self, graph: Graph, price: Price) -> None:
+        self.graph, self.price = graph, price
+        self.places: dict[Any, list[Any]] = {}
+        self.lone: dict[Any, Any] = {}
+
+    def shown(self, t: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:
+        """The divisors that a new term shows, each with its place: of literals that other terms hold, too; `lone` counts the rest."""
+        raise NotImplementedError
+
+    def further(self, t: int, x: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:
+        """Those that a term shows besides, when another one holds its literal x, too."""
+        raise NotImplementedError
+
+    def stands(self, place: Any) -> bool:
+        """Whether a place is there still."""
+        owner: int = self.graph.owner[place]
+        return owner >= 0
+
+    def standing(self, key: Any) -> bool:
+        """Whether a divisor stands in several places still."""
+        held = self.places[key] = [*filter(self.stands, self.places[key])]
+        return len(held) >= _SEVERAL
+
+    def gain(self, key: Any) -> int:
+        """By how much the price falls when a divisor is taken out of all its places."""
+        raise NotImplementedError
+
+    def taken(self, key: Any) -> list[int]:
+        """Take a divisor out; gives the sums that changed."""
+        raise NotImplementedError
+
+    def _made(self, terms: list[tuple[int, Cube]], places: list[tuple[list[int], Cube, int]]) -> list[int]:
+        """The sum of `terms`, and in its places, each terms of one sum, its product with a cube."""
+        g = self.graph
+        d, sign = g.sum(terms)
+        changed = [x >> 1 for _, cube in terms for x in cube if g.terms[x >> 1] is not None]
+        changed.append(d)
+        for held, base, s in places:
+            owner = g.owner[held[0]]
+            if owner < 0 or owner == d or any(g.owner[t] != owner for t in held):
+                continue
+            for t in held:
+                g.drop(t)
+            g.add(owner, s * sign, g.times(base, (2 * d,)))
+            changed.append(owner)
+        return changed
+
+
+class Factor(Row):
+    """A literal of several terms of one sum: what all of them share leaves the sum."""
+
+    rank = 0
+
+    def shown(self, t: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
+        v = self.graph.owner[t]
+        return [((v, x), t) for x in dict.fromkeys(self.graph.cube[t]) if x in often]
+
+    def further(self, t: int, x: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
+        return [((self.graph.owner[t], x), t)]
+
+    def gain(self, key: Any) -> int:  # noqa: D102
+        price, cube = self.price, self.graph.cube
+        cubes = [cube[t] for t in self.places[key]]
+        base = common(cubes)
+        rest = [over(c, base) for c in cubes]
+        before = price.sum(cubes)
+        varies = any(price.varies(c) for c in rest)
+        return before - price.sum(rest) - price.with_factor(base, varies)
+
+    def taken(self, key: Any) -> list[int]:  # noqa: D102
+        g = self.graph
+        held = self.places[key]
+        base = common([g.cube[t] for t in held])
+        return self._made([(g.sign[t], over(g.cube[t], base)) for t in held], [(held, base, 1)])
+
+
+class Pair(Row):
+    """Two terms without what they share, as they stand in several sums or beside several factors."""
+
+    rank = 1
+
+    def shown(self, t: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
+        g = self.graph
+        own = g.terms[g.owner[t]]
+        assert own is not None
+        if len(own) > MOST or lone[t]:
+            return []
+        cubes, signs = g.cube, g.sign
+        a, s = cubes[t], signs[t]
+        found = []
+        for u in own.values():
+            if u != t and lone.get(u) == 0:
+                rest, other = _without_common(a, cubes[u])
+                if rest < other:
+                    found.append(((rest, other, s * signs[u]), (t, u)))
+                else:
+                    found.append(((other, rest, s * signs[u]), (u, t)))
+        return found
+
+    def further(self, t: int, x: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
+        return self.shown(t, lone, often)
+
+    def stands(self, place: Any) -> bool:  # noqa: D102
+        t, u = place
+        return super().stands(t) and super().stands(u)
+
+    def gain(self, key: Any) -> int:  # noqa: D102
+        g, price = self.graph, self.price
+        first, second, _ = key
+        varies = price.varies(first) or price.varies(second)
+        total = -price.sum([first, second])
+        for t, u in self.places[key]:
+            a = g.cube[t]
+            total += price.sum([a, g.cube[u]]) - price.with_factor(over(a, first), varies)
+        return total
+
+    def taken(self, key: Any) -> list[int]:  # noqa: D102
+        g = self.graph
+        first, second, sign = key
+        used = set[int]()
+        places = []
+        for t, u in self.places[key]:
+            if t in used or u in used:
+                continue
+            used |= {t, u}
+            places.append(([t, u], over(g.cube[t], first), g.sign[t]))
+        return self._made([(1, first), (sign, second)], places)
+
+
+class CubePair(Row):
+    """Two literals that stand in several products."""
+
+    rank = 2
+
+    def shown(self, t: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
+        cube = [x for x in self.graph.cube[t] if x in often]
+        n = len(cube)
+        if n < 2 or n > MOST:
+            return []
+        found = dict.fromkeys([(cube[i], cube[j]) for j in range(1, n) for i in range(j)])
+        return [(pair, t) for pair in found]
+
+    def further(self, t: int, x: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
+        cube = self.graph.cube[t]
+        if len(cube) > MOST:
+            return []
+        others = dict.fromkeys([y for y in cube if y in often and (y != x or cube.count(x) > 1)])
+        return [((x, y) if x < y else (y, x), t) for y in others]
+
+    def gain(self, key: Any) -> int:  # noqa: D102
+        varies = self.graph.varies
+        weight = self.price.operation(varies[key[0] >> 1] or varies[key[1] >> 1])
+        return (len(self.places[key]) - 1) * weight
+
+    def taken(self, key: Any) -> list[int]:  # noqa: D102
+        g = self.graph
+        d, _ = g.sum([(1, key)])
+        changed = [d]
+        for t in self.places[key]:
+            v, cube = g.owner[t], g.cube[t]
+            if v < 0 or v == d:
+                continue
+            n = 0
+            while _holds(cube, key):
+                cube = over(cube, key)
+                n += 1
+            sign = g.sign[t]
+            g.drop(t)
+            g.add(v, sign, g.times(cube, (2 * d,) * n))
+            changed.append(v)
+        return changed
+
+
+class Search:
+    """The divisors of all rows with their gains, kept while terms come and go."""
+
+    def __init__(self, graph: Graph, price: Price, rows: Iterable[type[Row]] = (Factor, Pair, CubePair)) -> None:
+        self.graph = graph
+        self.rows = [row(graph, price) for row in rows]
+        self._lone: dict[int, int] = {}
+        self._first: dict[int, int] = {}
+        self._often = set[int]()
+        self._fresh: dict[tuple[Row, Any], None] = {}
+        self._taken: dict[tuple[Row, Any], int] = {}
+        self._heap: list[tuple[int, int, int, Row, Any]] = []
+        self._turn = 0
+        for v in range(len(graph.terms)):
+            for t in graph.of(v):
+                self.enter(t)
+        graph.listener = self
+
+    def enter(self, t: int) -> None:
+        """Enter a term with what it shows."""
+        often, first, lone, owner = self._often, self._first, self._lone, self.graph.owner
+        alone = 0
+        for x in dict.fromkeys(self.graph.cube[t]):
+            if x in often:
+                continue
+            u = first.setdefault(x, t)
+            if u == t:
+                alone += 1
+                continue
+            often.add(x)
+            lone[u] -= 1
+            if owner[u] >= 0:
+                for row in self.rows:
+                    self._put(row, row.further(u, x, lone, often))
+        lone[t] = alone
+        for row in self.rows:
+            self._put(row, row.shown(t, lone, often))
+
+    def _put(self, row: Row, shown: Iterable[tuple[Hashable, Any]]) -> None:
+        fresh, places, lone = self._fresh, row.places, row.lone
+        for key, place in shown:
+            held = places.get(key)
+            if held is not None:
+                held.append(place)
+                fresh[row, key] = None
+            elif (other := lone.setdefault(key, place)) is not place:
+                if row.stands(other):
+                    places[key] = [other, place]
+                    del lone[key]
+                    fresh[row, key] = None
+                else:
+                    lone[key] = place
+
+    def run(self) -> int:
+        """Take out divisors as long as one gains; gives what was gained."""
+        total = 0
+        while found := self._best():
+            row, key, gain = found
+            self._taken[row, key] = self._taken.get((row, key), 0) + 1
+            changed = row.taken(key)
+            self.graph.settle(dict.fromkeys(changed))
+            total += gain
+        return total
+
+    def _best(self) -> tuple[Row, Any, int] | None:
+        """The divisor that gains most."""
+        for row, key in self._fresh:
+            self._push(row, key)
+        self._fresh.clear()
+        heap = self._heap
+        while heap:
+            gain, _, _, row, key = heapq.heappop(heap)
+            if self._taken.get((row, key), 0) >= _TWICE or not row.standing(key):
+                continue
+            now = row.gain(key)
+            if now == -gain:
+                return row, key, now
+            self._push(row, key, now)
+        return None
+
+    def _push(self, row: Row, key: Any, gain: int | None = None) -> None:
+        if gain is None:
+            if not row.standing(key):
+                return
+            gain = row.gain(key)
+        if gain > 0:
+            self._turn += 1
+            heapq.heappush(self._heap, (-gain, row.rank, self._turn, row, key))
+
+
+def _holds(cube: Cube, part: Cube) -> bool:
+    """Whether a cube holds all literals of another one."""
+    if len(part) == 1:
+        return part[0] in cube
+    left = list(cube)
+    for x in part:
+        if x not in left:
+            return False
+        left.remove(x)
+    return True
+
+
+def _without_common(a: Cube, b: Cube) -> tuple[Cube, Cube]:
+    """Two cubes without the literals that they share."""
+    if not a or not b:
+        return a, b
+    for x in a:
+        if x in b:
+            break
+    else:
+        return a, b
+    left = list(b)
+    rest = []
+    for x in a:
+        if x in left:
+            left.remove(x)
+        else:
+            rest.append(x)
+    return tuple(rest) or ONE, tuple(left) or ONE

@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Rules that look at one node with all that reads it, each priced before it is applied."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from kane.expr.ops import OPS
+from kane.rewrite.graph import Coefficients, Cube, Graph, over
+from kane.rewrite.price import Price
+
+MOST = 32
+"""Readers of a literal up to which sums that resemble each other are looked for among them."""
+
+_FEW = 2
+"""Terms that two sums have in common from which on one is looked for in the other."""
+_SIN, _COS = OPS["sin"], OPS["cos"]
+Terms = dict[Cube, float]
+"""Terms of a sum by their cubes without constants."""
+
+
+def content(g: Graph, price: Price, v: int) -> int:
+    """c x, c of parameters, read in several products: c goes where other parameters are, and is hoisted with them."""
+    if not g.is_product(v) or not g.varies[v] or g.calls[v] or g.is_result(v):
+        return 0
+    t = g.only(v)
+    c, rest = _split(g, g.cube[t])
+    if not c or len(rest) < 1:
+        return 0
+    gain = price.product(g.cube[t]) - price.product(rest)
+    shared: dict[Cube, None] = {}
+    news = []
+    for r in g.readers[v]:
+        cube = g.cube[r]
+        other = tuple([x for x in cube if x >> 1 != v])
+        whole = [x for x in cube if x >> 1 == v]
+        own = other
+        for x in whole:
+            own = g.times(own, _power(c, x))
+            own = g.times(own, _power(rest, x) if len(rest) == 1 else (x,))
+        both = _split(g, own)[0]
+        gain += price.product(cube) - price.product(own)
+        if both in shared:
+            gain += price.product(both)
+        shared[both] = None
+        news.append((r, own))
+    if gain <= 0:
+        return 0
+    sign = g.sign[t]
+    changed = [v]
+    for r, own in news:
+        owner, s = g.owner[r], g.sign[r]
+        n = sum([x >> 1 == v for x in g.cube[r]])
+        g.drop(r)
+        g.add(owner, s * (sign if len(rest) == 1 and n & 1 else 1), own)
+        changed.append(owner)
+    if g.is_read(v):
+        g.drop(t)
+        g.add(v, sign, rest)
+    g.settle(dict.fromkeys(changed))
+    return gain
+
+
+def squares(g: Graph, price: Price, v: int) -> int:
+    """x sin² + x cos² is x, and x − x sin² is x cos²."""
+    own = g.terms[v]
+    if own is None or len(own) < 2 or not any(len(set(cube)) < len(cube) for cube in own):
+        return 0
+    mine = _terms(g, v)
+    changes: list[Terms] = []
+    for cube in mine:
+        for x in dict.fromkeys(cube):
+            twin = _twin(g, x) if cube.count(x) > 1 else None
+            if twin is not None:
+                base = over(cube, (x, x))
+                other = tuple(sorted([*base, twin, twin]))
+                shares = (mine[cube], -mine.get(base, 0.0), mine.get(other, 0.0))
+                changes += [{cube: -k, other: -k, base: k} for k in dict.fromkeys(shares) if k]
+    return _changed(g, price, v, mine, changes)
+
+
+def resum(g: Graph, price: Price, v: int) -> int:
+    """A sum by another one: its terms are those of the other one, in a fixed ratio, and a few more."""
+    own = g.terms[v]
+    if own is None or len(own) < 2:
+        return 0
+    near: dict[int, int] = {}
+    place, owner, terms, rest = g.place, g.owner, g.terms, g.rest
+    before = place.get(v, 0)
+    for cube in own:
+        readers = min([g.readers[x >> 1] for x in cube], key=len) if cube else {}
+        if len(readers) > MOST:
+            continue
+        for r in readers:
+            if rest[r] == cube:
+                w = owner[r]
+                if place.get(w, before) < before and len(terms[w] or ()) > 1:
+                    near[w] = near.get(w, 0) + 1
+    found: list[tuple[int, int, Terms]] = []
+    near = {w: n for w, n in near.items() if n >= _FEW}
+    mine = _terms(g, v) if near else {}
+    for w in near:
+        other = _terms(g, w)
+        for ratio in dict.fromkeys([mine[c] / other[c] for c in mine if c in other]):
+            gone = [c for c, k in other.items() if c in mine and mine[c] == ratio * k]
+            likely = sum([price.product(c) + price.operation(price.varies(c)) for c in gone])
+            likely -= sum([price.product(c) + price.operation(price.varies(c)) for c in other if c not in mine])
+            likely += sum([price.operation(price.varies(c)) for c in other if abs(mine.get(c, 1.0)) != 1.0])
+            if likely > price.operation(g.varies[w]):
+                found.append((-likely, len(found), {c: -ratio * k for c, k in other.items()} | {(2 * w,): ratio}))
+    for _, _, change in sorted(found):
+        if gain := _changed(g, price, v, mine, [change]):
+            return gain
+    return 0
+
+
+ROWS: tuple[Callable[[Graph, Price, int], int], ...] = (squares, content, resum)
+
+
+def sweep(g: Graph, price: Price, rows: tuple[Callable[[Graph, Price, int], int], ...] = ROWS) -> int:
+    """Each row once at each sum that changed since the last time; gives how often one gained."""
+    order = g.order()
+    g.place = {v: i for i, v in enumerate(order)}
+    changed, g.changed = g.changed, {}
+    gained = 0
+    for v in order:
+        if v in changed:
+            for row in rows:
+                if g.terms[v] is not None and g.is_read(v):
+                    gained += row(g, price, v) > 0
+    return gained
+
+
+def _changed(g: Graph, price: Price, v: int, mine: Terms, changes: list[Terms]) -> int:
+    """What a sum gains by the best of some changes of its coefficients, which it has then."""
+    best, cost = None, price.sum([g.cube[t] for t in g.of(v)])
+    gain = 0
+    for change in changes:
+        left = Coefficients(g)
+        for cube, k in (*mine.items(), *change.items()):
+            left.add(cube, k)
+        terms = left.terms()
+        if terms and cost - price.sum([c for _, c in terms]) > gain:
+            best, gain = terms, cost - price.sum([c for _, c in terms])
+    if best is None:
+        return 0
+    for t in g.of(v):
+        g.drop(t)
+    for sign, cube in best:
+        g.add(v, sign, cube)
+    g.settle([v])
+    return gain
+
+
+def _terms(g: Graph, v: int) -> Terms:
+    found: Terms = {}
+    for t in g.of(v):
+        found[g.rest[t]] = g.sign[t] * g.factor[t]
+    return found
+
+
+def _split(g: Graph, cube: Cube) -> tuple[Cube, Cube]:
+    """What of a cube is of parameters, and the rest."""
+    varies = g.varies
+    return tuple([x for x in cube if not varies[x >> 1]]), tuple([x for x in cube if varies[x >> 1]])
+
+
+def _power(cube: Cube, literal: int) -> Cube:
+    """A cube, or its reciprocal where the literal is one."""
+    return tuple(sorted([x ^ 1 for x in cube])) if literal & 1 else cube
+
+
+def _twin(g: Graph, literal: int) -> int | None:
+    """The cosine of a sine's angle, the sine of a cosine's."""
+    v = literal >> 1
+    op = g.op[v]
+    if literal & 1 or op not in (_SIN, _COS):
+        return None
+    twin = g.known(_COS if op is _SIN else _SIN, g.args[v])
+    return None if twin is None else 2 * twin
