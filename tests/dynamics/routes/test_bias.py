@@ -11,8 +11,9 @@ import pytest
 import kane as kn
 from benchmarks.random_trees import BRANCHES, random_tree
 from benchmarks.systems import COUNTED, wrist_arm
-from kane.dynamics import are_slender, by_recursion, carrying, composite, derived, regrouped
+from kane.dynamics import by_recursion, carrying, derived, regrouped
 from kane.kinematics import Unsuited
+from kane.tree import are_slender, composite
 from tests.dynamics.routes.test_recursive import state
 from tests.systems import jointed
 

@@ -8,7 +8,7 @@ import pytest
 
 import kane as kn
 from kane.expr import as_expr
-from kane.space import NO_MOMENTS, Moments, Rigid, Turn, moments
+from kane.tree import NO_MOMENTS, Moments, Rigid, Turn, moments
 
 
 def triple(v):
@@ -69,7 +69,7 @@ def test_about_another_point_and_along_another_basis(particles):
     A = kn.Frame("A")
     turn = Turn(A.rotate("B", 0.8, A.y))
     c, s = np.cos(0.8), np.sin(0.8)
-    agree(found.before(turn), of_particles(masses, places @ np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]).T))
+    agree(found.turned(turn), of_particles(masses, places @ np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]).T))
     both = of_particles(np.tile(masses, 2), np.concatenate((places, places + r)))
     agree(found.plus(found.moved(triple(r))), both)
 

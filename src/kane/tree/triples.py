@@ -1,27 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measure numbers of inertias and of forces with their moments, about a point along a basis; turned and moved to others.
-
-An inertia maps the accelerations (α, a) of a basis and of its origin to a moment about that point and a force,
-
-    n = J α + H a,   f = Hᵀ α + M a.
-
-For a rigid body J is the inertia about the origin, H = [h×] with h = m r* and M = m 1 (Featherstone 2008, ch. 7).
-"""
+"""Measure numbers of vectors and dyadics, and the turns that take them from one basis to the next."""
 
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
-from kane.expr.build import add, mul, neg, sub
+from kane.expr.build import add, div, mul, neg, sub
 from kane.expr.matrix import dot
-from kane.expr.node import TWO, ZERO, Expr
-from kane.space.columns import NO_COLUMNS, Columns, at, joined, moved, turned
+from kane.expr.node import ZERO, Expr
 from kane.space.rotation import (
     NOTHING,
     Basis,
     Cosines,
     Orientation,
     Triple,
-    cross3,
     enter,
     leave,
     product,
@@ -29,6 +20,7 @@ from kane.space.rotation import (
     turned_symmetric,
 )
 
+T = TypeVar("T")
 NO_ROWS: Cosines = (NOTHING, NOTHING, NOTHING)
 
 
@@ -228,123 +220,36 @@ def triple(values: Iterable[Expr]) -> Triple:
     return x, y, z
 
 
-class Rigid(NamedTuple):
-    """Mass, h = m r* and the inertia about the origin of what is rigid."""
-
-    m: Expr
-    h: Triple
-    j: Cosines
-
-    def plus(self, other: "Rigid") -> "Rigid":
-        """Both together."""
-        return Rigid(add(self.m, other.m), summed(self.h, other.h), summed_symmetric(self.j, other.j))
-
-    def before(self, turn: Turn | Turns) -> "Rigid":
-        """Along the basis before a turn."""
-        return Rigid(self.m, turn.up(self.h), turn.up_symmetric(self.j))
-
-    def moved(self, r: Triple) -> "Rigid":
-        """About the point from which this origin lies at r."""
-        m, h = self.m, self.h
-        whole = add(mul(TWO, dot(h, r)), mul(m, dot(r, r)))
-        rows = [list(row) for row in self.j]
-        for a in range(3):
-            for b in range(a, 3):
-                x = rows[a][b]
-                if r[a] is not ZERO or r[b] is not ZERO:
-                    x = sub(x, add(mul(h[a], r[b]), mul(r[a], h[b])))
-                    x = sub(x, mul(m, mul(r[a], r[b])))
-                rows[a][b] = rows[b][a] = add(x, whole) if a == b else x
-        return Rigid(m, summed(h, times(m, r)), as_rows(rows))
-
-    def bias(self, w: Triple, square: Expr) -> tuple[Triple, Triple]:
-        """Moment and force of ω × J ω and ω × (ω × h), with ω · ω; what J has of the unit dyadic adds nothing."""
-        (a, b, c), (d, e, f), (g, h, common) = self.j
-        j = (sub(a, common), b, c), (d, sub(e, common), f), (g, h, ZERO)
-        return cross3(w, product(j, w)), centripetal(w, self.h, square)
-
-    def about(self, k: int) -> Expr:
-        """The moment of inertia about a basis axis."""
-        return self.j[k][k]
-
-    def turned_by(self, v: Triple) -> Triple:
-        """J v."""
-        return product(self.j, v)
-
-    @property
-    def is_nothing(self) -> bool:
-        """Whether there is none."""
-        return self.m is ZERO and all(x is ZERO for row in (self.h, *self.j) for x in row)
+def is_zero(v: Iterable[Expr]) -> bool:
+    """Whether all of these are zero."""
+    return all(x is ZERO for x in v)
 
 
-NO_MASS = Rigid(ZERO, NOTHING, NO_ROWS)
+def put(v: tuple[T, T, T], k: int, x: T) -> tuple[T, T, T]:
+    """The triple with x in place k."""
+    return (x, v[1], v[2]) if k == 0 else (v[0], x, v[2]) if k == 1 else (v[0], v[1], x)
 
 
-class Inertia(NamedTuple):
-    """J, H and M, the moment n and force f that are there at no acceleration, and columns of freedoms that move several parts."""
-
-    j: Cosines
-    h: Cosines
-    m: Cosines
-    n: Triple
-    f: Triple
-    columns: Columns = NO_COLUMNS
-
-    def plus(self, other: "Inertia") -> "Inertia":
-        """Both together."""
-        return Inertia(
-            summed_symmetric(self.j, other.j),
-            summed_rows(self.h, other.h),
-            summed_symmetric(self.m, other.m),
-            summed(self.n, other.n),
-            summed(self.f, other.f),
-            joined(self.columns, other.columns),
-        )
-
-    def before(self, turn: Turn | Turns) -> "Inertia":
-        """Along the basis before a turn."""
-        return Inertia(
-            turn.up_symmetric(self.j, several=True),
-            turn.up_general(self.h),
-            turn.up_symmetric(self.m, several=True),
-            turn.up(self.n),
-            turn.up(self.f),
-            turned(self.columns, turn.up),
-        )
-
-    def moved(self, r: Triple) -> "Inertia":
-        """About the point from which this origin lies at r."""
-        if r is NOTHING or all(x is ZERO for x in r):
-            return self
-        (m_0, m_1, m_2), (h_0, h_1, h_2) = self.m, self.h
-        g = summed_rows(self.h, transposed((cross3(r, m_0), cross3(r, m_1), cross3(r, m_2))))  # H + [r×] M
-        left = cross3(r, h_0), cross3(r, h_1), cross3(r, h_2)  # the columns of [r×] Hᵀ
-        right = cross3(g[0], r), cross3(g[1], r), cross3(g[2], r)  # the rows of G [r×]
-        rows = [list(row) for row in self.j]
-        for a in range(3):
-            for b in range(a, 3):
-                rows[a][b] = rows[b][a] = sub(add(rows[a][b], left[b][a]), right[a][b])
-        n = summed(self.n, cross3(r, self.f))
-        return Inertia(as_rows(rows), g, self.m, n, self.f, moved(self.columns, r))
-
-    def at(self, alpha: Triple, a: Triple) -> "Inertia":
-        """The same with what known parts of the acceleration add to n and f."""
-        if alpha is NOTHING and a is NOTHING:
-            return self
-        n = summed(summed(self.n, product(self.j, alpha)), product(self.h, a))
-        f = summed(summed(self.f, product(transposed(self.h), alpha)), product(self.m, a))
-        return self._replace(n=n, f=f, columns=at(self.columns, alpha, a))
+def over(v: Triple, d: Expr) -> Triple:
+    """v/d."""
+    return div(v[0], d), div(v[1], d), div(v[2], d)
 
 
-NO_INERTIA = Inertia(NO_ROWS, NO_ROWS, NO_ROWS, NOTHING, NOTHING)
+def lowered(rows: Cosines, t: Triple, u: Triple, *, symmetric: bool) -> Cosines:
+    """A − t uᵀ."""
+    out = [list(row) for row in rows]
+    for a in range(3):
+        for b in range(a if symmetric else 0, 3):
+            x = rows[a][b] if t[a] is ZERO or u[b] is ZERO else sub(rows[a][b], mul(t[a], u[b]))
+            out[a][b] = x
+            if symmetric:
+                out[b][a] = x
+    return as_rows(out)
 
 
-def of_rigid(body: Rigid, n: Triple, f: Triple) -> Inertia:
-    """The inertia of a rigid body, with what else is there at no acceleration."""
-    m = body.m
-    return Inertia(body.j, skew(body.h), ((m, ZERO, ZERO), (ZERO, m, ZERO), (ZERO, ZERO, m)), n, f)
-
-
-def to_rigid(felt: Inertia) -> Rigid:
-    """The rigid body with this inertia, which is that of one."""
-    return Rigid(felt.m[0][0], (felt.h[2][1], felt.h[0][2], felt.h[1][0]), felt.j)
+def sum_of(terms: Iterable[Expr]) -> Expr:
+    """Σ of terms."""
+    total = ZERO
+    for x in terms:
+        total = add(total, x)
+    return total
