@@ -57,7 +57,7 @@ __getattr__ = _offered(
         "rounded_functions": "correctly_rounded",
         "scales": "scaled",
         "shorten": "shortened with_short_quotients",
-        "solve": "ldl lu solve_linear",
+        "solve": "ldl lu solve_linear sparse_order",
         "square_system": "Adjugate InOrder Triangular square",
         "substitution": "substitute",
         "surd": "Surd root",
