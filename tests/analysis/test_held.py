@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.analysis import assembly, held_at
+from kane.analysis import assembly, velocity_constraints_at
 from kane.gallery import sphere_on_turntable, whipple_bicycle
 from tests.dynamics.test_poles import sled
 from tests.systems.turning_disk import disk
@@ -46,9 +46,9 @@ def test_in_rates_of_euler_parameters_is_what_is_held_in_speeds(monkeypatch):
     e = [0.8, 0.2, -0.4, np.sqrt(1 - 0.84)]
     own = [q for s in eom.system.euler_parameters for q in s.coordinates]
     at = dict.fromkeys(eom.coordinates, 0.3) | dict(zip(own, e, strict=True)) | {kn.time: 0.4}
-    plain = [held_at(eom, at, by_rates) for by_rates in (False, True)]
+    plain = [velocity_constraints_at(eom, at, by_rates) for by_rates in (False, True)]
     monkeypatch.setattr(assembly, "_plain", lambda eom, a, b: False)
-    by_speeds, by_rates = (held_at(eom, at, by_rates) for by_rates in (False, True))
+    by_speeds, by_rates = (velocity_constraints_at(eom, at, by_rates) for by_rates in (False, True))
     for one, other in (
         (by_rates.to_speeds, plain[1].to_speeds),
         (by_rates.rows, plain[1].rows),

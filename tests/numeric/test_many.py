@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 
-from kane.numeric import Sizes, close_many, close_most, sizes
+from kane.numeric import NaturalSizes, close_many, close_most, sizes
 
-SIZE = Sizes(np.ones(1), np.ones(1), np.array([False]))
+SIZE = NaturalSizes(np.ones(1), np.ones(1), np.array([False]))
 
 
 def slow(x, members):
@@ -85,6 +85,6 @@ def test_what_is_closed_is_closed_to_rounding(way):
         return (x**2).sum(axis=1, keepdims=True) - 1.0, 2 * x[:, None, :]
 
     start = np.random.default_rng(3).normal(size=(40, 2)) + 0.3
-    found = way(circle, start, Sizes(np.ones(2), np.ones(1), np.zeros(2, dtype=bool)))
+    found = way(circle, start, NaturalSizes(np.ones(2), np.ones(1), np.zeros(2, dtype=bool)))
     assert np.median(found.left) <= 2.3e-16
     assert found.left[found.left <= 1e-10].max() <= 4.5e-16

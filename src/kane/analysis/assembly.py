@@ -39,7 +39,7 @@ _TOLD = 6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Held:
+class VelocityConstraints:
     """Constraints `rows` x + `rest` = 0 on x, speeds or rates, with their `names`; the speeds are `to_speeds` x + `added`."""
 
     names: tuple[str, ...]
@@ -49,7 +49,7 @@ class Held:
     added: Array
 
 
-def held_at(eom: Equations, at: Mapping[Expr, Any], by_rates: bool) -> Held:
+def velocity_constraints_at(eom: Equations, at: Mapping[Expr, Any], by_rates: bool) -> VelocityConstraints:
     """The constraints at a configuration, on the speeds or, with `by_rates`, on the rates of the coordinates.
 
     A SimulationError names constraints or speeds that are not finite there even in rates.
@@ -61,15 +61,15 @@ def held_at(eom: Equations, at: Mapping[Expr, Any], by_rates: bool) -> Held:
     names = tuple(c.name for c in constraints.constraints)
     if _plain(eom, a, b):
         if not by_rates:
-            return Held(names, a, b, np.eye(n), np.zeros(n))
+            return VelocityConstraints(names, a, b, np.eye(n), np.zeros(n))
         y = np.asarray(evaluate(eom.Y, at), dtype=float)[:n]
         z = np.array(evaluate(list(eom.z), at), dtype=float)[:n]
-        return Held(names, a @ y, a @ z + b, y, z)
+        return VelocityConstraints(names, a @ y, a @ z + b, y, z)
     y, z, c, rest = _in_basic_rates(eom, at)
     names = tuple(k.name for k in eom.system.constraints)
     if by_rates:
         spread = _basic(eom, at)
-        return Held(names, c @ spread, rest, y @ spread, z)
+        return VelocityConstraints(names, c @ spread, rest, y @ spread, z)
     return _possible(names, y, z, c, rest)
 
 
@@ -117,7 +117,7 @@ def _basic(eom: Equations, at: Mapping[Expr, Any]) -> Array:
     return spread
 
 
-def _possible(names: tuple[str, ...], y: Array, z: Array, c: Array, rest: Array) -> Held:
+def _possible(names: tuple[str, ...], y: Array, z: Array, c: Array, rest: Array) -> VelocityConstraints:
     """B u = B (Y q̇₀ + z)."""
     scaled = balance(c)
     wanted = -rest / scaled.rows[:, 0]
@@ -132,7 +132,9 @@ def _possible(names: tuple[str, ...], y: Array, z: Array, c: Array, rest: Array)
     moved = balance(y @ open_.T)
     b = singular(moved.matrix).cokernel(DERIVE_RANK) / moved.rows[:, 0]
     together = f"{', '.join(names)}{' together' if len(names) > 1 else ''}"
-    return Held((together,) * len(b), b, -b @ (y @ (first / scaled.columns[0]) + z), np.eye(len(y)), np.zeros(len(y)))
+    return VelocityConstraints(
+        (together,) * len(b), b, -b @ (y @ (first / scaled.columns[0]) + z), np.eye(len(y)), np.zeros(len(y))
+    )
 
 
 _BESIDE = "The coordinates, or lengths, are singular there: give other values, or other coordinates (another sequence of angles)."
@@ -348,7 +350,7 @@ def _wanted_speeds(eom: Equations, u: Any, rates: Any) -> Entries:
 
 def _motion(eom: Equations, start: Entries, at: Mapping[Expr, Any], by_rates: bool) -> tuple[Array, float]:
     """u with A u + b = 0; with rates u = Y q̇ + z."""
-    held = held_at(eom, at, by_rates)
+    held = velocity_constraints_at(eom, at, by_rates)
     rows, rest = held.rows, held.rest
     names = [s.name for s in (eom.coordinates if by_rates else eom.speeds)]
     # what a unit of each does: metres and radians per second compare by that

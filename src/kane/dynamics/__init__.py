@@ -6,6 +6,7 @@ from kane.lazy_imports import offered
 __getattr__ = offered(
     __name__,
     {
+        "": "inverse_dynamics",
         "assembly": "Blocks sum_of",
         "constraints.configurations": "configurations",
         "constraints.manifold": "ROWS branches in_rows manifold",
@@ -13,9 +14,7 @@ __getattr__ = offered(
         "constraints.steady": "steadiest",
         "constraints.touches": "contacts touches",
         "derivation": "Derived derived",
-        "derivatives.closed": "closed_slopes",
-        "derivatives.slopes": "forward",
-        "derivatives.tree": "acceleration_slopes",
+        "inverse_dynamics": "kinetic_energy_along_tree",
         "lazy": "LazyMapping read",
         "methods.in_rates": "InRates",
         "methods.table": "METHODS OTHERS",
@@ -27,8 +26,8 @@ __getattr__ = offered(
         "readings.regularity": "concerned guarded",
         "readings.steps": "Kind shown_speeds",
         "readings.unsolved": "unsolved",
-        "routes.": "candidates composite table",
-        "routes.block_solution": "block_solution sparse_order",
+        "routes.": "candidates table",
+        "routes.block_solution": "block_solution",
         "routes.carried": "regrouped",
         "routes.closed": "closed",
         "routes.reactions": "LARGE",
@@ -36,10 +35,8 @@ __getattr__ = offered(
         "routes.shortest": "shortest_in_given_speeds",
         "routes.speeds": "absolute by_mass_centre",
         "routes.trees": "tree_with_reactions",
-        "routes.trial": "are_slender",
-        "trees.": "inverse_dynamics",
-        "trees.energy": "kinetic_energy_along_tree",
         "routes.equations": "about_points_at_rest classical embedded embedded_motions holds_reactions homogeneous power squares "
         "unguarded_classical",
+        "slopes": "acceleration_slopes closed_slopes forward",
     },
 )

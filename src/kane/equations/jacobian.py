@@ -14,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.dynamics.derivation import Derived
-from kane.dynamics.derivatives.slopes import slopes
 from kane.dynamics.lazy import read
 from kane.dynamics.readings.values import evaluate_along
+from kane.dynamics.slopes import slopes
 from kane.dynamics.solved import Solved
 from kane.equations.state import State, state_of
 from kane.errors import ArgumentError, CornerError, cut

@@ -9,10 +9,10 @@ from dataclasses import replace
 from typing import Any, TypeAlias
 
 from kane.dynamics.derivation import Derived
-from kane.dynamics.derivatives.slopes import backward, forward, second, slopes
 from kane.dynamics.readings.programs import forcing, inverse_dynamics, mass_matrix
 from kane.dynamics.readings.regularity import divided_by, guarded, notes, of_rates, pivot_of, with_regular_rates
 from kane.dynamics.readings.values import asked, without_unknowns
+from kane.dynamics.slopes import backward, forward, second, slopes
 from kane.dynamics.solved import Solved
 from kane.equations.jacobian import KINDS, rate_symbols
 from kane.errors import ArgumentError, ExpressionError, ValueMissingError, cut

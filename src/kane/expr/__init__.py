@@ -52,7 +52,7 @@ __getattr__ = _offered(
         "ops": "ADD CONST COS DIV GONE MUL OPS SIN SUB",
         "piecewise": "Table leaps lowered on_sides switches table",
         "regular": "denominators guarding guards unguarded",
-        "solve": "ldl lu matched_columns solve_linear structural_rank",
+        "solve": "ldl lu matched_columns solve_linear sparse_order structural_rank",
         "square_system": "Adjugate InOrder Triangular content divider over_number square",
         "surd": "Surd root",
         "symbols": "AuxiliarySpeed Coordinate Input Parameter QuasiRate Rate Reaction Speed StateVariable Symbol names "

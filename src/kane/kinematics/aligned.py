@@ -51,8 +51,8 @@ from kane.space.rotation import (
     product,
     turned_symmetric,
 )
-from kane.space.spatial import mirrored, similar
 from kane.space.vector import Vector
+from kane.tree.triples import mirrored, similar
 
 
 class AlignedFrame(NamedTuple):

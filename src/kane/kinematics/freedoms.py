@@ -35,7 +35,7 @@ class Freedom(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stage:
+class Shift:
     """A slide or a turn: freedoms, what ṙ or ω is in speeds, `total` of `forms`, and what their rates are beside λ, `drift`.
 
     `shared` are those by rates that move other segments, too, with the rate of each.
@@ -104,22 +104,22 @@ class Stages:
         for s in dict.fromkeys(s for row in rows for s in row):
             self.users[s] = self.users.get(s, 0) + 1
 
-    def stage(self, raw: Forms | None, by_rates: bool) -> Stage:
+    def stage(self, raw: Forms | None, by_rates: bool) -> Shift:
         """The freedoms of forms: one an axis, or one a speed or a rate that nothing else moves by; of rates where asked for."""
         if raw is None:
-            return Stage()
+            return Shift()
         a, b, c = (form.total() for form in raw.forms)
         freedoms = None if by_rates or raw.shared else self._by_speeds(raw)
         if freedoms is not None:
             drift = self.kinematics.drift
-            return Stage(freedoms, (a, b, c), (drift(a), drift(b), drift(c)), raw.forms)
+            return Shift(freedoms, (a, b, c), (drift(a), drift(b), drift(c)), raw.forms)
         freedoms = self._by_rates(raw)
         if freedoms is None:
             raise Unsuited(_SPEEDS)
         x, y, z = (self._swing(form) for form in raw.rates)
-        return Stage(freedoms, (a, b, c), (x, y, z), raw.forms, _shared(raw))
+        return Shift(freedoms, (a, b, c), (x, y, z), raw.forms, _shared(raw))
 
-    def coupled(self, spin: Forms, slide: Forms) -> tuple[Stage, Stage]:
+    def coupled(self, spin: Forms, slide: Forms) -> tuple[Shift, Shift]:
         """A turn and a slide by the same rates, which the turn has."""
         turns, slides = (self._columns(raw.by_rates) for raw in (spin, slide))
         if turns is None or slides is None:

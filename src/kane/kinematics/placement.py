@@ -25,7 +25,7 @@ from kane.numeric.rotations import about, turned, zx
 from kane.numeric.sampling import SEED, value_of
 from kane.space.frame import Frame
 from kane.space.rotation import NOTHING, Basis, Cosines, Orientation, Triple
-from kane.space.spatial import triple
+from kane.tree.triples import triple
 
 Angle = float | Expr
 _APART = 1e-3

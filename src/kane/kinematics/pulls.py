@@ -13,21 +13,22 @@ from kane.expr.build import add, mul
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ZERO, Expr
 from kane.kinematics.aligned import Aligned
-from kane.kinematics.freedoms import Stage, Unsuited
+from kane.kinematics.freedoms import Shift, Unsuited
 from kane.kinematics.motion import Kinematics
-from kane.kinematics.segments import Segments, segments
+from kane.kinematics.segments import Segments, joint_tree, segments
 from kane.kinematics.speeds import ScalarForm
-from kane.kinematics.travel import arms, in_base
 from kane.kinematics.tree import tree_of
 from kane.model.constraints import Constraint
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import NOTHING, Triple, cross3
-from kane.space.spatial import summed
 from kane.space.vector import Vector
+from kane.tree.sweeps import Carry, inward
+from kane.tree.triples import summed
+from kane.tree.values import NO_WRENCH, Wrench
 
-Wrenches = dict[int, tuple[Triple, Triple]]
-"""Moments about the origins and forces, along B, on segments."""
+Wrenches = dict[int, Wrench]
+"""Wrenches on segments, along B."""
 
 
 class Placed(NamedTuple):
@@ -62,8 +63,7 @@ def together(placed: Iterable[Placed]) -> Wrenches:
     """The sums by segment."""
     found: Wrenches = {}
     for number, _, n, f in placed:
-        before = found.get(number, (NOTHING, NOTHING))
-        found[number] = summed(before[0], n), summed(before[1], f)
+        found[number] = found.get(number, NO_WRENCH).plus(Wrench(n, f))
     return found
 
 
@@ -95,45 +95,45 @@ def rows_along_tree(constraints: Sequence[Constraint], kinematics: Kinematics) -
     return {c: _Pull(found, wrenches).row(c.own) for c, wrenches in placed.items()}
 
 
-class _Pull:
+class _Pull(Carry[Wrench]):
+    """The power of wrenches on segments, as a form in speeds."""
+
     def __init__(self, found: Segments, wrenches: Wrenches) -> None:
-        self.steps, self.wrenches = found.steps, wrenches
+        tree = joint_tree(found.steps)
+        super().__init__(tree.segments)
+        self.steps = found.steps
+        self.number = {k: i for i, k in enumerate(tree.joint)}
+        self.wrenches = {tree.home[i]: tree.wrench(i, w) for i, w in wrenches.items()}
         self.coefficients: dict[Expr, Expr] = {}
         self.rest: Expr = ZERO
 
     def row(self, own: Expr) -> ScalarForm:
         """The power of the wrenches, and `own` besides."""
-        steps = self.steps
         self.rest = own
-        base, placed = in_base(steps), arms(steps)
-        hung, beside = dict(self.wrenches), Wrenches()
-        for i in reversed(range(1, len(steps))):
-            if i not in hung and i not in beside:
-                continue
-            step, turn = steps[i], steps[i].turn
-            n, f = hung.get(i, (NOTHING, NOTHING))
-            if turn is not None and base[i]:
-                n, f = turn.up(n), turn.up(f)
-            if i in beside:
-                n, f = summed(n, beside[i][0]), summed(f, beside[i][1])
-            self._power(step.spin, n)
-            if step.late:
-                self._power(step.slide, f)
-            if turn is not None and not base[i]:
-                n, f = turn.up(n), turn.up(f)
-            if not step.late:
-                before = steps[step.parent].turn if step.joins else None
-                self._power(step.slide, f if before is None else before.down(f))
-            n = summed(n, cross3(placed[i][0], f))
-            for lead in reversed(step.lead):
-                n, f = lead.up(n), lead.up(f)
-            onto = beside if step.joins else hung
-            known = onto.get(step.parent, (NOTHING, NOTHING))
-            onto[step.parent] = summed(known[0], n), summed(known[1], f)
+        inward(self.tree, self)
         return ScalarForm({u: c for u, c in self.coefficients.items() if c is not ZERO}, self.rest)
 
-    def _power(self, stage: Stage, along: Triple) -> None:
-        for form, x in zip(stage.forms, along, strict=False):
+    def own(self, i: int) -> Wrench | None:
+        return self.wrenches.get(i)
+
+    def inner(self, i: int, v: Wrench) -> Wrench:
+        if i in self.number:
+            step = self.steps[self.number[i]]
+            self.power(step.spin, v.n)
+            if step.late:
+                self.power(step.slide, v.f)
+        return v
+
+    def outer(self, i: int, v: Wrench) -> Wrench:
+        step = self.steps[self.number[i]] if i in self.number else None
+        if step is not None and not step.late:
+            before = self.steps[step.parent].turn if step.joins else None
+            self.power(step.slide, v.f if before is None else before.down(v.f))
+        return v
+
+    def power(self, shift: Shift, along: Triple) -> None:
+        """What a turn or a slide adds."""
+        for form, x in zip(shift.forms, along, strict=False):
             if x is ZERO:
                 continue
             self.rest = add(self.rest, mul(x, form.rest))

@@ -10,28 +10,31 @@ basis A, in which the arms turn (absolute angles, and sums of relative ones). Th
 nearest to the one before, so that the arm has no component along it.
 """
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache
+from types import MappingProxyType
 from typing import NamedTuple
 
 from kane.expr.build import sub
 from kane.expr.differentiation import time_derivative
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ONE, ZERO, Expr
-from kane.kinematics.freedoms import Forms, Freedom, Stage, Stages, Unsuited, are_coupled, is_single, is_still, measured
+from kane.kinematics.freedoms import Forms, Freedom, Shift, Stages, Unsuited, are_coupled, is_single, is_still, measured
 from kane.kinematics.motion import Kinematics
 from kane.kinematics.resolved import by_rates
 from kane.kinematics.tree import Link, Tree, homes_of
 from kane.space.point import Point
 from kane.space.rotation import NOTHING, AlignedBasis, Basis, Triple, about_axis, path
-from kane.space.spatial import Turn, Turns, along, summed
 from kane.space.vector import Parts, Vector
+from kane.tree.sweeps import Segment, Stage
+from kane.tree.triples import Turn, Turns, along, summed
+from kane.tree.values import NO_MASS, NO_WRENCH, Dof, Inertia, Rigid, Wrench
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Segment:
-    """A step of the tree.
+class Step:
+    """What a link turns and slides by in the one before, as it is declared.
 
     From the basis B of the parent `lead` turns by constants to A, where the origin lies at `arm`; `turn` leads to B. One that `joins`
     works in the A of its parent, and has its arm and slide along the parent's B. `shift` is how far the origin was moved along the
@@ -45,8 +48,8 @@ class Segment:
     turn: Turn | Turns | None
     joins: bool = False
     shift: Triple = NOTHING
-    slide: Stage = field(default_factory=Stage)
-    spin: Stage = field(default_factory=Stage)
+    slide: Shift = field(default_factory=Shift)
+    spin: Shift = field(default_factory=Shift)
     late: bool = False
     swift: Expr | None = None
     modes: tuple[Expr, ...] = ()
@@ -59,7 +62,7 @@ class Segments:
     `ends` are the segments that the links of the tree are fixed in, `bases` those whose ω a basis has, `basis` is the B of each.
     """
 
-    steps: tuple[Segment, ...]
+    steps: tuple[Step, ...]
     ends: tuple[int, ...]
     bases: Mapping[Basis, int]
     basis: tuple[Basis, ...]
@@ -101,7 +104,7 @@ def segments(tree: Tree, kinematics: Kinematics, shared: Collection[Expr] = ()) 
     return maker.finished(tree)
 
 
-class _Step(NamedTuple):
+class _Turning(NamedTuple):
     """A turn to a basis, at measure numbers of ω along that."""
 
     turn: Turn | Turns
@@ -109,12 +112,12 @@ class _Step(NamedTuple):
     rates: Triple
 
 
-def _way(up: Sequence[Basis], down: Sequence[Basis], joins: bool) -> tuple[list[Turn | Turns], list[_Step]]:
+def _way(up: Sequence[Basis], down: Sequence[Basis], joins: bool) -> tuple[list[Turn | Turns], list[_Turning]]:
     """The constant turns from a link's basis at first, backwards along `down`, and what follows along `up`.
 
     Between two bases turned about one axis of a third the way is the difference of their angles.
     """
-    rest = [_Step(Turn(f), f, _orientation_rates(f)) for f in reversed(up)]
+    rest = [_Turning(Turn(f), f, _orientation_rates(f)) for f in reversed(up)]
     lead: list[Turn | Turns] = []
     if not joins:
         lead = [Turn(f, inverse=True) for f in reversed(down)]
@@ -125,20 +128,20 @@ def _way(up: Sequence[Basis], down: Sequence[Basis], joins: bool) -> tuple[list[
     return lead, rest
 
 
-def _between(a: Basis, b: Basis) -> _Step | None:
+def _between(a: Basis, b: Basis) -> _Turning | None:
     """The turn from one basis to another, both turned about one axis of their base."""
     o, p = b.orientation, a.orientation
     if o is None or p is None or o.axis is None or o.axis != p.axis or o.angle is None or p.angle is None:
         return None
     difference = about_axis(a, o.axis, sub(o.angle, p.angle))
-    return _Step(Turn(AlignedBasis(b.name, difference, {})), b, difference.rates)
+    return _Turning(Turn(AlignedBasis(b.name, difference, {})), b, difference.rates)
 
 
 class _Maker:
     def __init__(self, kinematics: Kinematics, stages: Stages, homes: Mapping[int, tuple[Expr, ...]]) -> None:
         self.kinematics, self.stages, self.homes = kinematics, stages, homes
         self.bearing: dict[int, tuple[Expr, ...]] = {}
-        self.steps: list[Segment] = []
+        self.steps: list[Step] = []
         self.raw: list[tuple[Forms | None, Forms | None]] = []
         self.ends: list[int] = []
         self.basis: list[Basis] = []
@@ -159,7 +162,7 @@ class _Maker:
     def add(self, link: Link) -> None:
         """The segments of one link."""
         if link.parent is None:
-            self._append(Segment(0, (), NOTHING, None), link.basis)
+            self._append(Step(0, (), NOTHING, None), link.basis)
         else:
             key = self.keys[link.basis, link.parent, link.offset.parts]
             self._below(self.ends[link.parent], link, self.alike[key] > 1)
@@ -177,7 +180,7 @@ class _Maker:
             parent, arm = self._slid(parent, arm, rates, base)
             rates = NOTHING
             if not up and not down:
-                self._append(Segment(parent, (), arm, None), base)
+                self._append(Step(parent, (), arm, None), base)
                 return
         joins = len(down) == 1 and bool(up) and self._coaxial(parent, up[-1]) and not self._screws(rates, up[-1])
         lead, rest = _way(up, down, joins)
@@ -186,13 +189,13 @@ class _Maker:
         if lead and rest and self._screws(rates, rest[0].basis):
             rates = _down(lead, rates)  # and the arm further on
         elif not is_still(rates) and (lead or not rest):
-            parent = self._append(Segment(parent, (), arm, None), base, slide=self.stages.raw(rates))
+            parent = self._append(Step(parent, (), arm, None), base, slide=self.stages.raw(rates))
             arm, rates = NOTHING, NOTHING
             if not lead and not rest:
                 return
         together = self._together(rest) if len(rest) > 1 and not joins else None
         if together is not None:
-            whole = _Step(Turns(tuple(step.turn for step in rest)), link.basis, together)
+            whole = _Turning(Turns(tuple(step.turn for step in rest)), link.basis, together)
             self._turned(parent, tuple(lead), arm, rates, whole, joins)
             return
         for step in rest:
@@ -203,12 +206,12 @@ class _Maker:
             lead, arm, rates, joins = [], NOTHING, NOTHING, False
             arm = self.steps[parent].shift
         if lead or not rest:
-            self._append(Segment(parent, tuple(lead), _down(lead, arm), None), link.basis)
+            self._append(Step(parent, tuple(lead), _down(lead, arm), None), link.basis)
 
     def _slid(self, parent: int, arm: Triple, rates: Triple, base: Basis) -> tuple[int, Triple]:
         """The segment that slides so, which several links begin from, and the arm in it."""
         if (parent, rates) not in self.shared:
-            number = self._append(Segment(parent, (), arm, None), base, slide=self.stages.raw(rates))
+            number = self._append(Step(parent, (), arm, None), base, slide=self.stages.raw(rates))
             self.shared[parent, rates] = number, arm
         number, before = self.shared[parent, rates]
         x, y, z = map(sub, arm, before)
@@ -228,7 +231,7 @@ class _Maker:
     def _screws(self, rates: Triple, f: Basis) -> bool:
         return are_coupled(self.stages.raw(rates), self.stages.raw(_orientation_rates(f)))
 
-    def _together(self, rest: Sequence[_Step]) -> Triple | None:
+    def _together(self, rest: Sequence[_Turning]) -> Triple | None:
         """ω of several turns along the last basis, where each measure number is a speed, and not each turn has its own."""
         raw = [self.stages.raw(step.rates) for step in rest]
         if all(r is None or is_single(r) or r.is_new for r in raw):
@@ -241,7 +244,7 @@ class _Maker:
         return None
 
     def _turned(
-        self, parent: int, lead: tuple[Turn | Turns, ...], arm: Triple, rates: Triple, step: _Step, joins: bool
+        self, parent: int, lead: tuple[Turn | Turns, ...], arm: Triple, rates: Triple, step: _Turning, joins: bool
     ) -> int:
         """A segment that slides at `rates` and turns."""
         (turn, basis, own), swift = step, None
@@ -264,10 +267,10 @@ class _Maker:
         arm, shift = _down(lead, arm), NOTHING
         if k is not None and slide is None:
             shift, arm = along(k, arm[k]), (*arm[:k], ZERO, *arm[k + 1 :])  # type: ignore[assignment]
-        segment = Segment(parent, lead, arm, turn, joins, shift, late=late, swift=swift)
+        segment = Step(parent, lead, arm, turn, joins, shift, late=late, swift=swift)
         return self._append(segment, basis, slide, spin)
 
-    def _append(self, segment: Segment, basis: Basis, slide: Forms | None = None, spin: Forms | None = None) -> int:
+    def _append(self, segment: Step, basis: Basis, slide: Forms | None = None, spin: Forms | None = None) -> int:
         self.steps.append(segment)
         self.basis.append(basis)
         self.stages.take(slide, spin)
@@ -288,7 +291,7 @@ class _Maker:
         n = len(self.steps)
 
         @cache
-        def stage(k: int, by_rates: bool) -> Stage:
+        def stage(k: int, by_rates: bool) -> Shift:
             slide, spin = raw[k % n], raw[k % n + n]
             if slide is not None and spin is not None and are_coupled(slide, spin):
                 return self.stages.coupled(spin, slide)[k < n]
@@ -301,7 +304,7 @@ class _Maker:
 
         chosen = by_rates(len(raw) + 1, freedoms, self.kinematics.speeds)
         steps = tuple(
-            Segment(
+            Step(
                 step.parent,
                 step.lead,
                 step.arm,
@@ -328,3 +331,110 @@ def _down(lead: Sequence[Turn | Turns], v: Triple) -> Triple:
     for turn in lead:
         v = turn.down(v)
     return v
+
+
+class JointTree(NamedTuple):
+    """The segments as sweeps take them.
+
+    By the number of a step: the segment that its joint moves, and the one that carries its body, with the turn from its basis of work
+    to B, if it has any.
+    """
+
+    segments: tuple[Segment, ...]
+    joint: tuple[int, ...]
+    home: tuple[int, ...]
+    last: tuple[Turn | Turns | None, ...]
+
+    def wrench(self, step: int, w: Wrench) -> Wrench:
+        """A wrench along B, along the basis of work of the segment that carries the body."""
+        last = self.last[step]
+        return w if last is None else w.turned(last)
+
+    def along_b(self, step: int, v: Triple) -> Triple:
+        """A vector along the basis of work, along B."""
+        last = self.last[step]
+        return v if last is None else last.down(v)
+
+
+Elastic = Callable[[Triple, Expr], Inertia]
+
+
+def joint_tree(
+    steps: Sequence[Step],
+    bodies: Sequence[Rigid] = (),
+    loads: Mapping[int, Wrench] = MappingProxyType({}),
+    elastic: Mapping[int, Elastic] = MappingProxyType({}),
+    *,
+    along_b: bool = False,
+    elastic_along_a: bool = False,
+) -> JointTree:
+    """The segments of the steps, with what these carry, along B.
+
+    Those that turn about parallel axes one after the other, and those that screw, work along A: their arms and bodies turn. Where
+    others hang on one of these, or all bodies are to be `along_b`, these are on a segment beside it that is fixed in it and works
+    along B; elastic parts are, too, if they are not to be taken `elastic_along_a`.
+    """
+    along_a = _along_a(steps)
+    apart = {step.parent for step in steps[1:] if not step.joins}
+    bent = {i for i, step in enumerate(steps) if step.modes or i in elastic}
+    apart = apart - bent if elastic_along_a else apart | bent
+    count = sum(len(step.slide.freedoms) + len(step.spin.freedoms) for step in steps)
+    modes = {b: count + k for k, b in enumerate(b for step in steps for b in step.modes)}
+    made, joint, home, last, number = list[Segment](), list[int](), list[int](), list[Turn | Turns | None](), 0
+    for i, step in enumerate(steps):
+        joined = Segment(0)
+        if i:
+            parent = joint[step.parent] if step.joins else home[step.parent]
+            joined = _joined(step, parent, steps[step.parent].turn if step.joins else None, number, modes)
+            before = None if step.joins else last[step.parent]
+            joined = joined if before is None else replace(joined, lead=(before, *joined.lead))
+            number += len(joined.dofs)
+        joint.append(len(made))
+        body, load, own = bodies[i] if bodies else NO_MASS, loads.get(i, NO_WRENCH), elastic.get(i)
+        after = step.turn if along_a[i] else None
+        if after is None:
+            joined = replace(joined, turn=step.turn)
+        elif i in apart or along_b:
+            made.append(joined)
+            joined, after = Segment(len(made) - 1, lead=(after,)), None
+        else:
+            body, load = body.turned(after), load if load is NO_WRENCH else load.turned(after)
+            own = None if own is None else _turned(own, after)
+        made.append(replace(joined, body=body, load=load, modes=step.modes, elastic=own))
+        home.append(len(made) - 1)
+        last.append(after)
+    return JointTree(tuple(made), tuple(joint), tuple(home), tuple(last))
+
+
+def _turned(elastic: Elastic, turn: Turn | Turns) -> Elastic:
+    """The same along the basis before a turn."""
+    return lambda w, square: elastic(turn.down(w), square).turned(turn)
+
+
+def _along_a(steps: Sequence[Step]) -> list[bool]:
+    """Whether a segment works along A: where what follows does, what comes before did, or it screws."""
+    found = [step.joins or any(f.slide is not NOTHING for f in step.spin.freedoms) for step in steps]
+    for step in steps:
+        if step.joins:
+            found[step.parent] = True
+    return found
+
+
+def _joined(step: Step, parent: int, before: Turn | Turns | None, number: int, modes: Mapping[Expr, int]) -> Segment:
+    """A segment by its joint, with numbers from `number` on; arm and slide turn with what is `before`."""
+
+    def up(v: Triple) -> Triple:
+        return v if before is None else before.up(v)
+
+    slide, spin = step.slide, step.spin
+    slides = [Dof(NOTHING, up(f.axis), f.row, number + k) for k, f in enumerate(slide.freedoms)]
+    spins = [Dof(f.axis, f.slide, f.row, number + len(slides) + k) for k, f in enumerate(spin.freedoms)]
+    sliding = Stage(tuple(slides), slide=up(slide.total), slide_drift=up(slide.drift))
+    outer, late = (Stage(), sliding) if step.late else (sliding, Stage())
+    inner = late._replace(dofs=(*late.dofs, *spins), spin=spin.total, spin_drift=spin.drift)
+    spun, slid = dict(spin.shared), {b: up(v) for b, v in slide.shared}
+    if step.turn is not None and step.turn.axis is None:
+        spun = {b: step.turn.up(v) for b, v in spun.items()}
+    shared = [Dof(spun.get(b, NOTHING), slid.get(b, NOTHING), {b: ONE}, modes[b]) for b in {**slid, **spun}]
+    lead = () if step.joins else step.lead
+    return Segment(parent, lead, up(step.arm), outer, None, inner, shared=tuple(shared), absolute=step.swift)

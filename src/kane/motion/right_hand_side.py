@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.dynamics.derivatives.slopes import forward, slopes
 from kane.dynamics.readings.regularity import with_regular_rates
 from kane.dynamics.readings.values import without_unknowns
+from kane.dynamics.slopes import forward, slopes
 from kane.equations.equations import Equations
 from kane.equations.routines import along, ports, rate_names
 from kane.expr.differentiation import tangent, weighted

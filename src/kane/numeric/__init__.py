@@ -9,7 +9,7 @@ __getattr__ = offered(
         "bounds": "bounded vanish",
         "legendre": "gauss",
         "named": "finite_number named_values symbol_named symbols_named",
-        "newton": "Sizes close close_many close_most closest improved sizes starts",
+        "newton": "NaturalSizes close close_many close_most closest improved sizes starts",
         "sign_changes": "SHARES passages",
         "projection": "least_change least_constraint metric mobility of_unit_length reflected",
         "rank": "balance balanced dependencies indeterminate null_direction singular sure_rows within",

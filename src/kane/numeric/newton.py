@@ -152,7 +152,7 @@ def _exact(x: Array, starts: Indices) -> float:
     return 0.0
 
 
-class Sizes(NamedTuple):
+class NaturalSizes(NamedTuple):
     """How large each x (n) is by its nature, the terms of each f (m), and where f is the same a turn of 2π further."""
 
     x: Array
@@ -174,8 +174,8 @@ class ClosedMany:
         return np.asarray(np.abs(self.shares).max(axis=1, initial=0))
 
 
-def sizes(function: Residuals, x: Array, unit: Sequence[int] = (), rounding: Rounding = _exact) -> Sizes:
-    """Sizes from values at x (k × n): where f does not turn, that of an x is what changes f as much as its other terms do.
+def sizes(function: Residuals, x: Array, unit: Sequence[int] = (), rounding: Rounding = _exact) -> NaturalSizes:
+    """NaturalSizes from values at x (k × n): where f does not turn, that of an x is what changes f as much as its other terms do.
 
     What does not turn is drawn anew, smaller or larger, where f without it is made of much smaller or larger terms; those of `unit`
     size are not. Values and slopes that are no larger than what `rounding` may leave of f say nothing; the size of an f that holds
@@ -184,7 +184,7 @@ def sizes(function: Residuals, x: Array, unit: Sequence[int] = (), rounding: Rou
     f, g, error = _values(function, x, rounding)
     g, usable = np.abs(g), _finite(f, g)
     if not usable.any():
-        return Sizes(np.ones(x.shape[1]), np.ones(f.shape[1]), np.zeros(x.shape[1], dtype=bool))
+        return NaturalSizes(np.ones(x.shape[1]), np.ones(f.shape[1]), np.zeros(x.shape[1], dtype=bool))
     everywhere = np.asarray((np.abs(f) <= error)[usable].all(axis=0))
     turning = _turning(function, x, f, g, usable) | everywhere[:, None]
     turns = np.asarray(turning.all(axis=0))
@@ -204,7 +204,7 @@ def sizes(function: Residuals, x: Array, unit: Sequence[int] = (), rounding: Rou
         )
     own = np.where(turns, 1.0, np.where(np.isfinite(own), own, extent))
     terms = np.maximum(np.maximum(typical, (slope * own).max(axis=1, initial=0)), left / CLOSED_FULLY)
-    return Sizes(own, np.where(terms > 0, terms, 1.0), turns)
+    return NaturalSizes(own, np.where(terms > 0, terms, 1.0), turns)
 
 
 def _values(function: Residuals, x: Array, rounding: Rounding) -> tuple[Array, Array, Array]:
@@ -256,7 +256,7 @@ def _extent(function: Residuals, x: Array, turning: Mask, rounding: Rounding) ->
     return extent
 
 
-def close_many(function: Residuals, x: Array, size: Sizes, accepted: Accepted | None = None) -> ClosedMany:
+def close_many(function: Residuals, x: Array, size: NaturalSizes, accepted: Accepted | None = None) -> ClosedMany:
     """Steps from each x (k × n), halved where they do not help; an x that turns moves by at most 1 a step."""
     x = x.copy()
     f, g = _scaled(function, x, np.arange(len(x)), size)
@@ -287,7 +287,7 @@ def close_many(function: Residuals, x: Array, size: Sizes, accepted: Accepted | 
     return _polished(function, x, f, g, size)
 
 
-def close_most(function: Residuals, x: Array, size: Sizes, accepted: Accepted | None = None) -> ClosedMany:
+def close_most(function: Residuals, x: Array, size: NaturalSizes, accepted: Accepted | None = None) -> ClosedMany:
     """The same in few whole steps, where that is enough for a good part of the starts: which branch each comes to does not matter."""
     start, every = x, np.arange(len(x))
     f, g = _scaled(function, x, every, size)
@@ -308,7 +308,7 @@ def close_most(function: Residuals, x: Array, size: Sizes, accepted: Accepted | 
     return _polished(function, x, f, g, size)
 
 
-def _polished(function: Residuals, x: Array, f: Array, g: Array, size: Sizes) -> ClosedMany:
+def _polished(function: Residuals, x: Array, f: Array, g: Array, size: NaturalSizes) -> ClosedMany:
     """One more step of what is closed, where it does not lead away: what is left then is rounding's, and is not taken for more."""
     at = np.flatnonzero((np.abs(f).max(axis=1, initial=0) <= CLOSED) & np.isfinite(g).all(axis=(1, 2)))
     if len(at):
@@ -326,12 +326,12 @@ def _enough(x: Array, left: Array, accepted: Accepted | None) -> bool:
     return len(closed) > 0 and (accepted is None or bool(accepted(x[closed], closed).any()))
 
 
-def _scaled(function: Residuals, x: Array, members: Indices, size: Sizes) -> tuple[Array, Array]:
+def _scaled(function: Residuals, x: Array, members: Indices, size: NaturalSizes) -> tuple[Array, Array]:
     f, g = function(x, members)
     return f / size.f, g * size.x / size.f[:, None]
 
 
-def _change(f: Array, g: Array, size: Sizes) -> Array:
+def _change(f: Array, g: Array, size: NaturalSizes) -> Array:
     """The least changes (k × n) with G δ = −f, nearly: G Gᵀ is made regular where rows depend on each other."""
     across = np.swapaxes(g, 1, 2)
     square = g @ across

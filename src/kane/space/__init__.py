@@ -6,8 +6,6 @@ from kane.lazy_imports import offered
 __getattr__ = offered(
     __name__,
     {
-        "mass_moments": "Moments NO_MOMENTS moments",
         "rotation": "common_base connected cost enter express leave path single",
-        "spatial": "Rigid Turn",
     },
 )

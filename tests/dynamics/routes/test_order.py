@@ -8,8 +8,8 @@ import pytest
 
 import kane as kn
 from kane import Matrix
-from kane.dynamics import Blocks, block_solution, sparse_order
-from kane.expr import ONE, ZERO, ldl
+from kane.dynamics import Blocks, block_solution
+from kane.expr import ONE, ZERO, ldl, sparse_order
 from kane.gallery import snakeboard
 
 

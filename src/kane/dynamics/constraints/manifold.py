@@ -22,7 +22,7 @@ from kane.model.constraints import Branch
 from kane.model.system import System
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.bounds import bounded
-from kane.numeric.newton import Closed, ClosedMany, Indices, Sizes, close, close_many, close_most, sizes
+from kane.numeric.newton import Closed, ClosedMany, Indices, NaturalSizes, close, close_many, close_most, sizes
 from kane.numeric.sampling import ASSEMBLY_SEED
 from kane.numeric.scale import CLOSED, CLOSED_NEARLY, LAST_DIGIT
 
@@ -134,14 +134,14 @@ class LevelSet:
         own |= zip(self.manifold.system.coordinates, self.whole(x).T, strict=True)
         return np.stack([np.broadcast_to(e, len(x)) for _, e in bounded(self.manifold.f, own)], axis=1)
 
-    def sizes(self, x: Array) -> Sizes:
+    def sizes(self, x: Array) -> NaturalSizes:
         """How large what is free, and the terms of f, are by their nature, from places drawn (k × free)."""
         q = self.manifold.system.coordinates
         unit = {e for s in self.manifold.system.euler_parameters for e in s.coordinates}
         return sizes(self.of_free, x, [k for k, i in enumerate(self.free) if q[i] in unit], self.rounding)
 
     @cached_property
-    def usual(self) -> Sizes:
+    def usual(self) -> NaturalSizes:
         """The same from zero and places drawn at random."""
         n = len(self.free)
         return self.sizes(
@@ -150,7 +150,7 @@ class LevelSet:
 
     @cached_property
     def wide(self) -> Array:
-        """Sizes of all coordinates (n), 1 of those that are held."""
+        """NaturalSizes of all coordinates (n), 1 of those that are held."""
         wide = np.ones(len(self.base))
         wide[list(self.free)] = self.usual.x
         return wide
@@ -159,7 +159,7 @@ class LevelSet:
         """Newton's steps from q (n) on, of what is free, until no more than `limit` of the sizes of f is left."""
         return close(self.one, q, self.free, limit, steps, (self.usual.f, self.wide))
 
-    def reached(self, x: Array, size: Sizes, quickly: bool = False) -> "Reached":
+    def reached(self, x: Array, size: NaturalSizes, quickly: bool = False) -> "Reached":
         """Where steps from many starts x (k × free) end, in few whole steps where that is enough."""
 
         def meant(x: Array, starts: Indices) -> Mask:

@@ -19,13 +19,13 @@ from typing import Any, NamedTuple
 from kane.dynamics.assembly import sum_of
 from kane.dynamics.bodies import Moving, Turning
 from kane.dynamics.derivation import Derived, Exprs
+from kane.dynamics.inverse_dynamics import kinetic_energy_along_tree
 from kane.dynamics.lazy import LazyMapping
 from kane.dynamics.readings.rate_forces import by_rates, differs, places, quasi_rates, rows_in_rates
 from kane.dynamics.readings.values import time_derivative as derivative_along_motion
 from kane.dynamics.readings.values import without_rates
 from kane.dynamics.routes.recursive import WAYS
 from kane.dynamics.solved import Solved
-from kane.dynamics.trees import energy as trees
 from kane.errors import ArgumentError, cut
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.differentiation import diff, gradient, time_derivative
@@ -64,7 +64,7 @@ def whole_kinetic_energy(solved: Solved) -> Expr:
     """That of all bodies; of large trees that recursions solve from the velocities of their segments."""
     if solved.route in WAYS and solved.twin is None and len(solved.derived.inertias) >= _LARGE:
         try:
-            return trees.kinetic_energy_along_tree(solved.derived)
+            return kinetic_energy_along_tree(solved.derived)
         except Unsuited:
             pass
     return solved.written([kinetic_energy(solved.regular.bodies)])[0]

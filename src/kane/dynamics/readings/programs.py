@@ -7,19 +7,19 @@ Of trees that recursions solve, by recursion.
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
+from kane.dynamics import inverse_dynamics as trees
 from kane.dynamics.derivation import Derived
 from kane.dynamics.readings.energy import linear_momentum, mass_center
-from kane.dynamics.routes.block_solution import solved_reactions, sparse_order
+from kane.dynamics.routes.block_solution import solved_reactions
 from kane.dynamics.routes.recursive import BENT, WAYS
 from kane.dynamics.solved import Solved
-from kane.dynamics.trees import inverse_dynamics as trees
 from kane.errors import ArgumentError, SingularError
 from kane.expr.build import div, sub
 from kane.expr.differentiation import weighted
 from kane.expr.forms.count import price
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.solve import forward, ldl, solve_lu
+from kane.expr.solve import forward, ldl, solve_lu, sparse_order
 from kane.expr.symbols import rate
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited

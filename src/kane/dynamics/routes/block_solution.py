@@ -23,7 +23,7 @@ from kane.expr.forms.collect import collected
 from kane.expr.forms.count import price
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr
-from kane.expr.solve import finish, forward, ldl, solve_lu
+from kane.expr.solve import finish, forward, ldl, solve_lu, sparse_order
 
 
 class BlockSolution(NamedTuple):
@@ -106,20 +106,3 @@ def solved_reactions(matrix: Matrix, right: Sequence[Expr]) -> list[Expr]:
     if any(x is ZERO for x in diagonal):
         raise SingularError("Expected each reaction to enter its own equation, got a zero on the diagonal.")
     return [div(b, x) for b, x in zip(right, diagonal, strict=True)]
-
-
-def sparse_order(rows: Sequence[Sequence[Expr]]) -> list[int]:
-    """Minimum degree: next is what is tied to the fewest of those left, the first of several (Tinney & Walker 1967).
-
-    Branches of a tree are eliminated from their ends, without any fill; a full matrix keeps its order.
-    """
-    ties = [{j for j, x in enumerate(row) if j != i and x is not ZERO} for i, row in enumerate(rows)]
-    left, order = list(range(len(ties))), []
-    while left:
-        chosen = min(left, key=lambda i: len(ties[i]))
-        left.remove(chosen)
-        order.append(chosen)
-        for i in ties[chosen]:
-            ties[i] |= ties[chosen] - {i}
-            ties[i].discard(chosen)
-    return order

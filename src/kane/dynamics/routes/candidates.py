@@ -34,12 +34,12 @@ from kane.dynamics.routes.equations import (
     unguarded_classical,
 )
 from kane.dynamics.routes.reactions import reactions
-from kane.dynamics.routes.shorten import short_forms
+from kane.dynamics.routes.shorten import SHORT, short_forms
 from kane.dynamics.routes.speeds import ConstraintRates, by_definitions, by_mass_centre, twins
 from kane.dynamics.solved import Solved
 from kane.expr.build import NODE_BUILDERS, neg
 from kane.expr.evaluation import free_symbols, is_constant_in_time
-from kane.expr.forms.count import Prices, price
+from kane.expr.forms.count import Prices, exceeds, price
 from kane.expr.node import ZERO, Expr, nodes
 from kane.expr.ops import DIV, OPS, REGULAR
 from kane.expr.regular import factors
@@ -116,16 +116,18 @@ def _candidates(
 
 
 def without_constraints(derived: Derived, coupled: bool) -> list[Candidate]:
-    """The assembled equations, and those by velocities of the mass centre, where one body is free to translate."""
-    usual = unguarded_classical(derived, None)
-    moving = None if coupled else all_speeds(derived)
-    every = [Candidate(usual, moving)]
+    """By velocities of the mass centre, where one body is free to translate, and assembled, unless those are short already."""
+    moving, usual = None if coupled else all_speeds(derived), cache(lambda: unguarded_classical(derived, None))
+    every: list[Candidate] = []
     by_centre = by_mass_centre(derived)
     if by_centre is not None:
         twin, solution = by_centre
-        if Poles(lambda: usual).fewer(twin, (*solution.accelerations, *solution.reactions)):
+        solved = (*solution.accelerations, *solution.reactions)
+        if Poles(usual).fewer(twin, solved):
             every.append(Candidate(solution, moving))
-    return every
+            if not exceeds(solved, SHORT):
+                return every
+    return [Candidate(usual(), moving), *every]
 
 
 def all_speeds(derived: Derived) -> Motions:

@@ -23,15 +23,14 @@ from kane.expr.node import ZERO, Expr, constant_value
 from kane.expr.square_system import Contents, content, divider, over_number
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.pulls import placed_forces, placed_torques, together
-from kane.kinematics.segments import Segment, Segments
+from kane.kinematics.segments import Segments, Step
 from kane.kinematics.tree import Link
 from kane.model.bodies import Part
 from kane.space.point import Point
 from kane.space.rotation import NOTHING, Basis, Cosines, Triple, path
-from kane.space.spatial import (
-    NO_MASS,
+from kane.space.vector import Vector
+from kane.tree.triples import (
     NO_ROWS,
-    Rigid,
     Turn,
     as_rows,
     mirrored,
@@ -41,7 +40,7 @@ from kane.space.spatial import (
     times,
     triple,
 )
-from kane.space.vector import Vector
+from kane.tree.values import NO_MASS, Rigid, Wrench
 
 
 def rigid_bodies(derived: Derived, segments: Segments, links: Sequence[Link]) -> list[Rigid]:
@@ -84,7 +83,7 @@ def _along(inertia: ConstantInertia, basis: Basis) -> Cosines:
 
 
 def regrouped(
-    bodies: Sequence[Rigid], steps: Sequence[Segment], balanced: bool, crossed: Collection[int] = ()
+    bodies: Sequence[Rigid], steps: Sequence[Step], balanced: bool, crossed: Collection[int] = ()
 ) -> list[Rigid]:
     """The same with what each segment need not carry moved to its parent; `balanced` with masses in the next of parallel axes.
 
@@ -111,12 +110,12 @@ def regrouped(
             continue
         moved = moved.moved(step.arm)
         for turn in reversed(step.lead):
-            moved = moved.before(turn)
+            moved = moved.turned(turn)
         own[step.parent] = own[step.parent].plus(_felt(moved, flat[i]) if i in flat else moved)
     return own
 
 
-def _flat(steps: Sequence[Segment]) -> dict[int, int]:
+def _flat(steps: Sequence[Step]) -> dict[int, int]:
     """The axes of segments that only turns about parallel axes lead to, and slides."""
     found: dict[int, int] = {}
     for i, step in enumerate(steps):
@@ -133,7 +132,7 @@ def _felt(body: Rigid, axis: int) -> Rigid:
     return Rigid(body.m, triple([ZERO if k == axis else x for k, x in enumerate(body.h)]), as_rows(rows))
 
 
-def _tips(steps: Sequence[Segment]) -> dict[int, int]:
+def _tips(steps: Sequence[Step]) -> dict[int, int]:
     """For segments that another turns in about a parallel axis, the number of this one."""
     found: dict[int, int] = {}
     for i, step in enumerate(steps):
@@ -142,7 +141,7 @@ def _tips(steps: Sequence[Segment]) -> dict[int, int]:
     return found
 
 
-def _balanced(step: Segment, body: Rigid, held: Expr, arm: Triple, axis: int | None) -> tuple[Rigid, Expr]:
+def _balanced(step: Step, body: Rigid, held: Expr, arm: Triple, axis: int | None) -> tuple[Rigid, Expr]:
     """A body without the component of h along an arm with one, and the mass at the end of the arm that has it.
 
     With that goes the mass that is `held` there already; where h has no such component the body takes it. Of J only what is felt
@@ -187,7 +186,7 @@ def shares(h: Expr, r: Expr) -> Expr | None:
     return over_number(divided(h, by), number)
 
 
-def _shared(step: Segment, body: Rigid) -> tuple[Rigid, Rigid]:
+def _shared(step: Step, body: Rigid) -> tuple[Rigid, Rigid]:
     """What a segment keeps, and what its parent may carry, at the origin along A; along the parent's B for one that joins."""
     still = not step.slide.freedoms and all(x is ZERO for x in step.slide.total)
     turns = any(x is not ZERO for x in step.spin.total)
@@ -211,10 +210,8 @@ def _shared(step: Segment, body: Rigid) -> tuple[Rigid, Rigid]:
     return kept, Rigid(body.m, (along[0], along[1], along[2]), as_rows(rows))
 
 
-def load_wrenches(
-    derived: Derived, segments: Segments, forces: Sequence[tuple[Point, Vector]]
-) -> dict[int, tuple[Triple, Triple]]:
-    """Moment about the origin and force, along B, of these forces, and of the loads' torques, on each segment."""
+def load_wrenches(derived: Derived, segments: Segments, forces: Sequence[tuple[Point, Vector]]) -> dict[int, Wrench]:
+    """The wrenches, along B, of these forces, and of the loads' torques, on each segment."""
     torques = [x for load in derived.declared_loads for x in load.torques]
     aligned = derived.kinematics.aligned
     return together((*placed_forces(aligned, segments, forces), *placed_torques(aligned, segments, torques)))

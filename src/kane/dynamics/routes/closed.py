@@ -7,34 +7,50 @@ With u̇° of the tree without constraints, A u̇ + Ȧ u + ḃ = 0 and M (u̇ �
 
 with the shares e that a row of A, pressing on the freedoms, has of their pivots D on the way to the base. Neither M nor A_n is needed,
 and what is divided by vanishes where rows of A depend on each other alone.
+
+Of a constraint with places, Σ F·v + Σ T·ω + … = 0, the forces act where they stand, and the second rate is
+
+    Σ F·a + Σ T·α + Σ Ḟ·v + Σ Ṫ·ω + …
+
+with the accelerations of the segments, in a number of operations that grows as the tree does. Any other is a row of A u + b = 0: the
+generalized forces are those of A, the second rate is A u̇ + Ȧ u + ḃ.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived
-from kane.dynamics.routes.articulated import Passed, inward
-from kane.dynamics.routes.carried import falling, regrouped
-from kane.dynamics.routes.composed import Composed
-from kane.dynamics.routes.composite import factored
+from kane.dynamics.routes.carried import falling
 from kane.dynamics.routes.equations import evident, holds_reactions
-from kane.dynamics.routes.freed import Articulated, Freed
-from kane.dynamics.routes.holding import Holding
-from kane.dynamics.routes.pressed import Number, Pressed
-from kane.dynamics.routes.recursive import NO_MASS, Carrying, carrying, is_regular, with_reactions, worth_trying
+from kane.dynamics.routes.recursive import NO_MASS, WAYS, Carrying, carrying, is_regular, with_reactions, worth_trying
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
-from kane.expr.build import add, div, mul, neg
+from kane.expr.build import add, div, mul, neg, sub
+from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr
+from kane.expr.ops import NEG
 from kane.expr.regular import guards
 from kane.expr.solve import finish, forward, ldl
 from kane.kinematics.freedoms import Unsuited
-from kane.kinematics.resolved import resolved
-from kane.kinematics.travel import travel
+from kane.kinematics.pulls import Placed, placed_forces, placed_torques, stands, together
+from kane.kinematics.resolved import resolved, transposed
+from kane.kinematics.segments import JointTree, Segments
 from kane.model.bodies import deforming
+from kane.model.constraints import Constraint
 from kane.model.reactions import constraint_of
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.rotation import NOTHING, Triple, cross3
+from kane.space.vector import Vector
+from kane.tree.articulated import Articulated, Passed, Pressed
+from kane.tree.composite import Composite
+from kane.tree.sweeps import velocities
+from kane.tree.triples import centripetal, summed
+from kane.tree.values import Wrench
 
 
 def closings(derived: Derived, partition: Partition) -> Iterator[Solved]:
@@ -66,23 +82,15 @@ def _closed(derived: Derived, partition: Partition, carried: Carrying, route: st
             raise Unsuited("loads that hold reactions which no joint transmits")
         carried = carried._replace(crossings=None)
     try:
-        whole = _held(derived, partition, carried, _freed(derived, carried, route))
+        whole = _held(derived, partition, carried, route)
     except SingularError:
         raise Unsuited(NO_MASS) from None
     return _solved(derived, partition, carried, whole, route)
 
 
-def _freed(derived: Derived, carried: Carrying, route: str) -> Freed:
-    """The tree without its constraints."""
-    steps, ground, asked = carried.segments.steps, falling(derived), carried.asked
-    bodies = regrouped(carried.bodies, steps, route == "recursive", asked)
-    if route == "recursive":
-        return Articulated(inward(travel(steps), bodies, carried.loads, carried.bent), ground, asked)
-    return Composed(factored(steps, bodies, carried.loads, ground, carried.bent), ground)
-
-
 class _Held(NamedTuple):
     passed: Passed
+    transmitted: Mapping[int, Wrench]
     multipliers: Mapping[int, Expr]
     pivots: Sequence[Expr]
     sizes: Sequence[Expr]
@@ -90,18 +98,22 @@ class _Held(NamedTuple):
     """Rows whose forces are among what is transmitted."""
 
 
-def _held(derived: Derived, partition: Partition, carried: Carrying, freed: Freed) -> _Held:
+def _held(derived: Derived, partition: Partition, carried: Carrying, route: str) -> _Held:
     """What passes with the multipliers λ of the rows."""
+    tree, ground = carried.tree(balanced=route == "recursive", asked=carried.asked), falling(derived)
+    freed = WAYS[route](tree.segments, ground, [tree.joint[i] for i in carried.asked])
     if len(freed.free.rows) < len(derived.speeds):
         raise Unsuited(NO_MASS)
-    holding = Holding(derived, carried.segments, freed, falling(derived))
+    holding = Holding(derived, carried.segments, tree, freed, ground)
     forces, right = zip(*map(holding.row, partition.rows), strict=True)
     matrix = _products(freed.divisors, forces)
     factors = ldl(matrix)
     solution = finish(factors, forward(factors.lower, list(map(neg, right))))
     sizes = [row[k] for k, row in enumerate(matrix)]
+    passed = freed.passed(forces, solution)
     return _Held(
-        freed.passed(forces, solution),
+        passed,
+        {i: passed.transmitted[tree.joint[i]] for i in carried.asked} if passed.transmitted else {},
         dict(zip(partition.rows, solution, strict=True)),
         factors.pivots,
         sizes,
@@ -109,10 +121,10 @@ def _held(derived: Derived, partition: Partition, carried: Carrying, freed: Free
     )
 
 
-def _products(d: Mapping[Number, Expr], forces: Sequence[Pressed]) -> list[list[Expr]]:
+def _products(d: Sequence[Expr], forces: Sequence[Pressed]) -> list[list[Expr]]:
     """A M⁻¹ Aᵀ."""
-    e = [[each.shares.get(k, ZERO) for k in d] for each in forces]
-    over = [[x if x is ZERO else div(x, p) for x, p in zip(row, d.values(), strict=True)] for row in e]
+    e = [each.shares for each in forces]
+    over = [[x if x is ZERO else div(x, p) for x, p in zip(row, d, strict=True)] for row in e]
     return [[_product(x, y) for y in over] for x in e]
 
 
@@ -142,9 +154,99 @@ def _felt(derived: Derived, e: Embedding, carried: Carrying, whole: _Held) -> li
     """What G_a R are: what is transmitted, less what the constraints exert on the far side."""
     found = []
     for a, crossing in enumerate(carried.crossings or ()):
-        total = ZERO if crossing is None else crossing.measured(whole.passed.transmitted)
+        total = ZERO if crossing is None else crossing.measured(whole.transmitted)
         for r, multiplier in whole.multipliers.items():
             if r not in whole.placed or constraint_of(derived.auxiliary_speeds[a]) is not None:
                 total = add(total, neg(mul(e.rows.a_auxiliary[r, a], multiplier)))
         found.append(total)
     return found
+
+
+@dataclass(frozen=True, eq=False)
+class Holding:
+    """The constraints of a tree that would move without them as what is `freed` does."""
+
+    derived: Derived
+    segments: Segments
+    tree: JointTree
+    freed: Articulated | Composite
+    ground: Triple
+
+    def placed(self, rows: Iterable[int]) -> Collection[int]:
+        """Those that act where they stand."""
+        return {r for r in rows if stands(self.derived.constraints.constraints[r], self.segments)}
+
+    def row(self, r: int) -> tuple[Pressed, Expr]:
+        """What the unit of a multiplier presses with, and the second rate with the accelerations that the tree has without it."""
+        c = self.derived.constraints.constraints[r]
+        return self._standing(c) if stands(c, self.segments) else self._general(r)
+
+    def _standing(self, c: Constraint) -> tuple[Pressed, Expr]:
+        kinematics, inertial = self.derived.kinematics, self.derived.system.inertial
+        aligned, turning = kinematics.aligned.vector, kinematics.turning
+        pulls, twists = [(at, aligned(v)) for at, v in c.forces], [(at, aligned(v)) for at, v in c.torques]
+        acting = self._placed(pulls, twists)
+        total = ZERO if c.own is ZERO else kinematics.drift(c.own, _known(c.expr, add(self._power(acting), c.own)))
+        for p in acting:
+            if p.force is NOTHING:
+                alpha = self.freed.motion[self.tree.home[p.segment]].alpha
+                total = add(total, dot(p.moment, self.tree.along_b(p.segment, alpha)))
+            else:
+                total = add(total, dot(p.force, self._acceleration(p)))
+        changes = self._placed([(at, turning(v)) for at, v in pulls], [(at, turning(v)) for at, v in twists])
+        fall = sum((v for at, v in pulls if self.segments.place(at)[0]), start=Vector())
+        total = sub(add(total, self._power(changes)), dot(fall.gathered().components(inertial), self.ground))
+        return self._pressed({}, together(acting)), total
+
+    def _placed(self, forces: Iterable[tuple[Point, Vector]], torques: Iterable[tuple[Frame, Vector]]) -> list[Placed]:
+        aligned, found = self.derived.kinematics.aligned, self.segments
+        return [*placed_forces(aligned, found, forces), *placed_torques(aligned, found, torques)]
+
+    def _power(self, acting: Iterable[Placed]) -> Expr:
+        total = ZERO
+        for p in acting:
+            w = self._omega(p.segment)
+            if p.force is NOTHING:
+                total = add(total, dot(p.moment, w))
+            else:
+                total = add(total, dot(p.force, summed(self._velocity(p.segment), cross3(w, p.r))))
+        return total
+
+    def _acceleration(self, p: Placed) -> Triple:
+        """a of the point, with that of the ground."""
+        home = self.tree.home[p.segment]
+        alpha, a = (self.tree.along_b(p.segment, v) for v in self.freed.motion[home])
+        swung = centripetal(self._omega(p.segment), p.r, self.freed.moving[home].square)
+        return summed(a, summed(cross3(alpha, p.r), swung))
+
+    def _omega(self, step: int) -> Triple:
+        """ω along B."""
+        return self.tree.along_b(step, self.freed.moving[self.tree.home[step]].w)
+
+    def _velocity(self, step: int) -> Triple:
+        """v of the origin along B."""
+        return self.tree.along_b(step, self._velocities[self.tree.home[step]])
+
+    @cached_property
+    def _velocities(self) -> list[Triple]:
+        return velocities(self.tree.segments, self.freed.moving)
+
+    def _pressed(self, forces: Mapping[int, Expr], loads: Mapping[int, Wrench]) -> Pressed:
+        """What these wrenches, along B, press with."""
+        return self.freed.press(forces, {self.tree.home[i]: self.tree.wrench(i, w) for i, w in loads.items()})
+
+    def _general(self, r: int) -> tuple[Pressed, Expr]:
+        rows, speeds = self.derived.constraints, self.derived.speeds
+        row: dict[Expr, Expr] = {u: c for u, c in zip(speeds, rows.a.rows[r], strict=True) if c is not ZERO}
+        own = transposed(row, [x for x, _ in self.freed.free.rows], self.derived.kinematics.speeds)
+        rate = add(rows.drift[r], dot(list(row.values()), [self._accelerations[u] for u in row]))
+        return self._pressed(own, {}), rate
+
+    @cached_property
+    def _accelerations(self) -> dict[Expr, Expr]:
+        return resolved(self.freed.free.rows, self.derived.kinematics)
+
+
+def _known(f: Expr, rate: Expr) -> dict[Expr, Expr]:
+    """The rate of a constraint's f, which may stand in what its power leaves of that rate; a sign is no part of what is shared."""
+    return {f.args[0]: neg(rate)} if f.op is NEG else {f: rate}

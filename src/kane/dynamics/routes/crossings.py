@@ -21,10 +21,11 @@ from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Basis, Triple, cross3
 from kane.space.vector import Vector
+from kane.tree.values import Wrench
 
 Places = Mapping[Point, tuple[int, Vector]]
-Transmitted = Mapping[int, tuple[Triple, Triple]]
-"""Moment about a segment's origin and force, along A, that the segment before exerts on it, by number."""
+Transmitted = Mapping[int, Wrench]
+"""What the segment before exerts on a segment, about its origin and along A, by number."""
 
 
 class Crossing(NamedTuple):

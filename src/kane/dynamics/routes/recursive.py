@@ -6,21 +6,18 @@ speeds, one after the other: rates, sums and differences of rates, measure numbe
 of coordinates, of which u̇ follows by the definitions of the speeds. M and f are assembled when they are read.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from kane.dynamics.derivation import Derived
-from kane.dynamics.routes import articulated, composite
-from kane.dynamics.routes.articulated import Passed, Wrenches
 from kane.dynamics.routes.block_solution import solved_reactions
 from kane.dynamics.routes.carried import falling, load_wrenches, regrouped, rigid_bodies
 from kane.dynamics.routes.crossings import Crossing, crossings, parted
+from kane.dynamics.routes.elastic import Bent, bending_bodies, bent_frames, gauged, shared_rates
 from kane.dynamics.routes.equations import evident, holds_reactions
-from kane.dynamics.routes.flexible import Bent, bending_bodies
-from kane.dynamics.routes.gauged import bent_frames, gauged, shared_rates
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
 from kane.expr.evaluation import Walk
@@ -30,14 +27,15 @@ from kane.expr.node import ZERO, Expr
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.resolved import resolved
-from kane.kinematics.segments import Segment, Segments, segments
+from kane.kinematics.segments import JointTree, Segments, Step, joint_tree, segments
 from kane.kinematics.tree import Tree, repeated
 from kane.model.bodies import deforming
 from kane.model.variables import EulerParameters
 from kane.numeric.bounds import bounded
 from kane.numeric.sampling import SEEDS, draws, unit, value_of
-from kane.space.rotation import Triple
-from kane.space.spatial import Rigid
+from kane.tree.articulated import Articulated, Wrenches
+from kane.tree.composite import Composite
+from kane.tree.values import Rigid
 
 Exprs = tuple[Expr, ...]
 
@@ -50,10 +48,7 @@ _TIMES, _BESIDE, _KEPT = 16, 1e-10, 1e-3
 """Points at which a pivot is computed, how far they are from each other, and how much of a pivot may change between them."""
 
 
-WAYS: Mapping[str, Callable[[Sequence[Segment], Sequence[Rigid], Wrenches, Triple, Iterable[int], Bent], Passed]] = {
-    "recursive": articulated.accelerations,
-    "composite": composite.accelerations,
-}
+WAYS: Mapping[str, type[Articulated] | type[Composite]] = {"recursive": Articulated, "composite": Composite}
 """How joint accelerations are found, by the name of the route."""
 
 
@@ -74,7 +69,7 @@ def worth_trying(derived: Derived, carried: "Carrying") -> Iterable[str]:
     return WAYS if both and not crossed else ("recursive",)
 
 
-def depth(steps: Sequence[Segment]) -> float:
+def depth(steps: Sequence[Step]) -> float:
     """The joint speeds from the ground to one, on average: about how many entries a row of M has."""
     ways: list[int] = []
     total = count = 0
@@ -99,6 +94,15 @@ class Carrying(NamedTuple):
     def asked(self) -> set[int]:
         """The segments that reactions cross into."""
         return {c.segment for c in self.crossings or () if c is not None}
+
+    def tree(self, *, balanced: bool, asked: Collection[int] = ()) -> JointTree:
+        """The tree with bodies regrouped, but not across the joints whose wrenches are asked for."""
+        steps = self.segments.steps
+        elastic = {
+            i: self.bent.elastic(i, step.modes) for i, step in enumerate(steps) if step.modes or i in self.bent.bodies
+        }
+        bodies = regrouped(self.bodies, steps, balanced, asked)
+        return joint_tree(steps, bodies, self.loads, elastic, elastic_along_a=not balanced)
 
 
 def carrying(derived: Derived, *, flexible: bool = False, shared: bool = False) -> Carrying:
@@ -133,14 +137,14 @@ def _segments(derived: Derived, tree: Tree, rates: Exprs, shared: bool) -> tuple
 
 def by_recursion(derived: Derived, carried: Carrying, route: str) -> Solved:
     """u̇, with the reactions where these are transmitted by joints of the tree and the way tells what is."""
-    steps, loads, own = carried.segments.steps, carried.loads, route == "recursive"
+    own = route == "recursive"
     across = carried.crossings if own and derived.reactions else None
     asked = {c.segment for c in across or () if c is not None}
     if across is None and holds_reactions(derived):
         raise Unsuited("loads that hold reactions")
     try:
-        bodies = regrouped(carried.bodies, steps, own, asked)
-        passed = WAYS[route](steps, bodies, loads, falling(derived), asked, carried.bent)
+        tree = carried.tree(balanced=own, asked=asked)
+        passed = WAYS[route](tree.segments, falling(derived), [tree.joint[i] for i in asked]).free
     except SingularError:
         raise Unsuited(NO_MASS) from None
     if not is_regular(passed.pivots, derived.system.euler_parameters):
@@ -152,7 +156,8 @@ def by_recursion(derived: Derived, carried: Carrying, route: str) -> Solved:
     found = Solved(route, derived, None, u_dot, (), tuple(passed.pivots), matrix, matrix)
     if across is None:
         return found
-    return with_reactions(found, [ZERO if c is None else c.measured(passed.transmitted) for c in across])
+    transmitted = {i: passed.transmitted[tree.joint[i]] for i in asked}
+    return with_reactions(found, [ZERO if c is None else c.measured(transmitted) for c in across])
 
 
 def with_reactions(found: Solved, transmitted: Sequence[Expr]) -> Solved:

@@ -29,7 +29,7 @@ from kane.expr.node import TWO, ZERO, Expr
 from kane.expr.ops import ADD, MUL, NEG, SUB
 from kane.expr.regular import extended
 
-LONG = 200
+SHORT = 200
 """Operations above which equations stay as they are."""
 
 
@@ -49,16 +49,20 @@ def with_short_forms(s: Solved) -> Solved:
 def short_forms(exprs: Sequence[Expr], derived: Derived, e: Embedding | None) -> tuple[Expr, ...]:
     """Expressions that are computed together in fewer operations; themselves where they are long."""
     best = tuple(exprs)
-    if exceeds(best, LONG):
+    if exceeds(best, SHORT):
         return best
     least = price(best)
     given = _given(derived, e)
     kept = frozenset(e.guards_in_use) if e else frozenset()
+    final: dict[str, tuple[Expr, ...]] = {}
     for rewritten in (lambda x, same: named(x, given, same), combined, shared, scaled, shared):
+        if final.get(rewritten.__name__) is best:  # nothing has changed since
+            continue
         found = rewritten(best, kept)
         cost = price(found)
         if cost < least:
             best, least = found, cost
+        final[rewritten.__name__] = best
     return best
 
 

@@ -27,6 +27,7 @@ from itertools import combinations
 from typing import NamedTuple
 
 from kane.dynamics.assembly import blocks, generalized_by_motion, mass_rows
+from kane.dynamics.checks import check_mass
 from kane.dynamics.constraints.embed import Embedding, Solution, embedding
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.constraints.touches import Touch, contacts
@@ -324,7 +325,9 @@ def by_mass_centre(derived: Derived) -> tuple[Derived, Solved] | None:
     left = derived.left_by(twin.kinematics, twin.bodies)
     right = [generalized_by_motion(left, s) for s in twin.all_speeds]
     mass = mass_rows(twin.bodies, twin.speeds, twin.auxiliary_speeds)
-    solution = block_solution(blocks(mass, right, twin.auxiliary_speeds, twin.reactions, twin.pairs))
+    equations = blocks(mass, right, twin.auxiliary_speeds, twin.reactions, twin.pairs)
+    check_mass(derived.system, derived.speeds, equations.mass)
+    solution = block_solution(equations)
     own = velocity_form(derived.kinematics.point(centre))
     values: dict[Expr, Expr] = {names[u]: own.dot(n) for u, n in directions.items()}
     memo: dict[Expr, Expr] = {}

@@ -5,20 +5,22 @@ There they are shorter and sooner found, and M and f are assembled when they are
 from a few bodies more on, and alone where there are many freedoms for each constraint.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived
 from kane.dynamics.routes.candidates import Candidate, all_speeds, divisors, with_reactions
-from kane.dynamics.routes.closed import closings
-from kane.dynamics.routes.recursive import BENT, recursions
+from kane.dynamics.routes.closed import closed, closings
+from kane.dynamics.routes.recursive import BENT, by_recursion, carrying, recursions
 from kane.dynamics.routes.shorten import with_half_speeds
 from kane.dynamics.solved import Solved
+from kane.errors import ModelError
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.forms.count import price
 from kane.expr.node import Expr
 from kane.expr.regular import factors
+from kane.kinematics.freedoms import Unsuited
 from kane.model.bodies import deforming
 
 _TREE, _GROWN = 5, 6
@@ -86,3 +88,33 @@ def compared(found: Sequence[Solved]) -> Solved:
     for s, cost in zip(found, costs, strict=True):
         by_route[s.route] = min(cost, by_route.get(s.route, cost))
     return replace(found[costs.index(min(costs))], routes=by_route)
+
+
+def _closed(derived: Derived, partition: Partition, route: str) -> Solved:
+    found = closed(derived, partition, route, shared=True)
+    _check_poles(derived, found)
+    return tree_with_reactions(derived, found).guarded()
+
+
+def _check_poles(derived: Derived, found: Solved) -> None:
+    if not has_no_poles(derived, found):
+        raise Unsuited("speeds whose W has poles that velocities in these speeds have not")
+
+
+def forced(route: str) -> Callable[[Derived, Partition | None], Solved]:
+    """u̇ by one of the recursions, and the reactions; a ModelError where the system is no tree of joint speeds."""
+
+    def solve(derived: Derived, partition: Partition | None) -> Solved:
+        try:
+            if partition is not None:
+                return compared([_closed(derived, partition, route)])
+            found = by_recursion(derived, carrying(derived, flexible=True, shared=True), route)
+            _check_poles(derived, found)
+            return compared([with_half_speeds(tree_with_reactions(derived, found))])
+        except Unsuited as why:
+            raise ModelError(
+                f"Expected a tree of joint speeds for route={route!r}, got {why}. Leave out route=, or take "
+                "route='classical'."
+            ) from None
+
+    return solve

@@ -69,6 +69,8 @@ class _Powers:
             for a in args:
                 self.users[a].append(i)
         self.choices: dict[int, int] = {}
+        self.taken = 0
+        self.refused: dict[tuple[int, int | None], int] = {}
         self.asked: Counter[tuple[int, int]] = Counter()
         self.cost = 0
         self.states: list[_State] = []
@@ -106,9 +108,9 @@ class _Powers:
         return (node.op is ADD or node.op is SUB) and len({self.states[a].power for a in self.args[i]}) > 1
 
     def attempt(self, i: int, choice: int | None) -> None:
-        """Make a choice, and take it back unless everything costs less then."""
+        """Make a choice, and take it back unless everything costs less then; not again where nothing else has changed since."""
         usual = self.choices.get(i)
-        if choice == usual:
+        if choice == usual or self.refused.get((i, choice)) == self.taken:
             return
         cost, before = self.cost, {}
         self._set(i, choice)
@@ -124,10 +126,13 @@ class _Powers:
                 if new[:2] != old[:2]:
                     for user in self.users[k]:
                         heapq.heappush(waiting, user)
-        if self.cost >= cost:
-            self._set(i, usual)
-            for k, old in before.items():
-                self._put(k, old)
+        if self.cost < cost:
+            self.taken += 1
+            return
+        self.refused[i, choice] = self.taken
+        self._set(i, usual)
+        for k, old in before.items():
+            self._put(k, old)
 
     def _set(self, i: int, choice: int | None) -> None:
         if choice is None:

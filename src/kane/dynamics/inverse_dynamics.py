@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""M u̇ − f, f, M and the kinetic energy of trees, in a number of operations that grows as the tree, or as M has entries.
+
+g of each joint speed w is what its equation leaves: the moment and force that are transmitted to its segment, along its axis. Kane's
+equations of the generalized speeds are Σ_w g_w ∂w/∂u_r, and M_rs = Σ ∂w/∂u_r M_ww′ ∂w′/∂u_s.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from kane.dynamics.assembly import sum_of
+from kane.dynamics.derivation import Derived
+from kane.dynamics.routes.carried import falling
+from kane.dynamics.routes.equations import holds_reactions
+from kane.dynamics.routes.recursive import WAYS, carrying
+from kane.expr.build import add, mul, neg
+from kane.expr.matrix import Matrix, dot
+from kane.expr.node import ONE, TWO, ZERO, Expr
+from kane.expr.symbols import rate
+from kane.kinematics.constraints import constraint_rows
+from kane.kinematics.freedoms import Unsuited
+from kane.kinematics.segments import joint_tree
+from kane.kinematics.speeds import Row
+from kane.model.bodies import deforming
+from kane.space.rotation import NOTHING, Triple, cross3, product
+from kane.tree.composite import (
+    Composite,
+    Composites,
+    dof_count,
+    elastic_parts,
+    mass_rows,
+    mode_numbers,
+    rows_of,
+    with_more,
+)
+from kane.tree.sweeps import Driven, Tree, forces, outward, rates, velocities
+from kane.tree.values import Motion, to_rigid
+
+Exprs = tuple[Expr, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Inverse:
+    """The segments at given u̇: the acceleration of their ground, and λ by number, with the rows they are of."""
+
+    tree: Tree
+    ground: Triple
+    rows: Sequence[Row]
+    lambdas: Sequence[Expr]
+
+    def left(self, derived: Derived) -> Exprs:
+        """M u̇ − f."""
+        return self.by_speeds(derived).T @ self.forces()
+
+    def by_speeds(self, derived: Derived) -> Matrix:
+        """∂w/∂u, a row for each joint speed."""
+        found = [_by_speeds(row, derived) for row in self.rows]
+        return Matrix([[row.get(u, ZERO) for u in derived.speeds] for row in found], (len(found), len(derived.speeds)))
+
+    def forces(self) -> list[Expr]:
+        """g of every joint speed, by number."""
+        moving, numbers = rates(self.tree), mode_numbers(self.tree)
+        at = outward(self.tree, Driven(self.tree, moving, self.lambdas), Motion(NOTHING, self.ground))
+        wrenches = [s.pressing(w.w, w.square, a) for s, w, a in zip(self.tree, moving, at, strict=True)]
+        on = [ZERO] * len(self.rows)
+        for i, felt in elastic_parts(self.tree, moving).items():
+            known = felt.at(*at[i])
+            values = {b: self.lambdas[k] for b, k in numbers.items()}
+            wrenches[i] = wrenches[i].plus(felt.wrench(at[i], values))
+            for b, column in known.columns.items():
+                own = sum_of(mul(x, values[other]) for other, x in column.row.items())
+                on[numbers[b]] = add(on[numbers[b]], add(column.force, own))
+        return list(map(add, forces(self.tree, [None, *wrenches[1:]], len(on)), on))
+
+    def mass(self) -> Matrix:
+        """M of the joint speeds, by number."""
+        elastic = elastic_parts(self.tree, rates(self.tree))
+        bodies = with_more([s.body for s in self.tree], {i: to_rigid(felt) for i, felt in elastic.items()})
+        return Matrix(mass_rows(self.tree, Composites(self.tree, bodies), elastic))
+
+    def mass_of_speeds(self, derived: Derived) -> Matrix:
+        """M."""
+        mass = self.mass()
+        if all(len(row) == 1 and next(iter(row.values())) is ONE for row in self.rows):
+            number = {s: k for k, row in enumerate(self.rows) for s in row}
+            if all(u in number for u in derived.speeds):
+                order = [number[u] for u in derived.speeds]
+                return mass.take(order, order)
+        rows = self.by_speeds(derived)
+        return rows.T @ mass @ rows
+
+
+def _by_speeds(own: Row, derived: Derived) -> dict[Expr, Expr]:
+    speeds, found = set(derived.speeds), dict[Expr, Expr]()
+    for s, c in own.items():
+        by = {s: ONE} if s in speeds else derived.kinematical.form({s: ONE}).coefficients
+        for u, w in by.items():
+            found[u] = add(found.get(u, ZERO), mul(c, w))
+    return found
+
+
+def inverse_at(derived: Derived, u_dot: Sequence[Expr], *, balanced: bool = False, elastic: bool = False) -> Inverse:
+    """The segments at given u̇, as if nothing closed the tree; Unsuited, with what is in the way, where it is no such tree."""
+    if holds_reactions(derived):
+        raise Unsuited("loads that hold reactions")
+    carried = carrying(derived, flexible=elastic, shared=elastic)
+    tree = carried.tree(balanced=balanced).segments
+    if dof_count(tree) != len(derived.speeds):
+        raise Unsuited("speeds that are not those of the joints")
+    value: dict[Expr, Expr] = dict(zip(derived.speeds, u_dot, strict=True))
+    rows = rows_of(tree)
+    return Inverse(tree, falling(derived), rows, [_lambda(row, value, derived) for row in rows])
+
+
+def _lambda(row: Row, value: Mapping[Expr, Expr], derived: Derived) -> Expr:
+    """λ of a row in speeds and rates, at u̇ by speed."""
+    return sum_of(mul(c, _change(s, value, derived)) for s, c in row.items())
+
+
+def _change(s: Expr, value: Mapping[Expr, Expr], derived: Derived) -> Expr:
+    """u̇ of a speed; q̈ of a rate, d/dt (W u + X)."""
+    if s in value:
+        return value[s]
+    form = derived.kinematical.form({s: ONE})
+    changed = sum_of(mul(w, value[u]) for u, w in form.coefficients.items())
+    return add(derived.kinematics.drift(form.total()), changed)
+
+
+def inverse_of(derived: Derived, u_dot: Sequence[Expr], route: str) -> Inverse:
+    """The segments of a tree at the u̇ that the `route` finds, without elastic parts; Unsuited where it is no such tree.
+
+    λ of rows in rates are those of the route, and with composite bodies those of forces body by body, as g is made of these.
+    """
+    if derived.constraints.constraints:
+        raise Unsuited("constraints")
+    inverse = inverse_at(derived, u_dot, balanced=route == "recursive")
+    if route != "composite" and all(u in derived.speeds for row in inverse.rows for u in row):
+        return inverse
+    solver = WAYS[route](inverse.tree, inverse.ground)
+    if isinstance(solver, Composite):
+        solver = replace(solver, body_by_body=True)
+    found = {id(row): x for row, x in solver.free.rows}
+    return replace(inverse, lambdas=[found[id(row)] for row in inverse.rows])
+
+
+def residual(derived: Derived) -> Exprs:
+    """M u̇ − f in u̇, of a tree of joint speeds; Unsuited, with what is in the way, of another system."""
+    return _inverse(derived, [rate(u) for u in derived.speeds]).left(derived)
+
+
+def forcing(derived: Derived) -> Exprs:
+    """f of a tree; Unsuited, with what is in the way, of another system."""
+    return tuple(map(neg, _inverse(derived, [ZERO] * len(derived.speeds)).left(derived)))
+
+
+def mass_matrix(derived: Derived) -> Matrix:
+    """M of a tree, which constraints do not change; Unsuited, with what is in the way, of another system."""
+    if derived.constraints.constraints:
+        derived = replace(derived, constraints=constraint_rows((), derived.kinematics, derived.auxiliary_speeds))
+    return _inverse(derived, [ZERO] * len(derived.speeds)).mass_of_speeds(derived)
+
+
+def _inverse(derived: Derived, u_dot: Sequence[Expr]) -> Inverse:
+    return inverse_at(derived, u_dot, elastic=bool(deforming(derived.system.bodies)))
+
+
+def kinetic_energy_along_tree(derived: Derived) -> Expr:
+    """½ Σ m v·v + ω·I·ω of a tree, from the velocities of its segments; Unsuited, with what is in the way, of another system.
+
+    A body with ω, the velocity v of its origin, the mass m, h = m r* and the inertia J about that has ½ (m v·v + 2 v·(ω × h) + ω·J·ω).
+    """
+    carried = carrying(derived)
+    tree = joint_tree(carried.segments.steps, carried.bodies, along_b=True).segments
+    moving, twice = rates(tree), ZERO
+    for s, at, v in zip(tree, moving, velocities(tree, moving), strict=True):
+        twice = add(twice, add(mul(s.body.m, dot(v, v)), dot(at.w, product(s.body.j, at.w))))
+        twice = add(twice, mul(TWO, dot(v, cross3(at.w, s.body.h))))
+    return twice / 2

@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Flexible bodies along a tree: the rates by which they deform, the loads on these alone, and what their link feels of their parts.
+
+A point that moves along inertial axes by such rates has partial velocities for them alone: what acts on it is a generalized force, and
+no segment of the tree.
+
+Of parts that share their momenta, with places d_k in the link, masses μ_kl of their velocities, p_k = Σ_l μ_kl d_l, w_k = Σ_l μ_kl and
+partial places ∂_j d_k by the rates that move them,
+
+    J = Σ (d_k·p_k 1 − p_k d_k),   n_j = Σ p_k × ∂_j d_k,   f_j = Σ w_k ∂_j d_k,   m_ij = Σ μ_kl ∂_i d_k·∂_j d_l
+
+and at no acceleration, with P_k = ω × (ω × p_k) + 2 ω × ṗ_k + p̈_k, the moment Σ d_k × P_k, the force of the same with Σ w_k d_k, and
+e_j = Σ ∂_j d_k·P_k.
+"""
+
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from kane.dynamics.derivation import Derived
+from kane.expr.build import add, mul, neg, sub
+from kane.expr.differentiation import time_derivative
+from kane.expr.linear_parts import affine_forms
+from kane.expr.matrix import dot
+from kane.expr.node import TWO, ZERO, Expr
+from kane.kinematics.freedoms import Shift, Stages, Unsuited
+from kane.kinematics.segments import Elastic, Segments
+from kane.kinematics.tree import Carried, Link
+from kane.model.bodies import deforming
+from kane.space.frame import Frame
+from kane.space.point import Point
+from kane.space.rotation import NOTHING, Triple, cross3
+from kane.space.vector import Vector, angular_velocity
+from kane.tree.triples import as_rows, centripetal, mirrored, skew, sum_of, summed, times, triple
+from kane.tree.values import NO_INERTIA, Column, Inertia, Wrench, joined
+
+Rows = Sequence[Mapping[int, Expr]]
+
+
+class Bending(NamedTuple):
+    """Places along B with what they move by, their μ by number, and w."""
+
+    places: Sequence[Triple]
+    moves: Sequence[Shift]
+    masses: Rows
+    weights: Sequence[Expr]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bent:
+    """The parts that share momenta, by segment, and the generalized forces on rates."""
+
+    bodies: Mapping[int, Bending]
+    forces: Mapping[Expr, Expr]
+
+    def elastic(self, i: int, rates: Sequence[Expr]) -> Elastic:
+        """What of this a segment feels whose parts move by these rates, along B."""
+        pressed = {b: Column(force=neg(self.forces[b])) for b in rates if b in self.forces}
+
+        def felt(w: Triple, square: Expr) -> Inertia:
+            own = felt_of(self.bodies[i], w, square) if i in self.bodies else NO_INERTIA
+            return own._replace(columns=joined(own.columns, pressed))
+
+        return felt
+
+
+def bending_bodies(
+    derived: Derived, found: Segments, links: Sequence[Link], rates: Collection[Expr]
+) -> dict[int, Bending]:
+    """The parts that share momenta, by the segment that they move in, and move by these rates there."""
+    stages, bodies = Stages(derived.kinematics, rates), dict[int, Bending]()
+    for number, link in zip(found.ends, links, strict=True):
+        parts = [each for each in link.parts if each.part.momenta]
+        if parts:
+            places = [summed(arm.components(link.basis), found.steps[number].shift) for _, arm in parts]
+            moves = [_moves(stages, place) for place in places]
+            weights = [part.mass for part, _ in parts]
+            bodies[number] = Bending(places, moves, _masses(parts), weights)
+    return bodies
+
+
+def _moves(stages: Stages, place: Triple) -> Shift:
+    stage = stages.stage(stages.raw(triple(map(time_derivative, place))), by_rates=True)
+    if stage.freedoms:
+        raise Unsuited("points of a flexible body that move by more than its deformation")
+    return stage
+
+
+def _masses(parts: Sequence[Carried]) -> Rows:
+    numbers: dict[Point, int] = {part.mass_center: k for k, (part, _) in enumerate(parts)}
+    if any(p not in numbers for part, _ in parts for p, _ in part.momenta):
+        raise Unsuited("points of a flexible body in several links")
+    return [{numbers[p]: mass for p, mass in part.momenta} for part, _ in parts]
+
+
+def felt_of(body: Bending, w: Triple, square: Expr) -> Inertia:
+    """The inertia of these parts about the origin, and what is there at no acceleration, at the angular velocity ω."""
+    places, moves = body.places, body.moves
+    p = [_weighed(row, lambda k: places[k]) for row in body.masses]
+    rows = [[ZERO] * 3 for _ in range(3)]
+    for d, own in zip(places, p, strict=True):
+        whole = dot(d, own)
+        for a in range(3):
+            for b in range(a, 3):
+                rows[a][b] = add(rows[a][b], sub(whole if a == b else ZERO, mul(own[a], d[b])))
+    mass = sum_of(body.weights)
+    h = _weighed(dict(enumerate(body.weights)), lambda k: places[k])
+    pressing = [_swung(body, row, w, square) for row in body.masses]
+    n = f = NOTHING
+    for d, force in zip(places, pressing, strict=True):
+        n = summed(n, cross3(d, force))
+    f = _swung(body, dict(enumerate(body.weights)), w, square)
+    columns: dict[Expr, Column] = {}
+    for k, stage in enumerate(moves):
+        for rate, v in stage.shared:
+            before = columns.get(rate, Column())
+            row = dict(_entries(body, k, v))
+            wrench = Wrench(cross3(p[k], v), times(body.weights[k], v))
+            columns[rate] = before.plus(Column(wrench, row, dot(v, pressing[k])))
+    m = ((mass, ZERO, ZERO), (ZERO, mass, ZERO), (ZERO, ZERO, mass))
+    return Inertia(mirrored(as_rows(rows)), skew(h), m, Wrench(n, f), columns)
+
+
+def _entries(body: Bending, k: int, v: Triple) -> Iterator[tuple[Expr, Expr]]:
+    """What the partial place v of part k has of m, by the other rate."""
+    found: dict[Expr, Expr] = {}
+    for other, mass in body.masses[k].items():
+        for rate, x in body.moves[other].shared:
+            found[rate] = add(found.get(rate, ZERO), mul(mass, dot(v, x)))
+    return ((rate, x) for rate, x in found.items() if x is not ZERO)
+
+
+def _weighed(row: Mapping[int, Expr], what: Callable[[int], Triple]) -> Triple:
+    """Σ μ v."""
+    total = NOTHING
+    for k, mass in row.items():
+        total = summed(total, times(mass, what(k)))
+    return total
+
+
+def _swung(body: Bending, row: Mapping[int, Expr], w: Triple, square: Expr) -> Triple:
+    """ω × (ω × p) + 2 ω × ṗ + p̈."""
+    p = _weighed(row, lambda k: body.places[k])
+    change = _weighed(row, lambda k: body.moves[k].total)
+    drift = _weighed(row, lambda k: body.moves[k].drift)
+    return summed(summed(centripetal(w, p, square), times(TWO, cross3(w, change))), drift)
+
+
+def shared_rates(derived: Derived) -> tuple[Expr, ...]:
+    """The rates by which flexible bodies deform."""
+    return tuple(rate for body in deforming(derived.system.bodies) for rate in body.speeds.values())
+
+
+def bent_frames(derived: Derived) -> list[Frame]:
+    """The frames of torques that turn by deformation alone in the frame before: links for them are between others."""
+    rates = shared_rates(derived)
+    frames = dict.fromkeys(f for load in derived.declared_loads for f, _ in load.torques) if rates else {}
+    return [f for f in frames if f.parent is not None and _by_deformation(_turning(f, f.parent), rates)]
+
+
+def _turning(frame: Frame, base: Frame) -> Triple:
+    return triple(angular_velocity(frame, base).components(base))
+
+
+def _by_deformation(moved: Sequence[Expr], rates: Sequence[Expr]) -> bool:
+    forms = affine_forms(moved, rates)
+    return any(row for row, _ in forms) and all(rest is ZERO for _, rest in forms)
+
+
+def gauged(derived: Derived) -> tuple[list[tuple[Point, Vector]], dict[Expr, Expr]]:
+    """The forces of the loads, without those on points that move by the deformation alone; these as generalized forces on rates."""
+    forces = [x for load in derived.declared_loads for x in load.forces]
+    rates, aligned = shared_rates(derived), derived.kinematics.aligned
+    if not rates:
+        return forces, {}
+    kept, on = [], dict[Expr, Expr]()
+    for point, force in forces:
+        columns = _columns(derived, point, rates)
+        if columns is None:
+            kept.append((point, force))
+            continue
+        for b, v in columns.items():
+            on[b] = add(on.get(b, ZERO), dot(aligned.vector(force).components(derived.system.inertial), v))
+    return kept, on
+
+
+def _columns(derived: Derived, point: Point, rates: Sequence[Expr]) -> dict[Expr, Triple] | None:
+    """The partial velocities of a point that moves along inertial axes by rates of deformation alone; None for others."""
+    parent, inertial = point.parent, derived.system.inertial
+    if point.body is not None or parent is None or parent.parent is not None:
+        return None
+    if any(f is not inertial for f, _ in point.offset.parts):
+        return None
+    moved = [time_derivative(x) for _, v in point.offset.parts for x in v]
+    if len(moved) != 3 or not _by_deformation(moved, rates):
+        return None
+    forms = affine_forms(moved, rates)
+    return {b: triple(row.get(b, ZERO) for row, _ in forms) for b in {b: None for row, _ in forms for b in row}}

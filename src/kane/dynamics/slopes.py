@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Derivatives of (q̇, u̇) as functions of all coordinates, all speeds, time, inputs and parameters; of M u̇ − f of trees.
+
+They are those of the expressions as they stand: under constraints u̇ of all speeds, each as a function of the whole state. What is
+divided by is what the values are divided by, with its guards, so that derivatives are NaN where they are.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from kane.collector import collecting_seldom
+from kane.dynamics.derivation import Derived
+from kane.dynamics.inverse_dynamics import Inverse, inverse_at, inverse_of, mass_matrix, residual
+from kane.dynamics.readings.regularity import nan_where_more
+from kane.dynamics.routes.recursive import WAYS
+from kane.dynamics.solved import Solved
+from kane.errors import SingularError
+from kane.expr.build import add, div, neg, sub
+from kane.expr.differentiation import tangent, weighted
+from kane.expr.forms.count import Prices
+from kane.expr.matrix import Matrix, dot
+from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.solve import finish, ldl, sparse_order
+from kane.expr.solve import forward as forward_substitution
+from kane.expr.symbols import Symbol, rate
+from kane.expr.visit import substituted
+from kane.kinematics.freedoms import Unsuited
+from kane.kinematics.resolved import resolved
+from kane.tree.tangents import Held, tangents, total
+
+Exprs = tuple[Expr, ...]
+_SHORT = 30_000
+"""Operations times columns up to which trees are differentiated as they stand, too, and the shorter form is taken."""
+
+
+@collecting_seldom()
+def slopes(solved: Solved, symbols: Sequence[Symbol]) -> Matrix:
+    """J = ∂(q̇, u̇)/∂symbols, a row for each of q̇ and u̇; of trees by inverse dynamics, where that is shorter.
+
+    Along the length of a set of Euler parameters, which is 1, no derivative means anything, and none is promised.
+    """
+    shape = len(solved.right_hand_side), len(symbols)
+    by_tree = _of_tree(solved, symbols)
+    if by_tree is not None and solved.operations.total * len(symbols) > _SHORT:
+        return Matrix(by_tree, shape)
+    columns = [forward(solved, [s], [ONE]) for s in symbols]
+    ways: list[list[Sequence[Expr]]] = [list(zip(*columns, strict=True))]
+    if by_tree is not None:
+        ways.append(by_tree)
+    price = Prices((*solved.right_hand_side,))
+    return Matrix(min(ways, key=lambda rows: price(x for row in rows for x in row)), shape)
+
+
+def _of_tree(solved: Solved, symbols: Sequence[Symbol]) -> list[Sequence[Expr]] | None:
+    if not symbols or (solved.embedding is not None and solved.route not in WAYS):
+        return None
+    route = solved.route if solved.route in WAYS else next(iter(WAYS))
+    try:
+        if solved.embedding is None:
+            columns = acceleration_slopes(solved.derived, solved.accelerations, symbols, route)
+        else:
+            columns = closed_slopes(solved, symbols)
+    except (Unsuited, SingularError):
+        return None
+    rates = [[tangent(e, {s: ONE}, at_rest=True) for s in symbols] for e in solved.rates]
+    further = [[tangent(e, {s: ONE}, at_rest=True) for s in symbols] for e in solved.state_rates]
+    return [*rates, *zip(*columns, strict=True), *further]
+
+
+def forward(solved: Solved, symbols: Sequence[Symbol], v: Sequence[Expr]) -> Sequence[Expr]:
+    """J v."""
+    roots, memo = solved.right_hand_side, dict[Expr, Expr]()
+    seeds: dict[Expr, Expr] = dict(zip(symbols, v, strict=True))
+    return nan_where_more(solved, roots, [tangent(e, seeds, memo, at_rest=True) for e in roots])
+
+
+def backward(solved: Solved, symbols: Sequence[Symbol], w: Sequence[Expr]) -> Sequence[Expr]:
+    """wᵀ J."""
+    return _all_or_none(solved, weighted(solved.right_hand_side, w, symbols))
+
+
+def second(solved: Solved, symbols: Sequence[Symbol], w: Sequence[Expr], v: Sequence[Expr]) -> Sequence[Expr]:
+    """∂(wᵀ J v)/∂symbols: the Hessians of (q̇, u̇), weighted by w, times v."""
+    memo: dict[Expr, Expr] = {}
+    seeds: dict[Expr, Expr] = dict(zip(symbols, v, strict=True))
+    own = weighted(solved.right_hand_side, w, symbols)
+    return _all_or_none(solved, [tangent(e, seeds, memo, at_rest=True) for e in own])
+
+
+def _all_or_none(solved: Solved, found: Sequence[Expr]) -> Sequence[Expr]:
+    """NaN where one of (q̇, u̇), the last of which is one under constraints, is."""
+    last = solved.right_hand_side[-1:] * len(found)
+    return found if all(x is ZERO for x in found) else nan_where_more(solved, last, found)
+
+
+def acceleration_slopes(
+    derived: Derived, u_dot: Sequence[Expr], symbols: Sequence[Symbol], route: str
+) -> list[Sequence[Expr]]:
+    """∂u̇/∂symbols, a column for each symbol, of trees; Unsuited where the system is no tree of joint speeds.
+
+    Inverse dynamics is differentiated with u̇ held: ∂ẇ/∂x = −M⁻¹ ∂g/∂x, g = M ẇ + … what each joint speed leaves. M is composite,
+    factored along the branches without fill. `route` is the recursion that found u̇, or would; u̇ follow from λ, which are held.
+    """
+    inverse = inverse_of(derived, u_dot, route)
+    g = tangents(inverse.tree, inverse.ground, inverse.lambdas, symbols)
+
+    def speeds_by(*lambdas: Expr) -> Exprs:
+        found = resolved(zip(inverse.rows, lambdas, strict=True), derived.kinematics)
+        return tuple(found[u] for u in derived.speeds)
+
+    last = Held(speeds_by, inverse.lambdas)
+    columns = []
+    for x, change in zip(symbols, _solved(inverse, g, symbols), strict=True):
+        both = [None if change is None else last.along(change), last.slope(x)]
+        columns.append(total(both) or [ZERO] * len(derived.speeds))
+    return columns
+
+
+def _solved(
+    inverse: Inverse, g: Mapping[tuple[int, Symbol], Expr], symbols: Sequence[Symbol]
+) -> Iterator[Sequence[Expr] | None]:
+    """∂λ/∂x = −M⁻¹ ∂g/∂x, None where it is zero."""
+    mass = inverse.mass()
+    order = sparse_order(mass.rows)
+    factors = ldl(mass.take(order, order).rows)
+    for x in symbols:
+        right = [neg(g.get((i, x), ZERO)) for i in order]
+        if all(e is ZERO for e in right):
+            yield None
+            continue
+        value = dict(zip(order, finish(factors, forward_substitution(factors.lower, right)), strict=True))
+        yield [value[i] for i in range(len(order))]
+
+
+def residual_slopes(derived: Derived, symbols: Sequence[Symbol]) -> Matrix:
+    """∂(M u̇ − f)/∂symbols in u̇, a row for each speed; Unsuited, with what is in the way, where the system is no tree of joint speeds.
+
+    With g of the joint speeds w at λ(u̇, x): Σ_w ∂w/∂u (∂g/∂x + M ∂λ/∂x) + g ∂²w/∂u ∂x. Equilibria, steady motions and the flow beside
+    one are made of this.
+    """
+    inverse = inverse_at(derived, [rate(u) for u in derived.speeds])
+    g = tangents(inverse.tree, inverse.ground, inverse.lambdas, symbols)
+    rows, forces = inverse.by_speeds(derived).T, inverse.forces()
+    columns = []
+    for x in symbols:
+        by_lambda = [_slope(e, x) for e in inverse.lambdas]
+        change = [g.get((k, x), ZERO) for k in range(len(inverse.rows))]
+        if any(e is not ZERO for e in by_lambda):
+            change = list(map(add, change, inverse.mass() @ by_lambda))
+        turned = rows.map(lambda e, x=x: _slope(e, x))  # type: ignore[misc]
+        columns.append([add(dot(row, change), dot(other, forces)) for row, other in zip(rows, turned, strict=True)])
+    return Matrix(zip(*columns, strict=True), (len(derived.speeds), len(symbols)))
+
+
+def _slope(e: Expr, x: Symbol) -> Expr:
+    return tangent(e, {x: ONE}, at_rest=True)
+
+
+def closed_slopes(solved: Solved, symbols: Sequence[Symbol]) -> list[Sequence[Expr]]:
+    """∂u̇/∂symbols, a column for each symbol; Unsuited where the system is no tree of joint speeds that constraints close.
+
+        M u̇ − f = Aᵀ λ,   A u̇ + c = 0,   c = Ȧ u + ḃ
+
+    hold wherever the recursion gives u̇, on the constraints or off them. With r = M u̇ − f − Aᵀ λ, u̇ and λ held,
+
+        A M⁻¹ Aᵀ ∂λ = A M⁻¹ ∂r − ∂(A u̇ + c),   ∂u̇ = M⁻¹ (Aᵀ ∂λ − ∂r).
+    """
+    d, e = solved.derived, solved.embedding
+    if e is None:
+        raise Unsuited("no constraints")
+    rows, a = e.partition.rows, d.constraints.a.take(e.partition.rows)
+    held: dict[Expr, Expr] = dict(zip(map(rate, d.speeds), solved.accelerations, strict=True))
+    memo: dict[Expr, Expr] = {}
+    by_x = residual_slopes(d, symbols).map(lambda x: substituted(x, held, memo))
+    left = [substituted(x, held, memo) for x in residual(d)]
+    every = e.multipliers([left[i] for i in e.partition.dependent])
+    drift = [d.constraints.drift[r] for r in rows]
+    pull = Held(lambda *x: a.T @ x, [every[r] for r in rows])
+    pace = Held(lambda *x: tuple(map(add, a @ x, drift)), solved.accelerations)
+    solver = _Solver(mass_matrix(d), a)
+    columns: list[Sequence[Expr]] = []
+    for column, x in zip(by_x.T, symbols, strict=True):
+        lifted = pull.slope(x) or [ZERO] * len(column)
+        turned = pace.slope(x) or [ZERO] * len(rows)
+        columns.append(solver([sub(b, c) for b, c in zip(lifted, column, strict=True)], list(map(neg, turned))))
+    return columns
+
+
+class _Solver:
+    """∂u̇ of M ∂u̇ − Aᵀ ∂λ = b and A ∂u̇ = c, M factored along its branches."""
+
+    def __init__(self, mass: Matrix, a: Matrix) -> None:
+        self.order = sparse_order(mass.rows)
+        self.factors = ldl(mass.take(self.order, self.order).rows)
+        self.pressed = [forward_substitution(self.factors.lower, [row[i] for i in self.order]) for row in a]
+        self.shares = [self._over(row) for row in self.pressed]
+        self.block = ldl([[dot(x, y) for y in self.shares] for x in self.pressed])
+
+    def _over(self, column: Sequence[Expr]) -> list[Expr]:
+        return [x if x is ZERO else div(x, p) for x, p in zip(column, self.factors.pivots, strict=True)]
+
+    def __call__(self, b: Sequence[Expr], c: Sequence[Expr]) -> Sequence[Expr]:
+        if all(x is ZERO for x in (*b, *c)):
+            return [ZERO] * len(b)
+        y = forward_substitution(self.factors.lower, [b[i] for i in self.order])
+        right = [sub(x, dot(share, y)) for x, share in zip(c, self.shares, strict=True)]
+        multipliers = finish(self.block, forward_substitution(self.block.lower, right))
+        whole = [add(v, dot(multipliers, own)) for v, own in zip(y, zip(*self.pressed, strict=True), strict=True)]
+        found = dict(zip(self.order, finish(self.factors, whole), strict=True))
+        return [found[i] for i in range(len(b))]

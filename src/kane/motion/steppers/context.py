@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the kernels of all steppers share: their arguments, the numbers that pass between calls, the samples that a step holds.
+
+A kernel goes on from t by at most `limit` steps and returns why it came back (`ReturnCode`). Time is the sum of two numbers, t and
+what rounding left of it, and so is every component of y.
+"""
+
+from collections.abc import Callable
+from enum import IntEnum
+from typing import Literal
+
+from kane.numeric.scale import EPS
+from kane.program.kernel.language import INT, Address
+from kane.program.kernel.write import Array, Term, Writer
+
+
+class ReturnCode(IntEnum):
+    """Why a kernel returns: at the end; after as many steps as it may take; as no step is short enough, or a number is not finite.
+
+    LOOK means that the next step may hold an event: it was not gone on from, and is taken again.
+    """
+
+    ON = 0
+    END = 1
+    LIMIT = 2
+    UNDERFLOW = 3
+    NOT_FINITE = 4
+    LOOK = 5
+
+
+class Slot(IntEnum):
+    """Places in the array `s`: what the kernel is told, and what it leaves for the next call and for Python.
+
+    SMOOTH counts steps along which the solution hardly bends, LIMITED those that nothing but stability or convergence made short.
+    """
+
+    TIME = 0
+    TIME_LAG = 1
+    STEP = 2
+    END = 3
+    LONGEST = 4
+    RTOL = 5
+    ATOL = 6
+    SHORTEST = 7
+    FRESH = 8
+    STEPS = 9
+    RATES = 10
+    SAMPLE = 11
+    WORST = 12
+    REJECTED = 13
+    LAST_STEP = 14
+    LOOKED = 15
+    HELD = 16
+    SHARE = 17
+    QUIET = 18
+    SMOOTH = 19
+    LIMITED = 20
+
+
+SIZE = len(Slot)
+RATE: tuple[Literal["float", "array"], ...] = ("float", "array", "array", "array", "array", "array")
+"""What the routine of (q̇, u̇, P) takes: t, (q, u), p, r, h, and what it writes to."""
+WIDE: tuple[Literal["float", "array"], ...] = ("array", *RATE[1:])
+"""What it takes on lanes."""
+
+
+class StepperContext:
+    """The arguments of a stepper's kernel, and its cell `back`."""
+
+    def __init__(self, name: str) -> None:
+        self.writer = w = Writer(name)
+        self.n, self.limit, self.samples = w.number("n"), w.number("limit"), w.number("samples")
+        self.s, self.y, self.lag, self.work = w.array("s"), w.array("y"), w.array("lag"), w.array("work")
+        self.p, self.r, self.h = w.array("p"), w.array("r"), w.array("h")
+        self.times, self.rows = w.array("times"), w.array("rows")
+        self.driven, self.hd = w.number("driven"), w.array("hd")
+        self.back = w.variable("back", INT)
+        self.taken = w.variable("taken", INT)
+
+    def get(self, at: Slot) -> Term:
+        """One of the numbers in s."""
+        return self.s[int(at)]
+
+    def put(self, at: Slot, value: Term | float) -> None:
+        """One of the numbers in s becomes `value`."""
+        self.s[int(at)] = value
+
+    def more(self, at: Slot, by: float) -> None:
+        """One of the numbers in s grows."""
+        self.put(at, self.get(at) + by)
+
+    def row(self, k: int) -> Term:
+        """Where row k of n doubles begins in `work`."""
+        return self.n * k
+
+    def rate(self, rhs: Callable[..., None], t: Term, x: Array, at: Term | int, row: Term | int) -> None:
+        """A row of `work` becomes f(t, x) with the state at a place."""
+        self.drive(t, x.at(at))
+        rhs(t, x.at(at), self.p.at(0), self.r.at(0), self.h.at(0), self.work.at(row))
+        self.more(Slot.RATES, 1.0)
+
+    def drives(self, *takes: Literal["float", "array"]) -> None:
+        """The argument that gives r at a time, which a motion has whose inputs are `driven`; it takes what the rates take."""
+        self._drive = self.writer.callee("drive", *takes)
+
+    def drive(self, t: Term | Address, x: Address) -> None:
+        """The inputs at a time."""
+        with self.writer.when(self.driven > 0):
+            self._drive(t, x, self.p.at(0), self.r.at(0), self.hd.at(0), self.r.at(0))
+
+    def follow(self, t: Term | Address, x: Address) -> None:
+        """The inputs at states, where they follow from these."""
+        with self.writer.when(self.driven > 1):
+            self._drive(t, x, self.p.at(0), self.r.at(0), self.hd.at(0), self.r.at(0))
+
+    def length(self) -> tuple[Term, Term]:
+        """The length of the next step, and whether it reaches the end."""
+        w = self.writer
+        left = (self.get(Slot.END) - self.get(Slot.TIME)) - self.get(Slot.TIME_LAG)
+        wished = w.compute("min", w.compute("max", self.get(Slot.STEP), self.shortest()), self.get(Slot.LONGEST))
+        last = wished >= left
+        return w.select(last, left, wished), last
+
+    def shortest(self) -> Term:
+        """A step that rounding of the time leaves."""
+        return self.get(Slot.SHORTEST) + _TEN_ROUNDINGS * self.writer.compute("abs", self.get(Slot.TIME))
+
+    def sample(self, h: Term, prepare: Callable[[], None], write: Callable[[Term, Term], None]) -> None:
+        """Of each sample within a step `write(k, θ)` writes row k, after `prepare` where there are some."""
+        w = self.writer
+        before, lag = self.get(Slot.TIME), self.get(Slot.TIME_LAG)
+        cursor = w.variable("cursor", INT)
+        cursor.put(w.compute("int", self.get(Slot.SAMPLE)))
+        prepared = w.variable("prepared", INT)
+        prepared.put(0)
+
+        def share() -> Term:
+            return ((self.times[cursor.get()] - before) - lag) / h
+
+        def within() -> Term:
+            # one more time stands behind the last one: after the end
+            return (cursor.get() < self.samples) & (share() <= 1.0)
+
+        with w.repeat(within):
+            with w.when(prepared.get() < 1):
+                prepare()
+                prepared.put(1)
+            write(cursor.get(), share())
+            cursor.put(cursor.get() + 1)
+        self.put(Slot.SAMPLE, w.compute("float", cursor.get()))
+
+    def advance(self, h: Term, last: Term) -> None:
+        """t + h, or the end itself; the step is counted, and the kernel comes back where it is time."""
+        w = self.writer
+        t, more = self.get(Slot.TIME), h + self.get(Slot.TIME_LAG)
+        sum_ = t + more
+        self.put(Slot.TIME_LAG, w.select(last, 0.0, more - (sum_ - t)))
+        self.put(Slot.TIME, w.select(last, self.get(Slot.END), sum_))
+        self.put(Slot.LAST_STEP, h)
+        self.more(Slot.STEPS, 1.0)
+        self.taken.put(self.taken.get() + 1)
+        with w.when(self.taken.get() >= self.limit):
+            self.back.put(int(ReturnCode.LIMIT))
+        with w.when(last):
+            self.back.put(int(ReturnCode.END))
+
+    def shorten(self, wished: Term, finite: Term) -> None:
+        """A step is taken again, shorter, unless that is shorter than rounding."""
+        w = self.writer
+        self.put(Slot.STEP, wished)
+        self.more(Slot.REJECTED, 1.0)
+        with w.when(wished < self.shortest()):
+            self.back.put(w.select(finite, w.integer(ReturnCode.UNDERFLOW), w.integer(ReturnCode.NOT_FINITE)))
+
+
+_TEN_ROUNDINGS = 10 * EPS
+
+
+def add_exactly(y: Array, lag: Array, i: Term, change: Term) -> tuple[Term, Term]:
+    """y_i + change, and what rounding leaves of it, with what it left before."""
+    old = y[i]
+    more = change + lag[i]
+    new = old + more
+    return new, more - (new - old)

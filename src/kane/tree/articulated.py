@@ -1,0 +1,286 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Joint accelerations by articulated inertias: from the tips to the ground and back, in a number of operations that grows as the tree.
+
+What hangs on a segment presses on it with n = J α + H a + …, f = Hᵀ α + M a + …. A joint speed along s leaves no reaction along s and
+is eliminated (Kane's equation of w, solved for ẇ; Featherstone 2008, ch. 7). Accelerations are those of points, gravity is an
+acceleration of the ground, and no velocities but angular ones are needed.
+
+A coordinate that moves several segments keeps a column below the segment that all of these hang on, and is eliminated there.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, reduce
+from typing import NamedTuple
+
+from kane.expr.build import add, div, mul, sub
+from kane.expr.node import ONE, ZERO, Expr
+from kane.space.rotation import NOTHING, Triple
+from kane.tree.sweeps import Carry, Drive, Rates, Tree, inward, outward, rates
+from kane.tree.triples import put, sum_of, times
+from kane.tree.values import NO_INERTIA, NO_WRENCH, Dof, Inertia, Motion, Pivot, Row, Wrench, of_rigid, opposite
+
+Wrenches = Mapping[int, Wrench]
+
+
+class Passed(NamedTuple):
+    """The rows of the joint speeds with their ẇ, the pivots, and what is transmitted to segments that are asked for, along A."""
+
+    rows: list[tuple[Row, Expr]]
+    pivots: list[Expr]
+    transmitted: Wrenches
+
+
+class Pressed(NamedTuple):
+    """What a force presses with: its share e of each pivot, in the order of the divisors, and the wrench at each segment, along A."""
+
+    shares: Sequence[Expr]
+    felt: Wrenches
+
+
+class _Inward(Carry[Inertia]):
+    """The articulated inertias; the pivots of each segment in the order of elimination, and what is felt along A."""
+
+    def __init__(self, tree: Tree, moving: Sequence[Rates]) -> None:
+        super().__init__(tree)
+        self.moving = moving
+        self.ground = bool(tree[0].modes)
+        self.felt: dict[int, Inertia] = {}
+        self.outer_pivots: dict[int, list[Pivot]] = {}
+        self.inner_pivots: dict[int, list[Pivot]] = {}
+        self.modes: dict[int, list[Pivot]] = {}
+
+    def own(self, i: int) -> None:
+        """Nothing: the inertia of a segment alone is added to what hangs on it."""
+
+    def whole(self, i: int, v: Inertia | None) -> Inertia | None:
+        """With the inertia of the segment alone, and without the rates of which all that moves hangs here."""
+        s, at = self.tree[i], self.moving[i]
+        felt = [] if v is None else [v]
+        if s.elastic is not None:
+            felt.append(s.elastic(at.w, at.square))
+        if not (s.body.is_nothing and s.load is NO_WRENCH):
+            felt.append(of_rigid(s.body, opposite(s.load).plus(s.body.bias(at.w, at.square))))
+        v = reduce(Inertia.plus, felt) if felt else None
+        for b in reversed(s.modes):
+            v, pivot = (NO_INERTIA if v is None else v).without_mode(b)
+            self.modes.setdefault(i, []).append(pivot)
+        return v
+
+    def inner(self, i: int, v: Inertia) -> Inertia:
+        v = _without(v, self.tree[i].inner.dofs, self.inner_pivots.setdefault(i, []))
+        return v.at(self.moving[i].spin, self.moving[i].sliding)
+
+    def outer(self, i: int, v: Inertia) -> Inertia:
+        v = self.felt[i] = _without(v, self.tree[i].outer.dofs, self.outer_pivots.setdefault(i, []))
+        return v
+
+    def arm(self, i: int, v: Inertia) -> Inertia:
+        v = v.at(NOTHING, self.moving[i].shift)
+        for dof in self.tree[i].shared:
+            (b,) = dof.row
+            v = v.sharing(dof, b)
+        return v.moved(self.tree[i].arm)
+
+
+def _without(v: Inertia, dofs: Sequence[Dof], pivots: list[Pivot]) -> Inertia:
+    for dof in reversed(dofs):
+        v, pivot = v.without(dof)
+        pivots.append(pivot)
+    return v
+
+
+class _Outward(Drive[Motion]):
+    """The accelerations from the ground to the tips, with `more` generalized forces on pivots, by number."""
+
+    def __init__(self, found: "Articulated", more: Sequence[Expr]) -> None:
+        super().__init__(found.tree)
+        self.found, self.more = found, more
+        self.rows: list[tuple[Row, Expr]] = []
+        self.values: dict[Expr, Expr] = {}
+        self.origins: dict[int, Motion] = {}
+        self.known(0, Motion(NOTHING, found.ground))
+
+    def arm(self, i: int, v: Motion) -> Motion:
+        v = v.moved(self.tree[i].arm, self.found.moving[i].shift)
+        for dof in self.tree[i].shared:
+            (b,) = dof.row
+            v = v.plus(times(self.values[b], dof.spin), times(self.values[b], dof.slide))
+        self.origins[i] = v
+        return v
+
+    def outer(self, i: int, v: Motion) -> Motion:
+        return self.taken(self.found.inward.outer_pivots.get(i, ()), v)
+
+    def inner(self, i: int, v: Motion) -> Motion:
+        v = v.plus(self.found.moving[i].spin, self.found.moving[i].sliding)
+        v = self.taken(self.found.inward.inner_pivots.get(i, ()), v)
+        self.known(i, v)
+        return v
+
+    def taken(self, pivots: Sequence[Pivot], v: Motion) -> Motion:
+        """The accelerations with those of joint speeds."""
+        for pivot in reversed(pivots):
+            assert isinstance(pivot.of, Dof)
+            x, v = self.loaded(pivot).after(v, self.values)
+            self.rows.append((pivot.of.row, x))
+        return v
+
+    def known(self, i: int, v: Motion) -> None:
+        """λ of the rates that move several segments which hang on this one."""
+        for pivot in reversed(self.found.inward.modes.get(i, ())):
+            assert isinstance(pivot.of, Expr)
+            self.values[pivot.of] = self.loaded(pivot).value(v, self.values)
+
+    def loaded(self, pivot: Pivot) -> Pivot:
+        """A pivot with what more acts on it."""
+        if not self.more:
+            return pivot
+        return pivot._replace(rest=add(pivot.rest, div(self.more[self.found.number(pivot)], pivot.d)))
+
+
+class _Pressing(Carry[Wrench]):
+    """Wrenches on a tree at rest on their way to the ground, with generalized forces on joint speeds, by number.
+
+    The share that a force has of each pivot is e = τ − s·p, of a rate that moves several segments e = τ − Q, and what is left on the
+    way p + U e/D, with Q + n_k·s e/D of the other such rates. Of two forces eᵀ D⁻¹ e′ is τᵀ M⁻¹ τ′, as L D Lᵀ has it.
+    """
+
+    def __init__(self, found: "Articulated", forces: Mapping[int, Expr], loads: Wrenches) -> None:
+        super().__init__(found.tree)
+        self.found, self.forces, self.loads = found, forces, loads
+        self.ground = found.inward.ground
+        self.q: dict[Expr, Expr] = {}
+        self.shares = [ZERO] * len(found.divisors)
+        self.felt: dict[int, Wrench] = {}
+
+    def own(self, i: int) -> Wrench | None:
+        if i in self.loads:
+            return opposite(self.loads[i])
+        return NO_WRENCH if any(dof.number in self.forces for dof in self.tree[i].dofs) else None
+
+    def whole(self, i: int, v: Wrench | None) -> Wrench | None:
+        for pivot in self.found.inward.modes.get(i, ()):
+            assert isinstance(pivot.of, Expr)
+            e = sub(self.forces.get(self.found.number(pivot), ZERO), self.q.get(pivot.of, ZERO))
+            if e is not ZERO:
+                v = (NO_WRENCH if v is None else v).plus(self.shared(pivot, e))
+        return v
+
+    def inner(self, i: int, v: Wrench) -> Wrench:
+        return self.taking(self.found.inward.inner_pivots.get(i, ()), v)
+
+    def outer(self, i: int, v: Wrench) -> Wrench:
+        self.felt[i] = self.taking(self.found.inward.outer_pivots.get(i, ()), v)
+        return self.felt[i]
+
+    def arm(self, i: int, v: Wrench) -> Wrench:
+        for dof in self.tree[i].shared:
+            (b,) = dof.row
+            self.add(b, v.on(dof))
+        return v.moved(self.tree[i].arm)
+
+    def taking(self, pivots: Sequence[Pivot], v: Wrench) -> Wrench:
+        """What is pressed with before joint speeds on which forces act."""
+        for pivot in pivots:
+            assert isinstance(pivot.of, Dof)
+            force = self.forces.get(pivot.of.number, ZERO)
+            v = v.plus(self.shared(pivot, sub(force, v.on(pivot.of))))
+            if pivot.of.unit is not None:  # the whole component is the force
+                k, turns = pivot.of.unit
+                v = v._replace(n=put(v.n, k, force)) if turns else v._replace(f=put(v.f, k, force))
+        return v
+
+    def shared(self, pivot: Pivot, e: Expr) -> Wrench:
+        """What is left of the share e of a pivot."""
+        self.shares[self.found.number(pivot)] = e
+        for b, x in pivot.beside.items():
+            self.add(b, mul(x, e))
+        return pivot.t.times(e)
+
+    def add(self, b: Expr, x: Expr) -> None:
+        """More of Q."""
+        if x is not ZERO:
+            self.q[b] = add(self.q.get(b, ZERO), x)
+
+
+@dataclass(frozen=True, eq=False)
+class Articulated:
+    """A tree by articulated inertias, whose ground accelerates; what is transmitted to the segments `asked` for is told.
+
+    A SingularError where a pivot is zero whatever the state.
+    """
+
+    tree: Tree
+    ground: Triple
+    asked: Collection[int] = ()
+
+    @cached_property
+    def moving(self) -> list[Rates]:
+        """The angular velocities and bias accelerations."""
+        return rates(self.tree)
+
+    @cached_property
+    def inward(self) -> _Inward:
+        """The articulated inertias."""
+        found = _Inward(self.tree, self.moving)
+        inward(self.tree, found)
+        return found
+
+    @cached_property
+    def _free(self) -> tuple[Passed, list[Motion]]:
+        return self._outward((), ())
+
+    @property
+    def free(self) -> Passed:
+        """The accelerations without further forces."""
+        return self._free[0]
+
+    @property
+    def motion(self) -> list[Motion]:
+        """α and a of each segment without further forces, along the basis of work."""
+        return self._free[1]
+
+    @cached_property
+    def pivots(self) -> list[Pivot]:
+        """Those of the joint speeds from the ground to the tips, and of the rates that move several segments."""
+        found, n = self.inward, range(len(self.tree))
+        own = [p for i in n for of in (found.outer_pivots, found.inner_pivots) for p in reversed(of.get(i, ()))]
+        return own + [p for i in n for p in reversed(found.modes.get(i, ()))]
+
+    @cached_property
+    def divisors(self) -> list[Expr]:
+        """D of each pivot."""
+        return [p.d for p in self.pivots]
+
+    @cached_property
+    def _numbers(self) -> dict[Expr, int]:
+        return {p.of: k for k, p in enumerate(self.pivots) if isinstance(p.of, Expr)}
+
+    def number(self, pivot: Pivot) -> int:
+        """The number of a joint speed or of a rate that moves several segments."""
+        return pivot.of.number if isinstance(pivot.of, Dof) else self._numbers[pivot.of]
+
+    def press(self, forces: Mapping[int, Expr], loads: Wrenches) -> Pressed:
+        """What wrenches on segments press with, along the basis of work, and generalized forces by number."""
+        found = _Pressing(self, forces, loads)
+        inward(self.tree, found)
+        return Pressed(found.shares, found.felt)
+
+    def passed(self, forces: Sequence[Pressed], amounts: Sequence[Expr]) -> Passed:
+        """The accelerations with such forces besides, in these amounts."""
+        return self._outward(forces, amounts)[0]
+
+    def _outward(self, forces: Sequence[Pressed], amounts: Sequence[Expr]) -> tuple[Passed, list[Motion]]:
+        each = range(len(self.divisors)) if forces else ()
+        more = [sum_of(mul(f.shares[k], x) for f, x in zip(forces, amounts, strict=True)) for k in each]
+        drive = _Outward(self, more)
+        moving = outward(self.tree, drive, Motion(NOTHING, self.ground))
+        transmitted = {}
+        for i in self.asked:
+            felt = self.inward.felt.get(i, NO_INERTIA)
+            for f, x in zip(forces, amounts, strict=True):
+                felt = felt._replace(p=felt.p.plus(f.felt[i].times(x))) if i in f.felt else felt
+            transmitted[i] = felt.wrench(drive.origins[i], drive.values)
+        rows = [*drive.rows, *(({b: ONE}, x) for b, x in drive.values.items())]
+        return Passed(rows, self.divisors, transmitted), moving

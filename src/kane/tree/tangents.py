@@ -1,0 +1,352 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Derivatives of inverse dynamics by any symbols, accelerations held, and rows of what hangs on a tree.
+
+A symbol x changes the motion of some segments relative to the one before. At such a segment and above, the wrench of all that hangs on
+it changes, and goes to the ground as wrenches do; below it, the row of each joint speed comes up to the segment and is multiplied by
+the change. With ω, α of a segment and a of its origin O changed, and all that moves in it moving as before, particles at ρ with
+velocities v from O change their accelerations by δα′ × ρ + 2 δω × v + δa, where δα′ = δα − δω × ω. With
+ρ × (δω × v) = (ρ·v) δω − v (ρ·δω)
+
+    δn = J δα′ + (tr P 1 − P) δω + h × δa,      δf = δα′ × h + δω × 2 h° + m δa,
+
+J = ∫ (ρ·ρ 1 − ρ ρᵀ) dm, h = ∫ ρ dm, h° = ∫ v dm and P = 2 ∫ v ρᵀ dm, which is no tensor of inertia: two of its rows and columns would
+be, and P has fewer numbers than J° and ∫ ρ × v dm, which it stands for. δα′ is the same all along a tree, δω too, and an origin at r
+with the velocity v from O has δa + δα′ × r + 2 δω × v. (Singh, Russo & Wensing 2022, in Kane's terms.)
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from kane.expr.build import add, div, neg, sub
+from kane.expr.differentiation import tangent
+from kane.expr.evaluation import free_symbols
+from kane.expr.matrix import dot
+from kane.expr.node import ONE, TWO, ZERO, Expr
+from kane.expr.symbols import Parameter, Symbol
+from kane.expr.visit import substituted
+from kane.space.rotation import NOTHING, Cosines, Triple, cross3, product, transposed
+from kane.tree.sweeps import Carry, Driven, Rates, Segment, Tree, inward, outward, rates
+from kane.tree.triples import as_rows, is_zero, sum_of, summed, summed_rows, times, triple
+from kane.tree.values import NO_WRENCH, Change, Dof, Motion, Rigid, Wrench
+
+Vectors = tuple[Triple, ...]
+
+
+class Held:
+    """`make` of vectors, or of numbers, at those of `at`; what it holds beside them is in `symbols`."""
+
+    def __init__(self, make: Callable[..., Sequence[Any]], at: Sequence[Any]) -> None:
+        names = (Parameter.declare(f"held{k}", description="what is held") for k, _ in enumerate(_flat(at)))
+        held = _like(at, names)
+        self.values: dict[Expr, Expr] = dict(zip(_flat(held), _flat(at), strict=True))
+        self.made = make(*held)
+        self.symbols = frozenset(free_symbols(_flat(self.made))).difference(self.values)
+
+    def slope(self, x: Expr) -> Any:
+        """The derivative by a symbol, `at` held; None where it is zero."""
+        return self._derivative({x: ONE}) if x in self.symbols else None
+
+    def along(self, change: Sequence[Any]) -> Any:
+        """The derivative along a change of `at`."""
+        return self._derivative(dict(zip(self.values, _flat(change), strict=True)))
+
+    def _derivative(self, seeds: dict[Expr, Expr]) -> Any:
+        memo: dict[Expr, Expr] = {}
+        images: dict[Expr, Expr] = {}
+        found = [substituted(tangent(e, seeds, memo, at_rest=True), self.values, images) for e in _flat(self.made)]
+        return None if all(x is ZERO for x in found) else _like(self.made, iter(found))
+
+
+def total(parts: Sequence[Any]) -> Any:
+    """Their sum, of those that are not None."""
+    found: Any = None
+    for part in parts:
+        if found is None:
+            found = part
+        elif part is not None:
+            found = _like(found, map(add, _flat(found), _flat(part)))
+    return found
+
+
+def _flat(vectors: Sequence[Any]) -> list[Expr]:
+    return [x for v in vectors for x in (v if isinstance(v, tuple) else (v,))]
+
+
+def _like(vectors: Sequence[Any], values: Iterator[Expr]) -> tuple[Any, ...]:
+    return tuple(tuple(next(values) for _ in v) if isinstance(v, tuple) else next(values) for v in vectors)
+
+
+class _Row(NamedTuple):
+    """What is multiplied by δω, δα′ and δa."""
+
+    spin: Triple
+    alpha: Triple
+    a: Triple
+
+    def times(self, change: Vectors) -> Expr:
+        """The sum of the products."""
+        spin, alpha, a = change
+        return add(add(dot(self.spin, spin), dot(self.alpha, alpha)), dot(self.a, a))
+
+    def turned(self, turn: Change) -> "_Row":
+        """Along the basis before a turn."""
+        return _Row(*map(turn.up, self))
+
+    def swept(self, r: Triple, v: Triple) -> "_Row":
+        """By the changes of the point from which the origin lies at r, with the velocity v."""
+        spin = summed(self.spin, cross3(times(TWO, v), self.a))
+        return _Row(spin, summed(self.alpha, cross3(r, self.a)), self.a)
+
+
+class Moving(NamedTuple):
+    """m, h, J of what hangs on a segment, 2 h° and P."""
+
+    body: Rigid
+    shift: Triple
+    spread: Cosines
+
+    def plus(self, other: "Moving") -> "Moving":
+        """Both together."""
+        shift, spread = summed(self.shift, other.shift), summed_rows(self.spread, other.spread)
+        return Moving(self.body.plus(other.body), shift, spread)
+
+    def turned(self, turn: Change) -> "Moving":
+        """Along the basis before a turn."""
+        return Moving(self.body.turned(turn), turn.up(self.shift), turn.up_general(self.spread))
+
+    def swept(self, r: Triple, v: Triple) -> "Moving":
+        """About the point from which the origin lies at r, with the velocity v: P + 2 h° rᵀ + 2 v (h + m r)ᵀ."""
+        body, twice = self.body.moved(r), times(TWO, v)
+        a, b, c = (
+            summed(row, summed(times(x, r), times(y, body.h)))
+            for row, x, y in zip(self.spread, self.shift, twice, strict=True)
+        )
+        return Moving(body, summed(self.shift, times(body.m, twice)), (a, b, c))
+
+    def turning(self) -> Cosines:
+        """tr P 1 − P."""
+        (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = self.spread
+        return (
+            (add(yy, zz), neg(xy), neg(xz)),
+            (neg(yx), add(xx, zz), neg(yz)),
+            (neg(zx), neg(zy), add(xx, yy)),
+        )
+
+    def change(self, spin: Triple, alpha: Triple, a: Triple) -> Wrench:
+        """δn and δf."""
+        m, h, j = self.body
+        n = summed(product(self.turning(), spin), summed(product(j, alpha), cross3(h, a)))
+        f = summed(cross3(spin, self.shift), cross3(alpha, h))
+        return Wrench(n, summed(f, times(m, a)))
+
+    def row(self, dof: Dof) -> _Row:
+        """s·δn + t·δf of a joint speed that adds s to ω and t to ṙ."""
+        m, h, j = self.body
+        spin, slide = dof.spin, dof.slide
+        turned = _Row(product(transposed(self.turning()), spin), product(j, spin), cross3(spin, h))
+        slid = _Row(cross3(self.shift, slide), cross3(h, slide), times(m, slide))
+        return _Row(*map(summed, turned, slid))
+
+
+def alone(body: Rigid, w: Triple) -> Moving:
+    """A body that turns at ω: 2 ω × ∫ ρ ρᵀ dm, of which J is the trace without it."""
+    half = div(add(add(body.j[0][0], body.j[1][1]), body.j[2][2]), TWO)
+    spread = as_rows([[sub(half, x) if a == b else neg(x) for b, x in enumerate(row)] for a, row in enumerate(body.j)])
+    twice = times(TWO, w)
+    x, y, z = (cross3(twice, column) for column in spread)  # ∫ ρ ρᵀ dm is symmetric
+    return Moving(body, cross3(twice, body.h), transposed((x, y, z)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Value:
+    """What hangs on a segment, its wrench, the changes of that by symbol, and the rows of joint speeds beyond, by number."""
+
+    symbols: Sequence[Symbol]
+    moving: Moving
+    force: Wrench
+    columns: dict[Symbol, Wrench]
+    rows: dict[int, _Row]
+
+    def plus(self, other: "_Value") -> "_Value":
+        """Both together."""
+        columns = dict(self.columns)
+        for x, w in other.columns.items():
+            _join(columns, x, w)
+        moving = self.moving.plus(other.moving)
+        return _Value(self.symbols, moving, self.force.plus(other.force), columns, {**self.rows, **other.rows})
+
+    def turned(self, turn: Change) -> "_Value":
+        """Along the basis before a turn."""
+        force, columns = self.passed(lambda n, f: Wrench(n, f).turned(turn))
+        rows = {k: row.turned(turn) for k, row in self.rows.items()}
+        return _Value(self.symbols, self.moving.turned(turn), force, columns, rows)
+
+    def moved(self, r: Triple) -> "_Value":
+        """At rest about the point from which the origin lies at r."""
+        return self.swept(r, NOTHING)
+
+    def swept(self, r: Triple, v: Triple) -> "_Value":
+        """About the point from which the origin lies at r, with the velocity v."""
+        force, columns = self.passed(lambda n, f: Wrench(n, f).moved(r))
+        rows = {k: row.swept(r, v) for k, row in self.rows.items()}
+        return _Value(self.symbols, self.moving.swept(r, v), force, columns, rows)
+
+    def passed(self, make: Callable[[Triple, Triple], Wrench]) -> tuple[Wrench, dict[Symbol, Wrench]]:
+        """The wrench on its way, and its changes with those of the way."""
+        columns, held = {x: make(*w) for x, w in self.columns.items()}, Held(make, self.force)
+        for x in self.symbols:
+            _join(columns, x, held.slope(x))
+        return make(*self.force), columns
+
+
+def _join(columns: dict[Symbol, Wrench], x: Symbol, w: Sequence[Triple] | None) -> None:
+    if w is not None:
+        own = Wrench(*w)
+        columns[x] = columns[x].plus(own) if x in columns else own
+
+
+class _Traced(Driven):
+    """Accelerations, with those along A at the parent's origin and after the joint along A."""
+
+    def __init__(self, tree: Tree, moving: Sequence[Rates], lambdas: Sequence[Expr]) -> None:
+        super().__init__(tree, moving, lambdas)
+        self.entered, self.placed = [Motion()], [Motion()]
+
+    def arm(self, i: int, v: Motion) -> Motion:
+        self.entered.append(v)
+        return super().arm(i, v)
+
+    def outer(self, i: int, v: Motion) -> Motion:
+        self.placed.append(super().outer(i, v))
+        return self.placed[-1]
+
+
+class _Changes(Carry[_Value]):
+    """∂g/∂x by the number of the joint speed and x; g is what each joint speed leaves of its equation."""
+
+    def __init__(self, tree: Tree, ground: Triple, lambdas: Sequence[Expr], symbols: Sequence[Symbol]) -> None:
+        super().__init__(tree)
+        self.symbols, self.wanted, self.lambdas = symbols, frozenset(symbols), lambdas
+        self.rates = rates(tree)
+        drive = _Traced(tree, self.rates, lambdas)
+        self.work = outward(tree, drive, Motion(NOTHING, ground))
+        falls = {x: triple(tangent(e, {x: ONE}) for e in ground) for x in symbols}
+        self.changed: list[dict[Symbol, Vectors]] = [
+            {x: (NOTHING, NOTHING, v) for x, v in falls.items() if not is_zero(v)}
+        ]
+        for i in range(1, len(tree)):
+            self.changed.append(self.changes(i, drive))
+        self.ground = bool(self.changed[0])
+        self.found: dict[tuple[int, Symbol], Expr] = {}
+
+    def changes(self, i: int, drive: _Traced) -> dict[Symbol, Vectors]:
+        """How the motion of a segment changes, that of the one before held: δω, δα′ and δa by symbol."""
+        s, at, found = self.tree[i], self.rates[i], dict[Symbol, Vectors]()
+        parent = self.rates[s.parent].w, *self.work[s.parent]
+        stages = [
+            Held(lambda *v: tuple(_down(s.lead, x) for x in v), parent),
+            Held(lambda w, alpha, a: _placed(s, w, alpha, a), (at.before, *drive.entered[i])),
+            Held(lambda w, alpha, a: _turned(s, w, alpha, a), (at.before, *drive.placed[i])),
+        ]
+        for x in self.symbols:
+            change: Vectors | None = None
+            for stage, dofs in zip(stages, ((), s.outer.dofs, s.inner.dofs), strict=True):
+                own = self.driven(dofs, x)
+                change = total([None if change is None else stage.along(change), stage.slope(x), own])
+            if change is not None:
+                spin, alpha, a = change
+                found[x] = spin, triple(map(sub, alpha, cross3(spin, at.w))), a
+        return found
+
+    def driven(self, dofs: Sequence[Dof], x: Symbol) -> Vectors | None:
+        """What changes of the axes of joint speeds add to α and a."""
+        alpha = a = NOTHING
+        for dof in dofs:
+            spin, slide = (triple(tangent(e, {x: ONE}) for e in v) for v in (dof.spin, dof.slide))
+            alpha = summed(alpha, times(self.lambdas[dof.number], spin))
+            a = summed(a, times(self.lambdas[dof.number], slide))
+        return None if is_zero((*alpha, *a)) else (NOTHING, alpha, a)
+
+    def own(self, i: int) -> _Value:
+        s, at, work = self.tree[i], self.rates[i], self.work[i]
+
+        def press(w: Triple, alpha: Triple, a: Triple) -> Wrench:
+            return s.pressing(w, dot(w, w), Motion(alpha, a))
+
+        columns, held = dict[Symbol, Wrench](), Held(press, (at.w, *work))
+        for x in self.symbols if i else ():
+            _join(columns, x, held.slope(x))
+        force = s.pressing(at.w, at.square, work) if i else NO_WRENCH
+        return _Value(self.symbols, alone(s.body, at.w), force, columns, {})
+
+    def whole(self, i: int, v: _Value | None) -> _Value | None:
+        assert v is not None
+        columns = dict(v.columns)
+        for x, change in self.changed[i].items():
+            for number, row in v.rows.items():
+                self.add(number, x, row.times(change))
+            if i:
+                _join(columns, x, v.moving.change(*change))
+        return _Value(self.symbols, v.moving, v.force, columns, v.rows)
+
+    def inner(self, i: int, v: _Value) -> _Value:
+        return self.felt(self.tree[i].inner.dofs, v)
+
+    def outer(self, i: int, v: _Value) -> _Value:
+        return self.felt(self.tree[i].outer.dofs, v)
+
+    def arm(self, i: int, v: _Value) -> _Value:
+        s, at = self.tree[i], self.rates[i]
+        late = s.inner.slide if s.turn is None else s.turn.up(s.inner.slide)
+        return v.swept(s.arm, summed(cross3(at.before, s.arm), summed(s.outer.slide, late)))
+
+    def felt(self, dofs: Sequence[Dof], v: _Value) -> _Value:
+        """What changed wrenches do to joint speeds, and what the wrench does to changed ones; with the rows of these."""
+        rows = dict(v.rows)
+        for dof in dofs:
+            for x, w in v.columns.items():
+                self.add(dof.number, x, sum_of(map(dot, (dof.spin, dof.slide), w)))
+            for x in free_symbols([*dof.spin, *dof.slide]):
+                if x in self.wanted:
+                    axes = [[tangent(e, {x: ONE}) for e in axis] for axis in (dof.spin, dof.slide)]
+                    self.add(dof.number, x, sum_of(map(dot, axes, v.force)))
+            rows[dof.number] = v.moving.row(dof)
+        return _Value(self.symbols, v.moving, v.force, v.columns, rows)
+
+    def add(self, number: int, x: Symbol, value: Expr) -> None:
+        """One more part."""
+        self.found[number, x] = add(self.found.get((number, x), ZERO), value)
+
+
+def _down(lead: Sequence[Change], v: Triple) -> Triple:
+    for turn in lead:
+        v = turn.down(v)
+    return v
+
+
+def _placed(s: Segment, w: Triple, alpha: Triple, a: Triple) -> Vectors:
+    """The motion along A at the origin."""
+    a = summed(a, summed(cross3(alpha, s.arm), cross3(w, cross3(w, s.arm))))
+    a = summed(a, s.outer.slide_drift)
+    return w, alpha, a if is_zero(s.outer.slide) else summed(a, times(TWO, cross3(w, s.outer.slide)))
+
+
+def _turned(s: Segment, w: Triple, alpha: Triple, a: Triple) -> Vectors:
+    """The motion along the basis of work."""
+    if s.turn is not None:
+        w, alpha, a = map(s.turn.down, (w, alpha, a))
+    if not is_zero(s.inner.slide):
+        doubled = summed(times(TWO, w), s.inner.spin)
+        a = summed(summed(a, s.inner.slide_drift), cross3(doubled, s.inner.slide))
+    alpha = summed(alpha, summed(s.inner.spin_drift, cross3(w, s.inner.spin)))
+    return summed(w, s.inner.spin), alpha, a
+
+
+def tangents(
+    tree: Tree, ground: Triple, lambdas: Sequence[Expr], symbols: Sequence[Symbol]
+) -> dict[tuple[int, Symbol], Expr]:
+    """∂g/∂x, λ held, by the number of the joint speed and x; g is the generalized force that inverse dynamics has of each."""
+    carry = _Changes(tree, ground, lambdas, symbols)
+    inward(tree, carry)
+    return carry.found
