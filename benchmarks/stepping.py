@@ -24,8 +24,8 @@ from benchmarks.machine import processor
 from benchmarks.paired import paired
 from benchmarks.peers.recursion import accelerations
 from kane.gallery import pendulums
+from kane.motion.course import Method
 from kane.motion.native import NativeCourse
-from kane.motion.stepping import Method
 from kane.motion.steps import Stepper
 
 SPAN = 10.0

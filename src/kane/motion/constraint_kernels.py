@@ -6,8 +6,6 @@ doubt is judged here, as those of SciPy's solvers are.
 """
 
 from collections.abc import Callable
-from enum import Enum
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,10 +16,11 @@ from kane.equations.routines import ports
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO
 from kane.expr.size import Sizes, size
+from kane.motion.hybrid.events import Inspection, Verdict
 from kane.motion.projection import Numbers, Tolerances
 from kane.motion.right_hand_side import Given
+from kane.motion.steppers.context import Slot
 from kane.motion.steppers.held import COUNTS, room
-from kane.motion.steppers.outline import At
 from kane.motion.steps import Stepper, better
 from kane.numeric.arrays import Array
 from kane.numeric.rank import balance
@@ -87,23 +86,6 @@ def _rows(stepper: Stepper) -> tuple[list[int], list[int]]:
     return sorted(embedding.partition.rows), sorted(embedding.partition.dependent)
 
 
-class Verdict(Enum):
-    """What becomes of a step that Python has looked at."""
-
-    TAKEN = "taken"
-    SHORTER = "shorter"
-    SINGULAR = "singular"
-    TURNED = "turned"
-    MISSED = "missed"
-
-
-class Looked(NamedTuple):
-    """The verdict, and what was found, in words."""
-
-    verdict: Verdict
-    told: str = ""
-
-
 class Holding:
     """The constraints as a kernel takes them, for the dependent speeds that are stepped now."""
 
@@ -147,35 +129,35 @@ class Holding:
 
     def begin(self, s: Array) -> None:
         """What the kernel is told before its first step."""
-        s[At.QUIET] = 1 / POOR
+        s[Slot.QUIET] = 1 / POOR
 
     def look(
         self, dense: Callable[[Array], Array], start: float, end: float, narrow: float, tolerances: Tolerances
-    ) -> Looked:
+    ) -> Inspection:
         """A step that may lead where constraints are singular or cannot be kept; no step is made shorter than `narrow`."""
         stepper = self.stepper
         kept, numbers = stepper.keep(end, dense(np.array([end]))[0])
         assert numbers is not None
         turned, missed = stepper.turned(numbers), stepper.missed(end, kept, numbers, tolerances)
         if (turned or missed or not numbers.finite) and end - start > narrow:
-            return Looked(Verdict.SHORTER)
+            return Inspection(Verdict.SHORTER)
         if turned:
-            return Looked(Verdict.TURNED, turned)
+            return Inspection(Verdict.TURNED, message=turned)
         if missed:
-            return Looked(Verdict.MISSED, missed)
+            return Inspection(Verdict.MISSED, message=missed)
 
         def states(t: float | Array) -> Array:
             found = dense(np.atleast_1d(t))
             return found.T if np.ndim(t) else found[0]
 
         if not numbers.finite or self._poor(numbers):
-            return Looked(Verdict.SINGULAR)
+            return Inspection(Verdict.SINGULAR)
         if not (stepper.jumped(numbers) or stepper.crosses(states, start, end)):
             self.measure()  # the kernel moves the step's end by them: entries may have grown from nothing
-            return Looked(Verdict.TAKEN)
+            return Inspection(Verdict.TAKEN)
         # where speeds alone are poor others are taken, nearby: `settle`
         lost = end - start <= narrow or stepper.crosses(states, start, end, rank_alone=True)
-        return Looked(Verdict.SINGULAR if lost else Verdict.SHORTER)
+        return Inspection(Verdict.SINGULAR if lost else Verdict.SHORTER)
 
     def _poor(self, numbers: Numbers) -> bool:
         """Whether dependent speeds hardly follow, and no others do better."""
@@ -187,7 +169,7 @@ class Holding:
 
     def taken(self, s: Array) -> None:
         """A step that was looked at was taken: as long as speeds are hardly poorer, they are not looked at again."""
-        s[At.QUIET] = max(s[At.QUIET], 1.25 * s[At.SHARE])
+        s[Slot.QUIET] = max(s[Slot.QUIET], 1.25 * s[Slot.SHARE])
 
 
 def regular(stepper: Stepper, numbers: Numbers | None, share: float = _WELL) -> bool:

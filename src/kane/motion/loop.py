@@ -6,6 +6,7 @@ import time
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,9 @@ from kane.equations.equations import Equations
 from kane.errors import KaneError, KaneWarning, SimulationError
 from kane.expr.node import Expr
 from kane.model.declarations import Event
-from kane.motion.hybrid.actions import Instant, acted, leapt_over, sides
-from kane.motion.hybrid.events import at_start, up_to_a_break
+from kane.motion.course import Method
+from kane.motion.hybrid.actions import Instant, acting, after_actions
+from kane.motion.hybrid.events import End, at_start, ended_by, up_to_a_break
 from kane.motion.inputs.breakpoints import bumps_of
 from kane.motion.inputs.expressions import Formula
 from kane.motion.inputs.feedback import HeldInput, controllers
@@ -43,7 +45,7 @@ from kane.motion.start import (
     massless,
 )
 from kane.motion.steppers.table import INTEGRATORS
-from kane.motion.stepping import Course, End, Method, ended_by
+from kane.motion.stepping import ScipyCourse
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
 from kane.numeric.scale import SAME_TIME
@@ -86,14 +88,14 @@ def run(
                 raise KeyboardInterrupt from None
             return _stopped(pieces, f"{MESSAGE}{t:.6g}")
         pieces.append(piece)
-        if not _acting(end.at_once):
+        if not acting(end.at_once):
             return whole(pieces)
         before = Instant(eom, now, float(piece.t[-1]), piece.states[-1], phase)
         short = short + 1 if before.t - t <= SAME_TIME * max(abs(before.t), span[1] - span[0]) else 0
         try:
-            after, met, by, leaving = _changed(before, end.at_once, span[1])
+            after, met, by, leaving = after_actions(before, end.at_once, span[1])
         except KaneError as error:
-            return _stopped(pieces, f"{_names(_acting(end.at_once))} cannot act at t = {before.t:.9g}: {error}")
+            return _stopped(pieces, f"{_names(acting(end.at_once))} cannot act at t = {before.t:.9g}: {error}")
         # what acts twice at one instant has no rate by which to leave
         again = short > 0 and before.t <= t and {e.name for e in end.at_once} <= {e.name for e in phase.by}
         if leaving is None or short >= _TIMES or again:
@@ -112,35 +114,6 @@ def whole(pieces: Sequence[Solution]) -> Solution:
     """The motion that the phases make."""
     made: Solution = joined(pieces) if len(pieces) > 1 else pieces[0]
     return made
-
-
-def _changed(
-    before: Instant, at_once: Sequence[Event], end: float
-) -> tuple[Instant, list[Event], list[Event], dict[str, float] | None]:
-    """The instant after the actions, the events that it leaps across, those that acted, and where the quantities go."""
-    own = {e.name: e for e in before.first.system.events}
-    done = [own[e.name] for e in at_once if e.name in own]
-    now, by, met, after = _acting(done), list[Event](), list[Event](), before
-    met_here = list(done)
-    while now:
-        prior, after = after, acted(after, now, end)
-        by += now
-        others = [e for e in own.values() if e not in done]
-        quantities = [e.quantity for e in others]
-        leapt = (
-            leapt_over(others, np.array(prior.values(quantities)), np.array(after.values(quantities))) if others else []
-        )
-        met += leapt
-        done += leapt
-        now = _acting(leapt)
-    after = replace(after, phase=replace(after.phase, by=tuple(by)))
-    leaving = sides(before, after, met_here)
-    return after, met, by, None if leaving is None else dict.fromkeys([e.name for e in met], 0.0) | leaving
-
-
-def _acting(events: Sequence[Event]) -> list[Event]:
-    """Those that change the motion."""
-    return [e for e in events if e.then is not None]
 
 
 def _names(events: Sequence[Event]) -> str:
@@ -216,7 +189,7 @@ def _phase(
         name=name,
         free=solver.name == AUTO,
     )
-    kind = NativeCourse if name in INTEGRATORS else Course
+    kind = NativeCourse if name in INTEGRATORS else ScipyCourse
     met, fresh = at_start(stepper.now, span[0], start, begin.fresh)
     course = kind(stepper, solver, span, start, times, fresh)
     course.pace.begun = begun
@@ -285,7 +258,7 @@ def _asked_bumps(function: Asked, span: tuple[float, float]) -> set[float]:
     return {t for t in found if span[0] < t < span[1]}
 
 
-def _to_its_end(course: Course | NativeCourse) -> End:
+def _to_its_end(course: ScipyCourse | NativeCourse) -> End:
     try:
         while not is_noted():
             end = course.advance()
@@ -337,7 +310,7 @@ def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:
     return start
 
 
-def _solution(course: Course | NativeCourse, end: End, phase: Phase) -> Solution:
+def _solution(course: ScipyCourse | NativeCourse, end: End, phase: Phase) -> Solution:
     stepper, method = course.stepper, course.method
     states = np.array([y for y, _ in course.rows])
     return Solution(
@@ -350,7 +323,7 @@ def _solution(course: Course | NativeCourse, end: End, phase: Phase) -> Solution
         end.status,
         end.message,
         end.event,
-        tuple(sorted([*course.events, *stepper.changes], key=lambda pair: pair[1])),
+        tuple(sorted([*course.events, *stepper.changes], key=itemgetter(1))),
         course.steps,
         course.evaluations,
         tuple(stepper.segments),

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Motions that run in machine code: an integrator's kernel takes a thousand steps at a time, Python looks at the clock between."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -8,42 +9,42 @@ import numpy as np
 
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
-from kane.motion.constraint_kernels import Holding, Verdict, regular, unheld
+from kane.motion.constraint_kernels import Holding, regular, unheld
+from kane.motion.course import Course, Method
 from kane.motion.cvode import initial_step
-from kane.motion.hybrid.events import Fresh, crossings, still_there, that_move, thresholds, up_to_a_break, vanishing
-from kane.motion.hybrid.modes import HELD, RECENT, Pace, Regimes, Turn, Turns, chattering, standing
+from kane.motion.hybrid.events import End, Fresh, Inspection, StepSeen, Verdict
+from kane.motion.hybrid.modes import HELD, RECENT, Modes, chattering, standing
 from kane.motion.inputs.breakpoints import next_end, on_from, told_apart
 from kane.motion.inputs.feedback import controllers
-from kane.motion.interrupts import MESSAGE
 from kane.motion.methods import cornered, implicit
 from kane.motion.right_hand_side import Routines, exact
 from kane.motion.start import nearly_singular
-from kane.motion.steppers.arguments import Arguments, after, interpolant
-from kane.motion.steppers.outline import SIZE, At, Back
+from kane.motion.steppers.arguments import Arguments
+from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS, compiled
-from kane.motion.stepping import STEPPED, Course, End, Method, ended_by, not_held, passes
+from kane.motion.stepping import STEPPED, ScipyCourse, not_held
 from kane.motion.steps import Stepper
 from kane.motion.switches import has_jumps, switches
 from kane.numeric.arrays import Array
-from kane.numeric.scale import EPS, LATER, SAME_TIME
+from kane.numeric.scale import EPS, SAME_TIME
 from kane.numeric.sign_changes import SHARES
 from kane.program.native.machine import Settings
 
 _DOUBLINGS = 80
 
 
-def why(back: Back, method: Method, stepper: Stepper, s: Array, y: Array, span: tuple[float, float]) -> str:
+def why(back: ReturnCode, method: Method, stepper: Stepper, s: Array, y: Array, span: tuple[float, float]) -> str:
     """Why there is no step from the time in `s` and the state y."""
-    t, now = float(s[At.TIME]), stepper.now
-    if back is Back.UNDERFLOW and INTEGRATORS[method.name].fixed:
+    t, now = float(s[Slot.TIME]), stepper.now
+    if back is ReturnCode.UNDERFLOW and INTEGRATORS[method.name].fixed:
         return f"a step of max_step={method.max_step:g} from t = {t:.6g} is not found by iteration: give a shorter one"
-    fastest = now.rates.labels[int(s[At.WORST])]
+    fastest = now.rates.labels[int(s[Slot.WORST])]
     told = (
         f"no step is short enough for {fastest}, which changes fastest"
-        if back is Back.UNDERFLOW
+        if back is ReturnCode.UNDERFLOW
         else _not_finite(stepper, s, y)
     )
-    if back is Back.UNDERFLOW and (coarse := told_apart(t, span)):
+    if back is ReturnCode.UNDERFLOW and (coarse := told_apart(t, span)):
         return f"{told} at t = {t:.17g}: {coarse}"
     singular = nearly_singular(stepper.eom, now.values(t, y))
     return f"the right-hand side is singular or not finite near t = {t:.6g} ({told}){singular}"
@@ -51,17 +52,17 @@ def why(back: Back, method: Method, stepper: Stepper, s: Array, y: Array, span: 
 
 def _not_finite(stepper: Stepper, s: Array, y: Array) -> str:
     """What is not finite first, on the way on by ever longer steps."""
-    t, now = float(s[At.TIME]), stepper.now
+    t, now = float(s[Slot.TIME]), stepper.now
     rate = stepper.rate(t, y)
     for k in range(_DOUBLINGS):
-        step = float(s[At.SHORTEST]) * 2.0**k
+        step = float(s[Slot.SHORTEST]) * 2.0**k
         told = now.explain(t + step, y + step * np.nan_to_num(rate)) if np.isfinite(step) else ""
         if told:
             return told
     return "a stage of the step is not finite"
 
 
-_PACE = (At.STEPS, At.SMOOTH, At.LIMITED)
+_PACE = (Slot.STEPS, Slot.SMOOTH, Slot.LIMITED)
 _MANY, _SMOOTH, _LIMITED = 100, 0.5, 0.2
 """After so many steps it is asked whether these shares of them hardly bend, and are short all the same."""
 _SOON, _LATE = 25, 1000
@@ -115,7 +116,7 @@ class Stiffness:
 SCIPY = "SciPy's "
 
 
-class NativeCourse:
+class NativeCourse(Course):
     """A motion on its way over `span`, as `Course`, where nothing is left to Python between two steps (`methods.py`)."""
 
     def __init__(
@@ -127,16 +128,12 @@ class NativeCourse:
         times: Array,
         fresh: Fresh = MappingProxyType({}),
     ) -> None:
-        self.stepper, self.method, self.span, self.fresh = stepper, method, span, fresh
-        self.t, self.rows = [span[0]], [stepper.sample(span[0], start)]
-        self.events: list[tuple[Event, float]] = []
-        self.pace = Pace(span, method.max_seconds, method.bounded)
+        super().__init__(stepper, method, span, start, np.append(times[times > span[0]], np.inf), fresh)
         self.pace.before.append((span[0], start.copy()))  # sizes of quantities at switches
-        self.times = np.append(times[times > span[0]], np.inf)
         self.s = np.zeros(SIZE)
         self.y, self.out = start.copy(), np.empty((len(self.times) - 1, len(start)))
         self.marks = np.zeros(len(self.times))
-        self.stepped: Course | None = None
+        self.stepped: ScipyCourse | None = None
         self.names, self.for_good = [method.name], False
         self.stiffness = Stiffness()
         self.handed = (0, 0)
@@ -145,23 +142,23 @@ class NativeCourse:
 
     def _take_up(self, t: float) -> None:
         """From the state at hand on, by the equations that are stepped now."""
-        self.regimes = Regimes(self.stepper, t, self.y) if has_jumps(self.stepper.eom, self.stepper.now.laws) else None
+        self.modes = Modes(self.stepper, t, self.y) if has_jumps(self.stepper.eom, self.stepper.now.laws) else None
         self._call_anew(t)
 
     def _call_anew(self, t: float) -> None:
         """The kernel goes on from the state at hand by other equations than before."""
-        stepper, regimes = self.stepper, self.regimes
-        self.now = stepper.now if regimes is None else regimes.routines(stepper)
+        stepper, modes = self.stepper, self.modes
+        self.now = stepper.now if modes is None else modes.routines(stepper)
         settings = self.now.settings or Settings()
         kernel = compiled(self.method.name, settings, stepper.projection is not None, cornered(self.now))
-        count = 0 if regimes is None else len(regimes.sides)
+        count = 0 if modes is None else len(modes.sides)
         self.arguments = Arguments(self.method.name, self.now, t, self.s, self.y, count)
         self.given = self.arguments.given | {"times": self.times, "rows": self.out, "samples": len(self.out)}
         for k, event in enumerate(stepper.eom.events):
             if event.name in self.fresh:
                 self.given["seen"][k] = self.given["least"][k]
-        if regimes is not None:
-            self.given["seen"][[len(stepper.eom.events) + k for k in regimes.fresh]] = 0.0
+        if modes is not None:
+            self.given["seen"][[len(stepper.eom.events) + k for k in modes.fresh]] = 0.0
         self.holding = Holding(stepper, t, self.y) if stepper.projection else None
         if self.holding is not None:
             self.arguments.held(self.holding.given, self.marks)
@@ -176,10 +173,10 @@ class NativeCourse:
         """From t on, up to just before the next breakpoint, as rates may jump there."""
         end = next_end(self.method.breakpoints, t, self.span[1])
         self._control(t)
-        told = {At.TIME: t, At.TIME_LAG: 0.0, At.END: end, At.LONGEST: self.method.max_step, At.FRESH: 1.0}
-        told |= {At.RTOL: self.method.rtol, At.ATOL: self.method.atol, At.STEP: self._first_step(t, end)}
+        told = {Slot.TIME: t, Slot.TIME_LAG: 0.0, Slot.END: end, Slot.LONGEST: self.method.max_step, Slot.FRESH: 1.0}
+        told |= {Slot.RTOL: self.method.rtol, Slot.ATOL: self.method.atol, Slot.STEP: self._first_step(t, end)}
         # beside t = 0 the shortest step is as short as rounding of the span's square allows
-        told |= {At.SHORTEST: EPS**2 * (self.span[1] - self.span[0])}
+        told |= {Slot.SHORTEST: EPS**2 * (self.span[1] - self.span[0])}
         for place, value in told.items():
             self.s[place] = value
 
@@ -197,8 +194,8 @@ class NativeCourse:
             return method.max_step
         if method.first is not None and t == self.span[0]:
             return min(method.first, end - t)
-        self.s[At.RATES] += 2
-        rate = self.stepper.rate if self.regimes is None else self.now.rate
+        self.s[Slot.RATES] += 2
+        rate = self.stepper.rate if self.modes is None else self.now.rate
         return initial_step(rate, integrator.order, (method.rtol, method.atol), t, self.y, end)
 
     @property
@@ -209,75 +206,75 @@ class NativeCourse:
     @property
     def steps(self) -> int:
         """Steps so far."""
-        return int(self.s[At.STEPS]) + self.handed[0] + (self.stepped.steps if self.stepped else 0)
+        return int(self.s[Slot.STEPS]) + self.handed[0] + (self.stepped.steps if self.stepped else 0)
 
     @property
     def evaluations(self) -> int:
         """Evaluations of the right-hand side; those of all stages at once are one."""
-        return int(self.s[At.RATES]) + self.handed[1] + (self.stepped.evaluations if self.stepped else 0)
+        return int(self.s[Slot.RATES]) + self.handed[1] + (self.stepped.evaluations if self.stepped else 0)
 
     def far(self) -> str:
         """How far the motion is, in words."""
-        return self.stepped.far() if self.stepped else f"t = {self.s[At.TIME]:.4g} of {self.span[1]:.4g} s"
+        return self.stepped.far() if self.stepped else f"t = {self.s[Slot.TIME]:.4g} of {self.span[1]:.4g} s"
 
     def advance(self) -> End | None:
         """Some steps."""
         if self.stepped is not None:
             return self._step_by_scipy(self.stepped)
         if self.steps >= self.method.max_steps:
-            return self._stopped(self.method.spent(self.s[At.TIME]))
-        late = self.pace.late(float(self.s[At.TIME])) or self.pace.crawls(float(self.s[At.TIME]), self.steps)
+            return self._stopped(self.method.spent(self.s[Slot.TIME]))
+        late = self.pace.late(float(self.s[Slot.TIME])) or self.pace.crawls(float(self.s[Slot.TIME]), self.steps)
         if late:
             return self._stopped(late)
         limit = min(1 if self.looked else self.stiffness.limit, self.method.max_steps - self.steps)
-        before, done = float(self.s[At.TIME]), self.s[At.STEPS]
-        back = Back(self.kernel(limit=min(limit, RECENT) if self.switching else limit))
+        before, done = float(self.s[Slot.TIME]), self.s[Slot.STEPS]
+        back = ReturnCode(self.kernel(limit=min(limit, RECENT) if self.switching else limit))
         self.arguments.check()
         self._collect()
-        over = back is Back.END and self.s[At.END] >= self.span[1]
-        if back is not Back.END and (self._stiff() or self._eased(back, before, done)):
+        over = back is ReturnCode.END and self.s[Slot.END] >= self.span[1]
+        if back is not ReturnCode.END and (self._stiff() or self._eased(back, before, done)):
             return None
-        if self.regimes is not None and float(self.s[At.TIME]) > before:
-            self.regimes.gone_on()
-        if back is Back.LOOK:
-            return self._doubt() if self.s[At.HELD] else self._look()
+        if self.modes is not None and float(self.s[Slot.TIME]) > before:
+            self.modes.gone_on()
+        if back is ReturnCode.LOOK:
+            return self._doubt() if self.s[Slot.HELD] else self._look()
         changed = self.looked and self._settled()
         told = self._stalled(back, before)
         if told:
             return self._stopped(told)
-        if back in (Back.UNDERFLOW, Back.NOT_FINITE):
+        if back in (ReturnCode.UNDERFLOW, ReturnCode.NOT_FINITE):
             if self.holding is None:
                 return self._stopped(why(back, self.method, self.stepper, self.s, self.y, self.span))
-            self._hand_over(float(self.s[At.TIME]))
+            self._hand_over(float(self.s[Slot.TIME]))
             return None
         if over:
             if self.t[-1] < self.span[1]:
-                self._sample(self.span[1], self.y.copy())
+                self.sample(self.span[1], self.y.copy())
             return End("finished", f"reached t = {self.span[1]:g}")
         self._lead_on(back, changed)
         return None
 
-    def _lead_on(self, back: Back, changed: bool) -> None:
+    def _lead_on(self, back: ReturnCode, changed: bool) -> None:
         """By other equations, where a switch has turned or other speeds are dependent, or beyond a breakpoint."""
-        t = on_from(float(self.s[At.END])) if back is Back.END else float(self.s[At.TIME])
+        t = on_from(float(self.s[Slot.END])) if back is ReturnCode.END else float(self.s[Slot.TIME])
         if changed and unheld(self.stepper):
             self._hand_over(t)
             return
-        if self.landing and self.regimes is not None and not changed and back is Back.END:
-            at = float(self.s[At.END])
-            self.regimes.turn(self.stepper, at, self.y, self.landing)
+        if self.landing and self.modes is not None and not changed and back is ReturnCode.END:
+            at = float(self.s[Slot.END])
+            self.modes.turn(self.stepper, at, self.y, self.landing)
             self._call_anew(at)
             return
-        if changed or (back is Back.END and self.regimes is not None):
+        if changed or (back is ReturnCode.END and self.modes is not None):
             self._take_up(t)
-        elif back is Back.END:
+        elif back is ReturnCode.END:
             self._begin(t)
-        if back is Back.END:  # stiffness that showed in steps up to a breakpoint counts beyond it
+        if back is ReturnCode.END:  # stiffness that showed in steps up to a breakpoint counts beyond it
             self._stiff()
 
     def _stiff(self) -> bool:
         """Whether the steps of "auto" are short for stability alone: then an implicit method leads on."""
-        if not self.method.free or not self.stiffness.sets_in(self.s) or self.s[At.TIME] >= self.span[1]:
+        if not self.method.free or not self.stiffness.sets_in(self.s) or self.s[Slot.TIME] >= self.span[1]:
             return False
         name = implicit(self.stepper, self.stepper.now.drives)
         own = name in INTEGRATORS
@@ -285,16 +282,16 @@ class NativeCourse:
         self._told("the equations are stiff", told)
         if own:
             self.stiffness.leaves(self.method.name)
-            self._go_over(float(self.s[At.TIME]), name)
+            self._go_over(float(self.s[Slot.TIME]), name)
         else:
-            self._hand_over(float(self.s[At.TIME]), name)
+            self._hand_over(float(self.s[Slot.TIME]), name)
             self.for_good = True
         return True
 
-    def _eased(self, back: Back, before: float, done: float) -> bool:
+    def _eased(self, back: ReturnCode, before: float, done: float) -> bool:
         """Whether the implicit method that leads on since `_stiff` is needed no more: then the other one leads on again."""
-        t, steps = float(self.s[At.TIME]), self.s[At.STEPS] - done
-        if not self.stiffness.left or back is not Back.LIMIT or self.looked or steps < 1:
+        t, steps = float(self.s[Slot.TIME]), self.s[Slot.STEPS] - done
+        if not self.stiffness.left or back is not ReturnCode.LIMIT or self.looked or steps < 1:
             return False
         if not self.stiffness.is_over(self.now, t, self.y, (t - before) / steps):
             return False
@@ -306,7 +303,7 @@ class NativeCourse:
         return True
 
     def _told(self, name: str, message: str) -> None:
-        self.stepper.changes.append((Event(name, ZERO, terminal=False, message=message), float(self.s[At.TIME])))
+        self.stepper.changes.append((Event(name, ZERO, terminal=False, message=message), float(self.s[Slot.TIME])))
 
     def _go_over(self, t: float, name: str) -> None:
         """Another method in machine code leads on from here."""
@@ -318,63 +315,82 @@ class NativeCourse:
         if name not in self.names:
             self.names.append(name)
 
-    def _stalled(self, back: Back, before: float) -> str:
+    def _stalled(self, back: ReturnCode, before: float) -> str:
         """That a motion stands at a switch of a load, in words; "" where it does not."""
-        t = float(self.s[At.TIME])
-        if not self.switching or back is Back.LOOK:
+        t = float(self.s[Slot.TIME])
+        if not self.switching or back is ReturnCode.LOOK:
             return ""
         self.pace.note(t, self.y.copy())
-        held = back is Back.LIMIT and t - before < HELD * (self.span[1] - self.span[0])
-        told = chattering(self.stepper.now, self.pace) if held or back in (Back.UNDERFLOW, Back.NOT_FINITE) else ""
+        held = back is ReturnCode.LIMIT and t - before < HELD * (self.span[1] - self.span[0])
+        told = (
+            chattering(self.stepper.now, self.pace)
+            if held or back in (ReturnCode.UNDERFLOW, ReturnCode.NOT_FINITE)
+            else ""
+        )
         return f"the motion does not get on beyond t = {t:.6g}: {told}" if told else ""
 
     def _collect(self) -> None:
-        """The samples that were taken."""
-        while len(self.t) <= int(self.s[At.SAMPLE]):
+        """The samples that were taken; one beside a doubtful state is moved onto the constraints once more."""
+        while len(self.t) <= int(self.s[Slot.SAMPLE]):
             k = len(self.t) - 1
-            self._sample(float(self.times[k]), self.out[k].copy(), bool(self.marks[k]))
-
-    def _sample(self, t: float, y: Array, doubtful: bool = False) -> None:
-        self.t.append(t)
-        self.rows.append(self.stepper.sample(t, y) if doubtful else (y, self.stepper.eom))
+            t, y = float(self.times[k]), self.out[k].copy()
+            if self.marks[k]:
+                self.sample(t, y)
+            else:
+                self.t.append(t)
+                self.rows.append((y, self.stepper.eom))
 
     def _stopped(self, message: str) -> End:
-        """What there is up to here is the motion."""
-        if self.s[At.TIME] > self.t[-1]:
-            self._sample(float(self.s[At.TIME]), self.y.copy(), doubtful=True)
-        return End("stopped", message)
+        return self.stopped(message, float(self.s[Slot.TIME]), self.y.copy())
 
     def interrupted(self) -> End:
         """It ends after the last step that was taken."""
         if self.stepped is not None:
             return self.stepped.interrupted()
         self._collect()
-        return self._stopped(f"{MESSAGE}{self.s[At.TIME]:.6g}")
+        return self.broken(float(self.s[Slot.TIME]), self.y.copy())
 
     def _doubt(self) -> End | None:
         """The constraints of the step that is taken next, in which they may be singular or not be kept."""
-        s, stepper, holding = self.s, self.stepper, self.holding
+        s, holding = self.s, self.holding
         assert holding is not None
-        start, h = float(s[At.TIME]), self._next()
-        dense = interpolant(self.method.name, self.given, h, start)
+        start, h = float(s[Slot.TIME]), self._next()
+        dense = self._dense(start, h)
         narrow = SAME_TIME * max(abs(start + h), self.span[1] - self.span[0])
-        verdict, told = holding.look(dense, start, start + h, narrow, (self.method.rtol, self.method.atol))
-        if verdict is Verdict.SHORTER:
-            s[At.STEP] = h / 2
-            return None
-        if verdict is Verdict.SINGULAR:
-            self._hand_over(start)
-            return None
-        if verdict is Verdict.TURNED:
-            return self._stopped(f"another branch of the closures lies beyond t = {start:.6g}: {told}")
-        if verdict is Verdict.MISSED:
-            return self._stopped(not_held(stepper, start, self.y.copy(), self.span, told))
-        self.looked, s[At.LOOKED] = True, 1.0
+        found = holding.look(dense, start, start + h, narrow, (self.method.rtol, self.method.atol))
+        if found.verdict is not Verdict.TAKEN:
+            return self._decided(found, start, h)
+        self.looked, s[Slot.LOOKED] = True, 1.0
         return self._look() if self.given.get("events") else None
+
+    def _decided(self, found: Inspection, start: float, h: float) -> End | None:
+        """What follows for the step of length h from `start` that is not taken: it is taken otherwise, or the motion ends."""
+        verdict, modes, which = found.verdict, self.modes, found.which
+        again = modes is not None and modes.tried.issuperset(
+            which
+        )  # switches that came back from their other side before
+        if verdict is Verdict.SHORTER:
+            self.s[Slot.STEP] = found.t or h / 2
+        elif verdict is Verdict.UP_TO:
+            self.s[Slot.END], self.landing = found.t, which
+        elif verdict is Verdict.TURNED:
+            return self._stopped(f"another branch of the closures lies beyond t = {start:.6g}: {found.message}")
+        elif verdict is Verdict.MISSED:
+            return self._stopped(not_held(self.stepper, start, self.y.copy(), self.span, found.message))
+        elif verdict is Verdict.SINGULAR or (start == self.span[0] and again):
+            self._hand_over(start)
+            self.for_good = bool(which)
+        elif modes is not None and again:
+            told = standing(self.stepper.now, [modes.quantities[k] for k in which])
+            return self._stopped(f"the motion does not get on beyond t = {start:.6g}: {told}")
+        elif modes is not None:
+            modes.turn(self.stepper, start, self.y, which, tried=True)
+            self._call_anew(start)
+        return None
 
     def _settled(self) -> bool:
         """After a step that Python has looked at: whether other dependent speeds are stepped from there on, or rank is lost."""
-        holding, t = self.holding, float(self.s[At.TIME])
+        holding, t = self.holding, float(self.s[Slot.TIME])
         assert holding is not None
         self.looked = False
         holding.taken(self.s)
@@ -388,13 +404,13 @@ class NativeCourse:
     def _hand_over(self, t: float, name: str = STEPPED) -> None:
         """SciPy's steps lead on from here, past where constraints are singular."""
         method = replace(self.method.after(self.steps), name=name, first=None)
-        self.stepped = Course(self.stepper, method, (t, self.span[1]), self.y.copy(), self.times[:-1], self.fresh)
+        self.stepped = ScipyCourse(self.stepper, method, (t, self.span[1]), self.y.copy(), self.times[:-1], self.fresh)
         self.stepped.t, self.stepped.rows, self.stepped.events = self.t, self.rows, self.events
         self.stepped.span = self.span
         self._called(name)
         self.stepped.pace.before.append((self.t[0], self.rows[0][0]))  # sizes of quantities at switches, farther back
 
-    def _step_by_scipy(self, course: Course) -> End | None:
+    def _step_by_scipy(self, course: ScipyCourse) -> End | None:
         """One of SciPy's steps; machine code goes on where constraints are regular again."""
         end = course.advance()
         if end is not None or self.for_good or not course.clear or unheld(self.stepper):
@@ -406,82 +422,63 @@ class NativeCourse:
         self.stepped = None
         self.y[:] = y
         self._take_up(t)
-        self.s[At.SAMPLE] = len(self.t) - 1
+        self.s[Slot.SAMPLE] = len(self.t) - 1
         return None
 
     def _look(self) -> End | None:
         """The events of the step that is taken next, up to one that ends the motion; without such a one it is gone on from."""
         s, now, events = self.s, self.now, self.stepper.eom.events
-        start, h = float(s[At.TIME]), self._next()
-        dense = interpolant(self.method.name, self.given, h, start)
+        start, h = float(s[Slot.TIME]), self._next()
+        along = self._dense(start, h)
         times = start + h * np.array(SHARES)
-        states = dense(times[1:])
+        states = along(times[1:])
         if self.holding is not None:
-            states[-1] = after(self.method.name, self.given)
+            end_of, n = INTEGRATORS[self.method.name].end, len(self.y)
+            assert end_of is not None
+            states[-1] = self.given["work"][end_of(n) : end_of(n) + n]
         count = int(self.given["events"])
         values = np.vstack([self.given["seen"][:count], now.watch_all(times[1:], states)])
-        sizes = np.fmax(self.given["largest"][:count], np.abs(values).max(axis=0))[: len(events)]
+        largest = np.fmax(self.given["largest"][:count], np.abs(values).max(axis=0))[: len(events)]
 
-        def one(t: float) -> Array:
-            state: Array = dense(np.array([t]))[0]
+        def dense(t: float) -> Array:
+            state: Array = along(np.array([t]))[0]
             return state
 
-        if self.regimes is not None:
-            turn = self.regimes.look(now, one, start, h, values[:, len(events) :])
-            if turn.what not in (Turns.NOT, Turns.AT_END) or (turn.what is Turns.AT_END and h < self._left()):
-                return self._turned(turn, start, h)
+        if self.modes is not None:
+            found = self.modes.look(now, dense, start, h, values[:, len(events) :])
+            aimed = found.verdict is Verdict.UP_TO and found.t == start + h and h >= self._left()
+            if found.verdict is not Verdict.TAKEN and not aimed:
+                return self._decided(found, start, h)
             # what was aimed at is met there, though rounding leaves it on this side
-            self.landing = self.landing or turn.which
+            self.landing = self.landing or found.which
+        s[Slot.LOOKED] = 1.0
         values = values[:, : len(events)]
-        least = thresholds(events, sizes)
-        met = crossings(events, now.watch, one, times, values, least, self.fresh)
-        met += vanishing(events, now.watch, one, times, values, sizes, self.method.rtol)
-        s[At.LOOKED] = 1.0
-        moving = that_move(met, now, times, values, states, self.span[1] - self.span[0])
-        noted, at_once = up_to_a_break(moving, h)
-        end = ended_by(at_once, noted)
-        t = start if end is None else next(t for event, t in noted if event.breaks)
-        if end is not None and passes(self.stepper, end, t, one(t)):
+        noted, end, t = self.meets(now, dense, StepSeen(times, values, states), largest)
+        if self.passes(end, t, dense):
             self._hand_over(start)
             assert self.stepped is not None
             self.stepped.beware(t)
             return None
         self.events += noted
-        self.fresh = still_there(self.fresh, events, values[-1] - least)
+        self.leave(values[-1], largest)
         if end is not None:
-            before = self.times[(self.times > self.t[-1]) & (self.times < t)]
-            for at in [*before, *([t] if t > self.t[-1] else [])]:
-                self._sample(float(at), one(float(at)), doubtful=True)
-            s[At.STEPS] += 1
+            self.sample_up_to(t, dense, True)
+            s[Slot.STEPS] += 1
         return end
 
-    def _turned(self, turn: Turn, start: float, h: float) -> End | None:
-        """A step in which a switch turns is taken again: up to there, shorter, or on the side to which the motion comes back."""
-        regimes = self.regimes
-        assert regimes is not None
-        if turn.what in (Turns.BEFORE, Turns.AT_END):
-            self.s[At.END] = turn.t if turn.what is Turns.BEFORE else start + h
-            self.landing = turn.which
-        elif turn.what is Turns.SOON:
-            self.s[At.STEP] = LATER * h
-        elif turn.what is Turns.STILL or (start == self.span[0] and regimes.tried.issuperset(turn.which)):
-            self._hand_over(start)
-            self.for_good = True
-        elif regimes.tried.issuperset(turn.which):
-            told = standing(self.stepper.now, [regimes.quantities[k] for k in turn.which])
-            return self._stopped(f"the motion does not get on beyond t = {start:.6g}: {told}")
-        else:
-            regimes.turn(self.stepper, start, self.y, turn.which, tried=True)
-            self._call_anew(start)
-        return None
+    def _dense(self, start: float, h: float) -> Callable[[Array], Array]:
+        """The state (k × n) at times (k) in the step that the kernel has found."""
+        dense = INTEGRATORS[self.method.name].dense
+        assert dense is not None
+        return dense(self.given, h, start)
 
     def _next(self) -> float:
         """The length of the step that was looked at."""
         s = self.s
-        shortest = s[At.SHORTEST] + 10 * EPS * abs(s[At.TIME])
-        return float(min(max(s[At.STEP], shortest), s[At.LONGEST], self._left()))
+        shortest = s[Slot.SHORTEST] + 10 * EPS * abs(s[Slot.TIME])
+        return float(min(max(s[Slot.STEP], shortest), s[Slot.LONGEST], self._left()))
 
     def _left(self) -> float:
         """How long it is to the end that is aimed at: `start + h` of a step that leads there may round to a time before it."""
         s = self.s
-        return float(s[At.END] - s[At.TIME] - s[At.TIME_LAG])
+        return float(s[Slot.END] - s[Slot.TIME] - s[Slot.TIME_LAG])

@@ -15,6 +15,7 @@ from kane.equations.state import State, state_of
 from kane.errors import KaneWarning, SimulationError
 from kane.expr.evaluation import evaluate
 from kane.model.beams.beam import Beam, doubts
+from kane.motion.hybrid.events import check_witnesses
 from kane.motion.inputs.expressions import own_parameters
 from kane.motion.inputs.functions import input_functions
 from kane.motion.inputs.smooth import check_prescribed
@@ -25,7 +26,7 @@ from kane.motion.solution.accuracy import variational_errors
 from kane.motion.solution.checks import check_drifts, checking_functions
 from kane.motion.solution.resumed import begin_of, check_fits, inherited_inputs, inherited_parameters, last_phase, told
 from kane.motion.solution.solution import Solution
-from kane.motion.start import check_masses, check_span, check_witnesses, sample_times
+from kane.motion.start import check_masses, check_span, sample_times
 from kane.numeric.arrays import Array
 from kane.numeric.scale import SAME_TIME
 from kane.program.native.machine import Settings

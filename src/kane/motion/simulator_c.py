@@ -19,7 +19,7 @@ from kane.motion.inputs.breakpoints import MOST, PLACES, SHARE, ULPS, Clock, Tur
 from kane.motion.inputs.smooth import pieces_prescribed
 from kane.motion.methods import needs
 from kane.motion.right_hand_side import timed
-from kane.motion.steppers.outline import SIZE, At, Back
+from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.scale import LEAPS
 from kane.program.bundle import Bundle
@@ -79,8 +79,8 @@ def emit_simulator(compiled: Compiled, method: str = "dop853") -> str:
         "@WORK@": str(integrator.work(1)),
         "@SIZE@": str(SIZE),
         "@ARGUMENTS@": str(len(given)),
-        "@PLACES@": "\n".join(f"    AT_{at.name} = {int(at)}," for at in At),
-        "@END@": str(int(Back.END)),
+        "@PLACES@": "\n".join(f"    AT_{slot.name} = {int(slot)}," for slot in Slot),
+        "@END@": str(int(ReturnCode.END)),
         "@TURNING@": str(len(clock.turning)),
         "@PULSES@": str(len(clock.pulses)),
         "@LOOKED_AT@": str(PLACES),

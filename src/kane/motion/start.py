@@ -18,11 +18,10 @@ from kane.equations.equations import Equations
 from kane.errors import SimulationError, cut
 from kane.expr.evaluation import evaluate, free_symbols, is_constant_in_time
 from kane.expr.matrix import Matrix
-from kane.expr.node import ZERO, Expr, postorder
-from kane.expr.ops import DIV, OPS, POW, SQRT
+from kane.expr.node import ZERO, Expr
+from kane.expr.ops import OPS, SQRT
 from kane.expr.size import size
-from kane.expr.symbols import Coordinate, Rate, Reaction
-from kane.expr.visit import substituted
+from kane.expr.symbols import Coordinate
 from kane.model.beams.beam import Beam
 from kane.model.bodies import largest_moment, least_moment, parts_of
 from kane.motion.steppers.table import INTEGRATORS
@@ -170,27 +169,6 @@ def _check_beams(eom: Equations, constants: Mapping[Expr, float]) -> None:
                     f"Expected {what} of {beam.name} above zero, got {cut(measure)} = {value:g} at the values of the parameters. "
                     "Correct them."
                 )
-
-
-def check_witnesses(eom: Equations, constants: Mapping[Expr, float]) -> None:
-    """No event whose quantity stays at its threshold for ever, as a parameter that is zero makes it."""
-    for event in eom.system.events:
-        symbols = free_symbols([event.quantity])
-        gone: dict[Expr, Expr] = {s: ZERO for s in symbols if constants.get(s) == 0}
-        if not gone or any(isinstance(s, Rate | Reaction) for s in symbols):
-            continue
-        left = substituted(event.quantity, gone, {}) if not _divided(event.quantity) else event.quantity
-        if all(s in constants for s in free_symbols([left])) and evaluate(left, constants) == event.threshold:
-            raise SimulationError(
-                f"Expected a quantity of the event {event.name!r} that crosses {event.threshold:g}, got {cut(event.quantity)}, which "
-                f"stays there as {' and '.join(f'{s} = 0' for s in gone)}. Give other values, or leave the event out: "
-                "system.replace(events=[…])."
-            )
-
-
-def _divided(e: Expr) -> bool:
-    """Whether a zero in an expression may be divided by."""
-    return any(node.op in (DIV, POW) for node in postorder([e]))
 
 
 def massless(eom: Equations, constants: Mapping[Expr, float]) -> str:

@@ -6,35 +6,21 @@ A motion breaks off where a drive cannot hold its constraints any further, or wh
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from kane.dynamics.constraints.manifold import manifold
 from kane.dynamics.events import KinematicsEnd
-from kane.equations.equations import Equations
 from kane.expr.evaluation import free_symbols
 from kane.expr.symbols import input_of, time
-from kane.model.declarations import Event
+from kane.motion.course import Course, Method
 from kane.motion.cvode import CVODE, Cvode
-from kane.motion.hybrid.events import (
-    PARTS,
-    Fresh,
-    Met,
-    crossings,
-    leapt,
-    still_there,
-    that_move,
-    thresholds,
-    up_to_a_break,
-    vanishing,
-)
-from kane.motion.hybrid.modes import Pace, chattering
+from kane.motion.hybrid.events import PARTS, End, Fresh, Met, StepSeen, leapt
+from kane.motion.hybrid.modes import chattering
 from kane.motion.inputs.breakpoints import next_end, on_from, told_apart
 from kane.motion.inputs.feedback import controllers
-from kane.motion.interrupts import MESSAGE
 from kane.motion.projection import Numbers
 from kane.motion.start import nearly_singular
 from kane.motion.steps import Stepper, share_of_rank
@@ -62,90 +48,8 @@ _NEAR_POLE = 0.25
 """Share of the size that a pivot of W has had below which W may have a pole nearby."""
 
 
-@dataclass(frozen=True, slots=True)
-class Method:
-    """A solver of SciPy's or SUNDIALS' by name, its tolerances, how many steps, how long, where they end, and the `first` one.
-
-    `bounded` says that the number of steps was asked for: then a motion is not given up for getting on slowly. `free` says that the
-    method was not: then it may be left. `whole` is how many steps the motion has of which this is a part, 0 where it is all of it.
-    """
-
-    name: str
-    rtol: float
-    atol: float
-    max_steps: int
-    max_step: float = np.inf
-    breakpoints: tuple[float, ...] = ()
-    max_seconds: float = np.inf
-    bounded: bool = True
-    free: bool = False
-    first: float | None = None
-    whole: int = 0
-
-    def after(self, steps: int) -> "Method":
-        """It after so many steps of the motion."""
-        return replace(self, max_steps=max(self.max_steps - steps, 0), whole=self.whole or self.max_steps)
-
-    def spent(self, t: float) -> str:
-        """What is said where no step is left at t."""
-        return f"{self.whole or self.max_steps} steps were not enough; at t = {t:.6g}"
-
-    def solver(self, stepper: Stepper, t: float, y: Array, end: float, first_step: float | None = None) -> Any:
-        """The solver at a state, up to just before the next of the breakpoints, as rates may jump there."""
-        from scipy import integrate
-
-        end = next_end(self.breakpoints, t, end)
-        first_step = first_step and min(first_step, end - t, self.max_step)
-        more: dict[str, Any] = {"jac": stepper.slopes} if self.name in _IMPLICIT else {}
-        if self.name == CVODE:
-            more["pattern"] = stepper.pattern()
-        return (Cvode if self.name == CVODE else getattr(integrate, self.name))(
-            stepper.rate,
-            t,
-            y,
-            end,
-            first_step=first_step,
-            rtol=self.rtol,
-            atol=self.atol,
-            max_step=self.max_step,
-            **more,
-        )
-
-
-class End(NamedTuple):
-    """Why a motion ended: "finished", "event" or "stopped", in words, and which event ended it.
-
-    `at_once` are all events of that instant, with those that change the motion, which goes on then.
-    """
-
-    status: str
-    message: str
-    event: Event | None = None
-    at_once: tuple[Event, ...] = ()
-
-
-def ended_by(at_once: Sequence[Event], noted: Sequence[Met]) -> End | None:
-    """The end that events of one instant make; None where there are none."""
-    if not at_once:
-        return None
-    event = next((e for e in at_once if e.terminal), None)
-    if event is None:
-        return End("event", "", None, tuple(at_once))
-    t = next(t for e, t in noted if e is event)
-    return End("event", f"{event.name} at t = {t:.6g}: {event.message or 'terminal event'}", event, tuple(at_once))
-
-
-def passes(stepper: Stepper, end: End, t: float, y: Array) -> bool:
-    """Whether the kinematics that end a motion at (t, y) are regular there with other dependent speeds."""
-    return isinstance(end.event, KinematicsEnd) and stepper.regular(t, y) is not None
-
-
-class Course:
-    """A motion on its way over `span`: `advance()` until it gives an End.
-
-    `t` and `rows` are the samples, each with the equations that hold there; `events` those that were met. `fresh` are those
-    at whose thresholds it begins.
-    """
+class ScipyCourse(Course):
+    """A motion that is stepped by one of SciPy's solvers, or SUNDIALS', and looked at after each step."""
 
     def __init__(
         self,
@@ -156,16 +60,11 @@ class Course:
         times: Array,
         fresh: Fresh = MappingProxyType({}),
     ) -> None:
-        self.stepper, self.method, self.span, self.times = stepper, method, span, times
-        self.solver = method.solver(stepper, span[0], start, span[1], method.first)
+        super().__init__(stepper, method, span, start, times, fresh)
+        self.solver = _solver(method, stepper, span[0], start, span[1], method.first)
         self.watched = stepper.now.watch(span[0], start)
-        self.fresh = fresh
         self.largest = np.abs(self.watched)
-        self.t = [span[0]]
-        self.rows: list[tuple[Array, Equations]] = [stepper.sample(span[0], start)]
-        self.events: list[tuple[Event, float]] = []
         self.steps = 0
-        self.pace = Pace(span, method.max_seconds, method.bounded)
         self._spent = 0
         self._jump = np.inf
 
@@ -177,11 +76,6 @@ class Course:
     def far(self) -> str:
         """How far the motion is, in words."""
         return f"t = {self.solver.t:.4g} of {self.span[1]:.4g} s"
-
-    @property
-    def name(self) -> str:
-        """The method."""
-        return self.method.name
 
     def beware(self, t: float) -> None:
         """A place lies ahead at t at which the equations that are stepped are singular."""
@@ -233,43 +127,28 @@ class Course:
             return self._stopped(not_held(stepper, before, last, span, missed))
         # what is met is read off the states that are gone on from: projection cannot hide it, nor make it be met twice
         after = stepper.now.watch(solver.t, kept)
-        noted, end = self._met(dense, after)
-        at = solver.t if end is None else next(t for event, t in noted if event.breaks)
-        if end is not None and at - before > narrow and passes(stepper, end, at, dense(at)):
+        noted, end, at = self._met(dense, after)
+        if at - before > narrow and self.passes(end, at, dense):
             self._restart(before, last, (at - before) / 2)
             self._jump = at
             return None
         self.events += noted
+        at = solver.t if end is None else at
         if end is None and solver.t >= span[1]:
             end = End("finished", f"reached t = {span[1]:g}")
-        for t in [
-            *self.times[(self.times > self.t[-1]) & (self.times < at)],
-            *([at] if end and at > self.t[-1] else []),
-        ]:
-            self._sample(float(t), dense(t))
+        self.sample_up_to(at, dense, end is not None)
         if end is None:
             self.watched = after
-            events = stepper.eom.events
-            self.fresh = still_there(self.fresh, events, after - thresholds(events, self.largest))
+            self.leave(after, self.largest)
             self._go_on(kept, numbers)
         return end
 
-    def _sample(self, t: float, y: Array) -> None:
-        self.t.append(t)
-        self.rows.append(self.stepper.sample(t, y))
-
     def _stopped(self, message: str) -> End:
-        """What there is up to here is the motion."""
-        if self.solver.t > self.t[-1] and np.all(np.isfinite(self.solver.y)):
-            self._sample(float(self.solver.t), self.solver.y)
-        return End("stopped", message)
+        return self.stopped(message, float(self.solver.t), self.solver.y)
 
     def interrupted(self) -> End:
         """It ends after the last step that was looked at whole."""
-        t, y = self.pace.states[-1] if self.pace.states else (self.span[0], self.rows[0][0])
-        if t > self.t[-1]:
-            self._sample(t, y)
-        return End("stopped", f"{MESSAGE}{self.t[-1]:.6g}")
+        return self.broken(*(self.pace.states[-1] if self.pace.states else (self.span[0], self.rows[0][0])))
 
     def _leapt(self, dense: Any) -> float | None:
         """When a load switches there and back within the step, if it does: the step is taken again, up to there."""
@@ -279,20 +158,16 @@ class Course:
         times = np.linspace(self.solver.t_old, self.solver.t, PARTS + 1)
         return leapt(now.switch, dense, times, now.switch_all(times, dense(times).T))
 
-    def _met(self, dense: Any, after: Array) -> tuple[Sequence[Met], End | None]:
-        """The events of a step, up to one that ends the motion."""
-        now, events = self.stepper.now, self.stepper.eom.events
-        if not events:
-            return (), None
+    def _met(self, dense: Any, after: Array) -> tuple[Sequence[Met], End | None, float]:
+        """The events of a step, up to one that ends the motion, and when."""
+        now = self.stepper.now
+        if not self.stepper.eom.events:
+            return (), None, self.solver.t_old
         times = self.solver.t_old + (self.solver.t - self.solver.t_old) * np.array(SHARES)
-        within = now.watch_all(times[1:-1], dense(times[1:-1]).T)
-        values = np.vstack([self.watched, within, after])
+        states = dense(times[1:]).T
+        values = np.vstack([self.watched, now.watch_all(times[1:-1], states[:-1]), after])
         self.largest = np.fmax(self.largest, np.abs(values).max(axis=0))
-        met = crossings(events, now.watch, dense, times, values, thresholds(events, self.largest), self.fresh)
-        met += vanishing(events, now.watch, dense, times, values, self.largest, self.method.rtol)
-        moving = that_move(met, now, times, values, dense(times[1:]).T, self.span[1] - self.span[0])
-        noted, at_once = up_to_a_break(moving, float(times[-1] - times[0]))
-        return noted, ended_by(at_once, noted)
+        return self.meets(now, dense, StepSeen(times, values, states), self.largest)
 
     def _go_on(self, kept: Array, numbers: Numbers | None) -> None:
         """From the projected state, with other dependent speeds where they are needed; gently where a jump was seen ahead."""
@@ -327,7 +202,7 @@ class Course:
 
     def _restart(self, t: float, y: Array, first_step: float | None = None) -> None:
         self._spent += int(self.solver.nfev)
-        self.solver = self.method.solver(self.stepper, t, y, self.span[1], first_step)
+        self.solver = _solver(self.method, self.stepper, t, y, self.span[1], first_step)
 
 
 def _step(solver: Any) -> str | None:
@@ -400,4 +275,26 @@ def _locked(stepper: Stepper, t: float, y: Array, later: float) -> str:
         f"{least:.1e} of the largest): at t = {later:.6g} {nearest.residual[worst]:.2g} is left of it in the nearest "
         "configuration. The drive carries the parts further than they reach: end before, drive them another way, or correct the "
         "lengths"
+    )
+
+
+def _solver(method: Method, stepper: Stepper, t: float, y: Array, end: float, first_step: float | None = None) -> Any:
+    """The solver at a state, up to just before the next of the breakpoints, as rates may jump there."""
+    from scipy import integrate
+
+    end = next_end(method.breakpoints, t, end)
+    first_step = first_step and min(first_step, end - t, method.max_step)
+    more: dict[str, Any] = {"jac": stepper.slopes} if method.name in _IMPLICIT else {}
+    if method.name == CVODE:
+        more["pattern"] = stepper.pattern()
+    return (Cvode if method.name == CVODE else getattr(integrate, method.name))(
+        stepper.rate,
+        t,
+        y,
+        end,
+        first_step=first_step,
+        rtol=method.rtol,
+        atol=method.atol,
+        max_step=method.max_step,
+        **more,
     )

@@ -4,7 +4,7 @@
 import numpy as np
 
 import kane as kn
-from kane.motion import INTEGRATORS, SIZE, At, by_kind, entries, rates
+from kane.motion import INTEGRATORS, SIZE, Slot, by_kind, entries, rates
 from kane.program import aligned, entry, hoisted, wide_entry
 
 
@@ -23,7 +23,14 @@ def arguments(eom, settings, name, y, end, step, tolerance=1.0, samples=()):
     integrator, routine = INTEGRATORS[name], eom.numeric(settings).routine(rates).flat
     y = np.append(y, 0.0)
     p = np.array([s.default for s in eom.parameters], dtype=float)
-    told = {At.STEP: step, At.END: end, At.LONGEST: step, At.RTOL: tolerance, At.ATOL: tolerance, At.FRESH: 1.0}
+    told = {
+        Slot.STEP: step,
+        Slot.END: end,
+        Slot.LONGEST: step,
+        Slot.RTOL: tolerance,
+        Slot.ATOL: tolerance,
+        Slot.FRESH: 1.0,
+    }
     s = np.zeros(SIZE)
     for place, value in told.items():
         s[place] = value

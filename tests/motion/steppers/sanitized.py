@@ -8,7 +8,7 @@ import numpy as np
 
 import kane as kn
 from kane.gallery import pendulums
-from kane.motion import INTEGRATORS, Back
+from kane.motion import INTEGRATORS, ReturnCode
 from tests.motion.steppers.runs import arguments, languages
 from tests.program.kernel.kernels import EXACT, in_c
 
@@ -25,7 +25,7 @@ def main(folder: Path) -> None:
         given, routine = arguments(eom, EXACT, name, [1.0, 2.0, 0.5, 0.0], 1.0, longest, 1e-9, np.linspace(0.1, 1, 20))
         in_language = languages(given, routine)
         own = {a: v["c"] if isinstance(v, dict) else v for a, v in in_language.items()}
-        assert in_c(integrator.kernel(), folder / f"{name}.c", *OPTIONS)(own) == Back.END
+        assert in_c(integrator.kernel(), folder / f"{name}.c", *OPTIONS)(own) == ReturnCode.END
         print(name)
 
 

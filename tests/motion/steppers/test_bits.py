@@ -6,7 +6,7 @@ import pytest
 
 import kane as kn
 from kane.gallery import pendulums
-from kane.motion import INTEGRATORS, Back, Holding, Stepper, holding, watching
+from kane.motion import INTEGRATORS, Holding, ReturnCode, Stepper, holding, watching
 from tests.motion.steppers.runs import arguments, languages, spring
 from tests.program.kernel.kernels import EXACT, agree
 from tests.systems import four_bar
@@ -28,7 +28,7 @@ def test_every_language_gives_the_same_bits(name, pendulum, tmp_path):
     )
     limit = 6 if INTEGRATORS[name].width == 1 else 3
     kernel = INTEGRATORS[name].kernel()
-    assert agree(kernel, languages(given, routine) | {"limit": limit}, tmp_path / "k.c") == Back.LIMIT
+    assert agree(kernel, languages(given, routine) | {"limit": limit}, tmp_path / "k.c") == ReturnCode.LIMIT
 
 
 @pytest.mark.slow
@@ -52,7 +52,7 @@ def test_constraints_are_held_with_the_same_bits(name, tmp_path):
     given["constraints"] = {"numpy": constraints, "llvm": code, "c": code.library.address(code.symbol)}
     given["held_drive"] = given["drive"]
     kernel = INTEGRATORS[name].kernel(held=True)
-    assert agree(kernel, given, tmp_path / "k.c") == Back.LIMIT
+    assert agree(kernel, given, tmp_path / "k.c") == ReturnCode.LIMIT
 
 
 @pytest.mark.slow
@@ -75,4 +75,4 @@ def test_a_look_at_events_gives_the_same_bits(name, tmp_path):
 
     given = languages(given | told, routine)
     given["watch"] = {"numpy": look, "llvm": code, "c": code.library.address(code.symbol)}
-    assert agree(INTEGRATORS[name].kernel(), given, tmp_path / "k.c") == Back.LOOK
+    assert agree(INTEGRATORS[name].kernel(), given, tmp_path / "k.c") == ReturnCode.LOOK

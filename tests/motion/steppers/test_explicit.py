@@ -10,7 +10,7 @@ import kane as kn
 from kane import Settings
 from kane.errors import SimulationError
 from kane.gallery import pendulums
-from kane.motion import DOP853, EXPLICIT, At, Back, compiled
+from kane.motion import DOP853, EXPLICIT, ReturnCode, Slot, compiled
 from tests.motion.steppers.runs import arguments, spring
 
 
@@ -22,8 +22,8 @@ def oscillator():
 def error(eom, method, h, at):
     """Largest error of cos t at the times, with steps of h."""
     given, _ = arguments(eom, Settings(), method, [1.0, 0.0], at[-1], h, 1e3, at)
-    assert compiled(method, Settings())(given) == Back.END
-    assert given["s"][At.STEPS] == round(at[-1] / h)
+    assert compiled(method, Settings())(given) == ReturnCode.END
+    assert given["s"][Slot.STEPS] == round(at[-1] / h)
     return max(np.abs(given["rows"][:, 0] - np.cos(at)).max(), np.abs(given["rows"][:, 1] + np.sin(at)).max())
 
 

@@ -6,7 +6,7 @@ import pytest
 
 import kane as kn
 from kane import Settings
-from kane.motion import At, Back, along, gauss, gauss_kernel, integrals
+from kane.motion import ReturnCode, Slot, along, gauss, gauss_kernel, integrals
 from kane.program import CompiledKernel
 from tests.motion.steppers.runs import arguments, spring
 
@@ -60,10 +60,10 @@ def test_the_order_is_16_and_9_within(willing, make):
 
     def error(h, at):
         given, _ = arguments(eom, Settings(), "gauss16", [1.0, 0.0], at[-1], h, 1e-15, at)
-        given["s"][At.ATOL] = 1e-15
-        while willing(given | {"limit": 1}) == Back.LIMIT:
-            given["s"][[At.STEP, At.FRESH]] = h, 1.0
-        assert given["s"][At.STEPS] == round(at[-1] / h)
+        given["s"][Slot.ATOL] = 1e-15
+        while willing(given | {"limit": 1}) == ReturnCode.LIMIT:
+            given["s"][[Slot.STEP, Slot.FRESH]] = h, 1.0
+        assert given["s"][Slot.STEPS] == round(at[-1] / h)
         return np.abs(given["rows"][:, 0] - np.cos(at)).max()
 
     assert np.log(error(6.0, [24.0]) / error(4.0, [24.0])) / np.log(1.5) == pytest.approx(16, abs=1)

@@ -7,7 +7,7 @@ import pytest
 import kane as kn
 from kane import Settings
 from kane.gallery import pendulums
-from kane.motion import At, Back, compiled, radau, radau_stages, right_hand_side
+from kane.motion import ReturnCode, Slot, compiled, radau, radau_stages, right_hand_side
 from tests.motion.steppers.runs import arguments, spring
 
 STAGES = [3, 5, 7]
@@ -74,8 +74,8 @@ def moved(t):
 def test_the_order_is_9_at_the_ends_and_5_between(eom, start, exact):
     def error(h, at):
         given, _ = arguments(eom, Settings(), "radau9", [start, 0.0], at[-1], h, 1e3, at)
-        assert compiled("radau9", Settings())(given) == Back.END
-        assert given["s"][At.STEPS] == round(at[-1] / h)
+        assert compiled("radau9", Settings())(given) == ReturnCode.END
+        assert given["s"][Slot.STEPS] == round(at[-1] / h)
         return np.abs(given["rows"][:, 0] - exact(np.array(at))).max()
 
     coarse, fine = 1.0, 0.5

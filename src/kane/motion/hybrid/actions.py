@@ -2,7 +2,7 @@
 """What events do to a motion: values of its state, parameters and inputs from then on, all from those before, on the constraints."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -203,6 +203,35 @@ def _following(eom: Equations, moved: Mapping[Expr, float]) -> list[Symbol]:
     free = len(eom.coordinates) - len(eom.system.holonomic)
     enough = sum(q in moved for q in eom.coordinates) >= free or not eom.system.dependent_coordinates
     return [q for q in (eom.coordinates if enough else eom.system.dependent_coordinates) if q not in moved]
+
+
+def after_actions(
+    before: Instant, at_once: Sequence[Event], end: float
+) -> tuple[Instant, list[Event], list[Event], dict[str, float] | None]:
+    """The instant after the actions, the events that it leaps across, those that acted, and where the quantities go."""
+    own = {e.name: e for e in before.first.system.events}
+    done = [own[e.name] for e in at_once if e.name in own]
+    now, by, met, after = acting(done), list[Event](), list[Event](), before
+    met_here = list(done)
+    while now:
+        prior, after = after, acted(after, now, end)
+        by += now
+        others = [e for e in own.values() if e not in done]
+        quantities = [e.quantity for e in others]
+        leapt = (
+            leapt_over(others, np.array(prior.values(quantities)), np.array(after.values(quantities))) if others else []
+        )
+        met += leapt
+        done += leapt
+        now = acting(leapt)
+    after = replace(after, phase=replace(after.phase, by=tuple(by)))
+    leaving = sides(before, after, met_here)
+    return after, met, by, None if leaving is None else dict.fromkeys([e.name for e in met], 0.0) | leaving
+
+
+def acting(events: Sequence[Event]) -> list[Event]:
+    """Those that change the motion."""
+    return [e for e in events if e.then is not None]
 
 
 def sides(before: Instant, after: Instant, events: Sequence[Event]) -> dict[str, float] | None:

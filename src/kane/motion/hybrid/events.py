@@ -10,15 +10,18 @@ side it leaves.
 import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
 
 from kane.dynamics.events import SLIPS, KinematicsEnd, SlipEnd
 from kane.dynamics.readings.values import time_derivative, without_unknowns
-from kane.errors import KaneError, KaneWarning, cut
+from kane.equations.equations import Equations
+from kane.errors import KaneError, KaneWarning, SimulationError, cut
 from kane.expr.evaluation import evaluate, free_symbols
-from kane.expr.node import Expr, as_expr
+from kane.expr.node import ZERO, Expr, as_expr, postorder
+from kane.expr.ops import DIV, POW
 from kane.expr.size import size
 from kane.expr.symbols import Rate, Reaction
 from kane.expr.visit import substituted
@@ -61,6 +64,70 @@ class Leaves(NamedTuple):
 
 Fresh = Mapping[str, Leaves]
 """The events at whose thresholds a motion begins, by name."""
+
+
+class Verdict(Enum):
+    """What becomes of a step that has been inspected."""
+
+    TAKEN = "taken"
+    SHORTER = "taken again, shorter"
+    UP_TO = "taken again, up to a switch"
+    OTHER_SIDE = "taken again, on the other side of a switch"
+    SINGULAR = "left to SciPy's solver, which passes singular states"
+    TURNED = "not taken: another branch of a closure lies there"
+    MISSED = "not taken: a constraint does not hold there"
+
+
+class Inspection(NamedTuple):
+    """The verdict on a step; `t` is where it ends or how long it is then, `which` the switches that turn, `message` what was found."""
+
+    verdict: Verdict
+    t: float = 0.0
+    which: tuple[int, ...] = ()
+    message: str = ""
+
+
+class End(NamedTuple):
+    """Why a motion ended: "finished", "event" or "stopped", in words, and which event ended it.
+
+    `at_once` are all events of that instant, with those that change the motion, which goes on then.
+    """
+
+    status: str
+    message: str
+    event: Event | None = None
+    at_once: tuple[Event, ...] = ()
+
+
+def ended_by(at_once: Sequence[Event], noted: Sequence[Met]) -> End | None:
+    """The end that events of one instant make; None where there are none."""
+    if not at_once:
+        return None
+    event = next((e for e in at_once if e.terminal), None)
+    if event is None:
+        return End("event", "", None, tuple(at_once))
+    t = next(t for e, t in noted if e is event)
+    return End("event", f"{event.name} at t = {t:.6g}: {event.message or 'terminal event'}", event, tuple(at_once))
+
+
+class StepSeen(NamedTuple):
+    """A step as events see it: its `times`, the events' quantities there (k × events), the states at all but the first (k − 1 × n)."""
+
+    times: Array
+    values: Array
+    states: Array
+
+
+def met_along(
+    now: Routines, dense: Dense, step: StepSeen, largest: Array, fresh: Fresh, rtol: float, span: float
+) -> tuple[list[Met], End | None]:
+    """The events that a step meets, up to one that ends the motion; `largest` are the sizes that their quantities have had."""
+    events, (times, values, states) = now.eom.events, step
+    found = crossings(events, now.watch, dense, times, values, thresholds(events, largest), fresh)
+    found += vanishing(events, now.watch, dense, times, values, largest, rtol)
+    moving = that_move(found, now, times, values, states, span)
+    noted, at_once = up_to_a_break(moving, float(times[-1] - times[0]))
+    return noted, ended_by(at_once, noted)
 
 
 def still_there(fresh: Fresh, events: Sequence[Event], gaps: Array) -> Fresh:
@@ -348,3 +415,24 @@ def _rounding(event: Event, now: Routines, t: float, state: Array) -> float:
         return 0.0
     terms = float(evaluate(size(event.quantity, {}), now.values(t, state)))
     return _ROUNDING * (terms + abs(event.threshold))
+
+
+def check_witnesses(eom: Equations, constants: Mapping[Expr, float]) -> None:
+    """No event whose quantity stays at its threshold for ever, as a parameter that is zero makes it."""
+    for event in eom.system.events:
+        symbols = free_symbols([event.quantity])
+        gone: dict[Expr, Expr] = {s: ZERO for s in symbols if constants.get(s) == 0}
+        if not gone or any(isinstance(s, Rate | Reaction) for s in symbols):
+            continue
+        left = substituted(event.quantity, gone, {}) if not _divided(event.quantity) else event.quantity
+        if all(s in constants for s in free_symbols([left])) and evaluate(left, constants) == event.threshold:
+            raise SimulationError(
+                f"Expected a quantity of the event {event.name!r} that crosses {event.threshold:g}, got {cut(event.quantity)}, which "
+                f"stays there as {' and '.join(f'{s} = 0' for s in gone)}. Give other values, or leave the event out: "
+                "system.replace(events=[…])."
+            )
+
+
+def _divided(e: Expr) -> bool:
+    """Whether a zero in an expression may be divided by."""
+    return any(node.op in (DIV, POW) for node in postorder([e]))

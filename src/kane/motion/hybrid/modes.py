@@ -13,8 +13,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from enum import Enum
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -30,6 +29,7 @@ from kane.expr.substitution import substitute
 from kane.expr.switching import on_sides
 from kane.expr.switching import switches as switches_of
 from kane.expr.symbols import Parameter
+from kane.motion.hybrid.events import Inspection, Verdict
 from kane.motion.inputs.expressions import Formula, law_ports
 from kane.motion.inputs.functions import law_and
 from kane.motion.right_hand_side import Routines, rates, watched
@@ -188,26 +188,7 @@ def on(own: tuple[Expr, ...], sides: tuple[int, ...]) -> Callable[[Expr], Expr]:
     return fixed
 
 
-class Turns(Enum):
-    """What switches do in a step."""
-
-    NOT = "not"
-    BEFORE = "before its end"
-    AT_END = "at its end"
-    BACK = "back at once"
-    SOON = "on, but soon"
-    STILL = "still at zero"
-
-
-class Turn(NamedTuple):
-    """What a step does, when, and which switches."""
-
-    what: Turns
-    t: float = 0.0
-    which: tuple[int, ...] = ()
-
-
-class Regimes:
+class Modes:
     """The side of each switch; `fresh` are those whose quantities are zero now, `tried` those that came back from a side before."""
 
     def __init__(self, stepper: Stepper, t: float, y: Array) -> None:
@@ -259,7 +240,7 @@ class Regimes:
         """A step was taken: every quantity is away from zero."""
         self.fresh = self.tried = frozenset()
 
-    def look(self, now: Routines, state: Callable[[float], Array], start: float, h: float, values: Array) -> Turn:
+    def look(self, now: Routines, state: Callable[[float], Array], start: float, h: float, values: Array) -> Inspection:
         """What switches do in the step of length h from `start`; `values` are theirs at the places."""
         met: list[tuple[float, int]] = []
         largest = np.abs(values).max(axis=0, initial=0)
@@ -275,10 +256,11 @@ class Regimes:
             if k in self.fresh:
                 begin = start + LATER * h
                 if not largest[k] > 0 or abs(ahead(begin)) <= ROUNDED * largest[k]:
-                    return Turn(Turns.STILL, start, (k,))
+                    return Inspection(Verdict.SINGULAR, which=(k,))
                 if ahead(begin) < 0:
-                    soon = ahead(start + SOON * h) > 0
-                    return Turn(Turns.SOON if soon else Turns.BACK, start, (k,))
+                    if ahead(start + SOON * h) > 0:
+                        return Inspection(Verdict.SHORTER, LATER * h, (k,))
+                    return Inspection(Verdict.OTHER_SIDE, which=(k,))
                 times = begin + (start + h - begin) * np.array(SHARES)
                 own = np.append(each(times[:-1]), own[-1])
             for a, b, first, last in passages(each, times, own):
@@ -286,10 +268,10 @@ class Regimes:
                     met.append((_located(ahead, a, b, last), k))
                     break
         if not met:
-            return Turn(Turns.NOT)
+            return Inspection(Verdict.TAKEN)
         t = min(met)[0]
         which = tuple(k for at, k in met if at - t <= NEAR_TIME * h)
-        return Turn(Turns.AT_END if t >= start + (1 - NEAR_TIME) * h else Turns.BEFORE, t, which)
+        return Inspection(Verdict.UP_TO, start + h if t >= start + (1 - NEAR_TIME) * h else t, which)
 
 
 def _located(gap: Callable[[float], float], a: float, b: float, last: float) -> float:

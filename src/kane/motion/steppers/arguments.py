@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a kernel is called with: state, right-hand side, inputs, events, samples; and the polynomials that it leaves along a step."""
+"""What a kernel is called with: state, right-hand side, inputs, events, samples."""
 
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.polynomial.legendre import legvander
 
 from kane.dynamics.events import SLIPS, KinematicsEnd, SlipEnd
 from kane.dynamics.readings.values import without_unknowns
@@ -15,14 +14,8 @@ from kane.motion.inputs.expressions import Formula, driving
 from kane.motion.inputs.feedback import HeldInput, Law, LawInput
 from kane.motion.inputs.functions import asked, constant, following, follows, law_of
 from kane.motion.right_hand_side import Given, Routines, derivatives, exact
-from kane.motion.steppers.collocation import gauss, radau_stages
-from kane.motion.steppers.explicit import rows
-from kane.motion.steppers.gauss import STAGES
-from kane.motion.steppers.outline import At
-from kane.motion.steppers.radau import AFTER, Z
-from kane.motion.steppers.radau import STAGES as RADAU_STAGES
-from kane.motion.steppers.table import EXPLICIT, INTEGRATORS
-from kane.motion.steppers.tableau import Tableau
+from kane.motion.steppers.context import Slot
+from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
 from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.native.compiled_routine import CompiledRoutine
@@ -93,93 +86,6 @@ def watching(now: Routines, t: float, y: Array, switches: int = 0, wide: bool = 
         "pivots": np.array([*(float(isinstance(e, KinematicsEnd)) for e in events), *none]),
         **room,
     }
-
-
-def after_stages(n: int) -> int:
-    """Where in `work` the end of a step stands, for n components."""
-    return 4 * STAGES * n + STAGES + n
-
-
-def polynomial(given: Given, h: float, start: float) -> Callable[[Array], Array]:
-    """The state along the step of length h from `start` that a collocation kernel has found, as a function of times (k): k × n."""
-    y, lag, work, pairs, free = (given[name] for name in ("y", "lag", "work", "pairs", "free"))
-    n = len(y)
-    begin, rates = (y + lag).copy(), work[3 * STAGES * n : 4 * STAGES * n].reshape(n, STAGES).copy()
-    of, by = pairs.reshape(-1, 2)[: given["pair_count"]].astype(int).T
-    others = [*free[: given["free_count"]].astype(int), n - 1]
-
-    def state(times: Array) -> Array:
-        theta = (times - start) / h
-        once, twice = along(theta)
-        rows = np.empty((len(times), n))
-        rows[:, others] = begin[others] + h * once @ rates[others].T
-        rows[:, of] = begin[of] + h * theta[:, None] * begin[by] + h * h * twice @ rates[by].T
-        return rows
-
-    return state
-
-
-def along(theta: Array) -> tuple[Array, Array]:
-    """∫ L_j and ∫∫ L_j (k × 8) from 0 to shares of a step (k)."""
-    nodes = gauss(STAGES)
-    p = legvander(2 * theta - 1, STAGES + 1)
-    double = 2.0 * np.arange(1, STAGES + 1) + 1
-    once = np.column_stack([theta, (p[:, 2:] - p[:, :-2]) / (2 * double)])
-    twice = np.column_stack([theta**2 / 2, (once[:, 2:] - once[:, :-2]) / (2 * double[: STAGES - 1])])
-    rows = (2.0 * np.arange(STAGES) + 1)[:, None] * np.array(nodes.legendre[:STAGES]) * nodes.b
-    return once[:, :STAGES] @ rows, twice @ rows
-
-
-_EXPLICIT = {tableau.name: tableau for tableau in EXPLICIT}
-
-
-def interpolant(name: str, given: Given, h: float, start: float) -> Callable[[Array], Array]:
-    """The state (k × n) at times (k) in the step of length h from `start`, by the numbers that the integrator has left."""
-    if name in _EXPLICIT:
-        return _nested(_EXPLICIT[name], given, h, start)
-    if name == "radau9":
-        return _collocated(given, h, start)
-    return polynomial(given, h, start)
-
-
-def after(name: str, given: Given) -> Array:
-    """The end of the step that is looked at, on its constraints; but, of collocation, for the last component."""
-    n = len(given["y"])
-    if name in _EXPLICIT:
-        first = (rows(_EXPLICIT[name]) - len(_EXPLICIT[name].dense) - 2) * n
-    else:
-        first = AFTER * n if name == "radau9" else after_stages(n)
-    found: Array = given["work"][first : first + n].copy()
-    return found
-
-
-def _nested(tableau: Tableau, given: Given, h: float, start: float) -> Callable[[Array], Array]:
-    begin, n, parts = (given["y"] + given["lag"]).copy(), len(given["y"]), len(tableau.dense)
-    weights = given["work"].reshape(rows(tableau), n)[-parts:].copy()
-
-    def state(times: Array) -> Array:
-        theta = ((times - start) / h)[:, None]
-        value = np.broadcast_to(weights[-1], (len(times), n))
-        for k in reversed(range(parts - 1)):
-            value = weights[k] + (theta if k % 2 else 1 - theta) * value
-        found: Array = begin + theta * value
-        return found
-
-    return state
-
-
-def _collocated(given: Given, h: float, start: float) -> Callable[[Array], Array]:
-    begin, n, stages = (given["y"] + given["lag"]).copy(), len(given["y"]), radau_stages(RADAU_STAGES)
-    z, c = given["work"][Z * n : (Z + RADAU_STAGES) * n].reshape(RADAU_STAGES, n).copy(), np.array(stages.c)
-
-    def state(times: Array) -> Array:
-        theta = ((times - start) / h)[:, None]
-        others = np.array([np.delete(c, i) for i in range(RADAU_STAGES)])
-        weights = theta * np.prod(theta[:, :, None] - others, axis=2) * stages.lagrange
-        found: Array = begin + weights @ z
-        return found
-
-    return state
 
 
 class Arguments:
@@ -258,7 +164,7 @@ class Arguments:
 
         def drive(t: float, x: int, out: int) -> None:
             try:  # rounding may lead beyond the end
-                fill(min(t, float(s[At.END])), doubles(x, width) if follow else here, own)
+                fill(min(t, float(s[Slot.END])), doubles(x, width) if follow else here, own)
             except BaseException:
                 own[:] = np.nan
                 raise
@@ -272,7 +178,7 @@ class Arguments:
         def slopes(t: float, x: int, out: int) -> None:
             found = doubles(out, (width + 1) * width)
             found[:] = 0.0
-            found[:] = j(min(t, float(s[At.END])), np.append(doubles(x, width), 0.0))[:, :width].reshape(-1)
+            found[:] = j(min(t, float(s[Slot.END])), np.append(doubles(x, width), 0.0))[:, :width].reshape(-1)
 
         return self._hooked(slopes)
 

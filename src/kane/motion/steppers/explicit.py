@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The kernel of an explicit embedded method, from its tableau."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
+import numpy as np
+
+from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext, add_exactly
 from kane.motion.steppers.held import Held
-from kane.motion.steppers.outline import RATE, At, Back, Outline, add_exactly
 from kane.motion.steppers.tableau import Row, Tableau
 from kane.motion.steppers.watched import Watched
+from kane.numeric.arrays import Array as Numbers
 from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.write import Array, Term, Variable, Writer
@@ -33,27 +37,48 @@ def rows(tableau: Tableau) -> int:
     return tableau.stages + 1 + len(tableau.later) + 3 + len(tableau.dense)
 
 
+def explicit_end(tableau: Tableau, n: int) -> int:
+    """Where in `work` the end of a step stands, on its constraints."""
+    return (rows(tableau) - len(tableau.dense) - 2) * n
+
+
+def explicit_dense(tableau: Tableau, given: Mapping[str, Any], h: float, start: float) -> Callable[[Numbers], Numbers]:
+    """The state (k × n) at times (k) in the step of length h from `start`, by the numbers that the kernel has left."""
+    begin, n, parts = (given["y"] + given["lag"]).copy(), len(given["y"]), len(tableau.dense)
+    weights = given["work"].reshape(rows(tableau), n)[-parts:].copy()
+
+    def state(times: Numbers) -> Numbers:
+        theta = ((times - start) / h)[:, None]
+        value = np.broadcast_to(weights[-1], (len(times), n))
+        for k in reversed(range(parts - 1)):
+            value = weights[k] + (theta if k % 2 else 1 - theta) * value
+        found: Numbers = begin + theta * value
+        return found
+
+    return state
+
+
 class _Explicit:
     """A kernel while it is written."""
 
     def __init__(self, tableau: Tableau, held: bool) -> None:
-        self.tableau, self.outline = tableau, Outline(tableau.name)
-        self.watched = Watched(self.outline, wide=False)
-        self.held = Held(self.outline) if held else None
-        self.writer = self.outline.writer
+        self.tableau, self.context = tableau, StepperContext(tableau.name)
+        self.watched = Watched(self.context, wide=False)
+        self.held = Held(self.context) if held else None
+        self.writer = self.context.writer
         self.rhs = self.writer.callee("rhs", *RATE)
-        self.outline.drives(*RATE)
+        self.context.drives(*RATE)
         last = tableau.stages + 1 + len(tableau.later)
-        self.state, self.after, self.after_lag = (self.outline.row(last + k) for k in range(3))
+        self.state, self.after, self.after_lag = (self.context.row(last + k) for k in range(3))
         self.weights = last + 3
 
     def kernel(self) -> Kernel:
         """Step after step until there is a reason to come back."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         shorter = w.variable("shorter", INT)
-        with w.when(o.get(At.FRESH) > 0.0):
-            o.rate(self.rhs, o.get(At.TIME), o.y, 0, 0)
-            o.put(At.FRESH, 0.0)
+        with w.when(o.get(Slot.FRESH) > 0.0):
+            o.rate(self.rhs, o.get(Slot.TIME), o.y, 0, 0)
+            o.put(Slot.FRESH, 0.0)
         with w.repeat(lambda: o.back.get() < 1):
             h, last = o.length()
             self.stages(h)
@@ -63,30 +88,30 @@ class _Explicit:
 
     def stages(self, h: Term) -> None:
         """k_1, …, y' and k_S."""
-        o = self.outline
+        o = self.context
         for s, (c, row) in enumerate(zip(self.tableau.c[1:], self.tableau.a, strict=True), 1):
             self.stage(h, s, c, row)
         with self.writer.count(o.n) as i:
             new, lag = add_exactly(o.y, o.lag, i, h * self.combined(self.tableau.b, i))
             o.work[self.after + i] = new
             o.work[self.after_lag + i] = lag
-        o.rate(self.rhs, o.get(At.TIME) + h, o.work, self.after, o.row(self.tableau.stages))
+        o.rate(self.rhs, o.get(Slot.TIME) + h, o.work, self.after, o.row(self.tableau.stages))
 
     def stage(self, h: Term, s: int, c: float, row: Row) -> None:
         """k_s."""
-        o = self.outline
+        o = self.context
         with self.writer.count(o.n) as i:
             o.work[self.state + i] = o.y[i] + h * self.combined(row, i)
-        o.rate(self.rhs, o.get(At.TIME) + h * c, o.work, self.state, o.row(s))
+        o.rate(self.rhs, o.get(Slot.TIME) + h * c, o.work, self.state, o.row(s))
 
     def combined(self, weights: Row, i: Term) -> Term:
         """Σ w_j k_j of component i."""
-        o = self.outline
+        o = self.context
         return self.writer.sum([o.work[o.row(j) + i] * x for j, x in enumerate(weights) if x])
 
     def error(self, h: Term) -> Term:
         """The largest error of a component, in tolerances; where it is, is noted. Without estimates it is zero, or NaN."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         largest = w.variable("error")
         largest.put(0.0)
         with w.count(o.n) as i:
@@ -94,19 +119,19 @@ class _Explicit:
             before = largest.get()
             with w.when(~(error <= before)):
                 largest.put(w.compute("max", before, error))
-                o.put(At.WORST, w.compute("float", i))
+                o.put(Slot.WORST, w.compute("float", i))
         return largest.get()
 
     def error_of(self, h: Term, i: Term) -> Term:
         """The error of component i, in tolerances."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         size = w.compute("max", w.compute("abs", o.y[i]), w.compute("abs", o.work[self.after + i]))
-        allowed = o.get(At.ATOL) + o.get(At.RTOL) * size
+        allowed = o.get(Slot.ATOL) + o.get(Slot.RTOL) * size
         return _joined(w, [w.compute("abs", h * self.combined(row, i)) / allowed for row in self.tableau.errors])
 
     def decide(self, h: Term, last: Term, error: Term, shorter: Variable) -> None:
         """The step is gone on from, or taken again."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         finite = error < _HUGE
         self.count_stiff(h, error)
         power = dyadic_power(w, w.compute("max", w.select(finite, error, 1.0), _TINY), self.tableau.exponent)
@@ -114,7 +139,7 @@ class _Explicit:
         with w.when(error <= 1.0):
             look = self.looked_at(h, last)
             with w.when(look):
-                o.back.put(int(Back.LOOK))
+                o.back.put(int(ReturnCode.LOOK))
             with w.otherwise():
                 self.go_on(h, last, h * w.compute("min", factor, w.select(shorter.get() > 0, 1.0, _MOST)))
                 shorter.put(0)
@@ -124,32 +149,32 @@ class _Explicit:
 
     def looked_at(self, h: Term, last: Term) -> Term:
         """The end of the step on the constraints; whether Python looks at the step before it is gone on from."""
-        w, o, held = self.writer, self.outline, self.held
-        begin = o.get(At.TIME)
+        w, o, held = self.writer, self.context, self.held
+        begin = o.get(Slot.TIME)
         self.watched.doubtful.put(0)
-        o.put(At.HELD, 0.0)
+        o.put(Slot.HELD, 0.0)
         if held is not None:
             self.prepare(h)
-            held.end(w.select(last, o.get(At.END), begin + (h + o.get(At.TIME_LAG))), o.work, self.after)
+            held.end(w.select(last, o.get(Slot.END), begin + (h + o.get(Slot.TIME_LAG))), o.work, self.after)
             held.passage(begin, h, self.dense)
-            o.put(At.HELD, w.compute("float", held.doubt.get()))
+            o.put(Slot.HELD, w.compute("float", held.doubt.get()))
         with w.when(self.watched.count > 0):
             if held is None:
                 self.prepare(h)
             self.watched.look_along(begin, h, self.place, self.state)
         doubt = self.watched.doubtful.get() > 0
-        return (doubt if held is None else doubt | (o.get(At.HELD) > 0.0)) & (o.get(At.LOOKED) < 1.0)
+        return (doubt if held is None else doubt | (o.get(Slot.HELD) > 0.0)) & (o.get(Slot.LOOKED) < 1.0)
 
     def place(self, k: Term, theta: Term) -> None:
         """The state at a place at which events are looked at; the last is what is gone on from."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         self.dense(theta, o.work, self.state)
         with w.when(k >= PARTS - 1), w.count(o.n) as i:
             o.work[self.state + i] = o.work[self.after + i]
 
     def go_on(self, h: Term, last: Term, longer: Term) -> None:
         """y at the end of the step; the next one is to be `longer`."""
-        w, o, held = self.writer, self.outline, self.held
+        w, o, held = self.writer, self.context, self.held
         o.sample(h, lambda: self.prepare(h) if held is None else None, self.sampled)
         o.advance(h, last)
         with w.count(o.n) as i:
@@ -159,33 +184,33 @@ class _Explicit:
         self.watched.keep()
         if held is not None:
             held.kept()
-            o.rate(self.rhs, o.get(At.TIME), o.y, 0, 0)
+            o.rate(self.rhs, o.get(Slot.TIME), o.y, 0, 0)
         # what is left before the end says nothing of the step that would do
         with w.when(~last):
-            o.put(At.STEP, longer)
+            o.put(Slot.STEP, longer)
 
     def count_stiff(self, h: Term, error: Term) -> None:
         """Whether stability bounds the step: the last two stages at t + h tell of the largest rate, Hairer & Wanner II, sec. IV.2."""
-        w, o, s = self.writer, self.outline, self.tableau.stages
+        w, o, s = self.writer, self.context, self.tableau.stages
         if self.tableau.c[-1] != 1.0 or not self.tableau.errors:
             return
         rates, states = w.variable("rates_apart"), w.variable("states_apart")
         rates.put(0.0)
         states.put(0.0)
         with w.count(o.n) as i:
-            allowed = o.get(At.ATOL) + o.get(At.RTOL) * w.compute("abs", o.y[i])
+            allowed = o.get(Slot.ATOL) + o.get(Slot.RTOL) * w.compute("abs", o.y[i])
             one = (o.work[o.row(s) + i] - o.work[o.row(s - 1) + i]) / allowed
             two = (o.work[self.after + i] - o.work[self.state + i]) / allowed
             rates.put(rates.get() + one * one)
             states.put(states.get() + two * two)
         large = h * w.compute("sqrt", rates.get()) > _STABLE * w.compute("sqrt", states.get())
         with w.when(large & (error <= 1.0)):
-            o.more(At.SMOOTH, 1.0)
-            o.more(At.LIMITED, 1.0)
+            o.more(Slot.SMOOTH, 1.0)
+            o.more(Slot.LIMITED, 1.0)
 
     def prepare(self, h: Term) -> None:
         """The stages of dense output, and its weights."""
-        w, o, first = self.writer, self.outline, self.tableau.stages + 1
+        w, o, first = self.writer, self.context, self.tableau.stages + 1
         for s, (c, row) in enumerate(self.tableau.later, first):
             self.stage(h, s, c, row)
         with w.count(o.n) as i:
@@ -194,14 +219,14 @@ class _Explicit:
 
     def sampled(self, k: Term, theta: Term) -> None:
         """Row k of the samples."""
-        o = self.outline
+        o = self.context
         self.dense(theta, o.rows, k * o.n)
         if self.held is not None:
             self.held.sample(k, o.times[k], o.rows, k * o.n)
 
     def dense(self, theta: Term, array: Array, at: Term) -> None:
         """y at a share of the step, from a place on."""
-        o = self.outline
+        o = self.context
         rest = 1.0 - theta
         with self.writer.count(o.n) as i:
             terms = [o.work[o.row(self.weights + k) + i] for k in range(len(self.tableau.dense))]

@@ -11,14 +11,19 @@ the end is better by far. Iterations end where the rest is a tenth of rtol. Sour
 Numerical Integration*, 2nd ed. 2006, sec. II.1.3, VIII.6.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
+from typing import Any
+
+import numpy as np
+from numpy.polynomial.legendre import legvander
 
 from kane.motion.steppers.collocation import Along, defects, events, gauss, weights
+from kane.motion.steppers.context import WIDE, ReturnCode, Slot, StepperContext, add_exactly
 from kane.motion.steppers.explicit import dyadic_power
 from kane.motion.steppers.held import Held
-from kane.motion.steppers.outline import WIDE, At, Back, Outline, add_exactly
 from kane.motion.steppers.watched import Watched
+from kane.numeric.arrays import Array as Numbers
 from kane.program.kernel.language import INT, Kernel, Type
 from kane.program.kernel.write import Array, Term
 
@@ -48,12 +53,47 @@ def gauss_kernel(
     return _Gauss(accepted, rounds, held, cornered).kernel()
 
 
+def gauss_end(n: int) -> int:
+    """Where in `work` the end of a step stands, on its constraints, but for the last component."""
+    return 4 * STAGES * n + STAGES + n
+
+
+def gauss_dense(given: Mapping[str, Any], h: float, start: float) -> Callable[[Numbers], Numbers]:
+    """The state (k × n) at times (k) in the step of length h from `start`, by the numbers that the kernel has left."""
+    y, lag, work, pairs, free = (given[name] for name in ("y", "lag", "work", "pairs", "free"))
+    n = len(y)
+    begin, rates = (y + lag).copy(), work[3 * STAGES * n : 4 * STAGES * n].reshape(n, STAGES).copy()
+    of, by = pairs.reshape(-1, 2)[: given["pair_count"]].astype(int).T
+    others = [*free[: given["free_count"]].astype(int), n - 1]
+
+    def state(times: Numbers) -> Numbers:
+        theta = (times - start) / h
+        once, twice = along(theta)
+        rows = np.empty((len(times), n))
+        rows[:, others] = begin[others] + h * once @ rates[others].T
+        rows[:, of] = begin[of] + h * theta[:, None] * begin[by] + h * h * twice @ rates[by].T
+        return rows
+
+    return state
+
+
+def along(theta: Numbers) -> tuple[Numbers, Numbers]:
+    """∫ L_j and ∫∫ L_j (k × 8) from 0 to shares of a step (k)."""
+    nodes = gauss(STAGES)
+    p = legvander(2 * theta - 1, STAGES + 1)
+    double = 2.0 * np.arange(1, STAGES + 1) + 1
+    once = np.column_stack([theta, (p[:, 2:] - p[:, :-2]) / (2 * double)])
+    twice = np.column_stack([theta**2 / 2, (once[:, 2:] - once[:, :-2]) / (2 * double[: STAGES - 1])])
+    rows = (2.0 * np.arange(STAGES) + 1)[:, None] * np.array(nodes.legendre[:STAGES]) * nodes.b
+    return once[:, :STAGES] @ rows, twice @ rows
+
+
 class _Gauss:
     """The kernel while it is written; places in `work` are terms."""
 
     def __init__(self, accepted: float, rounds: int, held: bool, cornered: bool) -> None:
         self.accepted, self.rounds, self.cornered = accepted, rounds, cornered
-        self.outline = o = Outline("gauss16")
+        self.context = o = StepperContext("gauss16")
         self.writer = w = o.writer
         self.rhs = w.callee("rhs", *WIDE)
         o.drives(*WIDE)
@@ -79,11 +119,11 @@ class _Gauss:
 
     def lanes(self, place: Term, i: Term, array: Array | None = None) -> Term:
         """The eight doubles of component i."""
-        return (array or self.outline.work).lanes(place + i * STAGES, STAGES)
+        return (array or self.context.work).lanes(place + i * STAGES, STAGES)
 
     def keep(self, place: Term, i: Term, value: Term) -> None:
         """The eight doubles of component i become `value`."""
-        self.outline.work.store(place + i * STAGES, value)
+        self.context.work.store(place + i * STAGES, value)
 
     def index(self, array: Array, at: Term) -> Term:
         """An index that is kept as a double."""
@@ -95,19 +135,19 @@ class _Gauss:
 
     def combined(self, place: Term, i: Term, columns: Sequence[Term | tuple[float, ...]]) -> list[Term]:
         """Σ_j column_j times the rate of component i at node j, as products to be added."""
-        work = self.outline.work
+        work = self.context.work
         return [self.splat(work[place + i * STAGES + j]) * column for j, column in enumerate(columns)]
 
     def scale(self, i: Term) -> Term:
         """|y_i| + atol/rtol."""
-        o = self.outline
-        return self.writer.compute("abs", o.y[i]) + o.get(At.ATOL) / o.get(At.RTOL)
+        o = self.context
+        return self.writer.compute("abs", o.y[i]) + o.get(Slot.ATOL) / o.get(Slot.RTOL)
 
     # ------------------------------------------------------------------------------------------------------ kernel
 
     def kernel(self) -> Kernel:
         """Step after step until there is a reason to come back."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         with w.repeat(lambda: o.back.get() < 1):
             h, last = o.length()
             self.guess(h)
@@ -117,16 +157,16 @@ class _Gauss:
 
     def guess(self, h: Term) -> None:
         """K of this step from that of the last one, or from the rates at its beginning."""
-        w, o = self.writer, self.outline
-        with w.when(o.get(At.FRESH) > 0.0):
+        w, o = self.writer, self.context
+        with w.when(o.get(Slot.FRESH) > 0.0):
             with w.count(o.n) as i:
                 self.keep(self.states, i, self.splat(o.y[i]))
-            self.tick(self.splat(o.get(At.TIME)))
+            self.tick(self.splat(o.get(Slot.TIME)))
             self.evaluate()
             with w.count(o.n) as i:
                 self.keep(self.next, i, self.lanes(self.rates, i))
         with w.otherwise():
-            share = self.splat(h / o.get(At.LAST_STEP)) * _N.c + 1.0
+            share = self.splat(h / o.get(Slot.LAST_STEP)) * _N.c + 1.0
             differences = [share - c for c in _N.c]
             below = [w.lanes(*[1.0] * STAGES)]
             for d in differences[:-1]:
@@ -141,25 +181,25 @@ class _Gauss:
 
     def tick(self, times: Term) -> None:
         """The times of the lanes, and the inputs there."""
-        o = self.outline
+        o = self.context
         o.work.store(self.clock, times)
         o.drive(o.work.at(self.clock), o.work.at(self.states))
 
     def evaluate(self, to: Term | None = None) -> None:
         """The rates at the stages' states."""
-        o = self.outline
+        o = self.context
         o.follow(*(o.work.at(x) for x in (self.clock, self.states)))
         rates = o.work.at(self.rates if to is None else to)
         self.rhs(*(o.work.at(x) for x in (self.clock, self.states)), o.p.at(0), o.r.at(0), o.h.at(0), rates)
-        o.more(At.RATES, 1.0)
+        o.more(Slot.RATES, 1.0)
 
     def iterate(self, h: Term) -> None:
         """The fixed point."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         for j in range(STAGES):
             self.matrix[j].put(self.splat(h) * _N.a[j])
             self.square[j].put(self.splat(h * h) * _N.a2[j])
-        self.tick(self.splat(o.get(At.TIME)) + self.splat(h) * _N.c)
+        self.tick(self.splat(o.get(Slot.TIME)) + self.splat(h) * _N.c)
         with w.count(o.n) as i:
             o.work[self.weight + i] = h / self.scale(i)
         self.status.put(_GOING)
@@ -194,7 +234,7 @@ class _Gauss:
 
     def stages(self, h: Term, place: Term) -> None:
         """The states at the nodes by the rates that are kept at a place."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         with self.each_free() as at:
             i = self.index(self.free, at)
             terms = self.combined(place, i, [m.get() for m in self.matrix])
@@ -207,9 +247,9 @@ class _Gauss:
 
     def judge(self, change: Term) -> None:
         """Whether the rates are found, or no longer sought."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         before, rounds = self.before.get(), self.round.get()
-        wanted = w.compute("max", o.get(At.RTOL) * _REST, _FLOOR)
+        wanted = w.compute("max", o.get(Slot.RTOL) * _REST, _FLOOR)
         stalled = (rounds > 2) & (change >= before) & (change < _STALLED)
         # the next change is about this one times its share of the one before, which is none at first
         with w.when((change <= wanted) | (change * change <= wanted * before) | stalled):
@@ -223,11 +263,11 @@ class _Gauss:
 
     def target(self) -> Term:
         """√rtol."""
-        return self.writer.compute("sqrt", self.outline.get(At.RTOL))
+        return self.writer.compute("sqrt", self.context.get(Slot.RTOL))
 
     def measure(self) -> None:
         """The largest top coefficient of a component, over what it should be."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         self.error.put(0.0)
         with w.count(o.n) as i:
             top = w.compute("abs", w.compute("sum", self.lanes(self.rates, i) * _N.top))
@@ -235,11 +275,11 @@ class _Gauss:
             before = self.error.get()
             with w.when(~(error <= before)):
                 self.error.put(w.compute("max", before, error))
-                o.put(At.WORST, w.compute("float", i))
+                o.put(Slot.WORST, w.compute("float", i))
 
     def compare(self, h: Term) -> None:
         """Rates between and beyond the nodes against their polynomials, which show no jump there: the error, where they differ."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         at = defects(_N)
         self.places(h, at)
         self.evaluate(self.next)  # which is no longer needed
@@ -247,13 +287,13 @@ class _Gauss:
         with w.count(o.n) as i:
             gap = self.lanes(self.next, i) - w.sum(self.combined(self.rates, i, at.rates))
             self.change.put(at.larger(w, self.change.get(), gap * self.splat(o.work[self.weight + i])))
-        share = at.share(w, self.change.get(), o.get(At.RTOL), self.error.get() * self.target())
+        share = at.share(w, self.change.get(), o.get(Slot.RTOL), self.error.get() * self.target())
         with w.when(~(share <= 1.0)):
             self.error.put(share * self.accepted)
 
     def bend(self) -> Term:
         """The largest change of rates along the step, times h over the component's size: what iterations leave hardly shows in it."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         largest = w.variable("bend")
         largest.put(0.0)
         with w.count(o.n) as i:
@@ -264,7 +304,7 @@ class _Gauss:
 
     def decide(self, h: Term, last: Term) -> None:
         """The step is gone on from, or taken again."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         self.measure()
         if self.cornered:
             with w.when((self.status.get() < _DIVERGED) & (self.error.get() <= self.accepted)):
@@ -276,48 +316,48 @@ class _Gauss:
         found = (self.status.get() < _DIVERGED) & (error <= self.accepted)
         look = self.looked_at(h, last, found)
         with w.when(found & look):
-            o.back.put(int(Back.LOOK))
+            o.back.put(int(ReturnCode.LOOK))
         with w.when(found & ~look):
             self.watched.keep()
-            with w.when((error <= _SMOOTH) | (self.bend() <= _STRAIGHT * o.get(At.RTOL))):
-                o.more(At.SMOOTH, 1.0)
+            with w.when((error <= _SMOOTH) | (self.bend() <= _STRAIGHT * o.get(Slot.RTOL))):
+                o.more(Slot.SMOOTH, 1.0)
             o.sample(h, lambda: None, lambda k, theta: self.sampled(h, k, theta))
             self.go_on(h)
             o.advance(h, last)
-            o.put(At.FRESH, 0.0)
+            o.put(Slot.FRESH, 0.0)
             with w.when(~last):
-                o.put(At.STEP, h * w.compute("max", w.compute("min", factor, _MOST), _LEAST))
+                o.put(Slot.STEP, h * w.compute("max", w.compute("min", factor, _MOST), _LEAST))
         with w.when((self.status.get() >= _DIVERGED) & finite):
-            o.more(At.LIMITED, 1.0)
+            o.more(Slot.LIMITED, 1.0)
         with w.when(~found):
             half = (self.status.get() >= _DIVERGED) | ~finite
             o.shorten(h * w.select(half, 0.5, w.compute("max", w.compute("min", factor, _SAFETY), _LEAST)), finite)
 
     def looked_at(self, h: Term, last: Term, found: Term) -> Term:
         """Whether Python looks at a step that is `found` before it is gone on from: for events, or singular constraints."""
-        w, o, held = self.writer, self.outline, self.held
+        w, o, held = self.writer, self.context, self.held
         self.watched.doubtful.put(0)
-        o.put(At.HELD, 0.0)
+        o.put(Slot.HELD, 0.0)
         if held is not None:
-            begin = o.get(At.TIME)
+            begin = o.get(Slot.TIME)
             with w.when(found):
                 self.advance(h)
-                end = w.select(last, o.get(At.END), begin + (h + o.get(At.TIME_LAG)))
+                end = w.select(last, o.get(Slot.END), begin + (h + o.get(Slot.TIME_LAG)))
                 held.end(end, o.work, self.after)
                 held.passage(begin, h, lambda theta, array, at: self.dense(h, theta, array, at))
-                o.put(At.HELD, w.compute("float", held.doubt.get()))
+                o.put(Slot.HELD, w.compute("float", held.doubt.get()))
         with w.when(found & (self.watched.count > 0)):
             self.places(h, events(_N))
             self.watched.look(self.clock, self.states)
         doubt = self.watched.doubtful.get() > 0
-        return (doubt if held is None else doubt | (o.get(At.HELD) > 0.0)) & (o.get(At.LOOKED) < 1.0)
+        return (doubt if held is None else doubt | (o.get(Slot.HELD) > 0.0)) & (o.get(Slot.LOOKED) < 1.0)
 
     def places(self, h: Term, at: Along) -> None:
         """The states at eight places of the step, in those of the stages; the last is the end, from which is gone on."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         once = [self.splat(h) * row for row in at.once]
         twice = [self.splat(h * h) * row for row in at.twice]
-        self.tick(self.splat(o.get(At.TIME)) + self.splat(h) * at.shares)
+        self.tick(self.splat(o.get(Slot.TIME)) + self.splat(h) * at.shares)
         with self.each_free() as k:
             i = self.index(self.free, k)
             self.keep(self.states, i, w.sum(self.combined(self.rates, i, once)) + self.splat(o.y[i]))
@@ -331,7 +371,7 @@ class _Gauss:
 
     def go_on(self, h: Term) -> None:
         """y at the end of the step; K of the step is kept for the next one."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         if self.held is None:
             self.advance(h)
         else:
@@ -344,7 +384,7 @@ class _Gauss:
 
     def advance(self, h: Term) -> None:
         """y at the end of the step; beside it, where constraints are held."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         with w.count(self.pair_count) as at:
             i, j = self.index(self.pairs, at * 2), self.index(self.pairs, at * 2 + 1)
             bent = w.compute("sum", self.lanes(self.rates, j) * _N.b2)
@@ -359,7 +399,7 @@ class _Gauss:
 
     def add(self, i: Term, change: Term) -> None:
         """y_i + change, what rounding leaves of it being kept."""
-        o = self.outline
+        o = self.context
         new, lag = add_exactly(o.y, o.lag, i, change)
         if self.held is None:
             o.lag[i] = lag
@@ -372,14 +412,14 @@ class _Gauss:
 
     def sampled(self, h: Term, k: Term, theta: Term) -> None:
         """Row k of the samples."""
-        o = self.outline
+        o = self.context
         self.dense(h, theta, o.rows, k * o.n)
         if self.held is not None:
             self.held.sample(k, o.times[k], o.rows, k * o.n)
 
     def dense(self, h: Term, theta: Term, array: Array, to: Term) -> None:
         """y at a share of the step, from a place on."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         once, twice = weights(w, theta, _N)
 
         def straight(i: Term) -> None:

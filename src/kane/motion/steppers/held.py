@@ -13,8 +13,8 @@ kernel finds is only that there may be something: Python then looks at the step 
 
 from collections.abc import Callable
 
+from kane.motion.steppers.context import RATE, Slot, StepperContext
 from kane.motion.steppers.dense import factor, invert, solve, total
-from kane.motion.steppers.outline import RATE, At, Outline
 from kane.numeric.scale import POOR, ROUNDED_SUM, UNUSABLE
 from kane.program.kernel.language import INT
 from kane.program.kernel.write import Array, Term
@@ -47,8 +47,8 @@ class Held:
     `constraints` gives f, the sizes of its terms, b, the cosines of the branches, and the entries of A and of W that are not zero.
     """
 
-    def __init__(self, outline: Outline) -> None:
-        self.outline, self.writer = outline, outline.writer
+    def __init__(self, context: StepperContext) -> None:
+        self.context, self.writer = context, context.writer
         w = self.writer
         self.call, self.drive = w.callee("constraints", *RATE), w.callee("held_drive", *RATE)
         counts = [w.number(f"held_{name}") for name in COUNTS]
@@ -94,7 +94,7 @@ class Held:
 
     def numbers(self, t: Term, array: Array, place: Term) -> None:
         """f, A, b and the others at time t and the state at a place, whose Euler parameters are divided by their length before."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         with w.few(self.spheres) as k:
             at = [self.index(self.sphere_at, k * 4 + j) + place for j in range(4)]
             e = [array[i] for i in at]
@@ -201,12 +201,12 @@ class Held:
 
     def end(self, t: Term, array: Array, place: Term) -> None:
         """The state at the end of a step projected; what entries of A have been is noted."""
-        w, o, room = self.writer, self.outline, self.room
+        w, o, room = self.writer, self.context, self.room
         self.project(t, array, place)
         self.regularity()
-        with w.when((self.d > 0) & ~(self.share.get() <= o.get(At.QUIET))):
+        with w.when((self.d > 0) & ~(self.share.get() <= o.get(Slot.QUIET))):
             self.doubt.put(1)
-        o.put(At.SHARE, self.share.get())
+        o.put(Slot.SHARE, self.share.get())
         with w.few(self.a_count) as e:
             size = w.compute("abs", room[self.a + e])
             with w.when(size > self.reach[e]):
@@ -267,6 +267,6 @@ class Held:
 
     def kept(self) -> None:
         """The step was gone on from: poor speeds that Python has seen are looked at again where they become poorer by a quarter."""
-        w, o = self.writer, self.outline
-        most = w.compute("min", o.get(At.QUIET), o.get(At.SHARE) * 1.25)
-        o.put(At.QUIET, w.compute("max", most, 1 / POOR))
+        w, o = self.writer, self.context
+        most = w.compute("min", o.get(Slot.QUIET), o.get(Slot.SHARE) * 1.25)
+        o.put(Slot.QUIET, w.compute("max", most, 1 / POOR))

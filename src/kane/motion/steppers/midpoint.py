@@ -7,7 +7,7 @@ Integration*, 2nd ed. 2006, sec. II.1.3, VI.4.
 
 from collections.abc import Callable
 
-from kane.motion.steppers.outline import RATE, At, Outline, add_exactly
+from kane.motion.steppers.context import RATE, Slot, StepperContext, add_exactly
 from kane.numeric.scale import EPS, ROUNDED
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.write import Term
@@ -20,16 +20,16 @@ ROWS = 6
 
 def midpoint_kernel() -> Kernel:
     """The kernel; `work` holds `ROWS` rows of n."""
-    o = Outline("midpoint")
+    o = StepperContext("midpoint")
     w = o.writer
     rhs = w.callee("rhs", *RATE)
     o.drives(*RATE)
     status, rounds = w.variable("status", INT), w.variable("rounds", INT)
     change, before = w.variable("change"), w.variable("before_last")
     new, stage = o.row(1), o.row(2)
-    with w.when(o.get(At.FRESH) > 0.0):
-        o.rate(rhs, o.get(At.TIME), o.y, 0, 0)
-        o.put(At.FRESH, 0.0)
+    with w.when(o.get(Slot.FRESH) > 0.0):
+        o.rate(rhs, o.get(Slot.TIME), o.y, 0, 0)
+        o.put(Slot.FRESH, 0.0)
     with w.repeat(lambda: o.back.get() < 1):
         h, last = o.length()
         status.put(0)
@@ -38,10 +38,10 @@ def midpoint_kernel() -> Kernel:
         with w.repeat(lambda: status.get() < 1):
             with w.count(o.n) as i:
                 o.work[stage + i] = o.y[i] + (h * 0.5) * o.work[i]
-            o.rate(rhs, o.get(At.TIME) + h * 0.5, o.work, stage, new)
+            o.rate(rhs, o.get(Slot.TIME) + h * 0.5, o.work, stage, new)
             change.put(0.0)
             with w.count(o.n) as i:
-                size = w.compute("abs", o.y[i]) + w.compute("abs", h * o.work[new + i]) + o.get(At.ATOL) * EPS
+                size = w.compute("abs", o.y[i]) + w.compute("abs", h * o.work[new + i]) + o.get(Slot.ATOL) * EPS
                 moved = w.compute("abs", h * (o.work[new + i] - o.work[i])) / size
                 change.put(w.compute("max", change.get(), w.select(size > 0.0, moved, 0.0)))
                 o.work[i] = o.work[new + i]
@@ -60,7 +60,7 @@ def midpoint_kernel() -> Kernel:
     return w.finished(o.back)
 
 
-def _judge(o: Outline, change: Term, before: Term, rounds: Term, put: Callable[[int], None]) -> None:
+def _judge(o: StepperContext, change: Term, before: Term, rounds: Term, put: Callable[[int], None]) -> None:
     """Found where only rounding moves; lost where it does not get there."""
     w = o.writer
     still = (change <= EPS) | ((rounds > 1) & (change >= before) & (change <= ROUNDED))
@@ -70,15 +70,15 @@ def _judge(o: Outline, change: Term, before: Term, rounds: Term, put: Callable[[
         put(_LOST)
 
 
-def _ends(o: Outline, rhs: Callable[..., None], h: Term) -> None:
+def _ends(o: StepperContext, rhs: Callable[..., None], h: Term) -> None:
     """The end of the step, and the rates at both ends."""
     with o.writer.count(o.n) as i:
         o.work[o.row(3) + i] = o.y[i] + (h * o.work[i] + o.lag[i])
-    o.rate(rhs, o.get(At.TIME), o.y, 0, o.row(4))
-    o.rate(rhs, o.get(At.TIME) + h, o.work, o.row(3), o.row(5))
+    o.rate(rhs, o.get(Slot.TIME), o.y, 0, o.row(4))
+    o.rate(rhs, o.get(Slot.TIME) + h, o.work, o.row(3), o.row(5))
 
 
-def _between(o: Outline, h: Term, row: Term, theta: Term) -> None:
+def _between(o: StepperContext, h: Term, row: Term, theta: Term) -> None:
     """y on Hermite's cubic from end to end."""
     with o.writer.count(o.n) as i:
         change = o.work[o.row(3) + i] - o.y[i]

@@ -11,21 +11,23 @@ at y + error, as what is stiff has decayed there. Source: Hairer & Wanner, *Solv
 sec. IV.8.
 """
 
-from typing import Literal
+from collections.abc import Callable, Mapping
+from typing import Any, Literal
+
+import numpy as np
 
 from kane.motion.steppers.collocation import radau_stages
+from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext, add_exactly
 from kane.motion.steppers.dense import decompose, substitute
 from kane.motion.steppers.explicit import dyadic_power
 from kane.motion.steppers.held import Held
-from kane.motion.steppers.outline import RATE, At, Back, Outline, add_exactly
 from kane.motion.steppers.watched import Watched
+from kane.numeric.arrays import Array as Numbers
 from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.write import Array, Term
 
 STAGES = 5
-ORDER = 5
-"""That of the estimate."""
 _M = radau_stages(STAGES)
 _PAIRS = len(_M.eigenvalues) - 1
 _FIRST, _STATE, AFTER, _AFTER_LAG, _SPARE, _RIGHT, Z = range(7)
@@ -56,11 +58,31 @@ def radau_kernel(held: bool = False) -> Kernel:
     return _Radau(held).kernel()
 
 
+def radau_end(n: int) -> int:
+    """Where in `work` the end of a step stands, on its constraints."""
+    return AFTER * n
+
+
+def radau_dense(given: Mapping[str, Any], h: float, start: float) -> Callable[[Numbers], Numbers]:
+    """The state (k × n) at times (k) in the step of length h from `start`, by the numbers that the kernel has left."""
+    begin, n, stages = (given["y"] + given["lag"]).copy(), len(given["y"]), _M
+    z, c = given["work"][Z * n : (Z + STAGES) * n].reshape(STAGES, n).copy(), np.array(stages.c)
+
+    def state(times: Numbers) -> Numbers:
+        theta = ((times - start) / h)[:, None]
+        others = np.array([np.delete(c, i) for i in range(STAGES)])
+        weights = theta * np.prod(theta[:, :, None] - others, axis=2) * stages.lagrange
+        found: Numbers = begin + weights @ z
+        return found
+
+    return state
+
+
 class _Radau:
     """The kernel while it is written; places in `work` are terms."""
 
     def __init__(self, held: bool) -> None:
-        self.outline = o = Outline("radau9")
+        self.context = o = StepperContext("radau9")
         self.writer = w = o.writer
         self.rhs, self.jac = (w.callee(name, *RATE) for name in ("rhs", "jac"))
         self.along = w.callee("along", *LONG)
@@ -76,7 +98,7 @@ class _Radau:
 
     def _places(self) -> None:
         """Where matrices, and the numbers that are kept between calls, stand in `work`."""
-        n, at = self.outline.n, self.outline.row(_ROWS)
+        n, at = self.context.n, self.context.row(_ROWS)
         self.slopes, at = at, at + n * n
         sizes = [n, *[n * 2] * _PAIRS]
         self.factors = []
@@ -87,18 +109,18 @@ class _Radau:
 
     def row(self, k: int, j: int = 0) -> Term:
         """Row j behind row k."""
-        return self.outline.row(k + j)
+        return self.context.row(k + j)
 
     # ------------------------------------------------------------------------------------------------------ kernel
 
     def kernel(self) -> Kernel:
         """Step after step until there is a reason to come back."""
-        w, o = self.writer, self.outline
-        with w.when(o.get(At.FRESH) > 0.0):
-            o.rate(self.rhs, o.get(At.TIME), o.y, 0, self.row(_FIRST))
+        w, o = self.writer, self.context
+        with w.when(o.get(Slot.FRESH) > 0.0):
+            o.rate(self.rhs, o.get(Slot.TIME), o.y, 0, self.row(_FIRST))
             for place in (self.known, self.factored, self.followed):
                 o.work[place] = 0.0
-            o.put(At.FRESH, 0.0)
+            o.put(Slot.FRESH, 0.0)
         with w.repeat(lambda: o.back.get() < 1):
             h, last = o.length()
             self.linearize(h)
@@ -109,14 +131,14 @@ class _Radau:
 
     def linearize(self, h: Term) -> None:
         """J, where it is not kept, and the factors of λ/h − J, where h or J are others."""
-        w, o, n = self.writer, self.outline, self.outline.n
+        w, o, n = self.writer, self.context, self.context.n
         with w.when(o.work[self.known] <= 0.0):
-            o.drive(o.get(At.TIME), o.y.at(0))
+            o.drive(o.get(Slot.TIME), o.y.at(0))
             with w.when(self.long > 0):
                 self.by_columns()
             with w.otherwise():
                 given = o.y.at(0), o.p.at(0), o.r.at(0), self.hj.at(0)
-                self.jac(o.get(At.TIME), *given, o.work.at(self.slopes))
+                self.jac(o.get(Slot.TIME), *given, o.work.at(self.slopes))
             # what has no derivative counts as not changing: J steers iterations, and judges none
             with w.count(n * (n - 1)) as i:
                 slope = o.work[self.slopes + i]
@@ -131,21 +153,21 @@ class _Radau:
 
     def by_columns(self) -> None:
         """J, a column at a time."""
-        w, o, n = self.writer, self.outline, self.outline.n
+        w, o, n = self.writer, self.context, self.context.n
         unit, found = self.row(_SPARE), self.row(_RIGHT)
         with w.count(n) as j:
             o.work[unit + j] = 0.0
         with w.count(n - 1) as j:
             o.work[unit + j] = 1.0
             given = o.y.at(0), o.p.at(0), o.r.at(0), o.work.at(unit), self.hj.at(0)
-            self.along(o.get(At.TIME), *given, o.work.at(found))
+            self.along(o.get(Slot.TIME), *given, o.work.at(found))
             o.work[unit + j] = 0.0
             with w.count(n) as i:
                 o.work[self.slopes + i * (n - 1) + j] = o.work[found + i]
 
     def matrix(self, value: complex, h: Term, at: Term, size: Term) -> None:
         """λ/h − J at a place, of complex λ as [[ℜ − J, −ℑ], [ℑ, ℜ − J]]."""
-        w, o, n = self.writer, self.outline, self.outline.n
+        w, o, n = self.writer, self.context, self.context.n
         work, copies = o.work, (0, 1) if value.imag else (0,)
         with w.count(size * size) as i:
             work[at + i] = 0.0
@@ -161,9 +183,9 @@ class _Radau:
 
     def guess(self, h: Term) -> None:
         """z by the polynomial of the last step, or zero."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         with w.when(o.work[self.followed] > 0.0):
-            share = h / o.get(At.LAST_STEP)
+            share = h / o.get(Slot.LAST_STEP)
             weights = [self.lagrange(1.0 + share * c) for c in _M.c]
             with w.count(o.n) as i:
                 last = [o.work[self.row(_BEFORE, j) + i] for j in range(STAGES)]
@@ -194,17 +216,17 @@ class _Radau:
         with w.repeat(lambda: self.status.get() < 1):
             self.residuals(h)
             for k, (at, size, swaps) in enumerate(self.factors):
-                substitute(self.outline.work, at, size, swaps, self.row(_PARTS, max(0, 2 * k - 1)))
+                substitute(self.context.work, at, size, swaps, self.row(_PARTS, max(0, 2 * k - 1)))
             self.move()
             self.judge(self.change.get())
 
     def residuals(self, h: Term) -> None:
         """f less A⁻¹ z / h, split."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         for k, c in enumerate(_M.c):
             with w.count(o.n) as i:
                 o.work[self.row(_STATE) + i] = o.y[i] + (o.work[self.row(Z, k) + i] + o.lag[i])
-            o.rate(self.rhs, o.get(At.TIME) + h * c, o.work, self.row(_STATE), self.row(_RATES, k))
+            o.rate(self.rhs, o.get(Slot.TIME) + h * c, o.work, self.row(_STATE), self.row(_RATES, k))
         with w.count(o.n) as i:
             z = [o.work[self.row(Z, j) + i] / h for j in range(STAGES)]
             left = []
@@ -215,7 +237,7 @@ class _Radau:
 
     def move(self) -> None:
         """z moves by what was solved for; the largest change, in tolerances."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         self.change.put(0.0)
         with w.count(o.n) as i:
             parts = [o.work[self.row(_PARTS, j) + i] for j in range(STAGES)]
@@ -228,9 +250,9 @@ class _Radau:
 
     def allowed(self, i: Term, end: Term) -> Term:
         """atol + rtol |y_i|, at the beginning or the end of the step."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         size = w.compute("max", w.compute("abs", o.y[i]), w.compute("abs", end))
-        return o.get(At.ATOL) + o.get(At.RTOL) * size
+        return o.get(Slot.ATOL) + o.get(Slot.RTOL) * size
 
     def judge(self, change: Term) -> None:
         """Whether z is found, or no longer sought."""
@@ -253,7 +275,7 @@ class _Radau:
 
     def measure(self, h: Term) -> None:
         """The largest error of a component, over what is accepted; where it is, is noted."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         with w.count(o.n) as i:
             z = [o.work[self.row(Z, j) + i] * x for j, x in enumerate(_M.estimate)]
             o.work[self.row(_SPARE) + i] = w.sum(z) / h
@@ -264,12 +286,12 @@ class _Radau:
         with w.when((self.error.get() > 1.0) & (self.error.get() < _HUGE)):
             with w.count(o.n) as i:
                 o.work[self.row(_STATE) + i] = o.y[i] + o.work[self.row(_RIGHT) + i]
-            o.rate(self.rhs, o.get(At.TIME), o.work, self.row(_STATE), self.row(_RATES))
+            o.rate(self.rhs, o.get(Slot.TIME), o.work, self.row(_STATE), self.row(_RATES))
             self.filtered(_RATES)
 
     def filtered(self, rates: int) -> None:
         """The error by the rates at the beginning that stand in a row."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         right, (at, size, swaps) = self.row(_RIGHT), self.factors[0]
         with w.count(o.n) as i:
             o.work[right + i] = o.work[self.row(rates) + i] + o.work[self.row(_SPARE) + i]
@@ -280,11 +302,11 @@ class _Radau:
             error, before = w.compute("abs", o.work[right + i]) / allowed, self.error.get()
             with w.when(~(error <= before)):
                 self.error.put(w.compute("max", before, error))
-                o.put(At.WORST, w.compute("float", i))
+                o.put(Slot.WORST, w.compute("float", i))
 
     def decide(self, h: Term, last: Term) -> None:
         """The step is gone on from, or taken again: with a new J first, where iterations were lost by an old one."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         with w.when(self.status.get() > _FOUND):
             with w.when(o.work[self.known] < _NEW):
                 o.work[self.known] = 0.0
@@ -300,7 +322,7 @@ class _Radau:
             with w.when(error <= 1.0):
                 look = self.looked_at(h, last)
                 with w.when(look):
-                    o.back.put(int(Back.LOOK))
+                    o.back.put(int(ReturnCode.LOOK))
                 with w.otherwise():
                     most = w.select(self.shorter.get() > 0, 1.0, _MOST)
                     self.go_on(h, last, w.compute("min", factor, most))
@@ -313,29 +335,29 @@ class _Radau:
 
     def looked_at(self, h: Term, last: Term) -> Term:
         """The end of the step on the constraints; whether Python looks at the step before it is gone on from."""
-        w, o, held = self.writer, self.outline, self.held
-        begin = o.get(At.TIME)
+        w, o, held = self.writer, self.context, self.held
+        begin = o.get(Slot.TIME)
         self.watched.doubtful.put(0)
-        o.put(At.HELD, 0.0)
+        o.put(Slot.HELD, 0.0)
         if held is not None:
-            held.end(w.select(last, o.get(At.END), begin + (h + o.get(At.TIME_LAG))), o.work, self.row(AFTER))
+            held.end(w.select(last, o.get(Slot.END), begin + (h + o.get(Slot.TIME_LAG))), o.work, self.row(AFTER))
             held.passage(begin, h, self.dense)
-            o.put(At.HELD, w.compute("float", held.doubt.get()))
+            o.put(Slot.HELD, w.compute("float", held.doubt.get()))
         with w.when(self.watched.count > 0):
             self.watched.look_along(begin, h, self.place, self.row(_STATE))
         doubt = self.watched.doubtful.get() > 0
-        return (doubt if held is None else doubt | (o.get(At.HELD) > 0.0)) & (o.get(At.LOOKED) < 1.0)
+        return (doubt if held is None else doubt | (o.get(Slot.HELD) > 0.0)) & (o.get(Slot.LOOKED) < 1.0)
 
     def place(self, k: Term, theta: Term) -> None:
         """The state at a place at which events are looked at; the last is what is gone on from."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         self.dense(theta, o.work, self.row(_STATE))
         with w.when(k >= PARTS - 1), w.count(o.n) as i:
             o.work[self.row(_STATE) + i] = o.work[self.row(AFTER) + i]
 
     def go_on(self, h: Term, last: Term, factor: Term) -> None:
         """y at the end of the step; J and its factors are kept where that pays."""
-        w, o, held = self.writer, self.outline, self.held
+        w, o, held = self.writer, self.context, self.held
         o.sample(h, lambda: None, self.sampled)
         o.advance(h, last)
         with w.count(o.n) as i:
@@ -347,24 +369,24 @@ class _Radau:
         self.watched.keep()
         if held is not None:
             held.kept()
-        o.rate(self.rhs, o.get(At.TIME), o.y, 0, self.row(_FIRST))
+        o.rate(self.rhs, o.get(Slot.TIME), o.y, 0, self.row(_FIRST))
         fast = self.rate_of.get() <= _FAST
         o.work[self.known] = w.select(fast, _OLD, 0.0)
         same = fast & (factor >= 1.0) & (factor <= _SAME)
         # what is left before the end says nothing of the step that would do
         with w.when(~last):
-            o.put(At.STEP, h * w.select(same, 1.0, factor))
+            o.put(Slot.STEP, h * w.select(same, 1.0, factor))
 
     def sampled(self, k: Term, theta: Term) -> None:
         """Row k of the samples."""
-        o = self.outline
+        o = self.context
         self.dense(theta, o.rows, k * o.n)
         if self.held is not None:
             self.held.sample(k, o.times[k], o.rows, k * o.n)
 
     def dense(self, theta: Term, array: Array, at: Term) -> None:
         """y at a share of the step, from a place on."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         weights = self.lagrange(theta)
         with w.count(o.n) as i:
             z = [o.work[self.row(Z, j) + i] * x for j, x in enumerate(weights)]

@@ -1,20 +1,22 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The integrators that run in machine code: a new one is a file and a row here."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
+from importlib import import_module
+from typing import Any
 
 from kane.motion.steppers.dop853 import DOP853
-from kane.motion.steppers.explicit import explicit_kernel, rows
-from kane.motion.steppers.gauss import STAGES, gauss_kernel
+from kane.motion.steppers.explicit import explicit_dense, explicit_end, explicit_kernel, rows
+from kane.motion.steppers.gauss import STAGES, gauss_dense, gauss_end, gauss_kernel
 from kane.motion.steppers.midpoint import ROWS, midpoint_kernel
-from kane.motion.steppers.radau import ORDER, radau_kernel, radau_work
 from kane.motion.steppers.rk4 import RK4
 from kane.motion.steppers.tableau import Tableau
 from kane.motion.steppers.tsit5 import TSIT5
 from kane.motion.steppers.tsitpap8 import TSITPAP8
 from kane.motion.steppers.vern9 import VERN9
+from kane.numeric.arrays import Array
 from kane.program.kernel.language import Kernel
 from kane.program.native.entry import CompiledKernel
 from kane.program.native.machine import Settings
@@ -28,7 +30,8 @@ class Integrator:
     inputs may be functions in Python, which it asks at each stage: none lies behind the step, where they may jump or end. The
     steps of a `fixed` one are as long as `max_step`. One that `holds` constraints has another kernel for that:
     `kernel(held=True)`; one that `collocates` has another one for rates with corners, which its stages alone may miss:
-    `kernel(cornered=True)`. An `implicit` one takes derivatives of the rates.
+    `kernel(cornered=True)`. An `implicit` one takes derivatives of the rates. One that watches tells of the step that it has found:
+    `dense(given, h, start)` is the state along it, and `end(n)` says where in `work` its end stands.
     """
 
     name: str
@@ -42,6 +45,8 @@ class Integrator:
     holds: bool = False
     implicit: bool = False
     collocates: bool = False
+    dense: Callable[[Mapping[str, Any], float, float], Callable[[Array], Array]] | None = None
+    end: Callable[[int], int] | None = None
 
 
 def _explicit(tableau: Tableau) -> Integrator:
@@ -54,7 +59,14 @@ def _explicit(tableau: Tableau) -> Integrator:
         driven=max(tableau.c) <= 1,
         fixed=not tableau.errors,
         holds=True,
+        dense=partial(explicit_dense, tableau),
+        end=partial(explicit_end, tableau),
     )
+
+
+def _late(module: str, name: str) -> Callable[..., Any]:
+    """A function of a stepper that is imported when it is first called, as its numbers take their time."""
+    return lambda *args, **options: getattr(import_module(f"kane.motion.steppers.{module}"), name)(*args, **options)
 
 
 GAUSS16 = Integrator(
@@ -66,8 +78,21 @@ GAUSS16 = Integrator(
     watches=True,
     holds=True,
     collocates=True,
+    dense=gauss_dense,
+    end=gauss_end,
 )
-RADAU9 = Integrator("radau9", ORDER, radau_kernel, radau_work, watches=True, driven=True, holds=True, implicit=True)
+RADAU9 = Integrator(
+    "radau9",
+    5,
+    _late("radau", "radau_kernel"),
+    _late("radau", "radau_work"),
+    watches=True,
+    driven=True,
+    holds=True,
+    implicit=True,
+    dense=_late("radau", "radau_dense"),
+    end=_late("radau", "radau_end"),
+)
 MIDPOINT = Integrator("midpoint", 2, midpoint_kernel, lambda n: ROWS * n, driven=True, fixed=True)
 EXPLICIT = (DOP853, TSITPAP8, VERN9, TSIT5, RK4)
 """Those that are tables of numbers."""

@@ -7,7 +7,7 @@ the places are the same, and a quantity that passes zero between two of them, or
 
 from collections.abc import Callable
 
-from kane.motion.steppers.outline import RATE, WIDE, At, Outline
+from kane.motion.steppers.context import RATE, WIDE, Slot, StepperContext
 from kane.numeric.sign_changes import CLOSE, LEFT, SHARES, SMALL, TO_BERNSTEIN, TO_LAST
 from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.kernel.language import INT
@@ -27,9 +27,9 @@ class Watched:
     Where it is `wide`, their routine takes the eight places at once, else one state.
     """
 
-    def __init__(self, outline: Outline, wide: bool) -> None:
-        self.outline = outline
-        self.writer = w = outline.writer
+    def __init__(self, context: StepperContext, wide: bool) -> None:
+        self.context = context
+        self.writer = w = context.writer
         self.call = w.callee("watch", *(WIDE if wide else RATE))
         self.count = w.number("events")
         names = ("hw", "seen", "largest", "least", "shares", "pivots", "values")
@@ -38,14 +38,14 @@ class Watched:
 
     def look(self, clock: Term, states: Term) -> None:
         """Sets `doubtful` where there may be an event; `work` holds the states at the places at `states`, their times at `clock`."""
-        o = self.outline
+        o = self.context
         o.follow(o.work.at(clock), o.work.at(states))
         self.call(*(o.work.at(x) for x in (clock, states)), o.p.at(0), o.r.at(0), self.h.at(0), self.values.at(_ROOM))
         self.compare()
 
     def look_along(self, t: Term, h: Term, state: Callable[[Term, Term], None], place: Term) -> None:
         """The same where one state is looked at at a time: `state(k, θ)` writes it into `work` at a place, the kth one at a share."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         one = (self.count + 2) * PARTS
         shares = one + self.count
         self.values.store(shares, w.lanes(*PLACES))
@@ -100,10 +100,10 @@ class Watched:
 
     def keep(self) -> None:
         """What was seen at the end of the step is what there is at the beginning of the next one."""
-        w, o = self.writer, self.outline
+        w, o = self.writer, self.context
         with w.count(self.count) as e:
             sizes = w.compute("abs", self.at_places(e))
             size = w.compute("largest", sizes)
             self.largest[e] = w.select(size > self.largest[e], size, self.largest[e])
             self.seen[e] = self.values[e * PARTS + (_ROOM + PARTS - 1)]
-        o.put(At.LOOKED, 0.0)
+        o.put(Slot.LOOKED, 0.0)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What the kernels of all steppers share: their arguments, the numbers that pass between calls, the samples that a step holds.
 
-A kernel goes on from t by at most `limit` steps and returns why it came back (`Back`). Time is the sum of two numbers, t and what
-rounding left of it, and so is every component of y.
+A kernel goes on from t by at most `limit` steps and returns why it came back (`ReturnCode`). Time is the sum of two numbers, t and
+what rounding left of it, and so is every component of y.
 """
 
 from collections.abc import Callable
@@ -14,7 +14,7 @@ from kane.program.kernel.language import INT, Address
 from kane.program.kernel.write import Array, Term, Writer
 
 
-class Back(IntEnum):
+class ReturnCode(IntEnum):
     """Why a kernel returns: at the end; after as many steps as it may take; as no step is short enough, or a number is not finite.
 
     LOOK means that the next step may hold an event: it was not gone on from, and is taken again.
@@ -28,7 +28,7 @@ class Back(IntEnum):
     LOOK = 5
 
 
-class At(IntEnum):
+class Slot(IntEnum):
     """Places in the array `s`: what the kernel is told, and what it leaves for the next call and for Python.
 
     SMOOTH counts steps along which the solution hardly bends, LIMITED those that nothing but stability or convergence made short.
@@ -57,14 +57,14 @@ class At(IntEnum):
     LIMITED = 20
 
 
-SIZE = len(At)
+SIZE = len(Slot)
 RATE: tuple[Literal["float", "array"], ...] = ("float", "array", "array", "array", "array", "array")
 """What the routine of (q̇, u̇, P) takes: t, (q, u), p, r, h, and what it writes to."""
 WIDE: tuple[Literal["float", "array"], ...] = ("array", *RATE[1:])
 """What it takes on lanes."""
 
 
-class Outline:
+class StepperContext:
     """The arguments of a stepper's kernel, and its cell `back`."""
 
     def __init__(self, name: str) -> None:
@@ -77,15 +77,15 @@ class Outline:
         self.back = w.variable("back", INT)
         self.taken = w.variable("taken", INT)
 
-    def get(self, at: At) -> Term:
+    def get(self, at: Slot) -> Term:
         """One of the numbers in s."""
         return self.s[int(at)]
 
-    def put(self, at: At, value: Term | float) -> None:
+    def put(self, at: Slot, value: Term | float) -> None:
         """One of the numbers in s becomes `value`."""
         self.s[int(at)] = value
 
-    def more(self, at: At, by: float) -> None:
+    def more(self, at: Slot, by: float) -> None:
         """One of the numbers in s grows."""
         self.put(at, self.get(at) + by)
 
@@ -97,7 +97,7 @@ class Outline:
         """A row of `work` becomes f(t, x) with the state at a place."""
         self.drive(t, x.at(at))
         rhs(t, x.at(at), self.p.at(0), self.r.at(0), self.h.at(0), self.work.at(row))
-        self.more(At.RATES, 1.0)
+        self.more(Slot.RATES, 1.0)
 
     def drives(self, *takes: Literal["float", "array"]) -> None:
         """The argument that gives r at a time, which a motion has whose inputs are `driven`; it takes what the rates take."""
@@ -116,21 +116,21 @@ class Outline:
     def length(self) -> tuple[Term, Term]:
         """The length of the next step, and whether it reaches the end."""
         w = self.writer
-        left = (self.get(At.END) - self.get(At.TIME)) - self.get(At.TIME_LAG)
-        wished = w.compute("min", w.compute("max", self.get(At.STEP), self.shortest()), self.get(At.LONGEST))
+        left = (self.get(Slot.END) - self.get(Slot.TIME)) - self.get(Slot.TIME_LAG)
+        wished = w.compute("min", w.compute("max", self.get(Slot.STEP), self.shortest()), self.get(Slot.LONGEST))
         last = wished >= left
         return w.select(last, left, wished), last
 
     def shortest(self) -> Term:
         """A step that rounding of the time leaves."""
-        return self.get(At.SHORTEST) + _TEN_ROUNDINGS * self.writer.compute("abs", self.get(At.TIME))
+        return self.get(Slot.SHORTEST) + _TEN_ROUNDINGS * self.writer.compute("abs", self.get(Slot.TIME))
 
     def sample(self, h: Term, prepare: Callable[[], None], write: Callable[[Term, Term], None]) -> None:
         """Of each sample within a step `write(k, θ)` writes row k, after `prepare` where there are some."""
         w = self.writer
-        before, lag = self.get(At.TIME), self.get(At.TIME_LAG)
+        before, lag = self.get(Slot.TIME), self.get(Slot.TIME_LAG)
         cursor = w.variable("cursor", INT)
-        cursor.put(w.compute("int", self.get(At.SAMPLE)))
+        cursor.put(w.compute("int", self.get(Slot.SAMPLE)))
         prepared = w.variable("prepared", INT)
         prepared.put(0)
 
@@ -147,30 +147,30 @@ class Outline:
                 prepared.put(1)
             write(cursor.get(), share())
             cursor.put(cursor.get() + 1)
-        self.put(At.SAMPLE, w.compute("float", cursor.get()))
+        self.put(Slot.SAMPLE, w.compute("float", cursor.get()))
 
     def advance(self, h: Term, last: Term) -> None:
         """t + h, or the end itself; the step is counted, and the kernel comes back where it is time."""
         w = self.writer
-        t, more = self.get(At.TIME), h + self.get(At.TIME_LAG)
+        t, more = self.get(Slot.TIME), h + self.get(Slot.TIME_LAG)
         sum_ = t + more
-        self.put(At.TIME_LAG, w.select(last, 0.0, more - (sum_ - t)))
-        self.put(At.TIME, w.select(last, self.get(At.END), sum_))
-        self.put(At.LAST_STEP, h)
-        self.more(At.STEPS, 1.0)
+        self.put(Slot.TIME_LAG, w.select(last, 0.0, more - (sum_ - t)))
+        self.put(Slot.TIME, w.select(last, self.get(Slot.END), sum_))
+        self.put(Slot.LAST_STEP, h)
+        self.more(Slot.STEPS, 1.0)
         self.taken.put(self.taken.get() + 1)
         with w.when(self.taken.get() >= self.limit):
-            self.back.put(int(Back.LIMIT))
+            self.back.put(int(ReturnCode.LIMIT))
         with w.when(last):
-            self.back.put(int(Back.END))
+            self.back.put(int(ReturnCode.END))
 
     def shorten(self, wished: Term, finite: Term) -> None:
         """A step is taken again, shorter, unless that is shorter than rounding."""
         w = self.writer
-        self.put(At.STEP, wished)
-        self.more(At.REJECTED, 1.0)
+        self.put(Slot.STEP, wished)
+        self.more(Slot.REJECTED, 1.0)
         with w.when(wished < self.shortest()):
-            self.back.put(w.select(finite, w.integer(Back.UNDERFLOW), w.integer(Back.NOT_FINITE)))
+            self.back.put(w.select(finite, w.integer(ReturnCode.UNDERFLOW), w.integer(ReturnCode.NOT_FINITE)))
 
 
 _TEN_ROUNDINGS = 10 * EPS
