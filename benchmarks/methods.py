@@ -5,11 +5,11 @@ Counts are deterministic: `methods.md` holds them, and a test that they are what
 """
 
 import sys
-from importlib import import_module
 from pathlib import Path
 
 import kane as kn
 from kane.dynamics.methods.table import METHODS
+from kane.gallery import load
 
 TABLE = Path(__file__).parent / "methods.md"
 SYSTEMS = {
@@ -52,7 +52,7 @@ def table() -> str:
     """The text of `methods.md`."""
     rows = []
     for name, module in SYSTEMS.items():
-        found = kn.analysis.compare_methods(import_module(f"kane.gallery.{module}").system())
+        found = kn.analysis.compare_methods(load(module).system())
         counts = [str(found[m].operations.total) if m in found.formulations else "–" for m in METHODS]
         rows.append(f"| {name} | {' | '.join(counts)} |")
     head = [f"| system | {' | '.join(METHODS)} |", f"|---|{'---|' * len(METHODS)}"]

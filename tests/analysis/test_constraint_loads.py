@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-
 import numpy as np
 import pytest
 
 import kane as kn
+from kane.gallery import load
 
 
 @pytest.mark.slow
@@ -16,7 +15,7 @@ import kane as kn
 @pytest.mark.parametrize("name", ["four_bar", "chaplygin_sleigh", "pure_rolling_disk", "knife_edge"])
 def test_both_ways_agree(name, evident):
     """With the reactions that the system brings into evidence, and without."""
-    system = import_module(f"kane.gallery.{name}").system()
+    system = load(name).system()
     eom = kn.derive(system if evident else system.replace(reactions=()))
     rng = np.random.default_rng(4)
     q = dict(zip(eom.coordinates, rng.uniform(0.3, 0.8, len(eom.coordinates)), strict=True))

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 import kane as kn
 from kane import Check
 from kane.cli import app, demo
-from kane.gallery import rolling_disk, rolling_disk_check
+from kane.gallery.rolling import rolling_disk, rolling_disk_check
 from tests.present.page import Page
 
 

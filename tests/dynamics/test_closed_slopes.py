@@ -3,15 +3,13 @@
 
 from __future__ import annotations
 
-import importlib
-
 import numpy as np
 import pytest
 
 import kane as kn
 from kane.dynamics import WAYS, closed_slopes, forward, inverse_dynamics
 from kane.expr import ONE, price
-from kane.gallery import pendulums
+from kane.gallery import load, pendulums
 from kane.kinematics import Unsuited
 from tests.equations.test_jacobian import numbers
 from tests.oracles.duals import values_and_slopes
@@ -34,7 +32,7 @@ def check(system, rng):
 
 @pytest.mark.parametrize("name", GALLERY)
 def test_the_gallery(name, rng):
-    check(importlib.import_module(f"kane.gallery.{name}").system(), rng)
+    check(load(name).system(), rng)
 
 
 @pytest.mark.slow

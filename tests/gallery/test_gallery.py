@@ -17,8 +17,9 @@ from kane.gallery import GALLERY, choose, load
 
 def test_every_module_with_a_system_is_in_the_table() -> None:
     folder = Path(kane.gallery.__file__).parent
-    assert {p.stem for p in folder.glob("*.py") if "\ndef system(" in p.read_text("utf-8")} == set(GALLERY)
-    assert all(path == f"kane.gallery.{name}" for name, path in GALLERY.items())
+    assert {p.stem for p in folder.rglob("*.py") if "\ndef system(" in p.read_text("utf-8")} == set(GALLERY)
+    assert all(path.startswith("kane.gallery.") and path.endswith(f".{name}") for name, path in GALLERY.items())
+    assert all(getattr(kane.gallery, name) is load(name) for name in GALLERY)
 
 
 @pytest.mark.parametrize("name", GALLERY)

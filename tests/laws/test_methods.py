@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-
 import numpy as np
 import pytest
 
@@ -13,7 +11,7 @@ from benchmarks.methods import SYSTEMS, TABLE, table
 from kane import free_symbols
 from kane.dynamics import METHODS, OTHERS, InRates
 from kane.errors import ModelError
-from kane.gallery import double_pendulum, four_bar, free_body, rolling_disk, spinning_top
+from kane.gallery import double_pendulum, four_bar, free_body, load, rolling_disk, spinning_top
 from kane.numeric import values_of
 
 CLOSE, SEED, NEAR = 1e-10, 20106, 0.2
@@ -71,7 +69,7 @@ def condition(eom, at):
 
 def agree(module, count):
     """The methods that take the system; u̇ of each is Kane's."""
-    eom = kn.derive(import_module(f"kane.gallery.{module}").system())
+    eom = kn.derive(load(module).system())
     at = states(eom, count)
     wanted = numbers(eom.by("kane").accelerations, at)
     regular = np.isfinite(wanted).all(axis=0)

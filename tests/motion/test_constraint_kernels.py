@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Constraints kept in machine code: motions are those of SciPy's steps, and every sample is on the constraints."""
 
-import importlib
-
 import numpy as np
 import pytest
 
 import kane as kn
+from kane.gallery import load
 from kane.motion import NativeCourse, constraint_projection
 from tests.lanes import SMOOTH
 from tests.systems import four_bar
@@ -44,7 +43,7 @@ def left(eom, sol):
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in SLOW else n for n in MODELS])
 def test_the_gallerys_constrained_motions_run_in_machine_code(name):
     """Closures, rolling, blades, Euler parameters, redundant ones: to 1e-10 at every sample; the motion is SciPy's."""
-    model = importlib.import_module(f"kane.gallery.{name}")
+    model = load(name)
     eom = kn.derive(model.system())
     own, other = (
         kn.simulate(eom, (0, MODELS[name]), **model.START, **TIGHT, samples=12, method=m) for m in ("auto", "DOP853")
@@ -61,7 +60,7 @@ def test_the_gallerys_constrained_motions_run_in_machine_code(name):
 @pytest.mark.parametrize("samples", [2, 700])
 def test_a_long_motion_stays_on_its_constraints(method, samples):
     """Thirty turns of a crank at a loose tolerance, few and many samples a step; other dependent speeds are taken on the way."""
-    eom = kn.derive(importlib.import_module("kane.gallery.four_bar").system())
+    eom = kn.derive(load("four_bar").system())
     start = {"q": {"q1": 1.2, "q2": kn.guess(0.4), "q3": kn.guess(-1.5)}, "u": {"u1": 15.0}}
     sol = kn.simulate(eom, (0, 12), **start, method=method, rtol=1e-6, atol=1e-6, samples=samples)
     assert (sol.status, sol.method) == ("finished", method)

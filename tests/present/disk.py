@@ -7,7 +7,7 @@ from functools import cache
 
 import kane as kn
 from kane.gallery import rolling_disk
-from kane.gallery.rolling_disk import Model
+from kane.gallery.rolling.rolling_disk import Model
 
 
 @cache

@@ -122,6 +122,10 @@ def _by_common(products: dict[Expr, _Product]) -> list[_Replacement]:
     """Products made of what several of them have in common, what saves most first."""
     if len(products) > _MOST:
         return []
+    by_factor: dict[Expr, list[Expr]] = {}
+    for node, product in products.items():
+        for f in product.powers:
+            by_factor.setdefault(f, []).append(node)
     found: list[_Replacement] = []
     seen: set[frozenset[tuple[Expr, int]]] = set()
     for one, two in combinations([p for p in products.values() if p.own > 1], 2):
@@ -131,7 +135,8 @@ def _by_common(products: dict[Expr, _Product]) -> list[_Replacement]:
         if degree > 1 and key not in seen:
             seen.add(key)
             part = _Product(1, common, 0)
-            gains = {n: _gain(p, part) for n, p in products.items() if _holds(p.powers, common)}
+            few = min((by_factor[f] for f in common), key=len)
+            gains = {n: _gain(products[n], part) for n in few if _holds(products[n].powers, common)}
             saved = sum(gain for gain in gains.values() if gain > 0) - (degree - 1)
             if saved > 0:
                 whole = _of(ONE, common)

@@ -7,16 +7,27 @@ from types import ModuleType
 from typing import Any, Literal
 
 from kane.errors import ModelError, none_of
+from kane.lazy_imports import offered
 
-_NAMES = """
+_PLACES = """
     particle_on_spring pendulum double_pendulum pendulums pendulum_on_cart spherical_pendulum spinning_top free_body
-    gimbal_gyroscope whipple_bicycle furuta_pendulum slider_crank four_bar n_four_bar flyball_governor bricard
-    andrews_squeezer muscle_arm rolling_disk pure_rolling_disk knife_edge chaplygin_sleigh sphere_on_turntable snakeboard
-    car_with_trailer rattleback rotating_beam flexible_pendulum flexible_slider_crank flexible_four_bar flexible_spacecraft
-    flexible_satellite flap_lag_blade flexible_arm
+    gimbal_gyroscope rolling.whipple_bicycle furuta_pendulum slider_crank four_bar n_four_bar flyball_governor bricard
+    andrews_squeezer muscle_arm rolling.rolling_disk rolling.pure_rolling_disk rolling.knife_edge rolling.chaplygin_sleigh
+    rolling.sphere_on_turntable rolling.snakeboard rolling.car_with_trailer rolling.rattleback flexible.rotating_beam
+    flexible.flexible_pendulum flexible.flexible_slider_crank flexible.flexible_four_bar flexible.flexible_spacecraft
+    flexible.flexible_satellite flexible.flap_lag_blade flexible.flexible_arm
 """
-GALLERY: dict[str, str] = {name: f"kane.gallery.{name}" for name in _NAMES.split()}
+GALLERY: dict[str, str] = {place.rpartition(".")[2]: f"kane.gallery.{place}" for place in _PLACES.split()}
 """Module path of each system by name, from simple to rich."""
+
+
+__getattr__ = offered(
+    __name__,
+    {
+        f"{folder}.": " ".join(name for name, path in GALLERY.items() if path.startswith(f"kane.gallery.{folder}."))
+        for folder in ("rolling", "flexible")
+    },
+)
 
 
 def load(name: str) -> ModuleType:

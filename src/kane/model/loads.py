@@ -6,7 +6,7 @@ power in the power balance.
 """
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 from kane import expect
 from kane.errors import ModelError, cut
@@ -118,34 +118,36 @@ class Gravity(Immutable):
     name: str = "gravity"
 
 
+P = TypeVar("P", Point, Frame)
+
+
+def _bound(what: str, place: Any, kind: type[P], vector: Any) -> tuple[P, Vector]:
+    """A force at its point, or a torque on its frame."""
+    if not isinstance(place, kind):
+        raise ModelError(f"Expected a {what} on a {kind.__name__}, got {cut(repr(place))}. {_instead(place, kind)}")
+    cure = "Say along which axes it is measured: x*B.x + y*B.y + z*B.z."
+    return place, expect.instance(vector, Vector, f"a {what} as a Vector", cure)
+
+
 def _force(point: Any, vector: Any) -> tuple[Point, Vector]:
-    if not isinstance(point, Point):
-        raise ModelError(f"Expected a force on a Point, got {cut(repr(point))}. {_point_instead(point)}")
-    return point, _vector("force", vector)
+    return _bound("force", point, Point, vector)
 
 
 def _torque(frame: Any, vector: Any) -> tuple[Frame, Vector]:
-    if not isinstance(frame, Frame):
-        raise ModelError(f"Expected a torque on a Frame, got {cut(repr(frame))}. {_frame_instead(frame)}")
-    return frame, _vector("torque", vector)
+    return _bound("torque", frame, Frame, vector)
 
 
-def _vector(what: str, vector: Any) -> Vector:
-    cure = "Say along which axes it is measured: x*B.x + y*B.y + z*B.z."
-    return expect.instance(vector, Vector, f"a {what} as a Vector", cure)
-
-
-def _point_instead(item: Any) -> str:
-    if isinstance(item, Body):
-        place = item.parts()[0].mass_center.name
-        return f"Name the point of the body it acts on, such as its mass centre: kn.Force({place}, …)."
-    if isinstance(item, Frame):
-        return "Name a point of the body, such as its mass centre; what turns a frame is a kn.Torque."
-    return "Make one with at(…), or with fixed_in(…) for a particle of a body."
-
-
-def _frame_instead(item: Any) -> str:
-    for part in item.parts() if isinstance(item, Body) else ():
+def _instead(item: Any, kind: type[Point] | type[Frame]) -> str:
+    """What to name in the place of a body, or of a frame for a point and the other way."""
+    parts = item.parts() if isinstance(item, Body) else ()
+    if kind is Point:
+        if parts:
+            place = parts[0].mass_center.name
+            return f"Name the point of the body it acts on, such as its mass centre: kn.Force({place}, …)."
+        if isinstance(item, Frame):
+            return "Name a point of the body, such as its mass centre; what turns a frame is a kn.Torque."
+        return "Make one with at(…), or with fixed_in(…) for a particle of a body."
+    for part in parts:
         if part.frame is not None:
             return f"Name the body's frame: kn.Torque({part.frame.name}, …)."
     if isinstance(item, Point):
@@ -155,14 +157,12 @@ def _frame_instead(item: Any) -> str:
 
 def _between(what: str, a: Any, b: Any, kind: type[Point] | type[Frame]) -> str:
     """“`what` between a and b”, where both are of this kind."""
+    expected = f"two of {kind.__name__} for the {what}"
     for x in (a, b):
         if not isinstance(x, kind):
-            instead = _point_instead(x) if kind is Point else _frame_instead(x)
-            raise ModelError(f"Expected two of {kind.__name__} for the {what}, got {cut(repr(x))}. {instead}")
+            raise expect.refusal(ModelError, expected, cut(repr(x)), _instead(x, kind))
     if a is b:
-        raise ModelError(
-            f"Expected two of {kind.__name__} for the {what}, got {a.name} twice. Name what is at its other end."
-        )
+        raise expect.refusal(ModelError, expected, f"{a.name} twice", "Name what is at its other end.")
     return f"{what} between {a.name} and {b.name}"
 
 

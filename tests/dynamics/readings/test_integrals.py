@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-
 import numpy as np
 import pytest
 
 import kane as kn
+from kane.gallery import load
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)
@@ -26,13 +25,13 @@ KNOWN = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", KNOWN)
 def test_named_where_they_exist(name):
-    eom = kn.derive(import_module(f"kane.gallery.{name}").system())
+    eom = kn.derive(load(name).system())
     assert {one.name for one in eom.integrals} == KNOWN[name]
 
 
 def test_they_stay_along_a_motion():
     """Along a motion of the top each changes by no more than the integration does."""
-    eom = kn.derive(import_module("kane.gallery.spinning_top").system())
+    eom = kn.derive(load("spinning_top").system())
     motion = kn.simulate(eom, (0, 2), q=[0.1, 0.5, 0.2], u=[0.3, 0.2, 30.0], rtol=1e-11, atol=1e-11)
     for one in eom.integrals:
         values = motion[one.value]
@@ -105,6 +104,6 @@ def test_integrals_hold_for_all_values_of_parameters():
 @pytest.mark.slow
 def test_stiff_systems_have_no_integrals_by_the_size_of_their_terms():
     """Two arms that bend: bounds of the terms of u̇ are astronomic there; only the energy is kept, with that of constant torques."""
-    (one,) = kn.derive(import_module("kane.gallery.flexible_arm").system()).integrals
+    (one,) = kn.derive(load("flexible_arm").system()).integrals
     assert one.name == "energy"
     assert "shoulder, elbow found" in one.why

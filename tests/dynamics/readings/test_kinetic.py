@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-
 import numpy as np
 import pytest
 
 import kane as kn
+from kane.gallery import load
 from tests.systems.beams import spinning
 
 N = kn.Frame("N")
@@ -29,7 +28,7 @@ def moving() -> kn.Equations:
 
 
 def gallery(name: str) -> kn.Equations:
-    return kn.derive(import_module(f"kane.gallery.{name}").system())
+    return kn.derive(load(name).system())
 
 
 def drawn(eom: kn.Equations, seed: int = 3) -> dict[str, object]:

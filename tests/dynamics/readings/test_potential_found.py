@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 import random
-from importlib import import_module
 
 import numpy as np
 import pytest
 
 import kane as kn
+from kane.gallery import load as gallery_module
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)
@@ -244,7 +244,7 @@ def test_constant_torques_have_none(axis):
 )
 def test_declared_potentials_are_found_again(name):
     """Gravity, springs and the elasticity of beams of the gallery: ∂V/∂q of what is found and of what is declared."""
-    eom = kn.derive(import_module(f"kane.gallery.{name}").system())
+    eom = kn.derive(gallery_module(name).system())
     at = {"q": np.linspace(0.3, 0.9, len(eom.coordinates)), "u": np.zeros(len(eom.speeds))}
     for load in eom.system.all_loads():
         if load.potential is not None:

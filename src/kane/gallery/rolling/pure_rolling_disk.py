@@ -6,7 +6,7 @@ rolls upright with v² > g R/3 is stable.
 """
 
 import kane as kn
-from kane.gallery.rolling_disk import model
+from kane.gallery.rolling.rolling_disk import model
 
 TITLE = "disk that rolls without slip"
 SOURCES = (

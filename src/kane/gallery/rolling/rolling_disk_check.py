@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import kane as kn
-from kane.gallery.rolling_disk import Model, model
+from kane.gallery.rolling.rolling_disk import Model, model
 from kane.numeric.arrays import Array
 from kane.present.checks import Check
 
