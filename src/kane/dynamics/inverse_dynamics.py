@@ -34,7 +34,7 @@ from kane.tree.composite import (
     with_more,
 )
 from kane.tree.sweeps import Driven, Tree, forces, outward, rates, velocities
-from kane.tree.values import Motion, to_rigid
+from kane.tree.values import Accelerations, to_rigid
 
 Exprs = tuple[Expr, ...]
 
@@ -60,7 +60,7 @@ class Inverse:
     def forces(self) -> list[Expr]:
         """g of every joint speed, by number."""
         moving, numbers = rates(self.tree), mode_numbers(self.tree)
-        at = outward(self.tree, Driven(self.tree, moving, self.lambdas), Motion(NOTHING, self.ground))
+        at = outward(self.tree, Driven(self.tree, moving, self.lambdas), Accelerations(NOTHING, self.ground))
         wrenches = [s.pressing(w.w, w.square, a) for s, w, a in zip(self.tree, moving, at, strict=True)]
         on = [ZERO] * len(self.rows)
         for i, felt in elastic_parts(self.tree, moving).items():

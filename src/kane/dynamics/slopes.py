@@ -25,7 +25,7 @@ from kane.expr.symbols import Symbol, rate
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.resolved import resolved
-from kane.tree.tangents import Held, tangents, total
+from kane.tree.tangents import HeldFunction, tangents, total
 
 Exprs = tuple[Expr, ...]
 _SHORT = 30_000
@@ -107,7 +107,7 @@ def acceleration_slopes(
         found = resolved(zip(inverse.rows, lambdas, strict=True), derived.kinematics)
         return tuple(found[u] for u in derived.speeds)
 
-    last = Held(speeds_by, inverse.lambdas)
+    last = HeldFunction(speeds_by, inverse.lambdas)
     columns = []
     for x, change in zip(symbols, _solved(inverse, g, symbols), strict=True):
         both = [None if change is None else last.along(change), last.slope(x)]
@@ -174,8 +174,8 @@ def closed_slopes(solved: Solved, symbols: Sequence[Symbol]) -> list[Sequence[Ex
     left = [substituted(x, held, memo) for x in residual(d)]
     every = e.multipliers([left[i] for i in e.partition.dependent])
     drift = [d.constraints.drift[r] for r in rows]
-    pull = Held(lambda *x: a.T @ x, [every[r] for r in rows])
-    pace = Held(lambda *x: tuple(map(add, a @ x, drift)), solved.accelerations)
+    pull = HeldFunction(lambda *x: a.T @ x, [every[r] for r in rows])
+    pace = HeldFunction(lambda *x: tuple(map(add, a @ x, drift)), solved.accelerations)
     solver = _Solver(mass_matrix(d), a)
     columns: list[Sequence[Expr]] = []
     for column, x in zip(by_x.T, symbols, strict=True):

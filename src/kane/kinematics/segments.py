@@ -29,11 +29,11 @@ from kane.space.rotation import NOTHING, AlignedBasis, Basis, Triple, about_axis
 from kane.space.vector import Parts, Vector
 from kane.tree.sweeps import Segment, Stage
 from kane.tree.triples import Turn, Turns, along, summed
-from kane.tree.values import NO_MASS, NO_WRENCH, Dof, Inertia, Rigid, Wrench
+from kane.tree.values import NO_MASS, NO_WRENCH, Dof, Rigid, SpatialInertia, Wrench
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Step:
+class JointStep:
     """What a link turns and slides by in the one before, as it is declared.
 
     From the basis B of the parent `lead` turns by constants to A, where the origin lies at `arm`; `turn` leads to B. One that `joins`
@@ -62,7 +62,7 @@ class Segments:
     `ends` are the segments that the links of the tree are fixed in, `bases` those whose ω a basis has, `basis` is the B of each.
     """
 
-    steps: tuple[Step, ...]
+    steps: tuple[JointStep, ...]
     ends: tuple[int, ...]
     bases: Mapping[Basis, int]
     basis: tuple[Basis, ...]
@@ -141,7 +141,7 @@ class _Maker:
     def __init__(self, kinematics: Kinematics, stages: Stages, homes: Mapping[int, tuple[Expr, ...]]) -> None:
         self.kinematics, self.stages, self.homes = kinematics, stages, homes
         self.bearing: dict[int, tuple[Expr, ...]] = {}
-        self.steps: list[Step] = []
+        self.steps: list[JointStep] = []
         self.raw: list[tuple[Forms | None, Forms | None]] = []
         self.ends: list[int] = []
         self.basis: list[Basis] = []
@@ -162,7 +162,7 @@ class _Maker:
     def add(self, link: Link) -> None:
         """The segments of one link."""
         if link.parent is None:
-            self._append(Step(0, (), NOTHING, None), link.basis)
+            self._append(JointStep(0, (), NOTHING, None), link.basis)
         else:
             key = self.keys[link.basis, link.parent, link.offset.parts]
             self._below(self.ends[link.parent], link, self.alike[key] > 1)
@@ -180,7 +180,7 @@ class _Maker:
             parent, arm = self._slid(parent, arm, rates, base)
             rates = NOTHING
             if not up and not down:
-                self._append(Step(parent, (), arm, None), base)
+                self._append(JointStep(parent, (), arm, None), base)
                 return
         joins = len(down) == 1 and bool(up) and self._coaxial(parent, up[-1]) and not self._screws(rates, up[-1])
         lead, rest = _way(up, down, joins)
@@ -189,7 +189,7 @@ class _Maker:
         if lead and rest and self._screws(rates, rest[0].basis):
             rates = _down(lead, rates)  # and the arm further on
         elif not is_still(rates) and (lead or not rest):
-            parent = self._append(Step(parent, (), arm, None), base, slide=self.stages.raw(rates))
+            parent = self._append(JointStep(parent, (), arm, None), base, slide=self.stages.raw(rates))
             arm, rates = NOTHING, NOTHING
             if not lead and not rest:
                 return
@@ -206,12 +206,12 @@ class _Maker:
             lead, arm, rates, joins = [], NOTHING, NOTHING, False
             arm = self.steps[parent].shift
         if lead or not rest:
-            self._append(Step(parent, tuple(lead), _down(lead, arm), None), link.basis)
+            self._append(JointStep(parent, tuple(lead), _down(lead, arm), None), link.basis)
 
     def _slid(self, parent: int, arm: Triple, rates: Triple, base: Basis) -> tuple[int, Triple]:
         """The segment that slides so, which several links begin from, and the arm in it."""
         if (parent, rates) not in self.shared:
-            number = self._append(Step(parent, (), arm, None), base, slide=self.stages.raw(rates))
+            number = self._append(JointStep(parent, (), arm, None), base, slide=self.stages.raw(rates))
             self.shared[parent, rates] = number, arm
         number, before = self.shared[parent, rates]
         x, y, z = map(sub, arm, before)
@@ -267,10 +267,10 @@ class _Maker:
         arm, shift = _down(lead, arm), NOTHING
         if k is not None and slide is None:
             shift, arm = along(k, arm[k]), (*arm[:k], ZERO, *arm[k + 1 :])  # type: ignore[assignment]
-        segment = Step(parent, lead, arm, turn, joins, shift, late=late, swift=swift)
+        segment = JointStep(parent, lead, arm, turn, joins, shift, late=late, swift=swift)
         return self._append(segment, basis, slide, spin)
 
-    def _append(self, segment: Step, basis: Basis, slide: Forms | None = None, spin: Forms | None = None) -> int:
+    def _append(self, segment: JointStep, basis: Basis, slide: Forms | None = None, spin: Forms | None = None) -> int:
         self.steps.append(segment)
         self.basis.append(basis)
         self.stages.take(slide, spin)
@@ -304,7 +304,7 @@ class _Maker:
 
         chosen = by_rates(len(raw) + 1, freedoms, self.kinematics.speeds)
         steps = tuple(
-            Step(
+            JointStep(
                 step.parent,
                 step.lead,
                 step.arm,
@@ -356,11 +356,11 @@ class JointTree(NamedTuple):
         return v if last is None else last.down(v)
 
 
-Elastic = Callable[[Triple, Expr], Inertia]
+Elastic = Callable[[Triple, Expr], SpatialInertia]
 
 
 def joint_tree(
-    steps: Sequence[Step],
+    steps: Sequence[JointStep],
     bodies: Sequence[Rigid] = (),
     loads: Mapping[int, Wrench] = MappingProxyType({}),
     elastic: Mapping[int, Elastic] = MappingProxyType({}),
@@ -411,7 +411,7 @@ def _turned(elastic: Elastic, turn: Turn | Turns) -> Elastic:
     return lambda w, square: elastic(turn.down(w), square).turned(turn)
 
 
-def _along_a(steps: Sequence[Step]) -> list[bool]:
+def _along_a(steps: Sequence[JointStep]) -> list[bool]:
     """Whether a segment works along A: where what follows does, what comes before did, or it screws."""
     found = [step.joins or any(f.slide is not NOTHING for f in step.spin.freedoms) for step in steps]
     for step in steps:
@@ -420,7 +420,9 @@ def _along_a(steps: Sequence[Step]) -> list[bool]:
     return found
 
 
-def _joined(step: Step, parent: int, before: Turn | Turns | None, number: int, modes: Mapping[Expr, int]) -> Segment:
+def _joined(
+    step: JointStep, parent: int, before: Turn | Turns | None, number: int, modes: Mapping[Expr, int]
+) -> Segment:
     """A segment by its joint, with numbers from `number` on; arm and slide turn with what is `before`."""
 
     def up(v: Triple) -> Triple:

@@ -18,7 +18,18 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.space.rotation import NOTHING, Triple
 from kane.tree.sweeps import Carry, Drive, Rates, Tree, inward, outward, rates
 from kane.tree.triples import put, sum_of, times
-from kane.tree.values import NO_INERTIA, NO_WRENCH, Dof, Inertia, Motion, Pivot, Row, Wrench, of_rigid, opposite
+from kane.tree.values import (
+    NO_INERTIA,
+    NO_WRENCH,
+    Accelerations,
+    Dof,
+    Elimination,
+    Row,
+    SpatialInertia,
+    Wrench,
+    of_rigid,
+    opposite,
+)
 
 Wrenches = Mapping[int, Wrench]
 
@@ -38,22 +49,22 @@ class Pressed(NamedTuple):
     felt: Wrenches
 
 
-class _Inward(Carry[Inertia]):
+class _Inward(Carry[SpatialInertia]):
     """The articulated inertias; the pivots of each segment in the order of elimination, and what is felt along A."""
 
     def __init__(self, tree: Tree, moving: Sequence[Rates]) -> None:
         super().__init__(tree)
         self.moving = moving
         self.ground = bool(tree[0].modes)
-        self.felt: dict[int, Inertia] = {}
-        self.outer_pivots: dict[int, list[Pivot]] = {}
-        self.inner_pivots: dict[int, list[Pivot]] = {}
-        self.modes: dict[int, list[Pivot]] = {}
+        self.felt: dict[int, SpatialInertia] = {}
+        self.outer_pivots: dict[int, list[Elimination]] = {}
+        self.inner_pivots: dict[int, list[Elimination]] = {}
+        self.modes: dict[int, list[Elimination]] = {}
 
     def own(self, i: int) -> None:
         """Nothing: the inertia of a segment alone is added to what hangs on it."""
 
-    def whole(self, i: int, v: Inertia | None) -> Inertia | None:
+    def whole(self, i: int, v: SpatialInertia | None) -> SpatialInertia | None:
         """With the inertia of the segment alone, and without the rates of which all that moves hangs here."""
         s, at = self.tree[i], self.moving[i]
         felt = [] if v is None else [v]
@@ -61,21 +72,21 @@ class _Inward(Carry[Inertia]):
             felt.append(s.elastic(at.w, at.square))
         if not (s.body.is_nothing and s.load is NO_WRENCH):
             felt.append(of_rigid(s.body, opposite(s.load).plus(s.body.bias(at.w, at.square))))
-        v = reduce(Inertia.plus, felt) if felt else None
+        v = reduce(SpatialInertia.plus, felt) if felt else None
         for b in reversed(s.modes):
             v, pivot = (NO_INERTIA if v is None else v).without_mode(b)
             self.modes.setdefault(i, []).append(pivot)
         return v
 
-    def inner(self, i: int, v: Inertia) -> Inertia:
+    def inner(self, i: int, v: SpatialInertia) -> SpatialInertia:
         v = _without(v, self.tree[i].inner.dofs, self.inner_pivots.setdefault(i, []))
         return v.at(self.moving[i].spin, self.moving[i].sliding)
 
-    def outer(self, i: int, v: Inertia) -> Inertia:
+    def outer(self, i: int, v: SpatialInertia) -> SpatialInertia:
         v = self.felt[i] = _without(v, self.tree[i].outer.dofs, self.outer_pivots.setdefault(i, []))
         return v
 
-    def arm(self, i: int, v: Inertia) -> Inertia:
+    def arm(self, i: int, v: SpatialInertia) -> SpatialInertia:
         v = v.at(NOTHING, self.moving[i].shift)
         for dof in self.tree[i].shared:
             (b,) = dof.row
@@ -83,14 +94,14 @@ class _Inward(Carry[Inertia]):
         return v.moved(self.tree[i].arm)
 
 
-def _without(v: Inertia, dofs: Sequence[Dof], pivots: list[Pivot]) -> Inertia:
+def _without(v: SpatialInertia, dofs: Sequence[Dof], pivots: list[Elimination]) -> SpatialInertia:
     for dof in reversed(dofs):
         v, pivot = v.without(dof)
         pivots.append(pivot)
     return v
 
 
-class _Outward(Drive[Motion]):
+class _Outward(Drive[Accelerations]):
     """The accelerations from the ground to the tips, with `more` generalized forces on pivots, by number."""
 
     def __init__(self, found: "Articulated", more: Sequence[Expr]) -> None:
@@ -98,10 +109,10 @@ class _Outward(Drive[Motion]):
         self.found, self.more = found, more
         self.rows: list[tuple[Row, Expr]] = []
         self.values: dict[Expr, Expr] = {}
-        self.origins: dict[int, Motion] = {}
-        self.known(0, Motion(NOTHING, found.ground))
+        self.origins: dict[int, Accelerations] = {}
+        self.known(0, Accelerations(NOTHING, found.ground))
 
-    def arm(self, i: int, v: Motion) -> Motion:
+    def arm(self, i: int, v: Accelerations) -> Accelerations:
         v = v.moved(self.tree[i].arm, self.found.moving[i].shift)
         for dof in self.tree[i].shared:
             (b,) = dof.row
@@ -109,16 +120,16 @@ class _Outward(Drive[Motion]):
         self.origins[i] = v
         return v
 
-    def outer(self, i: int, v: Motion) -> Motion:
+    def outer(self, i: int, v: Accelerations) -> Accelerations:
         return self.taken(self.found.inward.outer_pivots.get(i, ()), v)
 
-    def inner(self, i: int, v: Motion) -> Motion:
+    def inner(self, i: int, v: Accelerations) -> Accelerations:
         v = v.plus(self.found.moving[i].spin, self.found.moving[i].sliding)
         v = self.taken(self.found.inward.inner_pivots.get(i, ()), v)
         self.known(i, v)
         return v
 
-    def taken(self, pivots: Sequence[Pivot], v: Motion) -> Motion:
+    def taken(self, pivots: Sequence[Elimination], v: Accelerations) -> Accelerations:
         """The accelerations with those of joint speeds."""
         for pivot in reversed(pivots):
             assert isinstance(pivot.of, Dof)
@@ -126,13 +137,13 @@ class _Outward(Drive[Motion]):
             self.rows.append((pivot.of.row, x))
         return v
 
-    def known(self, i: int, v: Motion) -> None:
+    def known(self, i: int, v: Accelerations) -> None:
         """λ of the rates that move several segments which hang on this one."""
         for pivot in reversed(self.found.inward.modes.get(i, ())):
             assert isinstance(pivot.of, Expr)
             self.values[pivot.of] = self.loaded(pivot).value(v, self.values)
 
-    def loaded(self, pivot: Pivot) -> Pivot:
+    def loaded(self, pivot: Elimination) -> Elimination:
         """A pivot with what more acts on it."""
         if not self.more:
             return pivot
@@ -180,7 +191,7 @@ class _Pressing(Carry[Wrench]):
             self.add(b, v.on(dof))
         return v.moved(self.tree[i].arm)
 
-    def taking(self, pivots: Sequence[Pivot], v: Wrench) -> Wrench:
+    def taking(self, pivots: Sequence[Elimination], v: Wrench) -> Wrench:
         """What is pressed with before joint speeds on which forces act."""
         for pivot in pivots:
             assert isinstance(pivot.of, Dof)
@@ -191,7 +202,7 @@ class _Pressing(Carry[Wrench]):
                 v = v._replace(n=put(v.n, k, force)) if turns else v._replace(f=put(v.f, k, force))
         return v
 
-    def shared(self, pivot: Pivot, e: Expr) -> Wrench:
+    def shared(self, pivot: Elimination, e: Expr) -> Wrench:
         """What is left of the share e of a pivot."""
         self.shares[self.found.number(pivot)] = e
         for b, x in pivot.beside.items():
@@ -228,7 +239,7 @@ class Articulated:
         return found
 
     @cached_property
-    def _free(self) -> tuple[Passed, list[Motion]]:
+    def _free(self) -> tuple[Passed, list[Accelerations]]:
         return self._outward((), ())
 
     @property
@@ -237,12 +248,12 @@ class Articulated:
         return self._free[0]
 
     @property
-    def motion(self) -> list[Motion]:
+    def motion(self) -> list[Accelerations]:
         """α and a of each segment without further forces, along the basis of work."""
         return self._free[1]
 
     @cached_property
-    def pivots(self) -> list[Pivot]:
+    def pivots(self) -> list[Elimination]:
         """Those of the joint speeds from the ground to the tips, and of the rates that move several segments."""
         found, n = self.inward, range(len(self.tree))
         own = [p for i in n for of in (found.outer_pivots, found.inner_pivots) for p in reversed(of.get(i, ()))]
@@ -257,7 +268,7 @@ class Articulated:
     def _numbers(self) -> dict[Expr, int]:
         return {p.of: k for k, p in enumerate(self.pivots) if isinstance(p.of, Expr)}
 
-    def number(self, pivot: Pivot) -> int:
+    def number(self, pivot: Elimination) -> int:
         """The number of a joint speed or of a rate that moves several segments."""
         return pivot.of.number if isinstance(pivot.of, Dof) else self._numbers[pivot.of]
 
@@ -271,11 +282,11 @@ class Articulated:
         """The accelerations with such forces besides, in these amounts."""
         return self._outward(forces, amounts)[0]
 
-    def _outward(self, forces: Sequence[Pressed], amounts: Sequence[Expr]) -> tuple[Passed, list[Motion]]:
+    def _outward(self, forces: Sequence[Pressed], amounts: Sequence[Expr]) -> tuple[Passed, list[Accelerations]]:
         each = range(len(self.divisors)) if forces else ()
         more = [sum_of(mul(f.shares[k], x) for f, x in zip(forces, amounts, strict=True)) for k in each]
         drive = _Outward(self, more)
-        moving = outward(self.tree, drive, Motion(NOTHING, self.ground))
+        moving = outward(self.tree, drive, Accelerations(NOTHING, self.ground))
         transmitted = {}
         for i in self.asked:
             felt = self.inward.felt.get(i, NO_INERTIA)

@@ -38,13 +38,13 @@ from kane.tree.triples import centripetal, is_zero, put, sum_of, summed, times, 
 from kane.tree.values import (
     HALF,
     NO_WRENCH,
+    Accelerations,
     Change,
     Dof,
-    Inertia,
     Moments,
-    Motion,
     Rigid,
     Row,
+    SpatialInertia,
     Wrench,
     moments,
     opposite,
@@ -101,7 +101,7 @@ class _Mass(Carry[_Columns]):
     """M of the joint speeds."""
 
     def __init__(
-        self, tree: Tree, composite: Composites[Rigid] | Composites[Moments], elastic: Mapping[int, Inertia]
+        self, tree: Tree, composite: Composites[Rigid] | Composites[Moments], elastic: Mapping[int, SpatialInertia]
     ) -> None:
         super().__init__(tree)
         self.composite, self.elastic, self.modes = composite, elastic, mode_numbers(tree)
@@ -141,7 +141,7 @@ class _Mass(Carry[_Columns]):
 
 
 def mass_rows(
-    tree: Tree, whole: Composites[Rigid] | Composites[Moments], elastic: Mapping[int, Inertia]
+    tree: Tree, whole: Composites[Rigid] | Composites[Moments], elastic: Mapping[int, SpatialInertia]
 ) -> list[list[Expr]]:
     """M of the joint speeds and of the rates that move several segments, by number."""
     return _Mass(tree, whole, elastic).rows
@@ -164,7 +164,7 @@ def rows_of(tree: Tree) -> list[Row]:
     return [*(dof.row for dof in own), *({b: ONE} for b in mode_numbers(tree))]
 
 
-def elastic_parts(tree: Tree, moving: Sequence[Rates]) -> dict[int, Inertia]:
+def elastic_parts(tree: Tree, moving: Sequence[Rates]) -> dict[int, SpatialInertia]:
     """What is felt of flexible parts alone, by segment."""
     return {i: s.elastic(at.w, at.square) for i, (s, at) in enumerate(zip(tree, moving, strict=True)) if s.elastic}
 
@@ -239,7 +239,7 @@ class _Joint:
 
     body: Moments
     w: Triple
-    at: Motion
+    at: Accelerations
     square: Expr
     whole: Triple = NOTHING
     turned: Triple = NOTHING
@@ -316,10 +316,10 @@ class _Trial(Driven):
         super().__init__(tree, moving)
         self.trial = [ZERO] * dof_count(tree)
 
-    def outer(self, i: int, v: Motion) -> Motion:
+    def outer(self, i: int, v: Accelerations) -> Accelerations:
         return self.driven(self.tree[i].outer.dofs, v)  # coordinates that several segments share are left as they are
 
-    def driven(self, dofs: Sequence[Dof], v: Motion) -> Motion:
+    def driven(self, dofs: Sequence[Dof], v: Accelerations) -> Accelerations:
         for dof in dofs:
             if dof.unit is not None:
                 k, turns = dof.unit
@@ -376,7 +376,7 @@ class Composite:
         rigid = {i: to_rigid(felt) for i, felt in elastic.items()}
         by_body = are_slender(bodies) if self.body_by_body is None else self.body_by_body
         drive = _Trial(tree, self.moving) if by_body else Driven(tree, self.moving)
-        at = outward(tree, drive, Motion(NOTHING, self.ground))
+        at = outward(tree, drive, Accelerations(NOTHING, self.ground))
         wrenches: list[Wrench | None] = []
         on = [ZERO] * dof_count(tree)
         for i, (s, moving) in enumerate(zip(tree, self.moving, strict=True)):
@@ -411,10 +411,10 @@ class Composite:
         return self.passed((), ())
 
     @cached_property
-    def motion(self) -> list[Motion]:
+    def motion(self) -> list[Accelerations]:
         """α and a of each segment without further forces, along the basis of work."""
         values = [x for _, x in self.free.rows]
-        return outward(self.tree, Driven(self.tree, self.moving, values), Motion(NOTHING, self.ground))
+        return outward(self.tree, Driven(self.tree, self.moving, values), Accelerations(NOTHING, self.ground))
 
     @property
     def divisors(self) -> Sequence[Expr]:

@@ -14,7 +14,7 @@ from kane.expr.matrix import dot
 from kane.expr.node import TWO, ZERO, Expr
 from kane.space.rotation import NOTHING, Triple, cross3
 from kane.tree.triples import along, centripetal, is_zero, summed, times
-from kane.tree.values import NO_MASS, NO_WRENCH, Change, Dof, Inertia, Motion, Rigid, Wrench, opposite
+from kane.tree.values import NO_MASS, NO_WRENCH, Accelerations, Change, Dof, Rigid, SpatialInertia, Wrench, opposite
 
 
 class Stage(NamedTuple):
@@ -51,7 +51,7 @@ class Segment:
     load: Wrench = NO_WRENCH
     shared: tuple[Dof, ...] = ()
     modes: tuple[Expr, ...] = ()
-    elastic: Callable[[Triple, Expr], Inertia] | None = None
+    elastic: Callable[[Triple, Expr], SpatialInertia] | None = None
     absolute: Expr | None = None
 
     @property
@@ -69,7 +69,7 @@ class Segment:
         """The joint speeds, those along A first."""
         return (*self.outer.dofs, *self.inner.dofs)
 
-    def pressing(self, w: Triple, square: Expr, at: Motion) -> Wrench:
+    def pressing(self, w: Triple, square: Expr, at: Accelerations) -> Wrench:
         """What the body presses on the origin with as it moves, less the load."""
         return self.body.bias(w, square).plus(self.body.at(*at)).plus(opposite(self.load))
 
@@ -244,30 +244,30 @@ def velocities(tree: Tree, moving: Sequence[Rates]) -> list[Triple]:
     return found
 
 
-class Driven(Drive[Motion]):
+class Driven(Drive[Accelerations]):
     """Accelerations at λ of the joint speeds and shared coordinates by number; at none where λ is not given."""
 
     def __init__(self, tree: Tree, moving: Sequence[Rates], lambdas: Sequence[Expr] = ()) -> None:
         super().__init__(tree)
         self.moving, self.lambdas = moving, lambdas
-        self.origins = [Motion()]
+        self.origins = [Accelerations()]
         """The accelerations of what a segment moves in, at its origin as that slides, along A."""
 
-    def arm(self, i: int, v: Motion) -> Motion:
+    def arm(self, i: int, v: Accelerations) -> Accelerations:
         """The accelerations at the origin."""
         v = v.moved(self.tree[i].arm, self.moving[i].shift)
         self.origins.append(v)
         return v
 
-    def outer(self, i: int, v: Motion) -> Motion:
+    def outer(self, i: int, v: Accelerations) -> Accelerations:
         """With those of the joint along A."""
         return self.driven((*self.tree[i].shared, *self.tree[i].outer.dofs), v)
 
-    def inner(self, i: int, v: Motion) -> Motion:
+    def inner(self, i: int, v: Accelerations) -> Accelerations:
         """With those of the joint along the basis of work."""
         return self.driven(self.tree[i].inner.dofs, v.plus(self.moving[i].spin, self.moving[i].sliding))
 
-    def driven(self, dofs: Sequence[Dof], v: Motion) -> Motion:
+    def driven(self, dofs: Sequence[Dof], v: Accelerations) -> Accelerations:
         """The accelerations with those of joint speeds."""
         for dof in dofs if self.lambdas else ():
             x = self.lambdas[dof.number]

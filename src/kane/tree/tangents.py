@@ -28,12 +28,12 @@ from kane.expr.visit import substituted
 from kane.space.rotation import NOTHING, Cosines, Triple, cross3, product, transposed
 from kane.tree.sweeps import Carry, Driven, Rates, Segment, Tree, inward, outward, rates
 from kane.tree.triples import as_rows, is_zero, sum_of, summed, summed_rows, times, triple
-from kane.tree.values import NO_WRENCH, Change, Dof, Motion, Rigid, Wrench
+from kane.tree.values import NO_WRENCH, Accelerations, Change, Dof, Rigid, Wrench
 
 Vectors = tuple[Triple, ...]
 
 
-class Held:
+class HeldFunction:
     """`make` of vectors, or of numbers, at those of `at`; what it holds beside them is in `symbols`."""
 
     def __init__(self, make: Callable[..., Sequence[Any]], at: Sequence[Any]) -> None:
@@ -99,30 +99,30 @@ class _Row(NamedTuple):
         return _Row(spin, summed(self.alpha, cross3(r, self.a)), self.a)
 
 
-class Moving(NamedTuple):
+class SubtreeMoments(NamedTuple):
     """m, h, J of what hangs on a segment, 2 h° and P."""
 
     body: Rigid
     shift: Triple
     spread: Cosines
 
-    def plus(self, other: "Moving") -> "Moving":
+    def plus(self, other: "SubtreeMoments") -> "SubtreeMoments":
         """Both together."""
         shift, spread = summed(self.shift, other.shift), summed_rows(self.spread, other.spread)
-        return Moving(self.body.plus(other.body), shift, spread)
+        return SubtreeMoments(self.body.plus(other.body), shift, spread)
 
-    def turned(self, turn: Change) -> "Moving":
+    def turned(self, turn: Change) -> "SubtreeMoments":
         """Along the basis before a turn."""
-        return Moving(self.body.turned(turn), turn.up(self.shift), turn.up_general(self.spread))
+        return SubtreeMoments(self.body.turned(turn), turn.up(self.shift), turn.up_general(self.spread))
 
-    def swept(self, r: Triple, v: Triple) -> "Moving":
+    def swept(self, r: Triple, v: Triple) -> "SubtreeMoments":
         """About the point from which the origin lies at r, with the velocity v: P + 2 h° rᵀ + 2 v (h + m r)ᵀ."""
         body, twice = self.body.moved(r), times(TWO, v)
         a, b, c = (
             summed(row, summed(times(x, r), times(y, body.h)))
             for row, x, y in zip(self.spread, self.shift, twice, strict=True)
         )
-        return Moving(body, summed(self.shift, times(body.m, twice)), (a, b, c))
+        return SubtreeMoments(body, summed(self.shift, times(body.m, twice)), (a, b, c))
 
     def turning(self) -> Cosines:
         """tr P 1 − P."""
@@ -149,13 +149,13 @@ class Moving(NamedTuple):
         return _Row(*map(summed, turned, slid))
 
 
-def alone(body: Rigid, w: Triple) -> Moving:
+def alone(body: Rigid, w: Triple) -> SubtreeMoments:
     """A body that turns at ω: 2 ω × ∫ ρ ρᵀ dm, of which J is the trace without it."""
     half = div(add(add(body.j[0][0], body.j[1][1]), body.j[2][2]), TWO)
     spread = as_rows([[sub(half, x) if a == b else neg(x) for b, x in enumerate(row)] for a, row in enumerate(body.j)])
     twice = times(TWO, w)
     x, y, z = (cross3(twice, column) for column in spread)  # ∫ ρ ρᵀ dm is symmetric
-    return Moving(body, cross3(twice, body.h), transposed((x, y, z)))
+    return SubtreeMoments(body, cross3(twice, body.h), transposed((x, y, z)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +163,7 @@ class _Value:
     """What hangs on a segment, its wrench, the changes of that by symbol, and the rows of joint speeds beyond, by number."""
 
     symbols: Sequence[Symbol]
-    moving: Moving
+    moving: SubtreeMoments
     force: Wrench
     columns: dict[Symbol, Wrench]
     rows: dict[int, _Row]
@@ -194,7 +194,7 @@ class _Value:
 
     def passed(self, make: Callable[[Triple, Triple], Wrench]) -> tuple[Wrench, dict[Symbol, Wrench]]:
         """The wrench on its way, and its changes with those of the way."""
-        columns, held = {x: make(*w) for x, w in self.columns.items()}, Held(make, self.force)
+        columns, held = {x: make(*w) for x, w in self.columns.items()}, HeldFunction(make, self.force)
         for x in self.symbols:
             _join(columns, x, held.slope(x))
         return make(*self.force), columns
@@ -211,13 +211,13 @@ class _Traced(Driven):
 
     def __init__(self, tree: Tree, moving: Sequence[Rates], lambdas: Sequence[Expr]) -> None:
         super().__init__(tree, moving, lambdas)
-        self.entered, self.placed = [Motion()], [Motion()]
+        self.entered, self.placed = [Accelerations()], [Accelerations()]
 
-    def arm(self, i: int, v: Motion) -> Motion:
+    def arm(self, i: int, v: Accelerations) -> Accelerations:
         self.entered.append(v)
         return super().arm(i, v)
 
-    def outer(self, i: int, v: Motion) -> Motion:
+    def outer(self, i: int, v: Accelerations) -> Accelerations:
         self.placed.append(super().outer(i, v))
         return self.placed[-1]
 
@@ -230,7 +230,7 @@ class _Changes(Carry[_Value]):
         self.symbols, self.wanted, self.lambdas = symbols, frozenset(symbols), lambdas
         self.rates = rates(tree)
         drive = _Traced(tree, self.rates, lambdas)
-        self.work = outward(tree, drive, Motion(NOTHING, ground))
+        self.work = outward(tree, drive, Accelerations(NOTHING, ground))
         falls = {x: triple(tangent(e, {x: ONE}) for e in ground) for x in symbols}
         self.changed: list[dict[Symbol, Vectors]] = [
             {x: (NOTHING, NOTHING, v) for x, v in falls.items() if not is_zero(v)}
@@ -245,9 +245,9 @@ class _Changes(Carry[_Value]):
         s, at, found = self.tree[i], self.rates[i], dict[Symbol, Vectors]()
         parent = self.rates[s.parent].w, *self.work[s.parent]
         stages = [
-            Held(lambda *v: tuple(_down(s.lead, x) for x in v), parent),
-            Held(lambda w, alpha, a: _placed(s, w, alpha, a), (at.before, *drive.entered[i])),
-            Held(lambda w, alpha, a: _turned(s, w, alpha, a), (at.before, *drive.placed[i])),
+            HeldFunction(lambda *v: tuple(_down(s.lead, x) for x in v), parent),
+            HeldFunction(lambda w, alpha, a: _placed(s, w, alpha, a), (at.before, *drive.entered[i])),
+            HeldFunction(lambda w, alpha, a: _turned(s, w, alpha, a), (at.before, *drive.placed[i])),
         ]
         for x in self.symbols:
             change: Vectors | None = None
@@ -272,9 +272,9 @@ class _Changes(Carry[_Value]):
         s, at, work = self.tree[i], self.rates[i], self.work[i]
 
         def press(w: Triple, alpha: Triple, a: Triple) -> Wrench:
-            return s.pressing(w, dot(w, w), Motion(alpha, a))
+            return s.pressing(w, dot(w, w), Accelerations(alpha, a))
 
-        columns, held = dict[Symbol, Wrench](), Held(press, (at.w, *work))
+        columns, held = dict[Symbol, Wrench](), HeldFunction(press, (at.w, *work))
         for x in self.symbols if i else ():
             _join(columns, x, held.slope(x))
         force = s.pressing(at.w, at.square, work) if i else NO_WRENCH

@@ -68,23 +68,23 @@ def _unit(v: Triple) -> int | None:
     return k[0] if len(k) == 1 and v[k[0]] is ONE else None
 
 
-class Motion(NamedTuple):
+class Accelerations(NamedTuple):
     """α of a basis and a of its origin."""
 
     alpha: Triple = NOTHING
     a: Triple = NOTHING
 
-    def turned(self, turn: Change) -> "Motion":
+    def turned(self, turn: Change) -> "Accelerations":
         """Along the basis after a turn."""
-        return Motion(turn.down(self.alpha), turn.down(self.a))
+        return Accelerations(turn.down(self.alpha), turn.down(self.a))
 
-    def moved(self, r: Triple, bias: Triple = NOTHING) -> "Motion":
+    def moved(self, r: Triple, bias: Triple = NOTHING) -> "Accelerations":
         """At the point at r, with the bias acceleration of that."""
-        return Motion(self.alpha, summed(self.a, summed(cross3(self.alpha, r), bias)))
+        return Accelerations(self.alpha, summed(self.a, summed(cross3(self.alpha, r), bias)))
 
-    def plus(self, alpha: Triple, a: Triple) -> "Motion":
+    def plus(self, alpha: Triple, a: Triple) -> "Accelerations":
         """With more of both."""
-        return Motion(summed(self.alpha, alpha), summed(self.a, a))
+        return Accelerations(summed(self.alpha, alpha), summed(self.a, a))
 
 
 class Wrench(NamedTuple):
@@ -298,7 +298,7 @@ def with_entries(row: Row, more: Row) -> dict[Expr, Expr]:
     return whole
 
 
-class Pivot(NamedTuple):
+class Elimination(NamedTuple):
     """A joint speed, or the rate of a coordinate that moves several segments, eliminated from an inertia.
 
     λ = rest − t·(α, a) − …; t is U/D, `beside` is n_k·s/D of the columns that it was eliminated from.
@@ -318,11 +318,11 @@ class Pivot(NamedTuple):
                 rest = sub(rest, mul(x, values[b]))
         return rest
 
-    def value(self, at: Motion, values: Row) -> Expr:
+    def value(self, at: Accelerations, values: Row) -> Expr:
         """λ at the accelerations of the origin."""
         return sub(self.known(values), self.t.along(at.alpha, at.a))
 
-    def after(self, at: Motion, values: Row) -> tuple[Expr, Motion]:
+    def after(self, at: Accelerations, values: Row) -> tuple[Expr, Accelerations]:
         """λ of a joint speed, and the accelerations with it."""
         assert isinstance(self.of, Dof)
         unit = self.of.unit
@@ -337,7 +337,7 @@ class Pivot(NamedTuple):
         return sub(whole, before[k]), at._replace(alpha=after) if turns else at._replace(a=after)
 
 
-class Inertia(NamedTuple):
+class SpatialInertia(NamedTuple):
     """J, H and M, the wrench that is there at no acceleration, and columns of coordinates that move several segments."""
 
     j: Cosines
@@ -346,9 +346,9 @@ class Inertia(NamedTuple):
     p: Wrench
     columns: Columns = NO_COLUMNS
 
-    def plus(self, other: "Inertia") -> "Inertia":
+    def plus(self, other: "SpatialInertia") -> "SpatialInertia":
         """Both together."""
-        return Inertia(
+        return SpatialInertia(
             summed_symmetric(self.j, other.j),
             summed_rows(self.h, other.h),
             summed_symmetric(self.m, other.m),
@@ -356,9 +356,9 @@ class Inertia(NamedTuple):
             joined(self.columns, other.columns),
         )
 
-    def turned(self, turn: Change) -> "Inertia":
+    def turned(self, turn: Change) -> "SpatialInertia":
         """Along the basis before a turn."""
-        return Inertia(
+        return SpatialInertia(
             turn.up_symmetric(self.j, several=True),
             turn.up_general(self.h),
             turn.up_symmetric(self.m, several=True),
@@ -366,7 +366,7 @@ class Inertia(NamedTuple):
             {b: c._replace(w=c.w.turned(turn)) for b, c in self.columns.items()},
         )
 
-    def moved(self, r: Triple) -> "Inertia":
+    def moved(self, r: Triple) -> "SpatialInertia":
         """About the point from which this origin lies at r."""
         if is_zero(r):
             return self
@@ -379,9 +379,9 @@ class Inertia(NamedTuple):
             for b in range(a, 3):
                 rows[a][b] = rows[b][a] = sub(add(rows[a][b], left[b][a]), right[a][b])
         columns = {b: c._replace(w=c.w.moved(r)) for b, c in self.columns.items()}
-        return Inertia(as_rows(rows), g, self.m, self.p.moved(r), columns)
+        return SpatialInertia(as_rows(rows), g, self.m, self.p.moved(r), columns)
 
-    def at(self, alpha: Triple, a: Triple) -> "Inertia":
+    def at(self, alpha: Triple, a: Triple) -> "SpatialInertia":
         """The same with what known parts of the acceleration add to the wrench and to the forces on columns."""
         if is_zero(alpha) and is_zero(a):
             return self
@@ -398,7 +398,7 @@ class Inertia(NamedTuple):
         n = summed(product(self.j, dof.spin), product(self.h, dof.slide))
         return Wrench(n, summed(product(transposed(self.h), dof.spin), product(self.m, dof.slide)))
 
-    def without(self, dof: Dof) -> tuple["Inertia", Pivot]:
+    def without(self, dof: Dof) -> tuple["SpatialInertia", Elimination]:
         """What is felt before a joint speed, which is free.
 
         U = I s,   D = s·U,   λ = (−s·p − U·a)/D,      I − U Uᵀ/D,   p − U (s·p)/D
@@ -416,7 +416,7 @@ class Inertia(NamedTuple):
         h = transposed(put(transposed(left.h), k, NOTHING))
         return left._replace(h=h, m=_without(left.m, k), p=left.p._replace(f=put(left.p.f, k, ZERO))), pivot
 
-    def without_mode(self, b: Expr) -> tuple["Inertia", Pivot]:
+    def without_mode(self, b: Expr) -> tuple["SpatialInertia", Elimination]:
         """What is felt where all that moves by a rate hangs here."""
         columns = dict(self.columns)
         own = columns.pop(b, Column())
@@ -424,7 +424,9 @@ class Inertia(NamedTuple):
         beside = {k: own.row[k] for k in own.row if k is not b}
         return self._replace(columns=less)._eliminated(b, own.w, own.row.get(b, ZERO), own.force, beside)
 
-    def _eliminated(self, of: Dof | Expr, u: Wrench, d: Expr, force: Expr, g: Row) -> tuple["Inertia", Pivot]:
+    def _eliminated(
+        self, of: Dof | Expr, u: Wrench, d: Expr, force: Expr, g: Row
+    ) -> tuple["SpatialInertia", Elimination]:
         """Without what has the wrench U, the pivot D, this force at no acceleration, and g of columns."""
         if d is ZERO:
             raise SingularError("Expected every joint speed to move some mass.")
@@ -434,16 +436,16 @@ class Inertia(NamedTuple):
         for b in [b for b in beside if b in columns]:
             less, row = g[b], {k: neg(mul(g[b], y)) for k, y in beside.items()}
             columns[b] = columns[b].plus(Column(t.times(neg(less)), row, mul(less, rest)))
-        left = Inertia(
+        left = SpatialInertia(
             lowered(self.j, t.n, u.n, symmetric=True),
             lowered(self.h, t.n, u.f, symmetric=False),
             lowered(self.m, t.f, u.f, symmetric=True),
             self.p.plus(u.times(rest)),
             columns,
         )
-        return left, Pivot(of, t, rest, d, beside)
+        return left, Elimination(of, t, rest, d, beside)
 
-    def sharing(self, dof: Dof, b: Expr) -> "Inertia":
+    def sharing(self, dof: Dof, b: Expr) -> "SpatialInertia":
         """What is felt before a segment that moves by the rate b as others do, too: with a column for it."""
         columns, u = dict(self.columns), self.of(dof)
         row: dict[Expr, Expr] = {}
@@ -457,7 +459,7 @@ class Inertia(NamedTuple):
         columns[b] = columns.get(b, Column()).plus(Column(u, row, self.p.on(dof)))
         return self._replace(columns=columns)
 
-    def wrench(self, at: Motion, values: Row) -> Wrench:
+    def wrench(self, at: Accelerations, values: Row) -> Wrench:
         """That at given accelerations and λ of the columns."""
         w = self.at(at.alpha, at.a).p
         for b, c in self.columns.items():
@@ -470,15 +472,15 @@ def _without(rows: Cosines, k: int) -> Cosines:
     return as_rows([[ZERO if k in (a, b) else x for b, x in enumerate(row)] for a, row in enumerate(rows)])
 
 
-NO_INERTIA = Inertia(NO_ROWS, NO_ROWS, NO_ROWS, NO_WRENCH)
+NO_INERTIA = SpatialInertia(NO_ROWS, NO_ROWS, NO_ROWS, NO_WRENCH)
 
 
-def of_rigid(body: Rigid, p: Wrench) -> Inertia:
+def of_rigid(body: Rigid, p: Wrench) -> SpatialInertia:
     """The inertia of a rigid body, with the wrench that is there at no acceleration."""
     m = body.m
-    return Inertia(body.j, skew(body.h), ((m, ZERO, ZERO), (ZERO, m, ZERO), (ZERO, ZERO, m)), p)
+    return SpatialInertia(body.j, skew(body.h), ((m, ZERO, ZERO), (ZERO, m, ZERO), (ZERO, ZERO, m)), p)
 
 
-def to_rigid(felt: Inertia) -> Rigid:
+def to_rigid(felt: SpatialInertia) -> Rigid:
     """The rigid body with this inertia, which is that of one."""
     return Rigid(felt.m[0][0], (felt.h[2][1], felt.h[0][2], felt.h[1][0]), felt.j)

@@ -32,7 +32,7 @@ from kane.space.point import Point
 from kane.space.rotation import NOTHING, Triple, cross3
 from kane.space.vector import Vector, angular_velocity
 from kane.tree.triples import as_rows, centripetal, mirrored, skew, sum_of, summed, times, triple
-from kane.tree.values import NO_INERTIA, Column, Inertia, Wrench, joined
+from kane.tree.values import NO_INERTIA, Column, SpatialInertia, Wrench, joined
 
 Rows = Sequence[Mapping[int, Expr]]
 
@@ -57,7 +57,7 @@ class Bent:
         """What of this a segment feels whose parts move by these rates, along B."""
         pressed = {b: Column(force=neg(self.forces[b])) for b in rates if b in self.forces}
 
-        def felt(w: Triple, square: Expr) -> Inertia:
+        def felt(w: Triple, square: Expr) -> SpatialInertia:
             own = felt_of(self.bodies[i], w, square) if i in self.bodies else NO_INERTIA
             return own._replace(columns=joined(own.columns, pressed))
 
@@ -93,7 +93,7 @@ def _masses(parts: Sequence[Carried]) -> Rows:
     return [{numbers[p]: mass for p, mass in part.momenta} for part, _ in parts]
 
 
-def felt_of(body: Bending, w: Triple, square: Expr) -> Inertia:
+def felt_of(body: Bending, w: Triple, square: Expr) -> SpatialInertia:
     """The inertia of these parts about the origin, and what is there at no acceleration, at the angular velocity ω."""
     places, moves = body.places, body.moves
     p = [_weighed(row, lambda k: places[k]) for row in body.masses]
@@ -118,7 +118,7 @@ def felt_of(body: Bending, w: Triple, square: Expr) -> Inertia:
             wrench = Wrench(cross3(p[k], v), times(body.weights[k], v))
             columns[rate] = before.plus(Column(wrench, row, dot(v, pressing[k])))
     m = ((mass, ZERO, ZERO), (ZERO, mass, ZERO), (ZERO, ZERO, mass))
-    return Inertia(mirrored(as_rows(rows)), skew(h), m, Wrench(n, f), columns)
+    return SpatialInertia(mirrored(as_rows(rows)), skew(h), m, Wrench(n, f), columns)
 
 
 def _entries(body: Bending, k: int, v: Triple) -> Iterator[tuple[Expr, Expr]]:

@@ -27,7 +27,7 @@ from kane.expr.node import ZERO, Expr
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.resolved import resolved
-from kane.kinematics.segments import JointTree, Segments, Step, joint_tree, segments
+from kane.kinematics.segments import JointStep, JointTree, Segments, joint_tree, segments
 from kane.kinematics.tree import Tree, repeated
 from kane.model.bodies import deforming
 from kane.model.variables import EulerParameters
@@ -69,7 +69,7 @@ def worth_trying(derived: Derived, carried: "Carrying") -> Iterable[str]:
     return WAYS if both and not crossed else ("recursive",)
 
 
-def depth(steps: Sequence[Step]) -> float:
+def depth(steps: Sequence[JointStep]) -> float:
     """The joint speeds from the ground to one, on average: about how many entries a row of M has."""
     ways: list[int] = []
     total = count = 0
