@@ -32,7 +32,8 @@ GROUPS: dict[str, Any] = {
 STATE = kn.State(**GROUPS)
 NEAR: dict[str, Any] = {"q": {q: kn.guess(-1.5)}, "u": {u: 0.0}, "inputs": {T: 0.1}, "parameters": {L: 0.7}}
 
-x, y, v, w = *kn.coordinates("x y", "m"), *kn.speeds("v w", "m/s")
+x, y = kn.coordinates("x y", "m")
+v, w = kn.speeds("v w", "m/s")
 BEAD = O.at("B", x * N.x + y * N.y)
 ROD = kn.distance(BEAD, O, kn.parameter("R", 1.0, "m"), name="rod")
 WEIGHT = kn.gravity(-9.81 * N.y)

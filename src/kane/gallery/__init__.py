@@ -4,10 +4,29 @@
 from collections.abc import Mapping
 from importlib import import_module
 from types import ModuleType
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from kane.errors import ModelError, none_of
 from kane.lazy_imports import offered
+
+if TYPE_CHECKING:
+    from kane.gallery.flexible import flap_lag_blade as flap_lag_blade
+    from kane.gallery.flexible import flexible_arm as flexible_arm
+    from kane.gallery.flexible import flexible_four_bar as flexible_four_bar
+    from kane.gallery.flexible import flexible_pendulum as flexible_pendulum
+    from kane.gallery.flexible import flexible_satellite as flexible_satellite
+    from kane.gallery.flexible import flexible_slider_crank as flexible_slider_crank
+    from kane.gallery.flexible import flexible_spacecraft as flexible_spacecraft
+    from kane.gallery.flexible import rotating_beam as rotating_beam
+    from kane.gallery.rolling import car_with_trailer as car_with_trailer
+    from kane.gallery.rolling import chaplygin_sleigh as chaplygin_sleigh
+    from kane.gallery.rolling import knife_edge as knife_edge
+    from kane.gallery.rolling import pure_rolling_disk as pure_rolling_disk
+    from kane.gallery.rolling import rattleback as rattleback
+    from kane.gallery.rolling import rolling_disk as rolling_disk
+    from kane.gallery.rolling import snakeboard as snakeboard
+    from kane.gallery.rolling import sphere_on_turntable as sphere_on_turntable
+    from kane.gallery.rolling import whipple_bicycle as whipple_bicycle
 
 _PLACES = """
     particle_on_spring pendulum double_pendulum pendulums pendulum_on_cart spherical_pendulum spinning_top free_body
