@@ -195,3 +195,16 @@ def test_how_it_prints():
 
 def test_the_former_name():
     assert kn.OperatingPoint is kn.State
+
+
+def test_a_time_by_keyword_beside_one_of_the_state_is_refused_zero_too():
+    state = kn.State(**GROUPS)
+    for t in (0.0, 0, np.int64(0)):
+        with pytest.raises(kn.ArgumentError, match="Expected values of t in the state or by keyword, got both"):
+            EOM.evaluate(EOM.accelerations, state, t=t)
+
+
+def test_what_follows_the_speeds_is_named():
+    with pytest.raises(TypeError):
+        kn.State({"q": 0.3}, [0.7], {"m": 2.0})
+    assert kn.analysis.OperatingPoint is kn.OperatingPoint is kn.State

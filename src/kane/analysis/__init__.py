@@ -24,7 +24,7 @@ __getattr__ = _offered(
     {
         ".dynamics.methods.formulation": "Formulation",
         ".dynamics.motions": "Motions motions",
-        ".equations.state": "Guess guess",
+        ".equations.state": "Guess OperatingPoint State guess",
         "assembly": "Assembled assemble velocity_constraints_at",
         "comparison": "MethodComparison SpeedComparison SpeedSet compare_methods compare_speeds",
         "constraint_loads": "ConstraintForces constraint_forces",

@@ -8,7 +8,7 @@ poles, or is not finite, the possible speeds are those of the possible rates, wi
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, overload
 
 import numpy as np
@@ -176,7 +176,7 @@ def assemble(
     rates: Mapping[Any, Any] | None = None,
     parameters: Mapping[Any, float] | None = None,
     inputs: Mapping[Any, Any] | None = None,
-    t: float = 0.0,
+    t: float | None = None,
     all_branches: Literal[False] = False,
 ) -> Assembled: ...
 
@@ -191,7 +191,7 @@ def assemble(
     rates: Mapping[Any, Any] | None = None,
     parameters: Mapping[Any, float] | None = None,
     inputs: Mapping[Any, Any] | None = None,
-    t: float = 0.0,
+    t: float | None = None,
     all_branches: Literal[True],
 ) -> tuple[Assembled, ...]: ...
 
@@ -205,7 +205,7 @@ def assemble(
     rates: Mapping[Any, Any] | None = None,
     parameters: Mapping[Any, float] | None = None,
     inputs: Mapping[Any, Any] | None = None,
-    t: float = 0.0,
+    t: float | None = None,
     all_branches: bool = False,
 ) -> Assembled | tuple[Assembled, ...]:
     """A state that satisfies all constraints: of the configurations that many starts lead to, the one nearest to the guesses.
@@ -248,7 +248,7 @@ def assemble(
         at = dict(zip(eom.coordinates, configuration.x.tolist(), strict=True))
         speeds, left = _motion(eom, wanted, constants | dict(at.items()), rates is not None)
         by_speed = dict(zip(eom.speeds, speeds.tolist(), strict=True))
-        whole = State(at, by_speed, given.states, given.parameters, given.inputs, given.t)
+        whole = replace(given, q=at, u=by_speed)
         made.append(Assembled(whole, max(configuration.size, left), branch))
     return tuple(made) if all_branches else made[0]
 

@@ -48,7 +48,7 @@ def constraint_forces(
     u: Any = None,
     parameters: Mapping[Any, float] | None = None,
     inputs: Mapping[Any, float] | None = None,
-    t: float = 0.0,
+    t: float | None = None,
     states: Any = None,
 ) -> ConstraintForces:
     """The forces of constraints at a state, by multipliers and by auxiliary speeds.

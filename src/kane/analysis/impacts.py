@@ -62,7 +62,7 @@ def impact(
     q: Any = None,
     u: Any = None,
     parameters: Mapping[Any, float] | None = None,
-    t: float = 0.0,
+    t: float | None = None,
 ) -> Impact:
     """The speeds after a collision of a particle of a body with another one, or with what is at rest.
 

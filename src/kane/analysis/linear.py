@@ -19,7 +19,7 @@ from kane.errors import ArgumentError, Attributes, SimulationError, ValueMissing
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array, Complex
 from kane.numeric.rank import singular
-from kane.numeric.scale import EPS, UNRELATED
+from kane.numeric.scale import EPS, GIVEN
 
 _LINK = 1e-9
 
@@ -344,12 +344,12 @@ def normal_modes(linear: Linear | SecondOrder) -> NormalModes:
     scale = np.sqrt(np.diag(m))
     unit = np.outer(scale, scale)
     stiff = np.abs(k / unit).max(initial=0.0)
-    if np.abs(c / unit).max(initial=0.0) > UNRELATED * np.sqrt(stiff):
+    if np.abs(c / unit).max(initial=0.0) > GIVEN * np.sqrt(stiff):
         raise SimulationError(
             "Expected equations without damping and gyroscopic terms for normal modes, got C with "
             f"{np.abs(c).max():.3g}. linear.modes has the complex modes; second_order() has C."
         )
-    if np.abs((k - k.T) / unit).max(initial=0.0) > UNRELATED * stiff:
+    if np.abs((k - k.T) / unit).max(initial=0.0) > GIVEN * stiff:
         raise SimulationError(
             "Expected a symmetric K for normal modes, got one of forces without a potential energy. linear.modes has "
             "the complex modes."

@@ -53,7 +53,7 @@ class Inverse(Attributes):
         given: Mapping[Any, Any] | None = None,
         inputs: Mapping[Any, Any] | None = None,
         parameters: Mapping[Any, float] | None = None,
-        t: Any = 0.0,
+        t: Any = None,
         states: Any = None,
     ) -> dict[Symbol, Any]:
         """The unknowns at a state, or at many: values may be arrays, which broadcast.

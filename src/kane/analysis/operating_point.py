@@ -48,7 +48,7 @@ def arrays_at(numeric: Numeric[Equations], state: State) -> StateArrays:
         entries("coordinates", eom.coordinates, q).free or entries("speeds", eom.speeds, u).free
     ):
         inputs = dict(zip(eom.inputs, r.tolist(), strict=True))
-        start = assemble(eom, State(q, u, None, state.parameters, inputs, state.t))
+        start = assemble(eom, State(q, u, parameters=state.parameters, inputs=inputs, t=state.t))
         q, u = start.q, start.u
     return closed(numeric, StateArrays(float(state.t), start_state(eom, q, u, state.states), p, r))
 

@@ -25,7 +25,7 @@ from kane.errors import Attributes, CornerError, KaneWarning, SimulationError, V
 from kane.expr.symbols import Symbol
 from kane.numeric.arclength import Curve, Path
 from kane.numeric.arrays import Array, Complex
-from kane.numeric.scale import CLOSED, ROUNDED, ROUNDED_ROOT
+from kane.numeric.scale import ROUNDED, ROUNDED_ROOT, SOLVED
 from kane.program.native.machine import Settings
 from kane.progress import far, working
 
@@ -228,7 +228,7 @@ def continuation(
     given = state_of(state, q=q, u=u, states=states, parameters=parameters, inputs=inputs)
     task, place = _problem(eom.numeric(settings), symbol, wanted[0], given, moving, independent)
     with working("Following the branch"):
-        start = solve_problem(task, CLOSED)
+        start = solve_problem(task, SOLVED)
         unknowns = _unknowns(task, place, start, float(wanted[-1] - wanted[0]))
         curve, y = Curve(unknowns.function), start[list(unknowns.places)] / unknowns.scale
         path = curve.follow(y, wanted / unknowns.scale[-1], max_points, unknowns.where)

@@ -30,7 +30,7 @@ from kane.numeric.named import named_values
 from kane.numeric.newton import Closed, close, closest, starts
 from kane.numeric.rank import level, singular
 from kane.numeric.sampling import SEED, draw
-from kane.numeric.scale import ROUNDED_CHAIN, STATE_RANK, TAKES_PART, UNRELATED
+from kane.numeric.scale import ROUNDED_CHAIN, SOLVED, STATE_RANK, TAKES_PART, UNRELATED
 from kane.program.native.machine import Settings
 from kane.progress import working
 
@@ -327,10 +327,10 @@ def trim(
     u: Mapping[Any, Any] | Sequence[Any] | None = None,
     parameters: Mapping[Any, Any] | None = None,
     inputs: Mapping[Any, Any] | None = None,
-    t: float = 0.0,
+    t: float | None = None,
     moving: Sequence[Any] = (),
     independent: Sequence[Any] = (),
-    tolerance: float = 1e-9,
+    tolerance: float = SOLVED,
     settings: Settings | None = None,
     states: Mapping[Any, Any] | Sequence[Any] | None = None,
 ) -> State:
@@ -381,8 +381,8 @@ def equilibrium(
     q: Mapping[Any, Any] | Sequence[Any] | None = None,
     parameters: Mapping[Any, Any] | None = None,
     inputs: Mapping[Any, Any] | None = None,
-    t: float = 0.0,
-    tolerance: float = 1e-9,
+    t: float | None = None,
+    tolerance: float = SOLVED,
     settings: Settings | None = None,
     states: Mapping[Any, Any] | Sequence[Any] | None = None,
 ) -> State:

@@ -256,7 +256,7 @@ class Equations(Energies, Immutable):
         u: Values | None = None,
         parameters: Mapping[Any, Any] | None = None,
         inputs: Mapping[Any, Any] | None = None,
-        t: Any = 0.0,
+        t: Any = None,
         states: Values | None = None,
     ) -> Any:
         """Numbers of an expression, name, Vector, Dyadic or Matrix, or of a list of these, at a `kn.State`, or values by keyword.

@@ -98,7 +98,7 @@ class Jacobian(Immutable):
         u: Any = None,
         parameters: Mapping[Any, Any] | None = None,
         inputs: Mapping[Any, Any] | None = None,
-        t: Any = 0.0,
+        t: Any = None,
         states: Any = None,
     ) -> npt.NDArray[np.float64]:
         """Numbers at a state, as `Equations.evaluate` takes it; values may be arrays, whose axes come first.

@@ -2,8 +2,10 @@
 """`State`: the values at which equations are evaluated, solved, linearized and started."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
+
+import numpy as np
 
 from kane.errors import ArgumentError, Attributes, ValueMissingError, cut
 from kane.expr.symbols import Symbol
@@ -47,10 +49,10 @@ class State(Attributes):
 
     q: Any = None
     u: Any = None
-    states: Any = None
-    parameters: Any = None
-    inputs: Any = None
-    t: Any = 0.0
+    states: Any = field(default=None, kw_only=True)
+    parameters: Any = field(default=None, kw_only=True)
+    inputs: Any = field(default=None, kw_only=True)
+    t: Any = field(default=0.0, kw_only=True)
 
     def __post_init__(self) -> None:
         for kind in GROUPS:
@@ -110,8 +112,8 @@ def _shown(value: Any) -> str:
 
 def _given(value: Any) -> bool:
     """Whether a group of values, or a time, is more than left out."""
-    if isinstance(value, float | int):
-        return value != 0
+    if isinstance(value, float | int | np.number):
+        return bool(value != 0)
     return value is not None and (not hasattr(value, "__len__") or len(value) > 0)
 
 
@@ -137,20 +139,20 @@ def state_of(state: State | None, **values: Any) -> State:
         if it is no State, or a group of values comes both ways
     """
     given: object = state
+    own = {kind: value for kind, value in values.items() if (value is not None if kind == "t" else _given(value))}
     if given is None:
-        return State(**values)
+        return State(**values | {"t": own.get("t", 0.0)})
     if not isinstance(given, State):
         raise ArgumentError(
             f"Expected a kn.State, or values by keyword, got {cut(repr(given))}. Give kn.State(q={{…}}, u={{…}}), or q=, u=, …."
         )
-    twice = [kind for kind, value in values.items() if _given(value) and _given(getattr(given, kind))]
+    twice = [kind for kind in own if _given(getattr(given, kind))]
     if twice:
         raise ArgumentError(
             f"Expected values of {', '.join(twice)} in the state or by keyword, got both. Change those of the state: "
             f"state.replace({twice[0]}={'…' if twice[0] == 't' else '{…}'})."
         )
-    own = {kind: getattr(given, kind) for kind in (*GROUPS, "t")}
-    return State(**own | {kind: value for kind, value in values.items() if _given(value)})
+    return State(**{kind: getattr(given, kind) for kind in (*GROUPS, "t")} | own)
 
 
 OperatingPoint = State

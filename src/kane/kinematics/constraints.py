@@ -26,9 +26,7 @@ from kane.kinematics.speeds import ScalarForm
 from kane.model.constraints import Constraint
 from kane.model.reactions import constraint_of
 from kane.numeric.bounds import vanish
-from kane.numeric.scale import EQUAL
-
-Row = list[Expr]
+from kane.numeric.scale import GIVEN
 
 _LARGE = 16
 """Speeds from which on rows are found along the tree."""
@@ -163,12 +161,12 @@ def _check_rate(constraint: Constraint, form: ScalarForm, kinematics: Kinematics
         return
     sample, total, rate = kinematics.sample, _total(form), time_derivative(constraint.expr)
     power, wanted = float(sample.numbers([total])[0]), sample.at_speeds(rate)
-    if abs(power - wanted) <= EQUAL * max(abs(power), abs(wanted)):
+    if abs(power - wanted) <= GIVEN * max(abs(power), abs(wanted)):
         return
     # W in numbers may be poor where W in symbols is not
     rate, memo = kinematics.speeds.in_speeds(rate, {}), Sizes()
     wanted = float(sample.numbers([rate])[0])
-    if abs(power - wanted) > EQUAL * max(map(float, sample.numbers([size(total, memo), size(rate, memo)]))):
+    if abs(power - wanted) > GIVEN * max(map(float, sample.numbers([size(total, memo), size(rate, memo)]))):
         raise ModelError(
             f"Expected the rate of the configuration constraint {constraint.name!r} from the velocities of what it holds, got "
             f"{wanted:.6g} for the rate and {power:.6g} from the velocities at a random state: the place of {wandering[0].name} in "

@@ -51,7 +51,7 @@ def generalized_speeds(system: System) -> Speeds:
     trivial = all(map(is_rate, rows))
     dense = [] if trivial else [[row.get(b, ZERO) for b in rates] for row in rows]
     if not trivial:
-        _check_rank(system, speeds, rows, dense, rates)
+        _check_rank(system, speeds, dense, rates)
     w, pivots, along = _inverted(system, speeds, rows, z, dense, rates)
     x: dict[Expr, Expr] = {}
     for b in rates:
@@ -156,9 +156,7 @@ def _check_cover(system: System, speeds: tuple[Speed, ...], rows: list[dict[Expr
         )
 
 
-def _check_rank(
-    system: System, speeds: tuple[Speed, ...], rows: list[dict[Expr, Expr]], dense: list[list[Expr]], rates: list[Expr]
-) -> None:
+def _check_rank(system: System, speeds: tuple[Speed, ...], dense: list[list[Expr]], rates: list[Expr]) -> None:
     structural = structural_rank(dense, len(rates))
     if structural < len(rates):
         raise SpeedsError(

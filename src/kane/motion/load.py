@@ -118,7 +118,7 @@ def _solution(found: Contents, eom: Equations) -> Solution:
     t = arrays["t"]
     rtol, atol = arrays["tolerances"].tolist()
     events = [
-        _event(first, name, told) if told is None else Event(name, ZERO, terminal=False, message=told)
+        _event(first, name) if told is None else Event(name, ZERO, terminal=False, message=told)
         for name, told in header["events"]
     ]
     return Solution(
@@ -130,7 +130,7 @@ def _solution(found: Contents, eom: Equations) -> Solution:
         _inputs(found, first, 0),
         header["status"],
         header["message"],
-        None if header["event"] is None else _event(first, header["event"], None),
+        None if header["event"] is None else _event(first, header["event"]),
         tuple(zip(events, arrays["event_times"].tolist(), strict=True)),
         header["steps"],
         header["evaluations"],
@@ -150,7 +150,7 @@ def _phases(found: Contents, eom: Equations) -> tuple[Phase, ...]:
         Phase(
             dict(zip(eom.parameters, values, strict=True)),
             _inputs(found, eom, k),
-            tuple(_event(eom, name, None) for name in by),
+            tuple(_event(eom, name) for name in by),
         )
         for k, (values, by) in enumerate(rows)
     )
@@ -166,7 +166,7 @@ def _inputs(found: Contents, eom: Equations, number: int) -> dict[Expr, Any]:
     }
 
 
-def _event(eom: Equations, name: str, told: str | None) -> Event:
+def _event(eom: Equations, name: str) -> Event:
     for event in eom.events:
         if event.name == name:
             return event

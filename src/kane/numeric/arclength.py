@@ -14,7 +14,7 @@ import numpy as np
 from kane.numeric.arrays import Array
 from kane.numeric.newton import Residual, close
 from kane.numeric.rank import level, singular
-from kane.numeric.scale import CLOSED, SAME_TIME, SIX_DIGITS
+from kane.numeric.scale import SAME_TIME, SIX_DIGITS, SOLVED
 from kane.progress import far
 
 _FIRST, _LARGEST, _SMALLEST = 0.02, 0.08, 1e-7
@@ -50,7 +50,7 @@ class Curve:
             return np.append(f, across @ (trial - y)), np.vstack([j, across])
 
         nearest = close(bordered, y, range(len(y)))
-        return nearest.x if nearest.size <= CLOSED else None
+        return nearest.x if nearest.size <= SOLVED else None
 
     def middle(self, a: Array, b: Array) -> Array | None:
         """The point of the curve halfway between two, in the plane across their chord."""

@@ -36,6 +36,8 @@ CLOSED_FULLY = 1e-13
 """Residual at which Newton's steps end: what is left is rounding's."""
 CLOSED = 1e-10
 """Residual at which a configuration counts as closed, also where convergence is linear because branches meet."""
+SOLVED = 1e-9
+"""Residual at which conditions count as met that are solved for among values: trims, branches of solutions."""
 CLOSED_NEARLY = 1e-6
 """The same where nothing closes better: near a singular position f falls with the square of what is missing."""
 ONE_POSITION = 1e-5

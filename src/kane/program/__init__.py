@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Layer 5: equations as Programs, and Programs as machine code, C and NumPy."""
+"""Layer 0: straight-line code, Programs and kernels, as machine code, C and NumPy."""
 
 from kane.lazy_imports import offered
 

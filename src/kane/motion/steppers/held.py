@@ -35,7 +35,7 @@ branches, coordinates."""
 
 
 def room(n: int, counts: dict[str, int]) -> int:
-    """How many doubles `held_room` has for n components."""
+    """How many doubles the array `room` of `Held` has for n components."""
     c, m, s, d = (counts[name] for name in ("closures", "rows", "speeds", "chosen"))
     numbers = 2 * c + m + sum(counts[name] for name in ("branches", "entries", "turns"))
     return numbers + 2 * m + d * s + 2 * d * d + 2 * d * d + d + s + n
@@ -75,7 +75,7 @@ class Held:
         self.least, self.share = w.variable("held_least"), w.variable("held_share")
 
     def _places(self) -> None:
-        """Where what stands in `held_room`."""
+        """Where what stands in `room`."""
         counts = (self.c, self.c, self.m, self.branches, self.a_count, self.w_count, self.m, self.m)
         wide = (self.d * self.s, self.d * self.d * 2, self.d * self.d, self.d * self.d, self.d, self.s)
         at, places = self.writer.integer(0), []
