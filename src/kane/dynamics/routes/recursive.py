@@ -8,6 +8,7 @@ of coordinates, of which u̇ follows by the definitions of the speeds. M and f a
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from kane.dynamics.routes.equations import evident, holds_reactions
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
 from kane.expr.evaluation import Walk
+from kane.expr.forms.count import price
 from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
@@ -43,6 +45,8 @@ _BRANCH = 5
 """Joint speeds from the ground to one, on average, beyond which articulated inertias are shorter than composite ones."""
 BENT = 16
 """Speeds of a system with flexible bodies from which on articulated inertias are shorter than anything else."""
+_SAVED = 5
+"""Operations with the state that a regrouped body saves, about."""
 NO_MASS = "a speed that moves no mass"
 _TIMES, _BESIDE, _KEPT = 16, 1e-10, 1e-3
 """Points at which a pivot is computed, how far they are from each other, and how much of a pivot may change between them."""
@@ -95,13 +99,23 @@ class Carrying(NamedTuple):
         """The segments that reactions cross into."""
         return {c.segment for c in self.crossings or () if c is not None}
 
-    def tree(self, *, balanced: bool, asked: Collection[int] = ()) -> JointTree:
-        """The tree with bodies regrouped, but not across the joints whose wrenches are asked for."""
+    def tree(self, *, balanced: bool, asked: Collection[int] = (), at_any_price: bool = True) -> JointTree:
+        """The tree with bodies regrouped, but not across the joints whose wrenches are asked for.
+
+        Between parallel axes that makes all shorter. Elsewhere it saves a few operations with the state for each body, by others of
+        parameters alone: `at_any_price`, or where these are as few.
+        """
         steps = self.segments.steps
         elastic = {
             i: self.bent.elastic(i, step.modes) for i, step in enumerate(steps) if step.modes or i in self.bent.bodies
         }
         bodies = regrouped(self.bodies, steps, balanced, asked)
+        if not (at_any_price or any(step.joins for step in steps)):
+            before, after = (
+                price([x for body in each for x in (body.m, *body.h, *chain(*body.j))])
+                for each in (self.bodies, bodies)
+            )
+            bodies = bodies if after - before <= _SAVED * len(bodies) else self.bodies
         return joint_tree(steps, bodies, self.loads, elastic, elastic_along_a=not balanced)
 
 
@@ -143,7 +157,7 @@ def by_recursion(derived: Derived, carried: Carrying, route: str) -> Solved:
     if across is None and holds_reactions(derived):
         raise Unsuited("loads that hold reactions")
     try:
-        tree = carried.tree(balanced=own, asked=asked)
+        tree = carried.tree(balanced=own, asked=asked, at_any_price=False)
         passed = WAYS[route](tree.segments, falling(derived), [tree.joint[i] for i in asked]).free
     except SingularError:
         raise Unsuited(NO_MASS) from None
