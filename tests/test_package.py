@@ -111,7 +111,7 @@ def test_warnings_are_kane_s_and_point_at_the_caller():
             continue
         assert ast.unparse(call.func) == "warnings.warn", path
         named = ast.unparse(call.args[1])
-        assert named == "KaneWarning" or (named == "category" and path.name == "beams.py"), (
+        assert named == "KaneWarning" or (named == "category" and path.name == "operating_point.py"), (
             path
         )  # those of doubts.py are
         assert [k.arg for k in call.keywords] == ["stacklevel"], path
