@@ -24,8 +24,7 @@ def test_records_are_repeatable_and_tell_systems_apart(pendulum: Record) -> None
 
 @pytest.mark.parametrize("key", ["state", "parameter", "c", "numpy", "status"])
 def test_every_entry_is_compared(pendulum: Record, key: str) -> None:
-    one = pendulum
-    assert differences({"a": one}, {"a": one | {key: 0}}) == [f"a: {key} {one[key]} and 0"]
+    assert differences({"a": pendulum}, {"a": pendulum | {key: 0}}) == [f"a: {key} {pendulum[key]} and 0"]
 
 
 @pytest.mark.parametrize(("key", "least"), [("accelerations", 1e-12), ("end", 1e-9)])
