@@ -104,17 +104,11 @@ def test_nothing_prints_but_the_command():
 @pytest.mark.slow
 def test_warnings_are_kane_s_and_point_at_the_caller():
     warned = [(p, call) for p in SOURCES for name, call in calls(p) if name.split(".")[-1] in ("warn", "warn_explicit")]
-    assert warned
-    for path, call in warned:
-        if ast.unparse(call.func) == "warn":  # of errors.py, whose own call comes here too
-            assert len(call.args) == 1, path
-            continue
-        assert ast.unparse(call.func) == "warnings.warn", path
-        named = ast.unparse(call.args[1])
-        assert named == "KaneWarning" or (named == "category" and path.name == "operating_point.py"), (
-            path
-        )  # those of doubts.py are
-        assert [k.arg for k in call.keywords] == ["stacklevel"], path
+    own = [(p.name, ast.unparse(call)) for p, call in warned if ast.unparse(call.func) != "warn"]
+    assert own == [("errors.py", "warnings.warn(message, category or KaneWarning, stacklevel=level)")]
+    for path, call in warned:  # a category is one of what beams are doubted for
+        assert [ast.unparse(x) for x in call.args[1:]] in ([], ["category"]) or path.name == "errors.py", path
+        assert not call.keywords or path.name == "errors.py", path
 
 
 def test_a_warning_names_the_line_that_called():

@@ -152,12 +152,12 @@ class ModesWarning(KaneWarning):
 _HERE = os.path.dirname(os.path.abspath(__file__))
 
 
-def warn(message: str) -> None:
-    """A `KaneWarning` at the innermost line outside of kane."""
+def warn(message: str, category: type[KaneWarning] | None = None) -> None:
+    """A `KaneWarning`, or one of a `category` of its own, at the innermost line outside of kane."""
     frame, level = sys._getframe(), 1
     while frame.f_back is not None and frame.f_code.co_filename.startswith(_HERE):
         frame, level = frame.f_back, level + 1
-    warnings.warn(message, KaneWarning, stacklevel=level)
+    warnings.warn(message, category or KaneWarning, stacklevel=level)
 
 
 __all__ = [

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -15,7 +14,7 @@ from kane.analysis.one_sided import Difference, Piece, Sides, check_cones, diffe
 from kane.analysis.state_checks import StateArrays
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
-from kane.errors import CornerError, KaneWarning, SingularError, ValueMissingError, cut
+from kane.errors import CornerError, SingularError, ValueMissingError, cut, warn
 from kane.expr.node import Expr, postorder
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array
@@ -120,11 +119,9 @@ def warn_of_jumps(numeric: Numeric[Equations], state: StateArrays, tolerance: fl
         return
     found = difference(sides) if sides else None
     if sides and found and found.jumps.any():
-        warnings.warn(
+        warn(
             f"Expected a steady motion that small disturbances leave near itself, got one at which {told(sides, found)}: "
-            f"{jumping(sides, found)}. It lasts where both sides lead back, as dry friction does at rest.",
-            KaneWarning,
-            stacklevel=3,
+            f"{jumping(sides, found)}. It lasts where both sides lead back, as dry friction does at rest."
         )
 
 

@@ -180,7 +180,7 @@ def linearize(
         state, q=q, u=u, parameters=parameters, inputs=inputs, t=t, states=states, independent=independent,
         leave_out=leave_out, steady=steady, tolerance=tolerance, side=side,
     )  # fmt: skip
-    warn_of_beams(eom, [linear.point], 2)
+    warn_of_beams(eom, [linear.point])
     return linear
 
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Operating points: complete values on the constraints, as arrays and as a `State`; beams that spin too fast there."""
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -15,6 +14,7 @@ from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
 from kane.equations.state import State
+from kane.errors import warn
 from kane.expr.node import Expr
 from kane.model.beams.beam import Beam, across, doubts
 from kane.numeric.arrays import Array
@@ -87,7 +87,7 @@ def closed(numeric: Numeric[Equations], state: StateArrays) -> StateArrays:
     return replace(state, x=x)
 
 
-def warn_of_beams(eom: Equations, points: Sequence[State], stacklevel: int) -> None:
+def warn_of_beams(eom: Equations, points: Sequence[State]) -> None:
     """Warn once of each beam that spins faster, in some of these states, than what it is declared with has it."""
     for beam in eom.system.bodies:
         square = across(beam) if isinstance(beam, Beam) else None
@@ -97,4 +97,4 @@ def warn_of_beams(eom: Equations, points: Sequence[State], stacklevel: int) -> N
         fastest = int(np.argmax(spins))
         values = dict[Expr, float](points[fastest].parameters.items())
         for said, category in doubts(beam, spins[fastest], values):
-            warnings.warn(said, category, stacklevel=stacklevel + 1)
+            warn(said, category)

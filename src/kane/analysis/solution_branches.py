@@ -4,7 +4,6 @@
 Where one crosses the imaginary axis, Re λ = 0, is found by bisection on the branch.
 """
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -21,7 +20,7 @@ from kane.analysis.trimming import Problem, null_space, problem, solve_problem, 
 from kane.equations.equations import Equations, check_equations
 from kane.equations.numeric import Numeric
 from kane.equations.state import GROUPS, State, state_of
-from kane.errors import Attributes, CornerError, KaneWarning, SimulationError, ValueMissingError, cut, none_of
+from kane.errors import Attributes, CornerError, SimulationError, ValueMissingError, cut, none_of, warn
 from kane.expr.symbols import Symbol
 from kane.numeric.arclength import Curve, Path
 from kane.numeric.arrays import Array, Complex
@@ -233,7 +232,7 @@ def continuation(
         curve, y = Curve(unknowns.function), start[list(unknowns.places)] / unknowns.scale
         path = curve.follow(y, wanted / unknowns.scale[-1], max_points, unknowns.where)
         branch = _branch(unknowns, curve, path, linearizer(eom, outputs=outputs, settings=settings), independent)
-    warn_of_beams(eom, branch.points, 2)
+    warn_of_beams(eom, branch.points)
     return branch
 
 
@@ -358,11 +357,9 @@ def _branch(unknowns: _Unknowns, curve: Curve, path: Path, lin: Linearizer, inde
     points, linear, corners = zip(*(every[k] for k in path.marked), strict=True)
     if any(corners):
         where = ", ".join(unknowns.where(path.points[k]) for k, told in zip(path.marked, corners, strict=True) if told)
-        warnings.warn(
+        warn(
             f"Expected equations with one derivative all along the branch, got corners at {where}: eigenvalues there are those of the "
-            f"side on which the branch has its nearest other point. {next(filter(None, corners))}",
-            KaneWarning,
-            stacklevel=3,
+            f"side on which the branch has its nearest other point. {next(filter(None, corners))}"
         )
     after = np.searchsorted(
         path.marked, [c.interval for c in met], side="right"

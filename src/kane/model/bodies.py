@@ -7,7 +7,6 @@ symmetric, its principal moments are not negative, and none is larger than the s
 """
 
 import math
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, TypeGuard, runtime_checkable
@@ -16,7 +15,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from kane import expect
-from kane.errors import KaneWarning, ModelError, cut
+from kane.errors import ModelError, cut, warn
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr, constant_value
@@ -254,12 +253,10 @@ def check_inertia(name: str, inertia: Dyadic) -> None:
             "point than the mass centre is larger by m r², not smaller."
         )
     if high > (low + middle) * (1 + DECLARED) and middle > DECLARED * high:
-        warnings.warn(
+        warn(
             f"Expected principal moments of inertia for {name} of which none is larger than the sum of the other two, got "
             f"{said}: no body has them. Check them and the signs of the products Ixy, Iyz, Izx (−∫ x y dm, …). In a plane, where Izz "
-            "alone counts, give any Ixx and Iyy with Ixx + Iyy ≥ Izz.",
-            KaneWarning,
-            stacklevel=3,
+            "alone counts, give any Ixx and Iyy with Ixx + Iyy ≥ Izz."
         )
 
 
@@ -303,11 +300,9 @@ def check_turning(inertial: Basis, parts: Iterable[tuple[str, Basis, Dyadic]]) -
     """Warn of bodies with a moment of inertia about one axis alone that turn about another one too: no body has such."""
     turning = [name for name, frame, inertia in parts if _turns_off_its_axis(inertial, frame, inertia)]
     if turning:
-        warnings.warn(
+        warn(
             f"Expected moments of inertia about all axes for {', '.join(turning)}, got one about a single axis, of what turns about "
-            "others too: no body has it. Give all three principal moments.",
-            KaneWarning,
-            stacklevel=4,
+            "others too: no body has it. Give all three principal moments."
         )
 
 

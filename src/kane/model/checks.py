@@ -4,13 +4,12 @@
 Warned of are models that can be computed: gravity that turns with a body, contacts of another frame or on the other side.
 """
 
-import warnings
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from kane import expect
-from kane.errors import KaneWarning, ModelError, ReactionError, cut
+from kane.errors import ModelError, ReactionError, cut, warn
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import (
@@ -258,7 +257,7 @@ def warn_of_doubts(
     for p, along in edges.items():
         messages += next(filter(None, ([*_edge(p, c, parts, inertial)] for c in along)), [])
     for message in messages:
-        warnings.warn(message, KaneWarning, stacklevel=4)
+        warn(message)
 
 
 def _turning(inertial: Frame, gravities: Iterable[Gravity]) -> Iterator[str]:

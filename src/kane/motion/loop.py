@@ -3,7 +3,6 @@
 
 import math
 import time
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from operator import itemgetter
@@ -15,7 +14,7 @@ from kane.analysis.assembly import assemble
 from kane.analysis.state_checks import start_state
 from kane.dynamics.readings.regularity import undirected
 from kane.equations.equations import Equations
-from kane.errors import KaneError, KaneWarning, SimulationError
+from kane.errors import KaneError, SimulationError, warn
 from kane.expr.node import Expr
 from kane.model.declarations import Event
 from kane.motion.course import Method
@@ -178,7 +177,7 @@ def _phase(
         warn_of_jumps(drives.values(), span, solver.breakpoints)
         for event, value in zip(stepper.eom.events, stepper.now.watch(span[0], start), strict=True):
             if not np.isfinite(value):
-                warnings.warn(f"The event {event.name!r} is not finite at the start.", KaneWarning, stacklevel=4)
+                warn(f"The event {event.name!r} is not finite at the start.")
     name = chosen(solver.name, stepper, stepper.now.drives, solver.rtol, solver.max_step)
     asked = not solver.breakpoints and any(isinstance(f, Asked) for f in drives.values())
     if asked and solver.max_step == math.inf:

@@ -12,7 +12,7 @@ import numpy as np
 from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import State, state_of
-from kane.errors import KaneWarning, SimulationError
+from kane.errors import KaneWarning, SimulationError, warn
 from kane.expr.evaluation import evaluate
 from kane.model.beams.beam import Beam, doubts
 from kane.motion.hybrid.events import check_witnesses
@@ -191,7 +191,7 @@ def _finer(solution: Solution, given: dict[str, Any]) -> dict[str, Any]:
 def _check_kept(solution: Solution, functions: Sequence[Any]) -> None:
     """Warn of an energy, or another function, that changes along the motion though it should not."""
     if solution.status != "stopped" and not solution.keeps_energy:
-        warnings.warn(_wrong_energy(solution), KaneWarning, stacklevel=3)
+        warn(_wrong_energy(solution))
     if functions:
         check_drifts(solution.checking_functions(functions), solution.rtol)
     warn_of_beams(solution)
@@ -216,14 +216,12 @@ def warn_of_beams(solution: Solution) -> None:
     for beam in solution.equations.system.bodies:
         if isinstance(beam, Beam):
             for said, category in doubts(beam, _spin(solution, beam), solution.parameters):
-                warnings.warn(said, category, stacklevel=4)
+                warn(said, category)
             slope = _slope(solution, beam)
             if beam.deformation.stiffening and slope > _STEEPEST:
-                warnings.warn(
+                warn(
                     f"Expected deflections of {beam.name} with slopes below {_STEEPEST:g}, as its strain energy has it, got "
-                    f"{slope:.3g}: the motion is that of another beam from about there on. Divide the beam into several.",
-                    KaneWarning,
-                    stacklevel=4,
+                    f"{slope:.3g}: the motion is that of another beam from about there on. Divide the beam into several."
                 )
 
 

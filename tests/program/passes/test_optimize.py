@@ -254,5 +254,5 @@ def _lines(make, n):
 @pytest.mark.slow
 @pytest.mark.parametrize("make", [_mixed, _long_sums, _nested])
 def test_the_work_grows_with_the_length(make):
-    few, many = (_lines(make, n) for n in (250, 1000))  # of shorter code both starts are tried
-    assert np.log(many / few) / np.log(4) < 1.15
+    few, many = (_lines(make, n) for n in (200, 2000))
+    assert np.log(many / few) / np.log(10) < 1.15

@@ -6,7 +6,6 @@ no speeds satisfy them. Configuration constraints f(q, t) = 0 are compared where
 rows say nothing of f.
 """
 
-import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -14,7 +13,7 @@ import numpy as np
 
 from kane.dynamics.constraints.configurations import Configurations
 from kane.dynamics.constraints.manifold import manifold
-from kane.errors import KaneWarning, ModelError, ReactionError
+from kane.errors import ModelError, ReactionError, warn
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ZERO, constant_value
 from kane.expr.symbols import Coordinate, Parameter, Time, input_of
@@ -76,7 +75,7 @@ def check_determinate(
             _check_asked(system, dependent, a, found.matrices(rows.a_auxiliary)[0])
         told = _not_closed(system, dependent, found) if found.missed else _redundancy(left_out, rows, a)
     if told:
-        warnings.warn(told, KaneWarning, stacklevel=4)
+        warn(told)
 
 
 def _redundancy(left_out: Sequence[int], rows: ConstraintRows, a: Array) -> str:

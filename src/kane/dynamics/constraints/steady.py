@@ -23,7 +23,7 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.symbols import Coordinate, Parameter
 from kane.numeric.arrays import Array
-from kane.numeric.rank import balanced
+from kane.numeric.rank import balance
 from kane.numeric.sampling import HIGH, LOW, SEED, values_of
 from kane.numeric.scale import EQUAL
 
@@ -181,8 +181,11 @@ def _filled(x: Array, sizes: Array) -> float:
 
 
 def _scaled(a: Array) -> Array:
-    """Rows and columns divided by the largest entries that they have at any of the configurations, so that units do not matter."""
-    return balanced(a, np.abs(a).max(axis=0, initial=0))
+    """Rows and columns divided by the largest entries that they have at any of the configurations, so that units do not matter.
+
+    One of these may lie at a pole of q̇'s: what is small beside an entry there is no rounding.
+    """
+    return balance(a, np.abs(a).max(axis=0, initial=0), rounding=0.0).matrix
 
 
 def _spreads(a: Array, sets: Sequence[Set]) -> npt.NDArray[np.float64]:

@@ -14,7 +14,6 @@ A declared potential is compared at random states, Σ F·∂v/∂q̇ + Σ T·∂
 satisfy them, but for what is along a constraint's force.
 """
 
-import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, islice
@@ -26,7 +25,7 @@ from kane import show
 from kane.dynamics.assembly import sum_of
 from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.readings.rate_forces import Place, by_rates, differs, measured, places, rows_in_rates
-from kane.errors import KaneError, KaneWarning, PotentialError, cut
+from kane.errors import KaneError, PotentialError, cut, warn
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.differentiation import diff, time_derivative
 from kane.expr.evaluation import free_symbols
@@ -405,12 +404,10 @@ def check_potentials(derived: Derived) -> None:
     for load in loads:
         found = [at for sample, a in samples if (at := _differs(load, sample, a, derived.system.inertial)) is not None]
         if any(found):
-            warnings.warn(
+            warn(
                 f"Expected the potential of {load.name!r} to be that of its forces, F·v + T·ω = −dV/dt, got another one: they differ "
                 "at random states. The motion is right, its energy and work are not. Correct the potential's sign or factor, or leave "
-                "it out: the work of the forces then counts as power.",
-                KaneWarning,
-                stacklevel=3,
+                "it out: the work of the forces then counts as power."
             )
 
 

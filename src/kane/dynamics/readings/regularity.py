@@ -7,7 +7,6 @@ rounding: cos q = 6e-17 at q = π/2 would give a finite, meaningless number. Con
 from the others, which on another branch they may not. A load along v/|v| has no value at rest.
 """
 
-import warnings
 from collections.abc import Mapping, Sequence, Set
 from typing import Any
 
@@ -18,7 +17,7 @@ from kane.dynamics.constraints.left_out import Watch
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.poles import AdmittedSpeeds, moving_pivots
 from kane.dynamics.solved import Pivot, Reading, Solved
-from kane.errors import KaneWarning, SimulationError, SingularError, ValueMissingError, cut
+from kane.errors import SimulationError, SingularError, ValueMissingError, cut, warn
 from kane.expr.build import add, mul
 from kane.expr.evaluation import Walk, at, evaluate, free_symbols, of_one_shape
 from kane.expr.matrix import dot
@@ -120,11 +119,9 @@ def check_held(solved: Solved, names: Sequence[str], numbers: Sequence[Any]) -> 
     expected = "Expected speeds that satisfy the constraints A u + b = 0"
     if not place:
         raise SimulationError(f"{expected}, got some that miss {miss}. {cure}")
-    warnings.warn(
+    warn(
         f"{expected} at every state, got some that miss {miss} at index {index}"
-        f"{f', and at {more} more' if more else ''}: the values there do not belong to one motion. {cure}",
-        KaneWarning,
-        stacklevel=4,
+        f"{f', and at {more} more' if more else ''}: the values there do not belong to one motion. {cure}"
     )
 
 
@@ -185,11 +182,9 @@ def check_left_out(
         raise SingularError(
             f"Expected constraints that follow from the others at this state as where they were compared, {told}. {_CURE}"
         )
-    warnings.warn(
+    warn(
         f"Expected constraints that follow from the others at every state, {told} at {first}: the values there are NaN. "
-        f"{_CURE}",
-        KaneWarning,
-        stacklevel=4,
+        f"{_CURE}"
     )
     for k in places:
         kept[k] = np.where(wrong, np.nan, kept[k])
@@ -266,11 +261,9 @@ def check_rates(solved: Solved, values: Mapping[Expr, Any], numbers: Sequence[An
             raise SingularError(
                 f"Expected speeds that give the rates at this state, got {what}. {_cure_of_rates(solved, state)}"
             )
-        warnings.warn(
+        warn(
             f"Expected speeds that give the rates at every state, got {what} at {first}: the values there are NaN. "
-            f"{_cure_of_rates(solved, state)}",
-            KaneWarning,
-            stacklevel=5,
+            f"{_cure_of_rates(solved, state)}"
         )
         return
 
@@ -319,11 +312,9 @@ def _tell(solved: Solved, p: Pivot, values: Mapping[Expr, Any], shape: tuple[int
         raise SingularError(
             f"Expected dependent speeds that the constraints give at this state, got {undetermined}. {_cure_of_pivot(solved, here)}"
         )
-    warnings.warn(
+    warn(
         f"Expected dependent speeds that the constraints give at every state, got {undetermined} at {first}: the values there "
-        f"are NaN. {_cure_of_pivot(solved, here)}",
-        KaneWarning,
-        stacklevel=5,
+        f"are NaN. {_cure_of_pivot(solved, here)}"
     )
 
 

@@ -8,7 +8,6 @@ side it leaves.
 """
 
 import math
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
 from typing import NamedTuple
@@ -18,7 +17,7 @@ import numpy as np
 from kane.dynamics.events import SLIPS, KinematicsEnd, SlipEnd
 from kane.dynamics.readings.values import time_derivative, without_unknowns
 from kane.equations.equations import Equations
-from kane.errors import KaneError, KaneWarning, SimulationError, cut
+from kane.errors import KaneError, SimulationError, cut, warn
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ZERO, Expr, as_expr, postorder
 from kane.expr.ops import DIV, POW
@@ -340,11 +339,9 @@ def that_move(met: Sequence[Met], now: Routines, times: Array, values: Array, st
             _rounding(event, now, float(t), state) for t, state in zip(times[1:], states, strict=True)
         ):
             still.append(event)
-            warnings.warn(
+            warn(
                 f"Expected a quantity of the event {event.name!r} that crosses {event.threshold:g}, got one that stays there but for "
-                f"rounding about t = {times[0]:.6g}: {cut(event.quantity)}. Such events are left out. Watch what changes.",
-                KaneWarning,
-                stacklevel=2,
+                f"rounding about t = {times[0]:.6g}: {cut(event.quantity)}. Such events are left out. Watch what changes."
             )
     return [pair for pair in met if pair[0] not in still]
 
@@ -370,7 +367,7 @@ def at_start(now: Routines, t: float, state: Array, known: Mapping[str, float]) 
             if side and side == event.direction:
                 met.append((event, t))
             elif side == 0 if event.direction else event.breaks:
-                warnings.warn(_undecided(event, t, side), KaneWarning, stacklevel=5)
+                warn(_undecided(event, t, side))
     return met, fresh
 
 

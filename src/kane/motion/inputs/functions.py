@@ -2,7 +2,6 @@
 """Inputs as functions of time, with the derivatives that prescribed motion needs, and the check that they are smooth."""
 
 import copy
-import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -14,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 
 from kane.equations.equations import Equations
-from kane.errors import Attributes, KaneWarning, SimulationError, ValueMissingError, cut
+from kane.errors import Attributes, SimulationError, ValueMissingError, cut, warn
 from kane.expr.node import Expr, as_expr
 from kane.expr.piecewise import Table
 from kane.expr.symbols import Input, input_of, time
@@ -350,11 +349,9 @@ def warn_of_jumps(drives: Iterable[Any], span: tuple[float, float], breakpoints:
             told = [t for t in jumps(f, span) if not any(abs(t - b) <= near for b in breakpoints)]
             if told:
                 listed = ", ".join(f"{t:.9g}" for t in told)
-                warnings.warn(
+                warn(
                     f"Expected a function of time without jumps for the input {f.name}, got one that jumps at t = {listed}, where no "
-                    f"step ends. Name the times, breakpoints=[{listed}], or give the input as a table, kn.table(t, y, 'steps').",
-                    KaneWarning,
-                    stacklevel=4,
+                    f"step ends. Name the times, breakpoints=[{listed}], or give the input as a table, kn.table(t, y, 'steps')."
                 )
 
 

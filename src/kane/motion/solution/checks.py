@@ -11,7 +11,6 @@ it stays where loads have given an energy and taken it again. So D(t) is divided
 range of ∫P dt so far, where that is more; D from sample to sample is not.
 """
 
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -22,7 +21,7 @@ from kane.dynamics.derivation import Derived
 from kane.dynamics.readings.energy import depends_on_time
 from kane.dynamics.readings.integrals import Integral
 from kane.dynamics.readings.values import asked
-from kane.errors import ArgumentError, KaneWarning, cut
+from kane.errors import ArgumentError, cut, warn
 from kane.expr.immutable import Immutable
 from kane.expr.node import Expr
 from kane.expr.size import Sizes, size
@@ -192,12 +191,10 @@ def check_drifts(found: Sequence[Drift], rtol: float) -> None:
     """Warn of a function that went further than integration explains."""
     worst = max(found, key=lambda d: d.relative, default=None)
     if worst is not None and not worst.relative <= LIMIT * rtol:
-        warnings.warn(
+        warn(
             f"Expected {worst.name} constant along the motion, got a change of {worst.drift:.3g}, {worst.relative:.1g} of its "
             f"terms, at t = {worst.at:.4g} s. Tighten rtol= and atol=, or look whether it is an integral of these equations: "
-            "eom.integrals names those.",
-            KaneWarning,
-            stacklevel=4,
+            "eom.integrals names those."
         )
 
 
