@@ -109,7 +109,7 @@ class Carrying(NamedTuple):
         elastic = {
             i: self.bent.elastic(i, step.modes) for i, step in enumerate(steps) if step.modes or i in self.bent.bodies
         }
-        bodies = regrouped(self.bodies, steps, balanced, asked)
+        bodies: Sequence[Rigid] = regrouped(self.bodies, steps, balanced, asked)
         if not (at_any_price or any(step.joins for step in steps)):
             before, after = (
                 price([x for body in each for x in (body.m, *body.h, *chain(*body.j))])
