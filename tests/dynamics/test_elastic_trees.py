@@ -11,7 +11,7 @@ from kane import free_symbols
 from kane.dynamics import derived, programs
 from kane.dynamics import inverse_dynamics as trees
 from kane.expr import price, rate
-from tests.dynamics.routes.test_flexible import LOOPS, SYSTEMS, pinned_rod
+from tests.dynamics.formulation.test_flexible import LOOPS, SYSTEMS, pinned_rod
 from tests.systems import flexible
 
 EVERY = {

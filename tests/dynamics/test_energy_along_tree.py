@@ -9,7 +9,7 @@ import pytest
 import kane as kn
 from kane.dynamics import derived, kinetic_energy_along_tree, mass_matrix
 from kane.dynamics import kinetic_energy as by_bodies
-from tests.dynamics.routes.test_recursive import state
+from tests.dynamics.formulation.test_recursive import state
 from tests.systems import jointed, rings
 
 

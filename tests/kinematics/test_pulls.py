@@ -9,7 +9,7 @@ import pytest
 import kane as kn
 from kane.dynamics import derived
 from kane.kinematics import placed_form, rows_along_tree
-from tests.dynamics.routes.test_recursive import state
+from tests.dynamics.formulation.test_recursive import state
 from tests.systems import jointed, rings
 
 

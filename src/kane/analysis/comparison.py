@@ -13,10 +13,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from kane import show
-from kane.dynamics.methods.formulation import Formulation
+from kane.dynamics.formulation.candidates import divisors
+from kane.dynamics.formulation.table import ASKED
+from kane.dynamics.methods.base import Formulation
 from kane.dynamics.methods.table import METHODS
-from kane.dynamics.routes.candidates import divisors
-from kane.dynamics.routes.table import ASKED
 from kane.equations.derive import derive
 from kane.equations.equations import Equations
 from kane.errors import Attributes, KaneError, ModelError, SpeedsError, alike, cut, none_of

@@ -13,10 +13,10 @@ import numpy as np
 
 from kane.analysis.state_checks import StateArrays
 from kane.dynamics.constraints.partition import choose
+from kane.dynamics.formulation.recursive import WAYS
 from kane.dynamics.readings.regularity import undirected
 from kane.dynamics.readings.unsolved import Unsolved, partials, unsolved
 from kane.dynamics.readings.values import asked
-from kane.dynamics.routes.recursive import WAYS
 from kane.dynamics.slopes import residual_slopes
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 
 from kane.dynamics.assembly import sum_of
 from kane.dynamics.derivation import Derived
-from kane.dynamics.routes.carried import falling
-from kane.dynamics.routes.equations import holds_reactions
-from kane.dynamics.routes.recursive import WAYS, carrying
+from kane.dynamics.formulation.carried import falling
+from kane.dynamics.formulation.equations import holds_reactions
+from kane.dynamics.formulation.recursive import WAYS, carrying
 from kane.expr.build import add, mul, neg
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, TWO, ZERO, Expr

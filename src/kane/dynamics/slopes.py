@@ -9,9 +9,9 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from kane.collector import collecting_seldom
 from kane.dynamics.derivation import Derived
+from kane.dynamics.formulation.recursive import WAYS
 from kane.dynamics.inverse_dynamics import Inverse, inverse_at, inverse_of, mass_matrix, residual
 from kane.dynamics.readings.regularity import nan_where_more
-from kane.dynamics.routes.recursive import WAYS
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
 from kane.expr.build import add, div, neg, sub

@@ -12,9 +12,9 @@ from kane.dynamics.constraints.embed import first_partition
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived, derived
 from kane.dynamics.events import watched_events
+from kane.dynamics.formulation.table import ASKED, solved
 from kane.dynamics.poles import without_poles
 from kane.dynamics.readings.potential import check_potentials
-from kane.dynamics.routes.table import ASKED, solved
 from kane.dynamics.solved import Solved
 from kane.equations.equations import Equations
 from kane.errors import ModelError, cut, none_of

@@ -16,7 +16,7 @@ from kane.dynamics.bodies import Moving
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derivation import Derived
 from kane.dynamics.lazy import LazyMapping, read
-from kane.dynamics.methods.formulation import Formulation
+from kane.dynamics.methods.base import Formulation
 from kane.dynamics.methods.table import formulation
 from kane.dynamics.readings import energy, programs, unsolved
 from kane.dynamics.readings.contributions import (

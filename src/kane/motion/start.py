@@ -118,7 +118,7 @@ def nearly_singular(eom: Equations, values: Mapping[Expr, Any]) -> str:
 
 
 _POSITIVE = {"recursive", "composite"}
-"""Routes that do not divide by pivots of M; theirs are positive (`dynamics/routes/recursive.py`)."""
+"""Routes that do not divide by pivots of M; theirs are positive (`dynamics/formulation/recursive.py`)."""
 
 
 def check_mass_matrix(eom: Equations, values: Mapping[Expr, Any], t: float) -> None:

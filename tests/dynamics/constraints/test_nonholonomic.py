@@ -10,7 +10,7 @@ import kane as kn
 from kane import free_symbols
 from kane.expr import as_expr, rate
 from kane.gallery import load, rolling_disk
-from tests.dynamics.routes.test_shortest import CONSTRAINED, admissible
+from tests.dynamics.formulation.test_shortest import CONSTRAINED, admissible
 
 EACH = [n for n in CONSTRAINED if n not in ("whipple_bicycle", "bricard")]
 

@@ -8,7 +8,7 @@ with T*(q, u); what is in brackets gives Hamel's coefficients γ (Hamel 1904; Ne
 
 from functools import cache
 
-from kane.dynamics.methods.formulation import Exprs, Formulation, on_constraints, solved_for, told
+from kane.dynamics.methods.base import Exprs, Formulation, on_constraints, solved_for, told
 from kane.dynamics.methods.in_rates import InRates, LinearConstraints
 from kane.dynamics.readings.energy import kinetic_energy_in_speeds
 from kane.errors import ModelError

@@ -10,7 +10,7 @@ from A q̈ + c = 0, with q̈ the derivative of ∂H/∂p.
 from dataclasses import dataclass, replace
 
 from kane.dynamics.lazy import read
-from kane.dynamics.methods.formulation import Exprs, Formulation, definite, solved, told
+from kane.dynamics.methods.base import Exprs, Formulation, definite, solved, told
 from kane.dynamics.methods.in_rates import InRates
 from kane.dynamics.methods.lagrange import multipliers_of
 from kane.expr.build import add, mul, neg, sub

@@ -14,8 +14,8 @@ import numpy as np
 from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.partition import Partition, choose
 from kane.dynamics.derivation import Derived
+from kane.dynamics.formulation.equations import holds_reactions
 from kane.dynamics.lazy import read
-from kane.dynamics.routes.equations import holds_reactions
 from kane.errors import ModelError
 from kane.expr.build import add, mul
 from kane.expr.differentiation import time_derivative

@@ -9,7 +9,7 @@ same multiplied by a basis B of the motions that the constraints admit, Σ_s B_s
 
 from functools import cache
 
-from kane.dynamics.methods.formulation import Exprs, Formulation, constrained, on_constraints, solved_for, told
+from kane.dynamics.methods.base import Exprs, Formulation, constrained, on_constraints, solved_for, told
 from kane.dynamics.methods.in_rates import InRates
 from kane.expr.build import sub
 from kane.expr.differentiation import gradient, time_derivative

@@ -10,7 +10,7 @@ R and S, six for each rigid body, are what Kane's method never brings in (Schieh
 from dataclasses import dataclass
 
 from kane.dynamics.lazy import read
-from kane.dynamics.methods.formulation import Exprs, Formulation, on_constraints, solved_for
+from kane.dynamics.methods.base import Exprs, Formulation, on_constraints, solved_for
 from kane.dynamics.methods.in_rates import InRates
 from kane.expr.build import sub
 from kane.expr.node import Expr

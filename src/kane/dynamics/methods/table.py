@@ -7,7 +7,7 @@
 from collections.abc import Callable, Mapping
 
 from kane.dynamics.methods import boltzmann_hamel, hamilton, lagrange, newton_euler, virtual
-from kane.dynamics.methods.formulation import Formulation
+from kane.dynamics.methods.base import Formulation
 from kane.dynamics.methods.in_rates import InRates
 from kane.dynamics.solved import Solved
 from kane.errors import ModelError, cut, none_of

@@ -9,7 +9,7 @@
 from collections.abc import Callable, Iterator
 from functools import cache
 
-from kane.dynamics.methods.formulation import Exprs, Formulation, on_constraints, solved_for, told
+from kane.dynamics.methods.base import Exprs, Formulation, on_constraints, solved_for, told
 from kane.dynamics.methods.in_rates import InRates
 from kane.errors import ModelError
 from kane.expr.build import add, mul, neg, sub

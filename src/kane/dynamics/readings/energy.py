@@ -19,12 +19,12 @@ from typing import Any, NamedTuple
 from kane.dynamics.assembly import sum_of
 from kane.dynamics.bodies import Moving, Turning
 from kane.dynamics.derivation import Derived, Exprs
+from kane.dynamics.formulation.recursive import WAYS
 from kane.dynamics.inverse_dynamics import kinetic_energy_along_tree
 from kane.dynamics.lazy import LazyMapping
 from kane.dynamics.readings.rate_forces import by_rates, differs, places, quasi_rates, rows_in_rates
 from kane.dynamics.readings.values import time_derivative as derivative_along_motion
 from kane.dynamics.readings.values import without_rates
-from kane.dynamics.routes.recursive import WAYS
 from kane.dynamics.solved import Solved
 from kane.errors import ArgumentError, cut
 from kane.expr.build import add, mul, neg, sub

@@ -9,9 +9,9 @@ from typing import TypeVar
 
 from kane.dynamics import inverse_dynamics as trees
 from kane.dynamics.derivation import Derived
+from kane.dynamics.formulation.block_solution import solved_reactions
+from kane.dynamics.formulation.recursive import BENT, WAYS
 from kane.dynamics.readings.energy import linear_momentum, mass_center
-from kane.dynamics.routes.block_solution import solved_reactions
-from kane.dynamics.routes.recursive import BENT, WAYS
 from kane.dynamics.solved import Solved
 from kane.errors import ArgumentError, SingularError
 from kane.expr.build import div, sub

@@ -7,7 +7,7 @@ Imported when a notebook first asks. No representation raises: `show` sees to th
 from kane import show
 from kane.analysis.comparison import MethodComparison, SpeedComparison
 from kane.analysis.linear import Linear
-from kane.dynamics.methods.formulation import Formulation
+from kane.dynamics.methods.base import Formulation
 from kane.dynamics.motions import Motions
 from kane.dynamics.readings.integrals import Integral
 from kane.dynamics.readings.potential import FoundPotential

@@ -2,7 +2,7 @@
 """Records that a notebook shows as one table, or as a few formulas: force systems, formulations, motions, axes, sets of speeds."""
 
 from kane.analysis.comparison import MethodComparison, SpeedComparison
-from kane.dynamics.methods.formulation import Formulation
+from kane.dynamics.methods.base import Formulation
 from kane.dynamics.motions import Motions
 from kane.expr.build import add
 from kane.expr.matrix import Matrix

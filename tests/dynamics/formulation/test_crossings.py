@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import kane as kn
 from kane.dynamics import by_recursion, carrying, classical, derived
 from kane.gallery import rolling_disk
-from tests.dynamics.routes.test_recursive import SEEDS, state
+from tests.dynamics.formulation.test_recursive import SEEDS, state
 from tests.examples import examples
 from tests.systems import cuts
 

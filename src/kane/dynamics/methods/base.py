@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 
 from kane import show
 from kane.dynamics.assembly import blocks
+from kane.dynamics.formulation.recursive import is_regular
 from kane.dynamics.lazy import read
 from kane.dynamics.methods.in_rates import LinearConstraints
-from kane.dynamics.routes.recursive import is_regular
 from kane.errors import ModelError, SingularError
 from kane.expr.build import add, neg, sub
 from kane.expr.forms.count import Operations, count_operations

@@ -12,7 +12,7 @@ import kane as kn
 from kane.dynamics import absolute, classical, shortest_in_given_speeds
 from kane.errors import ModelError
 from kane.gallery import load, pendulums
-from tests.dynamics.routes.test_shortest import admissible
+from tests.dynamics.formulation.test_shortest import admissible
 from tests.examples import examples
 
 RELATIVE = ("andrews_squeezer", "car_with_trailer", "snakeboard")

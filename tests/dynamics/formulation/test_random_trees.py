@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import kane as kn
 from kane.dynamics import tree_with_reactions
-from tests.dynamics.routes.test_recursive import by_all_routes, state
+from tests.dynamics.formulation.test_recursive import by_all_routes, state
 from tests.examples import examples
 from tests.oracles import kane_tree
 from tests.oracles.compare import tolerance

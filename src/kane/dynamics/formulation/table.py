@@ -6,12 +6,12 @@ from collections.abc import Callable
 from kane.dynamics.checks import check_reactions_independent
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived
-from kane.dynamics.routes.equations import classical
-from kane.dynamics.routes.held_forces import without_held_forces
-from kane.dynamics.routes.recursive import WAYS
-from kane.dynamics.routes.shortest import shortest
-from kane.dynamics.routes.speeds import constraint_speeds
-from kane.dynamics.routes.trees import forced
+from kane.dynamics.formulation.equations import classical
+from kane.dynamics.formulation.held_forces import without_held_forces
+from kane.dynamics.formulation.recursive import WAYS
+from kane.dynamics.formulation.shortest import shortest
+from kane.dynamics.formulation.speeds import constraint_speeds
+from kane.dynamics.formulation.trees import forced
 from kane.dynamics.solved import Solved
 from kane.errors import ReactionError, SingularError
 

@@ -23,7 +23,7 @@ from typing import Literal, NamedTuple
 from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.touches import Touch, contacts
 from kane.dynamics.derivation import Derived, Exprs
-from kane.dynamics.routes.equations import (
+from kane.dynamics.formulation.equations import (
     Motions,
     about_points_at_rest,
     embedded,
@@ -33,9 +33,9 @@ from kane.dynamics.routes.equations import (
     squares,
     unguarded_classical,
 )
-from kane.dynamics.routes.reactions import reactions
-from kane.dynamics.routes.shorten import SHORT, short_forms
-from kane.dynamics.routes.speeds import ConstraintRates, by_definitions, by_mass_centre, twins
+from kane.dynamics.formulation.reactions import reactions
+from kane.dynamics.formulation.shorten import SHORT, short_forms
+from kane.dynamics.formulation.speeds import ConstraintRates, by_definitions, by_mass_centre, twins
 from kane.dynamics.solved import Solved
 from kane.expr.build import NODE_BUILDERS, neg
 from kane.expr.evaluation import free_symbols, is_constant_in_time

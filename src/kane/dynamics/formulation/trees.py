@@ -10,10 +10,10 @@ from dataclasses import replace
 
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived
-from kane.dynamics.routes.candidates import Candidate, all_speeds, divisors, with_reactions
-from kane.dynamics.routes.closed import closed, closings
-from kane.dynamics.routes.recursive import BENT, by_recursion, carrying, recursions
-from kane.dynamics.routes.shorten import with_half_speeds
+from kane.dynamics.formulation.candidates import Candidate, all_speeds, divisors, with_reactions
+from kane.dynamics.formulation.closed import closed, closings
+from kane.dynamics.formulation.recursive import BENT, by_recursion, carrying, recursions
+from kane.dynamics.formulation.shorten import with_half_speeds
 from kane.dynamics.solved import Solved
 from kane.errors import ModelError
 from kane.expr.evaluation import is_constant_in_time

@@ -14,7 +14,7 @@ from benchmarks.systems import COUNTED, wrist_arm
 from kane.dynamics import by_recursion, carrying, derived, regrouped
 from kane.kinematics import Unsuited
 from kane.tree import are_slender, composite
-from tests.dynamics.routes.test_recursive import state
+from tests.dynamics.formulation.test_recursive import state
 from tests.systems import jointed
 
 SYSTEMS = {

@@ -14,8 +14,8 @@ from kane.dynamics.assembly import Term, generalized_by_motion
 from kane.dynamics.bodies import Moving, moving_parts
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derivation import Derived
-from kane.dynamics.routes.block_solution import solved_reactions
-from kane.dynamics.routes.equations import Motions, about_points_at_rest
+from kane.dynamics.formulation.block_solution import solved_reactions
+from kane.dynamics.formulation.equations import Motions, about_points_at_rest
 from kane.expr.build import neg
 from kane.expr.forms.count import Prices, exceeds
 from kane.expr.matrix import Matrix

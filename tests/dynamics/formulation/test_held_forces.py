@@ -11,7 +11,7 @@ from kane import free_symbols
 from kane.expr import as_expr
 from kane.gallery import load
 from kane.model import constraint_of
-from tests.dynamics.routes.test_shortest import admissible
+from tests.dynamics.formulation.test_shortest import admissible
 
 EACH = ["car_with_trailer", "snakeboard", "n_four_bar", "slider_crank", "knife_edge", "pure_rolling_disk", "rattleback"]
 LONG = [pytest.param(name, marks=pytest.mark.slow) for name in ("whipple_bicycle", "andrews_squeezer", "four_bar")]

@@ -11,7 +11,7 @@ from dataclasses import replace
 from kane.dynamics.assembly import sum_of
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived
-from kane.dynamics.routes.equations import holds_reactions
+from kane.dynamics.formulation.equations import holds_reactions
 from kane.dynamics.solved import Solved
 from kane.expr.build import mul, neg, sub
 from kane.expr.forms.collect import collected

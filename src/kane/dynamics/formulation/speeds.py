@@ -32,8 +32,8 @@ from kane.dynamics.constraints.embed import Embedding, Solution, embedding
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.constraints.touches import Touch, contacts
 from kane.dynamics.derivation import Derived, by_other_speeds
-from kane.dynamics.routes.block_solution import block_solution
-from kane.dynamics.routes.equations import classical
+from kane.dynamics.formulation.block_solution import block_solution
+from kane.dynamics.formulation.equations import classical
 from kane.dynamics.solved import Solved
 from kane.errors import KaneError
 from kane.expr.build import add, mul, neg, sub

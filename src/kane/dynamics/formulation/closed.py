@@ -24,9 +24,17 @@ from typing import NamedTuple
 from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived
-from kane.dynamics.routes.carried import falling
-from kane.dynamics.routes.equations import evident, holds_reactions
-from kane.dynamics.routes.recursive import NO_MASS, WAYS, Carrying, carrying, is_regular, with_reactions, worth_trying
+from kane.dynamics.formulation.carried import falling
+from kane.dynamics.formulation.equations import evident, holds_reactions
+from kane.dynamics.formulation.recursive import (
+    NO_MASS,
+    WAYS,
+    Carrying,
+    carrying,
+    is_regular,
+    with_reactions,
+    worth_trying,
+)
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
 from kane.expr.build import add, div, mul, neg, sub

@@ -13,7 +13,7 @@ from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.constraints.touches import touches
 from kane.dynamics.derivation import Derived, Exprs
-from kane.dynamics.routes.candidates import (
+from kane.dynamics.formulation.candidates import (
     Candidate,
     Poles,
     all_speeds,
@@ -25,11 +25,11 @@ from kane.dynamics.routes.candidates import (
     with_reactions,
     without_constraints,
 )
-from kane.dynamics.routes.equations import holds_reactions, unguarded_classical
-from kane.dynamics.routes.reactions import LARGE
-from kane.dynamics.routes.shorten import with_short_forms, with_short_quotients, with_short_rates
-from kane.dynamics.routes.speeds import absolute
-from kane.dynamics.routes.trees import compared, is_grown, loops, trees
+from kane.dynamics.formulation.equations import holds_reactions, unguarded_classical
+from kane.dynamics.formulation.reactions import LARGE
+from kane.dynamics.formulation.shorten import with_short_forms, with_short_quotients, with_short_rates
+from kane.dynamics.formulation.speeds import absolute
+from kane.dynamics.formulation.trees import compared, is_grown, loops, trees
 from kane.dynamics.solved import Solved
 from kane.errors import KaneError
 from kane.expr.forms.count import Prices, exceeds, price

@@ -37,7 +37,7 @@ from kane.dynamics.checks import check_mass
 from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived, free_fall
-from kane.dynamics.routes.block_solution import block_solution
+from kane.dynamics.formulation.block_solution import block_solution
 from kane.dynamics.solved import Solved
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.evaluation import free_symbols, is_constant_in_time

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 import kane as kn
 from kane.dynamics import about_points_at_rest, classical, contacts, embedded, embedded_motions, touches
 from kane.gallery import load
-from tests.dynamics.routes.test_absolute import numbers
-from tests.dynamics.routes.test_power import held_chain
-from tests.dynamics.routes.test_shortest import admissible
+from tests.dynamics.formulation.test_absolute import numbers
+from tests.dynamics.formulation.test_power import held_chain
+from tests.dynamics.formulation.test_shortest import admissible
 from tests.examples import examples
 
 

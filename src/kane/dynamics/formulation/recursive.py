@@ -14,11 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.dynamics.derivation import Derived
-from kane.dynamics.routes.block_solution import solved_reactions
-from kane.dynamics.routes.carried import falling, load_wrenches, regrouped, rigid_bodies
-from kane.dynamics.routes.crossings import Crossing, crossings, parted
-from kane.dynamics.routes.elastic import Bent, bending_bodies, bent_frames, gauged, shared_rates
-from kane.dynamics.routes.equations import evident, holds_reactions
+from kane.dynamics.formulation.block_solution import solved_reactions
+from kane.dynamics.formulation.carried import falling, load_wrenches, regrouped, rigid_bodies
+from kane.dynamics.formulation.crossings import Crossing, crossings, parted
+from kane.dynamics.formulation.elastic import Bent, bending_bodies, bent_frames, gauged, shared_rates
+from kane.dynamics.formulation.equations import evident, holds_reactions
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
 from kane.expr.evaluation import Walk
