@@ -52,7 +52,11 @@ def test_rods_along_their_axes_are_taken_one_by_one():
 
 
 def test_operations_of_a_tree():
-    """Twenty bodies with general axes: 2,348 operations body by body, and less than four fifths of that joint by joint."""
+    """Twenty bodies with general axes: 2,348 operations with the state body by body, about four fifths of that joint by joint.
+
+    Regrouped bodies take 1,790 of them, but 667 of parameters for 480.
+    """
     eom = kn.derive(random_tree(BRANCHES, 1))
     assert eom.route == "composite"
-    assert eom.operations.state <= 1_790
+    assert eom.operations.state <= 1_884
+    assert eom.operations.state + eom.operations.parameter <= 2_364
