@@ -76,7 +76,7 @@ def test_what_is_no_tree():
         by_tree(eom, eom.coordinates)
 
 
-GENERAL = pytest.param(lambda: random_tree(range(-1, 6), 1), 3.4, marks=pytest.mark.slow, id="general axes")
+GENERAL = pytest.param(lambda: random_tree(range(-1, 6), 1), 3.6, marks=pytest.mark.slow, id="general axes")
 
 
 @pytest.mark.parametrize(("make", "share"), [pytest.param(lambda: arm("zyzyzyz"), 4.5, id="aligned"), GENERAL])
