@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics import Derived, LazyMapping, Partition, classical, derived, read, sum_of, table
+from kane.dynamics import Derived, LazyMapping, Partition, classical, derived, read, table
 from kane.equations import repartition
+from kane.expr import sum_of
 from kane.gallery import four_bar, pendulum_on_cart, rolling_disk
 
 

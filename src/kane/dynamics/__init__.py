@@ -7,7 +7,7 @@ __getattr__ = offered(
     __name__,
     {
         "": "inverse_dynamics",
-        "assembly": "Blocks sum_of",
+        "assembly": "Blocks",
         "constraints.configurations": "configurations",
         "constraints.manifold": "ROWS branches in_rows manifold",
         "constraints.partition": "Partition choose choose_each chosen compared qualities qualities_of quality ranks",

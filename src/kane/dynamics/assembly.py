@@ -19,7 +19,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from kane.dynamics.bodies import Moving
-from kane.expr.build import add
+from kane.expr.build import add, sum_of
 from kane.expr.evaluation import free_symbols
 from kane.expr.linear_parts import Affine, affine_forms
 from kane.expr.matrix import Matrix
@@ -127,14 +127,6 @@ def generalized_by_motion(
             group[key] = partial, (group[key][1] + term.vector).gathered() if key in group else term.vector
     shift, turn = (sum_of(starmap(product, group.values())) for group in groups)
     return add(shift, turn)
-
-
-def sum_of(terms: Iterable[Expr]) -> Expr:
-    """Σ terms."""
-    total = ZERO
-    for x in terms:
-        total = add(total, x)
-    return total
 
 
 def loads_in_speeds(loads: Sequence[Load], speeds: Speeds) -> tuple[Load, ...]:

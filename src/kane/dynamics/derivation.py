@@ -14,7 +14,7 @@ from kane.dynamics.checks import check_reaction_places, check_released
 from kane.dynamics.constraints.manifold import Manifold, manifold
 from kane.dynamics.constraints.partition import Compared, compared
 from kane.dynamics.lazy import LazyMapping, read
-from kane.expr.build import add
+from kane.expr.build import add, sum_of
 from kane.expr.forms.count import Prices
 from kane.expr.immutable import Immutable
 from kane.expr.linear_parts import Affine
@@ -153,8 +153,7 @@ class Derived(Immutable):
     def Fr(self) -> Exprs:
         """Generalized active forces F_r; the auxiliary ones hold the reactions they bring into evidence."""
         evident = (
-            assembly.sum_of(self.pairs[s, r] * r for r in self.reactions if (s, r) in self.pairs)
-            for s in self.all_speeds
+            sum_of(self.pairs[s, r] * r for r in self.reactions if (s, r) in self.pairs) for s in self.all_speeds
         )
         return tuple(map(add, self._sums(self.Fr_contributions, self.loads), evident))
 
@@ -164,7 +163,7 @@ class Derived(Immutable):
         return self._sums(self.Fr_star_contributions, self.system.bodies)
 
     def _sums(self, shares: Mapping[tuple[Expr, K], Expr], sources: Sequence[K]) -> Exprs:
-        return tuple(assembly.sum_of(shares[s, source] for source in sources) for s in self.all_speeds)
+        return tuple(sum_of(shares[s, source] for source in sources) for s in self.all_speeds)
 
     # Further states ------------------------------------------------------------------------------------------------------
 

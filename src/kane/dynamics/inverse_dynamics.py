@@ -8,12 +8,11 @@ equations of the generalized speeds are Σ_w g_w ∂w/∂u_r, and M_rs = Σ ∂w
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from kane.dynamics.assembly import sum_of
 from kane.dynamics.derivation import Derived
 from kane.dynamics.formulation.carried import falling
 from kane.dynamics.formulation.equations import holds_reactions
 from kane.dynamics.formulation.recursive import WAYS, carrying
-from kane.expr.build import add, mul, neg
+from kane.expr.build import add, mul, neg, sum_of
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, TWO, ZERO, Expr
 from kane.expr.symbols import rate

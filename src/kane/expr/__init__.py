@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 __getattr__ = _offered(
     __name__,
     {
-        "build": "NODE_BUILDERS add cos div mul sin sub",
+        "build": "NODE_BUILDERS add cos div mul sin sub sum_of",
         "constants": "correctly_rounded error_of weight",
         "differentiation": "diff gradient jacobian time_derivative weighted",
         "evaluation": "Walk compile_reference evaluate free_symbols is_constant_in_time",

@@ -6,8 +6,9 @@ functions. Nothing is ever expanded, and nothing global is done. Patterns look a
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from fractions import Fraction
+from functools import reduce
 
 import numpy as np
 
@@ -229,6 +230,11 @@ def sub(a: Expr, b: Expr) -> Expr:
     if ao is CONST or (bo is not CONST and (a.key < b.key or (a.key == b.key and precedes(a, b)))):
         return intern_pair(SUB, a, b)
     return neg(intern_pair(SUB, b, a))
+
+
+def sum_of(terms: Iterable[Expr]) -> Expr:
+    """Σ terms, added in order."""
+    return reduce(add, terms, ZERO)
 
 
 def _rest_of_sums(a: Expr, b: Expr) -> Expr | None:

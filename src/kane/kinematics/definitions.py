@@ -31,13 +31,14 @@ from kane.expr.node import ONE, ZERO, Expr, constant
 from kane.expr.solve import blocks, invert, matched_columns, structural_rank
 from kane.expr.symbols import Coordinate, QuasiRate, Rate, Speed, Symbols, input_of, rate
 from kane.expr.visit import substituted
-from kane.kinematics.speeds import Speeds, is_rate
+from kane.kinematics.speeds import Row, Speeds, is_rate
 from kane.model.system import System
 from kane.model.variables import EulerParameters, basic_rates, rates_by_quasi
 from kane.numeric.arrays import Array
 from kane.numeric.rank import null_direction
 from kane.numeric.sampling import SEED, SEEDS, draw, unit, values_of
 from kane.numeric.scale import ROUNDED_CHAIN, SPEEDS_RANK, TAKES_PART
+from kane.space.attitude_formulas import cosines_of
 
 
 def generalized_speeds(system: System) -> Speeds:
@@ -90,10 +91,7 @@ def _inverted(
             dense[i] = [row.get(b, ZERO) for b in rates]
     rows = apart.rows
     perpendicular = {s: found for s in system.euler_parameters if (found := turned(s, rows)) is not None}
-    for s, found in perpendicular.items():
-        for k, i in enumerate(found.places):
-            dense[i] = [ONE if b is s.quasi[k] else ZERO for b in rates]
-    turning = cosine_blocks(rows, system.euler_parameters)
+    turning = [*cosine_blocks(rows, system.euler_parameters), *perpendicular.values()]
     for block in turning:
         for i, own in zip(block.places, block.rates, strict=True):
             dense[i] = [ONE if b is own else ZERO for b in rates]
@@ -110,11 +108,9 @@ def _inverted(
             w[b] = {speeds[i]: c for i, c in zip(block.places, column, strict=True) if c is not ZERO}
     along: dict[Expr, Expr] = {}
     for s, found in perpendicular.items():
-        for k, quasi in enumerate(s.quasi):
-            shares = ((speeds[i], found.cosines[row, k]) for row, i in enumerate(found.places))
-            w[quasi] = {u: c for u, c in shares if c is not ZERO}
-        if found.along is not None:
-            values = rates_along(s, [apart.beyond(i, speeds, z) for i in found.along])
+        places = _along(s, found)
+        if places is not None:
+            values = rates_along(s, [apart.beyond(i, speeds, z) for i in places])
             along.update(zip(map(rate, s.coordinates), values, strict=True))
     return apart.whole(w, speeds), tuple(pivots), along
 
@@ -194,85 +190,60 @@ _AXES = 3
 """Measure numbers of a vector."""
 
 
-class AngularRows(NamedTuple):
-    """Three rows of Y that are direction cosines of a set of Euler parameters, by their places, and their entries.
-
-    `along` are the places of those along the axes of the frame that the set turns in, in their order; None where they are others.
-    """
-
-    places: tuple[int, ...]
-    cosines: Matrix
-    along: tuple[int, ...] | None
-
-
-def turned(group: EulerParameters, rows: Sequence[Mapping[Expr, Expr]]) -> AngularRows | None:
-    """The rows of a set; None where they are not direction cosines, or other rows hold its quasi-rates too."""
-    own = set(group.quasi)
-    places = tuple(i for i, row in enumerate(rows) if not own.isdisjoint(row))
-    if len(places) != len(group.quasi) or not all(own.issuperset(rows[i]) for i in places):
-        return None
-    cosines = Matrix([[rows[i].get(w, ZERO) for w in group.quasi] for i in places])
-    if not set(free_symbols(cosines.entries)) <= set(group.coordinates):
-        return None
-    pairs = [_sample(group, cosines, seed) for seed in SEEDS]
-    if any(np.abs(c @ c.T - np.eye(3)).max() > ROUNDED_CHAIN for c, _ in pairs):
-        return None
-    return AngularRows(places, cosines, _along(places, pairs))
-
-
-def _sample(group: EulerParameters, cosines: Matrix, seed: int) -> tuple[Array, Array]:
-    """The rows, and the direction cosines of the set, at unit Euler parameters."""
-    drawn = np.array([draw(seed, s, -1.0, 1.0) for s in group.coordinates])
-    e = drawn / np.linalg.norm(drawn)
-    e0, v = e[0], e[1:]
-    cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
-    numbers = evaluate(cosines, dict(zip(group.coordinates, e.tolist(), strict=True)))
-    return np.asarray(numbers, dtype=float), (e0**2 - v @ v) * np.eye(3) + 2 * np.outer(v, v) + 2 * e0 * cross
-
-
-def _along(places: tuple[int, ...], pairs: Sequence[tuple[Array, Array]]) -> tuple[int, ...] | None:
-    found = [
-        place
-        for axis in range(3)
-        for k, place in enumerate(places)
-        if all(np.abs(c[k] - whole[axis]).max() <= ROUNDED_CHAIN for c, whole in pairs)
-    ]
-    return tuple(found) if len(found) == len(places) else None
-
-
 class CosineRows(NamedTuple):
-    """Three rows of Y that are direction cosines between rates of lengths, by their places, the rates, and the entries."""
+    """Three rows of Y that are direction cosines between rates, by their places, the rates, and the entries."""
 
     places: tuple[int, ...]
     rates: tuple[Expr, ...]
     cosines: Matrix
 
 
-def cosine_blocks(rows: Sequence[Mapping[Expr, Expr]], sets: Sequence[EulerParameters]) -> list[CosineRows]:
+def _cosine_rows(rows: Sequence[Row], rates: Sequence[Expr], sets: Sequence[EulerParameters]) -> CosineRows | None:
+    """The rows that hold some rates; None where they are not as many, hold others too, or C Cᵀ ≠ 1 at unit Euler parameters."""
+    own = set(rates)
+    places = tuple(i for i, row in enumerate(rows) if not own.isdisjoint(row))
+    if len(places) != len(rates) or not all(own.issuperset(rows[i]) for i in places):
+        return None
+    cosines = Matrix([[rows[i].get(b, ZERO) for b in rates] for i in places])
+    if not all(isinstance(s, Coordinate) for s in free_symbols(cosines.entries)):
+        return None
+    if any(np.abs(c @ c.T - np.eye(len(c))).max() > ROUNDED_CHAIN for c in _samples(cosines, sets)):
+        return None
+    return CosineRows(places, tuple(rates), cosines)
+
+
+def _samples(cosines: Matrix, sets: Sequence[EulerParameters]) -> list[Array]:
+    """Values at random coordinates, those of sets of Euler parameters being of unit length."""
+    symbols, groups = free_symbols(cosines.entries), [s.coordinates for s in sets]
+    drawn = dict.fromkeys((*symbols, *(e for group in groups for e in group)))
+    values = [unit({s: draw(seed, s, -1.0, 1.0) for s in drawn}, groups) for seed in SEEDS]
+    return [np.asarray(evaluate(cosines, at), dtype=float) for at in values]
+
+
+def turned(group: EulerParameters, rows: Sequence[Row]) -> CosineRows | None:
+    """The rows of the quasi-rates of a set of Euler parameters, which depend on these alone."""
+    found = _cosine_rows(rows, group.quasi, [group])
+    return found if found and set(free_symbols(found.cosines.entries)) <= set(group.coordinates) else None
+
+
+def cosine_blocks(rows: Sequence[Row], sets: Sequence[EulerParameters]) -> list[CosineRows]:
     """The rows of speeds that measure a velocity along perpendicular axes which turn: v along a body, by ẋ, ẏ, ż."""
-    found = []
-    for support in {frozenset(row): tuple(row) for row in rows if len(row) == _AXES}.values():
-        own = set(support)
-        places = tuple(i for i, row in enumerate(rows) if not own.isdisjoint(row))
-        if len(places) != len(support) or not all(own.issuperset(rows[i]) for i in places):
-            continue
-        cosines = Matrix([[rows[i].get(b, ZERO) for b in support] for i in places])
-        if _perpendicular(cosines, sets):
-            found.append(CosineRows(places, support, cosines))
-    return found
+    supports = {frozenset(row): tuple(row) for row in rows if len(row) == _AXES}
+    found = [_cosine_rows(rows, support, sets) for support in supports.values()]
+    return [block for block in found if block and free_symbols(block.cosines.entries)]
 
 
-def _perpendicular(cosines: Matrix, sets: Sequence[EulerParameters]) -> bool:
-    """Whether C Cᵀ = 1 at all samples, at which sets of Euler parameters are unit ones."""
-    symbols = free_symbols(cosines.entries)
-    if not symbols or not all(isinstance(s, Coordinate) for s in symbols):
-        return False
-    for seed in SEEDS:
-        values = {s: draw(seed, s, -1.0, 1.0) for s in (*symbols, *(e for group in sets for e in group.coordinates))}
-        c = np.asarray(evaluate(cosines, unit(values, (s.coordinates for s in sets))), dtype=float)
-        if np.abs(c @ c.T - np.eye(len(c))).max() > ROUNDED_CHAIN:
-            return False
-    return True
+def _along(group: EulerParameters, found: CosineRows) -> tuple[int, ...] | None:
+    """The places of the rows along the axes of the frame that a set turns in, in their order; None where they are others."""
+    whole = Matrix(cosines_of(np.array(group.coordinates, dtype=object), unit=True))
+    pairs = [(c[:_AXES], c[_AXES:]) for c in _samples(Matrix([*found.cosines.rows, *whole.rows]), [group])]
+    axes = [
+        place
+        for axis in range(_AXES)
+        for k, place in enumerate(found.places)
+        if all(np.abs(c[k] - all_axes[axis]).max() <= ROUNDED_CHAIN for c, all_axes in pairs)
+    ]
+    return tuple(axes) if len(axes) == _AXES else None
 
 
 def rates_along(group: EulerParameters, w: Sequence[Expr]) -> tuple[Expr, ...]:
@@ -286,9 +257,6 @@ def rates_along(group: EulerParameters, w: Sequence[Expr]) -> tuple[Expr, ...]:
         cross = add(mul(w[i], e[j]), neg(mul(w[j], e[i])))
         rest.append(mul(half, add(mul(e0, w[k]), cross)))
     return (first, *rest)
-
-
-Row = Mapping[Expr, Expr]
 
 
 class Chained(NamedTuple):

@@ -13,6 +13,7 @@ from kane.kinematics.motion import Kinematics
 from kane.kinematics.speeds import Row, ScalarForm
 from kane.space.rotation import NOTHING, UNITS, Basis, Triple
 from kane.space.vector import Vector
+from kane.tree.triples import is_zero
 
 
 class Unsuited(Exception):
@@ -46,11 +47,6 @@ class Shift:
     drift: Triple = NOTHING
     forms: tuple[ScalarForm, ...] = ()
     shared: tuple[tuple[Expr, Triple], ...] = ()
-
-
-def is_still(rates: Iterable[Expr]) -> bool:
-    """Whether nothing moves."""
-    return all(x is ZERO for x in rates)
 
 
 class Forms(NamedTuple):
@@ -87,7 +83,7 @@ class Stages:
 
     def raw(self, rates: Triple) -> Forms | None:
         """The forms of what changes with these rates, None of nothing."""
-        if is_still(rates):
+        if is_zero(rates):
             return None
         speeds = self.kinematics.speeds
         a, b, c = speeds.in_rates(rates)

@@ -23,6 +23,7 @@ from kane.numeric.scale import SIX_DIGITS
 from kane.space.point import Point
 from kane.space.rotation import Basis, Triple
 from kane.space.vector import Parts, Vector, angular_velocity, axes
+from kane.tree.triples import is_zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,7 +180,7 @@ class Matching:
         return (a, b, c)
 
     def _forms(self, rates: Triple) -> Forms:
-        if all(x is ZERO for x in rates):
+        if is_zero(rates):
             return (_NO_FORM, _NO_FORM, _NO_FORM)
         a, b, c = self.speeds.forms(rates)
         return (a, b, c)

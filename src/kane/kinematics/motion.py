@@ -170,7 +170,7 @@ class Kinematics:
         a, b, c = (f.total() for f in own)
         relative = Vector(((basis, (a, b, c)),))
         total = base.total.express(home) + relative.express(home)
-        swing = Vector(((basis, (self.drift(a), self.drift(b), self.drift(c))),))
+        swing = relative.map(self.drift)
         bias = base.bias.express(home) + (base.total.cross(relative) + swing).express(home)
         return Motion(partials, base.rest + rest, bias, total)
 
@@ -192,8 +192,8 @@ class Kinematics:
         """A motion given outright along `target`: the bias is the drift of the measure numbers plus ω × total."""
         a, b, c = (f.total() for f in forms)
         aligned = self.aligned.vector
-        total = aligned(Vector(((target, (a, b, c)),)))
-        bias = aligned(Vector(((target, (self.drift(a), self.drift(b), self.drift(c))),)))
+        along = Vector(((target, (a, b, c)),))
+        total, bias = aligned(along), aligned(along.map(self.drift))
         if target is not frame:
             bias = bias + self.frame(target).total.cross(total)
         return Motion({s: aligned(v) for s, v in partials.items()}, aligned(rest), bias.gathered(), total)
@@ -216,10 +216,7 @@ class Kinematics:
             spin = self.frame(frame if point.body is None else point.body)
             f, r = self.aligned.triple(frame, offset)
             arm = Vector(((f, r),))
-            for s, v in spin.partials.items():
-                _accumulate(partials, s, v.cross(arm))
-            if not spin.rest.is_zero:
-                rest = rest + spin.rest.cross(arm)
+            rest = _swept(partials, rest, spin, arm)
             bias = bias + spin.bias.cross(arm) + spin.total.cross(spin.total.cross(arm))
             if point.body is None and _moves(r):
                 forms = self.matching.forms((time_derivative(r[0]), time_derivative(r[1]), time_derivative(r[2])))
@@ -230,8 +227,7 @@ class Kinematics:
                 # at constant speeds the rate of what is not a sum of speeds is short, and what else reads it has it, too
                 a, b, c = (form.total() if form.exact else self.drift(x) for form, x in zip(forms, r, strict=True))
                 sliding = Vector(((f, (a, b, c)),))
-                swing = Vector(((f, (self.drift(a), self.drift(b), self.drift(c))),))
-                bias = bias + spin.total.cross(sliding) * 2 + swing
+                bias = bias + spin.total.cross(sliding) * 2 + sliding.map(self.drift)
         for u, along in self.cuts.get(point, ()):
             _accumulate(partials, u, self.aligned.vector(along))
         if point in self.contacts:
@@ -257,10 +253,7 @@ class Kinematics:
         for frame, offset in particle.offset.parts:
             f, r = self.aligned.triple(frame, offset)
             arm = -Vector(((f, r),))
-            for s, v in spin.partials.items():
-                _accumulate(partials, s, v.cross(arm))
-            if not spin.rest.is_zero:
-                rest = rest + spin.rest.cross(arm)
+            rest = _swept(partials, rest, spin, arm)
             shift = shift + spin.total.cross(arm)
         partials.update({s: v for s, v in along_the_tree.items() if isinstance(s, AuxiliarySpeed)})
         bias = self.turning(shift.gathered())
@@ -271,9 +264,9 @@ class Kinematics:
     def turning(self, v: Vector) -> Vector:
         """dv/dt in the inertial frame at constant speeds."""
         total = Vector()
-        for f, (x, y, z) in v.parts:
-            slide = Vector(((f, (self.drift(x), self.drift(y), self.drift(z))),))
-            total = total + slide + self.frame(f).total.cross(Vector(((f, (x, y, z)),)))
+        for part in v.parts:
+            along = Vector((part,))
+            total = total + along.map(self.drift) + self.frame(part[0]).total.cross(along)
         return total.gathered()
 
     def velocity_bias(self, point: Point) -> Vector:
@@ -313,6 +306,13 @@ def _vectors(forms: Iterable[ScalarForm], frame: Basis) -> tuple[Partials, Vecto
 def _accumulate(partials: Partials, s: Expr, v: Vector) -> None:
     before = partials.get(s)
     partials[s] = v if before is None else (before + v).gathered()
+
+
+def _swept(partials: Partials, rest: Vector, spin: Motion, arm: Vector) -> Vector:
+    """Partial velocities with those of an arm that turns, and the remainder with its own."""
+    for s, v in spin.partials.items():
+        _accumulate(partials, s, v.cross(arm))
+    return rest if spin.rest.is_zero else rest + spin.rest.cross(arm)
 
 
 def _moves(r: Triple) -> bool:

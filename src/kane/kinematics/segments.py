@@ -20,7 +20,7 @@ from kane.expr.build import sub
 from kane.expr.differentiation import time_derivative
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ONE, ZERO, Expr
-from kane.kinematics.freedoms import Forms, Freedom, Shift, Stages, Unsuited, are_coupled, is_single, is_still, measured
+from kane.kinematics.freedoms import Forms, Freedom, Shift, Stages, Unsuited, are_coupled, is_single, measured
 from kane.kinematics.motion import Kinematics
 from kane.kinematics.resolved import by_rates
 from kane.kinematics.tree import Link, Tree, homes_of
@@ -28,8 +28,8 @@ from kane.space.point import Point
 from kane.space.rotation import NOTHING, AlignedBasis, Basis, Triple, about_axis, path
 from kane.space.vector import Parts, Vector
 from kane.tree.sweeps import Segment, Stage
-from kane.tree.triples import Turn, Turns, along, summed
-from kane.tree.values import NO_MASS, NO_WRENCH, Dof, Rigid, SpatialInertia, Wrench
+from kane.tree.triples import Turn, Turns, along, is_zero, summed, turned_down
+from kane.tree.values import NO_MASS, NO_WRENCH, Change, Dof, Rigid, SpatialInertia, Wrench
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,9 +43,9 @@ class JointStep:
     """
 
     parent: int
-    lead: tuple[Turn | Turns, ...]
+    lead: tuple[Change, ...]
     arm: Triple
-    turn: Turn | Turns | None
+    turn: Change | None
     joins: bool = False
     shift: Triple = NOTHING
     slide: Shift = field(default_factory=Shift)
@@ -80,14 +80,14 @@ class Segments:
             if b in self.bases:
                 return self.bases[b]
             o = b.orientation
-            b = o.base if o is not None and is_still(o.rates) else self._beside(b)
+            b = o.base if o is not None and is_zero(o.rates) else self._beside(b)
         raise Unsuited(f"a torque on {basis.name}, which is between the joints")
 
     def _beside(self, basis: Basis) -> Basis | None:
         """One that turns with it about the same axis of the same base, by an angle that differs by a constant."""
         for other in self.bases:
             between = _between(other, basis)
-            if between is not None and is_still(between.rates):
+            if between is not None and is_zero(between.rates):
                 return other
         return None
 
@@ -107,23 +107,23 @@ def segments(tree: Tree, kinematics: Kinematics, shared: Collection[Expr] = ()) 
 class _Turning(NamedTuple):
     """A turn to a basis, at measure numbers of ω along that."""
 
-    turn: Turn | Turns
+    turn: Change
     basis: Basis
     rates: Triple
 
 
-def _way(up: Sequence[Basis], down: Sequence[Basis], joins: bool) -> tuple[list[Turn | Turns], list[_Turning]]:
+def _way(up: Sequence[Basis], down: Sequence[Basis], joins: bool) -> tuple[list[Change], list[_Turning]]:
     """The constant turns from a link's basis at first, backwards along `down`, and what follows along `up`.
 
     Between two bases turned about one axis of a third the way is the difference of their angles.
     """
     rest = [_Turning(Turn(f), f, _orientation_rates(f)) for f in reversed(up)]
-    lead: list[Turn | Turns] = []
+    lead: list[Change] = []
     if not joins:
         lead = [Turn(f, inverse=True) for f in reversed(down)]
         if up and down and (between := _between(down[0], up[-1])) is not None:
             lead, rest[0] = lead[:-1], between
-        while rest and is_still(rest[0].rates):
+        while rest and is_zero(rest[0].rates):
             lead.append(rest.pop(0).turn)
     return lead, rest
 
@@ -176,7 +176,7 @@ class _Maker:
         offset = link.offset.components(base)
         rates = (time_derivative(offset[0]), time_derivative(offset[1]), time_derivative(offset[2]))
         arm = summed(offset, self.steps[parent].shift)  # which is still, and long where parameters turn link after link
-        if alike and not is_still(rates):
+        if alike and not is_zero(rates):
             parent, arm = self._slid(parent, arm, rates, base)
             rates = NOTHING
             if not up and not down:
@@ -184,11 +184,11 @@ class _Maker:
                 return
         joins = len(down) == 1 and bool(up) and self._coaxial(parent, up[-1]) and not self._screws(rates, up[-1])
         lead, rest = _way(up, down, joins)
-        if any(not is_still(_orientation_rates(turn.basis)) for turn in lead):
+        if any(not is_zero(_orientation_rates(turn.basis)) for turn in lead):
             raise Unsuited(_SHARED)
         if lead and rest and self._screws(rates, rest[0].basis):
-            rates = _down(lead, rates)  # and the arm further on
-        elif not is_still(rates) and (lead or not rest):
+            rates = turned_down(lead, rates)  # and the arm further on
+        elif not is_zero(rates) and (lead or not rest):
             parent = self._append(JointStep(parent, (), arm, None), base, slide=self.stages.raw(rates))
             arm, rates = NOTHING, NOTHING
             if not lead and not rest:
@@ -199,14 +199,14 @@ class _Maker:
             self._turned(parent, tuple(lead), arm, rates, whole, joins)
             return
         for step in rest:
-            if is_still(step.rates):
+            if is_zero(step.rates):
                 lead.append(step.turn)
                 continue
             parent = self._turned(parent, tuple(lead), arm, rates, step, joins)
             lead, arm, rates, joins = [], NOTHING, NOTHING, False
             arm = self.steps[parent].shift
         if lead or not rest:
-            self._append(JointStep(parent, tuple(lead), _down(lead, arm), None), link.basis)
+            self._append(JointStep(parent, tuple(lead), turned_down(lead, arm), None), link.basis)
 
     def _slid(self, parent: int, arm: Triple, rates: Triple, base: Basis) -> tuple[int, Triple]:
         """The segment that slides so, which several links begin from, and the arm in it."""
@@ -226,7 +226,7 @@ class _Maker:
             return False
         if parent in self.bearing:  # what bends it is solved for along its own basis
             return False
-        return turn.basis is self.basis[parent] and not is_still(map(sub, o.rates, _orientation_rates(turn.basis)))
+        return turn.basis is self.basis[parent] and not is_zero(map(sub, o.rates, _orientation_rates(turn.basis)))
 
     def _screws(self, rates: Triple, f: Basis) -> bool:
         return are_coupled(self.stages.raw(rates), self.stages.raw(_orientation_rates(f)))
@@ -244,7 +244,7 @@ class _Maker:
         return None
 
     def _turned(
-        self, parent: int, lead: tuple[Turn | Turns, ...], arm: Triple, rates: Triple, step: _Turning, joins: bool
+        self, parent: int, lead: tuple[Change, ...], arm: Triple, rates: Triple, step: _Turning, joins: bool
     ) -> int:
         """A segment that slides at `rates` and turns."""
         (turn, basis, own), swift = step, None
@@ -264,7 +264,7 @@ class _Maker:
                 if other is not None and is_single(other):
                     slide, late = other, True
                     break
-        arm, shift = _down(lead, arm), NOTHING
+        arm, shift = turned_down(lead, arm), NOTHING
         if k is not None and slide is None:
             shift, arm = along(k, arm[k]), (*arm[:k], ZERO, *arm[k + 1 :])  # type: ignore[assignment]
         segment = JointStep(parent, lead, arm, turn, joins, shift, late=late, swift=swift)
@@ -327,12 +327,6 @@ def _orientation_rates(f: Basis) -> Triple:
     return f.orientation.rates
 
 
-def _down(lead: Sequence[Turn | Turns], v: Triple) -> Triple:
-    for turn in lead:
-        v = turn.down(v)
-    return v
-
-
 class JointTree(NamedTuple):
     """The segments as sweeps take them.
 
@@ -343,7 +337,7 @@ class JointTree(NamedTuple):
     segments: tuple[Segment, ...]
     joint: tuple[int, ...]
     home: tuple[int, ...]
-    last: tuple[Turn | Turns | None, ...]
+    last: tuple[Change | None, ...]
 
     def wrench(self, step: int, w: Wrench) -> Wrench:
         """A wrench along B, along the basis of work of the segment that carries the body."""
@@ -380,7 +374,7 @@ def joint_tree(
     apart = apart - bent if elastic_along_a else apart | bent
     count = sum(len(step.slide.freedoms) + len(step.spin.freedoms) for step in steps)
     modes = {b: count + k for k, b in enumerate(b for step in steps for b in step.modes)}
-    made, joint, home, last, number = list[Segment](), list[int](), list[int](), list[Turn | Turns | None](), 0
+    made, joint, home, last, number = list[Segment](), list[int](), list[int](), list[Change | None](), 0
     for i, step in enumerate(steps):
         joined = Segment(0)
         if i:
@@ -406,7 +400,7 @@ def joint_tree(
     return JointTree(tuple(made), tuple(joint), tuple(home), tuple(last))
 
 
-def _turned(elastic: Elastic, turn: Turn | Turns) -> Elastic:
+def _turned(elastic: Elastic, turn: Change) -> Elastic:
     """The same along the basis before a turn."""
     return lambda w, square: elastic(turn.down(w), square).turned(turn)
 
@@ -420,9 +414,7 @@ def _along_a(steps: Sequence[JointStep]) -> list[bool]:
     return found
 
 
-def _joined(
-    step: JointStep, parent: int, before: Turn | Turns | None, number: int, modes: Mapping[Expr, int]
-) -> Segment:
+def _joined(step: JointStep, parent: int, before: Change | None, number: int, modes: Mapping[Expr, int]) -> Segment:
     """A segment by its joint, with numbers from `number` on; arm and slide turn with what is `before`."""
 
     def up(v: Triple) -> Triple:

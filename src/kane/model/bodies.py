@@ -27,7 +27,7 @@ from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Basis
-from kane.space.vector import Dyadic, angular_velocity
+from kane.space.vector import Dyadic, angular_velocity, check_connected
 
 
 class Part(NamedTuple):
@@ -172,7 +172,7 @@ class RigidBody(Immutable):
                 f"{type(inertia).__name__} ({cut(inertia)}). kn.rod, kn.thin_disk, kn.box, … make those of solids."
             )
         check_inertia(name, inertia)
-        mass_center.frame._check(frame)
+        check_connected(mass_center.frame, frame)
         values = (("name", name), ("frame", frame), ("mass_center", mass_center), ("mass", m), ("inertia", inertia))
         for slot, value in values:
             object.__setattr__(self, slot, value)
@@ -193,7 +193,7 @@ def _central(name: str, frame: Frame, center: Point, mass: Expr, about: tuple[An
     expected = f"inertia=dyadic, about the mass centre, or inertia=(dyadic, point) for {name}"
     dyadic, point = expect.pair(about, expected)
     expect.that(isinstance(dyadic, Dyadic) and isinstance(point, Point), expected, about)
-    frame._check(point.frame)
+    check_connected(frame, point.frame)
     offset = center.position(point).express(frame)
     moving = [str(s) for s in free_symbols(offset.scalars()) if not isinstance(s, Parameter)]
     if moving:

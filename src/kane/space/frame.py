@@ -27,13 +27,12 @@ from kane.space.rotation import (
     Orientation,
     Triple,
     about_axis,
-    connected,
     doubt_degrees,
     express,
     path,
     transposed,
 )
-from kane.space.vector import Vector, angular_velocity, axes
+from kane.space.vector import Vector, angular_velocity, axes, check_connected
 
 _AXES = "xyz"
 
@@ -216,13 +215,13 @@ class Frame(Basis):
 
     def dcm(self, other: Frame) -> Matrix:
         """Direction cosine matrix ᴬCᴮ of `other` = B in this frame A: v_A = ᴬCᴮ v_B."""
-        self._check(other)
+        check_connected(self, other, "a Frame")
         columns = [express(unit, other, self) for unit in UNITS]
         return Matrix(zip(*columns, strict=True))
 
     def angular_velocity(self, frame: Frame) -> Vector:
         """Angular velocity of this frame in `frame`, in rates."""
-        self._check(frame)
+        check_connected(self, frame, "a Frame")
         return angular_velocity(self, frame)
 
     def angular_acceleration(self, frame: Frame) -> Vector:
@@ -239,7 +238,7 @@ class Frame(Basis):
         SpaceError
             if no axis is fixed in both frames as they were made: then ω is a sum of simple angular velocities (addition theorem)
         """
-        self._check(frame)
+        check_connected(self, frame, "a Frame")
         up, down = path(frame, self)
         turning = [
             (o, way) for way, bases in ((-1, up), (1, down)) for b in bases if (o := b.orientation) and _turns(o)
@@ -259,13 +258,6 @@ class Frame(Basis):
     def root(self) -> Frame:
         """The frame at the root of the tree."""
         return self.lineage[-1]
-
-    def _check(self, other: Basis) -> None:
-        expect.instance(other, Basis, "a Frame", error=SpaceError)
-        if not connected(self, other):
-            raise SpaceError(
-                f"Expected frames of one tree, got {self.name} and {other.name}, which have no common root."
-            )
 
 
 def _restored(first: object, parent: Frame, name: str, orientation: Orientation) -> Frame:
@@ -296,8 +288,7 @@ def _check_angular_velocity(frame: Frame, base: Frame, claimed: Vector) -> None:
 
 
 def _check_name(name: object) -> None:
-    if not name or not isinstance(name, str):
-        raise SpaceError(f"Expected a name for the frame, got {cut(repr(name))}.")
+    expect.name(name, "a name for the frame", error=SpaceError)
 
 
 def turning_axes(sequence: str, angles: Sequence[Any]) -> tuple[int, int, int]:

@@ -10,7 +10,7 @@ from kane import expect
 from kane.errors import SpaceError
 from kane.expr.immutable import Immutable, landmarks
 from kane.space.frame import Frame
-from kane.space.vector import Vector
+from kane.space.vector import Vector, check_connected
 
 
 class Point(Immutable):
@@ -38,8 +38,7 @@ class Point(Immutable):
         self._finish(name, None, Vector(), fixed_in, None)
 
     def _finish(self, name: str, parent: Point | None, offset: Vector, frame: Frame, body: Frame | None) -> None:
-        if not name or not isinstance(name, str):
-            raise SpaceError(f"Expected a name for the point, got {name!r}.")
+        expect.name(name, "a name for the point", error=SpaceError)
         known: dict[str, Vector] = {}
         own = {"name": name, "parent": parent, "offset": offset, "frame": frame, "body": body, "_known": known}
         for slot, value in own.items():
@@ -70,7 +69,7 @@ class Point(Immutable):
         what = f"a Vector (or 0) as the position of {name} from {self.name}"
         r = expect.instance(offset, Vector, what, "Give it a direction: x*N.x.", error=SpaceError)
         for frame, _ in r.parts:
-            self.frame._check(frame)
+            check_connected(self.frame, frame)
         child: Point = object.__new__(Point)
         child._finish(name, self, r, self.frame, body)
         return child
@@ -87,7 +86,7 @@ class Point(Immutable):
         is not the derivative of the velocity. A particle is a leaf: no point can be built on it.
         """
         expect.instance(frame, Frame, "a frame in fixed_in(frame, name, offset)", error=SpaceError)
-        self.frame._check(frame)
+        check_connected(self.frame, frame)
         return self._child(name, offset, frame)
 
     def root(self) -> Point:
@@ -155,7 +154,7 @@ class Point(Immutable):
         """Whether neither this point nor the origin is a particle, whose velocity is not the derivative of its position."""
         expect.instance(frame, Frame, f"a frame in which {self.name} moves", error=SpaceError)
         expect.instance(origin, Point, f"a point fixed in {frame.name} as origin", error=SpaceError)
-        self.frame._check(frame)
+        check_connected(self.frame, frame)
         return self.body is None and origin.body is None
 
     def _recall(self, what: str, frame: Frame) -> Vector:

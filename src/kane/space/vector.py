@@ -509,9 +509,11 @@ def not_a_vector(product: str, came: object) -> SpaceError:
     )
 
 
-def check_connected(f: Basis, g: Basis) -> None:
+def check_connected(
+    f: Basis, g: Basis, expected: str = "a frame, along whose axes or in which a vector is asked for"
+) -> None:
     """A SpaceError unless both are frames, of one tree."""
-    expect.instance(g, Basis, "a frame, along whose axes or in which a vector is asked for", error=SpaceError)
+    expect.instance(g, Basis, expected, error=SpaceError)
     if not connected(f, g):
         raise SpaceError(
             f"Expected frames of one tree, got {f.name} and {g.name}, which have no common root. Make one from the other "

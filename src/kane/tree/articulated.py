@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from functools import cached_property, reduce
 from typing import NamedTuple
 
-from kane.expr.build import add, div, mul, sub
+from kane.expr.build import add, div, mul, sub, sum_of
 from kane.expr.node import ONE, ZERO, Expr
 from kane.space.rotation import NOTHING, Triple
 from kane.tree.sweeps import Carry, Drive, Rates, Tree, inward, outward, rates
-from kane.tree.triples import put, sum_of, times
+from kane.tree.triples import put, times
 from kane.tree.values import (
     NO_INERTIA,
     NO_WRENCH,

@@ -27,14 +27,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, TypeVar
 
-from kane.expr.build import add, mul, neg, sub
+from kane.expr.build import add, mul, neg, sub, sum_of
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, TWO, ZERO, Expr
 from kane.expr.solve import LDL, finish, forward, ldl, sparse_order
 from kane.space.rotation import NOTHING, Triple, cross3, product
 from kane.tree.articulated import Passed, Pressed, Wrenches
 from kane.tree.sweeps import Carry, Driven, Forces, Rates, Tree, forces, inward, outward, rates
-from kane.tree.triples import centripetal, is_zero, put, sum_of, summed, times, triple
+from kane.tree.triples import centripetal, is_zero, put, summed, times, triple
 from kane.tree.values import (
     HALF,
     NO_WRENCH,

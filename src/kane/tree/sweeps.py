@@ -13,7 +13,7 @@ from kane.expr.build import add
 from kane.expr.matrix import dot
 from kane.expr.node import TWO, ZERO, Expr
 from kane.space.rotation import NOTHING, Triple, cross3
-from kane.tree.triples import along, centripetal, is_zero, summed, times
+from kane.tree.triples import along, centripetal, is_zero, summed, times, turned_down
 from kane.tree.values import NO_MASS, NO_WRENCH, Accelerations, Change, Dof, Rigid, SpatialInertia, Wrench, opposite
 
 
@@ -208,9 +208,7 @@ def rates(tree: Tree) -> list[Rates]:
     for i, s in enumerate(tree):
         if i == 0:
             continue
-        parent, before = found[s.parent], found[s.parent].w
-        for turn in s.lead:
-            before = turn.down(before)
+        parent, before = found[s.parent], turned_down(s.lead, found[s.parent].w)
         coaxial = not s.lead and s.turn is None and tree[s.parent].turn is None
         base.append(base[s.parent] if coaxial else before)
         entered = before if s.turn is None else s.turn.down(before)
@@ -236,9 +234,7 @@ def velocities(tree: Tree, moving: Sequence[Rates]) -> list[Triple]:
     for i, s in enumerate(tree):
         if i == 0:
             continue
-        v = found[s.parent]
-        for turn in s.lead:
-            v = turn.down(v)
+        v = turned_down(s.lead, found[s.parent])
         v = summed(summed(v, cross3(moving[i].before, s.arm)), s.outer.slide)
         found.append(summed(v if s.turn is None else s.turn.down(v), s.inner.slide))
     return found

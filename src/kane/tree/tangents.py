@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from kane.expr.build import add, div, neg, sub
+from kane.expr.build import add, div, neg, sub, sum_of
 from kane.expr.differentiation import tangent
 from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import dot
@@ -27,7 +27,7 @@ from kane.expr.symbols import Parameter, Symbol
 from kane.expr.visit import substituted
 from kane.space.rotation import NOTHING, Cosines, Triple, cross3, product, transposed
 from kane.tree.sweeps import Carry, Driven, Rates, Segment, Tree, inward, outward, rates
-from kane.tree.triples import as_rows, is_zero, sum_of, summed, summed_rows, times, triple
+from kane.tree.triples import as_rows, is_zero, summed, summed_rows, times, triple, turned_down
 from kane.tree.values import NO_WRENCH, Accelerations, Change, Dof, Rigid, Wrench
 
 Vectors = tuple[Triple, ...]
@@ -245,7 +245,7 @@ class _Changes(Carry[_Value]):
         s, at, found = self.tree[i], self.rates[i], dict[Symbol, Vectors]()
         parent = self.rates[s.parent].w, *self.work[s.parent]
         stages = [
-            HeldFunction(lambda *v: tuple(_down(s.lead, x) for x in v), parent),
+            HeldFunction(lambda *v: tuple(turned_down(s.lead, x) for x in v), parent),
             HeldFunction(lambda w, alpha, a: _placed(s, w, alpha, a), (at.before, *drive.entered[i])),
             HeldFunction(lambda w, alpha, a: _turned(s, w, alpha, a), (at.before, *drive.placed[i])),
         ]
@@ -317,12 +317,6 @@ class _Changes(Carry[_Value]):
     def add(self, number: int, x: Symbol, value: Expr) -> None:
         """One more part."""
         self.found[number, x] = add(self.found.get((number, x), ZERO), value)
-
-
-def _down(lead: Sequence[Change], v: Triple) -> Triple:
-    for turn in lead:
-        v = turn.down(v)
-    return v
 
 
 def _placed(s: Segment, w: Triple, alpha: Triple, a: Triple) -> Vectors:

@@ -101,9 +101,7 @@ class Turns(NamedTuple):
 
     def down(self, v: Triple) -> Triple:
         """Measure numbers before the turns as those after them."""
-        for turn in self.steps:
-            v = turn.down(v)
-        return v
+        return turned_down(self.steps, v)
 
     def up(self, v: Triple) -> Triple:
         """Measure numbers after the turns as those before them."""
@@ -122,6 +120,13 @@ class Turns(NamedTuple):
         for turn in reversed(self.steps):
             rows = turn.up_general(rows)
         return rows
+
+
+def turned_down(turns: Iterable[Turn | Turns], v: Triple) -> Triple:
+    """Measure numbers before some turns as those after them."""
+    for turn in turns:
+        v = turn.down(v)
+    return v
 
 
 def _turned_general(rows: Cosines, axis: int, c: Expr, s: Expr) -> Cosines:
@@ -245,11 +250,3 @@ def lowered(rows: Cosines, t: Triple, u: Triple, *, symmetric: bool) -> Cosines:
             if symmetric:
                 out[b][a] = x
     return as_rows(out)
-
-
-def sum_of(terms: Iterable[Expr]) -> Expr:
-    """Σ of terms."""
-    total = ZERO
-    for x in terms:
-        total = add(total, x)
-    return total

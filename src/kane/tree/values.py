@@ -16,7 +16,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from kane.errors import SingularError
-from kane.expr.build import add, div, mul, neg, sub
+from kane.expr.build import add, div, mul, neg, sub, sum_of
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, TWO, ZERO, Expr, constant
 from kane.space.rotation import NOTHING, Cosines, Triple, cross3, product, transposed
@@ -32,7 +32,6 @@ from kane.tree.triples import (
     over,
     put,
     skew,
-    sum_of,
     summed,
     summed_rows,
     summed_symmetric,

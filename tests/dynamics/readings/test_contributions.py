@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.dynamics import sum_of
+from kane.expr import sum_of
 from kane.gallery import GALLERY, load
 from tests.gallery.cases import CASES, Case, equations, random_states
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from kane.dynamics.derivation import Derived
-from kane.expr.build import add, mul, neg, sub
+from kane.expr.build import add, mul, neg, sub, sum_of
 from kane.expr.differentiation import time_derivative
 from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import dot
@@ -31,7 +31,7 @@ from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import NOTHING, Triple, cross3
 from kane.space.vector import Vector, angular_velocity
-from kane.tree.triples import as_rows, centripetal, mirrored, skew, sum_of, summed, times, triple
+from kane.tree.triples import as_rows, centripetal, mirrored, skew, summed, times, triple
 from kane.tree.values import NO_INERTIA, Column, SpatialInertia, Wrench, joined
 
 Rows = Sequence[Mapping[int, Expr]]

@@ -8,12 +8,11 @@ A force X e on a particle whose velocity along e is given, or X e and −X e on 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
-from kane.dynamics.assembly import sum_of
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived
 from kane.dynamics.formulation.equations import holds_reactions
 from kane.dynamics.solved import Solved
-from kane.expr.build import mul, neg, sub
+from kane.expr.build import mul, neg, sub, sum_of
 from kane.expr.forms.collect import collected
 from kane.expr.forms.count import price
 from kane.expr.linear_parts import Affine

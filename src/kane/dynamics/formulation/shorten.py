@@ -13,11 +13,10 @@ little:
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from kane.dynamics.assembly import sum_of
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derivation import Derived
 from kane.dynamics.solved import Solved
-from kane.expr.build import add, div, mul
+from kane.expr.build import add, div, mul, sum_of
 from kane.expr.forms.collect import collected
 from kane.expr.forms.count import Prices, exceeds, price
 from kane.expr.forms.linear_forms import combined

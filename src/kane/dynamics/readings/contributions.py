@@ -14,11 +14,11 @@ from typing import TypeVar
 
 import numpy as np
 
-from kane.dynamics.assembly import Term, met_by, sum_of
+from kane.dynamics.assembly import Term, met_by
 from kane.dynamics.derivation import Derived
 from kane.dynamics.solved import Solved
 from kane.errors import Attributes, SpeedsError, none_of
-from kane.expr.build import add, mul
+from kane.expr.build import add, mul, sum_of
 from kane.expr.node import ZERO, Expr, postorder
 from kane.expr.piecewise import Piecewise
 from kane.expr.size import Sizes, size

@@ -16,7 +16,6 @@ force depends on q_s or acts along it (sec. 7.4).
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from kane.dynamics.assembly import sum_of
 from kane.dynamics.bodies import Moving, Turning
 from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.formulation.recursive import WAYS
@@ -27,7 +26,7 @@ from kane.dynamics.readings.values import time_derivative as derivative_along_mo
 from kane.dynamics.readings.values import without_rates
 from kane.dynamics.solved import Solved
 from kane.errors import ArgumentError, cut
-from kane.expr.build import add, mul, neg, sub
+from kane.expr.build import add, mul, neg, sub, sum_of
 from kane.expr.differentiation import diff, gradient, time_derivative
 from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import dot

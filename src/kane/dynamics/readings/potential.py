@@ -22,11 +22,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane import show
-from kane.dynamics.assembly import sum_of
 from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.readings.rate_forces import Place, by_rates, differs, measured, places, rows_in_rates
 from kane.errors import KaneError, PotentialError, cut, warn
-from kane.expr.build import add, mul, neg, sub
+from kane.expr.build import add, mul, neg, sub, sum_of
 from kane.expr.differentiation import diff, time_derivative
 from kane.expr.evaluation import free_symbols
 from kane.expr.forms.collect import factored

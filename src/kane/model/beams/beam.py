@@ -41,7 +41,7 @@ from kane.numeric.arrays import Array
 from kane.numeric.legendre import gauss
 from kane.space.frame import Frame
 from kane.space.point import Point
-from kane.space.vector import Vector
+from kane.space.vector import Vector, check_connected
 
 _FORMS = ("linearized", "nonlinear")
 
@@ -245,7 +245,7 @@ def _check(name: Any, root: Any, frame: Any, form: Any, stiffening: Any) -> None
     geometric = isinstance(root, Point) and root.body is None
     expect.that(geometric, f"a geometric point as the root of {name}", root, "Make one with at(…).")
     expect.instance(frame, Frame, f"frame=Frame for the beam {name}")
-    root.frame._check(frame)
+    check_connected(root.frame, frame)
     expect.one_of(form, _FORMS, f"form= of {name} to be")
     expect.flag(stiffening, f"stiffening= of {name} to be True or False")
 
