@@ -11,11 +11,11 @@ from kane.dynamics.events import SLIPS
 from kane.equations.equations import Equations
 from kane.errors import cut
 from kane.expr.build import sub
-from kane.expr.evaluation import free_symbols, is_constant_in_time
+from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import DIV, OPS, SQRT
 from kane.expr.piecewise import Piecewise, applied, leaps
-from kane.expr.symbols import Parameter, Time
+from kane.motion.inputs.breakpoints import is_timed
 from kane.numeric.scale import CHANGES_SIDE, ROUNDED_CHAIN
 
 _JUMPS = {OPS["sign"], OPS["less"]}
@@ -48,7 +48,7 @@ def switches(eom: Equations, laws: Sequence[Expr] = ()) -> tuple[Switch, ...]:
                 quantity = node.args[1]
             else:
                 continue
-            if is_constant_in_time([quantity]) or _is_timed(quantity):
+            if is_constant_in_time([quantity]) or is_timed(quantity):
                 continue
             if isinstance(node.op, Piecewise):
                 smooth = "take a table of kind 'cubic'"
@@ -66,11 +66,6 @@ def switches(eom: Equations, laws: Sequence[Expr] = ()) -> tuple[Switch, ...]:
 def has_jumps(eom: Equations, laws: Sequence[Expr] = ()) -> bool:
     """Whether loads, or the laws of inputs, jump."""
     return any(s.jumps for s in switches(eom, laws))
-
-
-def _is_timed(quantity: Expr) -> bool:
-    """Whether it turns at times that are known beforehand, at which steps end (`breakpoints`)."""
-    return all(isinstance(s, Time | Parameter) for s in free_symbols([quantity]))
 
 
 Sides = npt.NDArray[np.int8]

@@ -204,7 +204,7 @@ def clock(roots: Iterable[Expr]) -> Clock:
     joints = [(e.args[0], e.op.data, MANY) for e in postorder(roots) if isinstance(e.op, Piecewise)]
     turning: dict[Any, Turning] = {}
     for quantity, data, most in (*corners, *joints):
-        if _is_timed(quantity):
+        if is_timed(quantity):
             turning.setdefault((quantity, data.ends.tobytes(), data.period), _turning(quantity, data, most))
     return Clock(tuple(turning.values()), pulses(roots))
 
@@ -218,5 +218,6 @@ def _turning(quantity: Expr, data: Data, most: int) -> Turning:
     return Turning(quantity, None if time in free_symbols([slope]) else slope, data, most)
 
 
-def _is_timed(quantity: Expr) -> bool:
+def is_timed(quantity: Expr) -> bool:
+    """Whether it is of time and parameters alone, so that it turns at times that are known beforehand, at which steps end."""
     return all(isinstance(s, Time | Parameter) for s in free_symbols([quantity]))
