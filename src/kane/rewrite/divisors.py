@@ -9,6 +9,7 @@ sums or under several factors, and a pair of factors of several products.
 from __future__ import annotations
 
 import heapq
+from abc import ABC, abstractmethod
 from collections.abc import Hashable, Iterable
 from typing import Any, ClassVar
 
@@ -22,7 +23,7 @@ _TWICE = 2
 _SEVERAL = 2
 
 
-class Row:
+class Row(ABC):
     """A kind of divisor: `places` gives where each one stands, `lone` the place of one met once; `rank` orders equal gains.
 
     A place is a term, or a pair of them. Places are entered when their terms come, and left out when they are next asked for.
@@ -35,13 +36,13 @@ class Row:
         self.places: dict[Any, list[Any]] = {}
         self.lone: dict[Any, Any] = {}
 
+    @abstractmethod
     def shown(self, t: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:
         """The divisors that a new term shows, each with its place: of literals that other terms hold, too; `lone` counts the rest."""
-        raise NotImplementedError
 
+    @abstractmethod
     def further(self, t: int, x: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:
         """Those that a term shows besides, when another one holds its literal x, too."""
-        raise NotImplementedError
 
     def stands(self, place: Any) -> bool:
         """Whether a place is there still."""
@@ -53,13 +54,13 @@ class Row:
         held = self.places[key] = [*filter(self.stands, self.places[key])]
         return len(held) >= _SEVERAL
 
+    @abstractmethod
     def gain(self, key: Any) -> int:
         """By how much the price falls when a divisor is taken out of all its places."""
-        raise NotImplementedError
 
+    @abstractmethod
     def taken(self, key: Any) -> list[int]:
         """Take a divisor out; gives the sums that changed."""
-        raise NotImplementedError
 
     def _made(self, terms: list[tuple[int, Cube]], places: list[tuple[list[int], Cube, int]]) -> list[int]:
         """The sum of `terms`, and in its places, each terms of one sum, its product with a cube."""
