@@ -7,9 +7,9 @@ import threading
 import pytest
 
 import kane as kn
-from kane import collector
-from kane.collector import SELDOM, collecting_seldom
+from kane import progress
 from kane.gallery import pendulums
+from kane.progress import SELDOM, collecting_seldom
 
 
 @pytest.fixture(autouse=True)
@@ -60,7 +60,7 @@ def test_threads_that_overlap_give_back_what_was_there_first():
     leave.set()
     other.join()
     assert gc.get_threshold()[0] == 701
-    assert not collector._before
+    assert not progress._before
 
 
 @pytest.mark.slow

@@ -110,13 +110,12 @@ _NAMES = {
     "equations.jacobian": "Jacobian",
     "equations.state": "Guess OperatingPoint State guess",
     "errors":
-        "ArgumentError CornerError ExpressionError KaneError KaneWarning MissingAttributeError ModelError ModesWarning "
-        "NotAffineError NotFiniteError PotentialError ProgramError ReactionError SimulationError "
+        "ArgumentError CornerError ExpressionError KaneError KaneWarning MissingAttributeError ModelError "
+        "ModesWarning NotAffineError NotFiniteError PotentialError ProgramError ReactionError SimulationError "
         "SingularError SolutionFileError SpaceError SpeedsError StiffeningWarning UnitError ValueMissingError",
     "expr.forms.count": "Operations count_operations",
-    "expr.differentiation": "diff gradient jacobian time_derivative",
+    "expr.differentiation": "diff gradient jacobian time_derivative affine",
     "expr.evaluation": "evaluate free_symbols",
-    "expr.linear_parts": "affine",
     "expr.matrix": "Matrix",
     "expr.node": "Expr pi",
     "expr.operators":
@@ -124,8 +123,8 @@ _NAMES = {
     "expr.solve": "solve_linear",
     "expr.visit": "substitute",
     "expr.symbols":
-        "AuxiliarySpeed Coordinate Input Parameter Rate Reaction Speed StateVariable Symbol coordinate coordinates "
-        "input parameter parameters speed speeds state time",
+        "AuxiliarySpeed Coordinate Input Parameter Rate Reaction Speed StateVariable Symbol coordinate "
+        "coordinates input parameter parameters speed speeds state time",
     "expr.piecewise": "Table table",
     "expr.forms.taylor_series": "taylor",
     "interop.sympy": "from_sympy to_sympy",
@@ -134,16 +133,15 @@ _NAMES = {
     "model.beams.shapes": "ModeShapes mode_shapes",
     "model.bodies": "Particle RigidBody",
     "model.constraints":
-        "Constraint coincident configuration_constraint distance motion_constraint no_slip parallel "
-        "perpendicular rolling touching",
+        "Constraint coincident configuration_constraint distance motion_constraint no_slip parallel perpendicular "
+        "rolling touching",
     "model.declarations": "Event",
     "model.field_loads":
         "buoyancy gravitation gravity_moment line_load linear_drag pressure_on_disk pressure_on_rectangle "
         "quadratic_drag",
     "model.force_systems": "ForceSystem Wrench force_system",
     "model.joints.closing":
-        "close_ball close_cylindrical close_pin close_planar close_screw close_slider close_universal "
-        "close_weld",
+        "close_ball close_cylindrical close_pin close_planar close_screw close_slider close_universal close_weld",
     "model.joints.contact": "Contact disk_on_plane dry_friction friction sphere_on_plane torus_on_plane",
     "model.joints.gears": "bevel_pair gear_pair rack_and_pinion worm_pair",
     "model.joints.joint": "Joint",
@@ -152,8 +150,8 @@ _NAMES = {
         "Force Gravity Load Torque action_reaction gravity linear_damper linear_spring torque_pair "
         "torsional_damper torsional_spring",
     "model.mass":
-        "composite inertia_about inertia_matrix inertia_vector mass_center moment_of_inertia "
-        "Principal principal product_of_inertia radius_of_gyration",
+        "composite inertia_about inertia_matrix inertia_vector mass_center moment_of_inertia Principal principal "
+        "product_of_inertia radius_of_gyration",
     "model.reactions": "auxiliary_speed reaction",
     "model.solids":
         "box central_inertia circular_arc circular_sector cylindrical_shell ellipsoid frustum half_cylinder "

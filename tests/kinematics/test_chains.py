@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.expr import linear_parts
+from kane.expr import differentiation
 
 
 def beads(n: int) -> kn.System:
@@ -34,8 +34,8 @@ def test_the_last_bead_alone_is_pushed():
 
 def test_definitions_that_share_sums_are_read_once(monkeypatch):
     seen = []
-    combined = linear_parts.combined
-    monkeypatch.setattr(linear_parts, "combined", lambda node, parts: seen.append(node) or combined(node, parts))
+    combined = differentiation.combined
+    monkeypatch.setattr(differentiation, "combined", lambda node, parts: seen.append(node) or combined(node, parts))
     n = 60
     kn.derive(beads(n))
     assert len(seen) < 10 * n  # n²/2 and more where each definition and velocity is read anew

@@ -28,10 +28,10 @@ from kane.expr.symbols import Coordinate, Speed, rate, time
 from kane.expr.visit import substituted
 from kane.model.variables import constraint_rate
 from kane.numeric.arrays import Array
-from kane.numeric.named import named_values
 from kane.numeric.newton import Closed
 from kane.numeric.projection import least_squares
 from kane.numeric.rank import balance, singular
+from kane.numeric.sampling import named_values
 from kane.numeric.scale import DERIVE_RANK, GIVEN, ROUNDED, ROUNDED_ROOT, STATE_RANK
 from kane.progress import working
 

@@ -22,10 +22,9 @@ from kane.analysis.tangents import Tangents, in_numbers, perturbations, spread, 
 from kane.dynamics.constraints.partition import quality
 from kane.equations.equations import Equations
 from kane.equations.numeric import Numeric
-from kane.numeric.arrays import Array, Mask
+from kane.numeric.arrays import Array, Mask, pace
 from kane.numeric.projection import least_squares, mobility, sizes
 from kane.numeric.scale import GIVEN, POOR, ROUNDED, ROUNDED_ROOT, UNRELATED
-from kane.numeric.time_scale import pace
 
 _REMOTE = 1e-4
 """Share of all terms together, in the mass metric, that counts in the size of each: solving carries their rounding everywhere."""

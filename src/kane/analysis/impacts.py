@@ -21,7 +21,7 @@ from kane.errors import ArgumentError, Attributes, SimulationError, cut
 from kane.expr.symbols import Speed
 from kane.model.directions import check_unit
 from kane.numeric.arrays import Array
-from kane.numeric.named import finite_number
+from kane.numeric.sampling import finite_number
 from kane.numeric.scale import EQUAL, LAST_DIGIT, ROUNDED_CHAIN, SOLVE_RANK
 from kane.space.point import Point
 from kane.space.vector import Vector

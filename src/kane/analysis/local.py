@@ -26,7 +26,7 @@ from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr
 from kane.expr.piecewise import Switch, switches
-from kane.expr.size import Sizes, size
+from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Symbol, time
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited
@@ -34,7 +34,7 @@ from kane.numeric.arrays import Array
 from kane.numeric.projection import mobility
 from kane.numeric.rank import balanced, singular
 from kane.numeric.scale import NEAR_SINGULAR, SOLVE_RANK, SURE_RANK
-from kane.program.bundle import Bundle
+from kane.program.build import Bundle
 from kane.program.program import Port
 
 _TOLD = 3

@@ -20,17 +20,17 @@ from kane.equations.equations import Equations, check_equations
 from kane.equations.routines import ports
 from kane.equations.state import State, state_of
 from kane.errors import Attributes, NotAffineError, SimulationError, SingularError, ValueMissingError, cut
+from kane.expr.differentiation import affine_forms
 from kane.expr.evaluation import free_symbols
-from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
-from kane.expr.size import Sizes, size
+from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Symbol, rate, time
 from kane.numeric.arrays import Array
-from kane.numeric.named import named_values, symbol_named
 from kane.numeric.rank import balance, singular
+from kane.numeric.sampling import named_values, symbol_named
 from kane.numeric.scale import INVERSE_RANK, STATE_RANK, TAKES_PART
-from kane.program.bundle import Bundle
+from kane.program.build import Bundle
 from kane.program.native.machine import Settings
 
 

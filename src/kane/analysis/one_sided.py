@@ -40,12 +40,12 @@ from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import GONE, SQRT
 from kane.expr.piecewise import Switch, on_sides
-from kane.expr.size import Sizes, size
+from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Parameter, Symbol
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.rank import balance
 from kane.numeric.scale import EQUAL, ROUNDED, ROUNDED_SUM, SIX_DIGITS, UNRELATED
-from kane.program.bundle import Bundle, Shaped
+from kane.program.build import Bundle, Shaped
 
 R = TypeVar("R")
 Signs = tuple[float, ...]

@@ -20,8 +20,8 @@ from typing import Any, NamedTuple
 
 from kane.dynamics.bodies import Moving
 from kane.expr.build import add, sum_of
+from kane.expr.differentiation import Affine, affine_forms
 from kane.expr.evaluation import free_symbols
-from kane.expr.linear_parts import Affine, affine_forms
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import CONST

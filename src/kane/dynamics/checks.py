@@ -7,9 +7,8 @@ import numpy as np
 
 from kane.errors import ModelError, NotAffineError, ReactionError, cut
 from kane.expr.build import sub
-from kane.expr.differentiation import time_derivative
+from kane.expr.differentiation import affine_forms, time_derivative
 from kane.expr.evaluation import free_symbols
-from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Reaction, Speed
@@ -19,10 +18,9 @@ from kane.model.constraints import Constraint
 from kane.model.reactions import Cut, cut_of
 from kane.model.system import System
 from kane.numeric.arrays import Array
-from kane.numeric.bounds import vanish
 from kane.numeric.rank import null_direction
 from kane.numeric.sampling import SEED, SEEDS, sample
-from kane.numeric.scale import SOLVE_RANK, TAKES_PART
+from kane.numeric.scale import SOLVE_RANK, TAKES_PART, vanish
 from kane.space.frame import Frame
 from kane.space.vector import Vector
 

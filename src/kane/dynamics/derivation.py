@@ -15,11 +15,11 @@ from kane.dynamics.constraints.manifold import Manifold, manifold
 from kane.dynamics.constraints.partition import Compared, compared
 from kane.dynamics.lazy import LazyMapping, read
 from kane.expr.build import add, sum_of
+from kane.expr.differentiation import Affine
 from kane.expr.forms.count import Prices
-from kane.expr.immutable import Immutable
-from kane.expr.linear_parts import Affine
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.ops import Immutable
 from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, StateVariable, Symbol, Symbols
 from kane.kinematics.aligned import AS_DECLARED, Aligned, aligned_bases
 from kane.kinematics.constraints import ConstraintRows, constraint_rows

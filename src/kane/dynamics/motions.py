@@ -23,9 +23,9 @@ from kane.dynamics.readings.values import without_rates
 from kane.errors import SpaceError, SpeedsError, cut
 from kane.expr.evaluation import free_symbols
 from kane.expr.forms.count import price
-from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, Speed, Symbols
 from kane.kinematics.motion import Kinematics, Motion, acceleration_form, velocity_form
 from kane.model.declarations import geometry, places

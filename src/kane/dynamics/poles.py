@@ -24,10 +24,9 @@ from kane.expr.symbols import Coordinate
 from kane.expr.visit import substituted
 from kane.model.variables import constraint_rate
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.bounds import bounded
 from kane.numeric.rank import balance, balanced, level, singular
 from kane.numeric.sampling import SEED, sample, values_of
-from kane.numeric.scale import BETTER, CLOSED, CLOSED_FULLY, DERIVE_RANK, NEAR_SINGULAR, POOR
+from kane.numeric.scale import BETTER, CLOSED, CLOSED_FULLY, DERIVE_RANK, NEAR_SINGULAR, POOR, bounded
 
 _DRAWN, _SPREAD, _STARTS = 256, 2.0, 3
 """Configurations drawn, how far apart, about, and from how many of them a zero of a pivot is sought."""

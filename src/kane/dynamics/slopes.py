@@ -7,7 +7,6 @@ divided by is what the values are divided by, with its guards, so that derivativ
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from kane.collector import collecting_seldom
 from kane.dynamics.derivation import Derived
 from kane.dynamics.formulation.recursive import WAYS
 from kane.dynamics.inverse_dynamics import Inverse, inverse_at, inverse_of, mass_matrix, residual
@@ -25,6 +24,7 @@ from kane.expr.symbols import Symbol, rate
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.resolved import resolved
+from kane.progress import collecting_seldom
 from kane.tree.tangents import HeldFunction, tangents, total
 
 Exprs = tuple[Expr, ...]

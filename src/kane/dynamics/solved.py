@@ -15,14 +15,13 @@ from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.lazy import Lately, LazyMapping, read
 from kane.expr.build import add, neg, sub
 from kane.expr.evaluation import Walk, free_symbols, is_constant_in_time
+from kane.expr.forms.collect import joined
 from kane.expr.forms.count import Operations, count_operations
-from kane.expr.forms.linear_forms import joined
 from kane.expr.forms.shorten import shortened
-from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.regular import Guards, extended, factors, guarding, unguarded
-from kane.expr.size import Sizes, never_zero, size
+from kane.expr.ops import Immutable
+from kane.expr.regular import Guards, Sizes, extended, factors, guarding, never_zero, size, unguarded
 from kane.expr.symbols import Speed, Symbols, rate
 from kane.expr.visit import substituted
 from kane.kinematics.motion import Motion

@@ -14,10 +14,10 @@ from kane.dynamics.solved import Solved
 from kane.equations.routines import ROUTINES, Outputs, output_bundle, ports, program
 from kane.errors import ArgumentError, Attributes, none_of
 from kane.numeric.arrays import Array
+from kane.program.build import Receipt, receipt
 from kane.program.native import arguments
 from kane.program.native.compiled_routine import ALL, CompiledRoutine, NotFinite, new_block
 from kane.program.native.machine import Settings
-from kane.program.operation_count import Receipt, receipt
 from kane.program.program import Program
 
 _ARRAY: Any = np.ndarray

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from kane.collector import collecting_seldom
 from kane.dynamics.constraints.configurations import place
 from kane.dynamics.constraints.embed import first_partition
 from kane.dynamics.constraints.partition import Partition
@@ -18,9 +17,9 @@ from kane.dynamics.readings.potential import check_potentials
 from kane.dynamics.solved import Solved
 from kane.equations.equations import Equations
 from kane.errors import ModelError, cut, none_of
-from kane.expr.memo import remembering
+from kane.expr.visit import remembering
 from kane.model.system import System
-from kane.progress import working
+from kane.progress import collecting_seldom, working
 
 
 def derive(

@@ -38,9 +38,9 @@ from kane.equations.jacobian import Jacobian, jacobian
 from kane.equations.numeric import Numeric
 from kane.equations.state import State, state_of
 from kane.errors import ArgumentError, SimulationError, cut
-from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr
+from kane.expr.ops import Immutable
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Speed
 from kane.kinematics.constraints import ConstraintRows
 from kane.kinematics.motion import Kinematics

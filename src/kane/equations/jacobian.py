@@ -21,16 +21,15 @@ from kane.dynamics.solved import Solved
 from kane.equations.state import State, state_of
 from kane.errors import ArgumentError, CornerError, cut
 from kane.expr.forms.count import Operations, count_operations
-from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, constant
-from kane.expr.ops import GONE
+from kane.expr.ops import GONE, Immutable
 from kane.expr.piecewise import Switch, on_sides, switches
-from kane.expr.size import Sizes, size
+from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Parameter, Symbol, rate, time
 from kane.expr.visit import substituted
 from kane.numeric.arrays import Array, first_place
-from kane.numeric.named import symbols_named
+from kane.numeric.sampling import symbols_named
 from kane.numeric.scale import EQUAL
 
 

@@ -7,8 +7,7 @@ from threading import Lock
 from typing import Any, Generic, TypeVar
 
 from kane.equations.compiled import Handle
-from kane.program.build import build_program
-from kane.program.bundle import Bundle
+from kane.program.build import Bundle, build_program
 from kane.program.native.compiled_routine import BundleRoutine, CompiledRoutine
 from kane.program.native.machine import Settings, build_library
 

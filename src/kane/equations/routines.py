@@ -20,8 +20,7 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol, rate, time
 from kane.numeric.arrays import Array
-from kane.program.build import Task, build_program
-from kane.program.bundle import Bundle, Shaped
+from kane.program.build import Bundle, Shaped, Task, build_program
 from kane.program.program import Note, Port, Program
 
 

@@ -7,11 +7,10 @@ from kane.expr import operators as _operators  # noqa: F401  attaches the operat
 from kane.lazy_imports import offered as _offered
 
 if TYPE_CHECKING:
-    from kane.expr.differentiation import diff, gradient, jacobian, time_derivative
+    from kane.expr.differentiation import affine, diff, gradient, jacobian, time_derivative
     from kane.expr.evaluation import evaluate, free_symbols
     from kane.expr.forms.count import Operations, count_operations
     from kane.expr.forms.taylor_series import taylor
-    from kane.expr.linear_parts import affine
     from kane.expr.matrix import Matrix
     from kane.expr.node import Expr
     from kane.expr.piecewise import Table
@@ -34,20 +33,17 @@ __getattr__ = _offered(
     {
         "build": "NODE_BUILDERS add cos div mul sin sub sum_of",
         "constants": "correctly_rounded error_of weight",
-        "differentiation": "diff gradient jacobian time_derivative weighted",
-        "evaluation": "Walk compile_reference evaluate free_symbols is_constant_in_time",
-        "floats": "FLOAT",
-        "forms.collect": "collected factored",
+        "differentiation": "diff gradient jacobian time_derivative weighted affine affine_forms",
+        "evaluation": "Walk compile_reference evaluate free_symbols is_constant_in_time FLOAT",
+        "forms.collect": "collected factored combined joined",
         "forms.count": "Operations count_operations price",
         "forms.expand": "MOST expanded",
         "forms.integration": "antiderivative",
-        "forms.linear_forms": "combined joined",
         "forms.scales": "scaled",
         "forms.shorten": "named shared shortened with_short_quotients",
         "forms.taylor_series": "taylor",
-        "linear_parts": "affine affine_forms",
         "matrix": "Matrix dot",
-        "memo": "remembered remembering",
+        "visit": "remembered remembering fold imaged rebuilt substitute substituted",
         "node": "BUILDERS Expr ONE ZERO as_expr constant constant_value digest intern_node postorder precedes sweep",
         "ops": "ADD CONST COS DIV GONE MUL OPS SIN SUB",
         "piecewise": "Table leaps lowered on_sides switches table",
@@ -55,9 +51,10 @@ __getattr__ = _offered(
         "solve": "ldl lu matched_columns solve_linear sparse_order structural_rank",
         "square_system": "Adjugate InOrder Triangular content divider over_number square",
         "surd": "Surd root",
-        "symbols": "AuxiliarySpeed Coordinate Input Parameter QuasiRate Rate Reaction Speed StateVariable Symbol names "
-        "per_second rate",
-        "visit": "fold imaged rebuilt substitute substituted",
+        "symbols": (
+            "AuxiliarySpeed Coordinate Input Parameter QuasiRate Rate Reaction Speed StateVariable Symbol names "
+            "per_second rate"
+        ),
     },
 )
 

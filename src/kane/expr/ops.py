@@ -6,16 +6,20 @@ returns one partial derivative an argument, built with the arguments' own operat
 
 The cost is what one evaluation counts as: 1 for + − × ÷ √ and each transcendental; 0 for leaves, changes of sign, absolute values,
 comparisons and choices.
+
+What never changes is its own copy.
 """
 
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol, Self
 
 import numpy as np
+
+from kane.errors import Attributes
 
 Derivative = Callable[..., tuple[Any, ...]]
 
@@ -123,3 +127,35 @@ CONST, PI, SYMBOL = OPS["const"], OPS["pi"], OPS["symbol"]
 ADD, SUB, MUL, DIV, NEG, POW, SQRT = (OPS[k] for k in ("add", "sub", "mul", "div", "neg", "pow", "sqrt"))
 SIN, COS, TAN = OPS["sin"], OPS["cos"], OPS["tan"]
 LESS, WHERE, REGULAR = OPS["less"], OPS["where"], OPS["regular"]
+
+
+_STRIDE = 32
+
+
+class Immutable(Attributes):
+    """A copy, a deep one too, is the thing itself: frames, points and records are known by identity."""
+
+    __slots__ = ()
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self
+
+
+class Born(Protocol):
+    """What has a parent of its own kind, or none."""
+
+    @property
+    def parent(self) -> Any:
+        """What it is born from."""
+
+
+def landmarks(child: Born) -> Sequence[Any]:
+    """Some ancestors from the root on, a bounded number of births apart: pickled first, long lines of them need no recursion."""
+    line, at = [], child.parent
+    while at is not None:
+        line.append(at)
+        at = at.parent
+    return line[::-1][_STRIDE - 1 :: _STRIDE]

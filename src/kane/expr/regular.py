@@ -3,15 +3,177 @@
 
 It stands where d is divided by, so that what is divided by a vanished d is NaN in every language; nothing is added to what is counted
 as operations. In formulas it is not shown: it changes no value that there is.
+
+How large an expression can become: a bound by magnitudes, for the size beside which it counts as zero.
+
+|sin x| and |cos x| are at most 1, a sum is about as large as the largest of its terms, a product is as large as the sizes of its
+factors together. What is left holds parameters alone in most cases, and is free of the angles at which the expression vanishes.
+Absolute values and comparisons cost no operation.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import reduce
+from typing import TypeAlias
 
 from kane.expr.build import NODE_BUILDERS, div, mul
-from kane.expr.node import Expr, intern_pair, intern_single, nodes, postorder, precedes
-from kane.expr.ops import ADD, DIV, MUL, NEG, REGULAR
-from kane.expr.size import Sizes, never_zero, size
+from kane.expr.constants import weight
+from kane.expr.node import (
+    ONE,
+    ZERO,
+    Expr,
+    constant,
+    constant_value,
+    intern_pair,
+    intern_single,
+    nodes,
+    postorder,
+    precedes,
+)
+from kane.expr.ops import ADD, CONST, COS, DIV, MUL, NEG, OPS, REGULAR, SIN, SQRT, SUB
+from kane.expr.symbols import Parameter, Symbol
 from kane.expr.visit import fold, imaged
+
+_MOST = 12
+"""Terms of a sum that are looked at one by one; where there are more, its two sides are."""
+Sizes = dict[Expr, tuple[Expr, ...]]
+"""Of each expression those whose largest absolute value is its size."""
+
+
+def size(e: Expr, memo: Sizes) -> Expr:
+    """The size of `e`; a `memo` shared between calls makes later ones cost only what is new."""
+    terms = fold(e, memo, lambda node: _of_node(node, [memo[a] for a in node.args]))
+    return largest(terms)
+
+
+def largest(terms: Iterable[Expr]) -> Expr:
+    """The largest absolute value, 0 of none."""
+    sizes = [x if _is_size(x) else NODE_BUILDERS["abs"](x) for x in _distinct(terms)]
+    return reduce(NODE_BUILDERS["max"], sizes) if sizes else ZERO
+
+
+def _is_size(x: Expr) -> bool:
+    """Whether `x` is made of absolute values and roots by products, quotients and taking the largest."""
+    left, met = [x], {x}
+    while left:
+        node = left.pop()
+        if node.op is MUL or node.op is DIV or node.op is _MAX:
+            left += [a for a in node.args if a not in met]
+            met.update(node.args)
+        elif not (node.op is _ABS or node.op is SQRT or node.op is CONST):
+            return False
+    return True
+
+
+def is_unbounded(e: Expr) -> bool:
+    """Whether more than parameters is in `e` outside of sines and cosines: there its size is no bound, but what it is at a state."""
+    met, waiting = {e}, [e]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, Symbol):
+            if not isinstance(node, Parameter):
+                return True
+        elif node.op is not SIN and node.op is not COS:
+            waiting += [a for a in node.args if a not in met]
+            met.update(node.args)
+    return False
+
+
+def never_zero(e: Expr) -> bool:
+    """Whether the form of `e` shows that it vanishes nowhere: numbers, and sums of terms of one sign.
+
+    A parameter may be 0, and what is not seen here may still be so.
+    """
+    while e.op is NEG or e.op is DIV:
+        e = e.args[0]
+    if _is_of_either_sign(e):
+        return False
+    memo: dict[Expr, _Sign] = {}
+    return fold(e, memo, lambda node: _sign(node, [memo[a] for a in node.args]))[1]
+
+
+def _is_of_either_sign(e: Expr, depth: int = 0) -> bool:
+    """Whether a look at the first factors and terms shows that no sign is known, and so neither that `e` vanishes nowhere."""
+    op, args = e.op, e.args
+    if op in _SIGNED or depth > _DEPTH:
+        return False
+    if op is NEG:
+        return _is_of_either_sign(args[0], depth + 1)
+    if op is MUL or op is DIV or op is ADD or op is SUB:
+        a, b = args
+        return (op is not MUL or a is not b) and (_is_of_either_sign(a, depth + 1) or _is_of_either_sign(b, depth + 1))
+    return True
+
+
+_Sign: TypeAlias = tuple[int, bool]
+"""1, −1 or, where it is not known, 0; and whether it is known not to vanish."""
+_POSITIVE = {OPS["exp"], OPS["cosh"], OPS["pi"]}
+_ABS, _MAX = OPS["abs"], OPS["max"]
+_SIGNED = {*_POSITIVE, _ABS, SQRT, CONST}
+_DEPTH = 12
+
+
+def _sign(node: Expr, parts: Sequence[_Sign]) -> _Sign:
+    op, value = node.op, constant_value(node)
+    if value is not None:
+        return ((1 if value > 0 else -1), value != 0)
+    if op in _POSITIVE:
+        return 1, True
+    if op is _ABS or op is SQRT:
+        return 1, parts[0][1]
+    if op is NEG:
+        return -parts[0][0], parts[0][1]
+    if op is MUL or op is DIV:
+        (a, p), (b, q) = parts
+        square = op is MUL and node.args[0] is node.args[1]
+        return 1 if square else a * b, p and (q or op is DIV)
+    if op is ADD or op is SUB:
+        (a, p), (b, q) = parts
+        b = b if op is ADD else -b
+        return (a, p or q) if a == b and a else (0, False)
+    return 0, False
+
+
+def _of_node(node: Expr, parts: Sequence[tuple[Expr, ...]]) -> tuple[Expr, ...]:
+    op = node.op
+    if op is CONST:
+        return (constant(weight(node)),)
+    if op is NEG or op is REGULAR:
+        return parts[0]
+    if op is SIN or op is COS:
+        return (ONE,)
+    if op is ADD or op is SUB:
+        terms = _distinct([*parts[0], *parts[1]])
+        return terms if len(terms) <= _MOST else _distinct(node.args)
+    if op is MUL:
+        return _product(*parts)
+    if op is DIV:
+        above = parts[0] if len(parts[0]) == 1 else (largest(parts[0]),)
+        return (div(above[0], node.args[1]),)
+    return (node,)
+
+
+def _product(a: tuple[Expr, ...], b: tuple[Expr, ...]) -> tuple[Expr, ...]:
+    """One multiplication at most: numbers scale every term, otherwise the largest are multiplied."""
+    for one, other in ((a, b), (b, a)):
+        if len(one) == 1 and (one[0].op is CONST or len(other) == 1):
+            return _distinct(mul(one[0], x) for x in other)
+    return (mul(largest(a), largest(b)),)
+
+
+def _distinct(terms: Iterable[Expr]) -> tuple[Expr, ...]:
+    """Each once, without signs, and of numbers the largest."""
+    kept: dict[Expr, None] = {}
+    number = 0.0
+    for x in terms:
+        value = constant_value(x)
+        if value is None:
+            while x.op is NEG or x.op is _ABS:
+                x = x.args[0]
+            kept[x] = None
+        else:
+            number = max(number, abs(float(value)))
+    return (*([constant(number)] if number else []), *kept)
+
 
 Guards = Mapping[Expr, Expr]
 """The size of each divisor that may vanish."""

@@ -2,10 +2,17 @@
 """The visit that differentiation, the affine forms and `substitute` share: arguments first, each node once, no recursion.
 
 `kn.substitute` replaces symbols, nodes or names in whatever is made of expressions, by numbers or expressions.
+
+Pure functions whose results are kept while one derivation lasts: its routes ask for the same turns and products again and again.
+
+A result depends on the arguments alone, kept or not. Nothing is kept outside of `remembering`, so that nodes live no longer for it.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypeVar
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import wraps
+from typing import Any, ParamSpec, TypeVar, cast
 
 from kane.errors import ExpressionError, ValueMissingError, alike, cut
 from kane.expr.build import NODE_BUILDERS
@@ -117,3 +124,45 @@ def _each(what: Any, change: Any) -> Any:
         raise ExpressionError(
             f"Expected an expression, Vector, Matrix or a list of these to substitute in, got {cut(repr(what))}."
         ) from error
+
+
+P = ParamSpec("P")
+Result = TypeVar("Result")
+
+
+class _Scope(threading.local):
+    """What the derivation of this thread has found, by function and arguments; None outside of one."""
+
+    found: dict[tuple[Any, ...], Any] | None = None
+
+
+_scope = _Scope()
+
+
+@contextmanager
+def remembering() -> Iterator[None]:
+    """Within, `remembered` functions of this thread compute each result once; a derivation within another shares what that one has."""
+    outer = _scope.found
+    if outer is None:
+        _scope.found = {}
+    try:
+        yield
+    finally:
+        _scope.found = outer
+
+
+def remembered(function: Callable[P, Result]) -> Callable[P, Result]:
+    """A pure function of arguments that never change, known by their hash and given by place; never None."""
+
+    def known(*args: Any) -> Any:
+        table = _scope.found
+        if table is None:
+            return call(*args)
+        key = (call, *args)
+        result = table.get(key)
+        if result is None:
+            result = table[key] = call(*args)
+        return result
+
+    call: Callable[..., Any] = function
+    return cast(Callable[P, Result], wraps(function)(known))

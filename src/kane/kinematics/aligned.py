@@ -36,8 +36,7 @@ from kane.kinematics.placement import (
     times,
     turn_about,
 )
-from kane.numeric.arrays import Array
-from kane.numeric.rotations import rounded, zxz
+from kane.numeric.arrays import Array, rounded, zxz
 from kane.numeric.scale import LAST_DIGIT
 from kane.space.frame import Frame
 from kane.space.rotation import (

@@ -11,22 +11,20 @@ from functools import cached_property
 
 from kane.errors import ModelError, NotAffineError, cut
 from kane.expr.build import add, neg
-from kane.expr.differentiation import time_derivative
+from kane.expr.differentiation import affine_forms, time_derivative
 from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.forms.collect import collected
 from kane.expr.forms.count import exceeds, price
-from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.size import Sizes, size
+from kane.expr.regular import Sizes, size
 from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Speed
 from kane.kinematics.motion import Kinematics
 from kane.kinematics.pulls import rows_along_tree
 from kane.kinematics.speeds import ScalarForm
 from kane.model.constraints import Constraint
 from kane.model.reactions import constraint_of
-from kane.numeric.bounds import vanish
-from kane.numeric.scale import GIVEN
+from kane.numeric.scale import GIVEN, vanish
 
 _LARGE = 16
 """Speeds from which on rows are found along the tree."""

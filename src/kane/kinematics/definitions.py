@@ -24,8 +24,8 @@ import numpy as np
 
 from kane.errors import SingularError, SpeedsError, cut
 from kane.expr.build import add, mul, neg, sub
+from kane.expr.differentiation import affine_forms
 from kane.expr.evaluation import Walk, evaluate, free_symbols
-from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, constant
 from kane.expr.solve import blocks, invert, matched_columns, structural_rank

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from kane.expr.build import add, mul
+from kane.expr.differentiation import Affine
 from kane.expr.evaluation import is_constant_in_time
-from kane.expr.linear_parts import Affine
 from kane.expr.node import ONE, ZERO, Expr
 from kane.kinematics.motion import Kinematics
 from kane.kinematics.speeds import Row, ScalarForm

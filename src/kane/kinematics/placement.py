@@ -19,9 +19,8 @@ from kane.expr.build import add, cos, mul, neg, sin, sqrt
 from kane.expr.evaluation import evaluate, free_symbols, is_constant_in_time
 from kane.expr.matrix import dot
 from kane.expr.node import BUILDERS, ONE, ZERO, Expr, as_expr, constant, constant_value
-from kane.numeric import rotations
-from kane.numeric.arrays import Array, product
-from kane.numeric.rotations import about, turned, zx
+from kane.numeric import arrays
+from kane.numeric.arrays import Array, about, product, turned, zx
 from kane.numeric.sampling import SEED, value_of
 from kane.space.frame import Frame
 from kane.space.rotation import NOTHING, Basis, Cosines, Orientation, Triple
@@ -84,7 +83,7 @@ def _as_expr(x: Angle) -> Expr:
 def turn_about(axis: int, angle: Angle) -> Array:
     """Of a rotation about a basis vector."""
     if not isinstance(angle, Expr):
-        return rotations.about(axis, angle)
+        return arrays.about(axis, angle)
     return turned_by(axis, cos(angle), sin(angle))
 
 

@@ -13,8 +13,8 @@ from functools import partial, reduce
 from typing import NamedTuple
 
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub
+from kane.expr.differentiation import Affine, affine_forms, combined
 from kane.expr.forms.count import price
-from kane.expr.linear_parts import Affine, affine_forms, combined
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import DIV, MUL, NEG

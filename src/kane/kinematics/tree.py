@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 from kane.expr.build import sub
-from kane.expr.differentiation import time_derivative
+from kane.expr.differentiation import affine_forms, time_derivative
 from kane.expr.evaluation import free_symbols, is_constant_in_time
-from kane.expr.linear_parts import affine_forms
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import QuasiRate, Rate, Symbol
 from kane.kinematics.aligned import Aligned, aligned_bases

@@ -17,9 +17,8 @@ import numpy as np
 from kane import expect
 from kane.errors import ModelError, cut, warn
 from kane.expr.evaluation import evaluate, free_symbols
-from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr, constant_value
-from kane.expr.ops import CONST
+from kane.expr.ops import CONST, Immutable
 from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol
 from kane.model.solids import central_inertia
 from kane.numeric.sampling import SEED, SEEDS, draw, sample

@@ -19,8 +19,8 @@ from kane.errors import ModelError, UnitError, cut
 from kane.expr.build import neg
 from kane.expr.differentiation import time_derivative
 from kane.expr.evaluation import free_symbols, is_constant_in_time
-from kane.expr.immutable import Immutable
 from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, Rate, Speed, Time, input_of
 from kane.model.directions import check_unit, home_of
 from kane.space.frame import Frame

@@ -12,8 +12,8 @@ import numpy as np
 from kane import expect
 from kane.errors import ModelError, cut
 from kane.expr.evaluation import free_symbols
-from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr
+from kane.expr.ops import Immutable
 from kane.expr.symbols import (
     AuxiliarySpeed,
     Coordinate,

@@ -17,9 +17,9 @@ from kane.errors import ModelError, cut
 from kane.expr.build import div
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.forms.collect import collected
-from kane.expr.immutable import Immutable
 from kane.expr.node import ZERO, Expr
-from kane.expr.size import Sizes, size
+from kane.expr.ops import Immutable
+from kane.expr.regular import Sizes, size
 from kane.model.loads import Gravity, Load
 from kane.model.mass import parts_listed
 from kane.numeric.sampling import SEEDS, draw

@@ -11,8 +11,8 @@ from typing import Any, TypeVar
 from kane import expect
 from kane.errors import ModelError, cut
 from kane.expr.evaluation import free_symbols, is_constant_in_time
-from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr
+from kane.expr.ops import Immutable
 from kane.expr.symbols import QuasiRate, Rate, Reaction, Speed, Symbol, input_of
 from kane.model.bodies import Body
 from kane.model.directions import check_unit

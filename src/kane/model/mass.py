@@ -20,10 +20,10 @@ from kane.errors import ModelError, cut
 from kane.expr.build import add, cos, div, mul, sin, sub
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.forms.collect import collected
-from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import TWO, ZERO, Expr, as_expr, constant, constant_value, pi
 from kane.expr.operators import atan2, sqrt
+from kane.expr.ops import Immutable
 from kane.expr.symbols import Parameter
 from kane.model.bodies import Body, Part, RigidBody, parts_of
 from kane.model.directions import check_unit

@@ -20,8 +20,7 @@ from kane.model.reactions import cut_of
 from kane.space.point import Point
 from kane.units.algebra import ANY, NUMBER, ONE, Unit, conflict
 from kane.units.parser import parse
-from kane.units.rules import Known, infer, unit_of
-from kane.units.text import spelled
+from kane.units.rules import Known, infer, spelled, unit_of
 
 _QUANTITIES = ("kg", "m", "s", "N", "J", "kg*m^2", "m/s^2")
 MASS, LENGTH, TIME, FORCE, ENERGY, INERTIA, ACCELERATION = map(parse, _QUANTITIES)

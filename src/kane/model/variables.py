@@ -13,11 +13,10 @@ import numpy as np
 
 from kane import expect
 from kane.errors import ModelError, NotAffineError, SpeedsError, cut
-from kane.expr.differentiation import euler_parameter_rates, time_derivative
+from kane.expr.differentiation import Affine, affine_forms, euler_parameter_rates, time_derivative
 from kane.expr.evaluation import evaluate, free_symbols
-from kane.expr.immutable import Immutable
-from kane.expr.linear_parts import Affine, affine_forms
 from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, Input, QuasiRate, Rate, Speed, Symbol, Symbols, input_of, names, rate, word
 from kane.expr.visit import substituted
 from kane.model.constraints import Constraint

@@ -15,7 +15,7 @@ from kane.equations.equations import Equations
 from kane.equations.routines import ports
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO
-from kane.expr.size import Sizes, size
+from kane.expr.regular import Sizes, size
 from kane.motion.hybrid.events import Inspection, Verdict
 from kane.motion.projection import Numbers, Tolerances
 from kane.motion.right_hand_side import Given
@@ -25,7 +25,7 @@ from kane.motion.steps import Stepper, better
 from kane.numeric.arrays import Array
 from kane.numeric.rank import balance
 from kane.numeric.scale import POOR
-from kane.program.bundle import Bundle
+from kane.program.build import Bundle
 from kane.program.native.entry import aligned, entry, hoisted
 
 _WELL, _POORLY = 2.5, 0.25

@@ -21,13 +21,13 @@ from kane.errors import SimulationError, cut
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import GONE
 from kane.expr.piecewise import Switch, switches
-from kane.expr.size import Sizes, size
+from kane.expr.regular import Sizes, size
 from kane.expr.symbols import time
 from kane.motion.projection import Numbers, Tolerances, constraint_numbers
 from kane.numeric.arrays import Array
+from kane.numeric.polynomials import DEGREE as PARTS
 from kane.numeric.scale import LAST_DIGIT, LEAPS, SOON
-from kane.numeric.sign_changes import DEGREE as PARTS
-from kane.program.bundle import Bundle
+from kane.program.build import Bundle
 from kane.program.native.compiled_routine import BundleRoutine
 
 Dense = Callable[[float | Array], Array]

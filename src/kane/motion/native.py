@@ -26,8 +26,8 @@ from kane.motion.stepping import STEPPED, ScipyCourse, not_held
 from kane.motion.steps import Stepper
 from kane.motion.switches import has_jumps, switches
 from kane.numeric.arrays import Array
+from kane.numeric.polynomials import SHARES
 from kane.numeric.scale import EPS, SAME_TIME
-from kane.numeric.sign_changes import SHARES
 from kane.program.native.machine import Settings
 
 _DOUBLINGS = 80

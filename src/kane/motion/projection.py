@@ -42,14 +42,14 @@ from kane.expr.build import mul
 from kane.expr.evaluation import evaluate
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
-from kane.expr.size import Sizes, largest, size
+from kane.expr.regular import Sizes, largest, size
 from kane.model.constraints import Branch
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.newton import improved
 from kane.numeric.projection import least_change, of_unit_length, row_sizes
 from kane.numeric.rank import Mixed, balance, combinations, mixed, singular, weak_values
 from kane.numeric.scale import CLOSED, CLOSED_FULLY, MOTION_RANK
-from kane.program.bundle import Bundle
+from kane.program.build import Bundle
 from kane.program.native.compiled_routine import BundleRoutine
 
 Mixes = tuple[Mixed | None, Mixed | None]

@@ -27,7 +27,7 @@ from kane.motion.switches import switches
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.projection import least_constraint
 from kane.numeric.rank import Mixed
-from kane.program.bundle import Bundle, Shaped
+from kane.program.build import Bundle, Shaped
 from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.entry import entry, hoisted
 from kane.program.native.machine import Settings

@@ -22,7 +22,7 @@ from kane.motion.right_hand_side import timed
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.scale import LEAPS
-from kane.program.bundle import Bundle
+from kane.program.build import Bundle
 from kane.program.emit.c import emit_c, emit_kernel_c
 from kane.program.emit.names import c_number
 

@@ -20,15 +20,14 @@ from kane.expr.evaluation import evaluate, free_symbols, is_constant_in_time
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.ops import OPS, SQRT
-from kane.expr.size import size
+from kane.expr.regular import size
 from kane.expr.symbols import Coordinate
 from kane.model.beams.beam import Beam
 from kane.model.bodies import largest_moment, least_moment, parts_of
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
-from kane.numeric.named import finite_number
 from kane.numeric.rank import balance, null_direction, singular
-from kane.numeric.sampling import SEED, sample
+from kane.numeric.sampling import SEED, finite_number, sample
 from kane.numeric.scale import EPS, MOTION_RANK, SOLVE_RANK, TAKES_PART, UNRELATED
 
 

@@ -6,16 +6,12 @@ from kane.lazy_imports import offered
 __getattr__ = offered(
     __name__,
     {
-        "bounds": "bounded vanish",
-        "legendre": "gauss",
-        "named": "finite_number named_values symbol_named symbols_named",
+        "scale": "bounded vanish DECLARED DERIVE_RANK SOLVE_RANK",
+        "polynomials": "gauss SHARES passages",
+        "sampling": "finite_number named_values symbol_named symbols_named HIGH LOW draw sample value_of values_of",
         "newton": "NaturalSizes close close_many close_most closest improved sizes starts",
-        "sign_changes": "SHARES passages",
         "projection": "least_change least_constraint metric mobility of_unit_length reflected",
         "rank": "balance balanced dependencies indeterminate null_direction singular sure_rows within",
-        "rotations": "zxz",
-        "scale": "DECLARED DERIVE_RANK SOLVE_RANK",
-        "sampling": "HIGH LOW draw sample value_of values_of",
-        "time_scale": "pace",
+        "arrays": "zxz pace",
     },
 )

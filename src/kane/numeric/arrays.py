@@ -1,10 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The types of arrays, a product that every machine rounds alike, and where in an array something is wrong."""
+"""The types of arrays, a product that every machine rounds alike, and where in an array something is wrong.
 
+Direction cosines in numbers, arrays of shape (3, 3): v in the base = C v in the turned frame.
+
+How fast what is left to itself changes, read off ẋ = A x: the same in any units of x.
+"""
+
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+
+from kane.expr.constants import value_of_numbers
+from kane.expr.ops import COS, OPS, SIN
+from kane.numeric.scale import LAST_DIGIT
 
 Array = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
@@ -36,3 +46,61 @@ def first_place(mask: Any) -> First:
     """The first place at which a mask holds somewhere."""
     place = tuple(int(i) for i in np.argwhere(mask)[0])
     return First(place, str(place[0] if len(place) == 1 else place), int(np.sum(mask)) - 1)
+
+
+ATAN2 = OPS["atan2"]
+
+
+def turned(axis: int, c: float, s: float) -> Array:
+    """Of a rotation about a basis vector, by cosine and sine."""
+    j, k = (axis + 1) % 3, (axis + 2) % 3
+    cosines = np.eye(3)
+    cosines[j, j] = cosines[k, k] = c
+    cosines[k, j], cosines[j, k] = s, -s
+    return cosines
+
+
+def about(axis: int, angle: float) -> Array:
+    """Of a rotation about a basis vector."""
+    return turned(axis, value_of_numbers(COS, angle), value_of_numbers(SIN, angle))
+
+
+def rounded(cosines: Array) -> Array:
+    """With what is 0 or ±1 up to rounding made so."""
+    near = np.round(cosines)
+    return np.where(np.abs(cosines - near) <= LAST_DIGIT, near, cosines)
+
+
+def zx(direction: Array) -> tuple[float, float]:
+    """γ and α with R_z(γ) R_x(α) z = direction; γ is 0 where that is ±z up to rounding."""
+    x, y, z = direction.tolist()
+    across = math.hypot(x, y)
+    if across <= LAST_DIGIT:
+        return 0.0, 0.0 if z > 0 else math.pi
+    return value_of_numbers(ATAN2, x, -y), value_of_numbers(ATAN2, across, z)
+
+
+def zxz(cosines: Array) -> tuple[float, float, float]:
+    """a, b, c of R_z(a) R_x(b) R_z(c); c from what a and b leave, so that the product is exact where b is small."""
+    a, b = zx(cosines[:, 2])
+    rest = product(product(about(2, a), about(0, b)).T, cosines)
+    return a, b, value_of_numbers(ATAN2, *rest[1::-1, 0].tolist())
+
+
+def pace(a: Array) -> float:
+    """The largest geometric mean of |A_ij| over a cycle of dependence (n × n), 0 where nothing depends on itself (Karp 1978).
+
+    It lies between a share 1/n of the spectral radius of |A| and that radius: √k of ẍ = −k x, c of ẋ = −c x.
+    """
+    n = len(a)
+    with np.errstate(divide="ignore"):
+        gains = np.log(np.abs(a))
+    # the largest gains of chains of k links that end at each x
+    chains = [np.zeros(n)]
+    for _ in range(n):
+        chains.append((gains + chains[-1]).max(axis=1, initial=-np.inf))
+    ends = np.isfinite(chains[-1])
+    if not ends.any():
+        return 0.0
+    means = [(chains[-1][ends] - chain[ends]) / (n - k) for k, chain in enumerate(chains[:-1])]
+    return float(np.exp(np.min(means, axis=0).max()))

@@ -12,13 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.scale import (
-    DERIVE_RANK,
-    MOTION_RANK,
-    ROUNDED,
-    ROUNDED_SUM,
-    TAKES_PART,
-)
+from kane.numeric.scale import DERIVE_RANK, MOTION_RANK, ROUNDED, ROUNDED_SUM, TAKES_PART
 
 
 @dataclass(frozen=True, slots=True, eq=False)

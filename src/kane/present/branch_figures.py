@@ -17,7 +17,7 @@ from kane.errors import SimulationError, cut
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EQUAL, ROUNDED_ROOT
 from kane.present.motion_plots import label_of
-from kane.units.text import unit_text
+from kane.units.rules import unit_text
 
 Complex = npt.NDArray[np.complex128]
 

@@ -22,7 +22,7 @@ from kane.model.units import unit_in
 from kane.motion.solution.solution import Solution
 from kane.present.motion_plots import label_of
 from kane.space.vector import Vector
-from kane.units.text import unit_text
+from kane.units.rules import unit_text
 from kane.whole import exchange, path_of
 from kane.write.text import to_text
 

@@ -18,9 +18,8 @@ from kane.expr.ops import ADD, NEG, SUB
 from kane.space.frame import Frame
 from kane.space.rotation import Basis
 from kane.space.vector import Vector
-from kane.write.arrange import layout
+from kane.write.arrange import Notation, layout
 from kane.write.latex import LATEX, latex_name, place_latex
-from kane.write.notation import Notation
 from kane.write.text import TEXT
 from kane.write.trees import Minus, Tree
 

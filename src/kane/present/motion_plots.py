@@ -15,7 +15,7 @@ from kane.model.bodies import parts_of
 from kane.model.reactions import cut_of
 from kane.motion.solution.solution import Solution
 from kane.space.point import Point
-from kane.units.text import unit_text
+from kane.units.rules import unit_text
 from kane.write.latex import latex_name, place_latex
 
 _UNKNOWN = frozenset('"&`#')

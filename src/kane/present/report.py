@@ -28,7 +28,7 @@ from kane.present.tables import DECLARED, PageTable, Tex, declared_tables, page_
 from kane.progress import working
 from kane.space.frame import Frame
 from kane.space.point import Point
-from kane.units.text import unit_text
+from kane.units.rules import unit_text
 from kane.whole import exchange, path_of
 from kane.write.latex import latex_name
 

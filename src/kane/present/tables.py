@@ -22,7 +22,7 @@ from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Orientation
 from kane.space.vector import Vector
-from kane.units.text import unit_text
+from kane.units.rules import unit_text
 from kane.write.latex import latex_name, place_latex, to_latex, unit_vector_latex
 
 Row = Mapping[str, Any]

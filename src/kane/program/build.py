@@ -1,24 +1,34 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From expressions to a Program: values numbered, constants folded."""
+"""From expressions to a Program: values numbered, constants folded.
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+Named groups of expressions that one routine computes, and gives back as a record of arrays with their shapes.
+
+The operation receipt of a Program: what each routine costs, by tier and by kind.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from kane.collector import collecting_seldom
-from kane.errors import ValueMissingError
+from kane.errors import ProgramError, ValueMissingError, none_of
 from kane.expr.constants import value_of_numbers
-from kane.expr.node import Expr, constant_value, postorder
+from kane.expr.evaluation import compile_reference
+from kane.expr.forms.count import Operations
+from kane.expr.matrix import Matrix
+from kane.expr.node import Expr, as_expr, constant_value, postorder
 from kane.expr.ops import CONST, PI, REGULAR, SYMBOL, Op
 from kane.expr.piecewise import lowered
 from kane.expr.symbols import Symbol
+from kane.numeric.arrays import Array
 from kane.program.passes.limbs import beside
-from kane.program.passes.optimize import optimized
-from kane.program.passes.reciprocal import with_reciprocals
-from kane.program.passes.tiers import assembled
-from kane.program.passes.verify import verified
+from kane.program.passes.optimize import optimized, with_reciprocals
+from kane.program.passes.tiers import assembled, verified
 from kane.program.program import Code, Note, Port, Program, Routine
+from kane.progress import collecting_seldom
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,3 +131,114 @@ def _fold(order: Iterable[Expr]) -> dict[Expr, float]:
             if np.isfinite(value):
                 values[node] = value
     return values
+
+
+R = TypeVar("R")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shaped:
+    """Expressions in row-major order of a shape."""
+
+    shape: tuple[int, ...]
+    roots: tuple[Expr, ...]
+
+
+def shaped(what: Any) -> Shaped:
+    """One expression (shape ()), a sequence (n,) or a Matrix (m, n)."""
+    if isinstance(what, Shaped):
+        return what
+    if isinstance(what, Matrix):
+        return Shaped(what.shape, tuple(what.entries))
+    if isinstance(what, list | tuple):
+        return Shaped((len(what),), tuple(as_expr(x) for x in what))
+    return Shaped((), (as_expr(what),))
+
+
+class Bundle(Generic[R]):
+    """Groups of expressions of the symbols of `ports`: `record(*arrays)` is what their routine gives, in the order of the groups."""
+
+    __slots__ = ("_places", "groups", "labels", "name", "ports", "record")
+
+    def __init__(
+        self,
+        name: str,
+        ports: Sequence[Port],
+        record: Callable[..., R],
+        groups: Mapping[str, Any],
+        labels: Sequence[str] | None = None,
+    ) -> None:
+        names = [f.name for f in fields(record)] if is_dataclass(record) else getattr(record, "_fields", groups)
+        if list(names) != list(groups):
+            raise ProgramError(f"Expected the groups {', '.join(names)}, got {', '.join(groups)}.")
+        self.name, self.ports, self.record = name, tuple(ports), record
+        self.groups = {name: shaped(what) for name, what in groups.items()}
+        self.labels = [x for n, g in self.groups.items() for x in _labels(n, g)] if labels is None else list(labels)
+        self._places: list[tuple[slice, tuple[int, ...]]] = []
+        end = 0
+        for g in self.groups.values():
+            start, end = end, end + math.prod(g.shape)
+            self._places.append((slice(start, end), g.shape))
+
+    @property
+    def task(self) -> Task:
+        """What its routine computes: all groups, one after the other."""
+        roots = tuple(root for g in self.groups.values() for root in g.roots)
+        return Task(self.name, roots, (len(roots),), self.labels)
+
+    def split(self, values: Array) -> R:
+        """The record of results (…, n): views of them, with their leading axes, then the shape of the group."""
+        lead = values.shape[:-1]
+        return self.record(*(values[..., place].reshape(lead + shape) for place, shape in self._places))
+
+    def reference(self, leaves: Sequence[Expr]) -> Callable[[Sequence[Any]], R]:
+        """A function from numbers for `leaves` to the record, on the reference evaluator: nothing is compiled."""
+        run = compile_reference(self.task.roots, leaves)
+        return lambda values: self.split(np.array(run(values), dtype=float))
+
+
+def _labels(name: str, group: Shaped) -> list[str]:
+    return [name] if group.shape == () else [f"{name}[{k}]" for k in range(len(group.roots))]
+
+
+@dataclass(frozen=True, slots=True)
+class Receipt:
+    """Operations of each routine, in the order of the program.
+
+    Those of parameters are what the routine needs of them; they are computed once for all routines.
+    """
+
+    routines: tuple[tuple[str, Operations], ...]
+
+    def __iter__(self) -> Iterator[str]:
+        return (name for name, _ in self.routines)
+
+    def __getitem__(self, name: str) -> Operations:
+        by_name = dict(self.routines)
+        if name not in by_name:
+            raise ValueMissingError(f"Expected one of {none_of(by_name, name)}")
+        return by_name[name]
+
+    def __str__(self) -> str:
+        return "\n".join(f"{name}: {operations}" for name, operations in self.routines)
+
+
+def receipt(program: Program) -> Receipt:
+    """Count the instructions that each routine runs."""
+    return Receipt(tuple((r.name, _count(program, r.name)) for r in program.routines))
+
+
+def _count(program: Program, name: str) -> Operations:
+    routine = program.routine(name)
+    needed = set(routine.results).union(*(program.arguments(i) for i in routine.body))
+    fixed = []
+    for i in reversed(program.hoisted):
+        if i in needed:
+            fixed.append(i)
+            needed.update(program.arguments(i))
+    costs = [sum(program.op(i).cost for i in block) for block in (fixed, routine.body)]
+    kinds: Counter[str] = Counter()
+    for i in (*fixed, *routine.body):
+        if program.op(i).cost:
+            kinds[program.op(i).name] += program.op(i).cost
+    return Operations(costs[0], costs[1], tuple(sorted(kinds.items())))

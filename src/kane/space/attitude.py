@@ -16,10 +16,10 @@ from kane import expect, show
 from kane.errors import SpaceError, cut
 from kane.expr.build import cos, sin
 from kane.expr.evaluation import evaluate
-from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr
 from kane.expr.operators import atan2, sqrt
+from kane.expr.ops import Immutable
 from kane.numeric.arrays import Array, Entries
 from kane.numeric.scale import GIVEN
 from kane.space import attitude_formulas as formulas

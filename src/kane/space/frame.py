@@ -13,9 +13,9 @@ from kane.errors import SpaceError, cut
 from kane.expr.build import add, cos, mul, neg, sin, sub
 from kane.expr.differentiation import time_derivative
 from kane.expr.evaluation import evaluate, free_symbols, is_constant_in_time
-from kane.expr.immutable import landmarks
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value
+from kane.expr.ops import landmarks
 from kane.expr.symbols import Coordinate, Input, Parameter, QuasiRate, Speed, Time
 from kane.numeric.sampling import SEED, sample
 from kane.numeric.scale import DECLARED, ROUNDED_CHAIN

@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 
 from kane import expect
 from kane.errors import SpaceError
-from kane.expr.immutable import Immutable, landmarks
+from kane.expr.ops import Immutable, landmarks
 from kane.space.frame import Frame
 from kane.space.vector import Vector, check_connected
 

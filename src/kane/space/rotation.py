@@ -13,12 +13,11 @@ from typing import Any
 from kane.errors import warn
 from kane.expr.build import add, cos, mul, neg, sin, sub
 from kane.expr.differentiation import time_derivative
-from kane.expr.immutable import Immutable
 from kane.expr.matrix import dot
-from kane.expr.memo import remembered
 from kane.expr.node import ONE, TWO, ZERO, Expr, as_expr, constant_value
-from kane.expr.ops import NEG, SUB
+from kane.expr.ops import NEG, SUB, Immutable
 from kane.expr.symbols import Coordinate, QuasiRate
+from kane.expr.visit import remembered
 
 Triple = tuple[Expr, Expr, Expr]
 Cosines = tuple[Triple, Triple, Triple]

@@ -13,11 +13,11 @@ from kane.errors import SpaceError, cut
 from kane.expr.build import add, div, mul, neg, sqrt, sub
 from kane.expr.differentiation import tangent, time_derivative
 from kane.expr.evaluation import free_symbols
-from kane.expr.immutable import Immutable
 from kane.expr.matrix import Matrix, dot
-from kane.expr.memo import remembered
 from kane.expr.node import ONE, ZERO, Expr, as_expr
+from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, Symbol, rate
+from kane.expr.visit import remembered
 from kane.space.rotation import (
     NOTHING,
     UNITS,

@@ -6,10 +6,8 @@ from kane.lazy_imports import offered
 __getattr__ = offered(
     __name__,
     {
-        "algebra": "conflict unit",
+        "algebra": "conflict unit PLAIN PREFIXED",
         "parser": "parse",
-        "rules": "RULES",
-        "table": "PLAIN PREFIXED",
-        "text": "unit_text",
+        "rules": "RULES unit_text",
     },
 )

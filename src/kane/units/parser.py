@@ -8,8 +8,20 @@ from functools import cache, lru_cache
 from typing import NoReturn
 
 from kane.errors import UnitError, cut
-from kane.units.algebra import ONE, Unit, power, product, quotient, unit
-from kane.units.table import BASES, FOREIGN, PLAIN, PREFIXED, PREFIXES, SHIFTED
+from kane.units.algebra import (
+    BASES,
+    FOREIGN,
+    ONE,
+    PLAIN,
+    PREFIXED,
+    PREFIXES,
+    SHIFTED,
+    Unit,
+    power,
+    product,
+    quotient,
+    unit,
+)
 
 _NAME = r"°[A-Za-z]*|%|[^\W\d_]\w*"
 _WORD = re.compile(_NAME)

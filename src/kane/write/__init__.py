@@ -6,9 +6,8 @@ from kane.lazy_imports import offered
 __getattr__ = offered(
     __name__,
     {
-        "arrange": "layout",
+        "arrange": "layout Notation",
         "latex": "LATEX latex_name unit_vector_latex",
-        "notation": "Notation",
         "text": "TEXT",
         "trees": "natural",
     },

@@ -7,7 +7,7 @@ from typing import ClassVar
 from kane import show
 from kane.expr.node import Expr, Number
 from kane.expr.surd import Surd
-from kane.write.notation import ATOM, COMPARISON, POWER, Notation, Pieces
+from kane.write.arrange import ATOM, COMPARISON, POWER, Notation, Pieces
 from kane.write.trees import Call, Product, Tree, split_coefficient
 
 

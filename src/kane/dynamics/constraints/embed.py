@@ -28,8 +28,7 @@ from kane.dynamics.constraints.steady import steady_speeds
 from kane.errors import ModelError
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, constant_value
-from kane.expr.regular import Guards, guarding, guards, guards_by_parts
-from kane.expr.size import Sizes, largest, size
+from kane.expr.regular import Guards, Sizes, guarding, guards, guards_by_parts, largest, size
 from kane.expr.square_system import Divisor, Square, square
 from kane.expr.symbols import Speed
 from kane.kinematics.constraints import ConstraintRows

@@ -18,7 +18,7 @@ from kane.dynamics.constraints.partition import Compared
 from kane.expr.build import NODE_BUILDERS, add, div, mul, where
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, ZERO, Expr, constant
-from kane.expr.size import largest
+from kane.expr.regular import largest
 from kane.model.constraints import Constraint
 from kane.numeric.scale import CLOSED_NEARLY
 

@@ -21,10 +21,9 @@ from kane.expr.symbols import Symbol
 from kane.model.constraints import Branch
 from kane.model.system import System
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.bounds import bounded
 from kane.numeric.newton import Closed, ClosedMany, Indices, NaturalSizes, close, close_many, close_most, sizes
 from kane.numeric.sampling import ASSEMBLY_SEED
-from kane.numeric.scale import CLOSED, CLOSED_NEARLY, LAST_DIGIT
+from kane.numeric.scale import CLOSED, CLOSED_NEARLY, LAST_DIGIT, bounded
 
 ROWS = 16
 """How many configurations are looked at one by one."""

@@ -21,7 +21,7 @@ from kane.dynamics.constraints.manifold import Manifold
 from kane.errors import ModelError
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
-from kane.expr.size import size
+from kane.expr.regular import size
 from kane.expr.symbols import Symbol
 from kane.kinematics.constraints import ConstraintRows
 from kane.model.system import System

@@ -19,8 +19,7 @@ from typing import NamedTuple
 
 from kane.dynamics.derivation import Derived
 from kane.expr.build import add, mul, neg, sub, sum_of
-from kane.expr.differentiation import time_derivative
-from kane.expr.linear_parts import affine_forms
+from kane.expr.differentiation import affine_forms, time_derivative
 from kane.expr.matrix import dot
 from kane.expr.node import TWO, ZERO, Expr
 from kane.kinematics.freedoms import Shift, Stages, Unsuited

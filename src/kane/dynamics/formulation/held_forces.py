@@ -13,9 +13,9 @@ from kane.dynamics.derivation import Derived
 from kane.dynamics.formulation.equations import holds_reactions
 from kane.dynamics.solved import Solved
 from kane.expr.build import mul, neg, sub, sum_of
+from kane.expr.differentiation import Affine
 from kane.expr.forms.collect import collected
 from kane.expr.forms.count import price
-from kane.expr.linear_parts import Affine
 from kane.expr.node import ONE, ZERO, Expr
 from kane.model.constraints import Constraint
 from kane.model.loads import Load

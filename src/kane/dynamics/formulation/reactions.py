@@ -19,8 +19,8 @@ from kane.dynamics.formulation.equations import Motions, about_points_at_rest
 from kane.expr.build import neg
 from kane.expr.forms.count import Prices, exceeds
 from kane.expr.matrix import Matrix
-from kane.expr.memo import remembered
 from kane.expr.node import ZERO, Expr
+from kane.expr.visit import remembered
 from kane.kinematics.motion import Following, Kinematics, Motion
 from kane.space.frame import Frame
 from kane.space.rotation import Basis

@@ -21,9 +21,9 @@ from kane.dynamics.formulation.elastic import Bent, bending_bodies, bent_frames,
 from kane.dynamics.formulation.equations import evident, holds_reactions
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
+from kane.expr.differentiation import affine_forms
 from kane.expr.evaluation import Walk
 from kane.expr.forms.count import price
-from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.visit import substituted
@@ -33,8 +33,8 @@ from kane.kinematics.segments import JointStep, JointTree, Segments, joint_tree,
 from kane.kinematics.tree import Tree, repeated
 from kane.model.bodies import deforming
 from kane.model.variables import EulerParameters
-from kane.numeric.bounds import bounded
 from kane.numeric.sampling import SEEDS, draws, unit, value_of
+from kane.numeric.scale import bounded
 from kane.tree.articulated import Articulated, Wrenches
 from kane.tree.composite import Composite
 from kane.tree.values import Rigid

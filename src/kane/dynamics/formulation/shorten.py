@@ -17,13 +17,12 @@ from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derivation import Derived
 from kane.dynamics.solved import Solved
 from kane.expr.build import add, div, mul, sum_of
-from kane.expr.forms.collect import collected
+from kane.expr.differentiation import affine_forms
+from kane.expr.forms.collect import collected, combined
 from kane.expr.forms.count import Prices, exceeds, price
-from kane.expr.forms.linear_forms import combined
 from kane.expr.forms.scales import scaled
 from kane.expr.forms.shorten import named, shared
 from kane.expr.forms.shorten import with_short_quotients as shortened
-from kane.expr.linear_parts import affine_forms
 from kane.expr.node import TWO, ZERO, Expr
 from kane.expr.ops import ADD, MUL, NEG, SUB
 from kane.expr.regular import extended

@@ -37,8 +37,8 @@ from kane.dynamics.formulation.equations import classical
 from kane.dynamics.solved import Solved
 from kane.errors import KaneError
 from kane.expr.build import add, mul, neg, sub
+from kane.expr.differentiation import affine_forms
 from kane.expr.evaluation import holds_any, is_constant_in_time
-from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, constant_value
 from kane.expr.solve import determinant

@@ -17,11 +17,11 @@ from kane.dynamics.lazy import read
 from kane.dynamics.methods.in_rates import LinearConstraints
 from kane.errors import ModelError, SingularError
 from kane.expr.build import add, neg, sub
+from kane.expr.differentiation import affine_forms
 from kane.expr.forms.count import Operations, count_operations
-from kane.expr.immutable import Immutable
-from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr
+from kane.expr.ops import Immutable
 from kane.expr.solve import finish, forward, ldl
 
 Exprs = tuple[Expr, ...]

@@ -14,8 +14,7 @@ from kane.dynamics.methods.base import Exprs, Formulation, definite, solved, tol
 from kane.dynamics.methods.in_rates import InRates
 from kane.dynamics.methods.lagrange import multipliers_of
 from kane.expr.build import add, mul, neg, sub
-from kane.expr.differentiation import gradient, time_derivative
-from kane.expr.linear_parts import affine_forms
+from kane.expr.differentiation import affine_forms, gradient, time_derivative
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr, constant
 from kane.expr.symbols import Speed, rate

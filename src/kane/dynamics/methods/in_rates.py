@@ -18,12 +18,11 @@ from kane.dynamics.formulation.equations import holds_reactions
 from kane.dynamics.lazy import read
 from kane.errors import ModelError
 from kane.expr.build import add, mul
-from kane.expr.differentiation import time_derivative
+from kane.expr.differentiation import affine_forms, time_derivative
 from kane.expr.evaluation import evaluate, free_symbols
-from kane.expr.immutable import Immutable
-from kane.expr.linear_parts import affine_forms
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, constant
+from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, rate
 from kane.expr.visit import substituted
 from kane.kinematics.constraints import ConstraintRows

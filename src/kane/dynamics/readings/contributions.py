@@ -21,7 +21,7 @@ from kane.errors import Attributes, SpeedsError, none_of
 from kane.expr.build import add, mul, sum_of
 from kane.expr.node import ZERO, Expr, postorder
 from kane.expr.piecewise import Piecewise
-from kane.expr.size import Sizes, size
+from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Reaction
 from kane.kinematics.matching import Sample
 from kane.model.bodies import Body

@@ -23,8 +23,8 @@ from kane.errors import PotentialError, cut
 from kane.expr.build import add, mul, sub
 from kane.expr.differentiation import diff, gradient
 from kane.expr.evaluation import free_symbols, is_constant_in_time
-from kane.expr.immutable import Immutable
 from kane.expr.node import ZERO, Expr
+from kane.expr.ops import Immutable
 from kane.expr.symbols import Time, input_of, rate
 from kane.expr.visit import substituted
 from kane.numeric.arrays import Array

@@ -32,19 +32,18 @@ from kane.expr.forms.collect import factored
 from kane.expr.forms.count import price
 from kane.expr.forms.expand import expanded
 from kane.expr.forms.integration import antiderivative
-from kane.expr.immutable import Immutable
 from kane.expr.node import ONE, ZERO, Expr, constant
-from kane.expr.size import size
+from kane.expr.ops import Immutable
+from kane.expr.regular import size
 from kane.expr.solve import invert
 from kane.expr.symbols import Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of
 from kane.expr.visit import substituted
 from kane.kinematics.matching import Sample
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
-from kane.numeric.bounds import ROUNDING, bounded
-from kane.numeric.legendre import gauss
+from kane.numeric.polynomials import gauss
 from kane.numeric.sampling import SEED, draw
-from kane.numeric.scale import ROUNDED_CHAIN, ROUNDED_ROOT, SIX_DIGITS, STATE_RANK
+from kane.numeric.scale import ROUNDED_CHAIN, ROUNDED_ROOT, ROUNDING, SIX_DIGITS, STATE_RANK, bounded
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector

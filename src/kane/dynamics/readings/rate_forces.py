@@ -10,9 +10,8 @@ import numpy as np
 
 from kane.dynamics.derivation import Derived
 from kane.expr.build import add, mul
-from kane.expr.differentiation import time_derivative
+from kane.expr.differentiation import affine_forms, time_derivative
 from kane.expr.evaluation import evaluate, free_symbols
-from kane.expr.linear_parts import affine_forms
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Coordinate, Parameter, QuasiRate, Rate, Speed, Symbol, rate
 from kane.expr.visit import substituted

@@ -23,8 +23,7 @@ from kane.expr.evaluation import Walk, at, evaluate, free_symbols, of_one_shape
 from kane.expr.matrix import dot
 from kane.expr.node import Expr, constant, postorder
 from kane.expr.ops import DIV, GONE, WHERE
-from kane.expr.regular import factors, guarding, guards_below, unguarded
-from kane.expr.size import Sizes, largest, size
+from kane.expr.regular import Sizes, factors, guarding, guards_below, largest, size, unguarded
 from kane.expr.symbols import Parameter, Speed
 from kane.expr.visit import substituted
 from kane.numeric.arrays import First, Mask, first_place

@@ -23,9 +23,8 @@ from kane.dynamics.readings.regularity import (
 )
 from kane.dynamics.solved import Reading, Solved
 from kane.errors import ExpressionError, ValueMissingError, cut
-from kane.expr.differentiation import tangent
+from kane.expr.differentiation import Affine, tangent
 from kane.expr.evaluation import Walk, at, evaluate, free_symbols, of_one_shape, stacked
-from kane.expr.linear_parts import Affine
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.symbols import (
@@ -45,7 +44,7 @@ from kane.expr.symbols import (
 )
 from kane.expr.visit import substituted
 from kane.model.system import System
-from kane.numeric.named import finite_number, named_values, symbol_named
+from kane.numeric.sampling import finite_number, named_values, symbol_named
 from kane.space.vector import Dyadic, Vector
 
 Exprs = tuple[Expr, ...]

@@ -17,8 +17,8 @@ from kane import expect
 from kane.errors import KaneWarning, ModelError, ModesWarning, StiffeningWarning, cut
 from kane.expr.build import div, mul
 from kane.expr.evaluation import evaluate, free_symbols
-from kane.expr.immutable import Immutable
 from kane.expr.node import Expr, as_expr, constant, constant_value
+from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol, rate
 from kane.model.beams.arguments import axial, bending, directions, shearing, turning
 from kane.model.beams.deformation import (
@@ -38,7 +38,7 @@ from kane.model.beams.shapes import ModeShapes, mode_shapes
 from kane.model.bodies import Part
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
-from kane.numeric.legendre import gauss
+from kane.numeric.polynomials import gauss
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector, check_connected

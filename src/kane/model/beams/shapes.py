@@ -18,9 +18,9 @@ from numpy.polynomial.legendre import Legendre
 
 from kane import expect
 from kane.errors import ModelError, alike, cut
-from kane.expr.immutable import Immutable
+from kane.expr.ops import Immutable
 from kane.numeric.arrays import Array, Mask, product
-from kane.numeric.legendre import gauss
+from kane.numeric.polynomials import gauss
 from kane.numeric.scale import ROUNDED, SIX_DIGITS
 from kane.program.emit.sincos import sine_cosine
 

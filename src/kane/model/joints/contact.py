@@ -20,16 +20,15 @@ from kane import expect
 from kane.errors import ModelError, cut
 from kane.expr.build import NODE_BUILDERS, add, div, mul, sqrt
 from kane.expr.evaluation import free_symbols
-from kane.expr.immutable import Immutable
 from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.ops import Immutable
 from kane.expr.symbols import Reaction
 from kane.model.constraints import Constraint, rolling, touching
 from kane.model.directions import check_unit, home_of
 from kane.model.joints.joint import Joint, check_place, fixed
 from kane.model.loads import Force, Load, Slip, action_reaction, torque_pair
 from kane.model.reactions import cut_of
-from kane.numeric.named import finite_number
-from kane.numeric.sampling import SEEDS, sample
+from kane.numeric.sampling import SEEDS, finite_number, sample
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame
 from kane.space.point import Point

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple, Protocol
 from kane import expect
 from kane.errors import ModelError, UnitError, cut
 from kane.expr.evaluation import free_symbols, is_constant_in_time
-from kane.expr.immutable import Immutable
 from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, Speed, Symbol, rate
 from kane.expr.symbols import names as _names
 from kane.model.directions import check_unit

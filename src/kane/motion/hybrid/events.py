@@ -21,7 +21,7 @@ from kane.errors import KaneError, SimulationError, cut, warn
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ZERO, Expr, as_expr, postorder
 from kane.expr.ops import DIV, POW
-from kane.expr.size import size
+from kane.expr.regular import size
 from kane.expr.symbols import Rate, Reaction
 from kane.expr.visit import substituted
 from kane.model.declarations import Event
@@ -30,10 +30,10 @@ from kane.motion.inputs.feedback import HeldInput
 from kane.motion.inputs.functions import constant
 from kane.motion.right_hand_side import Routines
 from kane.numeric.arrays import Array
+from kane.numeric.polynomials import MOST, SHARES, SMALL, Bracket, passages
 from kane.numeric.scale import EPS, LATER, NEAR_TIME, SAME_TIME, SOON, UNRELATED
-from kane.numeric.sign_changes import MOST, SHARES, SMALL, Bracket, passages
 from kane.program.build import Task, build_program
-from kane.program.passes.rounding import rounding
+from kane.program.passes.optimize import rounding
 from kane.program.program import Port
 
 PARTS = 8

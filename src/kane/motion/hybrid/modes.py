@@ -34,9 +34,9 @@ from kane.motion.right_hand_side import Routines, rates, watched
 from kane.motion.steps import Stepper
 from kane.motion.switches import Switch, has_jumps, switches
 from kane.numeric.arrays import Array
+from kane.numeric.polynomials import SHARES, passages
 from kane.numeric.scale import CHANGES_SIDE, EQUAL, LAST_DIGIT, LATER, NEAR_TIME, ROUNDED, SOON
-from kane.numeric.sign_changes import SHARES, passages
-from kane.program.bundle import Bundle, Shaped
+from kane.program.build import Bundle, Shaped
 
 RECENT = 200
 """Steps that are looked back on."""

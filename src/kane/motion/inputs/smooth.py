@@ -27,7 +27,7 @@ from kane.motion.inputs.expressions import Formula
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EPS, LEAPS
 from kane.program.build import Task, build_program
-from kane.program.passes.rounding import rounding
+from kane.program.passes.optimize import rounding
 from kane.program.program import Code, Port
 
 _PIECEWISE = ("where", "sign", "abs", "min", "max")

@@ -22,9 +22,9 @@ from kane.dynamics.readings.energy import depends_on_time
 from kane.dynamics.readings.integrals import Integral
 from kane.dynamics.readings.values import asked
 from kane.errors import ArgumentError, cut, warn
-from kane.expr.immutable import Immutable
 from kane.expr.node import Expr
-from kane.expr.size import Sizes, size
+from kane.expr.ops import Immutable
+from kane.expr.regular import Sizes, size
 from kane.model.loads import Load
 from kane.motion.solution.phases import Indices, leaps
 from kane.numeric.arrays import Array

@@ -4,7 +4,7 @@
 from collections.abc import Sequence
 
 from kane.present.notebook.typeset import code, escaped, math, paragraph, table
-from kane.program.operation_count import Receipt, receipt
+from kane.program.build import Receipt, receipt
 from kane.program.program import Port, Program, Routine
 from kane.write.latex import latex_name
 

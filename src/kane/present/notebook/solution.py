@@ -3,7 +3,7 @@
 
 from kane.motion.solution.solution import Solution
 from kane.present.notebook.typeset import either, escaped, listed, math, paragraph, table
-from kane.units.text import unit_text
+from kane.units.rules import unit_text
 from kane.write.latex import latex_name
 
 

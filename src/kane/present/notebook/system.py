@@ -27,7 +27,7 @@ from kane.present.tables import DECLARED, Row
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
-from kane.units.text import unit_text
+from kane.units.rules import unit_text
 from kane.write.latex import place_latex
 
 _PLACES = 4

@@ -10,9 +10,8 @@ from collections.abc import Collection, Mapping, Sequence
 
 from kane.expr.ops import COS, DIV, REGULAR, SIN, Op
 from kane.program.emit import walk
-from kane.program.emit.llvm_forms import BINARY, CALLS, Lanes, bits, divided, guard, lines, typed
-from kane.program.emit.llvm_near import Near
-from kane.program.emit.printer import Printer
+from kane.program.emit.llvm_forms import BINARY, CALLS, Lanes, Near, bits, divided, guard, lines, typed
+from kane.program.emit.walk import Printer
 from kane.program.kernel import language
 
 _SHORT = 600

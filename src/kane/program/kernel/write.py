@@ -8,8 +8,7 @@ from contextlib import AbstractContextManager, contextmanager
 from typing import Literal, TypeAlias
 
 from kane.program.kernel import language
-from kane.program.kernel.language import FLOAT, INT, Address, Operand, Type, Value
-from kane.program.kernel.verify import result_type, verified_kernel
+from kane.program.kernel.language import FLOAT, INT, Address, Operand, Type, Value, result_type, verified_kernel
 
 
 class Term:

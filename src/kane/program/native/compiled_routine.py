@@ -14,12 +14,11 @@ from numpy import vdot
 
 from kane.errors import ArgumentError, Attributes, NotFiniteError, warn
 from kane.numeric.arrays import Array
-from kane.program.bundle import Bundle
-from kane.program.emit.llvm_entries import block
+from kane.program.build import Bundle
+from kane.program.emit.llvm import block
 from kane.program.native import arguments
 from kane.program.native.machine import Library, Settings, build_library
-from kane.program.program import Program, Routine
-from kane.program.reference import explain
+from kane.program.program import Program, Routine, explain
 
 R = TypeVar("R")
 NotFinite = Literal["warn", "raise", "ignore"]

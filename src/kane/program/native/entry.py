@@ -10,8 +10,7 @@ import numpy as np
 
 from kane.errors import ProgramError
 from kane.numeric.arrays import Array
-from kane.program.emit.llvm import emit_kernel_llvm, emit_wide, wide_name
-from kane.program.emit.llvm_entries import block
+from kane.program.emit.llvm import block, emit_kernel_llvm, emit_wide, wide_name
 from kane.program.kernel.language import Argument, ArrayOf, Integer, Kernel
 from kane.program.native.compiled_routine import CompiledRoutine, new_block
 from kane.program.native.machine import Library, Settings, compile_text, target

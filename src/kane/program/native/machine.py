@@ -20,12 +20,11 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from kane.collector import collecting_seldom
 from kane.errors import Attributes, ProgramError, warn
 from kane.program.emit.llvm import emit_llvm, hoists
 from kane.program.native import store
 from kane.program.program import Program
-from kane.progress import working
+from kane.progress import collecting_seldom, working
 
 _OPTIONS = {"opt": 2, "reloc": "pic", "codemodel": "small" if sys.platform == "linux" else "jitdefault"}
 """On Linux a module's numbers are linked beside its code, in reach of an offset; else each of their addresses is loaded."""

@@ -4,15 +4,96 @@
 The legs of a walking machine, the fingers of a hand, the arms of a parallel robot are derived alike, so that their instructions are
 the same but for signs and for what they read. Starting from results that are alike, arguments are matched down to the inputs; values
 that limbs share stay single, and enter in every lane. Signs are those of lanes: a − b beside a + b is a + (∓b).
+
+What values are alike: computed in one way, whatever the signs and the inputs, and read in one way.
+
+Sines and cosines of as many angles as a vector has lanes, one after the other in a long block.
+
+In an order that is depth first each angle's stand where the first of them is read, link by link, and a piece of the block holds few of
+them: one vector of eight angles takes no more code than one angle. Angles that inputs give, or one operation of inputs, can be had
+as soon as the first one of eight is wanted.
 """
 
 from collections import Counter, deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
-from kane.expr.ops import ADD, COS, DIV, MUL, NEG, REGULAR, SIN, SQRT, SUB
-from kane.program.passes.alike import Alike
-from kane.program.program import Code, Operand, Pack, Routine
+from kane.expr.ops import ADD, COS, DIV, MUL, NEG, REGULAR, SIN, SQRT, SUB, Op
+from kane.program.program import Code, Operand, Pack, Program, Routine
+
+_NEAR = 3
+"""How far what reads a value is looked at to tell it from another."""
+
+
+class Alike:
+    """The form of each value: what it computes, whatever the signs and the inputs; 0 of inputs, 1 of constants.
+
+    What depends on parameters alone is an input, whose `fine` form says how it is made, where two of them are to be told apart.
+    """
+
+    def __init__(self, code: Code) -> None:
+        self.code = code
+        known: dict[tuple[Op | int, ...], int] = {}
+        inputs = len(code.inputs)
+        self.form = [0] * inputs + [1] * (code.first - inputs)
+        self.fine = list(self.form)
+        for k, (op, reads) in enumerate(zip(code.ops, code.args, strict=True)):
+            if not code.varies[code.first + k]:
+                fine = sorted(self.fine[a] for a in reads)
+                same = op is NEG
+                self.fine.append(
+                    fine[0] if same else known.setdefault((ADD if op is SUB else op, *fine), len(known) + 2)
+                )
+                self.form.append(0)
+                continue
+            self.fine.append(0)
+            forms = [self.form[a] for a in reads]
+            if op is NEG:
+                self.form.append(forms[0])
+                continue
+            if op is ADD or op is SUB or op is MUL:
+                forms.sort()
+            self.form.append(known.setdefault((ADD if op is SUB else op, *forms), len(known) + 2))
+
+    @cached_property
+    def uses(self) -> list[int]:
+        """By what each value is read, and that in turn, a few times: not up to where limbs come together, one after the other."""
+        code, known = self.code, dict[tuple[int, ...], int]()
+        found = self.form
+        for _ in range(_NEAR):
+            read: list[list[int]] = [[] for _ in found]
+            for i in reversed(range(code.first, len(found))):
+                op, args = code.ops[i - code.first], code.args[i - code.first]
+                if op is NEG:
+                    read[args[0]] += read[i]
+                else:
+                    for a in args:
+                        read[a].append(found[i])
+            found = [
+                known.setdefault((form, *sorted(own)), len(known)) for form, own in zip(self.form, read, strict=True)
+            ]
+        return found
+
+    def plain(self, i: int) -> Operand:
+        """A value without signs before it, and its sign."""
+        sign, code = 1, self.code
+        while i >= code.first and code.ops[i - code.first] is NEG:
+            i, sign = code.args[i - code.first][0], -sign
+        return Operand(i, sign)
+
+    def op(self, i: int) -> Op:
+        """The operation of an instruction, sums for differences."""
+        op = self.code.ops[i - self.code.first]
+        return ADD if op is SUB else op
+
+    def reads(self, i: int) -> list[Operand]:
+        """What an instruction reads, the sign of a difference with what is taken away."""
+        own = [self.plain(a) for a in self.code.args[i - self.code.first]]
+        if self.code.ops[i - self.code.first] is SUB:
+            own[1] = own[1]._replace(sign=-own[1].sign)
+        return own
+
 
 MOST = 8
 """Limbs side by side."""
@@ -203,3 +284,29 @@ class _Search:
         """The same by the order in which they are computed."""
         (a, b), (x, y) = (o.value for o in first), (o.value for o in own)
         return (a < b) == (x < y)
+
+
+def gathered(program: Program, block: Sequence[int], lanes: int) -> tuple[int, ...]:
+    """`block` with the sines and cosines of near angles in packs of `lanes`, each where its first one stood."""
+    within = set(block)
+    own: dict[int, list[int]] = {}  # by angle
+    for i in block:
+        if program.op(i) in (SIN, COS):
+            angle = program.arguments(i)[0]
+            if angle not in within or _near(program, angle, within):
+                own.setdefault(angle, []).append(i)
+    angles = list(own)
+    packs: dict[int, list[int]] = {}  # by their first instruction in the block
+    for k in range(0, len(angles), lanes):
+        pack = angles[k : k + lanes]
+        packs[own[pack[0]][0]] = [*(a for a in pack if a in within), *(i for a in pack for i in own[a])]
+    placed: dict[int, None] = {}
+    for i in block:
+        # an angle that something else reads before stays where it is
+        placed.update(dict.fromkeys(packs.get(i, (i,))))
+    return tuple(placed)
+
+
+def _near(program: Program, angle: int, within: set[int]) -> bool:
+    """Whether an angle is one operation of what the block does not compute, and no sine itself."""
+    return program.op(angle) not in (SIN, COS) and within.isdisjoint(program.arguments(angle))

@@ -7,23 +7,109 @@ the one that promises more, and the other where that gains nothing. Of these and
 Results change by rounding errors, so that the pass belongs to compilation with contraction. Taking out a factor never raises the
 running error bound; sums in another order may, where terms cancel. So the bounds of both are compared at several points, and a form
 is left where the bound of a result would be more than twice as large in the mean of the points, or four times at one.
+
+Divisions by one divisor become one reciprocal and multiplications.
+
+A division costs a processor about ten multiplications. x/d becomes x·(1/d) where 1/d serves at least two divisions of a
+routine, or can be hoisted because d depends on parameters alone. Results change by a rounding error each, so that the pass belongs
+to compilation with contraction and is left out where results must be those of the expressions bit by bit.
+
+How far rounding may carry the results of code at given values: the running error bound, of first order.
+
+Each operation rounds its result z by |z| ε/2 and passes on the errors of its arguments, times its partial derivatives (Higham,
+*Accuracy and Stability of Numerical Algorithms*, 2nd ed., sec. 3.3).
 """
 
+import dataclasses
 import math
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
-from kane.expr.ops import DIV
+import numpy as np
+
+from kane.errors import ExpressionError
+from kane.expr.evaluation import FLOAT
+from kane.expr.node import as_expr, constant, constant_value
+from kane.expr.ops import ADD, COS, DIV, MUL, NEG, OPS, REGULAR, SIN, SQRT, SUB, WHERE, Op
 from kane.numeric.sampling import draw, value_of
 from kane.program.passes.graphs import joined, read, written
-from kane.program.passes.rounding import rounding
-from kane.program.passes.verify import verified
+from kane.program.passes.tiers import verified
 from kane.program.program import Code, Routine
 from kane.rewrite.divisors import Search
 from kane.rewrite.graph import Graph
 from kane.rewrite.node_rows import sweep
 from kane.rewrite.normal import normal
 from kane.rewrite.price import Price, cost
+
+
+def rounding(code: Code, values: Sequence[float]) -> list[tuple[float, float]]:
+    """All results at `values` of the inputs, each with the bound on its error in units of ε/2, NaN where none holds."""
+    v = [*values, *code.constants]
+    e = [0.0] * len(v)
+    with np.errstate(all="ignore"):
+        for op, reads in zip(code.ops, code.args, strict=True):
+            if op is MUL:
+                a, b = reads
+                x, y = v[a], v[b]
+                z = x * y
+                error = abs(x) * e[b] + abs(y) * e[a] + abs(z)
+            elif op is ADD:
+                a, b = reads
+                z = v[a] + v[b]
+                error = e[a] + e[b] + abs(z)
+            elif op is SUB:
+                a, b = reads
+                z = v[a] - v[b]
+                error = e[a] + e[b] + abs(z)
+            elif op is NEG:
+                z, error = -v[reads[0]], e[reads[0]]
+            else:
+                args = [v[i] for i in reads]
+                z = FLOAT[op](*args)
+                error = _passed_on(op, z, args, [e[i] for i in reads])
+            v.append(z)
+            e.append(error)
+    return [(v[i], e[i]) for routine in code.routines for i in routine.results]
+
+
+def _passed_on(op: Op, z: float, args: list[float], errors: list[float]) -> float:
+    """The error of z = op(args)."""
+    if not math.isfinite(z):
+        return math.nan
+    rule = _PASSED_ON.get(op)
+    return rule(z, args, errors) if rule else _by_derivative(op, z, args, errors)
+
+
+def _by_derivative(op: Op, z: float, args: list[float], errors: list[float]) -> float:
+    """The error of z = op(args) by the derivatives of the table of operations."""
+    if not any(errors) or op.derivative is None:
+        return abs(z)
+    try:
+        slopes = [constant_value(as_expr(s)) for s in op.derivative(constant(z), *map(constant, args))]
+    except ExpressionError:
+        return math.nan
+    return abs(z) + sum(
+        abs(float(s)) * d if s is not None else math.nan for s, d in zip(slopes, errors, strict=True) if d
+    )
+
+
+_PASSED_ON: dict[Op, Callable[[float, list[float], list[float]], float]] = {
+    DIV: lambda z, args, errors: (errors[0] + abs(z) * errors[1]) / abs(args[1]) + abs(z),
+    SQRT: lambda z, args, errors: (errors[0] / (2 * z) if z else math.nan) + z if errors[0] else z,
+    SIN: lambda z, args, errors: abs(math.cos(args[0])) * errors[0] + abs(z),
+    COS: lambda z, args, errors: abs(math.sin(args[0])) * errors[0] + abs(z),
+    REGULAR: lambda z, args, errors: errors[0],
+    WHERE: lambda z, args, errors: errors[1 if args[0] else 2],
+    OPS["abs"]: lambda z, args, errors: errors[0],
+    OPS["min"]: lambda z, args, errors: errors[args.index(z)],
+    OPS["max"]: lambda z, args, errors: errors[args.index(z)],
+    OPS["less"]: lambda z, args, errors: 0.0,
+    OPS["sign"]: lambda z, args, errors: 0.0,
+    OPS["floor"]: lambda z, args, errors: 0.0,
+}
+"""The error of z = op(args) where the table's derivative would take long or round nothing."""
+
 
 IN_THE_MEAN, AT_ONE = 2.0, 4.0
 """By what factors the bound on a result's error may grow: in the geometric mean of the points, and at any of them."""
@@ -145,3 +231,54 @@ def points(code: Code) -> list[list[float]]:
         for seed in (1, 2)
     ]
     return [usual, *wide]
+
+
+_WORTH = 2
+"""Divisions by one divisor from which a reciprocal is computed."""
+
+
+def with_reciprocals(code: Code) -> Code:
+    """The code with shared reciprocals."""
+    chosen = _divisors(code)
+    if not chosen:
+        return code
+    count = len(code.inputs)
+    one = next((count + k for k, v in enumerate(code.constants) if v == 1.0), code.first)
+    constants = code.constants if one < code.first else (*code.constants, 1.0)
+    first = count + len(constants)
+    place = list(range(code.first))
+    reciprocal: dict[int, int] = {}
+    ops: list[Op] = []
+    args: list[tuple[int, ...]] = []
+
+    def emit(op: Op, reads: tuple[int, ...]) -> int:
+        ops.append(op)
+        args.append(reads)
+        return first + len(ops) - 1
+
+    for op, reads in zip(code.ops, code.args, strict=True):
+        now = tuple([place[a] for a in reads])
+        if op is not DIV or reads[1] not in chosen:
+            place.append(emit(op, now))
+            continue
+        divisor = reads[1]
+        if divisor not in reciprocal:
+            reciprocal[divisor] = emit(DIV, (one, now[1]))
+        inverse = reciprocal[divisor]
+        place.append(inverse if now[0] == one else emit(MUL, (now[0], inverse)))
+    routines = tuple(dataclasses.replace(g, results=tuple(place[i] for i in g.results)) for g in code.routines)
+    notes = tuple((place[i], text) for i, text in code.notes)
+    result = dataclasses.replace(
+        code, constants=constants, ops=tuple(ops), args=tuple(args), routines=routines, notes=notes
+    )
+    return verified(result, "reciprocal")
+
+
+def _divisors(code: Code) -> set[int]:
+    """The divisors whose reciprocal is worth computing."""
+    divisors: set[int] = set()
+    for routine in code.routines:
+        below = code.below(set(routine.results), True)
+        divided = [code.args[i - code.first][1] for i in below if code.ops[i - code.first] is DIV]
+        divisors.update(d for d, n in Counter(divided).items() if n >= _WORTH or not code.varies[d])
+    return divisors
