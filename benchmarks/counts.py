@@ -15,7 +15,7 @@ import kane as kn
 from benchmarks.systems import COUNTED
 from kane.equations.routines import program
 from kane.expr.forms.count import price
-from kane.program.build import receipt
+from kane.program.from_expressions import receipt
 
 HERE = Path(__file__).parent
 _SHORT = 3_000

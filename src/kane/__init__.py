@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from kane.model.bodies import Particle, RigidBody
     from kane.model.constraints import (
         Constraint,
+        auxiliary_speed,
         coincident,
         configuration_constraint,
         distance,
@@ -63,11 +64,11 @@ if TYPE_CHECKING:
         no_slip,
         parallel,
         perpendicular,
+        reaction,
         rolling,
         touching,
     )
     from kane.model.declarations import Event
-    from kane.model.reactions import auxiliary_speed, reaction
     from kane.model.system import System
     from kane.motion.inputs.feedback import sampled
     from kane.motion.inputs.functions import Signal, signal
@@ -93,8 +94,7 @@ _NAMES = {
     "": "analysis attitude beams errors expr figures joints loads solids",
     "analysis.assembly": "Assembled assemble",
     "analysis.comparison": "MethodComparison SpeedComparison SpeedSet compare_methods compare_speeds",
-    "analysis.constraint_loads": "ConstraintForces constraint_forces",
-    "analysis.impacts": "Impact impact",
+    "analysis.constraint_loads": "ConstraintForces constraint_forces Impact impact",
     "analysis.linear": "Linear Mode NormalModes SecondOrder normal_modes",
     "analysis.linearization": "Linearizer SymbolicLinear linearize linearize_symbolic linearizer",
     "analysis.mixed_dynamics": "Inverse inverse",
@@ -134,7 +134,7 @@ _NAMES = {
     "model.bodies": "Particle RigidBody",
     "model.constraints":
         "Constraint coincident configuration_constraint distance motion_constraint no_slip parallel perpendicular "
-        "rolling touching",
+        "rolling touching auxiliary_speed reaction",
     "model.declarations": "Event",
     "model.field_loads":
         "buoyancy gravitation gravity_moment line_load linear_drag pressure_on_disk pressure_on_rectangle "
@@ -152,7 +152,6 @@ _NAMES = {
     "model.mass":
         "composite inertia_about inertia_matrix inertia_vector mass_center moment_of_inertia Principal principal "
         "product_of_inertia radius_of_gyration",
-    "model.reactions": "auxiliary_speed reaction",
     "model.solids":
         "box central_inertia circular_arc circular_sector cylindrical_shell ellipsoid frustum half_cylinder "
         "hemisphere inertia parallel_axis rectangular_plate right_triangle ring rod solid_cone solid_cylinder "
@@ -164,9 +163,8 @@ _NAMES = {
     "motion.load": "load_solution",
     "motion.simulate": "simulate",
     "motion.solution.solution": "Solution",
-    "present.beam_figures": "beam_figure mode_figure",
-    "present.branch_figures": "campbell_diagram root_locus",
-    "present.checks": "Check",
+    "present.mode_figures": "beam_figure mode_figure campbell_diagram root_locus",
+    "present.check_figures": "Check",
     "present.figure": "plot",
     "present.provenance": "show_versions",
     "present.report": "report",

@@ -8,7 +8,7 @@ import pytest
 
 import kane as kn
 from kane import free_symbols
-from kane.dynamics import derived, programs
+from kane.dynamics import derived, mass_matrix
 from kane.dynamics import inverse_dynamics as trees
 from kane.expr import price, rate
 from tests.dynamics.formulation.test_flexible import LOOPS, SYSTEMS, pinned_rod
@@ -44,7 +44,7 @@ def test_inverse_dynamics_f_and_m(name):
 
 @pytest.mark.slow
 def test_operations_grow_as_the_arm():
-    counts = [price(programs.inverse_dynamics(kn.derive(flexible.flexible_arm(n)).solved)) for n in (3, 4, 5)]
+    counts = [price(kn.derive(flexible.flexible_arm(n)).inverse_dynamics) for n in (3, 4, 5)]
     assert counts[2] - counts[1] <= 1.05 * (counts[1] - counts[0])
     assert counts[2] < 1400
 
@@ -53,4 +53,4 @@ def test_the_shorter_of_both_is_read():
     """M of two booms by stations takes more along the segments."""
     eom = kn.derive(flexible.booms(2, form="nonlinear"))
     along, usual = price(trees.mass_matrix(eom.derived).entries), price(eom.derived.mass_matrix.entries)
-    assert price(programs.mass_matrix(eom.solved).entries) == min(along, usual) == usual
+    assert price(mass_matrix(eom.solved).entries) == min(along, usual) == usual

@@ -8,8 +8,7 @@ from kane.lazy_imports import offered as _offered
 if TYPE_CHECKING:
     from kane.analysis.assembly import Assembled, assemble
     from kane.analysis.comparison import MethodComparison, SpeedComparison, SpeedSet, compare_methods, compare_speeds
-    from kane.analysis.constraint_loads import ConstraintForces, constraint_forces
-    from kane.analysis.impacts import Impact, impact
+    from kane.analysis.constraint_loads import ConstraintForces, Impact, constraint_forces, impact
     from kane.analysis.linear import Linear, Mode, NormalModes, SecondOrder, normal_modes
     from kane.analysis.linearization import Linearizer, SymbolicLinear, linearize, linearize_symbolic, linearizer
     from kane.analysis.mixed_dynamics import Inverse, inverse
@@ -27,9 +26,8 @@ __getattr__ = _offered(
         ".equations.state": "Guess OperatingPoint State guess",
         "assembly": "Assembled assemble velocity_constraints_at",
         "comparison": "MethodComparison SpeedComparison SpeedSet compare_methods compare_speeds",
-        "constraint_loads": "ConstraintForces constraint_forces",
+        "constraint_loads": "ConstraintForces constraint_forces Impact impact",
         "flow": "dependence",
-        "impacts": "Impact impact",
         "linear": "Linear Mode NormalModes SecondOrder normal_modes",
         "linearization": "Linearizer SymbolicLinear linearize linearize_symbolic linearizer",
         "load_signs": "doubtful_loads",

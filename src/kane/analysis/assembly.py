@@ -14,10 +14,9 @@ from typing import Any, Literal, overload
 import numpy as np
 
 from kane.analysis.search import Found, Search, search
-from kane.analysis.state_checks import Entries, entries, misses
-from kane.analysis.tangents import turning
+from kane.analysis.state_checks import GivenEntries, entries, misses, turning
 from kane.dynamics.constraints.manifold import manifold
-from kane.dynamics.readings.values import parameter_values
+from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import State, state_of
 from kane.errors import Attributes, SimulationError, ValueMissingError
@@ -28,8 +27,8 @@ from kane.expr.symbols import Coordinate, Speed, rate, time
 from kane.expr.visit import substituted
 from kane.model.variables import constraint_rate
 from kane.numeric.arrays import Array
+from kane.numeric.least_change import least_squares
 from kane.numeric.newton import Closed
-from kane.numeric.projection import least_squares
 from kane.numeric.rank import balance, singular
 from kane.numeric.sampling import named_values
 from kane.numeric.scale import DERIVE_RANK, GIVEN, ROUNDED, ROUNDED_ROOT, STATE_RANK
@@ -254,7 +253,7 @@ def assemble(
 
 
 def _configurations(
-    eom: Equations, start: Entries, constants: Mapping[Expr, Any], every: bool
+    eom: Equations, start: GivenEntries, constants: Mapping[Expr, Any], every: bool
 ) -> list[tuple[Closed, str]]:
     """Where the coordinates are, and which branch that is in words: the nearest, or all that are found."""
     constraints = manifold(eom.system)
@@ -332,23 +331,25 @@ def _not_closed(sought: Search, found: Found) -> str:
     )
 
 
-def _undetermined(block: Array, start: Entries, names: Sequence[str], among: Sequence[int]) -> tuple[list[str], int]:
+def _undetermined(
+    block: Array, start: GivenEntries, names: Sequence[str], among: Sequence[int]
+) -> tuple[list[str], int]:
     """Which `among` what is free may still move where `block` holds the rest; and how many values are too few."""
     directions = singular(block).kernel(STATE_RANK)
     open_ = np.abs(directions).max(axis=0, initial=0) > ROUNDED_ROOT
     return [names[i] for i, x in zip(start.free, open_, strict=True) if x and i in among], len(directions)
 
 
-def _wanted_speeds(eom: Equations, u: Any, rates: Any) -> Entries:
+def _wanted_speeds(eom: Equations, u: Any, rates: Any) -> GivenEntries:
     if rates is not None:
         return entries("rates, by coordinate,", eom.coordinates, rates)
     if u is None:
         n = len(eom.speeds)
-        return Entries(np.zeros(n), tuple(range(n)), ())
+        return GivenEntries(np.zeros(n), tuple(range(n)), ())
     return entries("speeds", eom.speeds, u)
 
 
-def _motion(eom: Equations, start: Entries, at: Mapping[Expr, Any], by_rates: bool) -> tuple[Array, float]:
+def _motion(eom: Equations, start: GivenEntries, at: Mapping[Expr, Any], by_rates: bool) -> tuple[Array, float]:
     """u with A u + b = 0; with rates u = Y q̇ + z."""
     held = velocity_constraints_at(eom, at, by_rates)
     rows, rest = held.rows, held.rest

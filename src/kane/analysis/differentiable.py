@@ -12,8 +12,8 @@ from kane.analysis.flow import Choice, Flow, flow_at, output_slopes
 from kane.analysis.local import Outputs, all_switches
 from kane.analysis.one_sided import Difference, Piece, Sides, check_cones, difference, different_slopes, sides_at
 from kane.analysis.state_checks import StateArrays
+from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations
-from kane.equations.numeric import Numeric
 from kane.errors import CornerError, SingularError, ValueMissingError, cut, warn
 from kane.expr.node import Expr, postorder
 from kane.expr.symbols import Symbol

@@ -17,13 +17,22 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.analysis.local import Coded, Numbers, Outputs, Slopes, Values, solver
-from kane.analysis.state_checks import StateArrays, open_shares
-from kane.analysis.tangents import Tangents, in_numbers, perturbations, spread, tangents, turning, turning_rates
+from kane.analysis.state_checks import (
+    StateArrays,
+    Tangents,
+    in_numbers,
+    open_shares,
+    perturbations,
+    spread,
+    tangents,
+    turning,
+    turning_rates,
+)
 from kane.dynamics.constraints.partition import quality
+from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations
-from kane.equations.numeric import Numeric
 from kane.numeric.arrays import Array, Mask, pace
-from kane.numeric.projection import least_squares, mobility, sizes
+from kane.numeric.least_change import least_squares, mobility, sizes
 from kane.numeric.scale import GIVEN, POOR, ROUNDED, ROUNDED_ROOT, UNRELATED
 
 _REMOTE = 1e-4

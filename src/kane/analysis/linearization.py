@@ -18,13 +18,21 @@ from kane.analysis.linear import Linear
 from kane.analysis.local import Outputs, outputs_of
 from kane.analysis.one_sided import Piece
 from kane.analysis.operating_point import arrays_at, state_from, warn_of_beams
-from kane.analysis.state_checks import StateArrays, misses
-from kane.analysis.tangents import FreePart, by_free_part, perturbations, spread, tangents, turning_rates
+from kane.analysis.state_checks import (
+    FreePart,
+    StateArrays,
+    by_free_part,
+    misses,
+    perturbations,
+    spread,
+    tangents,
+    turning_rates,
+)
 from kane.dynamics.constraints.partition import choose
+from kane.dynamics.readings.quantities import without_unknowns
 from kane.dynamics.readings.unsolved import unsolved
-from kane.dynamics.readings.values import without_unknowns
+from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations, check_equations
-from kane.equations.numeric import Numeric
 from kane.equations.state import State, state_of
 from kane.errors import Attributes, CornerError, SimulationError, ValueMissingError, cut
 from kane.expr.differentiation import tangent

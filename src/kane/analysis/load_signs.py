@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.dynamics.assembly import Term
-from kane.dynamics.readings.values import time_derivative
+from kane.dynamics.forcing import Term
+from kane.dynamics.readings.quantities import time_derivative
 from kane.equations.equations import Equations
 from kane.errors import ExpressionError
 from kane.expr.evaluation import evaluate, free_symbols

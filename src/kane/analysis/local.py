@@ -14,12 +14,12 @@ import numpy as np
 from kane.analysis.state_checks import StateArrays
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.formulation.recursive import WAYS
+from kane.dynamics.readings.quantities import asked
 from kane.dynamics.readings.regularity import undirected
 from kane.dynamics.readings.unsolved import Unsolved, partials, unsolved
-from kane.dynamics.readings.values import asked
 from kane.dynamics.slopes import residual_slopes
+from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations
-from kane.equations.numeric import Numeric
 from kane.equations.routines import ports
 from kane.errors import ArgumentError, SingularError, ValueMissingError, cut
 from kane.expr.evaluation import free_symbols, is_constant_in_time
@@ -31,10 +31,10 @@ from kane.expr.symbols import Symbol, time
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited
 from kane.numeric.arrays import Array
-from kane.numeric.projection import mobility
+from kane.numeric.least_change import mobility
 from kane.numeric.rank import balanced, singular
 from kane.numeric.scale import NEAR_SINGULAR, SOLVE_RANK, SURE_RANK
-from kane.program.build import Bundle
+from kane.program.from_expressions import Bundle
 from kane.program.program import Port
 
 _TOLD = 3

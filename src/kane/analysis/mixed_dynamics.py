@@ -14,8 +14,8 @@ import numpy as np
 
 from kane.analysis.local import at_false_pole, independent_rows
 from kane.analysis.state_checks import StateArrays, check_branch, check_configuration
+from kane.dynamics.readings.quantities import parameter_values
 from kane.dynamics.readings.unsolved import Unsolved, unsolved
-from kane.dynamics.readings.values import parameter_values
 from kane.equations.equations import Equations, check_equations
 from kane.equations.routines import ports
 from kane.equations.state import State, state_of
@@ -30,7 +30,7 @@ from kane.numeric.arrays import Array
 from kane.numeric.rank import balance, singular
 from kane.numeric.sampling import named_values, symbol_named
 from kane.numeric.scale import INVERSE_RANK, STATE_RANK, TAKES_PART
-from kane.program.build import Bundle
+from kane.program.from_expressions import Bundle
 from kane.program.native.machine import Settings
 
 

@@ -32,8 +32,8 @@ from kane.analysis.local import (
 )
 from kane.analysis.state_checks import StateArrays
 from kane.dynamics.readings.unsolved import unsolved
+from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations
-from kane.equations.numeric import Numeric
 from kane.equations.routines import ports
 from kane.errors import CornerError, SingularError, cut
 from kane.expr.evaluation import is_constant_in_time
@@ -45,7 +45,7 @@ from kane.expr.symbols import Parameter, Symbol
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.rank import balance
 from kane.numeric.scale import EQUAL, ROUNDED, ROUNDED_SUM, SIX_DIGITS, UNRELATED
-from kane.program.build import Bundle, Shaped
+from kane.program.from_expressions import Bundle, Shaped
 
 R = TypeVar("R")
 Signs = tuple[float, ...]

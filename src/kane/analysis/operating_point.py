@@ -8,18 +8,25 @@ import numpy as np
 
 from kane.analysis.assembly import assemble
 from kane.analysis.local import Values, slopes_at, values_at
-from kane.analysis.state_checks import StateArrays, check_branch, check_configuration, entries, start_state
-from kane.analysis.tangents import perturbations, spread
-from kane.dynamics.readings.values import parameter_values
+from kane.analysis.state_checks import (
+    StateArrays,
+    check_branch,
+    check_configuration,
+    entries,
+    perturbations,
+    spread,
+    start_state,
+)
+from kane.dynamics.readings.quantities import parameter_values
+from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations
-from kane.equations.numeric import Numeric
 from kane.equations.state import State
 from kane.errors import warn
 from kane.expr.node import Expr
 from kane.model.beams.beam import Beam, across, doubts
 from kane.numeric.arrays import Array
+from kane.numeric.least_change import least_squares, of_unit_length, row_sizes
 from kane.numeric.newton import improved
-from kane.numeric.projection import least_squares, of_unit_length, row_sizes
 from kane.numeric.sampling import finite_number, named_values
 from kane.numeric.scale import LAST_DIGIT
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kane.analysis.state_checks import Entries
+from kane.analysis.state_checks import GivenEntries
 from kane.dynamics.constraints.manifold import LevelSet, turned_closures
 from kane.numeric.arrays import Array
 from kane.numeric.newton import Closed
@@ -33,7 +33,7 @@ class Found:
     starts: int
 
 
-def search(level: LevelSet, start: Entries) -> "Search":
+def search(level: LevelSet, start: GivenEntries) -> "Search":
     """What a start leaves free is looked for."""
     return Search(level.of(start.values, start.free), start)
 
@@ -43,7 +43,7 @@ class Search:
     """The configuration constraints of a system at values of all but its coordinates, and where to start."""
 
     level: LevelSet
-    start: Entries
+    start: GivenEntries
 
     @property
     def _free(self) -> list[int]:
@@ -70,7 +70,7 @@ class Search:
     def cure(self) -> str:
         """Where the branch that is meant is, from coordinates that are given whole and are on another one."""
         every = tuple(range(len(self.start.values)))
-        found = search(self.level, Entries(self.start.values, every, ())).found()
+        found = search(self.level, GivenEntries(self.start.values, every, ())).found()
         if not found.closed:
             return "None was found on that branch: correct the frames and axes of the closure."
         return (

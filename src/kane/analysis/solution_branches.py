@@ -17,8 +17,8 @@ from kane.analysis.linear import Linear
 from kane.analysis.linearization import Linearizer, linearizer
 from kane.analysis.operating_point import closed, state_from, warn_of_beams
 from kane.analysis.trimming import Problem, null_space, problem, solve_problem, undetermined
+from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations, check_equations
-from kane.equations.numeric import Numeric
 from kane.equations.state import GROUPS, State, state_of
 from kane.errors import Attributes, CornerError, SimulationError, ValueMissingError, cut, none_of, warn
 from kane.expr.symbols import Symbol

@@ -16,11 +16,10 @@ from kane.analysis.flow import Choice, Flow, dependence, flow_at, magnitudes, sc
 from kane.analysis.linearization import choice_of
 from kane.analysis.local import Slopes, Values, slopes_at, solver, values_at
 from kane.analysis.operating_point import closed, state_from
-from kane.analysis.state_checks import StateArrays, entries, open_shares
-from kane.analysis.tangents import Perturbations, perturbations
+from kane.analysis.state_checks import Perturbations, StateArrays, entries, open_shares, perturbations
 from kane.dynamics.constraints.manifold import branches, manifold, turned_closures
+from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations, check_equations
-from kane.equations.numeric import Numeric
 from kane.equations.state import GROUPS, State, state_of
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.node import Expr

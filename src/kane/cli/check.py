@@ -20,7 +20,7 @@ from kane.cli.screen import Misuse, UserError, message_of, own_code, place_of, s
 from kane.cli.simulate import Start, start
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.poles import AdmittedSpeeds, moving_pivots
-from kane.dynamics.readings.values import parameter_values
+from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.derive import repartition
 from kane.equations.routines import rate_names
 from kane.errors import KaneError, KaneWarning, ModelError, SingularError
@@ -30,7 +30,7 @@ from kane.motion.start import check_masses, check_regular, regular_otherwise
 from kane.numeric.rank import null_direction
 from kane.numeric.sampling import finite_number
 from kane.numeric.scale import SOLVE_RANK, TAKES_PART
-from kane.present.tables import DECLARED
+from kane.present.overview import DECLARED
 from kane.space.rotation import in_degrees
 
 _LONG = 70

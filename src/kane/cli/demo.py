@@ -12,7 +12,7 @@ from kane.cli.models import STARTS
 from kane.cli.screen import columns, shown
 from kane.gallery.rolling import rolling_disk
 from kane.gallery.rolling.rolling_disk_check import checks
-from kane.present.checks import Check, energy_check
+from kane.present.check_figures import Check, energy_check
 from kane.present.formula_list import step_text, wrapped
 from kane.present.report import report
 

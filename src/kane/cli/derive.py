@@ -10,7 +10,7 @@ import kane as kn
 from kane.cli import screen
 from kane.cli.models import AsJson, Force, Model, Name, Out, model_of
 from kane.cli.screen import Misuse, columns, own_code
-from kane.dynamics.readings.steps import Step
+from kane.dynamics.readings.seven_steps import Step
 from kane.motion.simulator_c import METHODS as SIMULATORS
 from kane.motion.simulator_c import emit_simulator
 from kane.present.formula_list import result_formulas, step_text

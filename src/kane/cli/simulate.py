@@ -17,10 +17,10 @@ from kane.cli import screen
 from kane.cli.derive import derived
 from kane.cli.models import KINDS, AsJson, End, Force, Inputs, Model, Name, Out, Parameters, Q, States, U, model_of
 from kane.cli.screen import Misuse, own_code
-from kane.dynamics.events import KinematicsEnd
+from kane.dynamics.poles import KinematicsEnd
 from kane.errors import ModelError, ValueMissingError, alike
 from kane.motion.interrupts import check_whole
-from kane.present.checks import energy_check
+from kane.present.check_figures import energy_check
 from kane.progress import working
 
 _OPTIONS = dict(zip(KINDS, ("--q", "--u", "--parameter", "--input", "--state"), strict=True))

@@ -7,25 +7,22 @@ __getattr__ = offered(
     __name__,
     {
         "": "inverse_dynamics",
-        "assembly": "Blocks",
+        "forcing": "Blocks",
         "constraints.configurations": "configurations",
-        "constraints.manifold": "ROWS branches in_rows manifold",
+        "constraints.manifold": "ROWS branches in_rows manifold contacts touches",
         "constraints.partition": "Partition choose choose_each chosen compared qualities qualities_of quality ranks",
-        "constraints.steady": "steadiest",
-        "constraints.touches": "contacts touches",
+        "constraints.dependence": "steadiest",
         "derivation": "Derived derived",
         "inverse_dynamics": "kinetic_energy_along_tree",
         "lazy": "LazyMapping read",
         "methods.in_rates": "InRates",
         "methods.table": "METHODS OTHERS",
         "poles": "without_poles",
-        "readings.": "programs",
         "readings.energy": "kinetic_energy",
         "readings.potential": "line_integral",
-        "readings.programs": "mass_matrix",
+        "readings.unsolved": "mass_matrix unsolved",
         "readings.regularity": "concerned guarded",
-        "readings.steps": "Kind shown_speeds",
-        "readings.unsolved": "unsolved",
+        "readings.seven_steps": "Kind shown_speeds",
         "formulation.": "candidates table",
         "formulation.block_solution": "block_solution",
         "formulation.carried": "regrouped",
@@ -35,8 +32,10 @@ __getattr__ = offered(
         "formulation.shortest": "shortest_in_given_speeds",
         "formulation.speeds": "absolute by_mass_centre",
         "formulation.trees": "tree_with_reactions",
-        "formulation.equations": "about_points_at_rest classical embedded embedded_motions holds_reactions homogeneous power squares "
-        "unguarded_classical",
+        "formulation.equations": (
+            "about_points_at_rest classical embedded embedded_motions holds_reactions homogeneous power squares "
+            "unguarded_classical"
+        ),
         "slopes": "acceleration_slopes closed_slopes forward",
     },
 )

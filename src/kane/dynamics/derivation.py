@@ -7,12 +7,12 @@ from itertools import product
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from kane.dynamics import assembly
-from kane.dynamics.assembly import Blocks, blocks, mass_rows
-from kane.dynamics.bodies import Inertias, Moving, homes, inertias_of, moving_parts
-from kane.dynamics.checks import check_reaction_places, check_released
+from kane.dynamics import forcing
+from kane.dynamics.body_motions import Inertias, Moving, homes, inertias_of, moving_parts
 from kane.dynamics.constraints.manifold import Manifold, manifold
 from kane.dynamics.constraints.partition import Compared, compared
+from kane.dynamics.derivation_checks import check_reaction_places, check_released
+from kane.dynamics.forcing import Blocks, blocks, mass_rows
 from kane.dynamics.lazy import LazyMapping, read
 from kane.expr.build import add, sum_of
 from kane.expr.differentiation import Affine
@@ -22,14 +22,14 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import Immutable
 from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, StateVariable, Symbol, Symbols
 from kane.kinematics.aligned import AS_DECLARED, Aligned, aligned_bases
-from kane.kinematics.constraints import ConstraintRows, constraint_rows
 from kane.kinematics.definitions import generalized_speeds
 from kane.kinematics.matching import Sample
-from kane.kinematics.motion import Contact, Kinematics, Motion, acceleration_form, cuts_of, velocity_form
 from kane.kinematics.speeds import Speeds
+from kane.kinematics.velocities import Contact, Kinematics, Motion, acceleration_form, cuts_of, velocity_form
+from kane.kinematics.velocity_constraints import ConstraintRows, constraint_rows
 from kane.model.bodies import Body
+from kane.model.constraints import Cut, constraint_of, cut_of
 from kane.model.loads import Load
-from kane.model.reactions import Cut, constraint_of, cut_of
 from kane.model.system import System, gravity_load
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -112,26 +112,26 @@ class Derived(Immutable):
     # Steps 5 and 6: generalized forces -----------------------------------------------------------------------------------
 
     declared_loads = read[tuple[Load, ...]](
-        lambda d: assembly.loads_in_speeds(d.system.loads, d.kinematical), "The loads but for gravity, in speeds."
+        lambda d: forcing.loads_in_speeds(d.system.loads, d.kinematical), "The loads but for gravity, in speeds."
     )
 
     @read
     def loads(self) -> tuple[Load, ...]:
         """The loads in speeds, gravity written out as one force a body."""
         weights = [gravity_load(g, self.system.bodies) for g in self.system.gravities]
-        return (*assembly.loads_in_speeds(weights, self.kinematical), *self.declared_loads)
+        return (*forcing.loads_in_speeds(weights, self.kinematical), *self.declared_loads)
 
     @read
-    def active_terms(self) -> Mapping[Load, tuple[assembly.Term, ...]]:
+    def active_terms(self) -> Mapping[Load, tuple[forcing.Term, ...]]:
         """The forces and torques of each load."""
-        return LazyMapping(self.loads, lambda load: assembly.active_terms(load, self.kinematics))
+        return LazyMapping(self.loads, lambda load: forcing.active_terms(load, self.kinematics))
 
     @read
-    def inertia_terms(self) -> Mapping[Body, tuple[assembly.Term, ...]]:
+    def inertia_terms(self) -> Mapping[Body, tuple[forcing.Term, ...]]:
         """The inertia force and torque of each body, in u̇."""
         return LazyMapping(
             self.system.bodies,
-            lambda body: tuple(term for b in self.bodies if b.body is body for term in assembly.inertia_terms(b)),
+            lambda body: tuple(term for b in self.bodies if b.body is body for term in forcing.inertia_terms(b)),
         )
 
     Fr_contributions = read[Mapping[tuple[Expr, Load], Expr]](
@@ -143,10 +143,10 @@ class Derived(Immutable):
     )
 
     def _by_speed(
-        self, table: Mapping[K, tuple[assembly.Term, ...]], stands_for: Mapping[Any, K]
+        self, table: Mapping[K, tuple[forcing.Term, ...]], stands_for: Mapping[Any, K]
     ) -> Mapping[tuple[Expr, K], Expr]:
         return LazyMapping(
-            product(self.all_speeds, table), lambda key: assembly.generalized(table[key[1]], key[0]), stands_for
+            product(self.all_speeds, table), lambda key: forcing.generalized(table[key[1]], key[0]), stands_for
         )
 
     @read
@@ -184,24 +184,24 @@ class Derived(Immutable):
 
     # Step 7: dynamical equations -----------------------------------------------------------------------------------------
 
-    left = read[tuple[assembly.Term, ...]](
+    left = read[tuple[forcing.Term, ...]](
         lambda d: d.left_by(d.kinematics, d.bodies), "Forces and torques, those of inertia too, at u̇ = 0."
     )
 
     def left_by(
         self, kinematics: Kinematics, bodies: Sequence[Moving], u_dot: Mapping[Expr, Expr] = MappingProxyType({})
-    ) -> tuple[assembly.Term, ...]:
+    ) -> tuple[forcing.Term, ...]:
         """`left` by other motions, or at other accelerations."""
-        return tuple(assembly.bias_terms(self._active(kinematics), bodies, free_fall(self.system), u_dot))
+        return tuple(forcing.bias_terms(self._active(kinematics), bodies, free_fall(self.system), u_dot))
 
-    def _active(self, kinematics: Kinematics) -> list[assembly.Term]:
-        return [term for load in self.declared_loads for term in assembly.active_terms(load, kinematics)]
+    def _active(self, kinematics: Kinematics) -> list[forcing.Term]:
+        return [term for load in self.declared_loads for term in forcing.active_terms(load, kinematics)]
 
     @read
     def blocks(self) -> Blocks:
         """M, f and G by speeds and auxiliary speeds."""
         mass = mass_rows(self.bodies, self.speeds, self.auxiliary_speeds)
-        right = [assembly.generalized_by_motion(self.left, s) for s in self.all_speeds]
+        right = [forcing.generalized_by_motion(self.left, s) for s in self.all_speeds]
         apart = self._with_weights_apart()
         if apart is not None:
             cost = Prices([x for row in mass for x in row])
@@ -213,12 +213,12 @@ class Derived(Immutable):
         fall = free_fall(self.system)
         if fall.is_zero:
             return None
-        weights = [assembly.Term(m.part.mass_center, fall * m.part.mass, m.center) for m in self.bodies]
-        heavy = [assembly.generalized_by_motion(weights, s) for s in self.all_speeds]
+        weights = [forcing.Term(m.part.mass_center, fall * m.part.mass, m.center) for m in self.bodies]
+        heavy = [forcing.generalized_by_motion(weights, s) for s in self.all_speeds]
         if all(x is not ZERO for x in heavy):
             return None
-        rest = assembly.bias_terms(self._active(self.kinematics), self.bodies, Vector())
-        return [add(assembly.generalized_by_motion(rest, s), x) for s, x in zip(self.all_speeds, heavy, strict=True)]
+        rest = forcing.bias_terms(self._active(self.kinematics), self.bodies, Vector())
+        return [add(forcing.generalized_by_motion(rest, s), x) for s, x in zip(self.all_speeds, heavy, strict=True)]
 
     mass_matrix = read[Matrix](lambda d: d.blocks.mass, "M (n × n), of all speeds.")
     auxiliary_mass_matrix = read[Matrix](lambda d: d.blocks.mass_a, "M_a (auxiliary × n).")

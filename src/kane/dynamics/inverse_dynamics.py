@@ -16,10 +16,10 @@ from kane.expr.build import add, mul, neg, sum_of
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, TWO, ZERO, Expr
 from kane.expr.symbols import rate
-from kane.kinematics.constraints import constraint_rows
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.segments import joint_tree
 from kane.kinematics.speeds import Row
+from kane.kinematics.velocity_constraints import constraint_rows
 from kane.model.bodies import deforming
 from kane.space.rotation import NOTHING, Triple, cross3, product
 from kane.tree.composite import (

@@ -19,7 +19,7 @@ from kane.dynamics.constraints.configurations import place
 from kane.dynamics.constraints.embed import Embedding, embedding, first_partition
 from kane.dynamics.derivation import Derived, Exprs, derived
 from kane.dynamics.lazy import read
-from kane.dynamics.readings.values import without_rates
+from kane.dynamics.readings.quantities import without_rates
 from kane.errors import SpaceError, SpeedsError, cut
 from kane.expr.evaluation import free_symbols
 from kane.expr.forms.count import price
@@ -27,7 +27,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, Speed, Symbols
-from kane.kinematics.motion import Kinematics, Motion, acceleration_form, velocity_form
+from kane.kinematics.velocities import Kinematics, Motion, acceleration_form, velocity_form
 from kane.model.declarations import geometry, places
 from kane.model.system import placed, scaffold
 from kane.space.frame import Frame

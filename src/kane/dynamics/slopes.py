@@ -22,8 +22,7 @@ from kane.expr.solve import finish, ldl, sparse_order
 from kane.expr.solve import forward as forward_substitution
 from kane.expr.symbols import Symbol, rate
 from kane.expr.visit import substituted
-from kane.kinematics.freedoms import Unsuited
-from kane.kinematics.resolved import resolved
+from kane.kinematics.freedoms import Unsuited, resolved
 from kane.progress import collecting_seldom
 from kane.tree.tangents import HeldFunction, tangents, total
 

@@ -7,24 +7,23 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from kane.dynamics.assembly import generalized_by_motion, mass_rows
-from kane.dynamics.constraints.embed import Embedding
-from kane.dynamics.constraints.left_out import Watch, watch
-from kane.dynamics.constraints.touches import contacts, touches
+from kane.dynamics.constraints.embed import Embedding, Watch, watch
+from kane.dynamics.constraints.manifold import contacts, touches
 from kane.dynamics.derivation import Derived, Exprs
+from kane.dynamics.forcing import generalized_by_motion, mass_rows
 from kane.dynamics.lazy import Lately, LazyMapping, read
 from kane.expr.build import add, neg, sub
 from kane.expr.evaluation import Walk, free_symbols, is_constant_in_time
 from kane.expr.forms.collect import joined
 from kane.expr.forms.count import Operations, count_operations
-from kane.expr.forms.shorten import shortened
+from kane.expr.forms.shorter import shortened
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import Immutable
 from kane.expr.regular import Guards, Sizes, extended, factors, guarding, never_zero, size, unguarded
 from kane.expr.symbols import Speed, Symbols, rate
 from kane.expr.visit import substituted
-from kane.kinematics.motion import Motion
+from kane.kinematics.velocities import Motion
 from kane.model.constraints import Constraint
 from kane.space.frame import Frame
 from kane.space.point import Point

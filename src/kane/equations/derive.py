@@ -10,9 +10,8 @@ from kane.dynamics.constraints.configurations import place
 from kane.dynamics.constraints.embed import first_partition
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived, derived
-from kane.dynamics.events import watched_events
 from kane.dynamics.formulation.table import ASKED, solved
-from kane.dynamics.poles import without_poles
+from kane.dynamics.poles import watched_events, without_poles
 from kane.dynamics.readings.potential import check_potentials
 from kane.dynamics.solved import Solved
 from kane.equations.equations import Equations

@@ -12,13 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from kane import show
-from kane.dynamics.bodies import Moving
+from kane.dynamics.body_motions import Moving
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derivation import Derived
 from kane.dynamics.lazy import LazyMapping, read
 from kane.dynamics.methods.base import Formulation
 from kane.dynamics.methods.table import formulation
-from kane.dynamics.readings import energy, programs, unsolved
+from kane.dynamics.readings import energy, unsolved
 from kane.dynamics.readings.contributions import (
     Contributions,
     MassContribution,
@@ -29,27 +29,26 @@ from kane.dynamics.readings.contributions import (
     noncontributing,
 )
 from kane.dynamics.readings.joint_reactions import JointReaction, Place, reaction
-from kane.dynamics.readings.steps import Step, seven_steps
-from kane.dynamics.readings.values import evaluate_along, speeds_from_rates, time_derivative, without_rates
+from kane.dynamics.readings.quantities import evaluate_along, speeds_from_rates, time_derivative, without_rates
+from kane.dynamics.readings.seven_steps import Step, seven_steps
 from kane.dynamics.solved import Solved
-from kane.equations.compiled import Compiled, compiled
+from kane.equations.compiled import Compiled, Numeric, compiled
 from kane.equations.energies import Energies
 from kane.equations.jacobian import Jacobian, jacobian
-from kane.equations.numeric import Numeric
 from kane.equations.state import State, state_of
 from kane.errors import ArgumentError, SimulationError, cut
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr
 from kane.expr.ops import Immutable
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Speed
-from kane.kinematics.constraints import ConstraintRows
-from kane.kinematics.motion import Kinematics
 from kane.kinematics.speeds import Speeds
+from kane.kinematics.velocities import Kinematics
+from kane.kinematics.velocity_constraints import ConstraintRows
 from kane.model.bodies import Body
 from kane.model.declarations import Event
 from kane.model.force_systems import ForceSystem
 from kane.model.system import System
-from kane.model.units import unit_in
+from kane.model.unit_checks import unit_in
 from kane.program.native.compiled_routine import NotFinite
 from kane.program.native.machine import Settings
 from kane.space.frame import Frame
@@ -278,11 +277,11 @@ class Equations(Energies, Immutable):
         return evaluate_along(self.solved, exprs, *at.in_order)
 
     inverse_dynamics = read[Exprs](
-        lambda e: programs.inverse_dynamics(e.solved),
+        lambda e: unsolved.inverse_dynamics(e.solved),
         "M u̇ − f in u̇: the generalized forces that a motion wants besides the loads; of trees by recursion.",
     )
     centroidal_momentum_matrix = read[Matrix](
-        lambda e: programs.centroidal_momentum_matrix(e.solved),
+        lambda e: unsolved.centroidal_momentum_matrix(e.solved),
         "A_G (6 × n): Σ m v, then the angular momentum about the mass centre, along the inertial frame, per unit of each speed.",
     )
 
@@ -291,11 +290,11 @@ class Equations(Energies, Immutable):
 
         Without `along` the axes are those of the inertial frame. Axes must be independent: a SingularError where they never are.
         """
-        return programs.operational_inertia(self.solved, place, along)
+        return unsolved.operational_inertia(self.solved, place, along)
 
     def operational_mobility(self, place: Point | Frame, along: Sequence[Vector] | None = None) -> Matrix:
         """Λ⁻¹ = J M⁻¹ Jᵀ, which exists along any axes."""
-        return programs.operational_mobility(self.solved, place, along)
+        return unsolved.operational_mobility(self.solved, place, along)
 
     def jacobian(self, by: Any = "state") -> Jacobian:
         """The derivatives of the right-hand side (q̇, u̇, ȧ), exact, with their pattern.

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from kane.dynamics.derivation import Derived
 from kane.dynamics.lazy import read
-from kane.dynamics.readings.values import evaluate_along
+from kane.dynamics.readings.quantities import evaluate_along
 from kane.dynamics.slopes import slopes
 from kane.dynamics.solved import Solved
 from kane.equations.state import State, state_of

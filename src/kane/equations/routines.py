@@ -9,9 +9,9 @@ from dataclasses import replace
 from typing import Any, TypeAlias
 
 from kane.dynamics.derivation import Derived
-from kane.dynamics.readings.programs import forcing, inverse_dynamics, mass_matrix
+from kane.dynamics.readings.quantities import asked, without_unknowns
 from kane.dynamics.readings.regularity import divided_by, guarded, notes, of_rates, pivot_of, with_regular_rates
-from kane.dynamics.readings.values import asked, without_unknowns
+from kane.dynamics.readings.unsolved import forcing, inverse_dynamics, mass_matrix
 from kane.dynamics.slopes import backward, forward, second, slopes
 from kane.dynamics.solved import Solved
 from kane.equations.jacobian import KINDS, rate_symbols
@@ -20,7 +20,7 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol, rate, time
 from kane.numeric.arrays import Array
-from kane.program.build import Bundle, Shaped, Task, build_program
+from kane.program.from_expressions import Bundle, Shaped, Task, build_program
 from kane.program.program import Note, Port, Program
 
 

@@ -40,7 +40,7 @@ __getattr__ = _offered(
         "forms.expand": "MOST expanded",
         "forms.integration": "antiderivative",
         "forms.scales": "scaled",
-        "forms.shorten": "named shared shortened with_short_quotients",
+        "forms.shorter": "named shared shortened with_short_quotients",
         "forms.taylor_series": "taylor",
         "matrix": "Matrix dot",
         "visit": "remembered remembering fold imaged rebuilt substitute substituted",

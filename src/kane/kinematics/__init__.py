@@ -7,12 +7,11 @@ __getattr__ = offered(
     __name__,
     {
         "aligned": "AS_DECLARED aligned_bases",
-        "constraints": "placed_form constraint_rows",
+        "velocity_constraints": "placed_form constraint_rows rows_along_tree",
         "definitions": "generalized_speeds turned",
         "freedoms": "Unsuited",
         "matching": "Matching Sample",
-        "motion": "Following Kinematics",
-        "pulls": "rows_along_tree",
-        "tree": "links_of",
+        "velocities": "Following Kinematics",
+        "links": "links_of",
     },
 )

@@ -20,10 +20,9 @@ from kane.expr.build import sub
 from kane.expr.differentiation import time_derivative
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ONE, ZERO, Expr
-from kane.kinematics.freedoms import Forms, Freedom, Shift, Stages, Unsuited, are_coupled, is_single, measured
-from kane.kinematics.motion import Kinematics
-from kane.kinematics.resolved import by_rates
-from kane.kinematics.tree import Link, Tree, homes_of
+from kane.kinematics.freedoms import Forms, Freedom, Shift, Stages, Unsuited, are_coupled, by_rates, is_single, measured
+from kane.kinematics.links import Link, Tree, homes_of
+from kane.kinematics.velocities import Kinematics
 from kane.space.point import Point
 from kane.space.rotation import NOTHING, AlignedBasis, Basis, Triple, about_axis, path
 from kane.space.vector import Parts, Vector

@@ -8,26 +8,71 @@ multiplier of one exerts, and their power is the constraint's rate,
 
 but for what a length that depends on time adds, exactly, on the constraint and off it. So the rows A of A u + b = 0 come from
 partial velocities, the multiplier is a force or torque one can name, and reactions anywhere in the system feel it.
+
+Noncontributing forces brought into evidence: reactions by name, and explicit auxiliary speeds.
+
+A reaction cuts the tree: everything reached through its point (or frame) is the far side and gets the auxiliary velocity
+u_a n. It is an action–reaction pair, +R n on the far side and −R n on the near one. Declaring one changes nothing; listing it
+in `System(reactions=…)` does.
+
+Directions that are declared: of unit length, fixed in one frame.
 """
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from kane import expect
-from kane.errors import ModelError, UnitError, cut
+from kane.errors import ModelError, ReactionError, UnitError, cut
 from kane.expr.build import neg
 from kane.expr.differentiation import time_derivative
 from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import Immutable
-from kane.expr.symbols import Coordinate, Rate, Speed, Time, input_of
-from kane.model.directions import check_unit, home_of
-from kane.space.frame import Frame
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Rate, Reaction, Speed, Time, input_of
+from kane.numeric.sampling import SEED, sample
+from kane.numeric.scale import DECLARED
+from kane.space.frame import Frame, frames_of
 from kane.space.point import Point
-from kane.space.vector import Vector
+from kane.space.vector import Parts, Vector
 from kane.units.parser import parse
 from kane.units.rules import unit_of
+
+
+def length(v: Vector) -> float:
+    """|v| at parameters' defaults and a random configuration; 1 where a parameter has no default."""
+    square = v.dot(v)
+    symbols = free_symbols([square])
+    if any(isinstance(s, Parameter) and s.default is None for s in symbols):
+        return 1.0
+    return math.sqrt(sample([square], SEED)[0])
+
+
+def is_unit(v: Vector) -> bool:
+    """Whether |v| = 1."""
+    return abs(length(v) - 1) <= DECLARED
+
+
+def check_unit(v: object, what: str) -> None:
+    """Raise a ModelError unless `v` is a unit vector."""
+    if not isinstance(v, Vector) or v.is_zero:
+        raise ModelError(f"Expected a unit vector as the {what}, got {cut(repr(v))}.")
+    if not is_unit(v):
+        raise ModelError(f"Expected a unit vector as the {what}, got {v} of length {length(v):.6g}. Use .normalized().")
+
+
+def home_of(v: Vector, what: str) -> Frame:
+    """The one frame in which the unit vector `v` is written and fixed; a ModelError where it is no unit vector, or there is none."""
+    check_unit(v, what)
+    frames = frames_of(v)
+    if len(frames) != 1 or not is_constant_in_time(v.scalars()):
+        raise ModelError(
+            f"Expected the {what} fixed in the one frame that it is written in, got {v}. Make a frame that turns with it and write "
+            "it there."
+        )
+    return frames[0]
+
 
 Kind = Literal["configuration", "motion"]
 
@@ -249,3 +294,95 @@ def configuration_constraint(name: str, f: Any) -> Constraint:
 def motion_constraint(name: str, f: Any) -> Constraint:
     """f(q, q̇, t) = 0 under a name, affine in the rates. It is not known where its forces act; prefer `no_slip`, `rolling`."""
     return Constraint(name, "motion", as_expr(f))
+
+
+class Cut(NamedTuple):
+    """Where an auxiliary speed acts: at a point, or on a frame, along a direction."""
+
+    at: Point | Frame
+    parts: Parts
+
+    @property
+    def along(self) -> Vector:
+        """The direction."""
+        return Vector(self.parts)
+
+
+def _cut(kind: str, name: str, at: Point | None, frame: Frame | None, along: Vector | None) -> Cut:
+    if (at is None) == (frame is None):
+        raise ReactionError(
+            f"Expected {kind} {name!r} at=point for a force or frame=frame for a torque, got "
+            f"{'both' if at is not None else 'neither'}."
+        )
+    place = at if at is not None else frame
+    expect.instance(
+        place, Point if at is not None else Frame, f"at=Point or frame=Frame for {kind} {name!r}", error=ReactionError
+    )
+    assert place is not None
+    if place.parent is None:
+        raise ReactionError(
+            f"Expected a place of {kind} {name!r} that has a near side, got {place!r}, which is a root. Make the cut explicit: "
+            f"{place.name}.{'at' if at is not None else 'rotate'}(…)."
+        )
+    if isinstance(place, Point) and place.body is not None:
+        raise ReactionError(
+            f"Expected a geometric point for {kind} {name!r}, got {place.name}, a particle: nothing is reached through it."
+        )
+    expected = f"along=unit vector for {kind} {name!r}"
+    if not isinstance(along, Vector) or along.is_zero:
+        raise expect.refusal(ReactionError, expected, cut(repr(along)))
+    if not is_unit(along):
+        raise ReactionError(
+            f"Expected {expected}, got {cut(repr(along))} of length {length(along):.6g}: the reaction would not be measured in "
+            "units of force. Use along.normalized()."
+        )
+    return Cut(place, along.parts)
+
+
+def reaction(
+    name: str,
+    at: Point | None = None,
+    along: Vector | None = None,
+    frame: Frame | None = None,
+    unit: str = "",
+    *,
+    constraint: Constraint | None = None,
+) -> Reaction:
+    """A force (`at` a point) or torque (on a `frame`) along a unit vector that the far side feels from the near side.
+
+    With `constraint` it is that constraint's multiplier: the force or torque that holds it. Without any place it is a bare
+    unknown for use with explicit auxiliary speeds.
+    """
+    if constraint is not None:
+        other: object = constraint
+        alone = isinstance(other, Constraint) and all(x is None for x in (at, frame, along))
+        expected = f"constraint=one Constraint, and no other place, for the reaction {name!r}"
+        expect.that(alone, expected, other, error=ReactionError)
+        return Reaction.declare(name, None, unit or constraint.unit, "", constraint)
+    if at is None and frame is None and along is None:
+        return Reaction.declare(name, None, unit, "", None)
+    place = _cut("the reaction", name, at, frame, along)
+    return Reaction.declare(name, None, unit or ("N" if at is not None else "N*m"), "", place)
+
+
+def auxiliary_speed(
+    name: str, at: Point | None = None, along: Vector | None = None, frame: Frame | None = None
+) -> AuxiliarySpeed:
+    """An explicit auxiliary speed: the velocity u_a n of everything reached through the point or frame, zero throughout.
+
+    List it in `System(auxiliary_speeds=…)` with one bare reaction for each, and write the force it brings into evidence as a load.
+    """
+    cut = _cut("the auxiliary speed", name, at, frame, along)
+    return AuxiliarySpeed.declare(name, None, "m/s" if at is not None else "rad/s", "", cut)
+
+
+def cut_of(symbol: Expr) -> Cut | None:
+    """The cut of a reaction or auxiliary speed, None for a bare unknown."""
+    place = getattr(symbol, "place", None)
+    return place if isinstance(place, Cut) else None
+
+
+def constraint_of(symbol: Expr) -> Constraint | None:
+    """The constraint whose multiplier a reaction is, None for any other symbol."""
+    place = getattr(symbol, "place", None)
+    return place if isinstance(place, Constraint) else None

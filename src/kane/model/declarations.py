@@ -27,10 +27,9 @@ from kane.expr.symbols import (
     Symbols,
 )
 from kane.model.bodies import Body, parts_of
-from kane.model.constraints import Constraint
+from kane.model.constraints import Constraint, cut_of
 from kane.model.joints.joint import Joint
 from kane.model.loads import Gravity, Load
-from kane.model.reactions import cut_of
 from kane.model.variables import EulerParameters
 from kane.space.frame import Frame, frames_of
 from kane.space.point import Point

@@ -24,7 +24,7 @@ from kane.expr.build import add, cos, div, mul, sin, sub
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr, constant
 from kane.model.bodies import Body, Part
-from kane.model.directions import check_unit
+from kane.model.constraints import check_unit
 from kane.model.joints.gears import length_along
 from kane.model.loads import Load
 from kane.model.mass import parts_listed

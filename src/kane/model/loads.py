@@ -15,7 +15,7 @@ from kane.expr.node import Expr, as_expr
 from kane.expr.ops import Immutable
 from kane.expr.symbols import QuasiRate, Rate, Reaction, Speed, Symbol, input_of
 from kane.model.bodies import Body
-from kane.model.directions import check_unit
+from kane.model.constraints import check_unit
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector

@@ -26,7 +26,7 @@ from kane.expr.operators import atan2, sqrt
 from kane.expr.ops import Immutable
 from kane.expr.symbols import Parameter
 from kane.model.bodies import Body, Part, RigidBody, parts_of
-from kane.model.directions import check_unit
+from kane.model.constraints import check_unit
 from kane.model.solids import parallel_axis, unit_dyadic
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame

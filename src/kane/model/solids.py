@@ -14,7 +14,7 @@ from kane import expect
 from kane.errors import ModelError
 from kane.expr.build import add, cos, div, mul, sin, sub
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value, pi
-from kane.model.directions import check_unit, is_unit
+from kane.model.constraints import check_unit, is_unit
 from kane.numeric.scale import ROUNDED_CHAIN
 from kane.space.frame import Frame
 from kane.space.rotation import Basis

@@ -37,14 +37,14 @@ from kane.expr.symbols import (
     Symbols,
 )
 from kane.expr.visit import substituted
-from kane.model import checks
+from kane.model import system_checks
 from kane.model.bodies import Body, Part, RigidBody, brought_loads, check_turning, deforming, extended, parts_of, rigid
-from kane.model.checks import check_states, listed, state_rates, warn_of_doubts
 from kane.model.constraints import Constraint, as_constraints
 from kane.model.declarations import Declarations, Event, check_actions, contents, expressions, geometry, places
 from kane.model.joints.joint import Joint, with_joints
 from kane.model.loads import Gravity, Load
-from kane.model.units import check_units
+from kane.model.system_checks import check_states, listed, state_rates, warn_of_doubts
+from kane.model.unit_checks import check_units
 from kane.model.variables import (
     by_name,
     completed,
@@ -104,10 +104,10 @@ class System(Declarations):
         joints: Sequence[Joint] = (),
         states: Mapping[StateVariable, Any] = MappingProxyType({}),
     ) -> None:
-        checks.check_inertial(inertial)
+        system_checks.check_inertial(inertial)
         bodies, loads = listed("bodies", bodies), listed("loads", loads)
-        checks.check_bodies(bodies)
-        checks.check_loads(loads)
+        system_checks.check_bodies(bodies)
+        system_checks.check_loads(loads)
         joints = listed("joints", joints, Joint, "kn.pin, kn.slider, …", named=True)
         movers = (*joints, *deforming(bodies))
         told, first = with_joints(speeds, movers), (q for mover in movers for q in mover.coordinates)
@@ -117,7 +117,7 @@ class System(Declarations):
         auxiliary = listed("auxiliary_speeds", auxiliary_speeds, AuxiliarySpeed, "kn.auxiliary_speed")
         events = listed("events", events, Event, "kn.Event(name, quantity)", named=True)
         constraints = (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
-        checks.check_constraints(constraints, reactions)
+        system_checks.check_constraints(constraints, reactions)
         frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), constraints)
         euler, shape = euler_sets(frames), list(geometry(frames, points))
         ordered = ordered_coordinates(free_symbols([*shape, *moved(told, constraints)]), coordinates, first)
@@ -126,15 +126,15 @@ class System(Declarations):
         matter, further = list(contents(bodies, own, gravities)), state_rates(states)
         watched = [*matter, *expressions(events), *(c.expr for c in constraints), *further, *further.values()]
         symbols = free_symbols([*shape, *definitions.values(), *watched])
-        checks.check_geometry(free_symbols(shape))
-        checks.check_no_accelerations(free_symbols(matter))
-        checks.check_strays(free_symbols(watched), ordered, definitions, euler)
-        checks.check_names((*symbols, *definitions, *reactions, *auxiliary))
-        checks.check_reactions(symbols, reactions, auxiliary)
+        system_checks.check_geometry(free_symbols(shape))
+        system_checks.check_no_accelerations(free_symbols(matter))
+        system_checks.check_strays(free_symbols(watched), ordered, definitions, euler)
+        system_checks.check_names((*symbols, *definitions, *reactions, *auxiliary))
+        system_checks.check_reactions(symbols, reactions, auxiliary)
         dependent_q = by_name(dependent_coordinates, ordered)
         dependent_u = Symbols((*by_name(dependent_speeds, definitions), *vanishing))
-        checks.check_dependent("coordinates", dependent_q, ordered, constraints, "configuration")
-        checks.check_dependent("speeds", dependent_u, definitions, constraints, "configuration", "motion")
+        system_checks.check_dependent("coordinates", dependent_q, ordered, constraints, "configuration")
+        system_checks.check_dependent("speeds", dependent_u, definitions, constraints, "configuration", "motion")
         parameters = Symbols(s for s in symbols if isinstance(s, Parameter))
         inputs = Symbols(inputs_with_rates(symbols, shape + list(definitions.values()), constraints))
         Declarations.__init__(
@@ -249,9 +249,9 @@ def scaffold(
     coordinates: Sequence[Coordinate | str] | None,
 ) -> System:
     """The system of frames and points; a coordinate that the definition of a speed has a rate of needs no place."""
-    checks.check_inertial(inertial)
+    system_checks.check_inertial(inertial)
     constraints = (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
-    frames, points = places(inertial, (), (placed(checks.listed("of", of)),), (), constraints)
+    frames, points = places(inertial, (), (placed(system_checks.listed("of", of)),), (), constraints)
     euler = euler_sets(frames)
     shape = list(geometry(frames, points))
     ordered = ordered_coordinates(free_symbols([*shape, *moved(speeds, constraints), *_moving(speeds)]), coordinates)
@@ -259,11 +259,11 @@ def scaffold(
     definitions |= vanishing
     watched = [c.expr for c in constraints]
     symbols = free_symbols([*shape, *definitions.values(), *watched])
-    checks.check_geometry(free_symbols(shape))
-    checks.check_strays(free_symbols(watched), ordered, definitions, euler)
-    checks.check_names((*symbols, *definitions))
+    system_checks.check_geometry(free_symbols(shape))
+    system_checks.check_strays(free_symbols(watched), ordered, definitions, euler)
+    system_checks.check_names((*symbols, *definitions))
     dependent = Symbols((*by_name(dependent_speeds, definitions), *vanishing))
-    checks.check_dependent("speeds", dependent, definitions, constraints, "configuration", "motion")
+    system_checks.check_dependent("speeds", dependent, definitions, constraints, "configuration", "motion")
     parameters = Symbols(s for s in symbols if isinstance(s, Parameter))
     inputs = Symbols(inputs_with_rates(symbols, shape + list(definitions.values()), constraints))
     system = object.__new__(System)

@@ -25,7 +25,7 @@ from kane.motion.steps import Stepper, better
 from kane.numeric.arrays import Array
 from kane.numeric.rank import balance
 from kane.numeric.scale import POOR
-from kane.program.build import Bundle
+from kane.program.from_expressions import Bundle
 from kane.program.native.entry import aligned, entry, hoisted
 
 _WELL, _POORLY = 2.5, 0.25

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kane.dynamics.events import KinematicsEnd
+from kane.dynamics.poles import KinematicsEnd
 from kane.equations.equations import Equations
 from kane.model.declarations import Event
 from kane.motion.hybrid.events import End, Fresh, StepSeen, met_along, still_there, thresholds

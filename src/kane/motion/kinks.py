@@ -13,9 +13,9 @@ import numpy as np
 
 from kane.analysis.one_sided import Table
 from kane.analysis.state_checks import open_shares
-from kane.dynamics.readings.values import without_unknowns
+from kane.dynamics.readings.quantities import without_unknowns
+from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations
-from kane.equations.numeric import Numeric
 from kane.equations.routines import ports
 from kane.errors import SimulationError, cut
 from kane.expr.node import Expr, postorder
@@ -27,7 +27,7 @@ from kane.motion.projection import Numbers, Tolerances, constraint_numbers
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import DEGREE as PARTS
 from kane.numeric.scale import LAST_DIGIT, LEAPS, SOON
-from kane.program.build import Bundle
+from kane.program.from_expressions import Bundle
 from kane.program.native.compiled_routine import BundleRoutine
 
 Dense = Callable[[float | Array], Array]

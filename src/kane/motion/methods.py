@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 from weakref import WeakKeyDictionary
 
-from kane.dynamics.events import SlipEnd
+from kane.dynamics.poles import SlipEnd
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, none_of
 from kane.expr.node import Expr, postorder

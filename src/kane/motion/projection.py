@@ -34,9 +34,9 @@ import numpy.typing as npt
 
 from kane.dynamics.constraints.manifold import branch_scalars, branches, turned, turned_closures
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.readings.programs import mass_matrix
+from kane.dynamics.readings.unsolved import mass_matrix
+from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations
-from kane.equations.numeric import Numeric
 from kane.equations.routines import ports
 from kane.expr.build import mul
 from kane.expr.evaluation import evaluate
@@ -45,11 +45,11 @@ from kane.expr.node import Expr
 from kane.expr.regular import Sizes, largest, size
 from kane.model.constraints import Branch
 from kane.numeric.arrays import Array, Mask
+from kane.numeric.least_change import least_change, of_unit_length, row_sizes
 from kane.numeric.newton import improved
-from kane.numeric.projection import least_change, of_unit_length, row_sizes
 from kane.numeric.rank import Mixed, balance, combinations, mixed, singular, weak_values
 from kane.numeric.scale import CLOSED, CLOSED_FULLY, MOTION_RANK
-from kane.program.build import Bundle
+from kane.program.from_expressions import Bundle
 from kane.program.native.compiled_routine import BundleRoutine
 
 Mixes = tuple[Mixed | None, Mixed | None]

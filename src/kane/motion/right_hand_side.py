@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kane.dynamics.readings.quantities import without_unknowns
 from kane.dynamics.readings.regularity import with_regular_rates
-from kane.dynamics.readings.values import without_unknowns
 from kane.dynamics.slopes import forward, slopes
 from kane.equations.equations import Equations
 from kane.equations.routines import along, ports, rate_names
@@ -25,9 +25,9 @@ from kane.motion.inputs.feedback import value
 from kane.motion.inputs.functions import following, follows, law_and, law_of
 from kane.motion.switches import switches
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.projection import least_constraint
+from kane.numeric.least_change import least_constraint
 from kane.numeric.rank import Mixed
-from kane.program.build import Bundle, Shaped
+from kane.program.from_expressions import Bundle, Shaped
 from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.entry import entry, hoisted
 from kane.program.native.machine import Settings

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.readings.values import parameter_values
+from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import State, state_of
 from kane.errors import KaneWarning, SimulationError, warn

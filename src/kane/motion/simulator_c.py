@@ -22,9 +22,9 @@ from kane.motion.right_hand_side import timed
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.scale import LEAPS
-from kane.program.build import Bundle
 from kane.program.emit.c import emit_c, emit_kernel_c
 from kane.program.emit.names import c_number
+from kane.program.from_expressions import Bundle
 
 METHODS = tuple(name for name, i in INTEGRATORS.items() if i.width == 1 and not i.implicit)
 """Those that a program in C runs: by one state at a time."""

@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.dynamics.events import SlipEnd
-from kane.dynamics.poles import AdmittedSpeeds
+from kane.dynamics.poles import AdmittedSpeeds, SlipEnd
 from kane.equations.derive import repartition
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, cut

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from kane.dynamics.constraints.manifold import manifold
-from kane.dynamics.events import KinematicsEnd
+from kane.dynamics.poles import KinematicsEnd
 from kane.expr.evaluation import free_symbols
 from kane.expr.symbols import input_of, time
 from kane.motion.course import Course, Method

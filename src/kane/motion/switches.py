@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kane.dynamics.events import SLIPS
+from kane.dynamics.poles import SLIPS
 from kane.equations.equations import Equations
 from kane.errors import cut
 from kane.expr.build import sub

@@ -6,13 +6,13 @@ from kane.lazy_imports import offered
 __getattr__ = offered(
     __name__,
     {
-        "branch_figures": "through_meetings",
-        "checks": "motion_checks",
+        "mode_figures": "through_meetings",
+        "check_figures": "motion_checks",
         "formula_list": "WIDTH formulas step_text wrapped",
         "motion_plots": "level plots",
         "notebook.typeset": "ROWS either escaped listed math table",
         "provenance": "versions",
         "report": "asset chapters",
-        "tables": "Tex declared_tables",
+        "overview": "Tex declared_tables",
     },
 )

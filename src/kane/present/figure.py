@@ -13,12 +13,12 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from kane.dynamics.readings.values import asked
+from kane.dynamics.readings.quantities import asked
 from kane.errors import ArgumentError, UnitError, cut
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Symbol
 from kane.model.system import System
-from kane.model.units import unit_in
+from kane.model.unit_checks import unit_in
 from kane.motion.solution.solution import Solution
 from kane.present.motion_plots import label_of
 from kane.space.vector import Vector

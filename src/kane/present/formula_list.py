@@ -11,7 +11,7 @@ from functools import cached_property
 from itertools import accumulate
 from typing import Any
 
-from kane.dynamics.readings.steps import Kind, Quantity, Result, Step
+from kane.dynamics.readings.seven_steps import Kind, Quantity, Result, Step
 from kane.equations.equations import Equations
 from kane.expr.node import ZERO, Expr
 from kane.expr.ops import ADD, NEG, SUB
@@ -19,9 +19,9 @@ from kane.space.frame import Frame
 from kane.space.rotation import Basis
 from kane.space.vector import Vector
 from kane.write.arrange import Notation, layout
+from kane.write.display import Minus, Tree
 from kane.write.latex import LATEX, latex_name, place_latex
 from kane.write.text import TEXT
-from kane.write.trees import Minus, Tree
 
 
 @dataclass(frozen=True)

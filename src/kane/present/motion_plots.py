@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from kane.model.bodies import parts_of
-from kane.model.reactions import cut_of
+from kane.model.constraints import cut_of
 from kane.motion.solution.solution import Solution
 from kane.space.point import Point
 from kane.units.rules import unit_text

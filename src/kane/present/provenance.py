@@ -9,13 +9,13 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from kane.dynamics.readings.contributions import Contribution, Contributions
-from kane.dynamics.readings.steps import Kind, Quantity
+from kane.dynamics.readings.seven_steps import Kind, Quantity
 from kane.equations.equations import Equations
 from kane.expr.symbols import Symbol
 from kane.model.bodies import Body
 from kane.model.loads import Load
 from kane.present.formula_list import Formula, formulas, quantity_latex
-from kane.present.tables import Cell, PageTable, Tex
+from kane.present.overview import Cell, PageTable, Tex
 from kane.program.native import machine, store
 from kane.space.point import Point
 from kane.write.latex import latex_name, place_latex

@@ -14,17 +14,17 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
 from kane.dynamics.readings.contributions import Contributions
-from kane.dynamics.readings.steps import STATES, Kind, Quantity, Result, Step, moving_places, shown_speeds
+from kane.dynamics.readings.seven_steps import STATES, Kind, Quantity, Result, Step, moving_places, shown_speeds
 from kane.equations.equations import Equations, check_equations
 from kane.errors import ArgumentError, cut
 from kane.expr.forms.count import count_operations
 from kane.expr.node import Expr, postorder
 from kane.expr.symbols import Parameter, Symbol, rate
 from kane.motion.solution.solution import Solution
-from kane.present.checks import Check, motion_checks
+from kane.present.check_figures import Check, motion_checks
 from kane.present.formula_list import Formula, formulas, quantity_latex, result_formulas
+from kane.present.overview import DECLARED, PageTable, Tex, declared_tables, page_table
 from kane.present.provenance import Provenance, active_provenance, inertia_provenance, mass_provenance, noncontributing
-from kane.present.tables import DECLARED, PageTable, Tex, declared_tables, page_table
 from kane.progress import working
 from kane.space.frame import Frame
 from kane.space.point import Point

@@ -6,7 +6,7 @@ from kane.lazy_imports import offered
 __getattr__ = offered(
     __name__,
     {
-        "build": "Task build_program Bundle shaped receipt",
+        "from_expressions": "Task build_program Bundle shaped receipt",
         "emit.": "targets",
         "emit.c": "emit_c emit_header emit_kernel_c",
         "emit.llvm": "emit_llvm",
@@ -18,7 +18,7 @@ __getattr__ = offered(
         "kernel.language": (
             "ArrayOf Compute Immediate FLOAT INT If Kernel Read Integer Put SinCos Write Type Value verified_kernel"
         ),
-        "kernel.write": "Writer",
+        "kernel.writer": "Writer",
         "native.": "machine store",
         "native.compiled_routine": "BundleRoutine CompiledRoutine",
         "native.entry": "CompiledKernel aligned entry hoisted wide_entry",

@@ -9,6 +9,6 @@ __getattr__ = offered(
         "arrange": "layout Notation",
         "latex": "LATEX latex_name unit_vector_latex",
         "text": "TEXT",
-        "trees": "natural",
+        "display": "natural",
     },
 )

@@ -23,8 +23,18 @@ from kane.expr.ops import ADD, CONST, COS, DIV, LESS, MUL, NEG, PI, POW, SIN, SU
 from kane.expr.regular import unguarded
 from kane.expr.surd import Surd, times
 from kane.expr.symbols import Symbol
-from kane.write.forms import PI_NAME, call, name_tree, number_tree, product_form, scaled, size_of, sum_form, unsigned
-from kane.write.trees import Call, Minus, Name, NumberTree, Power, Product, Signed, Sum, Tree
+from kane.write.display import Call, Minus, Name, NumberTree, Power, Product, Signed, Sum, Tree
+from kane.write.normal_forms import (
+    PI_NAME,
+    call,
+    name_tree,
+    number_tree,
+    product_form,
+    scaled,
+    size_of,
+    sum_form,
+    unsigned,
+)
 
 LONG = 40
 """Expressions with more operations than this, written out, get named intermediates."""

@@ -13,7 +13,7 @@ from typing import ClassVar
 from kane.expr.node import Expr, Number
 from kane.expr.surd import Surd
 from kane.write.arrange import ATOM, COMPARISON, POWER, PREFIX, PRODUCT, SUM, Notation, Pieces
-from kane.write.trees import Call, Name, NumberTree, Product, Tree, split_coefficient
+from kane.write.display import Call, Name, NumberTree, Product, Tree, split_coefficient
 
 
 def to_latex(expr: Expr, *, intermediates: bool | None = None) -> str:

@@ -8,7 +8,7 @@ from kane import show
 from kane.expr.node import Expr, Number
 from kane.expr.surd import Surd
 from kane.write.arrange import ATOM, COMPARISON, POWER, Notation, Pieces
-from kane.write.trees import Call, Product, Tree, split_coefficient
+from kane.write.display import Call, Product, Tree, split_coefficient
 
 
 def to_text(expr: Expr, *, intermediates: bool | None = None) -> str:

@@ -23,7 +23,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
 from kane.expr.regular import size
 from kane.expr.symbols import Symbol
-from kane.kinematics.constraints import ConstraintRows
+from kane.kinematics.velocity_constraints import ConstraintRows
 from kane.model.system import System
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.rank import balanced

@@ -16,7 +16,7 @@ The order in which a symmetric matrix is eliminated, so that little of what is z
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from kane.dynamics.assembly import Blocks, primitive
+from kane.dynamics.forcing import Blocks, primitive
 from kane.errors import SingularError
 from kane.expr.build import add, div, mul, sub
 from kane.expr.forms.collect import collected

@@ -21,7 +21,7 @@ from functools import cache
 from typing import Literal, NamedTuple
 
 from kane.dynamics.constraints.embed import Embedding, embedding
-from kane.dynamics.constraints.touches import Touch, contacts
+from kane.dynamics.constraints.manifold import Touch, contacts
 from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.formulation.equations import (
     Motions,
@@ -46,8 +46,8 @@ from kane.expr.regular import factors
 from kane.expr.square_system import square
 from kane.expr.symbols import QuasiRate, rate
 from kane.expr.visit import substituted
-from kane.kinematics.constraints import drift_of
-from kane.kinematics.motion import Contact, Following
+from kane.kinematics.velocities import Contact, Following
+from kane.kinematics.velocity_constraints import drift_of
 from kane.model.variables import constraint_rate
 from kane.space.point import Point
 

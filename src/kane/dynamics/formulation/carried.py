@@ -13,7 +13,7 @@ at two additions, and m r* of the link vanishes where it is along the arm.
 from collections.abc import Collection, Sequence
 from itertools import chain
 
-from kane.dynamics.bodies import ConstantInertia
+from kane.dynamics.body_motions import ConstantInertia
 from kane.dynamics.derivation import Derived, free_fall
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.evaluation import is_constant_in_time
@@ -22,9 +22,9 @@ from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr, constant_value
 from kane.expr.square_system import Contents, content, divider, over_number
 from kane.kinematics.freedoms import Unsuited
-from kane.kinematics.pulls import placed_forces, placed_torques, together
+from kane.kinematics.links import Link
 from kane.kinematics.segments import JointStep, Segments
-from kane.kinematics.tree import Link
+from kane.kinematics.velocity_constraints import placed_forces, placed_torques, together
 from kane.model.bodies import Part
 from kane.space.point import Point
 from kane.space.rotation import NOTHING, Basis, Cosines, Triple, path

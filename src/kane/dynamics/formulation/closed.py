@@ -43,13 +43,11 @@ from kane.expr.node import ZERO, Expr
 from kane.expr.ops import NEG
 from kane.expr.regular import guards
 from kane.expr.solve import finish, forward, ldl
-from kane.kinematics.freedoms import Unsuited
-from kane.kinematics.pulls import Placed, placed_forces, placed_torques, stands, together
-from kane.kinematics.resolved import resolved, transposed
+from kane.kinematics.freedoms import Unsuited, resolved, transposed
 from kane.kinematics.segments import JointTree, Segments
+from kane.kinematics.velocity_constraints import Placed, placed_forces, placed_torques, stands, together
 from kane.model.bodies import deforming
-from kane.model.constraints import Constraint
-from kane.model.reactions import constraint_of
+from kane.model.constraints import Constraint, constraint_of
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import NOTHING, Triple, cross3

@@ -14,9 +14,9 @@ from kane.expr.build import sub
 from kane.expr.matrix import dot
 from kane.expr.node import Expr
 from kane.kinematics.aligned import Aligned
+from kane.kinematics.links import Link, Tree, tree_of
 from kane.kinematics.segments import Segments
-from kane.kinematics.tree import Link, Tree, tree_of
-from kane.model.reactions import Cut, constraint_of, cut_of
+from kane.model.constraints import Cut, constraint_of, cut_of
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Basis, Triple, cross3

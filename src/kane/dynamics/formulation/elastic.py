@@ -23,8 +23,8 @@ from kane.expr.differentiation import affine_forms, time_derivative
 from kane.expr.matrix import dot
 from kane.expr.node import TWO, ZERO, Expr
 from kane.kinematics.freedoms import Shift, Stages, Unsuited
+from kane.kinematics.links import Carried, Link
 from kane.kinematics.segments import Elastic, Segments
-from kane.kinematics.tree import Carried, Link
 from kane.model.bodies import deforming
 from kane.space.frame import Frame
 from kane.space.point import Point

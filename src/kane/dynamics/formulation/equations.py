@@ -30,13 +30,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from kane.dynamics import assembly
-from kane.dynamics.assembly import blocks, mass_rows
-from kane.dynamics.bodies import Moving, Turning, moving_parts
-from kane.dynamics.checks import check_mass
+from kane.dynamics import forcing
+from kane.dynamics.body_motions import Moving, Turning, moving_parts
 from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived, free_fall
+from kane.dynamics.derivation_checks import check_mass
+from kane.dynamics.forcing import blocks, mass_rows
 from kane.dynamics.formulation.block_solution import block_solution
 from kane.dynamics.solved import Solved
 from kane.expr.build import add, mul, neg, sub
@@ -46,8 +46,8 @@ from kane.expr.forms.count import Prices
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, constant
 from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed
-from kane.kinematics.motion import Contact, Kinematics, Motion
 from kane.kinematics.speeds import ScalarForm
+from kane.kinematics.velocities import Contact, Kinematics, Motion
 from kane.model.bodies import Part
 from kane.space.point import Point
 from kane.space.rotation import Basis, Cosines, Triple
@@ -109,7 +109,7 @@ def embedded(
     own = moving.speeds
     inertial, forced = bodies or (moving.bodies, moving.bodies)
     left = derived.left_by(moving.kinematics, () if carried else forced)
-    right = [assembly.generalized_by_motion(left, s) for s in own]
+    right = [forcing.generalized_by_motion(left, s) for s in own]
     if carried:
         right = [add(x, _by_momenta(derived, forced, s)) for x, s in zip(right, own, strict=True)]
     equations = blocks(mass_rows(inertial, own, ()), right, (), (), {})
@@ -236,7 +236,7 @@ def power(derived: Derived, e: Embedding) -> Solved:
     spread = derived.mass_matrix @ every
     resting = [still(m) for m in derived.bodies]
     left = derived.left_by(derived.kinematics, resting)
-    active = [assembly.generalized_by_motion(left, s) for s in derived.speeds]
+    active = [forcing.generalized_by_motion(left, s) for s in derived.speeds]
     held = [spread[d] for d in e.partition.dependent]
     right = sub(sub(dot(every, active), dot(held, e.c)), _gained(derived, e, every))
     inner = block_solution(blocks([[dot(every, spread)]], [right], (), (), {}))
@@ -286,7 +286,7 @@ def squares(derived: Derived, e: Embedding) -> Solved:
     by_speed: dict[Expr, Expr] = dict(zip(derived.speeds, every, strict=True))
     known = derived.kinematics.with_following(e.following(derived.speeds), {})
     left = derived.left_by(derived.kinematics, [still(m) for m in derived.bodies])
-    right = dot(every, [assembly.generalized_by_motion(left, s) for s in derived.speeds])
+    right = dot(every, [forcing.generalized_by_motion(left, s) for s in derived.speeds])
     mass = ZERO
     for w, x, y in _merged(_squares(derived, e)):
         share, other = _value(x, by_speed), _value(y, by_speed)

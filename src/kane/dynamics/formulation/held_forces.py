@@ -17,9 +17,8 @@ from kane.expr.differentiation import Affine
 from kane.expr.forms.collect import collected
 from kane.expr.forms.count import price
 from kane.expr.node import ONE, ZERO, Expr
-from kane.model.constraints import Constraint
+from kane.model.constraints import Constraint, constraint_of
 from kane.model.loads import Load
-from kane.model.reactions import constraint_of
 from kane.space.point import Point
 from kane.space.rotation import UNITS, Basis, single
 from kane.space.vector import Vector

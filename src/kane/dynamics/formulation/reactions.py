@@ -10,10 +10,10 @@ many as entries of M_a. Where no load holds a reaction.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from kane.dynamics.assembly import Term, generalized_by_motion
-from kane.dynamics.bodies import Moving, moving_parts
+from kane.dynamics.body_motions import Moving, moving_parts
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derivation import Derived
+from kane.dynamics.forcing import Term, generalized_by_motion
 from kane.dynamics.formulation.block_solution import solved_reactions
 from kane.dynamics.formulation.equations import Motions, about_points_at_rest
 from kane.expr.build import neg
@@ -21,7 +21,7 @@ from kane.expr.forms.count import Prices, exceeds
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.visit import remembered
-from kane.kinematics.motion import Following, Kinematics, Motion
+from kane.kinematics.velocities import Following, Kinematics, Motion
 from kane.space.frame import Frame
 from kane.space.rotation import Basis
 from kane.space.vector import Vector

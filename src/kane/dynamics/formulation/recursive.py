@@ -27,10 +27,9 @@ from kane.expr.forms.count import price
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.visit import substituted
-from kane.kinematics.freedoms import Unsuited
-from kane.kinematics.resolved import resolved
+from kane.kinematics.freedoms import Unsuited, resolved
+from kane.kinematics.links import Tree, repeated
 from kane.kinematics.segments import JointStep, JointTree, Segments, joint_tree, segments
-from kane.kinematics.tree import Tree, repeated
 from kane.model.bodies import deforming
 from kane.model.variables import EulerParameters
 from kane.numeric.sampling import SEEDS, draws, unit, value_of

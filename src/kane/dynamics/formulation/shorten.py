@@ -21,8 +21,8 @@ from kane.expr.differentiation import affine_forms
 from kane.expr.forms.collect import collected, combined
 from kane.expr.forms.count import Prices, exceeds, price
 from kane.expr.forms.scales import scaled
-from kane.expr.forms.shorten import named, shared
-from kane.expr.forms.shorten import with_short_quotients as shortened
+from kane.expr.forms.shorter import named, shared
+from kane.expr.forms.shorter import with_short_quotients as shortened
 from kane.expr.node import TWO, ZERO, Expr
 from kane.expr.ops import ADD, MUL, NEG, SUB
 from kane.expr.regular import extended

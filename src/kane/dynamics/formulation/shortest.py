@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from kane.dynamics.constraints.embed import Embedding, embedding
+from kane.dynamics.constraints.manifold import touches
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.constraints.touches import touches
 from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.formulation.candidates import (
     Candidate,

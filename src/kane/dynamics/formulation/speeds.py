@@ -26,12 +26,12 @@ from functools import reduce
 from itertools import combinations
 from typing import NamedTuple
 
-from kane.dynamics.assembly import blocks, generalized_by_motion, mass_rows
-from kane.dynamics.checks import check_mass
 from kane.dynamics.constraints.embed import Embedding, Solution, embedding
+from kane.dynamics.constraints.manifold import Touch, contacts
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.constraints.touches import Touch, contacts
 from kane.dynamics.derivation import Derived, by_other_speeds
+from kane.dynamics.derivation_checks import check_mass
+from kane.dynamics.forcing import blocks, generalized_by_motion, mass_rows
 from kane.dynamics.formulation.block_solution import block_solution
 from kane.dynamics.formulation.equations import classical
 from kane.dynamics.solved import Solved
@@ -44,8 +44,8 @@ from kane.expr.node import ONE, ZERO, Expr, constant_value
 from kane.expr.solve import determinant
 from kane.expr.symbols import Speed, rate
 from kane.expr.visit import substituted
-from kane.kinematics.constraints import ConstraintRows, constraint_rows
-from kane.kinematics.motion import velocity_form
+from kane.kinematics.velocities import velocity_form
+from kane.kinematics.velocity_constraints import ConstraintRows, constraint_rows
 from kane.model.variables import constraint_rate
 from kane.space.point import Point
 from kane.space.vector import Vector

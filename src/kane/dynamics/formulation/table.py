@@ -3,9 +3,9 @@
 
 from collections.abc import Callable
 
-from kane.dynamics.checks import check_reactions_independent
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived
+from kane.dynamics.derivation_checks import check_reactions_independent
 from kane.dynamics.formulation.equations import classical
 from kane.dynamics.formulation.held_forces import without_held_forces
 from kane.dynamics.formulation.recursive import WAYS

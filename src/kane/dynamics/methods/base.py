@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from kane import show
-from kane.dynamics.assembly import blocks
+from kane.dynamics.forcing import blocks
 from kane.dynamics.formulation.recursive import is_regular
 from kane.dynamics.lazy import read
 from kane.dynamics.methods.in_rates import LinearConstraints

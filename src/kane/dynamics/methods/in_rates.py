@@ -25,8 +25,8 @@ from kane.expr.node import ZERO, Expr, constant
 from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, rate
 from kane.expr.visit import substituted
-from kane.kinematics.constraints import ConstraintRows
 from kane.kinematics.speeds import twice_g
+from kane.kinematics.velocity_constraints import ConstraintRows
 from kane.model.bodies import Part, parts_of
 from kane.model.variables import constraint_rate
 from kane.numeric.sampling import SEED, values_of

@@ -6,7 +6,7 @@
 
 from collections.abc import Callable, Mapping
 
-from kane.dynamics.methods import boltzmann_hamel, hamilton, lagrange, newton_euler, virtual
+from kane.dynamics.methods import lagrange, newton_euler
 from kane.dynamics.methods.base import Formulation
 from kane.dynamics.methods.in_rates import InRates
 from kane.dynamics.solved import Solved
@@ -36,11 +36,11 @@ def kane(solved: Solved) -> Formulation:
 OTHERS: Mapping[str, Callable[[InRates], Formulation]] = {
     "lagrange": lagrange.second_kind,
     "lagrange first kind": lagrange.first_kind,
-    "hamilton": hamilton.canonical,
-    "boltzmann-hamel": boltzmann_hamel.boltzmann_hamel,
+    "hamilton": lagrange.canonical,
+    "boltzmann-hamel": lagrange.boltzmann_hamel,
     "newton-euler": newton_euler.newton_euler,
-    "virtual work": virtual.virtual_work,
-    "virtual power": virtual.virtual_power,
+    "virtual work": newton_euler.virtual_work,
+    "virtual power": newton_euler.virtual_power,
 }
 """Formulations in coordinates, by name."""
 

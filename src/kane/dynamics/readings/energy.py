@@ -16,14 +16,14 @@ force depends on q_s or acts along it (sec. 7.4).
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from kane.dynamics.bodies import Moving, Turning
+from kane.dynamics.body_motions import Moving, Turning
 from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.formulation.recursive import WAYS
 from kane.dynamics.inverse_dynamics import kinetic_energy_along_tree
 from kane.dynamics.lazy import LazyMapping
-from kane.dynamics.readings.rate_forces import by_rates, differs, places, quasi_rates, rows_in_rates
-from kane.dynamics.readings.values import time_derivative as derivative_along_motion
-from kane.dynamics.readings.values import without_rates
+from kane.dynamics.readings.contributions import by_rates, differs, places, quasi_rates, rows_in_rates
+from kane.dynamics.readings.quantities import time_derivative as derivative_along_motion
+from kane.dynamics.readings.quantities import without_rates
 from kane.dynamics.solved import Solved
 from kane.errors import ArgumentError, cut
 from kane.expr.build import add, mul, neg, sub, sum_of
@@ -34,7 +34,7 @@ from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Coordinate, StateVariable, Time, input_of, rate
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited
-from kane.kinematics.motion import Motion, acceleration_form, velocity_form
+from kane.kinematics.velocities import Motion, acceleration_form, velocity_form
 from kane.model.bodies import parts_of
 from kane.model.declarations import geometry
 from kane.model.loads import Load

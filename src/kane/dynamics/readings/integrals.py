@@ -14,10 +14,10 @@ import numpy as np
 from kane import show
 from kane.dynamics.derivation import Derived
 from kane.dynamics.readings import energy
+from kane.dynamics.readings.contributions import Place, differs, measured, places
 from kane.dynamics.readings.energy import central_angular_momentum, conjugate_momenta, energy_in_rates
 from kane.dynamics.readings.potential import find_potential
-from kane.dynamics.readings.rate_forces import Place, differs, measured, places
-from kane.dynamics.readings.values import without_rates
+from kane.dynamics.readings.quantities import without_rates
 from kane.dynamics.solved import Solved
 from kane.errors import PotentialError, cut
 from kane.expr.build import add, mul, sub

@@ -17,15 +17,15 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.bodies import Moving
-from kane.dynamics.checks import check_placed
+from kane.dynamics.body_motions import Moving
 from kane.dynamics.derivation import Derived
-from kane.dynamics.readings.values import without_unknowns
+from kane.dynamics.derivation_checks import check_placed
+from kane.dynamics.readings.quantities import without_unknowns
 from kane.dynamics.solved import Solved
 from kane.errors import Attributes, ReactionError, cut, none_of
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.matrix import Matrix
-from kane.kinematics.motion import acceleration_form
+from kane.kinematics.velocities import acceleration_form
 from kane.model.bodies import parts_of
 from kane.model.constraints import Constraint
 from kane.model.joints.joint import Joint

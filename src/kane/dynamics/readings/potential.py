@@ -23,7 +23,7 @@ import numpy as np
 
 from kane import show
 from kane.dynamics.derivation import Derived, Exprs
-from kane.dynamics.readings.rate_forces import Place, by_rates, differs, measured, places, rows_in_rates
+from kane.dynamics.readings.contributions import Place, by_rates, differs, measured, places, rows_in_rates
 from kane.errors import KaneError, PotentialError, cut, warn
 from kane.expr.build import add, mul, neg, sub, sum_of
 from kane.expr.differentiation import diff, time_derivative

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kane.dynamics.constraints.left_out import Watch
+from kane.dynamics.constraints.embed import Watch
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.poles import AdmittedSpeeds, moving_pivots
 from kane.dynamics.solved import Pivot, Reading, Solved

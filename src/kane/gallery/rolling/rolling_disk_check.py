@@ -18,7 +18,7 @@ import numpy as np
 import kane as kn
 from kane.gallery.rolling.rolling_disk import Model, model
 from kane.numeric.arrays import Array
-from kane.present.checks import Check
+from kane.present.check_figures import Check
 
 _Z = np.array([0.0, 0.0, 1.0])
 

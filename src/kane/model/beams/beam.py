@@ -20,7 +20,7 @@ from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr, as_expr, constant, constant_value
 from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol, rate
-from kane.model.beams.arguments import axial, bending, directions, shearing, turning
+from kane.model.beams.declared import axial, bending, directions, shearing, turning
 from kane.model.beams.deformation import (
     Field,
     Fields,
@@ -32,8 +32,7 @@ from kane.model.beams.deformation import (
     section,
     section_frame,
 )
-from kane.model.beams.elastic import Gauges, damping_of, elasticity, strain
-from kane.model.beams.masses import Matter, particles, sharing, slices
+from kane.model.beams.parts import Gauges, Matter, damping_of, elasticity, particles, sharing, slices, strain
 from kane.model.beams.shapes import ModeShapes, mode_shapes
 from kane.model.bodies import Part
 from kane.model.loads import Load

@@ -23,11 +23,9 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import Immutable
 from kane.expr.symbols import Reaction
-from kane.model.constraints import Constraint, rolling, touching
-from kane.model.directions import check_unit, home_of
+from kane.model.constraints import Constraint, check_unit, cut_of, home_of, rolling, touching
 from kane.model.joints.joint import Joint, check_place, fixed
 from kane.model.loads import Force, Load, Slip, action_reaction, torque_pair
-from kane.model.reactions import cut_of
 from kane.numeric.sampling import SEEDS, finite_number, sample
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame

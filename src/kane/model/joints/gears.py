@@ -21,8 +21,7 @@ from kane.expr.build import add, div, mul, split, sqrt, sub
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import NEG
-from kane.model.constraints import Constraint, no_slip
-from kane.model.directions import check_unit
+from kane.model.constraints import Constraint, check_unit, no_slip
 from kane.model.joints.joint import Joint, is_along, numbers
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame

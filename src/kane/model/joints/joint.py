@@ -17,7 +17,7 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, Speed, Symbol, rate
 from kane.expr.symbols import names as _names
-from kane.model.directions import check_unit
+from kane.model.constraints import check_unit
 from kane.numeric.sampling import SEED, sample
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame

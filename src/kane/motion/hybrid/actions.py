@@ -9,7 +9,7 @@ import numpy as np
 
 from kane.analysis.assembly import assemble
 from kane.analysis.state_checks import start_state
-from kane.dynamics.readings.values import evaluate_along, time_derivative
+from kane.dynamics.readings.quantities import evaluate_along, time_derivative
 from kane.equations.equations import Equations
 from kane.equations.state import guess
 from kane.errors import KaneError, SimulationError, cut

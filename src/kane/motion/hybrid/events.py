@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kane.dynamics.events import SLIPS, KinematicsEnd, SlipEnd
-from kane.dynamics.readings.values import time_derivative, without_unknowns
+from kane.dynamics.poles import SLIPS, KinematicsEnd, SlipEnd
+from kane.dynamics.readings.quantities import time_derivative, without_unknowns
 from kane.equations.equations import Equations
 from kane.errors import KaneError, SimulationError, cut, warn
 from kane.expr.evaluation import evaluate, free_symbols
@@ -32,7 +32,7 @@ from kane.motion.right_hand_side import Routines
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import MOST, SHARES, SMALL, Bracket, passages
 from kane.numeric.scale import EPS, LATER, NEAR_TIME, SAME_TIME, SOON, UNRELATED
-from kane.program.build import Task, build_program
+from kane.program.from_expressions import Task, build_program
 from kane.program.passes.optimize import rounding
 from kane.program.program import Port
 

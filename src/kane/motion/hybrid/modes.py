@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.readings.values import without_unknowns
+from kane.dynamics.readings.quantities import without_unknowns
 from kane.equations.equations import Equations
 from kane.errors import cut
 from kane.expr.build import neg
@@ -36,7 +36,7 @@ from kane.motion.switches import Switch, has_jumps, switches
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import SHARES, passages
 from kane.numeric.scale import CHANGES_SIDE, EQUAL, LAST_DIGIT, LATER, NEAR_TIME, ROUNDED, SOON
-from kane.program.build import Bundle, Shaped
+from kane.program.from_expressions import Bundle, Shaped
 
 RECENT = 200
 """Steps that are looked back on."""

@@ -23,7 +23,7 @@ from kane.expr.symbols import Parameter, Symbol, Time, time
 from kane.expr.visit import fold, substituted
 from kane.motion.inputs.breakpoints import breakpoints
 from kane.numeric.arrays import Array
-from kane.program.build import Bundle
+from kane.program.from_expressions import Bundle
 from kane.program.program import Port
 
 CORNERS = frozenset(OPS[name] for name in ("abs", "sign", "min", "max", "less", "where"))

@@ -26,7 +26,7 @@ from kane.motion.inputs.breakpoints import on_from, up_to
 from kane.motion.inputs.expressions import Formula
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EPS, LEAPS
-from kane.program.build import Task, build_program
+from kane.program.from_expressions import Task, build_program
 from kane.program.passes.optimize import rounding
 from kane.program.program import Code, Port
 

@@ -20,7 +20,7 @@ import numpy as np
 from kane.dynamics.derivation import Derived
 from kane.dynamics.readings.energy import depends_on_time
 from kane.dynamics.readings.integrals import Integral
-from kane.dynamics.readings.values import asked
+from kane.dynamics.readings.quantities import asked
 from kane.errors import ArgumentError, cut, warn
 from kane.expr.node import Expr
 from kane.expr.ops import Immutable

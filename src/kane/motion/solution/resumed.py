@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.readings.values import evaluate_along
+from kane.dynamics.readings.quantities import evaluate_along
 from kane.equations.equations import Equations
 from kane.errors import SimulationError
 from kane.expr.node import Expr

@@ -12,7 +12,7 @@ from kane import show
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.lazy import LazyMapping
 from kane.dynamics.readings.joint_reactions import Place, unsolved
-from kane.dynamics.readings.values import asked, evaluate_along
+from kane.dynamics.readings.quantities import asked, evaluate_along
 from kane.equations.derive import repartition
 from kane.equations.equations import Equations
 from kane.errors import ArgumentError, Attributes

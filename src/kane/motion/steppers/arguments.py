@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.events import SLIPS, KinematicsEnd, SlipEnd
-from kane.dynamics.readings.values import without_unknowns
+from kane.dynamics.poles import SLIPS, KinematicsEnd, SlipEnd
+from kane.dynamics.readings.quantities import without_unknowns
 from kane.equations.equations import Equations
 from kane.expr.node import Expr
 from kane.motion.inputs.expressions import Formula, driving

@@ -23,7 +23,7 @@ from functools import cache
 from math import comb, cos, factorial, pi, prod
 
 from kane.numeric.polynomials import DIGITS, SHARES, D, gauss_nodes, legendre, root
-from kane.program.kernel.write import Term, Writer
+from kane.program.kernel.writer import Term, Writer
 
 Vector = tuple[float, ...]
 

@@ -11,7 +11,7 @@ from typing import Literal
 
 from kane.numeric.scale import EPS
 from kane.program.kernel.language import INT, Address
-from kane.program.kernel.write import Array, Term, Writer
+from kane.program.kernel.writer import Array, Term, Writer
 
 
 class ReturnCode(IntEnum):

@@ -4,7 +4,7 @@
 from collections.abc import Callable
 
 from kane.program.kernel.language import INT
-from kane.program.kernel.write import Array, Given, Term, Writer
+from kane.program.kernel.writer import Array, Given, Term, Writer
 
 
 def total(w: Writer, count: Given, term: Callable[[Term], Term]) -> Term:

@@ -13,7 +13,7 @@ from kane.motion.steppers.watched import Watched
 from kane.numeric.arrays import Array as Numbers
 from kane.numeric.polynomials import DEGREE as PARTS
 from kane.program.kernel.language import INT, Kernel
-from kane.program.kernel.write import Array, Term, Variable, Writer
+from kane.program.kernel.writer import Array, Term, Variable, Writer
 
 _SAFETY, _LEAST, _MOST = 0.9, 0.2, 10.0
 """The next step is so much shorter than the error allows; it changes by these factors at most."""

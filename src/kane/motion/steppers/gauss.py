@@ -25,7 +25,7 @@ from kane.motion.steppers.held import Held
 from kane.motion.steppers.watched import Watched
 from kane.numeric.arrays import Array as Numbers
 from kane.program.kernel.language import INT, Kernel, Type
-from kane.program.kernel.write import Array, Term
+from kane.program.kernel.writer import Array, Term
 
 STAGES = 8
 _N = gauss(STAGES)

@@ -17,7 +17,7 @@ from kane.motion.steppers.context import RATE, Slot, StepperContext
 from kane.motion.steppers.dense import factor, invert, solve, total
 from kane.numeric.scale import POOR, ROUNDED_SUM, UNUSABLE
 from kane.program.kernel.language import INT
-from kane.program.kernel.write import Array, Term
+from kane.program.kernel.writer import Array, Term
 
 _ROUNDS = 6
 _CLOSED, _LEVEL = 2.0**-46, 2.0**-49

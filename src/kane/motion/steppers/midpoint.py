@@ -10,7 +10,7 @@ from collections.abc import Callable
 from kane.motion.steppers.context import RATE, Slot, StepperContext, add_exactly
 from kane.numeric.scale import EPS, ROUNDED
 from kane.program.kernel.language import INT, Kernel
-from kane.program.kernel.write import Term
+from kane.program.kernel.writer import Term
 
 _ITERATIONS = 50
 _FOUND, _LOST = 1, 2

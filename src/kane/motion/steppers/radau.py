@@ -25,7 +25,7 @@ from kane.motion.steppers.watched import Watched
 from kane.numeric.arrays import Array as Numbers
 from kane.numeric.polynomials import DEGREE as PARTS
 from kane.program.kernel.language import INT, Kernel
-from kane.program.kernel.write import Array, Term
+from kane.program.kernel.writer import Array, Term
 
 STAGES = 5
 _M = radau_stages(STAGES)

@@ -11,7 +11,7 @@ from kane.motion.steppers.context import RATE, WIDE, Slot, StepperContext
 from kane.numeric.polynomials import CLOSE, LEFT, SHARES, SMALL, TO_BERNSTEIN, TO_LAST
 from kane.numeric.polynomials import DEGREE as PARTS
 from kane.program.kernel.language import INT
-from kane.program.kernel.write import Term
+from kane.program.kernel.writer import Term
 
 PLACES = SHARES[1:]
 """Shares of a step at which events are looked at, but for its beginning."""

@@ -19,20 +19,20 @@ from kane.model.force_systems import ForceSystem, Wrench
 from kane.model.mass import Principal
 from kane.model.system import System
 from kane.motion.solution.solution import Solution
-from kane.present.notebook.equations import equations_html
-from kane.present.notebook.linear import linear_html
-from kane.present.notebook.program import program_html, routine_html
+from kane.present.notebook.models import equations_html, system_html
 from kane.present.notebook.records import (
     comparison_html,
     force_system_html,
     formulation_html,
+    linear_html,
     motions_html,
     principal_html,
+    program_html,
     rotation_latex,
+    routine_html,
+    solution_html,
     wrench_html,
 )
-from kane.present.notebook.solution import solution_html
-from kane.present.notebook.system import system_html
 from kane.present.notebook.typeset import dyadic, expression, matrix, matrix_words, vector
 from kane.space.attitude import Rotation
 from kane.space.vector import Dyadic, Vector

@@ -1,15 +1,44 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Records that a notebook shows as one table, or as a few formulas: force systems, formulations, motions, axes, sets of speeds."""
+"""Records that a notebook shows as one table, or as a few formulas: force systems, formulations, motions, axes, sets of speeds.
+
+A Linear in a notebook: its modes, A and B.
+
+A Program in a notebook: signatures, what the arguments and results are, operations.
+
+A Solution in a notebook: how it ended, whether energy was kept, the first and last state.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
 
 from kane.analysis.comparison import MethodComparison, SpeedComparison
+from kane.analysis.linear import Linear
 from kane.dynamics.methods.base import Formulation
 from kane.dynamics.motions import Motions
+from kane.errors import cut
 from kane.expr.build import add
 from kane.expr.matrix import Matrix
 from kane.model.force_systems import ForceSystem, Wrench
 from kane.model.mass import Principal
-from kane.present.notebook.typeset import escaped, expression, math, matrix, paragraph, table, vector
+from kane.motion.solution.solution import Solution
+from kane.present.notebook.typeset import (
+    code,
+    either,
+    escaped,
+    expression,
+    listed,
+    math,
+    matrix,
+    paragraph,
+    table,
+    vector,
+)
+from kane.program.from_expressions import Receipt, receipt
+from kane.program.program import Port, Program, Routine
 from kane.space.attitude import Rotation
+from kane.units.rules import unit_text
 from kane.write.latex import latex_name
 
 
@@ -68,3 +97,121 @@ def comparison_html(comparison: SpeedComparison | MethodComparison) -> str:
     """The table of what is compared."""
     head, rows = comparison.table()
     return table(tuple(map(escaped, head)), [tuple(map(escaped, row)) for row in rows])
+
+
+def linear_html(linear: Linear) -> str:
+    """What was linearized, the modes, the matrices."""
+    return "".join(either(make, linear) for make in (_linear_summary, _modes, _matrices))
+
+
+def _linear_summary(linear: Linear) -> str:
+    at = escaped(f"{cut(repr(linear.point), 300)}")
+    left = f"; no speed depends on {listed(list(linear.cyclic))}" if linear.cyclic else ""
+    return paragraph(f"<b>Linear</b>: {len(linear.states)} states, {len(linear.inputs)} inputs{left}") + paragraph(at)
+
+
+def _modes(linear: Linear) -> str:
+    rows = [
+        (_number(m.eigenvalue), f"{m.frequency:.5g} rad/s", f"{m.damping:.4g}", escaped(_largest(m.shape)))
+        for m in linear.modes
+    ]
+    return table(("eigenvalue", "frequency", "damping", "mode"), rows)
+
+
+def _number(value: complex) -> str:
+    return f"{value.real:.6g}" if not value.imag else f"{value.real:.6g} ± {value.imag:.6g} i"
+
+
+def _largest(shape: dict[str, complex]) -> str:
+    chosen = sorted(shape.items(), key=lambda pair: -abs(pair[1]))[:4]
+    return ", ".join(f"{name} {abs(v):.3g}∠{np.degrees(np.angle(v)):.0f}°" for name, v in chosen if abs(v) > 1e-3)
+
+
+def _matrices(linear: Linear) -> str:
+    shown = _matrix("A", linear.A, linear.states, linear.states)
+    return shown + (_matrix("B", linear.B, linear.states, linear.inputs) if linear.inputs else "")
+
+
+def _matrix(name: str, a: npt.NDArray[np.float64], rows: Sequence[str], columns: Sequence[str]) -> str:
+    if a.size > 400:
+        return paragraph(f"{name}: {a.shape[0]} × {a.shape[1]}")
+    head = (name, *(math(latex_name(c)) for c in columns))
+    return table(head, [(math(latex_name(r)), *(f"{v:.6g}" for v in row)) for r, row in zip(rows, a, strict=True)])
+
+
+_FEW = 12
+"""Names of a vector that are listed."""
+
+
+def routine_html(program: Program, routine: Routine) -> str:
+    """Signature, arguments, results and operations of one routine."""
+    shape = " × ".join(map(str, routine.shape))
+    rows = [*_arguments(program), (code("results"), "", shape, _labels(routine.labels))]
+    operations = paragraph(escaped(receipt(program)[routine.name]))
+    return paragraph(_signature(program, routine)) + table(_HEAD, rows) + operations
+
+
+def program_html(program: Program, costs: Receipt) -> str:
+    """The arguments that all routines share, and a line for each routine."""
+    routines = [
+        (_signature(program, routine), _labels(routine.labels), escaped(costs[routine.name]))
+        for routine in program.routines
+        if routine.results
+    ]
+    lead = paragraph(f"<b>Compiled</b>: {escaped(program.name)}")
+    return lead + table(_HEAD, _arguments(program)) + table(("routine", "results", "operations"), routines)
+
+
+_HEAD = ("argument", "", "size", "names")
+
+
+def _arguments(program: Program) -> list[tuple[str, ...]]:
+    ports = [port for port in program.ports if port.symbols]
+    return [(code(p.name), escaped(p.noun), "" if p.scalar else str(len(p.symbols)), _symbols(p)) for p in ports]
+
+
+def _signature(program: Program, routine: Routine) -> str:
+    return code(f"{routine.name}({program.signature}) → {list(routine.shape)}")
+
+
+def _symbols(port: Port) -> str:
+    few = [latex_name(s.name) for s in port.symbols[:_FEW]]
+    return math(r",\, ".join([*few, *([r"\dots"] if len(port.symbols) > _FEW else [])]))
+
+
+def _labels(labels: Sequence[str]) -> str:
+    return code(", ".join(labels[:_FEW])) + (", …" if len(labels) > _FEW else "")
+
+
+def solution_html(solution: Solution) -> str:
+    """Summary, energy check, events, first and last state."""
+    return "".join(either(make, solution) for make in (_solution_summary, _energy, _events, _states))
+
+
+def _solution_summary(solution: Solution) -> str:
+    bodies = listed([b.name for b in solution.equations.system.bodies])
+    span = f"t = {solution.t[0]:g} … {solution.t[-1]:g} s" if len(solution) else "no samples"
+    counts = f"{len(solution)} samples, {solution.steps} steps, {solution.evaluations} evaluations"
+    ended = f"{escaped(solution.status)}: {escaped(solution.message)}"
+    return paragraph(f"<b>Solution</b>: {bodies}; {span}") + paragraph(f"{counts}; {ended}")
+
+
+def _energy(solution: Solution) -> str:
+    words = str(solution.energy_check)
+    return paragraph(escaped(f"{words[:1].upper()}{words[1:]}."))
+
+
+def _events(solution: Solution) -> str:
+    rows = [(escaped(event.name), f"{t:.6g} s", escaped(event.message)) for event, t in solution.events]
+    return table(("event", "at", "message"), rows)
+
+
+def _states(solution: Solution) -> str:
+    if not len(solution):
+        return ""
+    eom = solution.equations
+    rows = [
+        (math(latex_name(s.name)), f"{a:.6g}", f"{b:.6g}", escaped(unit_text(s.unit)), escaped(s.description))
+        for s, a, b in zip(eom.state, solution.states[0], solution.states[-1], strict=True)
+    ]
+    return table(("", f"t = {solution.t[0]:g} s", f"t = {solution.t[-1]:.6g} s", "unit", "meaning"), rows)

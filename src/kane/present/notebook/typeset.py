@@ -15,8 +15,8 @@ from kane.expr.node import ZERO, Expr
 from kane.space.rotation import Basis
 from kane.space.vector import Dyadic, Vector
 from kane.write.arrange import layout
+from kane.write.display import Tree
 from kane.write.latex import LATEX, latex_name, unit_vector_latex
-from kane.write.trees import Tree
 
 ROWS, NAMES = 30, 12
 """Rows of a table and names of a list beyond which they are cut."""

@@ -14,9 +14,9 @@ from numpy import vdot
 
 from kane.errors import ArgumentError, Attributes, NotFiniteError, warn
 from kane.numeric.arrays import Array
-from kane.program.build import Bundle
 from kane.program.emit.llvm import block
-from kane.program.native import arguments
+from kane.program.from_expressions import Bundle
+from kane.program.native import array_arguments
 from kane.program.native.machine import Library, Settings, build_library
 from kane.program.program import Program, Routine, explain
 
@@ -115,7 +115,7 @@ class CompiledRoutine(Attributes):
             raise ArgumentError(f'Expected not_finite to be "warn", "raise" or "ignore", got {not_finite!r}.')
         self.program, self.routine, self.settings = program, program.routine(name), settings
         self.not_finite = not_finite
-        own = {port.name: arguments.defaults(port) for port in program.hoisted_ports} | dict(defaults or {})
+        own = {port.name: array_arguments.defaults(port) for port in program.hoisted_ports} | dict(defaults or {})
         self._defaults = {name: np.array(values) for name, values in own.items()}
         self._free: list[Block] = []
         self._named: dict[tuple[Any, ...], tuple[tuple[int, ...], Callable[..., None] | None]] = {}
@@ -283,10 +283,10 @@ class CompiledRoutine(Attributes):
         self._free.append(own)
         for port, value in zip(ports, inputs, strict=True):
             if value is None and port.hoisted:
-                arguments.complete(port, self._defaults[port.name])
+                array_arguments.complete(port, self._defaults[port.name])
         if self.not_finite != "ignore":
             for port, values in zip(ports, met, strict=True):
-                arguments.finite(port, values)
+                array_arguments.finite(port, values)
             self._tell([float(v) for a in met for v in a.flat], "")
         return results
 
@@ -314,13 +314,13 @@ class CompiledRoutine(Attributes):
             raise ArgumentError(f"Expected leading axes that broadcast, got {shapes}.") from error
         if self.not_finite != "ignore":
             for port, a in zip(ports, arrays, strict=True):
-                arguments.finite(port, a)
+                array_arguments.finite(port, a)
         return self._rows(rows, leading, arrays)
 
     def _arrays(self, inputs: tuple[Any, ...]) -> list[Array]:
         """The arguments as arrays of doubles, the parameters complete."""
         return [
-            arguments.values(port, value, self._defaults.get(port.name))
+            array_arguments.values(port, value, self._defaults.get(port.name))
             for port, value in zip(self.program.ports, inputs, strict=True)
         ]
 

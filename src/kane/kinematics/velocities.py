@@ -19,7 +19,7 @@ from kane.expr.symbols import AuxiliarySpeed, Coordinate, Speed, Symbol, Time, i
 from kane.kinematics.aligned import AS_DECLARED, Aligned
 from kane.kinematics.matching import Matching, Sample
 from kane.kinematics.speeds import ScalarForm, Speeds
-from kane.model.reactions import cut_of
+from kane.model.constraints import cut_of
 from kane.space.point import Point
 from kane.space.rotation import NOTHING, Basis, Triple
 from kane.space.vector import Vector

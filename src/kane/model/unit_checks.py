@@ -15,8 +15,8 @@ from kane.expr.node import Expr, constant_value, postorder
 from kane.expr.ops import ADD, CONST, DIV, MUL, SUB
 from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction, Symbol, Time, per_second, rate
 from kane.model.bodies import deforming, parts_of
+from kane.model.constraints import cut_of
 from kane.model.declarations import Declarations, Event, target
-from kane.model.reactions import cut_of
 from kane.space.point import Point
 from kane.units.algebra import ANY, NUMBER, ONE, Unit, conflict
 from kane.units.parser import parse

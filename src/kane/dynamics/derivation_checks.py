@@ -12,10 +12,9 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Reaction, Speed
-from kane.kinematics.constraints import ConstraintRows
-from kane.kinematics.motion import Kinematics
-from kane.model.constraints import Constraint
-from kane.model.reactions import Cut, cut_of
+from kane.kinematics.velocities import Kinematics
+from kane.kinematics.velocity_constraints import ConstraintRows
+from kane.model.constraints import Constraint, Cut, cut_of
 from kane.model.system import System
 from kane.numeric.arrays import Array
 from kane.numeric.rank import null_direction

@@ -25,10 +25,9 @@ from kane.expr.symbols import (
     input_of,
 )
 from kane.model.bodies import Body, Part, Particle, RigidBody
-from kane.model.constraints import Constraint
+from kane.model.constraints import Constraint, constraint_of, cut_of
 from kane.model.declarations import Declarations, geometry
 from kane.model.loads import Gravity, Load
-from kane.model.reactions import constraint_of, cut_of
 from kane.model.variables import EulerParameters
 from kane.numeric.sampling import SEEDS, sample, value_of
 from kane.numeric.scale import DECLARED

@@ -18,7 +18,7 @@ from itertools import starmap
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from kane.dynamics.bodies import Moving
+from kane.dynamics.body_motions import Moving
 from kane.expr.build import add, sum_of
 from kane.expr.differentiation import Affine, affine_forms
 from kane.expr.evaluation import free_symbols
@@ -28,8 +28,8 @@ from kane.expr.ops import CONST
 from kane.expr.solve import blocks as connected
 from kane.expr.square_system import Contents, content, divider, over_number
 from kane.expr.symbols import QuasiRate, Rate, Reaction
-from kane.kinematics.motion import Kinematics, Motion, acceleration_form
 from kane.kinematics.speeds import Speeds
+from kane.kinematics.velocities import Kinematics, Motion, acceleration_form
 from kane.model.loads import Load, Slip
 from kane.space.frame import Frame
 from kane.space.point import Point

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`root_locus`: eigenvalues along a branch of steady motions; `campbell_diagram`: frequencies against the spin, and its multiples."""
+"""`mode_figure` and `beam_figure`: the functions of a beam, and its deformed axis along a motion.
+
+`root_locus`: eigenvalues along a branch of steady motions; `campbell_diagram`: frequencies against the spin, and its multiples.
+"""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -10,14 +13,126 @@ import matplotlib as mpl
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 
 from kane.analysis.solution_branches import Branch
-from kane.errors import SimulationError, cut
+from kane.errors import ModelError, SimulationError, cut
+from kane.model.beams.beam import Beam
+from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EQUAL, ROUNDED_ROOT
 from kane.present.motion_plots import label_of
 from kane.units.rules import unit_text
+
+_STATIONS = 33
+_NAMED = 9
+"""So many times are named one by one; more have a scale of colours."""
+_NAMES = {"v": "v", "w": "w", "s": "stretch", "t": "twist", "g": "v by shear", "h": "w by shear"}
+
+
+def mode_figure(beam: Beam, path: str | Path | None = None) -> Figure:
+    """The functions of a beam's deformations against ξ = x/L, one picture a deformation, each function to a size of 1.
+
+    Parameters
+    ----------
+    beam : kn.Beam
+    path : where to write the figure, if anywhere: .svg, .png, .pdf
+    """
+    _check(beam)
+    fields = beam.deformation.fields
+    figure = Figure(figsize=(6.4, 2.2 * len(fields) + 0.6), layout="constrained")
+    grid: Any = figure.subplots(len(fields), 1, sharex=True, squeeze=False)
+    x = np.linspace(0, 1, 201)
+    for f, axes in zip(fields, grid[:, 0], strict=True):
+        values = f.shapes.evaluate(x, 0)
+        size = np.abs(values).max(axis=0)
+        for k, q in enumerate(f.coordinates):
+            axes.plot(x, values[:, k] / size[k], linewidth=1.3, label=q.name)
+        axes.axhline(0, color="0.6", linewidth=0.8)
+        axes.set_ylabel(_NAMES[f.stem])
+        axes.legend(frameon=False, fontsize=8, ncols=3)
+        _style(axes)
+    grid[-1, 0].set_xlabel("ξ = x/L")
+    return _saved(figure, path)
+
+
+def beam_figure(
+    beam: Beam, solution: Solution, times: Sequence[float] | int = 9, path: str | Path | None = None
+) -> Figure:
+    """The deformed axis of a beam in its frame at times of a motion: deflections against the place along the axis.
+
+    Parameters
+    ----------
+    beam : kn.Beam
+    solution : a motion of a system with this beam
+    times : times (s), or how many, evenly spaced
+    path : where to write the figure, if anywhere: .svg, .png, .pdf
+
+    Raises
+    ------
+    ModelError
+        if it is no beam
+    SimulationError
+        if the beam is not in the solution's system
+    """
+    _check(beam)
+    if all(b is not beam for b in solution.equations.system.bodies):
+        raise SimulationError(f"Expected a motion of a system with the beam {beam.name}, got one without it.")
+    places = deformed(beam, solution, np.linspace(0, 1, _STATIONS))
+    wanted = np.linspace(solution.t[0], solution.t[-1], times) if isinstance(times, int) else np.asarray(times, float)
+    rows = [int(np.argmin(np.abs(solution.t - t))) for t in wanted]
+    bending = beam.deformation.bending
+    figure = Figure(figsize=(6.4, 2.6 * len(bending) + 0.6), layout="constrained")
+    grid: Any = figure.subplots(max(1, len(bending)), 1, sharex=True, squeeze=False)
+    scale = _scale(solution.t[rows])
+    colours = scale.to_rgba(solution.t[rows])
+    for k, (f, axes) in enumerate(zip(bending, grid[:, 0], strict=True)):
+        for row, colour in zip(rows, colours, strict=True):
+            axes.plot(
+                places[row, :, 0],
+                places[row, :, 1 + k],
+                color=colour,
+                linewidth=1.2,
+                label=f"t = {solution.t[row]:.3g} s",
+            )
+        axes.set_ylabel(f"{_NAMES[f.stem]} [m]")
+        _style(axes)
+    grid[-1, 0].set_xlabel("along the axis [m]")
+    if len(rows) <= _NAMED:
+        grid[0, 0].legend(frameon=False, fontsize=7, ncols=3)
+    else:
+        figure.colorbar(scale, ax=list(grid[:, 0]), label="t [s]", aspect=40)
+    return _saved(figure, path)
+
+
+def _scale(times: Array) -> ScalarMappable:
+    """Colours of times, the last ones not too pale."""
+    shades = ListedColormap(mpl.colormaps["viridis"](np.linspace(0, 0.9, 256)))
+    first, last = (float(times.min()), float(times.max())) if len(times) else (0.0, 1.0)
+    return ScalarMappable(Normalize(first, last), shades)
+
+
+def deformed(beam: Beam, solution: Solution, stations: Array) -> Array:
+    """Places of the axis in the beam's frame (times × stations × (1 + deflections)): along the axis, then v and w."""
+    whole = beam.deformation
+    directions = [whole.axis, *(f.along for f in whole.bending)]
+    wanted = [whole.place(float(x)).dot(e) for x in stations for e in directions]
+    values = np.array(solution[wanted])
+    return np.moveaxis(values.reshape(len(stations), len(directions), -1), 2, 0)
+
+
+def _check(beam: Any) -> None:
+    if not isinstance(beam, Beam):
+        raise ModelError(f"Expected a kn.Beam, got {cut(repr(beam))}.")
+
+
+def _saved(figure: Figure, path: str | Path | None) -> Figure:
+    if path is not None:
+        figure.savefig(path)
+    return figure
+
 
 Complex = npt.NDArray[np.complex128]
 
@@ -58,9 +173,7 @@ def root_locus(branch: Branch, path: str | Path | None = None) -> Figure:
     mapped = _plane(plane, branch, eigenvalues)
     figure.colorbar(mapped, ax=plane, label=label, pad=0.02)
     figure.draw_without_rendering()  # the layout settles at the second drawing only
-    if path is not None:
-        figure.savefig(path)
-    return figure
+    return _saved(figure, path)
 
 
 # Between points --------------------------------------------------------------------------------------------------------------
@@ -130,7 +243,7 @@ def _unit(half: complex, square: float) -> complex:
 # Axes ------------------------------------------------------------------------------------------------------------------------
 
 
-def _style(a: Axes) -> None:
+def _style(a: Any) -> None:
     a.grid(True, color="0.9", linewidth=0.6)
     a.set_axisbelow(True)
     for side in ("top", "right"):
@@ -215,9 +328,7 @@ def campbell_diagram(
     axes.set_axisbelow(True)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
-    if path is not None:
-        figure.savefig(path)
-    return figure
+    return _saved(figure, path)
 
 
 def _name(axes: Any, k: float, last: float, top: float) -> None:

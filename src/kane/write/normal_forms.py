@@ -12,7 +12,7 @@ from kane.expr.node import Expr, Number, digest
 from kane.expr.ops import CONST
 from kane.expr.surd import Surd, times
 from kane.expr.symbols import Symbol
-from kane.write.trees import (
+from kane.write.display import (
     LAST,
     Call,
     Minus,

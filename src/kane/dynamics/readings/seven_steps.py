@@ -11,9 +11,8 @@ from kane.dynamics.solved import Solved
 from kane.expr.build import add
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Speed, Symbol
-from kane.kinematics.motion import Motion, acceleration_form, velocity_form
-from kane.model.constraints import Constraint
-from kane.model.reactions import constraint_of
+from kane.kinematics.velocities import Motion, acceleration_form, velocity_form
+from kane.model.constraints import Constraint, constraint_of
 from kane.model.system import System
 from kane.space.frame import Frame
 from kane.space.point import Point

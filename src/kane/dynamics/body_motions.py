@@ -17,7 +17,7 @@ from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Parameter
 from kane.kinematics.aligned import Aligned
-from kane.kinematics.motion import Kinematics, Motion
+from kane.kinematics.velocities import Kinematics, Motion
 from kane.model.bodies import Body, Part
 from kane.numeric.sampling import SEEDS, draw
 from kane.numeric.scale import ROUNDED_CHAIN

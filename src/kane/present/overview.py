@@ -13,9 +13,8 @@ from kane.equations.equations import Equations
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Symbol
 from kane.model.bodies import Part, parts_of
-from kane.model.constraints import Constraint
+from kane.model.constraints import Constraint, constraint_of, cut_of
 from kane.model.loads import Load
-from kane.model.reactions import constraint_of, cut_of
 from kane.model.system import System
 from kane.present.formula_list import formulas
 from kane.space.frame import Frame
