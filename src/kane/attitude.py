@@ -3,7 +3,4 @@
 
 from kane.space.attitude import Rotation, small_rotation
 
-__all__ = [
-    "Rotation",
-    "small_rotation",
-]
+__all__ = ["Rotation", "small_rotation"]

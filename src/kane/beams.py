@@ -5,9 +5,4 @@ from kane.model.beams.beam import Beam
 from kane.model.beams.deformation import tapered
 from kane.model.beams.shapes import ModeShapes, mode_shapes
 
-__all__ = [
-    "Beam",
-    "ModeShapes",
-    "mode_shapes",
-    "tapered",
-]
+__all__ = ["Beam", "ModeShapes", "mode_shapes", "tapered"]

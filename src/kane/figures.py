@@ -6,12 +6,4 @@ from kane.present.figure import plot
 from kane.present.mode_figures import beam_figure, campbell_diagram, mode_figure, root_locus
 from kane.present.report import report
 
-__all__ = [
-    "Check",
-    "beam_figure",
-    "campbell_diagram",
-    "mode_figure",
-    "plot",
-    "report",
-    "root_locus",
-]
+__all__ = ["Check", "beam_figure", "campbell_diagram", "mode_figure", "plot", "report", "root_locus"]

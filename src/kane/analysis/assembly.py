@@ -13,7 +13,7 @@ from typing import Any, Literal, overload
 
 import numpy as np
 
-from kane.analysis.search import Found, Search, search
+from kane.analysis.search import ClosureSearch, Found, search
 from kane.analysis.state_checks import GivenEntries, entries, misses, turning
 from kane.dynamics.constraints.manifold import manifold
 from kane.dynamics.readings.quantities import parameter_values
@@ -281,7 +281,7 @@ def _configurations(
     return list(zip(found.closed, sought.words(found), strict=True))
 
 
-def _given(given: Search) -> Closed:
+def _given(given: ClosureSearch) -> Closed:
     """Coordinates that are given whole, moved by rounding only."""
     names, values = given.level.manifold.names, given.start.values
     if given.singular_at(values):
@@ -306,7 +306,7 @@ def _given(given: Search) -> Closed:
     return closed
 
 
-def _not_closed(sought: Search, found: Found) -> str:
+def _not_closed(sought: ClosureSearch, found: Found) -> str:
     """No configuration was found, or none on the branch that is meant."""
     start, names = sought.start, [q.name for q in sought.level.manifold.system.coordinates]
     if found.turned:

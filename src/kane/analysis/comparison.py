@@ -33,7 +33,7 @@ DECLARED = "declared"
 """The name of the system's own speeds."""
 
 
-class Along(Protocol):
+class MotionValues(Protocol):
     """A motion: its times, and values of expressions along it, as a Solution gives them."""
 
     @property
@@ -119,7 +119,11 @@ class SpeedComparison(Attributes):
 
 
 def compare_speeds(
-    system: System, candidates: Mapping[str, Any], *, along: Along | None = None, routes: Sequence[str] | None = None
+    system: System,
+    candidates: Mapping[str, Any],
+    *,
+    along: MotionValues | None = None,
+    routes: Sequence[str] | None = None,
 ) -> SpeedComparison:
     """The system by its own generalized speeds and by each of the `candidates`.
 
@@ -155,7 +159,7 @@ def compare_speeds(
     return SpeedComparison(tuple(sets))
 
 
-def _set(name: str, system: System, along: Along | None, routes: Sequence[str] | None) -> SpeedSet:
+def _set(name: str, system: System, along: MotionValues | None, routes: Sequence[str] | None) -> SpeedSet:
     eom = derive(system)
     operations = {eom.route: eom.operations.total, **eom.routes}
     for route in ASKED if routes is None else routes:
@@ -178,7 +182,7 @@ def _singular(eom: Equations) -> tuple[Expr, ...]:
     return tuple(f for f in parts if f in below and f.op is not MUL and not is_constant_in_time([f]))
 
 
-def _values(m: Matrix, along: Along) -> Array:
+def _values(m: Matrix, along: MotionValues) -> Array:
     """A matrix along a motion (n × rows × columns)."""
     entries = [x for x in m.entries if x is not ZERO]
     count = len(along.t)

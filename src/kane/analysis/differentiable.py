@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.analysis.flow import Choice, Flow, flow_at, output_slopes
+from kane.analysis.flow import Flow, Preference, flow_at, output_slopes
 from kane.analysis.local import Outputs, all_switches
 from kane.analysis.one_sided import Difference, Piece, Sides, check_cones, difference, different_slopes, sides_at
 from kane.analysis.state_checks import StateArrays
@@ -114,7 +114,7 @@ def warn_of_jumps(numeric: Numeric[Equations], state: StateArrays, tolerance: fl
     if not numeric.value(all_switches):
         return
     try:
-        sides = sides_at(flow_at(numeric, state, Choice()), Outputs((), ()), tolerance)
+        sides = sides_at(flow_at(numeric, state, Preference()), Outputs((), ()), tolerance)
     except SingularError:
         return
     found = difference(sides) if sides else None

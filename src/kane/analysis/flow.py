@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from kane.analysis.local import Coded, Numbers, Outputs, Slopes, Values, solver
+from kane.analysis.local import Coded, LocalNumbers, Outputs, Slopes, Values, solver
 from kane.analysis.state_checks import (
     StateArrays,
     Tangents,
@@ -90,7 +90,7 @@ def share(value: Array, size: Array) -> Array:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Choice:
+class Preference:
     """Which perturbations and speeds are to be dependent, as far as the constraints determine them."""
 
     q: tuple[int, ...] = ()
@@ -106,9 +106,9 @@ class Flow:
     """
 
     numeric: Numeric[Equations]
-    numbers: Numbers
+    numbers: LocalNumbers
     state: StateArrays
-    choice: Choice
+    choice: Preference
     values: Values
     slopes: Slopes
     z: Array
@@ -138,7 +138,9 @@ class Flow:
 
 
 @np.errstate(invalid="ignore")
-def flow_at(numeric: Numeric[Equations], state: StateArrays, choice: Choice, numbers: Numbers | None = None) -> Flow:
+def flow_at(
+    numeric: Numeric[Equations], state: StateArrays, choice: Preference, numbers: LocalNumbers | None = None
+) -> Flow:
     """F and its derivatives at a state on the constraints, from compiled code unless other `numbers` are given."""
     numbers = numbers or Coded(numeric)
     eom, perturbed = numeric.equations, numeric.value(perturbations)
@@ -172,7 +174,6 @@ def flow_at(numeric: Numeric[Equations], state: StateArrays, choice: Choice, num
     free_q, free_u = list(tangent.free_q), list(tangent.free_u)
     rows = np.vstack([own[free_q], answers[:n][free_u], slopes.states @ moves])
     rest = np.concatenate([rates[free_q], z[:n][free_u], values.states])
-    mass = tangent.b.T @ m @ tangent.b
     a, b = rows[:, : len(rows)], rows[:, len(rows) :]
     size = magnitudes(values, slopes, z, state.x[nq : nq + n])
     terms, far = np.append(size.rates[plain], size.spins), np.linalg.norm(rate_slopes[:, nq : nq + n] @ root, axis=1)
@@ -191,7 +192,7 @@ def flow_at(numeric: Numeric[Equations], state: StateArrays, choice: Choice, num
         rest,
         a,
         b,
-        mass,
+        tangent.b.T @ m @ tangent.b,
         moves,
         answers,
         size,
@@ -326,7 +327,7 @@ def _same(flow: Flow, matters: Mask, moving: npt.NDArray[np.intp], shift: float,
         return False
     if len(values.motion):
         x[nq : nq + n][held] -= least_squares(values.constraints(n)[:, held], values.motion)
-    there = flow_at(numeric, moved, Choice(flow.choice.q, tuple(held)), flow.numbers)
+    there = flow_at(numeric, moved, Preference(flow.choice.q, tuple(held)), flow.numbers)
     if there.tangents.free_u != tangent.free_u or there.tangents.free_q != tangent.free_q:
         return False
     inner = np.ix_(matters, matters)

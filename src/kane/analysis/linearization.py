@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from kane.analysis.differentiable import Side, differentiable
-from kane.analysis.flow import Choice, Flow, Steadiness, changing, dependence, flow_at, steadiness
+from kane.analysis.flow import Flow, Preference, Steadiness, changing, dependence, flow_at, steadiness
 from kane.analysis.linear import Linear
 from kane.analysis.local import Outputs, outputs_of
 from kane.analysis.one_sided import Piece
@@ -98,7 +98,7 @@ class Linearizer(Attributes):
         """Which speeds would be constant as independent ones where others were asked for; "" where none would."""
         if not fixed:
             return ""
-        other, verdict = _flow(flow.numeric, flow.state, Choice(), False, tolerance)
+        other, verdict = _flow(flow.numeric, flow.state, Preference(), False, tolerance)
         return ", ".join(other.states[slice(*other.counts)]) if verdict.holds else ""
 
     def _linear(self, piece: Piece, verdict: Steadiness) -> Linear:
@@ -123,10 +123,7 @@ class Linearizer(Attributes):
 
 
 def linearizer(
-    eom: Equations,
-    *,
-    outputs: Mapping[str, Any] | Sequence[Any] | None = None,
-    settings: Settings | None = None,
+    eom: Equations, *, outputs: Mapping[str, Any] | Sequence[Any] | None = None, settings: Settings | None = None
 ) -> Linearizer:
     """A function that linearizes `eom` at many points, made and compiled once; `outputs` and `settings` are those of `linearize`."""
     check_equations(eom)
@@ -193,7 +190,7 @@ def linearize(
 
 @np.errstate(invalid="ignore")
 def _flow(
-    numeric: Numeric[Equations], state: StateArrays, choice: Choice, fixed: bool, tolerance: float
+    numeric: Numeric[Equations], state: StateArrays, choice: Preference, fixed: bool, tolerance: float
 ) -> tuple[Flow, Steadiness]:
     """The flow; where speeds change that another choice makes dependent, and nothing depends on them, with that choice.
 
@@ -203,12 +200,12 @@ def _flow(
     verdict = steadiness(flow, tolerance)
     if verdict.holds or fixed or eom.embedding is None:
         return flow, verdict
-    second = flow_at(numeric, state, Choice(choice.q, changing(flow, tolerance)))
+    second = flow_at(numeric, state, Preference(choice.q, changing(flow, tolerance)))
     again = steadiness(second, tolerance)
     return (second, again) if again.holds else (flow, verdict)
 
 
-def choice_of(numeric: Numeric[Equations], independent: Iterable[Any]) -> Choice:
+def choice_of(numeric: Numeric[Equations], independent: Iterable[Any]) -> Preference:
     """What is to be dependent when `independent` is to be independent, and by the system's own wish."""
     eom, known = numeric.equations, numeric.value(perturbations).names
     names = [x.name if isinstance(x, Symbol) else x for x in independent]
@@ -221,7 +218,7 @@ def choice_of(numeric: Numeric[Equations], independent: Iterable[Any]) -> Choice
     wished = {q.name for q in eom.system.dependent_coordinates}
     chosen_q = [i for i, n in enumerate(known) if (n not in names if set(names) & set(known) else n in wished)]
     chosen_u = [i for i, n in enumerate(speeds) if n not in names] if set(names) & set(speeds) else []
-    return Choice(tuple(chosen_q), tuple(chosen_u))
+    return Preference(tuple(chosen_q), tuple(chosen_u))
 
 
 def _check_independent(flow: Flow, wanted: Sequence[Any]) -> None:
@@ -318,12 +315,7 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
     wished = [k for k, q in enumerate(perturbed.symbols) if q in set(eom.system.dependent_coordinates)]
     own = eom.embedding.partition.dependent if eom.embedding else ()
     tangent = tangents(
-        slopes[rates : rates + c],
-        slopes[rates + c :],
-        width,
-        n,
-        _in_symbols(sample, wished),
-        _in_symbols(sample, own),
+        slopes[rates : rates + c], slopes[rates + c :], width, n, _in_symbols(sample, wished), _in_symbols(sample, own)
     )
     rows = [*tangent.free_q, *(width + i for i in (*tangent.free_u, *range(n, n + len(eom.states))))]
     result = slopes[rows] @ tangent.moves

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.dynamics.forcing import Term
+from kane.dynamics.forcing import LoadTerm
 from kane.dynamics.readings.quantities import time_derivative
 from kane.equations.equations import Equations
 from kane.errors import ExpressionError
@@ -81,7 +81,7 @@ def _directions(eom: Equations, numbers: Numbers) -> Array:
     return np.asarray(drawn[:, : len(kernel)] @ kernel) if len(kernel) else np.zeros((0, n))
 
 
-def _power(eom: Equations, terms: tuple[Term, ...], numbers: Numbers, u: Array) -> float | None:
+def _power(eom: Equations, terms: tuple[LoadTerm, ...], numbers: Numbers, u: Array) -> float | None:
     """The largest power of what is odd in the speeds, where it is positive for all of them."""
     total, size = np.zeros(len(u)), np.zeros(len(u))
     for term in terms:
@@ -93,7 +93,7 @@ def _power(eom: Equations, terms: tuple[Term, ...], numbers: Numbers, u: Array) 
 
 
 def _stiffness(
-    eom: Equations, terms: tuple[Term, ...], numbers: Numbers, still: Mapping[Expr, Expr], u: Array
+    eom: Equations, terms: tuple[LoadTerm, ...], numbers: Numbers, still: Mapping[Expr, Expr], u: Array
 ) -> float | None:
     """The largest growth of the force along itself over the motion of its place, where it is positive in all directions."""
     total, size, moved = (np.zeros(len(u)) for _ in range(3))
@@ -125,7 +125,7 @@ def _at(eom: Equations, exprs: list[Expr], numbers: Numbers, u: Array) -> Array:
         return np.array([np.broadcast_to(x, (len(u),)) for x in evaluate(exprs, values)], dtype=float)
 
 
-def _velocity(eom: Equations, term: Term, numbers: Numbers, u: Array) -> Array:
+def _velocity(eom: Equations, term: LoadTerm, numbers: Numbers, u: Array) -> Array:
     """What the speeds give of the velocity of a term's place (3 × directions)."""
     total = np.zeros((3, len(u)))
     for k, s in enumerate(eom.speeds):

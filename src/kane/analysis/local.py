@@ -25,7 +25,7 @@ from kane.errors import ArgumentError, SingularError, ValueMissingError, cut
 from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr
-from kane.expr.piecewise import Switch, switches
+from kane.expr.piecewise import SwitchedQuantity, switches
 from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Symbol, time
 from kane.expr.visit import substituted
@@ -273,7 +273,7 @@ def answers(eom: Equations, *roots: Expr) -> Bundle[Answers]:
     return Bundle("outputs", (*ports(eom.derived), z), Answers, {"values": roots, "slopes": slopes})
 
 
-class Turning(NamedTuple):
+class SwitchValues(NamedTuple):
     """c, the sizes of its terms, and ∂c/∂(q, u, a, r, z), a row for each switch."""
 
     quantities: Array
@@ -281,22 +281,22 @@ class Turning(NamedTuple):
     slopes: Array
 
 
-def all_switches(eom: Equations, *outputs: Expr) -> tuple[Switch, ...]:
+def all_switches(eom: Equations, *outputs: Expr) -> tuple[SwitchedQuantity, ...]:
     """Those of the unsolved equations and of outputs."""
     u = unsolved(eom.derived)
     return switches((*u.places, *u.residual, *outputs))
 
 
-def turning(eom: Equations, *outputs: Expr) -> Bundle[Turning]:
+def turning(eom: Equations, *outputs: Expr) -> Bundle[SwitchValues]:
     """The quantities of `all_switches`, in their order; z is an argument."""
     z, memo = unknowns(eom), Sizes()
     quantities = [s.quantity for s in all_switches(eom, *outputs)]
     slopes = partials(quantities, (*eom.state, *eom.inputs, *z.symbols))
     groups = {"quantities": quantities, "sizes": [size(c, memo) for c in quantities], "slopes": slopes}
-    return Bundle("turning", (*ports(eom.derived), z), Turning, groups)
+    return Bundle("turning", (*ports(eom.derived), z), SwitchValues, groups)
 
 
-class Numbers(Protocol):
+class LocalNumbers(Protocol):
     """The unsolved equations at a state, their derivatives at given z, and outputs with theirs."""
 
     def values(self, state: StateArrays) -> Values:
@@ -316,13 +316,13 @@ class Coded:
     numeric: Numeric[Equations]
 
     def values(self, state: StateArrays) -> Values:
-        """See `Numbers`."""
+        """See `LocalNumbers`."""
         return values_at(self.numeric, state)
 
     def slopes(self, state: StateArrays, z: Array) -> Slopes:
-        """See `Numbers`."""
+        """See `LocalNumbers`."""
         return slopes_at(self.numeric, state, z)
 
     def answers(self, state: StateArrays, z: Array, outputs: Outputs) -> Answers:
-        """See `Numbers`."""
+        """See `LocalNumbers`."""
         return self.numeric.routine(answers, *outputs.roots)(state.t, state.x, state.p, state.r, z)

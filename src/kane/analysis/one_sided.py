@@ -21,7 +21,7 @@ from kane.analysis.local import (
     Answers,
     Outputs,
     Slopes,
-    Turning,
+    SwitchValues,
     Values,
     all_switches,
     answers,
@@ -39,7 +39,7 @@ from kane.errors import CornerError, SingularError, cut
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import GONE, SQRT
-from kane.expr.piecewise import Switch, on_sides
+from kane.expr.piecewise import SwitchedQuantity, on_sides
 from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Parameter, Symbol
 from kane.numeric.arrays import Array, Mask
@@ -51,7 +51,7 @@ R = TypeVar("R")
 Signs = tuple[float, ...]
 
 
-class Table:
+class SidedBundles:
     """The bundles of equations with the sides of some switches as symbols, on the reference evaluator."""
 
     def __init__(self, numeric: Numeric[Equations], quantities: Sequence[Expr]) -> None:
@@ -82,7 +82,7 @@ class Table:
 class OneSided:
     """`Numbers` on one side of the switches of a table."""
 
-    table: Table
+    table: SidedBundles
     signs: Signs
 
     def values(self, state: StateArrays) -> Values:
@@ -97,7 +97,7 @@ class OneSided:
         """See `Numbers`."""
         return self.table(answers, self.signs, (state.t, state.x, state.p, state.r, z), *outputs.roots)
 
-    def turning(self, state: StateArrays, z: Array, outputs: Outputs) -> Turning:
+    def turning(self, state: StateArrays, z: Array, outputs: Outputs) -> SwitchValues:
         """The quantities of all switches."""
         return self.table(turning, self.signs, (state.t, state.x, state.p, state.r, z), *outputs.roots)
 
@@ -152,7 +152,7 @@ class Corner:
 
 def pieces(corner: Corner, quantities: Sequence[Expr]) -> tuple[Piece, ...]:
     """The pieces that meet at the corner; `quantities` are those of its switches."""
-    table = Table(corner.flow.numeric, quantities)
+    table = SidedBundles(corner.flow.numeric, quantities)
     found = (_piece(corner, OneSided(table, signs)) for signs in _patterns(len(corner.at)))
     return tuple(p for p in found if p is not None)
 
@@ -258,7 +258,7 @@ class Sides:
     """The pieces that meet at a corner, and its switches."""
 
     corner: Corner
-    switches: tuple[Switch, ...]
+    switches: tuple[SwitchedQuantity, ...]
     pieces: tuple[Piece, ...]
 
     @property

@@ -33,13 +33,13 @@ class Found:
     starts: int
 
 
-def search(level: LevelSet, start: GivenEntries) -> "Search":
+def search(level: LevelSet, start: GivenEntries) -> "ClosureSearch":
     """What a start leaves free is looked for."""
-    return Search(level.of(start.values, start.free), start)
+    return ClosureSearch(level.of(start.values, start.free), start)
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class ClosureSearch:
     """The configuration constraints of a system at values of all but its coordinates, and where to start."""
 
     level: LevelSet

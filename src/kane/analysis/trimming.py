@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane.analysis.differentiable import warn_of_jumps
-from kane.analysis.flow import Choice, Flow, dependence, flow_at, magnitudes, scaled, share
+from kane.analysis.flow import Flow, Preference, dependence, flow_at, magnitudes, scaled, share
 from kane.analysis.linearization import choice_of
 from kane.analysis.local import Slopes, Values, slopes_at, solver, values_at
 from kane.analysis.operating_point import closed, state_from
@@ -193,7 +193,7 @@ class Measured:
 
 
 def conditions(
-    numeric: Numeric[Equations], t: float, start: Array, choice: Choice, moving: Sequence[str]
+    numeric: Numeric[Equations], t: float, start: Array, choice: Preference, moving: Sequence[str]
 ) -> Conditions:
     """The conditions that apply: coordinates on which no speed depends near the start may move, and so may `moving`."""
     eom = numeric.equations
@@ -243,7 +243,7 @@ def freest(flow: Flow) -> Flow:
         free = flow.tangents.free_u
         dependent = [i for i in range(count) if i not in free]
         for i, d in product(free, dependent):
-            choice = Choice(flow.choice.q, (i, *(k for k in dependent if k != d)))
+            choice = Preference(flow.choice.q, (i, *(k for k in dependent if k != d)))
             other = flow_at(flow.numeric, flow.state, choice)
             fewer = int(_matter(other)[: other.counts[0]].sum())
             if fewer < least:

@@ -72,10 +72,4 @@ def main() -> None:
     app()
 
 
-__getattr__ = offered(
-    __name__,
-    {
-        "models": "STARTS model_of names_like",
-        "screen": "LINES guarded",
-    },
-)
+__getattr__ = offered(__name__, {"models": "STARTS model_of names_like", "screen": "LINES guarded"})

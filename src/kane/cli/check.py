@@ -15,7 +15,7 @@ from kane.analysis.load_signs import DIRECTIONS, doubtful_loads
 from kane.analysis.state_checks import start_state
 from kane.cli import screen
 from kane.cli.derive import derived
-from kane.cli.models import AsJson, Model, Name, model_of
+from kane.cli.models import AsJson, Name, NamedModel, model_of
 from kane.cli.screen import Misuse, UserError, message_of, own_code, place_of, shown
 from kane.cli.simulate import Start, start
 from kane.dynamics.constraints.partition import choose
@@ -49,7 +49,7 @@ _KEYS: dict[str, Mapping[str, str]] = {
 """Of each group what is told: JSON's names, and the columns."""
 
 
-def summary(model: Model, eom: kn.Equations, told: list[str], took: float) -> dict[str, Any]:
+def summary(model: NamedModel, eom: kn.Equations, told: list[str], took: float) -> dict[str, Any]:
     """What the model is, ready for JSON."""
     groups = {
         group: [{key: _plain(row[column], key) for key, column in keys.items()} for row in DECLARED[group](eom.system)]
@@ -165,7 +165,7 @@ def check(name: Name, as_json: AsJson = False) -> None:
             show(what, [*placed, *doubtful])
 
 
-def _check_start(model: Model, eom: kn.Equations, begin: Start) -> dict[kn.Expr, Any]:
+def _check_start(model: NamedModel, eom: kn.Equations, begin: Start) -> dict[kn.Expr, Any]:
     """The values must be admissible, and the equations finite where the motion starts; all numbers there, if START says them."""
     groups = (("start value", {**begin.q, **begin.u, **begin.states}), ("value", {**begin.parameters, **begin.inputs}))
     for what, told in groups:

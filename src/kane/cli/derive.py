@@ -8,7 +8,7 @@ import typer
 
 import kane as kn
 from kane.cli import screen
-from kane.cli.models import AsJson, Force, Model, Name, Out, model_of
+from kane.cli.models import AsJson, Force, Name, NamedModel, Out, model_of
 from kane.cli.screen import Misuse, columns, own_code
 from kane.dynamics.readings.seven_steps import Step
 from kane.motion.simulator_c import METHODS as SIMULATORS
@@ -36,7 +36,7 @@ def derive(
     typer.echo("\n\n".join(text.rstrip() for text in texts))
 
 
-def derived(model: Model) -> kn.Equations:
+def derived(model: NamedModel) -> kn.Equations:
     """The model's equations; says so where they take long."""
     with working("Deriving"), own_code(model.path, "System"):
         return kn.derive(model.system)

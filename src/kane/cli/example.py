@@ -52,11 +52,7 @@ def system() -> kn.System:
             kn.RigidBody("lower rod", frame=C, mass_center=Cs, mass=m2, inertia=kn.solids.rod(C, m2, l2, axis=C.y)),
         ],
         speeds=speeds,
-        loads=[
-            kn.gravity(-g * N.y),
-            kn.linear_spring(A, O, k),
-            kn.Force(A, -c * A.velocity(N), name="friction"),
-        ],
+        loads=[kn.gravity(-g * N.y), kn.linear_spring(A, O, k), kn.Force(A, -c * A.velocity(N), name="friction")],
         coordinates=(x, q1, q2),
     )
 

@@ -29,7 +29,7 @@ KINDS = ("q", "u", "parameters", "inputs", "states")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Model:
+class NamedModel:
     """A system with what its module says about it; `start` holds values by name for each of `KINDS`."""
 
     name: str
@@ -42,7 +42,7 @@ class Model:
     declared: float
 
 
-def model_of(text: str) -> Model:
+def model_of(text: str) -> NamedModel:
     """The model that the argument MODEL means.
 
     Misuse where it is neither in the gallery nor a file; ModelError where the file has no `system()`, or one that gives something
@@ -109,7 +109,7 @@ def _imported(path: Path) -> ModuleType:
     return module
 
 
-def _model(name: str, module: ModuleType, path: Path | None, start: Mapping[str, Any]) -> Model:
+def _model(name: str, module: ModuleType, path: Path | None, start: Mapping[str, Any]) -> NamedModel:
     where = short(path) if path else name
     maker = _maker(module, where)
     began = time.perf_counter()
@@ -123,7 +123,7 @@ def _model(name: str, module: ModuleType, path: Path | None, start: Mapping[str,
     with own_code(path, "SPAN"):
         span = _span(getattr(module, "SPAN", (0.0, 5.0)), where)
     title, sources = getattr(module, "TITLE", name.replace("_", " ")), getattr(module, "SOURCES", ())
-    return Model(name, str(title), tuple(sources), path, system, begin, span, declared)
+    return NamedModel(name, str(title), tuple(sources), path, system, begin, span, declared)
 
 
 def _kind(value: object) -> str:

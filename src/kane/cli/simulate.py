@@ -15,7 +15,7 @@ import typer
 import kane as kn
 from kane.cli import screen
 from kane.cli.derive import derived
-from kane.cli.models import KINDS, AsJson, End, Force, Inputs, Model, Name, Out, Parameters, Q, States, U, model_of
+from kane.cli.models import KINDS, AsJson, End, Force, Inputs, Name, NamedModel, Out, Parameters, Q, States, U, model_of
 from kane.cli.screen import Misuse, own_code
 from kane.dynamics.poles import KinematicsEnd
 from kane.errors import ModelError, ValueMissingError, alike
@@ -39,7 +39,7 @@ class Start:
     missing: tuple[str, ...]
 
 
-def start(model: Model, eom: kn.Equations, told: Mapping[str, Sequence[str] | None]) -> Start:
+def start(model: NamedModel, eom: kn.Equations, told: Mapping[str, Sequence[str] | None]) -> Start:
     """START, changed by `told`: texts NAME=VALUE for some of `KINDS`.
 
     A name that the system does not have is Misuse in `told`, and a ModelError in START.
@@ -48,7 +48,7 @@ def start(model: Model, eom: kn.Equations, told: Mapping[str, Sequence[str] | No
         return _start(model, eom, told)
 
 
-def _start(model: Model, eom: kn.Equations, options: Mapping[str, Sequence[str] | None]) -> Start:
+def _start(model: NamedModel, eom: kn.Equations, options: Mapping[str, Sequence[str] | None]) -> Start:
     symbols_of: dict[str, list[Any]] = {
         "q": list(eom.coordinates),
         "u": list(eom.speeds),
@@ -118,7 +118,7 @@ def _expected(kind: str, names: Sequence[str]) -> str:
     return f"Expected the name of {'an' if kind == 'inputs' else 'a'} {_WHAT[kind]} ({', '.join(names) or 'there is none'})"
 
 
-def motion(model: Model, eom: kn.Equations, begin: Start, end: float | None) -> kn.Solution:
+def motion(model: NamedModel, eom: kn.Equations, begin: Start, end: float | None) -> kn.Solution:
     """The motion from the start of SPAN to `end`, or to the end of SPAN; Misuse where start values are missing."""
     if begin.missing:
         raise Misuse(

@@ -57,7 +57,7 @@ class ConstantInertia:
         return self.times(alpha) + w.cross(self.times(w))
 
 
-class Turning(NamedTuple):
+class PartRotation(NamedTuple):
     """The rotation of a part's frame, its central inertia, and what is left of dH/dt at u̇ = 0, the `bias`."""
 
     frame: Frame
@@ -79,7 +79,7 @@ class Moving(NamedTuple):
     body: Body
     part: Part
     center: Motion
-    rotation: Turning | None
+    rotation: PartRotation | None
     shared: tuple[tuple[Motion, Expr], ...] = ()
 
     @property
@@ -124,7 +124,7 @@ def moving_parts(inertias: Inertias, kinematics: Kinematics) -> tuple[Moving, ..
     )
 
 
-def _turning(frame: Frame, inertia: ConstantInertia, kinematics: Kinematics) -> Turning:
+def _turning(frame: Frame, inertia: ConstantInertia, kinematics: Kinematics) -> PartRotation:
     """The rotation of a part; dH/dt in the frame in which it spins where that is shorter, as one writes it for a disk or a top."""
     motion = kinematics.frame(frame)
     bias = inertia.torque(motion, motion.bias)
@@ -135,7 +135,7 @@ def _turning(frame: Frame, inertia: ConstantInertia, kinematics: Kinematics) -> 
             return price(v.components(inertia.frame))
 
         bias = min(bias, kinematics.turning(momentum), key=cost)
-    return Turning(frame, motion, inertia, bias)
+    return PartRotation(frame, motion, inertia, bias)
 
 
 def constant_inertia(name: str, frame: Frame, inertia: Dyadic, aligned: Aligned) -> ConstantInertia:

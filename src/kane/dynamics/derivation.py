@@ -25,7 +25,7 @@ from kane.kinematics.aligned import AS_DECLARED, Aligned, aligned_bases
 from kane.kinematics.definitions import generalized_speeds
 from kane.kinematics.matching import Sample
 from kane.kinematics.speeds import Speeds
-from kane.kinematics.velocities import Contact, Kinematics, Motion, acceleration_form, cuts_of, velocity_form
+from kane.kinematics.velocities import ContactPoint, Kinematics, Motion, acceleration_form, cuts_of, velocity_form
 from kane.kinematics.velocity_constraints import ConstraintRows, constraint_rows
 from kane.model.bodies import Body
 from kane.model.constraints import Cut, constraint_of, cut_of
@@ -122,12 +122,12 @@ class Derived(Immutable):
         return (*forcing.loads_in_speeds(weights, self.kinematical), *self.declared_loads)
 
     @read
-    def active_terms(self) -> Mapping[Load, tuple[forcing.Term, ...]]:
+    def active_terms(self) -> Mapping[Load, tuple[forcing.LoadTerm, ...]]:
         """The forces and torques of each load."""
         return LazyMapping(self.loads, lambda load: forcing.active_terms(load, self.kinematics))
 
     @read
-    def inertia_terms(self) -> Mapping[Body, tuple[forcing.Term, ...]]:
+    def inertia_terms(self) -> Mapping[Body, tuple[forcing.LoadTerm, ...]]:
         """The inertia force and torque of each body, in u̇."""
         return LazyMapping(
             self.system.bodies,
@@ -143,7 +143,7 @@ class Derived(Immutable):
     )
 
     def _by_speed(
-        self, table: Mapping[K, tuple[forcing.Term, ...]], stands_for: Mapping[Any, K]
+        self, table: Mapping[K, tuple[forcing.LoadTerm, ...]], stands_for: Mapping[Any, K]
     ) -> Mapping[tuple[Expr, K], Expr]:
         return LazyMapping(
             product(self.all_speeds, table), lambda key: forcing.generalized(table[key[1]], key[0]), stands_for
@@ -184,17 +184,17 @@ class Derived(Immutable):
 
     # Step 7: dynamical equations -----------------------------------------------------------------------------------------
 
-    left = read[tuple[forcing.Term, ...]](
+    left = read[tuple[forcing.LoadTerm, ...]](
         lambda d: d.left_by(d.kinematics, d.bodies), "Forces and torques, those of inertia too, at u̇ = 0."
     )
 
     def left_by(
         self, kinematics: Kinematics, bodies: Sequence[Moving], u_dot: Mapping[Expr, Expr] = MappingProxyType({})
-    ) -> tuple[forcing.Term, ...]:
+    ) -> tuple[forcing.LoadTerm, ...]:
         """`left` by other motions, or at other accelerations."""
         return tuple(forcing.bias_terms(self._active(kinematics), bodies, free_fall(self.system), u_dot))
 
-    def _active(self, kinematics: Kinematics) -> list[forcing.Term]:
+    def _active(self, kinematics: Kinematics) -> list[forcing.LoadTerm]:
         return [term for load in self.declared_loads for term in forcing.active_terms(load, kinematics)]
 
     @read
@@ -213,7 +213,7 @@ class Derived(Immutable):
         fall = free_fall(self.system)
         if fall.is_zero:
             return None
-        weights = [forcing.Term(m.part.mass_center, fall * m.part.mass, m.center) for m in self.bodies]
+        weights = [forcing.LoadTerm(m.part.mass_center, fall * m.part.mass, m.center) for m in self.bodies]
         heavy = [forcing.generalized_by_motion(weights, s) for s in self.all_speeds]
         if all(x is not ZERO for x in heavy):
             return None
@@ -263,7 +263,7 @@ def by_other_speeds(
     d: Derived,
     definitions: Mapping[Speed, Expr],
     rows: ConstraintRows,
-    contacts: Mapping[Point, Contact] = MappingProxyType({}),
+    contacts: Mapping[Point, ContactPoint] = MappingProxyType({}),
     *,
     matched: bool = True,
 ) -> Derived:
@@ -301,10 +301,7 @@ def _auxiliary_speeds(system: System) -> tuple[tuple[AuxiliarySpeed, ...], Pairs
 
 
 def _motions(
-    system: System,
-    speeds: Speeds,
-    auxiliary: Iterable[AuxiliarySpeed],
-    aligned: Aligned,
+    system: System, speeds: Speeds, auxiliary: Iterable[AuxiliarySpeed], aligned: Aligned
 ) -> tuple[Kinematics, Inertias]:
     inertias = inertias_of(system.bodies, aligned)
     kinematics = Kinematics(speeds, cuts_of(auxiliary), Sample(speeds), homes(inertias, aligned), aligned)

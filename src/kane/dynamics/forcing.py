@@ -36,7 +36,7 @@ from kane.space.point import Point
 from kane.space.vector import Parts, Vector
 
 
-class Term(NamedTuple):
+class LoadTerm(NamedTuple):
     """A force at a point, or a torque on a frame, and the motion of its place."""
 
     place: Point | Frame
@@ -44,47 +44,47 @@ class Term(NamedTuple):
     motion: Motion
 
 
-def active_terms(load: Load, kinematics: Kinematics) -> tuple[Term, ...]:
+def active_terms(load: Load, kinematics: Kinematics) -> tuple[LoadTerm, ...]:
     """Forces and torques of one load."""
     aligned = kinematics.aligned.vector
     return (
-        *(Term(point, aligned(f), kinematics.point(point)) for point, f in load.forces),
-        *(Term(frame, aligned(t), kinematics.frame(frame)) for frame, t in load.torques),
+        *(LoadTerm(point, aligned(f), kinematics.point(point)) for point, f in load.forces),
+        *(LoadTerm(frame, aligned(t), kinematics.frame(frame)) for frame, t in load.torques),
     )
 
 
-def inertia_terms(moving: Moving) -> tuple[Term, ...]:
+def inertia_terms(moving: Moving) -> tuple[LoadTerm, ...]:
     """−m a at the mass centre and −(I·α + ω × I·ω) on the frame of one part of a body, in u̇."""
     part, center, rotation = moving.part, moving.center, moving.rotation
     force = sum((acceleration_form(m) * -mass for m, mass in moving.momenta), start=Vector())
-    shift = Term(part.mass_center, force, center)
+    shift = LoadTerm(part.mass_center, force, center)
     if rotation is None:
         return (shift,)
-    return shift, Term(rotation.frame, -rotation.torque(acceleration_form(rotation.motion)), rotation.motion)
+    return shift, LoadTerm(rotation.frame, -rotation.torque(acceleration_form(rotation.motion)), rotation.motion)
 
 
 def bias_terms(
-    loads: Iterable[Term], bodies: Sequence[Moving], fall: Vector, u_dot: Mapping[Expr, Expr] = MappingProxyType({})
-) -> list[Term]:
+    loads: Iterable[LoadTerm], bodies: Sequence[Moving], fall: Vector, u_dot: Mapping[Expr, Expr] = MappingProxyType({})
+) -> list[LoadTerm]:
     """The terms of f: loads, gravity's acceleration `fall`, and inertia at u̇ = 0 or `u_dot`; one a place, forces first."""
-    by_place: dict[Point | Frame, Term] = {}
+    by_place: dict[Point | Frame, LoadTerm] = {}
     for term in loads:
         before = by_place.get(term.place)
         by_place[term.place] = term if before is None else term._replace(vector=before.vector + term.vector)
-    forces: list[Term] = []
-    torques: list[Term] = []
+    forces: list[LoadTerm] = []
+    torques: list[LoadTerm] = []
     for moving in reversed(bodies):
         part, center, rotation = moving.part, moving.center, moving.rotation
         own = _inertia_force(moving, fall, u_dot)
         load = by_place.pop(part.mass_center, None)
-        forces.append(Term(part.mass_center, (own if load is None else own + load.vector).gathered(), center))
+        forces.append(LoadTerm(part.mass_center, (own if load is None else own + load.vector).gathered(), center))
         if rotation is not None:
             load = by_place.pop(rotation.frame, None)
             torque = Vector() if load is None else load.vector
             torque = torque - rotation.bias
             if u_dot:
                 torque = (torque - rotation.inertia.times(_acceleration(rotation.motion, u_dot))).gathered()
-            torques.append(Term(rotation.frame, torque, rotation.motion))
+            torques.append(LoadTerm(rotation.frame, torque, rotation.motion))
     forces += [term for place, term in by_place.items() if isinstance(place, Point)]
     torques += [term for place, term in by_place.items() if isinstance(place, Frame)]
     return [*forces, *torques]
@@ -106,18 +106,18 @@ def _acceleration(motion: Motion, u_dot: Mapping[Expr, Expr]) -> Vector:
     return sum((v * u_dot[s] for s, v in motion.partials.items() if s in u_dot), start=Vector()).gathered()
 
 
-def met_by(terms: Iterable[Term], speed: Expr) -> Iterator[tuple[Term, Vector]]:
+def met_by(terms: Iterable[LoadTerm], speed: Expr) -> Iterator[tuple[LoadTerm, Vector]]:
     """The terms whose place moves with a speed, each with its partial velocity."""
     return ((term, term.motion.partials[speed]) for term in terms if speed in term.motion.partials)
 
 
-def generalized(terms: Iterable[Term], speed: Expr) -> Expr:
+def generalized(terms: Iterable[LoadTerm], speed: Expr) -> Expr:
     """Σ v_r·F + Σ ω_r·T, term by term."""
     return sum_of(partial.dot(term.vector) for term, partial in met_by(terms, speed))
 
 
 def generalized_by_motion(
-    terms: Iterable[Term], speed: Expr, product: Callable[[Vector, Vector], Expr] = Vector.dot
+    terms: Iterable[LoadTerm], speed: Expr, product: Callable[[Vector, Vector], Expr] = Vector.dot
 ) -> Expr:
     """Σ v_r·F + Σ ω_r·T, forces that share a v_r, and torques that share an ω_r, summed before the scalar `product`."""
     groups: tuple[dict[Parts, tuple[Vector, Vector]], ...] = {}, {}

@@ -39,7 +39,7 @@ Exprs = tuple[Expr, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Inverse:
+class TreeInverse:
     """The segments at given u̇: the acceleration of their ground, and λ by number, with the rows they are of."""
 
     tree: Tree
@@ -98,7 +98,9 @@ def _by_speeds(own: Row, derived: Derived) -> dict[Expr, Expr]:
     return found
 
 
-def inverse_at(derived: Derived, u_dot: Sequence[Expr], *, balanced: bool = False, elastic: bool = False) -> Inverse:
+def inverse_at(
+    derived: Derived, u_dot: Sequence[Expr], *, balanced: bool = False, elastic: bool = False
+) -> TreeInverse:
     """The segments at given u̇, as if nothing closed the tree; Unsuited, with what is in the way, where it is no such tree."""
     if holds_reactions(derived):
         raise Unsuited("loads that hold reactions")
@@ -108,7 +110,7 @@ def inverse_at(derived: Derived, u_dot: Sequence[Expr], *, balanced: bool = Fals
         raise Unsuited("speeds that are not those of the joints")
     value: dict[Expr, Expr] = dict(zip(derived.speeds, u_dot, strict=True))
     rows = rows_of(tree)
-    return Inverse(tree, falling(derived), rows, [_lambda(row, value, derived) for row in rows])
+    return TreeInverse(tree, falling(derived), rows, [_lambda(row, value, derived) for row in rows])
 
 
 def _lambda(row: Row, value: Mapping[Expr, Expr], derived: Derived) -> Expr:
@@ -125,7 +127,7 @@ def _change(s: Expr, value: Mapping[Expr, Expr], derived: Derived) -> Expr:
     return add(derived.kinematics.drift(form.total()), changed)
 
 
-def inverse_of(derived: Derived, u_dot: Sequence[Expr], route: str) -> Inverse:
+def inverse_of(derived: Derived, u_dot: Sequence[Expr], route: str) -> TreeInverse:
     """The segments of a tree at the u̇ that the `route` finds, without elastic parts; Unsuited where it is no such tree.
 
     λ of rows in rates are those of the route, and with composite bodies those of forces body by body, as g is made of these.
@@ -159,7 +161,7 @@ def mass_matrix(derived: Derived) -> Matrix:
     return _inverse(derived, [ZERO] * len(derived.speeds)).mass_of_speeds(derived)
 
 
-def _inverse(derived: Derived, u_dot: Sequence[Expr]) -> Inverse:
+def _inverse(derived: Derived, u_dot: Sequence[Expr]) -> TreeInverse:
     return inverse_at(derived, u_dot, elastic=bool(deforming(derived.system.bodies)))
 
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from kane.dynamics.derivation import Derived
 from kane.dynamics.formulation.recursive import WAYS
-from kane.dynamics.inverse_dynamics import Inverse, inverse_at, inverse_of, mass_matrix, residual
+from kane.dynamics.inverse_dynamics import TreeInverse, inverse_at, inverse_of, mass_matrix, residual
 from kane.dynamics.readings.regularity import nan_where_more
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
@@ -115,7 +115,7 @@ def acceleration_slopes(
 
 
 def _solved(
-    inverse: Inverse, g: Mapping[tuple[int, Symbol], Expr], symbols: Sequence[Symbol]
+    inverse: TreeInverse, g: Mapping[tuple[int, Symbol], Expr], symbols: Sequence[Symbol]
 ) -> Iterator[Sequence[Expr] | None]:
     """∂λ/∂x = −M⁻¹ ∂g/∂x, None where it is zero."""
     mass = inverse.mass()

@@ -24,7 +24,7 @@ from kane.expr.forms.count import Operations, count_operations
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, constant
 from kane.expr.ops import GONE, Immutable
-from kane.expr.piecewise import Switch, on_sides, switches
+from kane.expr.piecewise import SwitchedQuantity, on_sides, switches
 from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Parameter, Symbol, rate, time
 from kane.expr.visit import substituted
@@ -51,7 +51,9 @@ def at_state(solved: Solved, matrix: Matrix, state: State) -> Array:
     return found
 
 
-def _standing(solved: Solved, matrix: Matrix, state: State) -> Iterator[tuple[Switch, Any, tuple[Matrix, Matrix]]]:
+def _standing(
+    solved: Solved, matrix: Matrix, state: State
+) -> Iterator[tuple[SwitchedQuantity, Any, tuple[Matrix, Matrix]]]:
     """The switches that stand at zero, where they do, and the derivatives on both sides, those of the others on one and the other."""
     every = switches(solved.right_hand_side)
     if not every:
@@ -67,7 +69,7 @@ def _standing(solved: Solved, matrix: Matrix, state: State) -> Iterator[tuple[Sw
             yield switch, here, (one, other)
 
 
-def _on_side(matrix: Matrix, standing: Sequence[Switch], signs: Sequence[int]) -> Matrix:
+def _on_side(matrix: Matrix, standing: Sequence[SwitchedQuantity], signs: Sequence[int]) -> Matrix:
     sides = {s.quantity: Parameter.declare(f"side{k}", description="of a switch") for k, s in enumerate(standing)}
     values: dict[Expr, Expr] = {x: constant(sign) for x, sign in zip(sides.values(), signs, strict=True)}
     turned: dict[Expr, Expr] = {}

@@ -302,7 +302,7 @@ ABS, SIGN, MIN, MAX = (OPS[name] for name in ("abs", "sign", "min", "max"))
 _OF_TWO = frozenset((LESS, MIN, MAX))
 
 
-class Switch(NamedTuple):
+class SwitchedQuantity(NamedTuple):
     """A quantity, and the nodes that turn where it passes zero."""
 
     quantity: Expr
@@ -325,7 +325,7 @@ def turning_on(node: Expr) -> tuple[Expr, bool] | None:
     return (c.args[0], False) if c.op is NEG else (c, True)
 
 
-def switches(roots: Iterable[Expr]) -> tuple[Switch, ...]:
+def switches(roots: Iterable[Expr]) -> tuple[SwitchedQuantity, ...]:
     """The switches below `roots` by their quantities, but those whose quantity changes in jumps alone, or with parameters."""
     order = postorder(roots)
     varies: dict[Expr, bool] = {}
@@ -335,7 +335,7 @@ def switches(roots: Iterable[Expr]) -> tuple[Switch, ...]:
         if own is not None and any(varies[a] for a in node.args):
             found.setdefault(own[0], []).append(node)
         varies[node] = _varies(node, varies)
-    return tuple(Switch(c, tuple(nodes)) for c, nodes in found.items())
+    return tuple(SwitchedQuantity(c, tuple(nodes)) for c, nodes in found.items())
 
 
 def _varies(node: Expr, varies: Mapping[Expr, bool]) -> bool:

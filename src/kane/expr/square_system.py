@@ -138,7 +138,7 @@ class Divisor(NamedTuple):
     unknowns: tuple[int, ...]
 
 
-class Square(Protocol):
+class SquareSolver(Protocol):
     """A solver of A x = b."""
 
     @property
@@ -166,7 +166,7 @@ class Triangular:
     """Irreducible blocks one after the other, each by the rows and columns given."""
 
     rows: Rows
-    blocks: tuple[tuple[list[int], list[int], Square], ...]
+    blocks: tuple[tuple[list[int], list[int], SquareSolver], ...]
 
     @property
     def divisors(self) -> tuple[Divisor, ...]:
@@ -193,7 +193,7 @@ class Eliminated:
     column: int
     top: Sequence[Expr]
     factors: Sequence[Expr]
-    rest: Square
+    rest: SquareSolver
 
     @property
     def divisors(self) -> tuple[Divisor, ...]:
@@ -258,7 +258,7 @@ class Swap:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Step:
+class EliminationStep:
     """`factor` times row `top` is taken from row `low`."""
 
     top: int
@@ -274,7 +274,7 @@ class Step:
 class Pivoted:
     """Elimination that takes, at run time, of the rows left the one with the largest share of its size."""
 
-    steps: tuple[Swap | Step, ...]
+    steps: tuple[Swap | EliminationStep, ...]
     upper: Rows
     divisors: tuple[Divisor, ...]
 
@@ -303,7 +303,7 @@ class _Reach:
         return _Reach(lambda k: self[rows[k]])
 
 
-def square(rows: Rows, reach: Callable[[int], Expr] | None = None) -> Square:
+def square(rows: Rows, reach: Callable[[int], Expr] | None = None) -> SquareSolver:
     """The solver of A x = b for a square matrix.
 
     Parameters
@@ -356,7 +356,7 @@ def _size(determinant: Expr, sizes: _Reach, rows: Sequence[int], memo: Sizes) ->
     return largest([own, whole])
 
 
-def _triangular(rows: Rows, sizes: _Reach, memo: Sizes) -> Square:
+def _triangular(rows: Rows, sizes: _Reach, memo: Sizes) -> SquareSolver:
     parts = []
     for block, own in in_order(rows):
         inner = [[rows[i][c] for c in own] for i in block]
@@ -364,7 +364,7 @@ def _triangular(rows: Rows, sizes: _Reach, memo: Sizes) -> Square:
     return Triangular(rows, tuple(parts))
 
 
-def _block(rows: Rows, sizes: _Reach, memo: Sizes) -> Square:
+def _block(rows: Rows, sizes: _Reach, memo: Sizes) -> SquareSolver:
     n = len(rows)
     place = _sure(rows) if n > 1 else None
     if place is not None:
@@ -422,9 +422,9 @@ def _primitive(rows: Sequence[Sequence[Expr]]) -> tuple[list[list[Expr]], list[E
 def _pivoted(rows: Rows, sizes: _Reach) -> Pivoted:
     n = len(rows)
     columns, scale = [list(column) for column in zip(*rows, strict=True)], [sizes[i] for i in range(n)]
-    steps: list[Swap | Step] = []
+    steps: list[Swap | EliminationStep] = []
 
-    def take(step: Swap | Step, after: int) -> None:
+    def take(step: Swap | EliminationStep, after: int) -> None:
         steps.append(step)
         for column in columns[after:]:
             step.apply(column)
@@ -440,7 +440,7 @@ def _pivoted(rows: Rows, sizes: _Reach) -> Pivoted:
             raise SingularError(f"Expected an invertible {n} × {n} block, got a column without a pivot.")
         for i in range(j + 1, n):
             if column[i] is not ZERO:
-                take(Step(j, i, div(column[i], column[j])), j + 1)
+                take(EliminationStep(j, i, div(column[i], column[j])), j + 1)
                 column[i] = ZERO
     upper = [[columns[k][i] for k in range(n)] for i in range(n)]
     divisors = tuple(Divisor(upper[i][i], scale[i], tuple(range(n))) for i in range(n))

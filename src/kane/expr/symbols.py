@@ -41,12 +41,7 @@ class Symbol(Expr):
 
     @classmethod
     def declare(
-        cls,
-        name: str,
-        default: float | None = None,
-        unit: str = "",
-        description: str = "",
-        place: Hashable = None,
+        cls, name: str, default: float | None = None, unit: str = "", description: str = "", place: Hashable = None
     ) -> Self:
         """The one symbol with this declaration."""
         if not _is_text(name) or not name.strip() or any(c.isspace() for c in name):

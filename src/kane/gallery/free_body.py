@@ -40,11 +40,7 @@ def system(*, gravity: bool = False, speeds: str = "rates") -> kn.System:
     def along(turning: kn.Vector, F: kn.Frame, moving: kn.Vector, G: kn.Frame) -> dict[kn.expr.Speed, kn.Expr]:
         return dict(zip(u, (*turning.components(F), *moving.components(G)), strict=True))
 
-    choices = {
-        "inertial": along(w, N, v, N),
-        "body": along(w, B, v, B),
-        "momentum": along(I.dot(w), B, m * v, N),
-    }
+    choices = {"inertial": along(w, N, v, N), "body": along(w, B, v, B), "momentum": along(I.dot(w), B, m * v, N)}
     return kn.System(
         N,
         bodies=[body],

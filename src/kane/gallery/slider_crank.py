@@ -51,10 +51,7 @@ def system() -> kn.System:
         N,
         bodies=[crank, rod, piston],
         speeds="rates",
-        loads=[
-            kn.Torque(A, T * N.z, name="drive"),
-            kn.Force(wrist_pin, -c * x.dt * N.x, name="resistance"),
-        ],
+        loads=[kn.Torque(A, T * N.z, name="drive"), kn.Force(wrist_pin, -c * x.dt * N.x, name="resistance")],
         reactions=[
             kn.reaction("wall", at=wrist_pin, along=N.y),
             kn.reaction("pin_x", constraint=closing[0]),

@@ -43,9 +43,5 @@ def system(*, speeds: str = "rates") -> kn.System:
         "horizontal": {u1: v.dot(N.x), u2: v.dot(N.y)},
     }
     return kn.System(
-        N,
-        bodies=[bob],
-        speeds=choose(choices, speeds),
-        loads=[kn.gravity(-g * N.z)],
-        coordinates=(phi, theta),
+        N, bodies=[bob], speeds=choose(choices, speeds), loads=[kn.gravity(-g * N.z)], coordinates=(phi, theta)
     )

@@ -43,9 +43,5 @@ def system(*, speeds: str = "rates") -> kn.System:
         "inertial": dict(zip(u, map(w.dot, (N.x, N.y, N.z)), strict=True)),
     }
     return kn.System(
-        N,
-        bodies=[top],
-        speeds=choose(choices, speeds),
-        loads=[kn.gravity(-g * N.z)],
-        coordinates=(psi, theta, phi),
+        N, bodies=[top], speeds=choose(choices, speeds), loads=[kn.gravity(-g * N.z)], coordinates=(psi, theta, phi)
     )

@@ -28,7 +28,7 @@ from kane.space.rotation import NOTHING, AlignedBasis, Basis, Triple, about_axis
 from kane.space.vector import Parts, Vector
 from kane.tree.sweeps import Segment, Stage
 from kane.tree.triples import Turn, Turns, along, is_zero, summed, turned_down
-from kane.tree.values import NO_MASS, NO_WRENCH, Change, Dof, Rigid, SpatialInertia, Wrench
+from kane.tree.values import NO_MASS, NO_WRENCH, Change, Dof, Rigid, SpatialForce, SpatialInertia
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -338,7 +338,7 @@ class JointTree(NamedTuple):
     home: tuple[int, ...]
     last: tuple[Change | None, ...]
 
-    def wrench(self, step: int, w: Wrench) -> Wrench:
+    def wrench(self, step: int, w: SpatialForce) -> SpatialForce:
         """A wrench along B, along the basis of work of the segment that carries the body."""
         last = self.last[step]
         return w if last is None else w.turned(last)
@@ -355,7 +355,7 @@ Elastic = Callable[[Triple, Expr], SpatialInertia]
 def joint_tree(
     steps: Sequence[JointStep],
     bodies: Sequence[Rigid] = (),
-    loads: Mapping[int, Wrench] = MappingProxyType({}),
+    loads: Mapping[int, SpatialForce] = MappingProxyType({}),
     elastic: Mapping[int, Elastic] = MappingProxyType({}),
     *,
     along_b: bool = False,

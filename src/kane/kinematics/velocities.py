@@ -49,7 +49,7 @@ _STILL = Motion({}, Vector(), Vector(), Vector())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Contact:
+class ContactPoint:
     """A particle of a body whose velocity is Σ n w, beyond that of the particle `other` which it touches.
 
     `directions` are the n, by speeds w that vanish.
@@ -84,7 +84,7 @@ class Kinematics:
     sample: Sample
     homes: dict[Basis, Basis] = field(default_factory=dict)
     aligned: Aligned = AS_DECLARED
-    contacts: Mapping[Point, Contact] = field(default_factory=dict)
+    contacts: Mapping[Point, ContactPoint] = field(default_factory=dict)
     following: Mapping[Expr, Following] = field(default_factory=dict)
     matching: Matching = field(init=False)
     _frames: dict[Basis, Motion] = field(default_factory=dict)
@@ -126,7 +126,7 @@ class Kinematics:
     def with_following(
         self,
         following: Mapping[Expr, Following],
-        contacts: Mapping[Point, Contact],
+        contacts: Mapping[Point, ContactPoint],
         vanishing: frozenset[Expr] = frozenset(),
     ) -> "Kinematics":
         """The same motions where some speeds follow from others, or are `vanishing`, without auxiliary speeds."""
@@ -242,7 +242,7 @@ class Kinematics:
         bias = bias.express(*frames) if len(frames) == 1 else bias.gathered()
         return Motion(partials, rest.gathered(), bias)
 
-    def _through(self, contact: Contact, along_the_tree: Partials) -> Motion:
+    def _through(self, contact: ContactPoint, along_the_tree: Partials) -> Motion:
         """v = v^Ĉ + ω × r of the point from which the particle Ĉ of its body lies at −r, where v^Ĉ is known."""
         particle, other = contact.particle, contact.other
         spin = self.frame(contact.body)

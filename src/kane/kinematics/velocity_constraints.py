@@ -40,9 +40,9 @@ from kane.space.rotation import NOTHING, Triple, cross3
 from kane.space.vector import Vector
 from kane.tree.sweeps import Carry, inward
 from kane.tree.triples import summed
-from kane.tree.values import NO_WRENCH, Wrench
+from kane.tree.values import NO_WRENCH, SpatialForce
 
-Wrenches = dict[int, Wrench]
+Wrenches = dict[int, SpatialForce]
 """Wrenches on segments, along B."""
 
 
@@ -78,7 +78,7 @@ def together(placed: Iterable[Placed]) -> Wrenches:
     """The sums by segment."""
     found: Wrenches = {}
     for number, _, n, f in placed:
-        found[number] = found.get(number, NO_WRENCH).plus(Wrench(n, f))
+        found[number] = found.get(number, NO_WRENCH).plus(SpatialForce(n, f))
     return found
 
 
@@ -110,7 +110,7 @@ def rows_along_tree(constraints: Sequence[Constraint], kinematics: Kinematics) -
     return {c: _Pull(found, wrenches).row(c.own) for c, wrenches in placed.items()}
 
 
-class _Pull(Carry[Wrench]):
+class _Pull(Carry[SpatialForce]):
     """The power of wrenches on segments, as a form in speeds."""
 
     def __init__(self, found: Segments, wrenches: Wrenches) -> None:
@@ -128,10 +128,10 @@ class _Pull(Carry[Wrench]):
         inward(self.tree, self)
         return ScalarForm({u: c for u, c in self.coefficients.items() if c is not ZERO}, self.rest)
 
-    def own(self, i: int) -> Wrench | None:
+    def own(self, i: int) -> SpatialForce | None:
         return self.wrenches.get(i)
 
-    def inner(self, i: int, v: Wrench) -> Wrench:
+    def inner(self, i: int, v: SpatialForce) -> SpatialForce:
         if i in self.number:
             step = self.steps[self.number[i]]
             self.power(step.spin, v.n)
@@ -139,7 +139,7 @@ class _Pull(Carry[Wrench]):
                 self.power(step.slide, v.f)
         return v
 
-    def outer(self, i: int, v: Wrench) -> Wrench:
+    def outer(self, i: int, v: SpatialForce) -> SpatialForce:
         step = self.steps[self.number[i]] if i in self.number else None
         if step is not None and not step.late:
             before = self.steps[step.parent].turn if step.joins else None

@@ -78,7 +78,7 @@ Kind = Literal["configuration", "motion"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Branch(Immutable):
+class ClosureBranch(Immutable):
     """Of the orientations at which all `rows` vanish, the one that the closure `name` means.
 
     `cosine` is that of the angle by which `what` is turned away from it: 1 there, at the others at most 0.
@@ -105,7 +105,7 @@ class Constraint(Immutable):
     torques: tuple[tuple[Frame, Vector], ...] = ()
     unit: str = ""
     own: Expr = ZERO
-    branch: Branch | None = None
+    branch: ClosureBranch | None = None
     normal: Vector | None = None
 
     @property

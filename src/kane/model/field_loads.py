@@ -175,14 +175,7 @@ def line_load(
 
 
 def pressure_on_rectangle(
-    frame: Frame,
-    corner: Point,
-    a: Vector,
-    b: Vector,
-    pressure: Any,
-    *,
-    degree: int = 1,
-    name: str = "",
+    frame: Frame, corner: Point, a: Vector, b: Vector, pressure: Any, *, degree: int = 1, name: str = ""
 ) -> Load:
     """Pressure p on a rectangle with edges a, b from a corner: −p n dA with n along a × b.
 

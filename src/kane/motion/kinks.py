@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kane.analysis.one_sided import Table
+from kane.analysis.one_sided import SidedBundles
 from kane.analysis.state_checks import open_shares
 from kane.dynamics.readings.quantities import without_unknowns
 from kane.equations.compiled import Numeric
@@ -20,7 +20,7 @@ from kane.equations.routines import ports
 from kane.errors import SimulationError, cut
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import GONE
-from kane.expr.piecewise import Switch, switches
+from kane.expr.piecewise import SwitchedQuantity, switches
 from kane.expr.regular import Sizes, size
 from kane.expr.symbols import time
 from kane.motion.projection import Numbers, Tolerances, constraint_numbers
@@ -38,7 +38,7 @@ _SLACK = 10.0
 """Tolerances of speeds that are no miss."""
 
 
-def bends(eom: Equations) -> tuple[Switch, ...]:
+def bends(eom: Equations) -> tuple[SwitchedQuantity, ...]:
     """The switches of the constraints."""
     rows = eom.derived.constraints
     return switches((*(c.expr for c in eom.system.holonomic), *rows.a.entries, *rows.b))
@@ -71,9 +71,9 @@ class Kinks:
     """The switches of the constraints of equations, their quantities as one routine, and the constraints on every side."""
 
     eom: Equations
-    found: tuple[Switch, ...]
+    found: tuple[SwitchedQuantity, ...]
     bending: BundleRoutine[Bending]
-    table: Table
+    table: SidedBundles
 
     def ahead(self, dense: Dense, start: float, end: float, given: Given, tolerances: Tolerances) -> Kink | None:
         """The first place in a step at which the motion does not lead into the other side of a switch; None where there is none."""
@@ -142,7 +142,7 @@ class Kinks:
     def _on(self, signs: Array, t: float, x: Array, given: tuple[Array, Array]) -> Numbers:
         return self.table(constraint_numbers, tuple(signs.tolist()), (t, x, *given))
 
-    def _told(self, t: float, what: str, name: str, turned: Sequence[Switch]) -> str:
+    def _told(self, t: float, what: str, name: str, turned: Sequence[SwitchedQuantity]) -> str:
         node, quantity = self._node(name, turned)
         return (
             f"{what} would have to jump at t = {t:.6g}: the constraint {name!r} bends there, {cut(str(node), 80)} turns at "
@@ -150,7 +150,7 @@ class Kinks:
             "sqrt(c^2 + eps^2) for abs(c), or let a stiff spring hold the part in its place"
         )
 
-    def _node(self, name: str, turned: Sequence[Switch]) -> tuple[Expr, Expr]:
+    def _node(self, name: str, turned: Sequence[SwitchedQuantity]) -> tuple[Expr, Expr]:
         """The switch that stands in the constraint of that name, else the first."""
         own = [c.expr for c in self.eom.system.holonomic if c.name == name]
         nodes = set(postorder(own))
@@ -163,7 +163,7 @@ def kinks(numeric: Numeric[Equations]) -> Kinks | None:
     found = numeric.value(bends)
     if not found:
         return None
-    table = Table(numeric, [s.quantity for s in found])
+    table = SidedBundles(numeric, [s.quantity for s in found])
     return Kinks(numeric.equations, found, numeric.routine(bending), table)
 
 

@@ -43,7 +43,7 @@ from kane.expr.evaluation import evaluate
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
 from kane.expr.regular import Sizes, largest, size
-from kane.model.constraints import Branch
+from kane.model.constraints import ClosureBranch
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.least_change import least_change, of_unit_length, row_sizes
 from kane.numeric.newton import improved
@@ -110,7 +110,7 @@ class ConstraintProjection:
     numbers: BundleRoutine[Numbers]
     coordinates: int
     euler: tuple[tuple[int, ...], ...]
-    meant: tuple[Branch, ...] = ()
+    meant: tuple[ClosureBranch, ...] = ()
 
     def turned(self, numbers: Numbers) -> str:
         """Which closures are turned away from the branch that they mean, in words; "" where none is."""

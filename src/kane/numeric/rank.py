@@ -25,11 +25,7 @@ class Balanced:
 
 
 def balance(
-    a: Array,
-    reach: Array | float | None = None,
-    *,
-    order: tuple[int, ...] = (0, 1, 0, 1),
-    rounding: float = ROUNDED,
+    a: Array, reach: Array | float | None = None, *, order: tuple[int, ...] = (0, 1, 0, 1), rounding: float = ROUNDED
 ) -> Balanced:
     """A with rows and columns divided by their largest entries, so that units do not matter; rounding is dropped first.
 

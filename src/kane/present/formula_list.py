@@ -25,7 +25,7 @@ from kane.write.text import TEXT
 
 
 @dataclass(frozen=True)
-class Formula:
+class DisplayedFormula:
     """left = right, written as plain text or as LaTeX when it is asked for; `shared` says that it is an intermediate.
 
     `terms` are display trees, each along an axis of a basis; of an expression the one tree, along none.
@@ -59,14 +59,18 @@ class Formula:
 
 def formulas(
     items: Sequence[tuple[Any, Expr | Vector]], left: Callable[[Any], str] = latex_name
-) -> tuple[list[Formula], list[Formula]]:
+) -> tuple[list[DisplayedFormula], list[DisplayedFormula]]:
     """The shared intermediates, and a formula for each item; `left` gives the LaTeX of a label."""
     parts = [_measures(value) if isinstance(value, Vector) else [(False, value, None, "")] for _, value in items]
     shown = layout([e for part in parts for _, e, _, _ in part])
     trees = iter(shown.trees)
-    between = [Formula(name, latex_name(name), ((tree, None, ""),), shared=True) for name, tree in shown.intermediates]
+    between = [
+        DisplayedFormula(name, latex_name(name), ((tree, None, ""),), shared=True) for name, tree in shown.intermediates
+    ]
     written = [
-        Formula(str(label), left(label), [(_signed(minus, next(trees)), basis, axis) for minus, _, basis, axis in part])
+        DisplayedFormula(
+            str(label), left(label), [(_signed(minus, next(trees)), basis, axis) for minus, _, basis, axis in part]
+        )
         for (label, _), part in zip(items, parts, strict=True)
     ]
     return between, written
@@ -88,7 +92,9 @@ def _signed(minus: bool, tree: Tree) -> Tree:
     return tree.body if isinstance(tree, Minus) else Minus(tree, tree.tokens)
 
 
-def result_formulas(results: Sequence[Result], inertial: Frame) -> tuple[list[Formula], list[Formula]]:
+def result_formulas(
+    results: Sequence[Result], inertial: Frame
+) -> tuple[list[DisplayedFormula], list[DisplayedFormula]]:
     """The intermediates that results of a step share, and a formula for each."""
     return formulas(results, lambda quantity: quantity_latex(quantity, inertial))
 
@@ -146,7 +152,7 @@ def step_text(step: Step, eom: Equations, width: int = WIDTH) -> str:
     return "\n".join([*lines, *_block(shown, width)])
 
 
-def _block(shown: list[Formula], width: int) -> list[str]:
+def _block(shown: list[DisplayedFormula], width: int) -> list[str]:
     column = max((len(f.name) for f in shown), default=0)
     hang = _INDENT + column + 3
     return [

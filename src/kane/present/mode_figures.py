@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`mode_figure` and `beam_figure`: the functions of a beam, and its deformed axis along a motion.
-
-`root_locus`: eigenvalues along a branch of steady motions; `campbell_diagram`: frequencies against the spin, and its multiples.
+"""Figures of modes: functions of a beam and its deformed axis, `mode_figure` and `beam_figure`; eigenvalues along a branch of steady
+motions, `root_locus`, and frequencies against the spin, `campbell_diagram`.
 """
 
 from collections.abc import Sequence

@@ -14,7 +14,7 @@ from kane.equations.equations import Equations
 from kane.expr.symbols import Symbol
 from kane.model.bodies import Body
 from kane.model.loads import Load
-from kane.present.formula_list import Formula, formulas, quantity_latex
+from kane.present.formula_list import DisplayedFormula, formulas, quantity_latex
 from kane.present.overview import Cell, PageTable, Tex
 from kane.program.native import machine, store
 from kane.space.point import Point
@@ -73,7 +73,7 @@ class Provenance:
 
     title: str
     origins: tuple[Origin, ...]
-    between: tuple[Formula, ...]
+    between: tuple[DisplayedFormula, ...]
 
 
 def active_provenance(eom: Equations, contributions: Sequence[Contributions]) -> Provenance | None:

@@ -22,7 +22,7 @@ from kane.expr.node import Expr, postorder
 from kane.expr.symbols import Parameter, Symbol, rate
 from kane.motion.solution.solution import Solution
 from kane.present.check_figures import Check, motion_checks
-from kane.present.formula_list import Formula, formulas, quantity_latex, result_formulas
+from kane.present.formula_list import DisplayedFormula, formulas, quantity_latex, result_formulas
 from kane.present.overview import DECLARED, PageTable, Tex, declared_tables, page_table
 from kane.present.provenance import Provenance, active_provenance, inertia_provenance, mass_provenance, noncontributing
 from kane.progress import working
@@ -48,8 +48,8 @@ _MOST = 400
 class Block:
     """Formulas with the intermediates that they share, and matrix equations, which stand first."""
 
-    between: tuple[Formula, ...] = ()
-    formulas: tuple[Formula, ...] = ()
+    between: tuple[DisplayedFormula, ...] = ()
+    formulas: tuple[DisplayedFormula, ...] = ()
     displays: tuple[str, ...] = ()
 
     @property
@@ -81,7 +81,7 @@ class Chapter:
     provenance: Provenance | None = None
 
     @property
-    def formulas(self) -> tuple[Formula, ...]:
+    def formulas(self) -> tuple[DisplayedFormula, ...]:
         """All formulas but those of the solution."""
         return (*self.block.formulas, *self.by_all_speeds.formulas)
 
@@ -124,7 +124,7 @@ def _parted(step: Step) -> tuple[Sequence[Result], Sequence[Result]]:
     return own, [(q, value) for q, value in step.results if q.kind not in _OF_INDEPENDENT]
 
 
-def _block(eom: Equations, number: int, results: Sequence[Result]) -> tuple[Block, Mapping[Quantity, Formula]]:
+def _block(eom: Equations, number: int, results: Sequence[Result]) -> tuple[Block, Mapping[Quantity, DisplayedFormula]]:
     """The results laid out, and the formula of each."""
     between, written = result_formulas(results, eom.system.inertial)
     shown = dict(zip((quantity for quantity, _ in results), written, strict=True))
@@ -145,7 +145,7 @@ def _block(eom: Equations, number: int, results: Sequence[Result]) -> tuple[Bloc
     return Block(tuple(between), tuple(listed), tuple(displays)), shown
 
 
-def _partial_tables(eom: Equations, shown: Mapping[Quantity, Formula]) -> tuple[PageTable, ...]:
+def _partial_tables(eom: Equations, shown: Mapping[Quantity, DisplayedFormula]) -> tuple[PageTable, ...]:
     return tuple(_partials(eom, shown, *parts) for parts in (_ALL, _INDEPENDENT)[: 2 if eom.embedding else 1])
 
 
@@ -195,7 +195,9 @@ _INDEPENDENT = (
 )
 
 
-def _partials(eom: Equations, shown: Mapping[Quantity, Formula], title: str, turn: Kind, shift: Kind) -> PageTable:
+def _partials(
+    eom: Equations, shown: Mapping[Quantity, DisplayedFormula], title: str, turn: Kind, shift: Kind
+) -> PageTable:
     """Kane's table: a row for each speed, a column for each angular velocity and velocity."""
     frames, points = moving_places(eom.system)
     columns: list[tuple[Kind, Kind, Frame | Point]] = [
@@ -212,7 +214,7 @@ def _partials(eom: Equations, shown: Mapping[Quantity, Formula], title: str, tur
     return PageTable(title, head, tuple(rows))
 
 
-def _matrix(speeds: Sequence[Symbol], shown: Mapping[Quantity, Formula], kind: Kind) -> str:
+def _matrix(speeds: Sequence[Symbol], shown: Mapping[Quantity, DisplayedFormula], kind: Kind) -> str:
     n = range(len(speeds))
     rows = r" \\[3pt] ".join(
         " & ".join(_right(shown, Quantity(kind, speeds[min(i, j)], speeds[max(i, j)])) for j in n) for i in n
@@ -220,7 +222,7 @@ def _matrix(speeds: Sequence[Symbol], shown: Mapping[Quantity, Formula], kind: K
     return rf"\begin{{bmatrix}} {rows} \end{{bmatrix}}"
 
 
-def _right(shown: Mapping[Quantity, Formula], quantity: Quantity) -> str:
+def _right(shown: Mapping[Quantity, DisplayedFormula], quantity: Quantity) -> str:
     """What is zero has no formula."""
     return shown[quantity].right if quantity in shown else "0"
 

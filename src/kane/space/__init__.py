@@ -3,9 +3,4 @@
 
 from kane.lazy_imports import offered
 
-__getattr__ = offered(
-    __name__,
-    {
-        "rotation": "common_base connected cost enter express leave path single",
-    },
-)
+__getattr__ = offered(__name__, {"rotation": "common_base connected cost enter express leave path single"})

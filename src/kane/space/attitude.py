@@ -53,10 +53,7 @@ class Rotation(Immutable):
 
     @classmethod
     def _of(
-        cls,
-        cosines: Callable[[], Entries] | None,
-        parameters: Callable[[], tuple[Entries, bool]] | None,
-        **given: Any,
+        cls, cosines: Callable[[], Entries] | None, parameters: Callable[[], tuple[Entries, bool]] | None, **given: Any
     ) -> Rotation:
         """By C, or by homogeneous Euler parameters and whether these are of length 1. `given` are read as such."""
         made: Rotation = object.__new__(cls)

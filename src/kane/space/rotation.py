@@ -171,11 +171,7 @@ def cross3(a: Triple, b: Triple) -> Triple:
         if k == 0:
             return ZERO, neg(mul(a1, b3)), mul(a1, b2)
         return (mul(a2, b3), ZERO, neg(mul(a2, b1))) if k == 1 else (neg(mul(a3, b2)), mul(a3, b1), ZERO)
-    return (
-        sub(mul(a2, b3), mul(a3, b2)),
-        sub(mul(a3, b1), mul(a1, b3)),
-        sub(mul(a1, b2), mul(a2, b1)),
-    )
+    return (sub(mul(a2, b3), mul(a3, b2)), sub(mul(a3, b1), mul(a1, b3)), sub(mul(a1, b2), mul(a2, b1)))
 
 
 def transposed(rows: Cosines) -> Cosines:

@@ -5,10 +5,5 @@ from kane.lazy_imports import offered
 
 __getattr__ = offered(
     __name__,
-    {
-        "": "composite",
-        "composite": "are_slender",
-        "triples": "Turn",
-        "values": "Moments NO_MOMENTS Rigid moments",
-    },
+    {"": "composite", "composite": "are_slender", "triples": "Turn", "values": "Moments NO_MOMENTS Rigid moments"},
 )

@@ -25,13 +25,13 @@ from kane.tree.values import (
     Dof,
     Elimination,
     Row,
+    SpatialForce,
     SpatialInertia,
-    Wrench,
     of_rigid,
     opposite,
 )
 
-Wrenches = Mapping[int, Wrench]
+Wrenches = Mapping[int, SpatialForce]
 
 
 class Passed(NamedTuple):
@@ -150,7 +150,7 @@ class _Outward(Drive[Accelerations]):
         return pivot._replace(rest=add(pivot.rest, div(self.more[self.found.number(pivot)], pivot.d)))
 
 
-class _Pressing(Carry[Wrench]):
+class _Pressing(Carry[SpatialForce]):
     """Wrenches on a tree at rest on their way to the ground, with generalized forces on joint speeds, by number.
 
     The share that a force has of each pivot is e = τ − s·p, of a rate that moves several segments e = τ − Q, and what is left on the
@@ -163,14 +163,14 @@ class _Pressing(Carry[Wrench]):
         self.ground = found.inward.ground
         self.q: dict[Expr, Expr] = {}
         self.shares = [ZERO] * len(found.divisors)
-        self.felt: dict[int, Wrench] = {}
+        self.felt: dict[int, SpatialForce] = {}
 
-    def own(self, i: int) -> Wrench | None:
+    def own(self, i: int) -> SpatialForce | None:
         if i in self.loads:
             return opposite(self.loads[i])
         return NO_WRENCH if any(dof.number in self.forces for dof in self.tree[i].dofs) else None
 
-    def whole(self, i: int, v: Wrench | None) -> Wrench | None:
+    def whole(self, i: int, v: SpatialForce | None) -> SpatialForce | None:
         for pivot in self.found.inward.modes.get(i, ()):
             assert isinstance(pivot.of, Expr)
             e = sub(self.forces.get(self.found.number(pivot), ZERO), self.q.get(pivot.of, ZERO))
@@ -178,20 +178,20 @@ class _Pressing(Carry[Wrench]):
                 v = (NO_WRENCH if v is None else v).plus(self.shared(pivot, e))
         return v
 
-    def inner(self, i: int, v: Wrench) -> Wrench:
+    def inner(self, i: int, v: SpatialForce) -> SpatialForce:
         return self.taking(self.found.inward.inner_pivots.get(i, ()), v)
 
-    def outer(self, i: int, v: Wrench) -> Wrench:
+    def outer(self, i: int, v: SpatialForce) -> SpatialForce:
         self.felt[i] = self.taking(self.found.inward.outer_pivots.get(i, ()), v)
         return self.felt[i]
 
-    def arm(self, i: int, v: Wrench) -> Wrench:
+    def arm(self, i: int, v: SpatialForce) -> SpatialForce:
         for dof in self.tree[i].shared:
             (b,) = dof.row
             self.add(b, v.on(dof))
         return v.moved(self.tree[i].arm)
 
-    def taking(self, pivots: Sequence[Elimination], v: Wrench) -> Wrench:
+    def taking(self, pivots: Sequence[Elimination], v: SpatialForce) -> SpatialForce:
         """What is pressed with before joint speeds on which forces act."""
         for pivot in pivots:
             assert isinstance(pivot.of, Dof)
@@ -202,7 +202,7 @@ class _Pressing(Carry[Wrench]):
                 v = v._replace(n=put(v.n, k, force)) if turns else v._replace(f=put(v.f, k, force))
         return v
 
-    def shared(self, pivot: Elimination, e: Expr) -> Wrench:
+    def shared(self, pivot: Elimination, e: Expr) -> SpatialForce:
         """What is left of the share e of a pivot."""
         self.shares[self.found.number(pivot)] = e
         for b, x in pivot.beside.items():

@@ -44,8 +44,8 @@ from kane.tree.values import (
     Moments,
     Rigid,
     Row,
+    SpatialForce,
     SpatialInertia,
-    Wrench,
     moments,
     opposite,
     to_rigid,
@@ -79,7 +79,7 @@ class Composites(Carry[Body]):
         return v
 
 
-class _Columns(tuple[tuple[int, Wrench], ...]):
+class _Columns(tuple[tuple[int, SpatialForce], ...]):
     """Wrenches at the acceleration 1 of joint speeds, with the numbers of these."""
 
     __slots__ = ()
@@ -183,7 +183,7 @@ class _Bias(Forces):
         moving: Sequence[Rates],
         whole: Composites[Moments],
         at: Driven,
-        wrenches: Sequence[Wrench | None],
+        wrenches: Sequence[SpatialForce | None],
     ) -> None:
         super().__init__(tree, wrenches, dof_count(tree))
         self.moving, self.composite, self.at = moving, whole, at
@@ -202,12 +202,12 @@ class _Bias(Forces):
         """The axis about which a segment turns, if that is all that it does along its basis of work."""
         return self.tree[i].axis if is_zero(self.tree[i].inner.slide) else None
 
-    def inner(self, i: int, v: Wrench) -> Wrench:
+    def inner(self, i: int, v: SpatialForce) -> SpatialForce:
         if self.tree[i].turn is not None and self.axis(i) is not None:
             return v  # met along A, as the moment about the axis is the same there
         return self.joined(i, self.joint(i, turned=True), v)
 
-    def outer(self, i: int, v: Wrench) -> Wrench:
+    def outer(self, i: int, v: SpatialForce) -> SpatialForce:
         s = self.tree[i]
         if s.turn is not None and self.axis(i) is not None:
             v = self.joined(i, self.joint(i, turned=False), v)
@@ -218,10 +218,10 @@ class _Bias(Forces):
             self.found[dof.number] = add(self.found[dof.number], carried.felt(dof, v))
         return v
 
-    def arm(self, i: int, v: Wrench) -> Wrench:
+    def arm(self, i: int, v: SpatialForce) -> SpatialForce:
         return v.plus(_sliding(self.composite.along_a[i], self.moving[i].coriolis)).moved(self.tree[i].arm)
 
-    def joined(self, i: int, joint: "_Joint", v: Wrench) -> Wrench:
+    def joined(self, i: int, joint: "_Joint", v: SpatialForce) -> SpatialForce:
         """The wrench with what the inner joint adds, which its joint speeds feel."""
         v = v.plus(joint.turning()).plus(_sliding(joint.body, self.moving[i].sliding))
         for dof in self.tree[i].inner.dofs:
@@ -252,7 +252,7 @@ class _Joint:
         """E ω."""
         return product(self.body.e, self.w)
 
-    def felt(self, dof: Dof, w: Wrench) -> Expr:
+    def felt(self, dof: Dof, w: SpatialForce) -> Expr:
         """The generalized force of a joint speed, with the wrench `w` beside."""
         turns = sum_of(mul(s, add(w.n[k], self.moment(k))) for k, s in enumerate(dof.spin) if s is not ZERO)
         return turns if is_zero(dof.slide) else add(turns, dot(dof.slide, summed(w.f, self.force)))
@@ -274,7 +274,7 @@ class _Joint:
         h, (alpha, a) = self.body.h, self.at
         return summed(summed(times(self.body.m, a), cross3(alpha, h)), centripetal(self.w, h, self.square))
 
-    def turning(self) -> Wrench:
+    def turning(self) -> SpatialForce:
         """What the turn of the joint adds."""
         body, turned = self.body, self.turned
         if is_zero(turned):
@@ -283,10 +283,12 @@ class _Joint:
             w = self.about_axis(self.axis)
         else:
             twice = summed(self.w, self.whole)
-            w = Wrench(cross3(product(body.e, twice), turned), cross3(twice, cross3(turned, body.h)))
-        return w if is_zero(self.drift) else w.plus(Wrench(body.turned_by(self.drift), cross3(self.drift, body.h)))
+            w = SpatialForce(cross3(product(body.e, twice), turned), cross3(twice, cross3(turned, body.h)))
+        return (
+            w if is_zero(self.drift) else w.plus(SpatialForce(body.turned_by(self.drift), cross3(self.drift, body.h)))
+        )
 
-    def about_axis(self, k: int) -> Wrench:
+    def about_axis(self, k: int) -> SpatialForce:
         """The same about a basis axis."""
         i, j = (k + 1) % 3, (k + 2) % 3
         (h, e), w, u = (self.body.h, self.body.e), self.w, self.turned[k]
@@ -301,12 +303,12 @@ class _Joint:
             n[j] = neg(mul(twice, add(self.ew[i], mul(e[i][k], half))))
             f[k] = mul(twice, add(mul(w[i], h[i]), mul(w[j], h[j])))
         f[i], f[j] = neg(mul(both, h[i])), neg(mul(both, h[j]))
-        return Wrench(triple(n), triple(f))
+        return SpatialForce(triple(n), triple(f))
 
 
-def _sliding(body: Rigid | Moments, a: Triple) -> Wrench:
+def _sliding(body: Rigid | Moments, a: Triple) -> SpatialForce:
     """What a body presses with at an acceleration of its origin."""
-    return NO_WRENCH if is_zero(a) else Wrench(cross3(body.h, a), times(body.m, a))
+    return NO_WRENCH if is_zero(a) else SpatialForce(cross3(body.h, a), times(body.m, a))
 
 
 class _Trial(Driven):
@@ -377,7 +379,7 @@ class Composite:
         by_body = are_slender(bodies) if self.body_by_body is None else self.body_by_body
         drive = _Trial(tree, self.moving) if by_body else Driven(tree, self.moving)
         at = outward(tree, drive, Accelerations(NOTHING, self.ground))
-        wrenches: list[Wrench | None] = []
+        wrenches: list[SpatialForce | None] = []
         on = [ZERO] * dof_count(tree)
         for i, (s, moving) in enumerate(zip(tree, self.moving, strict=True)):
             w = s.pressing(moving.w, moving.square, at[i]) if by_body else opposite(s.load)

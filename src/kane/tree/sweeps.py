@@ -14,7 +14,17 @@ from kane.expr.matrix import dot
 from kane.expr.node import TWO, ZERO, Expr
 from kane.space.rotation import NOTHING, Triple, cross3
 from kane.tree.triples import along, centripetal, is_zero, summed, times, turned_down
-from kane.tree.values import NO_MASS, NO_WRENCH, Accelerations, Change, Dof, Rigid, SpatialInertia, Wrench, opposite
+from kane.tree.values import (
+    NO_MASS,
+    NO_WRENCH,
+    Accelerations,
+    Change,
+    Dof,
+    Rigid,
+    SpatialForce,
+    SpatialInertia,
+    opposite,
+)
 
 
 class Stage(NamedTuple):
@@ -48,7 +58,7 @@ class Segment:
     turn: Change | None = None
     inner: Stage = STILL
     body: Rigid = NO_MASS
-    load: Wrench = NO_WRENCH
+    load: SpatialForce = NO_WRENCH
     shared: tuple[Dof, ...] = ()
     modes: tuple[Expr, ...] = ()
     elastic: Callable[[Triple, Expr], SpatialInertia] | None = None
@@ -69,7 +79,7 @@ class Segment:
         """The joint speeds, those along A first."""
         return (*self.outer.dofs, *self.inner.dofs)
 
-    def pressing(self, w: Triple, square: Expr, at: Accelerations) -> Wrench:
+    def pressing(self, w: Triple, square: Expr, at: Accelerations) -> SpatialForce:
         """What the body presses on the origin with as it moves, less the load."""
         return self.body.bias(w, square).plus(self.body.at(*at)).plus(opposite(self.load))
 
@@ -271,34 +281,34 @@ class Driven(Drive[Accelerations]):
         return v
 
 
-class Forces(Carry[Wrench]):
+class Forces(Carry[SpatialForce]):
     """Generalized forces by number of wrenches on segments, which press on the origins on the way to the ground."""
 
-    def __init__(self, tree: Tree, wrenches: Sequence[Wrench | None], count: int) -> None:
+    def __init__(self, tree: Tree, wrenches: Sequence[SpatialForce | None], count: int) -> None:
         super().__init__(tree)
         self.wrenches, self.found = wrenches, [ZERO] * count
 
-    def own(self, i: int) -> Wrench | None:
+    def own(self, i: int) -> SpatialForce | None:
         """The wrench on a segment."""
         return self.wrenches[i]
 
-    def inner(self, i: int, v: Wrench) -> Wrench:
+    def inner(self, i: int, v: SpatialForce) -> SpatialForce:
         """What joint speeds along the basis of work feel."""
         self.felt(self.tree[i].inner.dofs, v)
         return v
 
-    def outer(self, i: int, v: Wrench) -> Wrench:
+    def outer(self, i: int, v: SpatialForce) -> SpatialForce:
         """What joint speeds along A feel."""
         self.felt((*self.tree[i].outer.dofs, *self.tree[i].shared), v)
         return v
 
-    def felt(self, dofs: Sequence[Dof], w: Wrench) -> None:
+    def felt(self, dofs: Sequence[Dof], w: SpatialForce) -> None:
         """What a wrench does to joint speeds."""
         for dof in dofs:
             self.found[dof.number] = add(self.found[dof.number], w.on(dof))
 
 
-def forces(tree: Tree, wrenches: Sequence[Wrench | None], count: int) -> list[Expr]:
+def forces(tree: Tree, wrenches: Sequence[SpatialForce | None], count: int) -> list[Expr]:
     """Generalized forces by number."""
     carry = Forces(tree, wrenches, count)
     inward(tree, carry)

@@ -28,7 +28,7 @@ from kane.expr.visit import substituted
 from kane.space.rotation import NOTHING, Cosines, Triple, cross3, product, transposed
 from kane.tree.sweeps import Carry, Driven, Rates, Segment, Tree, inward, outward, rates
 from kane.tree.triples import as_rows, is_zero, summed, summed_rows, times, triple, turned_down
-from kane.tree.values import NO_WRENCH, Accelerations, Change, Dof, Rigid, Wrench
+from kane.tree.values import NO_WRENCH, Accelerations, Change, Dof, Rigid, SpatialForce
 
 Vectors = tuple[Triple, ...]
 
@@ -127,18 +127,14 @@ class SubtreeMoments(NamedTuple):
     def turning(self) -> Cosines:
         """tr P 1 − P."""
         (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = self.spread
-        return (
-            (add(yy, zz), neg(xy), neg(xz)),
-            (neg(yx), add(xx, zz), neg(yz)),
-            (neg(zx), neg(zy), add(xx, yy)),
-        )
+        return ((add(yy, zz), neg(xy), neg(xz)), (neg(yx), add(xx, zz), neg(yz)), (neg(zx), neg(zy), add(xx, yy)))
 
-    def change(self, spin: Triple, alpha: Triple, a: Triple) -> Wrench:
+    def change(self, spin: Triple, alpha: Triple, a: Triple) -> SpatialForce:
         """δn and δf."""
         m, h, j = self.body
         n = summed(product(self.turning(), spin), summed(product(j, alpha), cross3(h, a)))
         f = summed(cross3(spin, self.shift), cross3(alpha, h))
-        return Wrench(n, summed(f, times(m, a)))
+        return SpatialForce(n, summed(f, times(m, a)))
 
     def row(self, dof: Dof) -> _Row:
         """s·δn + t·δf of a joint speed that adds s to ω and t to ṙ."""
@@ -164,8 +160,8 @@ class _Value:
 
     symbols: Sequence[Symbol]
     moving: SubtreeMoments
-    force: Wrench
-    columns: dict[Symbol, Wrench]
+    force: SpatialForce
+    columns: dict[Symbol, SpatialForce]
     rows: dict[int, _Row]
 
     def plus(self, other: "_Value") -> "_Value":
@@ -178,7 +174,7 @@ class _Value:
 
     def turned(self, turn: Change) -> "_Value":
         """Along the basis before a turn."""
-        force, columns = self.passed(lambda n, f: Wrench(n, f).turned(turn))
+        force, columns = self.passed(lambda n, f: SpatialForce(n, f).turned(turn))
         rows = {k: row.turned(turn) for k, row in self.rows.items()}
         return _Value(self.symbols, self.moving.turned(turn), force, columns, rows)
 
@@ -188,11 +184,11 @@ class _Value:
 
     def swept(self, r: Triple, v: Triple) -> "_Value":
         """About the point from which the origin lies at r, with the velocity v."""
-        force, columns = self.passed(lambda n, f: Wrench(n, f).moved(r))
+        force, columns = self.passed(lambda n, f: SpatialForce(n, f).moved(r))
         rows = {k: row.swept(r, v) for k, row in self.rows.items()}
         return _Value(self.symbols, self.moving.swept(r, v), force, columns, rows)
 
-    def passed(self, make: Callable[[Triple, Triple], Wrench]) -> tuple[Wrench, dict[Symbol, Wrench]]:
+    def passed(self, make: Callable[[Triple, Triple], SpatialForce]) -> tuple[SpatialForce, dict[Symbol, SpatialForce]]:
         """The wrench on its way, and its changes with those of the way."""
         columns, held = {x: make(*w) for x, w in self.columns.items()}, HeldFunction(make, self.force)
         for x in self.symbols:
@@ -200,9 +196,9 @@ class _Value:
         return make(*self.force), columns
 
 
-def _join(columns: dict[Symbol, Wrench], x: Symbol, w: Sequence[Triple] | None) -> None:
+def _join(columns: dict[Symbol, SpatialForce], x: Symbol, w: Sequence[Triple] | None) -> None:
     if w is not None:
-        own = Wrench(*w)
+        own = SpatialForce(*w)
         columns[x] = columns[x].plus(own) if x in columns else own
 
 
@@ -271,10 +267,10 @@ class _Changes(Carry[_Value]):
     def own(self, i: int) -> _Value:
         s, at, work = self.tree[i], self.rates[i], self.work[i]
 
-        def press(w: Triple, alpha: Triple, a: Triple) -> Wrench:
+        def press(w: Triple, alpha: Triple, a: Triple) -> SpatialForce:
             return s.pressing(w, dot(w, w), Accelerations(alpha, a))
 
-        columns, held = dict[Symbol, Wrench](), HeldFunction(press, (at.w, *work))
+        columns, held = dict[Symbol, SpatialForce](), HeldFunction(press, (at.w, *work))
         for x in self.symbols if i else ():
             _join(columns, x, held.slope(x))
         force = s.pressing(at.w, at.square, work) if i else NO_WRENCH

@@ -86,27 +86,27 @@ class Accelerations(NamedTuple):
         return Accelerations(summed(self.alpha, alpha), summed(self.a, a))
 
 
-class Wrench(NamedTuple):
+class SpatialForce(NamedTuple):
     """A moment about the origin, and a force."""
 
     n: Triple = NOTHING
     f: Triple = NOTHING
 
-    def turned(self, turn: Change) -> "Wrench":
+    def turned(self, turn: Change) -> "SpatialForce":
         """Along the basis before a turn."""
-        return Wrench(turn.up(self.n), turn.up(self.f))
+        return SpatialForce(turn.up(self.n), turn.up(self.f))
 
-    def moved(self, r: Triple) -> "Wrench":
+    def moved(self, r: Triple) -> "SpatialForce":
         """About the point from which this origin lies at r."""
-        return Wrench(summed(self.n, cross3(r, self.f)), self.f)
+        return SpatialForce(summed(self.n, cross3(r, self.f)), self.f)
 
-    def plus(self, other: "Wrench") -> "Wrench":
+    def plus(self, other: "SpatialForce") -> "SpatialForce":
         """Both together."""
-        return Wrench(summed(self.n, other.n), summed(self.f, other.f))
+        return SpatialForce(summed(self.n, other.n), summed(self.f, other.f))
 
-    def times(self, k: Expr) -> "Wrench":
+    def times(self, k: Expr) -> "SpatialForce":
         """k times the wrench."""
-        return Wrench(times(k, self.n), times(k, self.f))
+        return SpatialForce(times(k, self.n), times(k, self.f))
 
     def along(self, spin: Triple, slide: Triple) -> Expr:
         """spin·n + slide·f."""
@@ -117,12 +117,12 @@ class Wrench(NamedTuple):
         return self.along(dof.spin, dof.slide)
 
 
-NO_WRENCH = Wrench()
+NO_WRENCH = SpatialForce()
 
 
-def opposite(w: Wrench) -> Wrench:
+def opposite(w: SpatialForce) -> SpatialForce:
     """The wrench of the reaction."""
-    return Wrench(negative(w.n), negative(w.f))
+    return SpatialForce(negative(w.n), negative(w.f))
 
 
 class Rigid(NamedTuple):
@@ -154,11 +154,11 @@ class Rigid(NamedTuple):
                 rows[a][b] = rows[b][a] = add(x, whole) if a == b else x
         return Rigid(m, summed(h, times(m, r)), as_rows(rows))
 
-    def bias(self, w: Triple, square: Expr) -> Wrench:
+    def bias(self, w: Triple, square: Expr) -> SpatialForce:
         """ω × J ω and ω × (ω × h), with ω · ω; what J has of the unit dyadic adds nothing."""
         (a, b, c), (d, e, f), (g, h, common) = self.j
         j = (sub(a, common), b, c), (d, sub(e, common), f), (g, h, ZERO)
-        return Wrench(cross3(w, product(j, w)), centripetal(w, self.h, square))
+        return SpatialForce(cross3(w, product(j, w)), centripetal(w, self.h, square))
 
     def about(self, k: int) -> Expr:
         """The moment of inertia about a basis axis."""
@@ -168,7 +168,7 @@ class Rigid(NamedTuple):
         """J v."""
         return product(self.j, v)
 
-    def at(self, alpha: Triple, a: Triple) -> Wrench:
+    def at(self, alpha: Triple, a: Triple) -> SpatialForce:
         """The inertia wrench at the accelerations α and a, less the bias."""
         return _at(self, alpha, a)
 
@@ -235,7 +235,7 @@ class Moments(NamedTuple):
         """J v."""
         return NOTHING if v is NOTHING else triple(self.along(k, v) for k in range(3))
 
-    def at(self, alpha: Triple, a: Triple) -> Wrench:
+    def at(self, alpha: Triple, a: Triple) -> SpatialForce:
         """The inertia wrench at the accelerations α and a, less the bias."""
         return _at(self, alpha, a)
 
@@ -254,10 +254,10 @@ def moments(body: Rigid) -> Moments:
     return Moments(body.m, body.h, as_rows(rows), body.j)
 
 
-def _at(body: Rigid | Moments, alpha: Triple, a: Triple) -> Wrench:
+def _at(body: Rigid | Moments, alpha: Triple, a: Triple) -> SpatialForce:
     """J α + h × a, α × h + m a."""
     n = summed(body.turned_by(alpha), cross3(body.h, a))
-    return Wrench(n, summed(cross3(alpha, body.h), times(body.m, a)))
+    return SpatialForce(n, summed(cross3(alpha, body.h), times(body.m, a)))
 
 
 class Column(NamedTuple):
@@ -268,7 +268,7 @@ class Column(NamedTuple):
         n = J α + H a + Σ n_k λ_k + …,   f = Hᵀ α + M a + Σ f_k λ_k + …,   Q_k = n_k·α + f_k·a + Σ m_kl λ_l + e_k.
     """
 
-    w: Wrench = NO_WRENCH
+    w: SpatialForce = NO_WRENCH
     row: Row = MappingProxyType({})
     force: Expr = ZERO
 
@@ -304,7 +304,7 @@ class Elimination(NamedTuple):
     """
 
     of: Dof | Expr
-    t: Wrench
+    t: SpatialForce
     rest: Expr
     d: Expr
     beside: Row
@@ -342,7 +342,7 @@ class SpatialInertia(NamedTuple):
     j: Cosines
     h: Cosines
     m: Cosines
-    p: Wrench
+    p: SpatialForce
     columns: Columns = NO_COLUMNS
 
     def plus(self, other: "SpatialInertia") -> "SpatialInertia":
@@ -387,15 +387,15 @@ class SpatialInertia(NamedTuple):
         columns = {b: c._replace(force=add(c.force, c.w.along(alpha, a))) for b, c in self.columns.items()}
         n = summed(summed(self.p.n, product(self.j, alpha)), product(self.h, a))
         f = summed(summed(self.p.f, product(transposed(self.h), alpha)), product(self.m, a))
-        return self._replace(p=Wrench(n, f), columns=columns)
+        return self._replace(p=SpatialForce(n, f), columns=columns)
 
-    def of(self, dof: Dof) -> Wrench:
+    def of(self, dof: Dof) -> SpatialForce:
         """The wrench at the acceleration 1 of a joint speed: one of the entries is all that a product with a unit vector has."""
         if dof.unit is not None:
             k, turns = dof.unit
-            return Wrench(transposed(self.j if turns else self.h)[k], (self.h if turns else self.m)[k])
+            return SpatialForce(transposed(self.j if turns else self.h)[k], (self.h if turns else self.m)[k])
         n = summed(product(self.j, dof.spin), product(self.h, dof.slide))
-        return Wrench(n, summed(product(transposed(self.h), dof.spin), product(self.m, dof.slide)))
+        return SpatialForce(n, summed(product(transposed(self.h), dof.spin), product(self.m, dof.slide)))
 
     def without(self, dof: Dof) -> tuple["SpatialInertia", Elimination]:
         """What is felt before a joint speed, which is free.
@@ -424,12 +424,12 @@ class SpatialInertia(NamedTuple):
         return self._replace(columns=less)._eliminated(b, own.w, own.row.get(b, ZERO), own.force, beside)
 
     def _eliminated(
-        self, of: Dof | Expr, u: Wrench, d: Expr, force: Expr, g: Row
+        self, of: Dof | Expr, u: SpatialForce, d: Expr, force: Expr, g: Row
     ) -> tuple["SpatialInertia", Elimination]:
         """Without what has the wrench U, the pivot D, this force at no acceleration, and g of columns."""
         if d is ZERO:
             raise SingularError("Expected every joint speed to move some mass.")
-        t, rest = Wrench(over(u.n, d), over(u.f, d)), neg(div(force, d))
+        t, rest = SpatialForce(over(u.n, d), over(u.f, d)), neg(div(force, d))
         beside = {b: div(x, d) for b, x in g.items() if x is not ZERO}
         columns = dict(self.columns)
         for b in [b for b in beside if b in columns]:
@@ -458,7 +458,7 @@ class SpatialInertia(NamedTuple):
         columns[b] = columns.get(b, Column()).plus(Column(u, row, self.p.on(dof)))
         return self._replace(columns=columns)
 
-    def wrench(self, at: Accelerations, values: Row) -> Wrench:
+    def wrench(self, at: Accelerations, values: Row) -> SpatialForce:
         """That at given accelerations and λ of the columns."""
         w = self.at(at.alpha, at.a).p
         for b, c in self.columns.items():
@@ -474,7 +474,7 @@ def _without(rows: Cosines, k: int) -> Cosines:
 NO_INERTIA = SpatialInertia(NO_ROWS, NO_ROWS, NO_ROWS, NO_WRENCH)
 
 
-def of_rigid(body: Rigid, p: Wrench) -> SpatialInertia:
+def of_rigid(body: Rigid, p: SpatialForce) -> SpatialInertia:
     """The inertia of a rigid body, with the wrench that is there at no acceleration."""
     m = body.m
     return SpatialInertia(body.j, skew(body.h), ((m, ZERO, ZERO), (ZERO, m, ZERO), (ZERO, ZERO, m)), p)

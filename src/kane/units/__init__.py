@@ -4,10 +4,5 @@
 from kane.lazy_imports import offered
 
 __getattr__ = offered(
-    __name__,
-    {
-        "algebra": "conflict unit PLAIN PREFIXED",
-        "parser": "parse",
-        "rules": "RULES unit_text",
-    },
+    __name__, {"algebra": "conflict unit PLAIN PREFIXED", "parser": "parse", "rules": "RULES unit_text"}
 )

@@ -96,7 +96,7 @@ def configurations(
     angles = free_symbols(branch_scalars(conditions.branches))
     values = values_of((*read, *angles, *conditions.symbols, *system.coordinates), seed)
     turning = [q for q in system.coordinates if q in set(read) - set(conditions.symbols)]
-    search = _Search(system, conditions, turning, values, np.random.default_rng(seed))
+    search = _ConfigurationSearch(system, conditions, turning, values, np.random.default_rng(seed))
     if near:
         return search.around(near)
     if not conditions.f:
@@ -127,7 +127,7 @@ def place(system: System, near: Mapping[Any, Any] | Sequence[float] | None) -> d
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Search:
+class _ConfigurationSearch:
     """The configuration constraints of a system, and the values of the first start.
 
     `turning` are coordinates that change what is asked for but none of these constraints.

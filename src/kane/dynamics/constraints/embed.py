@@ -35,7 +35,7 @@ from kane.expr.build import NODE_BUILDERS, add, div, mul, where
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, constant, constant_value
 from kane.expr.regular import Guards, Sizes, guarding, guards, guards_by_parts, largest, size
-from kane.expr.square_system import Divisor, Square, square
+from kane.expr.square_system import Divisor, SquareSolver, square
 from kane.expr.symbols import Speed
 from kane.kinematics.velocities import Following
 from kane.kinematics.velocity_constraints import ConstraintRows
@@ -44,7 +44,7 @@ from kane.model.system import System
 from kane.numeric.scale import CLOSED_NEARLY
 
 
-class Solution(NamedTuple):
+class DependentSpeeds(NamedTuple):
     """A_n (d × i), A_na (d × a), b_n, c_D (d), what was divided by, and the sizes of these divisors and of their factors."""
 
     a_n: Matrix
@@ -54,7 +54,7 @@ class Solution(NamedTuple):
     divisors: tuple[Divisor, ...] = ()
     guards: Guards = MappingProxyType({})
 
-    def guarded(self, by: Guards) -> "Solution":
+    def guarded(self, by: Guards) -> "DependentSpeeds":
         """The same with NaN where a divisor vanishes."""
         guard = guarding({**by, **self.guards})
         return self._replace(
@@ -75,11 +75,11 @@ class Embedding:
     rows: ConstraintRows
     partition: Partition
     independent: tuple[int, ...]
-    solve: Callable[[], Solution]
+    solve: Callable[[], DependentSpeeds]
     beside: Guards = field(default_factory=dict)
 
     @cached_property
-    def solution(self) -> Solution:
+    def solution(self) -> DependentSpeeds:
         """What the dependent speeds and their rates follow by."""
         return self.solve()
 
@@ -119,7 +119,7 @@ class Embedding:
         return self.guards if "solution" in self.__dict__ else self.beside
 
     @cached_property
-    def transposed(self) -> Square:
+    def transposed(self) -> SquareSolver:
         """The solver with A_Dᵀ: of its own, for it has other expressions wherever a factor is a quotient."""
         return square(self.rows.a.take(self.partition.rows, self.partition.dependent).T.rows)
 
@@ -194,7 +194,7 @@ def embedding(rows: ConstraintRows, partition: Partition) -> Embedding:
     return Embedding(rows, partition, free, lambda: _solution(rows, partition, free))
 
 
-def _solution(rows: ConstraintRows, partition: Partition, free: Sequence[int]) -> Solution:
+def _solution(rows: ConstraintRows, partition: Partition, free: Sequence[int]) -> DependentSpeeds:
     memo: Sizes = {}
     whole = rows.a.take(partition.rows).rows
     solver = square(
@@ -215,7 +215,7 @@ def _solution(rows: ConstraintRows, partition: Partition, free: Sequence[int]) -
     before = (lambda: (x for m in (rows.a, *inputs) for x in m.entries), lambda: rows.drift)
     after = (lambda: (x for m in (a_n, a_na, b_n) for x in m.entries), c)
     sizes = guards_by_parts([(d.value, d.size) for d in solver.divisors], before, after)
-    return Solution(a_n, a_na, b_n.entries, c, solver.divisors, sizes)
+    return DependentSpeeds(a_n, a_na, b_n.entries, c, solver.divisors, sizes)
 
 
 def first_partition(system: System, rows: ConstraintRows, compared: Compared, mass: Callable[[], Matrix]) -> Partition:

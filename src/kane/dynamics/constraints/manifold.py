@@ -22,8 +22,8 @@ from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Speed, Symbol
 from kane.kinematics.matching import Sample
-from kane.kinematics.velocities import Contact, Kinematics
-from kane.model.constraints import Branch, Constraint
+from kane.kinematics.velocities import ContactPoint, Kinematics
+from kane.model.constraints import ClosureBranch, Constraint
 from kane.model.system import System
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.newton import Closed, ClosedMany, Indices, NaturalSizes, close, close_many, close_most, sizes
@@ -56,7 +56,7 @@ class Manifold:
         return jacobian(self.f, q) if self.f else Matrix([], (0, len(q)))
 
     @cached_property
-    def branches(self) -> tuple[Branch, ...]:
+    def branches(self) -> tuple[ClosureBranch, ...]:
         """The branches that closures mean, each once."""
         return branches(self.system)
 
@@ -214,17 +214,17 @@ class Reached:
         return int(np.argmin(np.where(np.isfinite(self.found.left), self.found.left, np.inf)))
 
 
-def branches(system: System) -> tuple[Branch, ...]:
+def branches(system: System) -> tuple[ClosureBranch, ...]:
     """The branches that the configuration constraints of a system mean, each once."""
     return tuple(dict.fromkeys(c.branch for c in system.holonomic if c.branch is not None))
 
 
-def branch_scalars(meant: tuple[Branch, ...]) -> list[Expr]:
+def branch_scalars(meant: tuple[ClosureBranch, ...]) -> list[Expr]:
     """What `turned` takes the numbers of."""
     return [x for b in meant for x in (b.cosine, *b.rows)]
 
 
-def turned(meant: tuple[Branch, ...], scalars: Array) -> Array:
+def turned(meant: tuple[ClosureBranch, ...], scalars: Array) -> Array:
     """By what angle (rad) each closure is turned away from the branch that is meant, 0 where it is on it.
 
     `scalars` (…, k) are numbers of `branch_scalars` at a closed configuration, the angles (…, b). Where a system lists only some of
@@ -240,7 +240,7 @@ def turned(meant: tuple[Branch, ...], scalars: Array) -> Array:
     return angles
 
 
-def turned_closures(meant: tuple[Branch, ...], angles: Array) -> str:
+def turned_closures(meant: tuple[ClosureBranch, ...], angles: Array) -> str:
     """Which closures are turned, and by how much, in words; "" where none is."""
     return ", ".join(
         f"{b.name!r} with its {b.what} turned by {np.degrees(x):.0f}°" for b, x in zip(meant, angles, strict=True) if x
@@ -293,9 +293,9 @@ def _rests(point: Point, kinematics: Kinematics) -> bool:
     return motion.rest.is_zero and all(isinstance(s, AuxiliarySpeed) for s in motion.partials)
 
 
-def contacts(held: Iterable[Touch], w: Mapping[int, Speed], kinematics: Kinematics) -> dict[Point, Contact]:
+def contacts(held: Iterable[Touch], w: Mapping[int, Speed], kinematics: Kinematics) -> dict[Point, ContactPoint]:
     """Points of bodies with the particles through which their velocities go; `w` are the rates of rows that vanish but are speeds."""
-    found: dict[Point, Contact] = {}
+    found: dict[Point, ContactPoint] = {}
     for t in held:
         body = None if t.point is None else _body(t.point)
         if t.point is None or t.point.parent is None or body is None:
@@ -305,7 +305,7 @@ def contacts(held: Iterable[Touch], w: Mapping[int, Speed], kinematics: Kinemati
             continue
         if start not in _needed(t.other, found) and _is_known(t, t.point, kinematics):
             directions = {w[r]: n for r, n in zip(t.rows, t.directions, strict=True) if r in w}
-            found[start] = Contact(t.point, body, t.other, directions)
+            found[start] = ContactPoint(t.point, body, t.other, directions)
     return found
 
 
@@ -317,7 +317,7 @@ def _body(point: Point) -> Basis | None:
     return frames[0] if len(frames) == 1 and is_constant_in_time(point.offset.scalars()) else None
 
 
-def _needed(point: Point | None, found: Mapping[Point, Contact]) -> set[Point]:
+def _needed(point: Point | None, found: Mapping[Point, ContactPoint]) -> set[Point]:
     """The points from whose velocities that of a point is taken."""
     needed: set[Point] = set()
     waiting = [point]

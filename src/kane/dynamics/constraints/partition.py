@@ -53,11 +53,7 @@ class Partition:
 
 
 def choose(
-    a: Array,
-    preferred: Sequence[int] = (),
-    *,
-    easy: Mask | None = None,
-    reach: Array | None = None,
+    a: Array, preferred: Sequence[int] = (), *, easy: Mask | None = None, reach: Array | None = None
 ) -> Partition:
     """Partition of A u + b = 0 by elimination at the numbers `a` (m × n).
 
@@ -72,11 +68,7 @@ def choose(
 
 
 def choose_each(
-    a: Array,
-    preferred: Sequence[int] = (),
-    *,
-    easy: Mask | None = None,
-    reach: Array | None = None,
+    a: Array, preferred: Sequence[int] = (), *, easy: Mask | None = None, reach: Array | None = None
 ) -> list[Partition]:
     """`choose` at each of several matrices (k × m × n), which are eliminated side by side."""
     count, m, n = a.shape

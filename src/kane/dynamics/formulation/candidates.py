@@ -46,7 +46,7 @@ from kane.expr.regular import factors
 from kane.expr.square_system import square
 from kane.expr.symbols import QuasiRate, rate
 from kane.expr.visit import substituted
-from kane.kinematics.velocities import Contact, Following
+from kane.kinematics.velocities import ContactPoint, Following
 from kane.kinematics.velocity_constraints import drift_of
 from kane.model.variables import constraint_rate
 from kane.space.point import Point
@@ -99,7 +99,7 @@ def in_declared_speeds(derived: Derived, e: Embedding, touching: Sequence[Touch]
 
 
 def _candidates(
-    choices: Sequence[Choice], d: Derived, e: Embedding, particles: Mapping[Point, Contact], coupled: bool
+    choices: Sequence[Choice], d: Derived, e: Embedding, particles: Mapping[Point, ContactPoint], coupled: bool
 ) -> Iterator[Candidate]:
     motions = cache(lambda: embedded_motions(d, e, particles))
     for choice in choices:

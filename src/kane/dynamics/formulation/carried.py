@@ -40,7 +40,7 @@ from kane.tree.triples import (
     times,
     triple,
 )
-from kane.tree.values import NO_MASS, Rigid, Wrench
+from kane.tree.values import NO_MASS, Rigid, SpatialForce
 
 
 def rigid_bodies(derived: Derived, segments: Segments, links: Sequence[Link]) -> list[Rigid]:
@@ -210,7 +210,9 @@ def _shared(step: JointStep, body: Rigid) -> tuple[Rigid, Rigid]:
     return kept, Rigid(body.m, (along[0], along[1], along[2]), as_rows(rows))
 
 
-def load_wrenches(derived: Derived, segments: Segments, forces: Sequence[tuple[Point, Vector]]) -> dict[int, Wrench]:
+def load_wrenches(
+    derived: Derived, segments: Segments, forces: Sequence[tuple[Point, Vector]]
+) -> dict[int, SpatialForce]:
     """The wrenches, along B, of these forces, and of the loads' torques, on each segment."""
     torques = [x for load in derived.declared_loads for x in load.torques]
     aligned = derived.kinematics.aligned

@@ -56,7 +56,7 @@ from kane.tree.articulated import Articulated, Passed, Pressed
 from kane.tree.composite import Composite
 from kane.tree.sweeps import velocities
 from kane.tree.triples import centripetal, summed
-from kane.tree.values import Wrench
+from kane.tree.values import SpatialForce
 
 
 def closings(derived: Derived, partition: Partition) -> Iterator[Solved]:
@@ -96,7 +96,7 @@ def _closed(derived: Derived, partition: Partition, carried: Carrying, route: st
 
 class _Held(NamedTuple):
     passed: Passed
-    transmitted: Mapping[int, Wrench]
+    transmitted: Mapping[int, SpatialForce]
     multipliers: Mapping[int, Expr]
     pivots: Sequence[Expr]
     sizes: Sequence[Expr]
@@ -237,7 +237,7 @@ class Holding:
     def _velocities(self) -> list[Triple]:
         return velocities(self.tree.segments, self.freed.moving)
 
-    def _pressed(self, forces: Mapping[int, Expr], loads: Mapping[int, Wrench]) -> Pressed:
+    def _pressed(self, forces: Mapping[int, Expr], loads: Mapping[int, SpatialForce]) -> Pressed:
         """What these wrenches, along B, press with."""
         return self.freed.press(forces, {self.tree.home[i]: self.tree.wrench(i, w) for i, w in loads.items()})
 

@@ -21,10 +21,10 @@ from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Basis, Triple, cross3
 from kane.space.vector import Vector
-from kane.tree.values import Wrench
+from kane.tree.values import SpatialForce
 
 Places = Mapping[Point, tuple[int, Vector]]
-Transmitted = Mapping[int, Wrench]
+Transmitted = Mapping[int, SpatialForce]
 """What the segment before exerts on a segment, about its origin and along A, by number."""
 
 

@@ -31,7 +31,7 @@ from kane.space.point import Point
 from kane.space.rotation import NOTHING, Triple, cross3
 from kane.space.vector import Vector, angular_velocity
 from kane.tree.triples import as_rows, centripetal, mirrored, skew, summed, times, triple
-from kane.tree.values import NO_INERTIA, Column, SpatialInertia, Wrench, joined
+from kane.tree.values import NO_INERTIA, Column, SpatialForce, SpatialInertia, joined
 
 Rows = Sequence[Mapping[int, Expr]]
 
@@ -114,10 +114,10 @@ def felt_of(body: Bending, w: Triple, square: Expr) -> SpatialInertia:
         for rate, v in stage.shared:
             before = columns.get(rate, Column())
             row = dict(_entries(body, k, v))
-            wrench = Wrench(cross3(p[k], v), times(body.weights[k], v))
+            wrench = SpatialForce(cross3(p[k], v), times(body.weights[k], v))
             columns[rate] = before.plus(Column(wrench, row, dot(v, pressing[k])))
     m = ((mass, ZERO, ZERO), (ZERO, mass, ZERO), (ZERO, ZERO, mass))
-    return SpatialInertia(mirrored(as_rows(rows)), skew(h), m, Wrench(n, f), columns)
+    return SpatialInertia(mirrored(as_rows(rows)), skew(h), m, SpatialForce(n, f), columns)
 
 
 def _entries(body: Bending, k: int, v: Triple) -> Iterator[tuple[Expr, Expr]]:

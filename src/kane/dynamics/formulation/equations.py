@@ -31,7 +31,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from kane.dynamics import forcing
-from kane.dynamics.body_motions import Moving, Turning, moving_parts
+from kane.dynamics.body_motions import Moving, PartRotation, moving_parts
 from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived, free_fall
@@ -47,7 +47,7 @@ from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, constant
 from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed
 from kane.kinematics.speeds import ScalarForm
-from kane.kinematics.velocities import Contact, Kinematics, Motion
+from kane.kinematics.velocities import ContactPoint, Kinematics, Motion
 from kane.model.bodies import Part
 from kane.space.point import Point
 from kane.space.rotation import Basis, Cosines, Triple
@@ -82,7 +82,7 @@ class Motions:
     bodies: tuple[Moving, ...]
 
 
-def embedded_motions(derived: Derived, e: Embedding, contacts: Mapping[Point, Contact]) -> Motions:
+def embedded_motions(derived: Derived, e: Embedding, contacts: Mapping[Point, ContactPoint]) -> Motions:
     """The motions of all bodies where the speeds that the constraints give are written by the others."""
     speeds = derived.speeds
     own = tuple(speeds[i] for i in e.independent)
@@ -166,7 +166,7 @@ def about_points_at_rest(bodies: Sequence[Moving], kinematics: Kinematics) -> tu
     return (tuple(inertial), tuple(forced)) if some else None
 
 
-def _about_point(m: Moving, kinematics: Kinematics) -> Turning | None:
+def _about_point(m: Moving, kinematics: Kinematics) -> PartRotation | None:
     """The rotation with the inertia about a point of the body at rest."""
     turning, arm = m.rotation, _arm(m.part, kinematics)
     if turning is None or arm is None or _rests(m.part.mass_center, kinematics):

@@ -13,7 +13,7 @@ from dataclasses import replace
 from kane.dynamics.body_motions import Moving, moving_parts
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derivation import Derived
-from kane.dynamics.forcing import Term, generalized_by_motion
+from kane.dynamics.forcing import LoadTerm, generalized_by_motion
 from kane.dynamics.formulation.block_solution import solved_reactions
 from kane.dynamics.formulation.equations import Motions, about_points_at_rest
 from kane.expr.build import neg
@@ -47,7 +47,7 @@ def reactions(
     `derived`, which has all speeds. `held` leaves out the speeds that vanish.
     """
 
-    def whole(bodies: Sequence[Moving]) -> list[Term]:
+    def whole(bodies: Sequence[Moving]) -> list[LoadTerm]:
         return [
             term._replace(motion=_motion(derived, term), vector=term.vector.map(held))
             for term in derived.left_by(moving.kinematics, bodies, u_dot)
@@ -55,8 +55,8 @@ def reactions(
         ]
 
     def solved(
-        terms: Sequence[Term],
-        about: Sequence[Term] | None = None,
+        terms: Sequence[LoadTerm],
+        about: Sequence[LoadTerm] | None = None,
         product: Callable[[Vector, Vector], Expr] = _dot_along,
     ) -> tuple[Expr, ...]:
         return tuple(map(held, solved_reactions(matrix, _remainders(derived, e, terms, about or terms, product))))
@@ -108,7 +108,7 @@ def _along(b: Moving, frame: Basis, known: Kinematics) -> Moving:
     return b._replace(center=Motion({}, Vector(), a))
 
 
-def _motion(derived: Derived, term: Term) -> Motion:
+def _motion(derived: Derived, term: LoadTerm) -> Motion:
     place, kinematics = term.place, derived.kinematics
     return kinematics.frame(place) if isinstance(place, Frame) else kinematics.point(place)
 
@@ -121,13 +121,13 @@ def _resting(inertial: Moving, forced: Moving) -> Moving:
 def _remainders(
     derived: Derived,
     e: Embedding | None,
-    whole: Sequence[Term],
-    about: Sequence[Term],
+    whole: Sequence[LoadTerm],
+    about: Sequence[LoadTerm],
     product: Callable[[Vector, Vector], Expr],
 ) -> tuple[Expr, ...]:
     """ρ_a + A_naᵀ ρ_D, one for each auxiliary speed; ρ_D of the terms `about` points at rest."""
 
-    def rho(s: Expr, terms: Sequence[Term] = about) -> Expr:
+    def rho(s: Expr, terms: Sequence[LoadTerm] = about) -> Expr:
         return neg(generalized_by_motion(terms, s, product))
 
     own = [rho(a, whole) for a in derived.auxiliary_speeds]

@@ -26,7 +26,7 @@ from functools import reduce
 from itertools import combinations
 from typing import NamedTuple
 
-from kane.dynamics.constraints.embed import Embedding, Solution, embedding
+from kane.dynamics.constraints.embed import DependentSpeeds, Embedding, embedding
 from kane.dynamics.constraints.manifold import Touch, contacts
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived, by_other_speeds
@@ -303,7 +303,7 @@ def _embedding_by_rates(derived: Derived, partition: Partition, twin: Derived, w
     own = [speeds[i] for i in free]
     b_n = tuple(f.rest for f in forms)
     drift = tuple(w.held(twin.kinematics.drift(add(dot(row, own), b))) for row, b in zip(a_n, b_n, strict=True))
-    solution = Solution(a_n, -(by_w @ released), b_n, lambda: drift)
+    solution = DependentSpeeds(a_n, -(by_w @ released), b_n, lambda: drift)
     return Embedding(derived.constraints, partition, free, lambda: solution)
 
 

@@ -8,13 +8,14 @@ Every method ends in M x = f + Aᵀ λ, A x + c = 0, solved for x, and for λ wh
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, NamedTuple
 
 from kane import show
 from kane.dynamics.forcing import blocks
 from kane.dynamics.formulation.recursive import is_regular
 from kane.dynamics.lazy import read
-from kane.dynamics.methods.in_rates import LinearConstraints
+from kane.dynamics.methods.in_rates import InRates, LinearConstraints
 from kane.errors import ModelError, SingularError
 from kane.expr.build import add, neg, sub
 from kane.expr.differentiation import affine_forms
@@ -82,7 +83,7 @@ _SINGULAR = (
 )
 
 
-class Solution(NamedTuple):
+class SolvedUnknowns(NamedTuple):
     """x and λ."""
 
     x: Exprs
@@ -91,17 +92,17 @@ class Solution(NamedTuple):
 
 def solved(
     mass: Matrix, right: Sequence[Expr], held: LinearConstraints | None, with_multipliers: bool = False
-) -> Solution:
+) -> SolvedUnknowns:
     """x with M x = right + Aᵀ λ, A x + c = 0."""
     if held is None:
-        return Solution(tuple(definite(mass.rows, right)), ())
+        return SolvedUnknowns(tuple(definite(mass.rows, right)), ())
     e = held.embedding
     inner = e.reduced(blocks([list(row) for row in mass.rows], right, (), (), {}))
     x = e.every(definite(inner.mass.rows, inner.forcing) if e.independent else ())
     if not with_multipliers:
-        return Solution(x, ())
+        return SolvedUnknowns(x, ())
     residual = [sub(dot(mass.rows[d], x), right[d]) for d in held.dependent]
-    return Solution(x, tuple(e.transposed.solve(residual)))
+    return SolvedUnknowns(x, tuple(e.transposed.solve(residual)))
 
 
 def definite(rows: Sequence[Sequence[Expr]], right: Sequence[Expr]) -> list[Expr]:
@@ -137,8 +138,38 @@ def told(held: LinearConstraints | None, how: str = "a basis of the admitted mot
 
 def solved_for(
     unknowns: Sequence[Expr], left: Sequence[Expr], held: LinearConstraints | None, with_multipliers: bool = False
-) -> Solution:
+) -> SolvedUnknowns:
     """The unknowns with `left` = Aᵀ λ, which is affine in them, and A x + c = 0."""
     forms = affine_forms(left, unknowns)
     mass = Matrix([[form.get(x, ZERO) for x in unknowns] for form, _ in forms])
     return solved(mass, [neg(rest) for _, rest in forms], held, with_multipliers)
+
+
+def in_accelerations(
+    s: InRates,
+    name: str,
+    source: str,
+    inertia: Callable[[], Exprs],
+    gone: tuple[str, ...] = (),
+    multipliers: tuple[Expr, ...] = (),
+) -> Formulation:
+    """The formulation `inertia` − Q = Aᵀ λ in the unknowns q̈ and, where they are named, the multipliers λ."""
+    left = cache(lambda: tuple(sub(e, q) for e, q in zip(inertia(), s.forces, strict=True)))
+    solution = cache(lambda: solved_for(s.accelerations, left(), s.held, bool(multipliers)))
+
+    def equations() -> Exprs:
+        if s.held is None or not multipliers:
+            return on_constraints(left(), s.held, s.accelerations)
+        with_forces = (sub(e, dot(column, multipliers)) for e, column in zip(left(), s.held.a.T, strict=True))
+        return (*with_forces, *constrained(s.held, s.accelerations))
+
+    return Formulation(
+        name,
+        source,
+        (*s.coordinates, *s.rates),
+        (*s.accelerations, *multipliers),
+        gone if multipliers else (*gone, *told(s.held)),
+        equations,
+        lambda: (*s.rates, *solution().x, *solution().multipliers),
+        lambda: s.speeds_rates(solution().x),
+    )

@@ -27,8 +27,8 @@ from kane.dynamics.lazy import read
 from kane.dynamics.methods.base import (
     Exprs,
     Formulation,
-    constrained,
     definite,
+    in_accelerations,
     on_constraints,
     solved,
     solved_for,
@@ -44,43 +44,23 @@ from kane.expr.node import ZERO, Expr, constant
 from kane.expr.symbols import Reaction, Speed, rate
 from kane.expr.visit import substituted
 
+_SOURCE = "Lagrange 1788; Whittaker 1937, ch. II and VIII"
+
 
 def second_kind(s: InRates) -> Formulation:
     """Without multipliers."""
-    return _formulation(s, "Lagrange, second kind", (), told(s.held))
+    return in_accelerations(s, "Lagrange, second kind", _SOURCE, lambda: inertia(s))
 
 
 def first_kind(s: InRates) -> Formulation:
     """With a multiplier for each constraint, which is solved for, too."""
-    return _formulation(s, "Lagrange, first kind", multipliers_of(s), ())
+    return in_accelerations(s, "Lagrange, first kind", _SOURCE, lambda: inertia(s), (), multipliers_of(s))
 
 
 def multipliers_of(s: InRates) -> tuple[Reaction, ...]:
     """λ of each constraint."""
     names = s.held.names if s.held is not None else ()
     return tuple(Reaction.declare(f"lambda{k}", None, "", f"multiplier of {name}") for k, name in enumerate(names, 1))
-
-
-def _formulation(s: InRates, name: str, multipliers: tuple[Reaction, ...], gone: tuple[str, ...]) -> Formulation:
-    left = cache(lambda: tuple(sub(e, q) for e, q in zip(inertia(s), s.forces, strict=True)))
-    solution = cache(lambda: solved_for(s.accelerations, left(), s.held, bool(multipliers)))
-
-    def equations() -> Exprs:
-        if s.held is None or not multipliers:
-            return on_constraints(left(), s.held, s.accelerations)
-        with_forces = (sub(e, dot(column, multipliers)) for e, column in zip(left(), s.held.a.T, strict=True))
-        return (*with_forces, *constrained(s.held, s.accelerations))
-
-    return Formulation(
-        name,
-        "Lagrange 1788; Whittaker 1937, ch. II and VIII",
-        (*s.coordinates, *s.rates),
-        (*s.accelerations, *multipliers),
-        gone,
-        equations,
-        lambda: (*s.rates, *solution().x, *solution().multipliers),
-        lambda: s.speeds_rates(solution().x),
-    )
 
 
 def inertia(s: InRates) -> Exprs:

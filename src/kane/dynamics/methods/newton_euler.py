@@ -13,12 +13,11 @@ Virtual work and virtual power in generalized coordinates.
 Σ (F − m a)·∂v/∂q̇_s + Σ (T − I·α − ω × I·ω)·∂ω/∂q̇_s = 0     power (Yoo 2004, eq. 6; Jourdain 1909)
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache
 
 from kane.dynamics.lazy import read
-from kane.dynamics.methods.base import Exprs, Formulation, on_constraints, solved_for, told
+from kane.dynamics.methods.base import Exprs, Formulation, in_accelerations, on_constraints, solved_for
 from kane.dynamics.methods.in_rates import InRates
 from kane.errors import ModelError
 from kane.expr.build import add, mul, neg, sub
@@ -118,31 +117,14 @@ class _Everywhere:
 
 def virtual_power(s: InRates) -> Formulation:
     """By partial velocities and partial angular velocities for q̇."""
-    return _formulation(s, "virtual power", "Jourdain 1909; Yoo 2004, eq. 6", (), lambda: s.power_by(s.inertia()))
+    return in_accelerations(s, "virtual power", "Jourdain 1909; Yoo 2004, eq. 6", lambda: s.power_by(s.inertia()))
 
 
 def virtual_work(s: InRates) -> Formulation:
     """By positions of particles."""
     count = sum(1 for part in s.parts for _ in _particles(part))
     gone = (f"rigid bodies, by {count} particles that move as they do",)
-    return _formulation(s, "virtual work", "d'Alembert 1743; Yoo 2004, eq. 5", gone, lambda: _works(s))
-
-
-def _formulation(
-    s: InRates, name: str, source: str, gone: tuple[str, ...], inertia: Callable[[], Exprs]
-) -> Formulation:
-    left = cache(lambda: tuple(sub(x, q) for x, q in zip(inertia(), s.forces, strict=True)))
-    solution = cache(lambda: solved_for(s.accelerations, left(), s.held).x)
-    return Formulation(
-        name,
-        source,
-        (*s.coordinates, *s.rates),
-        s.accelerations,
-        (*gone, *told(s.held)),
-        lambda: on_constraints(left(), s.held, s.accelerations),
-        lambda: (*s.rates, *solution()),
-        lambda: s.speeds_rates(solution()),
-    )
+    return in_accelerations(s, "virtual work", "d'Alembert 1743; Yoo 2004, eq. 5", lambda: _works(s), gone)
 
 
 def _particles(part: Part) -> Iterator[tuple[Expr, Vector]]:

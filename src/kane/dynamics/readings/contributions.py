@@ -19,7 +19,7 @@ from typing import TypeVar
 import numpy as np
 
 from kane.dynamics.derivation import Derived
-from kane.dynamics.forcing import Term, met_by
+from kane.dynamics.forcing import LoadTerm, met_by
 from kane.dynamics.solved import Solved
 from kane.errors import Attributes, SpeedsError, none_of
 from kane.expr.build import add, mul, sum_of
@@ -130,7 +130,7 @@ def _of_pair(derived: Derived, speed: Expr, reaction: Reaction) -> Contribution:
 
 
 def _contributing(
-    derived: Derived, table: Mapping[Source, Sequence[Term]], speed: Expr
+    derived: Derived, table: Mapping[Source, Sequence[LoadTerm]], speed: Expr
 ) -> tuple[tuple[Contribution, ...], tuple[Source, ...]]:
     """The terms that do not vanish; the sources whose terms all vanish, one by one or together."""
     kept: list[Contribution] = []
@@ -192,7 +192,7 @@ def _in_independent_speeds(solved: Solved) -> Derived:
     return replace(shown, kinematics=shown.kinematics.with_following(e.following(solved.derived.speeds), {}))
 
 
-def _reason(derived: Derived, terms: Sequence[Term], speeds: Sequence[Expr]) -> str:
+def _reason(derived: Derived, terms: Sequence[LoadTerm], speeds: Sequence[Expr]) -> str:
     """Why F_r is zero for every speed, "" where it is not."""
     shares = [[_share(term, u) for u in speeds] for term in terms]
     if not vanish([sum_of(column) for column in zip(*shares, strict=True)], derived):
@@ -206,7 +206,7 @@ def _reason(derived: Derived, terms: Sequence[Term], speeds: Sequence[Expr]) -> 
     return f"what is contributed at {places} adds up to zero: action and reaction, where nothing moves along them"
 
 
-def _share(term: Term, speed: Expr) -> Expr:
+def _share(term: LoadTerm, speed: Expr) -> Expr:
     partial = term.motion.partials.get(speed)
     return ZERO if partial is None else partial.dot(term.vector)
 

@@ -16,7 +16,7 @@ force depends on q_s or acts along it (sec. 7.4).
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from kane.dynamics.body_motions import Moving, Turning
+from kane.dynamics.body_motions import Moving, PartRotation
 from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.formulation.recursive import WAYS
 from kane.dynamics.inverse_dynamics import kinetic_energy_along_tree
@@ -82,7 +82,7 @@ def kinetic_energy_in_speeds(bodies: Sequence[Moving]) -> Expr:
     return twice / 2
 
 
-def _along_inertia(rotation: Turning, w: Vector) -> Vector:
+def _along_inertia(rotation: PartRotation, w: Vector) -> Vector:
     return w.gathered() if rotation.inertia.uniform else w.express(rotation.inertia.frame)
 
 

@@ -51,12 +51,12 @@ Exprs = tuple[Expr, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Asked:
+class AskedExpressions:
     """The expressions that something asked for is made of, its shape, None where the parts of a list differ, and these parts."""
 
     roots: Exprs
     shape: tuple[int, ...] | None
-    parts: tuple["Asked", ...] | None = None
+    parts: tuple["AskedExpressions", ...] | None = None
 
     def filled(self, numbers: Sequence[Any]) -> Any:
         """Numbers of the roots as what was asked for: a vector as its last axis, a matrix as its last two, a list as a list."""
@@ -68,7 +68,7 @@ class Asked:
         return np.stack(numbers, axis=-1) if len(self.shape) == 1 else stacked(numbers, (self.shape[0], self.shape[1]))
 
 
-def asked(derived: Derived, what: Any) -> Asked:
+def asked(derived: Derived, what: Any) -> AskedExpressions:
     """What the user asks for; measure numbers of vectors and dyadics are along the inertial frame.
 
     Raises
@@ -80,15 +80,15 @@ def asked(derived: Derived, what: Any) -> Asked:
     """
     frame = derived.system.inertial
     if isinstance(what, str):
-        return Asked((_named(derived, what),), ())
+        return AskedExpressions((_named(derived, what),), ())
     if isinstance(what, Vector):
-        return Asked(tuple(what.components(frame)), (3,))
+        return AskedExpressions(tuple(what.components(frame)), (3,))
     if isinstance(what, Dyadic):
         what = what.components(frame)
     if isinstance(what, Matrix):
-        return Asked(tuple(what.entries), what.shape)
+        return AskedExpressions(tuple(what.entries), what.shape)
     if isinstance(what, Expr | Number | np.generic) or (isinstance(what, np.ndarray) and what.ndim == 0):
-        return Asked((as_expr(what),), ())
+        return AskedExpressions((as_expr(what),), ())
     if not isinstance(what, Iterable) or isinstance(what, Set | Mapping | bytes):
         raise ExpressionError(
             f"Expected an expression, vector, name, dyadic or matrix, or a list of these, got {type(what).__name__}: "
@@ -98,7 +98,7 @@ def asked(derived: Derived, what: Any) -> Asked:
     shapes = {part.shape for part in parts}
     (inner,) = shapes if len(shapes) == 1 else (None,)
     shape = (len(parts), *inner) if inner is not None else None if parts else (0,)
-    return Asked(tuple(root for part in parts for root in part.roots), shape, parts)
+    return AskedExpressions(tuple(root for part in parts for root in part.roots), shape, parts)
 
 
 def _named(derived: Derived, name: str) -> Symbol:

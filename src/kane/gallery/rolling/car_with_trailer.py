@@ -9,11 +9,7 @@ SOURCES = (
     "700-716.",
     "Rocard, Y. (1954), L'instabilite en mecanique, Masson.",
 )
-START = {
-    "q": {"x": 0.0, "y": 0.0, "theta": 0.0, "beta": 0.0},
-    "u": {"u_v": 5.0},
-    "inputs": {"delta": 0.2, "F": 0.0},
-}
+START = {"q": {"x": 0.0, "y": 0.0, "theta": 0.0, "beta": 0.0}, "u": {"u_v": 5.0}, "inputs": {"delta": 0.2, "F": 0.0}}
 
 
 def system() -> kn.System:

@@ -13,10 +13,7 @@ SOURCES = (
     "Yoo, H. H. (2004), tutorial on Kane's method, spring conference on noise and vibration, Gyeongju.",
     "Neimark, J. I., Fufaev, N. A. (1972), Dynamics of Nonholonomic Systems, AMS.",
 )
-START = {
-    "q": {"q1": 0.0, "q2": 0.1, "q3": 0.0, "q4": 0.0, "q5": 0.0},
-    "u": {"u1": 0.0, "u2": 0.5, "u3": 6.0},
-}
+START = {"q": {"q1": 0.0, "q2": 0.1, "q3": 0.0, "q4": 0.0, "q5": 0.0}, "u": {"u1": 0.0, "u2": 0.5, "u3": 6.0}}
 
 
 def system() -> kn.System:

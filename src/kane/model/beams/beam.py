@@ -285,11 +285,7 @@ def _integrals(shapes: ModeShapes, mass: Share, stiff: Share) -> tuple[Array, Ar
     rule = fine([shapes])
     values, slopes = (shapes.evaluate(rule.places, k) for k in (0, 1))
     _, beyond = moments_beyond(mass, rule.places)
-    found = (
-        rule.gram(values, values, mass(rule.places)),
-        strain(shapes, stiff, 2),
-        rule.gram(slopes, slopes, beyond),
-    )
+    found = (rule.gram(values, values, mass(rule.places)), strain(shapes, stiff, 2), rule.gram(slopes, slopes, beyond))
     for a in found:
         a.flags.writeable = False
     return found

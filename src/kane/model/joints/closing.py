@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from kane.errors import ModelError
 from kane.expr.build import cos, sin
 from kane.expr.node import ONE, ZERO, Expr, as_expr
-from kane.model.constraints import Branch, Constraint, Constraints, coincident, perpendicular
+from kane.model.constraints import ClosureBranch, Constraint, Constraints, coincident, perpendicular
 from kane.model.joints.joint import across, check_place, fixed, mirrored, perpendicular_axes
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -51,7 +51,7 @@ def _in_plane(c: Closing) -> Constraints:
 
 def _meant(c: Closing, what: str, cosine: Expr, rows: Constraints) -> Constraints:
     """The rows with the orientation that is meant: these products of axes vanish at others too."""
-    branch = Branch(c.name, what, cosine, tuple(x.expr for x in rows))
+    branch = ClosureBranch(c.name, what, cosine, tuple(x.expr for x in rows))
     return tuple(replace(x, branch=branch) for x in rows)
 
 

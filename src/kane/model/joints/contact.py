@@ -154,14 +154,7 @@ def disk_on_plane(
 
 
 def sphere_on_plane(
-    name: str,
-    wheel: Frame,
-    center: Point,
-    plane: Point,
-    *,
-    radius: Any,
-    normal: Vector,
-    along: Vector | None = None,
+    name: str, wheel: Frame, center: Point, plane: Point, *, radius: Any, normal: Vector, along: Vector | None = None
 ) -> Contact:
     """A sphere on a plane: contact at centre − r n. Arguments as for `kn.disk_on_plane`."""
     return _contact(name, wheel, center, plane, normal, None, radius, along, None)

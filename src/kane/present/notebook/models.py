@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A System in a notebook: what was declared, as tables.
-
-Equations in a notebook: sizes, M and f, the kinematical equations, and where each step is to be read.
-"""
+"""A System in a notebook: what was declared, as tables; and its Equations: sizes, M and f, and where each step is to be read."""
 
 from collections.abc import Callable, Sequence
 from functools import partial

@@ -1,12 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Records that a notebook shows as one table, or as a few formulas: force systems, formulations, motions, axes, sets of speeds.
-
-A Linear in a notebook: its modes, A and B.
-
-A Program in a notebook: signatures, what the arguments and results are, operations.
-
-A Solution in a notebook: how it ended, whether energy was kept, the first and last state.
-"""
+"""What a notebook shows of records as one table, or as a few formulas: of a Linear, a Program, a Solution, and smaller ones."""
 
 from collections.abc import Sequence
 

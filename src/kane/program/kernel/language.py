@@ -299,10 +299,7 @@ _TYPES: dict[type[Any], Callable[[Any], tuple[Sequence[_Typed], Sequence[_Typed]
     Write: lambda s: ([(INT, s.offset), (_doubles(s.value), s.value)], []),
     Get: lambda s: ([], [(s.cell.type, s.value)]),
     Put: lambda s: ([(s.cell.type, s.value)], []),
-    CallRoutine: lambda s: (
-        [(INT, a.offset) if isinstance(a, Address) else (None, a) for a in s.arguments],
-        [],
-    ),
+    CallRoutine: lambda s: ([(INT, a.offset) if isinstance(a, Address) else (None, a) for a in s.arguments], []),
     If: lambda s: ([(BOOL, s.condition)], []),
     Count: lambda s: ([(INT, s.start), (INT, s.stop)], [(INT, s.counter)]),
     While: lambda s: ([], []),

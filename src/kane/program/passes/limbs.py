@@ -128,7 +128,7 @@ def _packs(code: Code, routine: Routine) -> tuple[Pack, ...]:
 
 
 def _from_results(alike: Alike, body: Sequence[int], results: Sequence[int], limbs: int) -> tuple[Pack, ...]:
-    search = _Search(alike, set(body), limbs)
+    search = _PackSearch(alike, set(body), limbs)
     search.from_values(results)
     search.from_values(reversed(body))
     for terms in _sums(alike, body):
@@ -161,7 +161,7 @@ def _laid(packs: Sequence[Pack]) -> int:
 
 
 @dataclass
-class _Search:
+class _PackSearch:
     """The packs so far, and the `lane` of each value in them; `twins` say of each limb which value stands for which of the first one.
 
     Arguments of a sum or product that are alike may stand in any order: what is known of them decides, and waits until it is known.
