@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures of modes: functions of a beam and its deformed axis, `mode_figure` and `beam_figure`; eigenvalues along a branch of steady
-motions, `root_locus`, and frequencies against the spin, `campbell_diagram`.
-"""
+"""Figures of modes: functions of a beam and its deformed axis along a motion, eigenvalues along a branch of steady motions."""
 
 from collections.abc import Sequence
 from itertools import pairwise

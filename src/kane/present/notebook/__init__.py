@@ -19,7 +19,7 @@ from kane.model.force_systems import ForceSystem, Wrench
 from kane.model.mass import Principal
 from kane.model.system import System
 from kane.motion.solution.solution import Solution
-from kane.present.notebook.models import equations_html, system_html
+from kane.present.notebook.declared import equations_html, system_html
 from kane.present.notebook.records import (
     comparison_html,
     force_system_html,
