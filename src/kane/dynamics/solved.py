@@ -40,7 +40,7 @@ class Pivot(NamedTuple):
     size: Expr
 
 
-class ConstraintRows(NamedTuple):
+class AffineConstraints(NamedTuple):
     """Constraints A u + b = 0, one a row."""
 
     constraints: tuple[Constraint, ...]
@@ -169,17 +169,19 @@ class Solved(Immutable):
         return tuple(values[u] for u in self.derived.speeds)
 
     @read
-    def held(self) -> ConstraintRows:
+    def held(self) -> AffineConstraints:
         """A u + b = 0; where W has false poles u_D − A_n u_I − b_n = 0, which has none."""
         e, rows = self.embedding, self.derived.constraints
         if e is None or self.twin is None:
-            return ConstraintRows(rows.constraints, rows.a, rows.b)
+            return AffineConstraints(rows.constraints, rows.a, rows.b)
         own = dict(zip(e.independent, range(len(e.independent)), strict=True))
         a = [
             [ONE if j == d else neg(e.a_n[k, own[j]]) if j in own else ZERO for j in range(rows.a.shape[1])]
             for k, d in enumerate(e.partition.dependent)
         ]
-        return ConstraintRows(tuple(rows.constraints[r] for r in e.partition.rows), Matrix(a), tuple(map(neg, e.b_n)))
+        return AffineConstraints(
+            tuple(rows.constraints[r] for r in e.partition.rows), Matrix(a), tuple(map(neg, e.b_n))
+        )
 
     @read
     def redundant(self) -> tuple[Constraint, ...]:
