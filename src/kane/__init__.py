@@ -73,6 +73,7 @@ if TYPE_CHECKING:
     from kane.motion.inputs.feedback import sampled
     from kane.motion.inputs.functions import Signal, signal
     from kane.motion.load import load_solution
+    from kane.motion.prepared import Prepared, prepare
     from kane.motion.simulate import simulate
     from kane.motion.solution.accuracy import Accuracy
     from kane.motion.solution.solution import Solution
@@ -161,6 +162,7 @@ _NAMES = {
     "motion.inputs.functions": "Signal signal",
     "motion.inputs.feedback": "sampled",
     "motion.load": "load_solution",
+    "motion.prepared": "Prepared prepare",
     "motion.simulate": "simulate",
     "motion.solution.solution": "Solution",
     "present.mode_figures": "beam_figure mode_figure campbell_diagram root_locus",
@@ -201,7 +203,7 @@ __all__ = [
     "configuration_constraint", "motion_constraint",
     "reaction", "auxiliary_speed", "Event", "System",
     "derive", "Equations", "compile", "Compiled", "Jacobian", "Handle", "Settings", "State", "assemble", "guess",
-    "signal", "Signal", "sampled", "simulate", "Solution", "load_solution", "Accuracy",
+    "signal", "Signal", "sampled", "simulate", "prepare", "Prepared", "Solution", "load_solution", "Accuracy",
     "linearize", "trim", "equilibrium", "inverse", "analysis", "plot", "report", "figures",
     "Expr", "Matrix", "diff", "gradient", "jacobian", "time_derivative", "substitute", "evaluate", "free_symbols",
     "unit_of", "to_text", "to_latex", "to_sympy", "from_sympy", "expr",

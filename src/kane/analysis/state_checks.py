@@ -10,6 +10,7 @@ Which small changes of a state the constraints allow, by the implicit function t
 δe = ½ E(e) θ and θ̇ = δω − ω × θ. Arrays hold numbers or expressions alike.
 """
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -103,6 +104,10 @@ def start_state(eom: Equations, q: Any, u: Any, states: Any = None) -> Array:
 
 
 def _numbers(what: str, symbols: Sequence[Symbol], given: Any) -> list[float]:
+    if type(given) is np.ndarray and given.shape == (len(symbols),) and given.dtype == float:
+        found: list[float] = given.tolist()
+        if all(map(math.isfinite, found)):
+            return found
     values = named_values(what, symbols, given)
     missing = [s.name for s in symbols if s not in values]
     if missing:

@@ -56,6 +56,7 @@ from kane.space.point import Point
 from kane.space.vector import Vector
 
 V = TypeVar("V")
+_SETTINGS = Settings()
 Exprs = tuple[Expr, ...]
 Values = Mapping[Any, Any] | Sequence[Any] | npt.NDArray[Any]
 
@@ -365,10 +366,11 @@ class Equations(Energies, Immutable):
 
     def numeric(self, settings: Settings | None = None) -> Numeric[Equations]:
         """What motions and analyses compile of these equations with `settings`, kept with them."""
-        key = Settings() if settings is None else settings
+        key = _SETTINGS if settings is None else settings
         if not isinstance(key, Settings):
             raise ArgumentError(f"Expected kn.Settings(…) as settings, got {cut(repr(key))}.")
-        return self._numeric.setdefault(key, Numeric(replace(self), key))
+        found = self._numeric.get(key)
+        return self._numeric.setdefault(key, Numeric(replace(self), key)) if found is None else found
 
     _repr_html_ = show.html
 

@@ -17,7 +17,7 @@ from kane.expr.node import ZERO, Expr
 from kane.model.declarations import Event
 from kane.model.system import System
 from kane.motion.inputs.functions import Recorded, a_constant, constant
-from kane.motion.simulate import repeatable
+from kane.motion.simulate import repeating
 from kane.motion.solution.files import Contents, Declared, check, declared, difference, names, read
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.solution import Segment, Solution
@@ -71,13 +71,13 @@ def _repeated(solution: Solution) -> Solution:
         return solution
     given = dict.fromkeys(("first_step", "breakpoints", "settings", "max_step"))
     inputs = {s: constant(f) for s, f in first.inputs.items()}
-    again = repeatable(solution, None, given | {"parameters": first.parameters, "inputs": inputs})._again
-    return solution if again is None else replace(solution, _again=partial(_as_kept, solution, again))
+    again = repeating(None, given | {"parameters": first.parameters, "inputs": inputs})
+    return replace(solution, _again=partial(_as_kept, again))
 
 
-def _as_kept(solution: Solution, again: Callable[..., Any], **more: Any) -> Any:
+def _as_kept(again: Callable[..., Any], solution: Solution, **more: Any) -> Any:
     """The motion once more; the one in the file may have had options that are not kept there."""
-    found = again(**more)
+    found = again(solution, **more)
     if "samples" not in more:
         return found
     off = np.abs(found.states[-1] - solution.states[-1])

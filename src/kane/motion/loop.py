@@ -27,7 +27,7 @@ from kane.motion.inputs.functions import Asked, Function, Signal, warn_of_jumps
 from kane.motion.interrupts import MESSAGE, Interrupted, is_noted
 from kane.motion.methods import AUTO, check_method, chosen
 from kane.motion.native import NativeCourse
-from kane.motion.right_hand_side import timed
+from kane.motion.right_hand_side import Given, timed
 from kane.motion.solution.phases import Phase, joined
 from kane.motion.solution.resumed import Begin
 from kane.motion.solution.solution import Solution
@@ -43,6 +43,7 @@ from kane.motion.start import (
     check_tolerance,
     massless,
 )
+from kane.motion.steppers.context import ReturnCode
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.stepping import ScipyCourse
 from kane.motion.steps import Stepper
@@ -69,11 +70,11 @@ def run(
     times: Array,
 ) -> Solution:
     """A motion from values of its parameters and its inputs, `given`, on."""
-    solver, phase, t = _solver(options, bounds), Phase(*given), span[0]
+    method, phase, t = solver(options, bounds), Phase(*given), span[0]
     pieces: list[Solution] = []
     short, begun = 0, time.monotonic()
     while True:
-        rest = solver.after(sum(p.steps for p in pieces))
+        rest = method.after(sum(p.steps for p in pieces))
         try:
             piece, end, now = _phase(
                 eom, (t, span[1]), begin, phase, rest, (times, options["settings"], begun), not pieces
@@ -197,7 +198,29 @@ def _phase(
     return _solution(course, end, phase), end, course.rows[-1][1]
 
 
-def _solver(options: Mapping[str, Any], bounds: Mapping[str, Any]) -> Method:
+def continued(
+    stepper: Stepper,
+    method: Method,
+    run: tuple[tuple[float, float], Array, Array],
+    phase: Phase,
+    came: tuple[Given, ReturnCode],
+    begun: float,
+) -> Solution:
+    """The rest of a motion of one phase whose kernel `came` back before its end; `run` is its span, its start, times of samples."""
+    course = NativeCourse(stepper, method, *run)
+    course.pace.begun = begun
+    end = course.take_over(*came) or _to_its_end(course)
+    return _solution(course, end, phase)
+
+
+def solver(options: Mapping[str, Any], bounds: Mapping[str, Any]) -> Method:
+    """The method of the options, and its bounds, checked.
+
+    Raises
+    ------
+    SimulationError
+        if one of them is not admissible
+    """
     most = bounds["max_steps"]
     return Method(
         check_method(options["method"]),

@@ -11,13 +11,12 @@ from kane.expr.node import ZERO
 from kane.model.declarations import Event
 from kane.motion.constraint_kernels import Holding, regular, unheld
 from kane.motion.course import Course, Method
-from kane.motion.cvode import initial_step
 from kane.motion.hybrid.events import End, Fresh, Inspection, StepSeen, Verdict
 from kane.motion.hybrid.modes import HELD, RECENT, Modes, chattering, standing
 from kane.motion.inputs.breakpoints import next_end, on_from, told_apart
 from kane.motion.inputs.feedback import controllers
 from kane.motion.methods import cornered, implicit
-from kane.motion.right_hand_side import Routines, exact
+from kane.motion.right_hand_side import Given, Routines, exact
 from kane.motion.start import nearly_singular
 from kane.motion.steppers.arguments import Arguments
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
@@ -65,8 +64,10 @@ def _not_finite(stepper: Stepper, s: Array, y: Array) -> str:
 _PACE = (Slot.STEPS, Slot.SMOOTH, Slot.LIMITED)
 _MANY, _SMOOTH, _LIMITED = 100, 0.5, 0.2
 """After so many steps it is asked whether these shares of them hardly bend, and are short all the same."""
-_SOON, _LATE = 25, 1000
-"""Steps of an implicit method after which it is asked whether it is needed, as long as it may not be, and where it is."""
+_SOON = 25
+"""Steps of an implicit method after which it is asked whether it is needed, as long as it may not be."""
+LOOKS = 1000
+"""After as many steps a motion comes back to Python, if not before."""
 _CALM = 1.0
 """h ρ(J) below which it is not."""
 _TWICE, _DOUBTED = 2, 4
@@ -84,7 +85,7 @@ class Stiffness:
     @property
     def limit(self) -> int:
         """After how many steps to ask."""
-        return self._wait if self.left else _LATE
+        return self._wait if self.left else LOOKS
 
     def sets_in(self, s: Array) -> bool:
         """Whether steps since it was last asked were short for stability alone."""
@@ -103,7 +104,7 @@ class Stiffness:
         fastest = np.abs(np.linalg.eigvals(exact(now)(t, y))).max(initial=0.0)
         calm = length * fastest < _CALM
         self._calm = self._calm + 1 if calm else 0
-        self._wait = _SOON if calm else min(2 * self._wait, _LATE)
+        self._wait = _SOON if calm else min(2 * self._wait, LOOKS)
         return self._calm >= self._needed
 
     def comes_back(self, s: Array) -> str:
@@ -111,6 +112,22 @@ class Stiffness:
         method, self.left, self._needed = self.left, "", _DOUBTED * self._needed
         self._seen = s[[*_PACE]]
         return method
+
+
+def first_slots(method: Method, span: tuple[float, float], t: float, end: float) -> dict[Slot, float]:
+    """What a kernel is told that sets out from t towards `end`, in a motion over `span`."""
+    first = method.first if t == span[0] else None
+    step = method.max_step if INTEGRATORS[method.name].fixed else min(first or 0.0, end - t)
+    told = {
+        Slot.TIME: t,
+        Slot.TIME_LAG: 0.0,
+        Slot.END: end,
+        Slot.STEP: step,
+        Slot.LONGEST: method.max_step,
+        Slot.FRESH: 1.0,
+    }
+    # beside t = 0 the shortest step is as short as rounding of the span's square allows
+    return told | {Slot.RTOL: method.rtol, Slot.ATOL: method.atol, Slot.SHORTEST: EPS**2 * (span[1] - span[0])}
 
 
 SCIPY = "SciPy's "
@@ -173,11 +190,7 @@ class NativeCourse(Course):
         """From t on, up to just before the next breakpoint, as rates may jump there."""
         end = next_end(self.method.breakpoints, t, self.span[1])
         self._control(t)
-        told = {Slot.TIME: t, Slot.TIME_LAG: 0.0, Slot.END: end, Slot.LONGEST: self.method.max_step, Slot.FRESH: 1.0}
-        told |= {Slot.RTOL: self.method.rtol, Slot.ATOL: self.method.atol, Slot.STEP: self._first_step(t, end)}
-        # beside t = 0 the shortest step is as short as rounding of the span's square allows
-        told |= {Slot.SHORTEST: EPS**2 * (self.span[1] - self.span[0])}
-        for place, value in told.items():
+        for place, value in first_slots(self.method, self.span, t, end).items():
             self.s[place] = value
 
     def _control(self, t: float) -> None:
@@ -187,16 +200,6 @@ class NativeCourse(Course):
             one.due(t, self.y[: self.now.width])
         if held:
             self.arguments.hold(t)
-
-    def _first_step(self, t: float, end: float) -> float:
-        integrator, method = INTEGRATORS[self.method.name], self.method
-        if integrator.fixed:
-            return method.max_step
-        if method.first is not None and t == self.span[0]:
-            return min(method.first, end - t)
-        self.s[Slot.RATES] += 2
-        rate = self.stepper.rate if self.modes is None else self.now.rate
-        return initial_step(rate, integrator.order, (method.rtol, method.atol), t, self.y, end)
 
     @property
     def name(self) -> str:
@@ -229,6 +232,17 @@ class NativeCourse(Course):
         limit = min(1 if self.looked else self.stiffness.limit, self.method.max_steps - self.steps)
         before, done = float(self.s[Slot.TIME]), self.s[Slot.STEPS]
         back = ReturnCode(self.kernel(limit=min(limit, RECENT) if self.switching else limit))
+        return self._after(back, before, done)
+
+    def take_over(self, given: Given, back: ReturnCode) -> End | None:
+        """The motion goes on from where a kernel of the same equations, which was called with `given`, came back first."""
+        for name, array in given.items():
+            if isinstance(array, np.ndarray):
+                self.given[name][:] = array
+        return self._after(back, self.span[0], 0.0)
+
+    def _after(self, back: ReturnCode, before: float, done: float) -> End | None:
+        """What follows where the kernel has come `back`, which was called at the time `before` after so many steps."""
         self.arguments.check()
         self._collect()
         over = back is ReturnCode.END and self.s[Slot.END] >= self.span[1]

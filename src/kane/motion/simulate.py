@@ -2,31 +2,32 @@
 """`simulate`: integrate the compiled equations of motion, in machine code or by SciPy's solvers and SUNDIALS'; and its warnings."""
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
+from kane.analysis.state_checks import start_state
 from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import State, state_of
 from kane.errors import KaneWarning, SimulationError, warn
 from kane.expr.evaluation import evaluate
 from kane.model.beams.beam import Beam, doubts
-from kane.motion.hybrid.events import check_witnesses
 from kane.motion.inputs.expressions import own_parameters
 from kane.motion.inputs.functions import input_functions
-from kane.motion.inputs.smooth import check_prescribed
 from kane.motion.interrupts import check_whole, noted
-from kane.motion.loop import STEPS_ASKED, breakpoints_of, run
-from kane.motion.methods import AUTO
+from kane.motion.loop import STEPS_ASKED, breakpoints_of, run, solver
+from kane.motion.methods import AUTO, chosen
+from kane.motion.runner import Plan, Runner, Runners, check_values, is_plain
 from kane.motion.solution.accuracy import variational_errors
 from kane.motion.solution.checks import check_drifts, checking_functions
 from kane.motion.solution.resumed import begin_of, check_fits, inherited_inputs, inherited_parameters, last_phase, told
 from kane.motion.solution.solution import Solution
-from kane.motion.start import check_masses, check_span, sample_times
+from kane.motion.start import check_span, sample_times
+from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
 from kane.numeric.scale import SAME_TIME
 from kane.program.native.machine import Settings
@@ -101,6 +102,13 @@ def simulate(
     """
     check_equations(eom)
     checking_functions(eom.derived, check)
+    plan = Plan(span, method, rtol, atol, samples, max_steps, max_step, first_step, breakpoints, max_seconds)
+    if start is None and rates is None and t is None:
+        found = repeated(
+            _kept(eom, plan, inputs, settings), eom, plan, (q, u, states, parameters), inputs, settings, check
+        )
+        if found is not None:
+            return found
     if isinstance(start, State):
         at = state_of(start, q=q, u=u, states=states, parameters=parameters, inputs=inputs, t=t)
         q, u, parameters, inputs, t, states = at.in_order
@@ -114,22 +122,87 @@ def simulate(
     bounds = {"max_steps": max_steps, "max_seconds": max_seconds, "first_step": first_step}
     values = inherited_parameters(eom, start, parameters)
     constants = parameter_values(eom.system, values)
-    check_masses(eom, constants)
-    check_witnesses(eom, constants)
+    check_values(eom, constants, span)
     known = own_parameters(values) | constants
     law = inherited_inputs(eom, None if start is None else last_phase(start), inputs, known)
     drives = input_functions(eom, law, span, known)
     if start is not None:
         check_fits(eom, start, drives, constants)
         begin = replace(begin, whole=begin.whole and eom.derived is start.equations.derived)
-    check_prescribed(eom, constants, span)
     with working("Simulating"), noted():
         solution = run(eom, span, begin, (constants, drives), options, bounds, sample_times(samples, span))
-    given = {"parameters": values, "inputs": law, "first_step": first_step} | {
-        name: options[name] for name in ("breakpoints", "settings", "max_step")
-    }
-    _check_kept(solution := repeatable(solution, start, given), check)
-    return replace(solution, _options=options)
+    again = repeating(start, _given(values, law, first_step, options))
+    _check_kept(solution := replace(solution, _again=again, _options=options), check)
+    return solution
+
+
+def _kept(eom: Equations, plan: Plan, inputs: Any, settings: Settings | None) -> Runners | None:
+    """What is kept on the equations of the motions of a plan with these inputs, where they are numbers; from the second motion on."""
+    if not are_numbers(inputs):
+        return None
+    try:
+        if type(plan.samples) is not int:
+            plan = plan._replace(samples=np.asarray(plan.samples, dtype=float).tobytes())
+        return eom.numeric(settings).value(_runners, plan, tuple((inputs or {}).items()))
+    except (TypeError, ValueError):  # what cannot be kept is said to be wrong, or served, as ever
+        return None
+
+
+def _runners(eom: Equations, *key: Any) -> Runners:
+    return Runners(first=1)
+
+
+def are_numbers(inputs: Any) -> bool:
+    """Whether inputs are numbers, one each."""
+    return not inputs or (isinstance(inputs, dict) and all(isinstance(v, int | float) for v in inputs.values()))
+
+
+def repeated(
+    runners: Runners | None,
+    eom: Equations,
+    plan: Plan,
+    at: tuple[Any, Any, Any, Any],
+    inputs: Any,
+    settings: Settings | None,
+    check: Sequence[Any],
+) -> Solution | None:
+    """A motion from q, u, further states with parameters, `at`, by what is kept of its plan; None where that cannot judge it."""
+    if runners is None or at[0] is None or at[1] is None or not runners.ready():
+        return None
+    runner = runners.take(lambda: runner_of(eom, plan, inputs, settings))
+    if runner is None:
+        return None
+    try:
+        q, u, states, parameters = at
+        if parameters is None:
+            runner.usual = runner.usual or parameter_values(eom.system, None)
+        constants = dict(runner.usual) if parameters is None else parameter_values(eom.system, parameters)
+        runner.take(eom, constants)
+        again = repeating(None, _given(parameters, inputs, plan.first_step, runner.options))
+        solution, kept = runner.run(eom, start_state(eom, q, u, states), constants, again)
+    finally:
+        runners.give_back(runner)
+    if solution is None:
+        return None
+    if not kept or check:
+        _check_kept(solution, check)
+    return solution
+
+
+def runner_of(eom: Equations, plan: Plan, inputs: Any, settings: Settings | None) -> Runner | None:
+    """A kernel bound for the motions of a plan, where nothing has to be looked after on their way."""
+    span = check_span(plan.span)
+    steps = {"max_step": plan.max_step, "breakpoints": plan.breakpoints, "settings": settings}
+    options = told({"method": plan.method, "rtol": plan.rtol, "atol": plan.atol, **steps}, None)
+    bounds = {"max_steps": plan.max_steps, "max_seconds": plan.max_seconds, "first_step": plan.first_step}
+    method, drives = solver(options, bounds), input_functions(eom, inputs, span)
+    p = np.array([1.0 if s.default is None else s.default for s in eom.parameters])
+    stepper = Stepper(eom, p, tuple(drives.values()), settings)
+    name = chosen(method.name, stepper, stepper.now.drives, method.rtol, method.max_step)
+    method = replace(method, name=name, free=method.name == AUTO)
+    if not is_plain(stepper, method):
+        return None
+    return Runner(stepper, method, span, sample_times(plan.samples, span), drives, options)
 
 
 def _check_time(t: float | None, t0: float, t1: float) -> None:
@@ -141,15 +214,21 @@ def _check_time(t: float | None, t0: float, t1: float) -> None:
         )
 
 
-def repeatable(solution: Solution, start: Solution | None, given: dict[str, Any]) -> Solution:
-    """It with what takes it once more, from its beginning or the end of `start`."""
-    return replace(solution, _again=partial(_again, solution, start, given))
+def repeating(start: Solution | None, given: dict[str, Any]) -> Callable[..., Any]:
+    """What takes a motion once more, from its beginning or the end of `start`: a function of the motion."""
+    return partial(_again, start, given)
+
+
+def _given(parameters: Any, inputs: Any, first: Any, options: Mapping[str, Any]) -> dict[str, Any]:
+    """What a motion is given once more."""
+    own = {name: options[name] for name in ("breakpoints", "settings", "max_step")}
+    return own | {"parameters": parameters, "inputs": inputs, "first_step": first}
 
 
 def _again(
-    solution: Solution,
     start: Solution | None,
     given: dict[str, Any],
+    solution: Solution,
     samples: Array | None = None,
     variational: bool = False,
     **more: Any,

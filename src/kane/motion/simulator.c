@@ -221,7 +221,7 @@ int main(int count, char **given)
     for (size_t k = 0;; k++) { /* up to just before the next breakpoint, and on from just beyond it */
         while (k < stops.count && stops.times[k] <= s[AT_TIME]) k++;
         s[AT_END] = k < stops.count ? stops.times[k] - @ULPS@ * spacing(stops.times[k]) : end;
-        s[AT_STEP] = @FIXED@ ? set[2] : (s[AT_END] - s[AT_TIME]) / 1024;
+        s[AT_STEP] = @FIXED@ ? set[2] : 0;
         s[AT_FRESH] = 1;
         back = @CALL@;
         if (back != @END@ || k >= stops.count) break;

@@ -48,7 +48,7 @@ class Vanishing(NamedTuple):
 
 def pivots(eom: Equations, values: Mapping[Expr, Any]) -> list[Vanishing]:
     """The pivots of W that change with the configuration, the smallest first."""
-    moving = [p for p in dict.fromkeys(eom.solved.regular.kinematical.pivots) if not is_constant_in_time([p])]
+    moving = _moving(eom)
     if not moving:
         return []
     usual = [abs(x) for x in sample(moving, SEED)]
@@ -57,6 +57,15 @@ def pivots(eom: Equations, values: Mapping[Expr, Any]) -> list[Vanishing]:
         for p, v, scale in zip(moving, evaluate(moving, values), usual, strict=True)
     ]
     return sorted(rows, key=lambda r: r.relative)
+
+
+def _moving(eom: Equations) -> list[Expr]:
+    return [p for p in dict.fromkeys(eom.solved.regular.kinematical.pivots) if not is_constant_in_time([p])]
+
+
+def moves_pivots(eom: Equations) -> bool:
+    """Whether pivots of W change with the configuration."""
+    return bool(_moving(eom))
 
 
 def check_regular(eom: Equations, values: Mapping[Expr, Any], t: float) -> None:
@@ -115,14 +124,14 @@ def nearly_singular(eom: Equations, values: Mapping[Expr, Any]) -> str:
     return f"; W of q' = W u + X divides by {', '.join(map(str, near))} there" if near else ""
 
 
-_POSITIVE = {"recursive", "composite"}
+POSITIVE = {"recursive", "composite"}
 """Routes that do not divide by pivots of M; theirs are positive (`dynamics/formulation/recursive.py`)."""
 
 
 def check_mass_matrix(eom: Equations, values: Mapping[Expr, Any], t: float) -> None:
     """M of a system without constraints must determine u̇ at the start; the error names the accelerations that it leaves open."""
     solved = eom.solved
-    if solved.embedding is not None or solved.route in _POSITIVE:
+    if solved.embedding is not None or solved.route in POSITIVE:
         return
     m = np.asarray(evaluate(eom.mass_matrix, values), dtype=float)
     direction = null_direction(m, SOLVE_RANK)

@@ -186,7 +186,7 @@ def finite_number(what: str, name: str, value: Any) -> float:
         number = float(value)
     except (TypeError, ValueError, OverflowError) as error:
         raise SimulationError(f"Expected a number as the {what} for {name}, got {_came(what, name, value)}") from error
-    if not np.isfinite(number):
+    if not math.isfinite(number):
         raise SimulationError(
             f"Expected a finite {what} for {name}, got {number}. Give a number that motion can go on from."
         )

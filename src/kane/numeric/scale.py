@@ -84,6 +84,8 @@ INVERSE_RANK = 1e-11
 """The equations of inverse dynamics; five digits of the unknowns would be right."""
 SOLVE_RANK = 1e-12
 """Any other square matrix that is solved with; four digits of the solution would be right."""
+SURELY_REGULAR = 1e-6
+"""Pivots of a positive matrix with ones on its diagonal above which it is regular by `SOLVE_RANK`, whatever they hide."""
 TAKES_PART = 1e-6
 """Share of its largest entry above which an entry of a null vector is not zero."""
 

@@ -130,7 +130,7 @@ def between(motion: Any, again: Callable[..., Any] | None, times: Any) -> Any:
         work=whole.work[places],
         phase=whole.phase[places],
         samples=tuple(whole.samples[k] for k in places) if whole.samples else (),
-        _again=again,
+        _again=lambda _, **more: again(**more),
     )
 
 

@@ -59,14 +59,28 @@ class EnergyCheck:
 
     def exceeds(self, rtol: float) -> bool:
         """Whether it is more than steps of a tolerance leave, even many of them; the motion is wrong then, or was barely resolved."""
-        return self.relative > min(max(_STEPS * rtol, _DIGITS), _MOST)
+        return self.relative > _limit(rtol)
 
     def sharply(self, rtol: float) -> bool:
         """Whether it is so far within the limit that no other samples would change that."""
-        return self.relative <= _SHARP * min(max(_STEPS * rtol, _DIGITS), _MOST)
+        return self.relative <= _SHARP * _limit(rtol)
 
     def __str__(self) -> str:
         return f"energy minus work constant to {self.drift:.2e} J ({self.relative:.1e} of what there is at t = {self.at:.4g} s)"
+
+
+def _limit(rtol: float) -> float:
+    return min(max(_STEPS * rtol, _DIGITS), _MOST)
+
+
+def keeps_sharply(kinetic: Array, total: Array, work: Array, rtol: float) -> bool:
+    """Whether `energy_check` of K, E and ∫P dt, all (n), is surely sharp: D(t) and its steps beside K and |E − E(0)| at t alone."""
+    change = total - total[0]
+    drift = np.abs(change - work)
+    allowed = (_SHARP * _limit(rtol) / 2) * np.maximum(
+        kinetic, np.abs(change)
+    )  # halves, as two of them make a step of D
+    return bool((drift <= allowed).all() and (drift[:-1] <= allowed[1:]).all())
 
 
 def energy_check(

@@ -148,12 +148,12 @@ class Parts:
 
     pieces: tuple[Any, ...]
 
-    def __call__(self, samples: Array) -> Any:
+    def __call__(self, motion: Any, samples: Array) -> Any:
         """The whole, sampled at these times too."""
         found = []
         for piece in self.pieces:
             own = samples[(samples >= piece.t[0]) & (samples <= piece.t[-1])]
-            found.append(piece._again(samples=own if own.size else piece.t[:1]))
+            found.append(piece._again(piece, samples=own if own.size else piece.t[:1]))
         return joined(found)
 
 

@@ -11,7 +11,7 @@ from typing import Literal
 
 from kane.numeric.scale import EPS
 from kane.program.kernel.language import INT, Address
-from kane.program.kernel.writer import Array, Term, Writer
+from kane.program.kernel.writer import Array, Term, Variable, Writer
 
 
 class ReturnCode(IntEnum):
@@ -31,6 +31,7 @@ class ReturnCode(IntEnum):
 class Slot(IntEnum):
     """Places in the array `s`: what the kernel is told, and what it leaves for the next call and for Python.
 
+    STEP is the next step; where it is 0 a kernel that is FRESH chooses one, if its steps are not of one length.
     SMOOTH counts steps along which the solution hardly bends, LIMITED those that nothing but stability or convergence made short.
     """
 
@@ -62,6 +63,10 @@ RATE: tuple[Literal["float", "array"], ...] = ("float", "array", "array", "array
 """What the routine of (q̇, u̇, P) takes: t, (q, u), p, r, h, and what it writes to."""
 WIDE: tuple[Literal["float", "array"], ...] = ("array", *RATE[1:])
 """What it takes on lanes."""
+
+
+_STILL, _NEAR, _CONSTANT = 1e-5, 1e-6, 1e-15
+"""Sizes over tolerances below which they do not tell a first step, the one tried then (s), and the change of rates that is none."""
 
 
 class StepperContext:
@@ -112,6 +117,57 @@ class StepperContext:
         """The inputs at states, where they follow from these."""
         with self.writer.when(self.driven > 1):
             self._drive(t, x, self.p.at(0), self.r.at(0), self.hd.at(0), self.r.at(0))
+
+    def first_step(self, exponent: float, rhs: Callable[..., None], now: int | Term, state: Term, moved: Term) -> None:
+        """`choose_step` where rates are those of one state: `now` is the row of f(t, y), `state` and `moved` are free rows."""
+
+        def rates(t: Term, y: Callable[[Term], Term]) -> Callable[[Term], Term]:
+            with self.writer.count(self.n) as i:
+                self.work[state + i] = y(i)
+            self.rate(rhs, t, self.work, state, moved)
+            return lambda i: self.work[moved + i]
+
+        self.choose_step(exponent, lambda i: self.work[now + i], rates)
+
+    def choose_step(
+        self,
+        exponent: float,
+        now: Callable[[Term], Term],
+        rates: Callable[[Term, Callable[[Term], Term]], Callable[[Term], Term]],
+    ) -> None:
+        """Where no STEP is given, it becomes one over which an Euler step and the change of rates are small.
+
+        `now(i)` is f_i(t, y), `rates(t', y')` gives f_i(t', y'), `exponent` is about 1/order. Source: Hairer, Nørsett & Wanner,
+        *Solving Ordinary Differential Equations I*, 2nd ed. 1993, sec. II.4.
+        """
+        w = self.writer
+        with w.when(~(self.get(Slot.STEP) > 0.0)):
+            largest = {name: w.variable(name) for name in ("first_size", "first_rate", "first_change")}
+            for cell in largest.values():
+                cell.put(0.0)
+            size, speed, change = largest.values()
+
+            def raise_to(cell: Variable, value: Term, i: Term) -> None:
+                allowed = self.get(Slot.ATOL) + self.get(Slot.RTOL) * w.compute("abs", self.y[i])
+                cell.put(w.compute("max", cell.get(), w.compute("abs", value) / allowed))
+
+            with w.count(self.n) as i:
+                raise_to(size, self.y[i], i)
+                raise_to(speed, now(i), i)
+            left = (self.get(Slot.END) - self.get(Slot.TIME)) - self.get(Slot.TIME_LAG)
+            tells = w.compute("min", size.get(), speed.get()) > _STILL
+            euler = w.select(tells, 0.01 * size.get() / w.compute("max", speed.get(), _STILL), _NEAR)
+            tried = w.compute("min", w.select(euler < _LARGE, euler, _NEAR), left)
+            after = rates(self.get(Slot.TIME) + tried, lambda i: self.y[i] + tried * now(i))
+            with w.count(self.n) as i:
+                raise_to(change, after(i) - now(i), i)
+            most = w.compute("max", speed.get(), change.get() / tried)
+            bends = w.compute("max", w.select(most < _LARGE, most, 1.0), _CONSTANT)
+            wished = w.select(
+                most > _CONSTANT, dyadic_power(w, 0.01 / bends, exponent), w.compute("max", _NEAR, 1e-3 * tried)
+            )
+            best = w.compute("min", w.compute("min", 100.0 * tried, wished), left)
+            self.put(Slot.STEP, w.select(most < _LARGE, best, tried))
 
     def length(self) -> tuple[Term, Term]:
         """The length of the next step, and whether it reaches the end."""
@@ -174,6 +230,21 @@ class StepperContext:
 
 
 _TEN_ROUNDINGS = 10 * EPS
+_LARGE = 1e300
+
+
+def dyadic_power(w: Writer, x: Term, exponent: float) -> Term:
+    """x to a power between 0 and 1 that is a sum of halves, quarters, …: square roots alone are the same in every language."""
+    factors, root, part = [], x, 1.0
+    while exponent > 0:
+        root, part = w.compute("sqrt", root), part / 2
+        if exponent >= part:
+            factors.append(root)
+            exponent -= part
+    result = factors[0]
+    for f in factors[1:]:
+        result = result * f
+    return result
 
 
 def add_exactly(y: Array, lag: Array, i: Term, change: Term) -> tuple[Term, Term]:

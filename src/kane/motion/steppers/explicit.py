@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext, add_exactly
+from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext, add_exactly, dyadic_power
 from kane.motion.steppers.held import Held
 from kane.motion.steppers.tableau import Row, Tableau
 from kane.motion.steppers.watched import Watched
@@ -78,6 +78,8 @@ class _Explicit:
         shorter = w.variable("shorter", INT)
         with w.when(o.get(Slot.FRESH) > 0.0):
             o.rate(self.rhs, o.get(Slot.TIME), o.y, 0, 0)
+            if self.tableau.errors:
+                o.first_step(self.tableau.exponent, self.rhs, 0, self.state, o.row(self.tableau.stages))
             o.put(Slot.FRESH, 0.0)
         with w.repeat(lambda: o.back.get() < 1):
             h, last = o.length()
@@ -244,17 +246,3 @@ def _joined(w: Writer, errors: Sequence[Term]) -> Term:
     square = a * a
     both = square + 0.01 * (b * b)
     return w.select(both > 0.0, square / w.compute("sqrt", both), both)
-
-
-def dyadic_power(w: Writer, x: Term, exponent: float) -> Term:
-    """x to a power between 0 and 1 that is a sum of halves, quarters, …: square roots alone are the same in every language."""
-    factors, root, part = [], x, 1.0
-    while exponent > 0:
-        root, part = w.compute("sqrt", root), part / 2
-        if exponent >= part:
-            factors.append(root)
-            exponent -= part
-    result = factors[0]
-    for f in factors[1:]:
-        result = result * f
-    return result

@@ -19,8 +19,7 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from kane.motion.steppers.collocation import Along, defects, events, gauss, weights
-from kane.motion.steppers.context import WIDE, ReturnCode, Slot, StepperContext, add_exactly
-from kane.motion.steppers.explicit import dyadic_power
+from kane.motion.steppers.context import WIDE, ReturnCode, Slot, StepperContext, add_exactly, dyadic_power
 from kane.motion.steppers.held import Held
 from kane.motion.steppers.watched import Watched
 from kane.numeric.arrays import Array as Numbers
@@ -148,6 +147,9 @@ class _Gauss:
     def kernel(self) -> Kernel:
         """Step after step until there is a reason to come back."""
         w, o = self.writer, self.context
+        with w.when(~(o.get(Slot.STEP) > 0.0)):
+            self.begin()
+            o.choose_step(1 / STAGES, lambda i: o.work[self.next + i * STAGES], self.at_one_state)
         with w.repeat(lambda: o.back.get() < 1):
             h, last = o.length()
             self.guess(h)
@@ -155,16 +157,18 @@ class _Gauss:
             self.decide(h, last)
         return w.finished(o.back)
 
+    def begin(self) -> None:
+        """The rates at the beginning of the step, in the place of K."""
+        o = self.context
+        now = self.at_one_state(o.get(Slot.TIME), lambda i: o.y[i])
+        with self.writer.count(o.n) as i:
+            self.keep(self.next, i, self.splat(now(i)))
+
     def guess(self, h: Term) -> None:
         """K of this step from that of the last one, or from the rates at its beginning."""
         w, o = self.writer, self.context
         with w.when(o.get(Slot.FRESH) > 0.0):
-            with w.count(o.n) as i:
-                self.keep(self.states, i, self.splat(o.y[i]))
-            self.tick(self.splat(o.get(Slot.TIME)))
-            self.evaluate()
-            with w.count(o.n) as i:
-                self.keep(self.next, i, self.lanes(self.rates, i))
+            self.begin()
         with w.otherwise():
             share = self.splat(h / o.get(Slot.LAST_STEP)) * _N.c + 1.0
             differences = [share - c for c in _N.c]
@@ -178,6 +182,14 @@ class _Gauss:
             with self.each_free() as at:
                 i = self.index(self.free, at)
                 self.keep(self.next, i, w.sum(self.combined(self.k, i, columns)))
+
+    def at_one_state(self, t: Term, y: Callable[[Term], Term]) -> Callable[[Term], Term]:
+        """The rates at one time and state."""
+        with self.writer.count(self.context.n) as i:
+            self.keep(self.states, i, self.splat(y(i)))
+        self.tick(self.splat(t))
+        self.evaluate()
+        return lambda i: self.context.work[self.rates + i * STAGES]
 
     def tick(self, times: Term) -> None:
         """The times of the lanes, and the inputs there."""

@@ -17,9 +17,8 @@ from typing import Any, Literal
 import numpy as np
 
 from kane.motion.steppers.collocation import radau_stages
-from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext, add_exactly
+from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext, add_exactly, dyadic_power
 from kane.motion.steppers.dense import decompose, substitute
-from kane.motion.steppers.explicit import dyadic_power
 from kane.motion.steppers.held import Held
 from kane.motion.steppers.watched import Watched
 from kane.numeric.arrays import Array as Numbers
@@ -118,6 +117,7 @@ class _Radau:
         w, o = self.writer, self.context
         with w.when(o.get(Slot.FRESH) > 0.0):
             o.rate(self.rhs, o.get(Slot.TIME), o.y, 0, self.row(_FIRST))
+            o.first_step(_EXPONENT, self.rhs, self.row(_FIRST), self.row(_STATE), self.row(_SPARE))
             for place in (self.known, self.factored, self.followed):
                 o.work[place] = 0.0
             o.put(Slot.FRESH, 0.0)

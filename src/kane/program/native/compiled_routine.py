@@ -248,6 +248,21 @@ class CompiledRoutine(Attributes):
             self._free.append(own)
         return out if first < 0 or self.not_finite == "ignore" else None
 
+    def on_rows(self, *places: tuple[Array, int], out: Array) -> Callable[[], int]:
+        """A call that evaluates at the rows that arrays then hold, a row of results each; by one thread at a time.
+
+        With an array for each port goes how many doubles its rows are apart, 0 where all share one. Nothing is checked.
+        """
+        own = new_block(self.program, self.routine)
+        pairs = [x for array, apart in places for x in (address(array), apart)]
+        given = (len(out), *pairs, own[0].value + self._layout[1], address(out))
+        kept = own, places, out  # whose memory the call reads and writes
+
+        def evaluate(batch: Any = self._batch, given: tuple[int, ...] = given, kept: Any = kept) -> int:
+            return int(batch(*given))
+
+        return evaluate
+
     def _is_put(self, port: int, view: Any, value: Any, usual: Any) -> bool:
         """Puts what all rows share into the memory of a port, if it is finite and of a plain kind; `usual` where nothing is given."""
         kind = type(value)

@@ -1,0 +1,261 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Motions that a kernel runs in one call, bound once to its arrays: what `simulate` keeps for the next call, and `prepare` gives.
+
+They are those in which nothing is looked after between two steps: without constraints, events, switches, breakpoints and inputs that
+change. A start, parameters and the end are judged by sure bounds in compiled code; whatever these leave open is judged as ever, by a
+motion from its beginning on (`loop.py`).
+"""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kane.dynamics.readings.quantities import without_unknowns
+from kane.equations.equations import Equations
+from kane.equations.routines import ports
+from kane.expr.build import NODE_BUILDERS, div, mul, sub
+from kane.expr.node import ONE, Expr
+from kane.model.beams.beam import Beam
+from kane.motion.course import Method
+from kane.motion.hybrid.events import check_witnesses
+from kane.motion.inputs.functions import constant
+from kane.motion.inputs.smooth import check_prescribed
+from kane.motion.interrupts import is_noted, noted
+from kane.motion.loop import continued
+from kane.motion.methods import cornered
+from kane.motion.native import LOOKS, first_slots
+from kane.motion.projection import is_constrained
+from kane.motion.right_hand_side import Routines, timed
+from kane.motion.solution.checks import keeps_sharply
+from kane.motion.solution.phases import Phase
+from kane.motion.solution.solution import Solution
+from kane.motion.start import POSITIVE, check_masses, moves_pivots
+from kane.motion.steppers.arguments import Arguments
+from kane.motion.steppers.context import SIZE, ReturnCode, Slot
+from kane.motion.steppers.table import INTEGRATORS, compiled
+from kane.motion.steps import Stepper
+from kane.motion.switches import switches
+from kane.numeric.arrays import Array
+from kane.numeric.scale import SURELY_REGULAR
+from kane.program.from_expressions import Bundle
+from kane.program.native.entry import hoisted
+from kane.program.native.machine import Settings
+from kane.progress import working
+
+_FEW = 101
+"""At as many samples, at most, the energy is asked for, as `Solution.keeps_energy` does."""
+
+
+def judged(eom: Equations) -> Bundle[Array]:
+    """K, E = K + V, and the least of the pivots of M over its diagonal, where the equations divide by them."""
+    rows = [] if eom.solved.route in POSITIVE else [list(row) for row in eom.mass_matrix]
+    roots = without_unknowns(eom.solved, [eom.kinetic_energy, eom.energy, _least_pivot(rows)])
+    return Bundle("judged", ports(eom.derived), _first, {"judged": roots}, ["K", "E", "pivot"])
+
+
+def _first(x: Array) -> Array:
+    return x
+
+
+def _least_pivot(m: list[list[Expr]]) -> Expr:
+    """min d_i / M_ii of M = L D Lᵀ, which is changed; 1 where there is no M."""
+    least, diagonal = ONE, [row[i] for i, row in enumerate(m)]
+    for k, row in enumerate(m):
+        least = NODE_BUILDERS["min"](least, div(row[k], diagonal[k]))
+        for i in range(k + 1, len(m)):
+            share = div(m[i][k], row[k])
+            for j in range(i, len(m)):
+                m[i][j] = m[j][i] = sub(m[i][j], mul(share, m[j][k]))
+    return least
+
+
+class Plan(NamedTuple):
+    """What of a motion is the same in each call, as it was given: where all of it is equal, so are the options that follow from it."""
+
+    span: Any
+    method: Any = None
+    rtol: Any = None
+    atol: Any = None
+    samples: Any = 501
+    max_steps: Any = None
+    max_step: Any = None
+    first_step: Any = None
+    breakpoints: Any = None
+    max_seconds: Any = None
+
+
+def check_values(eom: Equations, constants: Mapping[Expr, float], span: tuple[float, float]) -> None:
+    """Values of parameters with which there is a motion: masses, moments of inertia, events, prescribed motions."""
+    check_masses(eom, constants)
+    check_witnesses(eom, constants)
+    check_prescribed(eom, constants, span)
+
+
+def _values_of(eom: Equations, p: bytes, span: tuple[float, float]) -> bool:
+    check_values(eom, dict(zip(eom.parameters, np.frombuffer(p).tolist(), strict=True)), span)
+    return True
+
+
+def is_plain(stepper: Stepper, method: Method) -> bool:
+    """Whether a kernel runs the motion with nothing to be looked after between two steps, and with nothing to be asked before it."""
+    eom = stepper.eom
+    return (
+        method.name in INTEGRATORS
+        and not method.breakpoints
+        and not is_constrained(eom)
+        and not eom.events
+        and not switches(eom)
+        and not moves_pivots(eom)
+        and not any(eom.numeric().value(timed))
+        and not any(isinstance(b, Beam) for b in eom.system.bodies)
+        and all(constant(f) is not None for f in stepper.now.drives)
+    )
+
+
+class Runner:
+    """A kernel with its arrays, for one motion at a time."""
+
+    def __init__(
+        self,
+        stepper: Stepper,
+        method: Method,
+        span: tuple[float, float],
+        times: Array,
+        drives: Mapping[Expr, Any],
+        options: Mapping[str, Any],
+    ) -> None:
+        self.method, self.span, self.drives, self.options = method, span, drives, options
+        self.usual: dict[Expr, float] = {}
+        self.told = b""
+        later = times[times > span[0]]
+        ends = [] if later.size and later[-1] == span[1] else [span[1]]
+        self.t = np.concatenate([span[:1], later, ends])
+        n = len(stepper.eom.state) + 1
+        self.s, self.y, self.states = np.zeros(SIZE), np.zeros(n), np.zeros((len(self.t), n))
+        self.rows = self.states[1 : len(later) + 1]
+        self.slots = np.zeros(SIZE)
+        for place, value in first_slots(method, span, *span).items():
+            self.slots[place] = value
+        self.times = np.append(later, np.inf)
+        self.few = np.linspace(0, len(self.t) - 1, min(len(self.t), _FEW)).astype(int)
+        self.some, self.verdict = np.zeros((len(self.few), n)), np.zeros((len(self.few), 3))
+        self._bind(stepper.now)
+
+    def _bind(self, now: Routines) -> None:
+        """The kernel is called with these values of the parameters from now on."""
+        self.now, name = now, self.method.name
+        self.r = now.inputs(self.span[0], self.y)
+        arguments = Arguments(name, now, self.span[0], self.s, self.y)
+        more = {"times": self.times, "rows": self.rows, "samples": len(self.rows)}
+        self.given = arguments.given | more
+        places = (self.t[self.few], 1), (self.some, len(self.y)), (self.given["p"], 0), (self.given["r"], 0)
+        self.judge = now.eom.numeric(now.settings).routine(judged).flat.on_rows(*places, out=self.verdict)
+        self.kernel = compiled(name, now.settings or Settings(), cornered=cornered(now)).bound(
+            self.given | {"limit": 0}
+        )
+
+    def take(self, eom: Equations, constants: Mapping[Expr, float]) -> None:
+        """The next motions have these values of the parameters, which are checked.
+
+        Raises
+        ------
+        SimulationError
+            if there is no motion with them
+        """
+        p = np.array([constants[s] for s in eom.parameters])
+        told = p.tobytes()
+        if told == self.told:
+            return
+        eom.numeric().value(_values_of, told, self.span)
+        now = replace(self.now, p=p)
+        if INTEGRATORS[self.method.name].implicit:
+            self._bind(now)
+        else:
+            self.now = now
+            self.given["p"][: len(p)] = p
+            self.given["h"][:] = hoisted(now.rates, self.span[0], self.y[:-1], p, self.r)
+        self.told = told
+
+    def run(
+        self, eom: Equations, x: Array, constants: dict[Expr, float], again: Callable[..., Any]
+    ) -> tuple[Solution | None, bool]:
+        """The motion from (q, u, a) on, and whether it surely keeps its energy; None where the start has to be judged otherwise.
+
+        `constants` are what was taken, and `again` takes the motion once more.
+        """
+        begun = time.monotonic()
+        self.s[:], self.y[:-1], self.y[-1] = self.slots, x, 0.0
+        self.states[0] = self.y
+        self.given["lag"][:] = 0.0
+        limit = min(LOOKS, self.method.max_steps)
+        back = ReturnCode(self.kernel(limit=limit))
+        if back is not ReturnCode.UNDERFLOW and back is not ReturnCode.NOT_FINITE and not is_noted():
+            self.states[len(self.rows) + 1 :] = self.y  # at the end, where it is no sample
+            np.take(self.states, self.few, axis=0, out=self.some)
+            self.judge()
+            if self.verdict[0, 2] > SURELY_REGULAR:
+                phase = Phase(constants, self.drives)
+                if back is ReturnCode.LIMIT:
+                    return replace(self._continued(eom, x, phase, begun), _again=again, _options=self.options), False
+                k, e, _ = self.verdict.T
+                return self._finished(eom, phase, again), keeps_sharply(k, e, self.some[:, -1], self.method.rtol)
+        return None, False
+
+    def _continued(self, eom: Equations, x: Array, phase: Phase, begun: float) -> Solution:
+        """A motion of many steps."""
+        with working("Simulating"), noted():
+            stepper = Stepper(eom, self.now.p, self.now.drives, self.now.settings)
+            way = self.span, np.append(x, 0.0), self.times[:-1]
+            return continued(stepper, self.method, way, phase, (self.given, ReturnCode.LIMIT), begun)
+
+    def _finished(self, eom: Equations, phase: Phase, again: Callable[..., Any]) -> Solution:
+        s, t, states = self.s, self.t, self.states.copy()
+        return Solution(
+            eom,
+            t.copy(),
+            states[:, :-1],
+            states[:, -1],
+            phase.parameters,
+            phase.inputs,
+            "finished",
+            f"reached t = {self.span[1]:g}",
+            None,
+            (),
+            int(s[Slot.STEPS]),
+            int(s[Slot.RATES]),
+            rtol=self.method.rtol,
+            atol=self.method.atol,
+            method=self.method.name,
+            phases=(phase,),
+            phase=np.zeros(len(t), dtype=np.int64),
+            _again=again,
+            _options=self.options,
+        )
+
+
+class Runners:
+    """The runners of one plan of motions, as many as have run at the same time, after so many calls without one."""
+
+    def __init__(self, first: int = 0) -> None:
+        self._free, self._left, self.is_plain = list[Runner](), first, True
+
+    def ready(self) -> bool:
+        """Whether motions of the plan are run so, this call being counted."""
+        self._left -= 1
+        return self.is_plain and self._left < 0
+
+    def take(self, made: Callable[[], Runner | None]) -> Runner | None:
+        """A free one, or the one that is `made`; None where there is none for such motions."""
+        try:
+            return self._free.pop()
+        except IndexError:
+            runner = made()
+            self.is_plain = runner is not None
+            return runner
+
+    def give_back(self, runner: Runner) -> None:
+        """It is free again."""
+        self._free.append(runner)

@@ -1,0 +1,270 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Motions prepared once, and those of which `simulate` keeps what it needs: the same motion, bit for bit, as one begun anew."""
+
+import pickle
+import threading
+import warnings
+
+import numpy as np
+import pytest
+
+import kane as kn
+from kane.gallery import pendulums, rolling_disk
+
+TWO = kn.derive(pendulums.system(2))
+START = {"q": [1.57, 1.67], "u": [0, 0]}
+SPAN = (0, 3)
+
+x, v = kn.coordinate("x"), kn.speed("v")
+m, k = kn.parameter("m", 2.0), kn.parameter("k")
+F = kn.input("F")
+N = kn.Frame("N")
+P = kn.Point("O", fixed_in=N).at("P", x * N.x)
+
+
+def block(*loads, **more):
+    """A block on a line."""
+    return kn.derive(
+        kn.System(
+            N,
+            bodies=[kn.Particle("block", P, m)],
+            speeds={v: x.dt},
+            loads=[kn.Force(P, f * N.x) for f in loads],
+            **more,
+        )
+    )
+
+
+BALL = kn.System(
+    N,
+    bodies=[kn.Particle("ball", P, 1)],
+    speeds={v: x.dt},
+    loads=[kn.Force(P, -9.81 * N.x)],
+    events=[kn.Event("bounce", x, direction=-1, then={v: -0.9 * v})],
+)
+
+
+def anew(eom, span=SPAN, **given):
+    """A motion of equations that have seen none."""
+    return kn.simulate(kn.derive(eom.system), span, **given)
+
+
+def same(one, other):
+    """Whether two motions are the same to the bit, and say the same of themselves."""
+    told = ("status", "message", "steps", "evaluations", "method", "rtol", "atol")
+    arrays = all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("t", "states", "work", "phase"))
+    names = [[(event.name, t) for event, t in motion.events] for motion in (one, other)]
+    return arrays and names[0] == names[1] and all(getattr(one, name) == getattr(other, name) for name in told)
+
+
+@pytest.mark.parametrize("samples", [2, 501, [0.5, 1.25], [3.0]])
+@pytest.mark.parametrize("method", ["auto", "dop853", "radau9", "midpoint"])
+def test_a_prepared_motion_is_that_of_simulate(method, samples):
+    options = {"method": method, "samples": samples} | ({"max_step": 0.01} if method == "midpoint" else {})
+    run = kn.prepare(TWO, SPAN, **options)
+    assert run.in_one_call
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", kn.KaneWarning)  # a fixed step keeps no energy
+        first = anew(TWO, **START, **options)
+        for _ in range(2):
+            assert same(run(**START), first)
+        for _ in range(3):
+            assert same(kn.simulate(TWO, SPAN, **START, **options), first)
+
+
+def test_each_call_has_parameters_of_its_own():
+    run = kn.prepare(TWO, SPAN)
+    for given in (None, {"m1": 3.0}, {"m1": 3.0, "l2": 0.7}, None):
+        motion = run(**START, parameters=given)
+        assert same(motion, anew(TWO, **START, parameters=given))
+        assert motion.parameters == anew(TWO, **START, parameters=given).parameters
+    for given in ({"m1": 3.0}, None):  # an implicit method's derivatives have them too
+        stiff = kn.prepare(TWO, SPAN, method="radau9")
+        stiff(**START)
+        assert same(stiff(**START, parameters=given), anew(TWO, **START, parameters=given, method="radau9"))
+
+
+def test_a_motion_does_not_change_with_the_next_one():
+    run = kn.prepare(TWO, SPAN, samples=5)
+    first = run(**START)
+    kept = first.states.copy(), first.t.copy(), dict(first.parameters)
+    run(q=[0.3, 0.2], u=[1, 1], parameters={"m1": 9})
+    assert np.array_equal(first.states, kept[0])
+    assert np.array_equal(first.t, kept[1])
+    assert dict(first.parameters) == kept[2]
+    first.states[:] = 0  # nor the next one with it
+    assert same(run(**START), anew(TWO, **START, samples=5))
+
+
+def test_inputs_that_are_numbers_stay_and_others_are_asked():
+    eom = block(F - k * x)
+    constant = kn.prepare(eom, SPAN, inputs={F: 2.5})
+    assert constant.in_one_call
+    assert same(
+        constant([1], [0], parameters={"k": 3}), anew(eom, q=[1], u=[0], inputs={"F": 2.5}, parameters={"k": 3})
+    )
+    other = kn.prepare(eom, SPAN, inputs={F: lambda t: np.sin(t)})
+    assert not other.in_one_call
+    assert other([1], [0], parameters={"k": 3}).q[-1] == pytest.approx(
+        kn.simulate(eom, SPAN, q=[1], u=[0], inputs={F: kn.sin(kn.time)}, parameters={"k": 3}).q[-1], abs=1e-7
+    )
+    controller = kn.prepare(eom, SPAN, inputs={F: kn.sampled(lambda t, s: -3 * s[1], 0.1)})
+    given = {"inputs": {F: kn.sampled(lambda t, s: -3 * s[1], 0.1)}, "parameters": {"k": 3}}
+    for _ in range(2):  # it begins anew each time
+        assert same(controller([1], [0], parameters={"k": 3}), anew(eom, q=[1], u=[0], **given))
+
+
+def test_repeated_motions_differ_by_their_inputs():
+    eom = block(F - k * x)
+    ends = [
+        kn.simulate(eom, SPAN, q=[1], u=[0], inputs={F: f}, parameters={"k": 3}).q[-1, 0]
+        for f in (1, 2, 1.0, 2.0, 1, 2)
+    ]
+    assert ends[0] == ends[2] == ends[4] != ends[1] == ends[3] == ends[5]
+
+
+@pytest.mark.parametrize(
+    "system",
+    [rolling_disk.system(), BALL],
+    ids=["constraints", "an event"],
+)
+def test_what_is_looked_after_on_the_way_is_simulated(system):
+    eom = kn.derive(system)
+    run = kn.prepare(eom, (0, 0.5))
+    assert not run.in_one_call
+    q = 0.3 * np.ones(len(eom.coordinates))
+    start = kn.assemble(eom, q=dict(zip(eom.coordinates, q, strict=True)), u=dict.fromkeys(eom.independent_speeds, 0.4))
+    assert same(run(start.q, start.u), anew(eom, (0, 0.5), q=start.q, u=start.u))
+
+
+def test_what_is_wrong_is_said_as_ever():
+    run = kn.prepare(block(-k * x), SPAN)
+    with pytest.raises(kn.errors.ValueMissingError, match="got none for k"):
+        run([1], [0])
+    with pytest.raises(kn.SimulationError, match="Expected a mass ≥ 0 for block, got m = -2"):
+        run([1], [0], parameters={"k": 1, "m": -2})
+    with pytest.raises(kn.SimulationError, match="finite rates at the start"):
+        run([1], [0], parameters={"k": 1, "m": 0})
+    with pytest.raises(kn.errors.ValueMissingError, match="Expected 1 coordinates"):
+        run([1, 2], [0], parameters={"k": 1})
+    with pytest.raises(kn.SimulationError, match="finite start value for x"):
+        run(np.array([np.nan]), [0], parameters={"k": 1})
+    assert run([1], [0], parameters={"k": 1}).status == "finished"
+    with pytest.raises(kn.SimulationError, match="t1 > t0"):
+        kn.prepare(TWO, (1, 0))
+    with pytest.raises(kn.SimulationError, match="Expected method to be one of"):
+        kn.prepare(TWO, SPAN, method="euler")
+    with pytest.raises(kn.SimulationError, match="start values"):
+        run(None, [0], parameters={"k": 1})
+
+
+def test_a_mass_matrix_that_is_singular_by_chance_is_named():
+    """The determinant is what rounding leaves: rates are finite, and mean nothing."""
+    s, w = kn.coordinate("s"), kn.speed("w")
+    a, b = kn.parameters("a b")
+    origin = kn.Point("O", fixed_in=N)
+    one = origin.at("one", (0.7 * x + a * s) * N.x)
+    two = origin.at("two", (2.1 * x + b * s) * N.x)
+    system = kn.System(
+        N,
+        bodies=[kn.Particle("first", one, 0.1), kn.Particle("second", two, 0.2)],
+        speeds={v: x.dt, w: s.dt},
+        loads=[kn.Force(one, -x * N.x)],
+    )
+    eom = kn.derive(system)
+    given = {"q": [1, 0], "u": [0, 1], "parameters": {"a": 0.1, "b": 0.3}}
+    with pytest.raises(kn.SimulationError, match="mass matrix does not determine") as first:
+        anew(eom, **given)
+    run = kn.prepare(eom, SPAN)
+    assert run([1, 0], [0, 1], parameters={"a": 0.1, "b": 0.4}).status == "finished"
+    with pytest.raises(kn.SimulationError) as told:
+        run(**given)
+    assert str(told.value) == str(first.value)
+
+
+def test_a_motion_that_loses_energy_warns_each_time():
+    start = {"q": [1.0], "u": [0.0], "parameters": {"k": 400.0}}
+    run = kn.prepare(block(-k * x), SPAN, method="rk4", max_step=0.04)
+    for call in (lambda: run(**start), lambda: kn.simulate(run.equations, SPAN, method="rk4", max_step=0.04, **start)):
+        for _ in range(3):
+            with pytest.warns(kn.KaneWarning, match="E − ∫P dt constant"):
+                call()
+
+
+def test_functions_are_checked():
+    run = kn.prepare(block(-k * x), SPAN, check=[m * v**2 / 2 + k * x**2 / 2])
+    run([1], [0], parameters={"k": 4})
+    other = kn.prepare(run.equations, SPAN, check=[x])
+    with pytest.warns(kn.KaneWarning, match="Expected x constant"):
+        other([1], [0], parameters={"k": 4})
+    with pytest.raises(kn.errors.ArgumentError, match="Expected a list of integrals"):
+        kn.prepare(run.equations, SPAN, check="x")
+
+
+def test_many_steps_and_their_bounds():
+    """Beyond a thousand steps Python looks at the clock; where steps run out, what was reached is kept."""
+    eom, long = block(-k * x), (0, 400)
+    given = {"parameters": {"k": 100.0}, "method": "dop853"}
+    run = kn.prepare(eom, long, method="dop853")
+    whole = run([1], [0], parameters=given["parameters"])
+    assert whole.steps > 1000
+    assert same(whole, anew(eom, long, q=[1], u=[0], **given))
+    for most in (7, 1000, 1500):
+        few = kn.prepare(eom, long, method="dop853", max_steps=most)([1], [0], parameters=given["parameters"])
+        assert (few.status, few.steps) == ("stopped", most)
+        assert same(few, anew(eom, long, q=[1], u=[0], max_steps=most, **given))
+    late = kn.prepare(eom, (0, 1e7), method="dop853", max_seconds=0.05, max_steps=10**9)(
+        [1], [0], parameters=given["parameters"]
+    )
+    assert late.message.startswith("max_seconds=0.05 have passed")
+    assert 0 < late.t[-1] < 1e7
+
+
+def test_stiffness_is_seen():
+    """A fast damper: "auto" goes over to the implicit method, prepared or not."""
+    eom = block(-1e6 * v - k * x)
+    given = {"q": [1], "u": [0], "parameters": {"k": 1.0}}
+    first = anew(eom, (0, 5), **given)
+    assert "radau9" in first.method
+    run = kn.prepare(eom, (0, 5))
+    for _ in range(2):
+        assert same(run(**given), first)
+
+
+def test_threads_have_arrays_of_their_own():
+    run = kn.prepare(TWO, SPAN, samples=51)
+    starts = np.random.default_rng(3).uniform(-2, 2, (24, 2))
+    wanted = [run(q, [0, 0]).states for q in starts]
+    found = [None] * len(starts)
+
+    def work(own):
+        for i in own:
+            found[i] = run(starts[i], [0, 0]).states
+
+    threads = [threading.Thread(target=work, args=(range(i, len(starts), 4),)) for i in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all(np.array_equal(a, b) for a, b in zip(wanted, found, strict=True))
+
+
+def test_a_prepared_motion_can_be_taken_once_more():
+    run = kn.prepare(TWO, SPAN, samples=11)
+    motion = run(**START, parameters={"m1": 2})
+    assert np.array_equal(motion.at([3.0]).states[-1], motion.states[-1])
+    assert motion.at([0.05]).q == pytest.approx(
+        anew(TWO, **START, parameters={"m1": 2}, samples=[0.05]).q[1:2], abs=1e-9
+    )
+    assert motion.accuracy().relative < 1e-5
+    longer = kn.simulate(TWO, 4, start=motion)
+    assert longer.t[0] == 3
+    assert len(motion + longer) > 11
+    assert np.array_equal(pickle.loads(pickle.dumps(motion)).states, motion.states)
+
+
+def test_it_says_what_it_is():
+    run = kn.prepare(TWO, SPAN)
+    assert "t = 0 … 3 s, in one call of machine code" in repr(run)
+    assert "as by kn.simulate" in repr(kn.prepare(kn.derive(rolling_disk.system()), SPAN))
+    assert (run.equations, run.span) == (TWO, (0.0, 3.0))
