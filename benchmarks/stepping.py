@@ -2,7 +2,8 @@
 """Whole motions against heyoka's Taylor integrator: chains of rods for 10 s, from nine starts, at equal drift of the energy.
 
 For each start and tool the loosest tolerance is taken at which, and at all tighter ones, the energy stays within the drift at a
-hundred samples. Both are then timed in turn, pair by pair, without samples. heyoka has masses, lengths and gravity folded, kane reads
+hundred samples. Both are then timed in turn, pair by pair, without samples:
+the steps alone, the call of a prepared motion, and `kn.simulate`. heyoka has masses, lengths and gravity folded, kane reads
 them.
 `python -m benchmarks.stepping [rods …]` prints a table.
 """
@@ -88,6 +89,17 @@ class Kane:
 
         return run
 
+    def calls(self, q: Array, tolerance: float) -> dict[str, Callable[[], object]]:
+        """The motion alone, by `run = kn.prepare(…)`, and by `kn.simulate`, which has run it before."""
+        options: dict[str, Any] = {"method": self.method, "rtol": tolerance, "atol": tolerance, "samples": 2}
+        run, u = kn.prepare(self.eom, (0.0, SPAN), **options), np.zeros(len(q))
+
+        def simulate() -> object:
+            return kn.simulate(self.eom, (0.0, SPAN), q=q, u=u, **options)
+
+        simulate()
+        return {"the steps": self.timed(q, tolerance), "run(…)": lambda: run(q, u), "kn.simulate": simulate}
+
 
 class Heyoka:
     """The same motion by heyoka."""
@@ -144,7 +156,7 @@ def again(run: Callable[[], object]) -> Callable[[], object]:
 
 
 def main(rods: list[int], method: str = "gauss16") -> None:
-    """A line for each number of rods and drift."""
+    """A line for each number of rods, drift and call."""
     print(processor())
     for n in rods:
         kane, heyoka = Kane(n, method), Heyoka(n)
@@ -152,21 +164,25 @@ def main(rods: list[int], method: str = "gauss16") -> None:
             f"{n} rods: until the first motion {kane.seconds:.2f} s (derivation and compilation), heyoka {heyoka.seconds:.2f} s"
         )
         for wanted in DRIFTS.get(n, (1e-9,)):
-            ratios, ours, theirs = [], [], []
+            print(f"  drift {wanted:.0e}")
+            found: dict[str, list[Any]] = {}
             for q in starts(n):
                 a, b = loosest(kane, n, q, wanted), loosest(heyoka, n, q, wanted)
                 if a is None or b is None:
                     continue
-                times = paired(again(kane.timed(q, a)), again(heyoka.timed(q, b)))
-                ratios.append(1 / times.ratio)
-                ours.append(statistics.median(times.a) * 1e3 / REPEATS)
-                theirs.append(statistics.median(times.b) * 1e3 / REPEATS)
-            mean = statistics.geometric_mean(ratios)
-            medians = f"{method} {statistics.median(ours):.3f} ms, heyoka {statistics.median(theirs):.3f} ms"
-            print(
-                f"  drift {wanted:.0e}: {medians}, share {mean:.2f} ("
-                f"{min(ratios):.2f} … {max(ratios):.2f}; first start {ratios[0]:.2f}) over {len(ratios)} starts"
-            )
+                for call, run in kane.calls(q, a).items():
+                    found.setdefault(call, []).append(paired(again(run), again(heyoka.timed(q, b))))
+            for call, times in found.items():
+                shares = [1 / t.ratio for t in times]
+                ours, theirs = (
+                    statistics.median(statistics.median(x) for x in one)
+                    for one in ([t.a for t in times], [t.b for t in times])
+                )
+                print(
+                    f"    {call}: {ours * 1e3 / REPEATS:.3f} ms, heyoka {theirs * 1e3 / REPEATS:.3f} ms, share "
+                    f"{statistics.geometric_mean(shares):.2f} ({min(shares):.2f} … {max(shares):.2f}; first start {shares[0]:.2f}) "
+                    f"over {len(shares)} starts"
+                )
 
 
 if __name__ == "__main__":

@@ -27,7 +27,7 @@ from kane.expr.symbols import Coordinate, Speed, rate, time
 from kane.expr.visit import substituted
 from kane.model.variables import constraint_rate
 from kane.numeric.arrays import Array
-from kane.numeric.least_change import least_squares
+from kane.numeric.mass_metric import least_squares
 from kane.numeric.newton import Closed
 from kane.numeric.rank import balance, singular
 from kane.numeric.sampling import named_values

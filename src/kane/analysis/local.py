@@ -31,7 +31,7 @@ from kane.expr.symbols import Symbol, time
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited
 from kane.numeric.arrays import Array
-from kane.numeric.least_change import mobility
+from kane.numeric.mass_metric import mobility
 from kane.numeric.rank import balanced, singular
 from kane.numeric.scale import NEAR_SINGULAR, SOLVE_RANK, SURE_RANK
 from kane.program.from_expressions import Bundle

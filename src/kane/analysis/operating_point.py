@@ -25,7 +25,7 @@ from kane.errors import warn
 from kane.expr.node import Expr
 from kane.model.beams.beam import Beam, across, doubts
 from kane.numeric.arrays import Array
-from kane.numeric.least_change import least_squares, of_unit_length, row_sizes
+from kane.numeric.mass_metric import least_squares, of_unit_length, row_sizes
 from kane.numeric.newton import improved
 from kane.numeric.sampling import finite_number, named_values
 from kane.numeric.scale import LAST_DIGIT

@@ -27,7 +27,7 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate, Symbol, Time, time
 from kane.numeric.arrays import Array, Entries, first_place
-from kane.numeric.least_change import sizes
+from kane.numeric.mass_metric import sizes
 from kane.numeric.sampling import finite_number, named_values
 from kane.numeric.scale import GIVEN
 

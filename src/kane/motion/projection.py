@@ -45,7 +45,7 @@ from kane.expr.node import Expr
 from kane.expr.regular import Sizes, largest, size
 from kane.model.constraints import ClosureBranch
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.least_change import least_change, of_unit_length, row_sizes
+from kane.numeric.mass_metric import least_change, of_unit_length, row_sizes
 from kane.numeric.newton import improved
 from kane.numeric.rank import Mixed, balance, combinations, mixed, singular, weak_values
 from kane.numeric.scale import CLOSED, CLOSED_FULLY, MOTION_RANK

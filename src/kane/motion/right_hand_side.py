@@ -25,7 +25,7 @@ from kane.motion.inputs.feedback import value
 from kane.motion.inputs.functions import following, follows, law_and, law_of
 from kane.motion.switches import switches
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.least_change import least_constraint
+from kane.numeric.mass_metric import least_constraint
 from kane.numeric.rank import Mixed
 from kane.program.from_expressions import Bundle, Shaped
 from kane.program.native.compiled_routine import CompiledRoutine

@@ -37,7 +37,7 @@ from kane.motion.right_hand_side import exact, pattern, routines
 from kane.motion.solution.solution import Segment
 from kane.motion.start import regular_otherwise
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.least_change import mobility, sizes
+from kane.numeric.mass_metric import mobility, sizes
 from kane.numeric.rank import Mixed, balanced, combinations, sure_rows
 from kane.numeric.scale import BETTER, MOTION_RANK, POOR, UNUSABLE
 from kane.program.native.machine import Settings

@@ -10,7 +10,7 @@ __getattr__ = offered(
         "polynomials": "gauss SHARES passages",
         "sampling": "finite_number named_values symbol_named symbols_named HIGH LOW draw sample value_of values_of",
         "newton": "NaturalSizes close close_many close_most closest improved sizes starts",
-        "least_change": "least_change least_constraint metric mobility of_unit_length reflected",
+        "mass_metric": "least_change least_constraint metric mobility of_unit_length reflected",
         "rank": "balance balanced dependencies indeterminate null_direction singular sure_rows within",
         "arrays": "zxz pace",
     },

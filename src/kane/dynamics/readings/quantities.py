@@ -265,4 +265,4 @@ def parameter_values(system: System, parameters: Mapping[Any, Any] | None) -> di
             f"Expected a value for every parameter, got none for {', '.join(missing)}: pass parameters={{…}} or declare a "
             "default, kn.parameter(name, default)."
         )
-    return {p: finite_number("value", p.name, v) for p, v in values.items()}
+    return {p: finite_number("value", p.name, values[p]) for p in system.parameters}

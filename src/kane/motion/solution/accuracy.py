@@ -66,17 +66,17 @@ def accuracy(motion: Any, again: Callable[..., Any] | None, method: str) -> Accu
             "the values at the samples alone are known, or joined. Simulate it here, or ask each part."
         )
     if method == VARIATIONAL:
-        return _told(motion, motion.t, np.abs(again(variational=True)))
+        return _told(motion, motion.t, np.abs(again(motion, variational=True)))
     share = _SHARES.get(motion.method, 1.0)
     if share != 1.0:
-        finer = again()
+        finer = again(motion)
     elif motion.rtol * _TENTH < ROUNDED:
         raise SimulationError(
             f"Expected a motion with rtol of {ROUNDED / _TENTH:.0e} or more, got {motion.rtol:g}: at a tenth of it rounding is all "
             "that differs. Compare it with a motion by another method."
         )
     else:
-        finer = again(rtol=motion.rtol * _TENTH, atol=motion.atol * _TENTH)
+        finer = again(motion, rtol=motion.rtol * _TENTH, atol=motion.atol * _TENTH)
     # where a phase begins there are two values, and the other motion has its own such time
     _, _, there = np.intersect1d(np.setdiff1d(motion.t, motion.t[motion.begins]), finer.t, return_indices=True)
     here = np.searchsorted(motion.t, finer.t[there])
@@ -114,7 +114,7 @@ def between(motion: Any, again: Callable[..., Any] | None, times: Any) -> Any:
             f"Expected times of the motion, from t = {begin:.9g} to {end:.9g}, got {wanted[0]:.9g} to {wanted[-1]:.9g}. What comes "
             "after its end another motion tells: kn.simulate(eom, end, start=sol)."
         )
-    whole = again(samples=wanted)
+    whole = again(motion, samples=wanted)
     # where a phase begins there are two values: the one after it
     places = np.searchsorted(whole.t, wanted, side="right") - 1
     off = wanted - whole.t[np.clip(places, 0, len(whole.t) - 1)]
@@ -130,7 +130,7 @@ def between(motion: Any, again: Callable[..., Any] | None, times: Any) -> Any:
         work=whole.work[places],
         phase=whole.phase[places],
         samples=tuple(whole.samples[k] for k in places) if whole.samples else (),
-        _again=lambda _, **more: again(**more),
+        _again=lambda _, **more: again(motion, **more),
     )
 
 

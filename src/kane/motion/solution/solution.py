@@ -3,7 +3,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any, NoReturn
 
 import numpy as np
@@ -231,7 +231,7 @@ class Solution(Attributes):
         SimulationError
             if the motion was read from a pickle, or from a file with functions as inputs, or a time lies beyond its ends
         """
-        found: Solution = between(self, self._repeat, times)
+        found: Solution = between(self, self._again, times)
         return found
 
     def accuracy(self, *, method: str = REPEATED) -> Accuracy:
@@ -253,7 +253,7 @@ class Solution(Attributes):
             is less than rounding; with variational equations, if states or loads jump on the way, rank is lost, or a sampled
             controller is asked
         """
-        return accuracy(self, self._repeat, method)
+        return accuracy(self, self._again, method)
 
     def to_dataframe(self, outputs: Mapping[str, Any] | None = None) -> Any:
         """A DataFrame of pandas over t: coordinates, speeds, inputs, and the expressions that `outputs` names.
@@ -357,10 +357,6 @@ class Solution(Attributes):
             lambda load: work_of(load, eom.load_powers[load], self.t, lambda e: self._values(list(e)), runs),
             meant,
         )
-
-    @property
-    def _repeat(self) -> Callable[..., Any] | None:
-        return None if self._again is None else partial(self._again, self)
 
     @property
     def keeps_energy(self) -> bool:
