@@ -56,6 +56,7 @@ def things() -> tuple[object, ...]:
         moved, system, eom, eom.reaction(A), kn.Noncontributing(PUSH, "why"), eom.compile(), eom.jacobian(), eom.compile().rhs,
         kn.Settings(),
         kn.assemble(swing, q=[0.0], u=[0.0]), kn.guess(1.0), kn.signal([0, 1, 2], [0, 1, 0]), sol, sol.accuracy(),
+        kn.prepare(swing, (0, 0.1)),
         linear, kn.linearizer(swing), kn.linearize_symbolic(swing, dict.fromkeys(swing.state, 0)), linear.second_order(),
         linear.modes[0], kn.normal_modes(undamped), kn.impact(eom, P, N.x, restitution=0.5, q=[0, 0], u=[-1, 0]),
         kn.constraint_forces(rail, q=[0.0, 0.0], u=[0.0, 0.0]), point, line, kn.Crossing(1.0, 1j, point, (0, 1), True),
