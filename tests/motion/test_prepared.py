@@ -268,3 +268,4 @@ def test_it_says_what_it_is():
     assert "t = 0 … 3 s, in one call of machine code" in repr(run)
     assert "as by kn.simulate" in repr(kn.prepare(kn.derive(rolling_disk.system()), SPAN))
     assert (run.equations, run.span) == (TWO, (0.0, 3.0))
+    assert np.array_equal(pickle.loads(pickle.dumps(run))(**START).states, run(**START).states)

@@ -121,6 +121,10 @@ class Prepared(Attributes):
         options = self._plan._asdict() | {"inputs": self._inputs, "settings": self._settings, "check": self._check}
         return simulate(self.equations, q=q, u=u, states=states, parameters=parameters, **options)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Prepared anew where it is read."""
+        return Prepared, (self.equations, self._plan, self._inputs, self._settings, self._check)
+
     def __repr__(self) -> str:
         way = "in one call of machine code" if self.in_one_call else "as by kn.simulate"
         return f"Prepared({self.equations!r}, t = {self.span[0]:g} … {self.span[1]:g} s, {way})"
