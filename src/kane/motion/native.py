@@ -89,9 +89,9 @@ class Stiffness:
 
     def sets_in(self, s: Array) -> bool:
         """Whether steps since it was last asked were short for stability alone."""
-        steps, smooth, limited = (s[at] - seen for at, seen in zip(_PACE, self._seen, strict=True))
-        if self.left or steps < _MANY:
+        if self.left or s[Slot.STEPS] - self._seen[0] < _MANY:
             return False
+        steps, smooth, limited = (s[at] - seen for at, seen in zip(_PACE, self._seen, strict=True))
         self._seen = s[[*_PACE]]
         return bool(limited >= _LIMITED * steps and smooth >= _SMOOTH * steps)
 
@@ -114,20 +114,14 @@ class Stiffness:
         return method
 
 
-def first_slots(method: Method, span: tuple[float, float], t: float, end: float) -> dict[Slot, float]:
-    """What a kernel is told that sets out from t towards `end`, in a motion over `span`."""
+def first_slots(
+    method: Method, span: tuple[float, float], t: float, end: float, step: float = 0.0
+) -> tuple[float, ...]:
+    """What a kernel is told up to `Slot.FRESH` that sets out from t towards `end`, in a motion over `span`; `step` is STEP."""
     first = method.first if t == span[0] else None
-    step = method.max_step if INTEGRATORS[method.name].fixed else min(first or 0.0, end - t)
-    told = {
-        Slot.TIME: t,
-        Slot.TIME_LAG: 0.0,
-        Slot.END: end,
-        Slot.STEP: step,
-        Slot.LONGEST: method.max_step,
-        Slot.FRESH: 1.0,
-    }
+    length = method.max_step if INTEGRATORS[method.name].fixed else min(first or step, end - t)
     # beside t = 0 the shortest step is as short as rounding of the span's square allows
-    return told | {Slot.RTOL: method.rtol, Slot.ATOL: method.atol, Slot.SHORTEST: EPS**2 * (span[1] - span[0])}
+    return t, 0.0, length, end, method.max_step, method.rtol, method.atol, EPS**2 * (span[1] - span[0]), 1.0
 
 
 SCIPY = "SciPy's "
@@ -155,6 +149,7 @@ class NativeCourse(Course):
         self.stiffness = Stiffness()
         self.handed = (0, 0)
         self.switching = bool(switches(stepper.eom, stepper.now.laws))
+        self.controllers = controllers(stepper.now.drives)
         self._take_up(span[0])
 
     def _take_up(self, t: float) -> None:
@@ -189,17 +184,16 @@ class NativeCourse(Course):
     def _begin(self, t: float) -> None:
         """From t on, up to just before the next breakpoint, as rates may jump there."""
         end = next_end(self.method.breakpoints, t, self.span[1])
-        self._control(t)
-        for place, value in first_slots(self.method, self.span, t, end).items():
-            self.s[place] = value
+        # what a controller changes leaves steps about as long as they were
+        step = float(self.s[Slot.STEP]) if self._control(t) else 0.0
+        self.s[: Slot.FRESH + 1] = first_slots(self.method, self.span, t, end, step)
 
-    def _control(self, t: float) -> None:
-        """Sampled controllers are asked, if their time has come."""
-        held = controllers(self.stepper.now.drives)
-        for one in held:
-            one.due(t, self.y[: self.now.width])
-        if held:
-            self.arguments.hold(t)
+    def _control(self, t: float) -> bool:
+        """Sampled controllers are asked, if their time has come; says whether one has been."""
+        asked = [one.due(t, self.y[: self.now.width]) for one in self.controllers]
+        if asked:
+            self.arguments.hold()
+        return any(asked)
 
     @property
     def name(self) -> str:

@@ -137,8 +137,7 @@ class Runner:
         self.s, self.y, self.states = np.zeros(SIZE), np.zeros(n), np.zeros((len(self.t), n))
         self.rows = self.states[1 : len(later) + 1]
         self.slots = np.zeros(SIZE)
-        for place, value in first_slots(method, span, *span).items():
-            self.slots[place] = value
+        self.slots[: Slot.FRESH + 1] = first_slots(method, span, *span)
         self.times = np.append(later, np.inf)
         self.few = np.linspace(0, len(self.t) - 1, min(len(self.t), _FEW)).astype(int)
         self.some, self.verdict = np.zeros((len(self.few), n)), np.zeros((len(self.few), 3))

@@ -46,6 +46,11 @@ class Formula:
         at = dict(zip(self.state, x, strict=bool(self.state)))
         return float(evaluate([self.expr], {**self.values, **at, time: t})[0])
 
+    def along(self, t: Array, states: Array) -> Array:
+        """The values at times (n) and states (n × (q, u, a))."""
+        at = dict(zip(self.state, states.T[: len(self.state)], strict=True))
+        return np.broadcast_to(evaluate([self.expr], {**self.values, **at, time: t})[0], t.shape)
+
     @property
     def of_state(self) -> bool:
         """Whether it depends on the state."""

@@ -4,6 +4,7 @@
 x is the state (q, u, a), in the order of `eom.state`: coordinates, speeds, further states. One function may give several inputs.
 """
 
+from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from math import inf, isfinite, nan
@@ -74,12 +75,12 @@ class Held:
     times: list[float] = field(default_factory=list)
     values: list[Array] = field(default_factory=list)
 
-    def due(self, t: float, x: Array) -> None:
-        """Ask the controller, if its time has come."""
+    def due(self, t: float, x: Array) -> bool:
+        """Ask the controller, if its time has come; says whether it has."""
         k = len(self.times)
         at = self.start + k * self.controller.period
         if t < up_to(at) and k:
-            return
+            return False
         given = (at, x.copy()) if self.memory is None else (at, x.copy(), self.memory)
         answer = asked(self.controller.function, given, self.names)
         if self.memory is not None:
@@ -97,6 +98,7 @@ class Held:
             self.memory = following
         self.values.append(numbers(answer, self.names, at))
         self.times.append(at)
+        return True
 
     def instants(self, end: float) -> list[float]:
         """When it is asked after the start."""
@@ -130,8 +132,18 @@ class HeldInput:
         t = on_from(float(t))  # at the instant itself, what holds from there on
         if t >= times[-1]:
             return float(self.group.values[-1][self.place])
-        k = max(int(np.searchsorted(times, t, side="right")) - 1, 0)
-        return float(self.group.values[k][self.place])
+        return float(self.group.values[max(bisect_right(times, t) - 1, 0)][self.place])
+
+    @property
+    def now(self) -> float:
+        """The value that was given last."""
+        return float(self.group.values[-1][self.place])
+
+    def along(self, t: Array, states: Array) -> Array:
+        """The values held at times (n)."""
+        at = np.searchsorted(self.group.times, [on_from(x) for x in t.tolist()], side="right") - 1
+        found: Array = np.array(self.group.values)[np.maximum(at, 0), self.place]
+        return found
 
 
 class Law:
@@ -177,7 +189,9 @@ def value(drive: Any, t: float, x: Array) -> float:
 
 
 def along(drive: Any, t: Array, states: Array) -> Array:
-    """An input at times (n) and states (n × (q, u, a))."""
+    """An input at times (n) and states (n × (q, u, a)), at all of them at once where it can be."""
+    if hasattr(drive, "along"):
+        return np.asarray(drive.along(t, states), dtype=float)
     return np.array([value(drive, time, x) for time, x in zip(t.tolist(), states, strict=True)], dtype=float)
 
 

@@ -98,6 +98,7 @@ class Arguments:
     def __init__(self, name: str, now: Routines, t: float, s: Array, y: Array, switches: int = 0) -> None:
         self.integrator, self.now, self.s, self.y = INTEGRATORS[name], now, s, y
         self.hooks: list[Hook] = []
+        self.controlled = [(k, f) for k, f in enumerate(now.drives) if isinstance(f, HeldInput)]
         self.law = law_of(now.drives, now.eom.inputs)
         work, r = aligned(self.integrator.work(len(y))), now.inputs(t, y)
         h = hoisted(now.rates, t, y[: now.width], now.p, r)
@@ -136,12 +137,14 @@ class Arguments:
         driven = 2 if follows(now.drives) else 1
         return {"r": r, "driven": driven, "hd": h, "drive": entry(given) if width == 1 else wide_entry(given, width)}
 
-    def hold(self, t: float) -> None:
-        """What sampled controllers hold from t on."""
-        r = np.append(self.now.inputs(t, self.y), 0.0)
-        self.given["r"][:] = np.repeat(r, self.integrator.width)
-        if "held_r" in self.given:
-            self.given["held_r"][:] = r
+    def hold(self) -> None:
+        """What sampled controllers have given last."""
+        width = self.integrator.width
+        for k, one in self.controlled:
+            value = one.now
+            self.given["r"][k * width : (k + 1) * width] = value
+            if "held_r" in self.given:
+                self.given["held_r"][k] = value
 
     def held(self, given: Given, marks: Array) -> None:
         """With what tells of the constraints, and what gives the inputs at one state of theirs."""

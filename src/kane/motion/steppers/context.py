@@ -29,7 +29,7 @@ class ReturnCode(IntEnum):
 
 
 class Slot(IntEnum):
-    """Places in the array `s`: what the kernel is told, and what it leaves for the next call and for Python.
+    """Places in the array `s`: what the kernel is told, up to FRESH, and what it leaves for the next call and for Python.
 
     STEP is the next step; where it is 0 a kernel that is FRESH chooses one, if its steps are not of one length.
     SMOOTH counts steps along which the solution hardly bends, LIMITED those that nothing but stability or convergence made short.
@@ -219,6 +219,10 @@ class StepperContext:
             self.back.put(int(ReturnCode.LIMIT))
         with w.when(last):
             self.back.put(int(ReturnCode.END))
+
+    def lengthen(self, wished: Term, last: Term) -> None:
+        """The next step after one that was gone on from; one that ended at the `last` time may have been shorter than needed."""
+        self.put(Slot.STEP, self.writer.select(last, self.writer.compute("max", self.get(Slot.STEP), wished), wished))
 
     def shorten(self, wished: Term, finite: Term) -> None:
         """A step is taken again, shorter, unless that is shorter than rounding."""
