@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Motions that run in machine code: an integrator's kernel takes a thousand steps at a time, Python looks at the clock between."""
 
-from collections.abc import Callable
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -14,7 +15,7 @@ from kane.motion.course import Course, Method
 from kane.motion.hybrid.events import End, Fresh, Inspection, StepSeen, Verdict
 from kane.motion.hybrid.modes import HELD, RECENT, Modes, chattering, standing
 from kane.motion.inputs.breakpoints import next_end, on_from, told_apart
-from kane.motion.inputs.feedback import controllers
+from kane.motion.inputs.feedback import Held, controllers
 from kane.motion.methods import cornered, implicit
 from kane.motion.right_hand_side import Given, Routines, exact
 from kane.motion.start import nearly_singular
@@ -27,6 +28,7 @@ from kane.motion.switches import has_jumps, switches
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import SHARES
 from kane.numeric.scale import EPS, SAME_TIME
+from kane.program.native.entry import entry
 from kane.program.native.machine import Settings
 
 _DOUBLINGS = 80
@@ -77,15 +79,15 @@ _TWICE, _DOUBTED = 2, 4
 class Stiffness:
     """What a motion that chooses its method tells of its steps: `left` is the method that an implicit one has taken over from."""
 
-    def __init__(self) -> None:
-        self.left = ""
+    def __init__(self, breakpoints: bool) -> None:
+        self.left, self.breakpoints = "", breakpoints
         self._seen = np.zeros(len(_PACE))
         self._wait, self._calm, self._needed = _SOON, 0, _TWICE
 
     @property
     def limit(self) -> int:
-        """After how many steps to ask."""
-        return self._wait if self.left else LOOKS
+        """After how many steps to ask; beyond breakpoints there may be other equations."""
+        return self._wait if self.left else _MANY if self.breakpoints else LOOKS
 
     def sets_in(self, s: Array) -> bool:
         """Whether steps since it was last asked were short for stability alone."""
@@ -114,12 +116,22 @@ class Stiffness:
         return method
 
 
-def first_slots(
-    method: Method, span: tuple[float, float], t: float, end: float, step: float = 0.0
-) -> tuple[float, ...]:
-    """What a kernel is told up to `Slot.FRESH` that sets out from t towards `end`, in a motion over `span`; `step` is STEP."""
+def pauses(breakpoints: Sequence[float], span: tuple[float, float], controllers: Sequence[Held]) -> Array:
+    """Of each breakpoint within a span (k) the time just after it, where steps from there end, whether a controller is asked (3 k)."""
+    found, instants = list[float](), {t for one in controllers for t in one.instants(span[1])}
+    end = next_end(breakpoints, span[0], span[1])
+    while end < span[1]:
+        begin = on_from(end)
+        asks = not instants.isdisjoint(breakpoints[bisect_left(breakpoints, end) : bisect_right(breakpoints, begin)])
+        end = next_end(breakpoints, begin, span[1])
+        found += [begin, end, float(asks)]
+    return np.array(found)
+
+
+def first_slots(method: Method, span: tuple[float, float], t: float, end: float) -> tuple[float, ...]:
+    """What a kernel is told up to `Slot.FRESH` that sets out from t towards `end`, in a motion over `span`."""
     first = method.first if t == span[0] else None
-    length = method.max_step if INTEGRATORS[method.name].fixed else min(first or step, end - t)
+    length = method.max_step if INTEGRATORS[method.name].fixed else min(first or 0.0, end - t)
     # beside t = 0 the shortest step is as short as rounding of the span's square allows
     return t, 0.0, length, end, method.max_step, method.rtol, method.atol, EPS**2 * (span[1] - span[0]), 1.0
 
@@ -146,7 +158,7 @@ class NativeCourse(Course):
         self.marks = np.zeros(len(self.times))
         self.stepped: ScipyCourse | None = None
         self.names, self.for_good = [method.name], False
-        self.stiffness = Stiffness()
+        self.stiffness = Stiffness(bool(method.breakpoints))
         self.handed = (0, 0)
         self.switching = bool(switches(stepper.eom, stepper.now.laws))
         self.controllers = controllers(stepper.now.drives)
@@ -176,6 +188,7 @@ class NativeCourse(Course):
             self.arguments.held(self.holding.given, self.marks)
             self.given |= self.arguments.given
             self.holding.begin(self.s)
+        self.given |= self._pauses(modes is None)
         self.kernel = kernel.bound(self.given | {"limit": 0})
         self.looked = False
         self.landing: tuple[int, ...] = ()
@@ -184,16 +197,21 @@ class NativeCourse(Course):
     def _begin(self, t: float) -> None:
         """From t on, up to just before the next breakpoint, as rates may jump there."""
         end = next_end(self.method.breakpoints, t, self.span[1])
-        # what a controller changes leaves steps about as long as they were
-        step = float(self.s[Slot.STEP]) if self._control(t) else 0.0
-        self.s[: Slot.FRESH + 1] = first_slots(self.method, self.span, t, end, step)
+        self._control(t)
+        self.s[: Slot.FRESH + 1] = first_slots(self.method, self.span, t, end)
+        self.s[Slot.BREAKPOINT] = np.searchsorted(self.given["pauses"][:-1:3], t, side="right")
 
-    def _control(self, t: float) -> bool:
-        """Sampled controllers are asked, if their time has come; says whether one has been."""
-        asked = [one.due(t, self.y[: self.now.width]) for one in self.controllers]
-        if asked:
-            self.arguments.hold()
-        return any(asked)
+    def _control(self, t: float, x: int = 0, out: int = 0) -> None:
+        """Sampled controllers are asked, if their time has come."""
+        for one in self.controllers:
+            one.due(t, self.y[: self.now.width])
+        self.arguments.hold()
+
+    def _pauses(self, goes_on: bool) -> Given:
+        """The breakpoints of the motion, at which a kernel `goes_on`, and what it asks there."""
+        table = pauses(self.method.breakpoints, self.span, self.controllers) if goes_on else np.zeros(0)
+        hook = self.arguments.hooked(self._control) if self.controllers else entry(self.now.rates)
+        return {"breakpoints": len(table) // 3, "pauses": np.append(table, 0.0), "control": hook}
 
     @property
     def name(self) -> str:

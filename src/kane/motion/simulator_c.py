@@ -33,6 +33,8 @@ _ARGUMENTS = {
     "limit": "1000000000",
     "samples": "samples - 1",
     "driven": "0",
+    "breakpoints": "0",
+    "control": "rates",
     "events": "0",
     "watch": "rates",
     "rhs": "rates",

@@ -50,6 +50,9 @@ def arguments(eom, settings, name, y, end, step, tolerance=1.0, samples=()):
         **silent,
         "events": 0,
         "driven": 0,
+        "breakpoints": 0,
+        "pauses": np.zeros(1),
+        "control": rhs,
         "rhs": rhs,
         "watch": rhs,
         "drive": rhs,
@@ -82,4 +85,4 @@ def languages(given, routine):
 
     routines = {"numpy": own, "llvm": code, "c": code.library.address(code.symbol)}
     of_slopes = {"numpy": derivatives, "llvm": jac, "c": jac.library.address(jac.symbol)}
-    return given | {"rhs": routines, "watch": routines, "drive": routines, "along": routines, "jac": of_slopes}
+    return given | dict.fromkeys(("rhs", "watch", "drive", "control", "along"), routines) | {"jac": of_slopes}

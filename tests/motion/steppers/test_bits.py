@@ -31,6 +31,15 @@ def test_every_language_gives_the_same_bits(name, pendulum, tmp_path):
     assert agree(kernel, languages(given, routine) | {"limit": limit}, tmp_path / "k.c") == ReturnCode.LIMIT
 
 
+@pytest.mark.parametrize("name", ["gauss16", "dop853", "midpoint", pytest.param("radau9", marks=pytest.mark.slow)])
+def test_breakpoints_are_passed_with_the_same_bits(name, pendulum, tmp_path):
+    """To the end past two of them: steps end at these, and a first step is chosen beyond the first one."""
+    given, routine = arguments(pendulum, EXACT, name, [1.0, 2.0, 0.5, 0.0], 0.1, 0.04, 1e-9, np.linspace(0.1, 0.5, 30))
+    pauses = np.array([0.1 + 1e-15, 0.3, 0.0, 0.3 + 1e-15, 0.5, 0.0, 0.0])
+    passed = given | {"breakpoints": len(pauses) // 3, "pauses": np.append(pauses, 0.0)}
+    assert agree(INTEGRATORS[name].kernel(), languages(passed, routine), tmp_path / "k.c") == ReturnCode.END
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["gauss16", "dop853"])
 def test_constraints_are_held_with_the_same_bits(name, tmp_path):

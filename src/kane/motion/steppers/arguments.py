@@ -110,6 +110,9 @@ class Arguments:
             "work": work,
             "p": np.append(now.p, now.numbers),
             "h": h,
+            "breakpoints": 0,
+            "pauses": np.zeros(1),
+            "control": entry(now.rates),
         }
         self.given |= self._driving(t)
         if self.integrator.watches:
@@ -172,7 +175,7 @@ class Arguments:
                 own[:] = np.nan
                 raise
 
-        return self._hooked(drive)
+        return self.hooked(drive)
 
     def _slopes(self) -> Hook:
         """What asks Python for J, of inputs that are its functions of the state."""
@@ -183,9 +186,10 @@ class Arguments:
             found[:] = 0.0
             found[:] = j(min(t, float(s[Slot.END])), np.append(doubles(x, width), 0.0))[:, :width].reshape(-1)
 
-        return self._hooked(slopes)
+        return self.hooked(slopes)
 
-    def _hooked(self, function: Callable[[float, int, int], None]) -> Hook:
+    def hooked(self, function: Callable[[float, int, int], None]) -> Hook:
+        """A function that a kernel calls; what it raises is kept for `check`."""
         self.hooks.append(Hook(function))
         return self.hooks[-1]
 

@@ -10,7 +10,7 @@ from enum import IntEnum
 from typing import Literal
 
 from kane.numeric.scale import EPS
-from kane.program.kernel.language import INT, Address
+from kane.program.kernel.language import INT, Address, Kernel
 from kane.program.kernel.writer import Array, Term, Variable, Writer
 
 
@@ -32,7 +32,8 @@ class Slot(IntEnum):
     """Places in the array `s`: what the kernel is told, up to FRESH, and what it leaves for the next call and for Python.
 
     STEP is the next step; where it is 0 a kernel that is FRESH chooses one, if its steps are not of one length.
-    SMOOTH counts steps along which the solution hardly bends, LIMITED those that nothing but stability or convergence made short.
+    BREAKPOINT counts breakpoints that are behind, SMOOTH steps along which the solution hardly bends, LIMITED those that nothing but
+    stability or convergence made short.
     """
 
     TIME = 0
@@ -56,6 +57,7 @@ class Slot(IntEnum):
     QUIET = 18
     SMOOTH = 19
     LIMITED = 20
+    BREAKPOINT = 21
 
 
 SIZE = len(Slot)
@@ -79,8 +81,44 @@ class StepperContext:
         self.p, self.r, self.h = w.array("p"), w.array("r"), w.array("h")
         self.times, self.rows = w.array("times"), w.array("rows")
         self.driven, self.hd = w.number("driven"), w.array("hd")
+        self.breakpoints, self.pauses = w.number("breakpoints"), w.array("pauses")
+        self.control = w.callee("control", *RATE)
         self.back = w.variable("back", INT)
-        self.taken = w.variable("taken", INT)
+        self.taken, self.arrived = w.variable("taken", INT), w.variable("arrived", INT)
+
+    def steps(self, begin: Callable[[], None], step: Callable[[Term, Term], None], fixed: bool = False) -> Kernel:
+        """The kernel: step(h, last) after step until there is a reason to come back, `begin()` before one that is FRESH.
+
+        Steps that are `fixed` are of one length.
+        """
+        w = self.writer
+        with w.repeat(lambda: self.back.get() < 1):
+            with w.when(self.get(Slot.FRESH) > 0.0):
+                begin()
+            step(*self.length())
+            with w.when(self.arrived.get() > 0):
+                self.pass_breakpoint(fixed)
+        return w.finished(self.back)
+
+    def pass_breakpoint(self, fixed: bool) -> None:
+        """From just before a breakpoint to just after it, where sampled controllers are asked.
+
+        `pauses` has three numbers for each of the `breakpoints`: the time after it, the next end, and whether `control` writes r,
+        which leaves STEP as it was.
+        """
+        w = self.writer
+        place = w.compute("int", self.get(Slot.BREAKPOINT)) * 3
+        asks = self.pauses[place + 2] > 0.0
+        self.arrived.put(0)
+        self.put(Slot.TIME, self.pauses[place])
+        self.put(Slot.TIME_LAG, 0.0)
+        self.put(Slot.END, self.pauses[place + 1])
+        if not fixed:
+            self.put(Slot.STEP, w.select(asks, self.get(Slot.STEP), 0.0))
+        self.put(Slot.FRESH, 1.0)
+        self.more(Slot.BREAKPOINT, 1.0)
+        with w.when(asks):
+            self.control(self.get(Slot.TIME), self.y.at(0), self.p.at(0), self.r.at(0), self.h.at(0), self.r.at(0))
 
     def get(self, at: Slot) -> Term:
         """One of the numbers in s."""
@@ -218,7 +256,9 @@ class StepperContext:
         with w.when(self.taken.get() >= self.limit):
             self.back.put(int(ReturnCode.LIMIT))
         with w.when(last):
-            self.back.put(int(ReturnCode.END))
+            ahead = self.get(Slot.BREAKPOINT) < w.compute("float", self.breakpoints)
+            self.arrived.put(w.select(ahead, w.integer(1), w.integer(0)))
+            self.back.put(w.select(ahead, self.back.get(), w.integer(ReturnCode.END)))
 
     def lengthen(self, wished: Term, last: Term) -> None:
         """The next step after one that was gone on from; one that ended at the `last` time may have been shorter than needed."""

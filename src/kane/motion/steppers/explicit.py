@@ -73,20 +73,21 @@ class _Explicit:
         self.weights = last + 3
 
     def kernel(self) -> Kernel:
-        """Step after step until there is a reason to come back."""
-        w, o = self.writer, self.context
-        shorter = w.variable("shorter", INT)
-        with w.when(o.get(Slot.FRESH) > 0.0):
+        """The rates at the beginning, then step after step."""
+        o = self.context
+        shorter = self.writer.variable("shorter", INT)
+
+        def begin() -> None:
             o.rate(self.rhs, o.get(Slot.TIME), o.y, 0, 0)
             if self.tableau.errors:
                 o.first_step(self.tableau.exponent, self.rhs, 0, self.state, o.row(self.tableau.stages))
             o.put(Slot.FRESH, 0.0)
-        with w.repeat(lambda: o.back.get() < 1):
-            h, last = o.length()
+
+        def step(h: Term, last: Term) -> None:
             self.stages(h)
-            error = self.error(h)
-            self.decide(h, last, error, shorter)
-        return w.finished(o.back)
+            self.decide(h, last, self.error(h), shorter)
+
+        return o.steps(begin, step, fixed=not self.tableau.errors)
 
     def stages(self, h: Term) -> None:
         """k_1, …, y' and k_S."""

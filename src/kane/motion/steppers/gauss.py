@@ -145,17 +145,14 @@ class _Gauss:
     # ------------------------------------------------------------------------------------------------------ kernel
 
     def kernel(self) -> Kernel:
-        """Step after step until there is a reason to come back."""
-        w, o = self.writer, self.context
-        with w.when(~(o.get(Slot.STEP) > 0.0)):
-            self.begin()
-            o.choose_step(1 / STAGES, lambda i: o.work[self.next + i * STAGES], self.at_one_state)
-        with w.repeat(lambda: o.back.get() < 1):
-            h, last = o.length()
+        """Step after step, the first one from the rates at its beginning."""
+
+        def step(h: Term, last: Term) -> None:
             self.guess(h)
             self.iterate(h)
             self.decide(h, last)
-        return w.finished(o.back)
+
+        return self.context.steps(self.begin, step)
 
     def begin(self) -> None:
         """The rates at the beginning of the step, in the place of K."""
@@ -163,13 +160,12 @@ class _Gauss:
         now = self.at_one_state(o.get(Slot.TIME), lambda i: o.y[i])
         with self.writer.count(o.n) as i:
             self.keep(self.next, i, self.splat(now(i)))
+        o.choose_step(1 / STAGES, lambda i: o.work[self.next + i * STAGES], self.at_one_state)
 
     def guess(self, h: Term) -> None:
-        """K of this step from that of the last one, or from the rates at its beginning."""
+        """K of this step from that of the last one, unless it is FRESH."""
         w, o = self.writer, self.context
-        with w.when(o.get(Slot.FRESH) > 0.0):
-            self.begin()
-        with w.otherwise():
+        with w.when(o.get(Slot.FRESH) <= 0.0):
             share = self.splat(h / o.get(Slot.LAST_STEP)) * _N.c + 1.0
             differences = [share - c for c in _N.c]
             below = [w.lanes(*[1.0] * STAGES)]

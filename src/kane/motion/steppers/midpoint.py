@@ -27,11 +27,12 @@ def midpoint_kernel() -> Kernel:
     status, rounds = w.variable("status", INT), w.variable("rounds", INT)
     change, before = w.variable("change"), w.variable("before_last")
     new, stage = o.row(1), o.row(2)
-    with w.when(o.get(Slot.FRESH) > 0.0):
+
+    def begin() -> None:
         o.rate(rhs, o.get(Slot.TIME), o.y, 0, 0)
         o.put(Slot.FRESH, 0.0)
-    with w.repeat(lambda: o.back.get() < 1):
-        h, last = o.length()
+
+    def step(h: Term, last: Term) -> None:
         status.put(0)
         rounds.put(0)
         before.put(1e300)
@@ -57,7 +58,8 @@ def midpoint_kernel() -> Kernel:
                 o.lag[i] = lag
         with w.otherwise():
             o.shorten(w.constant(0.0), change.get() < 1e300)
-    return w.finished(o.back)
+
+    return o.steps(begin, step, fixed=True)
 
 
 def _judge(o: StepperContext, change: Term, before: Term, rounds: Term, put: Callable[[int], None]) -> None:

@@ -113,21 +113,23 @@ class _Radau:
     # ------------------------------------------------------------------------------------------------------ kernel
 
     def kernel(self) -> Kernel:
-        """Step after step until there is a reason to come back."""
-        w, o = self.writer, self.context
-        with w.when(o.get(Slot.FRESH) > 0.0):
+        """The rates at the beginning, then step after step."""
+        o = self.context
+
+        def begin() -> None:
             o.rate(self.rhs, o.get(Slot.TIME), o.y, 0, self.row(_FIRST))
             o.first_step(_EXPONENT, self.rhs, self.row(_FIRST), self.row(_STATE), self.row(_SPARE))
             for place in (self.known, self.factored, self.followed):
                 o.work[place] = 0.0
             o.put(Slot.FRESH, 0.0)
-        with w.repeat(lambda: o.back.get() < 1):
-            h, last = o.length()
+
+        def step(h: Term, last: Term) -> None:
             self.linearize(h)
             self.guess(h)
             self.iterate(h)
             self.decide(h, last)
-        return w.finished(o.back)
+
+        return o.steps(begin, step)
 
     def linearize(self, h: Term) -> None:
         """J, where it is not kept, and the factors of λ/h − J, where h or J are others."""
