@@ -13,10 +13,10 @@ Numerical Integration*, 2nd ed. 2006, sec. II.1.3, VIII.6.
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
+from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.polynomial.legendre import legvander
 
 from kane.motion.steppers.collocation import Along, defects, events, gauss, weights
 from kane.motion.steppers.context import WIDE, ReturnCode, Slot, StepperContext, add_exactly, dyadic_power
@@ -61,30 +61,47 @@ def gauss_dense(given: Mapping[str, Any], h: float, start: float) -> Callable[[N
     """The state (k × n) at times (k) in the step of length h from `start`, by the numbers that the kernel has left."""
     y, lag, work, pairs, free = (given[name] for name in ("y", "lag", "work", "pairs", "free"))
     n = len(y)
-    begin, rates = (y + lag).copy(), work[3 * STAGES * n : 4 * STAGES * n].reshape(n, STAGES).copy()
+    begin, rates = (y + lag).copy(), work[3 * STAGES * n : 4 * STAGES * n].reshape(n, STAGES)
     of, by = pairs.reshape(-1, 2)[: given["pair_count"]].astype(int).T
     others = [*free[: given["free_count"]].astype(int), n - 1]
+    once, twice = _integrals()
+    series = np.zeros((STAGES + 2, n))  # of y(θ) − y(0) in P_k(2 θ − 1)
+    series[:, others] = h * once @ rates[others].T
+    series[:, of] = h * h * twice @ rates[by].T
+    series[:2, of] += h / 2 * begin[by]
 
     def state(times: Numbers) -> Numbers:
-        theta = (times - start) / h
-        once, twice = along(theta)
-        rows = np.empty((len(times), n))
-        rows[:, others] = begin[others] + h * once @ rates[others].T
-        rows[:, of] = begin[of] + h * theta[:, None] * begin[by] + h * h * twice @ rates[by].T
+        rows: Numbers = begin + _legendre((times - start) / h) @ series
         return rows
 
     return state
 
 
+def _legendre(theta: Numbers) -> Numbers:
+    """P_0 … P_9 of 2 θ − 1 (k × 10) at shares of a step (k)."""
+    x = 2 * theta - 1
+    at = float(x[0]) if len(x) == 1 else x  # numbers are faster than arrays of one
+    p = [at * 0 + 1, at]
+    for k in range(1, STAGES + 1):
+        p.append(((2 * k + 1) * at * p[k] - k * p[k - 1]) / (k + 1))
+    return np.array(p).reshape(STAGES + 2, -1).T
+
+
+@cache
+def _integrals() -> tuple[Numbers, Numbers]:
+    """∫ L_j and ∫∫ L_j from 0 to θ in P_0 … P_9 of 2 θ − 1 (10 × 8 each)."""
+    nodes, double = gauss(STAGES), 2.0 * np.arange(STAGES + 1) + 1
+    p = np.eye(STAGES + 2)
+    once = np.vstack([(p[0] + p[1]) / 2, (p[2:] - p[:-2]) / (2 * double[1:, None])])
+    twice = np.vstack([p[0] / 6 + p[1] / 4 + p[2] / 12, (once[2:] - once[:-2]) / (2 * double[1:STAGES, None])])
+    rows = double[:STAGES, None] * np.array(nodes.legendre[:STAGES]) * nodes.b
+    return once[:STAGES].T @ rows, twice.T @ rows
+
+
 def along(theta: Numbers) -> tuple[Numbers, Numbers]:
     """∫ L_j and ∫∫ L_j (k × 8) from 0 to shares of a step (k)."""
-    nodes = gauss(STAGES)
-    p = legvander(2 * theta - 1, STAGES + 1)
-    double = 2.0 * np.arange(1, STAGES + 1) + 1
-    once = np.column_stack([theta, (p[:, 2:] - p[:, :-2]) / (2 * double)])
-    twice = np.column_stack([theta**2 / 2, (once[:, 2:] - once[:, :-2]) / (2 * double[: STAGES - 1])])
-    rows = (2.0 * np.arange(STAGES) + 1)[:, None] * np.array(nodes.legendre[:STAGES]) * nodes.b
-    return once[:, :STAGES] @ rows, twice @ rows
+    once, twice = (_legendre(theta) @ x for x in _integrals())
+    return once, twice
 
 
 class _Gauss:
