@@ -2,6 +2,7 @@
 """Random driven systems against motions at 1e-12 that are told where drives begin and end: what is wrong is warned of."""
 
 import math
+import sys
 import warnings
 
 import numpy as np
@@ -40,6 +41,7 @@ EOM = kn.derive(
         ],
     )
 )  # fmt: skip
+BLOCK = kn.System(N, bodies=[kn.Particle("block", CART, 1)], speeds={v: x.dt}, loads=[kn.Force(CART, F * N.x)])
 t = kn.time
 
 
@@ -135,3 +137,47 @@ def test_an_implicit_method_takes_over_where_a_period_of_a_controller_ends():
     """Stiffness that is noticed by the very steps that end at a breakpoint: the first step after it had no length."""
     assert off(27, 1e-3) < 0.1
     assert motion(27, rtol=1e-3, atol=1e-3)[0].method == "dop853, radau9"
+
+
+def kernel_calls(run):
+    """How often a motion calls its kernel, and what it returns."""
+    count = 0
+
+    def profile(frame, event, _):
+        nonlocal count
+        count += event == "call" and frame.f_code.co_qualname == "Bound.__call__"
+
+    sys.setprofile(profile)
+    try:
+        return run(), count
+    finally:
+        sys.setprofile(None)
+
+
+@pytest.mark.parametrize("method", ["gauss16", "dop853", "vern9", "rk4"])
+def test_breakpoints_are_passed_within_the_kernel(method):
+    """Steps of a force, by which the block's speed is a broken line."""
+    eom, times = kn.derive(BLOCK), np.linspace(0.1, 1.9, 19)
+    force = kn.table([0.0, *times], [float((-1) ** k) for k in range(20)], "steps")
+    given = {"q": [0.0], "u": [0.0], "inputs": {F: force}, "method": method, "samples": 33}
+    options = {"max_step": 0.02} if method == "rk4" else {}
+    sol, count = kernel_calls(lambda: kn.simulate(eom, (0, 2), **given, **options))
+    assert count <= 1 + sol.steps // 100  # so often it is asked whether steps are short for stability alone
+    corners = np.concatenate([[0.0], np.cumsum([(-1) ** k * 0.1 for k in range(20)])])
+    assert sol.u[:, 0] == pytest.approx(np.interp(sol.t, [0.0, *times, 2.0], corners), abs=1e-12)
+
+
+def test_a_sampled_controller_is_all_that_is_asked():
+    """Steps go on from the last one's length: a period takes hardly more than one, and no first step is sought."""
+    eom = kn.derive(BLOCK)
+    control = kn.sampled(lambda t, x: -4 * x[0] - 3 * x[1], 0.05)
+    run = {"q": [1.0], "u": [0.0], "inputs": {F: control}, "method": "dop853", "samples": 2}
+    sol, count = kernel_calls(lambda: kn.simulate(eom, (0, 20), **run))
+    assert count <= 5
+    assert sol.steps <= 400 + 5
+    assert sol.evaluations <= 13.5 * sol.steps
+    x, v = np.array([1.0, 0.0])
+    for _ in range(400):  # by hand
+        f = -4 * x - 3 * v
+        x, v = x + 0.05 * v + 0.05**2 / 2 * f, v + 0.05 * f
+    assert sol.states[-1] == pytest.approx([x, v], abs=1e-12)
