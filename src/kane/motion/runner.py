@@ -87,15 +87,19 @@ class Plan(NamedTuple):
     max_seconds: Any = None
 
 
-def check_values(eom: Equations, constants: Mapping[Expr, float], span: tuple[float, float]) -> None:
-    """Values of parameters with which there is a motion: masses, moments of inertia, events, prescribed motions."""
+def check_values(eom: Equations, p: Array, span: tuple[float, float]) -> None:
+    """Values of the parameters with which there is a motion: masses, moments of inertia, events, prescribed motions.
+
+    The same values are looked at once.
+    """
+    eom.numeric().value(_admissible_values, p.tobytes(), span)
+
+
+def _admissible_values(eom: Equations, p: bytes, span: tuple[float, float]) -> bool:
+    constants = dict(zip(eom.parameters, np.frombuffer(p).tolist(), strict=True))
     check_masses(eom, constants)
     check_witnesses(eom, constants)
     check_prescribed(eom, constants, span)
-
-
-def _values_of(eom: Equations, p: bytes, span: tuple[float, float]) -> bool:
-    check_values(eom, dict(zip(eom.parameters, np.frombuffer(p).tolist(), strict=True)), span)
     return True
 
 
@@ -168,7 +172,7 @@ class Runner:
         told = p.tobytes()
         if told == self.told:
             return
-        eom.numeric().value(_values_of, told, self.span)
+        check_values(eom, p, self.span)
         now = replace(self.now, p=p)
         if INTEGRATORS[self.method.name].implicit:
             self._bind(now)

@@ -122,7 +122,7 @@ def simulate(
     bounds = {"max_steps": max_steps, "max_seconds": max_seconds, "first_step": first_step}
     values = inherited_parameters(eom, start, parameters)
     constants = parameter_values(eom.system, values)
-    check_values(eom, constants, span)
+    check_values(eom, np.array([constants[p] for p in eom.parameters]), span)
     known = own_parameters(values) | constants
     law = inherited_inputs(eom, None if start is None else last_phase(start), inputs, known)
     drives = input_functions(eom, law, span, known)

@@ -346,12 +346,16 @@ def that_move(met: Sequence[Met], now: Routines, times: Array, values: Array, st
     return [pair for pair in met if pair[0] not in still]
 
 
-def at_start(now: Routines, t: float, state: Array, known: Mapping[str, float]) -> tuple[list[Met], Fresh]:
+def at_start(
+    now: Routines, t: float, state: Array, known: Mapping[str, float], rtol: float = 0.0
+) -> tuple[list[Met], Fresh]:
     """The system's events that are met at the start of a motion, and how those at their thresholds leave them.
 
     A quantity that leaves in the direction of its event meets it. Leaving is no crossing of an event in both directions. Those in
-    `known`, by name, were met before; their sides are given, but for 0.
+    `known`, by name, were met before; their sides are given, but for 0. A state that a motion led to is known to `rtol`: a quantity
+    that constraints held at its threshold till then has rates that are as small, and leaves by those that are not.
     """
+    share = max(_ROUNDING, rtol)
     met: list[Met] = []
     fresh: dict[str, Leaves] = {}
     own = {e.name for e in now.eom.system.events}
@@ -360,9 +364,9 @@ def at_start(now: Routines, t: float, state: Array, known: Mapping[str, float]) 
             continue
         if event.name in known:
             side = known[event.name]
-            fresh[event.name] = Leaves(side, 1 if side else departure(event, now, t, state)[1])
-        elif abs(value - event.threshold) <= (band := _rounding(event, now, t, state)):
-            side, order = departure(event, now, t, state)
+            fresh[event.name] = Leaves(side, 1 if side else departure(event, now, t, state, share)[1])
+        elif abs(value - event.threshold) <= (band := _rounding(event, now, t, state, share)):
+            side, order = departure(event, now, t, state, share)
             fresh[event.name] = Leaves(side, order, band)
             if side and side == event.direction:
                 met.append((event, t))
@@ -383,8 +387,11 @@ def _undecided(event: Event, t: float, side: float) -> str:
     )
 
 
-def departure(event: Event, now: Routines, t: float, state: Array) -> tuple[float, int]:
-    """The sign and order of the first derivative of an event's quantity along the motion that is not zero; 0 if it is not known."""
+def departure(event: Event, now: Routines, t: float, state: Array, share: float) -> tuple[float, int]:
+    """The sign and order of the first derivative of an event's quantity along the motion that is not zero; 0 if it is not known.
+
+    A derivative is zero that is no larger than a `share` of its terms.
+    """
     solved, values, e = now.eom.solved, now.values(t, state), event.quantity
     laws: dict[Expr, Expr] = {}
     for s, f in zip(now.eom.inputs, now.drives, strict=True):
@@ -399,19 +406,19 @@ def departure(event: Event, now: Routines, t: float, state: Array) -> tuple[floa
             symbols = list(free_symbols([e]))
             code = build_program("quantity", [Port("x", tuple(symbols))], [Task("rate", [e], (1,), ["rate"])])
             ((value, error),) = rounding(code, [float(values[s]) for s in symbols])
-            if not abs(value) <= _ROUNDING * error / 2:
+            if not abs(value) <= share * error / 2:
                 return (float(np.sign(value)), order) if math.isfinite(value) else (0.0, 1)
     except (KaneError, KeyError):  # what has no derivative, or one in rates that are not known
         pass
     return 0.0, 1
 
 
-def _rounding(event: Event, now: Routines, t: float, state: Array) -> float:
+def _rounding(event: Event, now: Routines, t: float, state: Array, share: float = _ROUNDING) -> float:
     """What rounding may leave of the terms of a quantity; nothing is known of those of reactions and accelerations."""
     if any(isinstance(s, Reaction | Rate) for s in free_symbols([event.quantity])):
         return 0.0
     terms = float(evaluate(size(event.quantity, {}), now.values(t, state)))
-    return _ROUNDING * (terms + abs(event.threshold))
+    return share * (terms + abs(event.threshold))
 
 
 def check_witnesses(eom: Equations, constants: Mapping[Expr, float]) -> None:

@@ -37,7 +37,8 @@ class Begin:
     """Values at the start: `q`, and `u` or `rates`; further `states`; the work done so far.
 
     `fresh` are the events at whose thresholds it begins, by name, with the sides to which their quantities leave. `goes_on` says that
-    it is the end of a motion, `whole` that it is one of the same equations at the same values, and so on the constraints.
+    it is the end of a motion, `whole` that it is one of the same equations at the same values, and so on the constraints;
+    `rtol` is the relative tolerance of the motion that led there.
     """
 
     q: Any
@@ -48,6 +49,7 @@ class Begin:
     fresh: Mapping[str, float] = field(default_factory=dict)
     goes_on: bool = False
     whole: bool = False
+    rtol: float = 0.0
 
 
 def told(given: Mapping[str, Any], start: Solution | None) -> dict[str, Any]:
@@ -82,7 +84,7 @@ def begin_of(start: Any, given: Mapping[str, Any], span: Any) -> tuple[Begin, An
     last = None if start.event is None else start.event.name
     fresh = {e.name: 0.0 for e, t in start.events if t >= start.t[-1] or e.name == last}
     unmoved = given["parameters"] is None and given["inputs"] is None
-    return Begin(start.q[-1], start.u[-1], None, start.a[-1], float(start.work[-1]), fresh, True, unmoved), span
+    return Begin(start.q[-1], start.u[-1], None, start.a[-1], float(start.work[-1]), fresh, True, unmoved, start.rtol), span
 
 
 def inherited_parameters(eom: Equations, start: Solution | None, given: Any) -> Any:
