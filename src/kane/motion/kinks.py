@@ -26,6 +26,7 @@ from kane.expr.symbols import time
 from kane.motion.projection import Numbers, Tolerances, constraint_numbers
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import DEGREE as PARTS
+from kane.numeric.polynomials import zero_of
 from kane.numeric.scale import LAST_DIGIT, LEAPS, SOON
 from kane.program.from_expressions import Bundle
 from kane.program.native.compiled_routine import BundleRoutine
@@ -88,7 +89,13 @@ class Kinks:
         turned: list[tuple[float, int]] = []
         for k in np.flatnonzero((np.sign(values) * before < 0).any(axis=0)):
             i = int(np.argmax(np.sign(values[:, k]) * before[k] < 0))
-            turned.append((_located(at, int(k), float(times[i - 1]), float(times[i])), int(k)))
+            a, b = float(times[i - 1]), float(times[i])
+
+            def quantity(t: float, k: int = int(k)) -> float:
+                return float(at(t)[k])
+
+            place = zero_of(quantity, a, b, values[i - 1, k], values[i, k], LAST_DIGIT * max(abs(a), abs(b)))
+            turned.append((place, int(k)))
         signs = np.where(before == 0, 1.0, before)
         for t, _ in sorted(turned):
             after = signs.copy()
@@ -165,15 +172,3 @@ def kinks(numeric: Numeric[Equations]) -> Kinks | None:
         return None
     table = SidedBundles(numeric, [s.quantity for s in found])
     return Kinks(numeric.equations, found, numeric.routine(bending), table)
-
-
-def _located(at: Callable[[float], Array], k: int, start: float, end: float) -> float:
-    """Where the quantity k passes zero between two times at which it has other signs, or is zero at the first."""
-    from scipy.optimize import brentq
-
-    def value(t: float) -> float:
-        return float(at(t)[k])
-
-    if value(start) == 0:
-        return start
-    return float(brentq(value, start, end, xtol=LAST_DIGIT * max(abs(start), abs(end)), disp=False))

@@ -96,7 +96,7 @@ def check_values(eom: Equations, p: Array, span: tuple[float, float]) -> None:
 
 
 def _admissible_values(eom: Equations, p: bytes, span: tuple[float, float]) -> bool:
-    constants = dict(zip(eom.parameters, np.frombuffer(p).tolist(), strict=True))
+    constants: dict[Expr, float] = dict(zip(eom.parameters, np.frombuffer(p).tolist(), strict=True))
     check_masses(eom, constants)
     check_witnesses(eom, constants)
     check_prescribed(eom, constants, span)

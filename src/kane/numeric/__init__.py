@@ -7,7 +7,7 @@ __getattr__ = offered(
     __name__,
     {
         "scale": "bounded vanish DECLARED DERIVE_RANK SOLVE_RANK",
-        "polynomials": "gauss SHARES passages",
+        "polynomials": "gauss SHARES passages zero_of",
         "sampling": "finite_number named_values symbol_named symbols_named HIGH LOW draw sample value_of values_of",
         "newton": "NaturalSizes close close_many close_most closest improved sizes starts",
         "mass_metric": "least_change least_constraint metric mobility of_unit_length reflected",

@@ -180,3 +180,22 @@ def _changes(values: Array) -> int:
     signs = np.sign(values)
     signs = signs[signs != 0]
     return int((signs[1:] != signs[:-1]).sum())
+
+
+def zero_of(quantity: Callable[[float], float], start: float, end: float, a: float, b: float, xtol: float) -> float:
+    """Where a quantity passes zero between two times, a and b being what it was seen to be there.
+
+    An end at which it now has the other side's sign, or is zero, is the place. Brent's method, to `xtol`.
+    """
+    from scipy.optimize import brentq
+
+    first, last = quantity(start), quantity(end)
+    if first * a <= 0:
+        return float(start)
+    if b == 0 or last * a > 0:
+        return float(end)
+
+    def finite(t: float) -> float:  # a pole that is hit may be NaN
+        return float(np.nan_to_num(quantity(t), nan=np.inf))
+
+    return float(brentq(finite, start, end, xtol=xtol, maxiter=1000, disp=False))

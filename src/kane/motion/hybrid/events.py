@@ -30,7 +30,7 @@ from kane.motion.inputs.feedback import HeldInput
 from kane.motion.inputs.functions import constant
 from kane.motion.right_hand_side import Routines
 from kane.numeric.arrays import Array
-from kane.numeric.polynomials import MOST, SHARES, SMALL, Bracket, passages
+from kane.numeric.polynomials import MOST, SHARES, SMALL, Bracket, passages, zero_of
 from kane.numeric.scale import EPS, LATER, NEAR_TIME, SAME_TIME, SOON, UNRELATED
 from kane.program.from_expressions import Task, build_program
 from kane.program.passes.optimize import rounding
@@ -170,7 +170,7 @@ def crossings(
         found = _leaving(gaps, times, over, leaves, most) if leaves else passages(gaps, times, over, most)
         for start, end, a, b in found:
             if event.direction <= 0 < a or a < 0 <= event.direction:
-                t = _located(gap, start, end, a, b)
+                t = zero_of(gap, start, end, a, b, SAME_TIME * (end - start))
                 if not _is_pole(gap, t, times, over):
                     met.append((event, t))
     return sorted(met, key=lambda pair: pair[1])
@@ -214,22 +214,6 @@ def _leaving(gaps: Callable[[Array], Array], times: Array, values: Array, leaves
     early = times[0] + (begin - times[0]) * shares
     within = passages(at, early, np.concatenate([[side * _TINY], at(early[1:-1]), over[:1]]), most)
     return [*[bracket for bracket in within if bracket[2] * side > 0][-1:], *found]
-
-
-def _located(gap: Callable[[float], float], t_old: float, t_new: float, a: float, b: float) -> float:
-    """Where `gap` passes zero, a and b being its values at the states kept; an end that projection moved across is the place."""
-    from scipy.optimize import brentq
-
-    first, last = gap(t_old), gap(t_new)
-    if first * a <= 0:
-        return float(t_old)
-    if b == 0 or last * a > 0:
-        return float(t_new)
-
-    def finite(t: float) -> float:  # a pole that is hit may be NaN
-        return float(np.nan_to_num(gap(t), nan=np.inf))
-
-    return float(brentq(finite, t_old, t_new, xtol=SAME_TIME * (t_new - t_old), maxiter=1000, disp=False))
 
 
 def _is_pole(gap: Callable[[float], float], t: float, times: Array, over: Array) -> bool:

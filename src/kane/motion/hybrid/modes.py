@@ -34,7 +34,7 @@ from kane.motion.right_hand_side import Routines, rates, watched
 from kane.motion.steps import Stepper
 from kane.motion.switches import Switch, has_jumps, switches
 from kane.numeric.arrays import Array
-from kane.numeric.polynomials import SHARES, passages
+from kane.numeric.polynomials import SHARES, passages, zero_of
 from kane.numeric.scale import CHANGES_SIDE, EQUAL, LAST_DIGIT, LATER, NEAR_TIME, ROUNDED, SOON
 from kane.program.from_expressions import Bundle, Shaped
 
@@ -263,21 +263,10 @@ class Modes:
                 own = np.append(each(times[:-1]), own[-1])
             for a, b, first, last in passages(each, times, own):
                 if first > 0:
-                    met.append((_located(ahead, a, b, last), k))
+                    met.append((zero_of(ahead, a, b, first, last, LAST_DIGIT * max(abs(a), abs(b))), k))
                     break
         if not met:
             return Inspection(Verdict.TAKEN)
         t = min(met)[0]
         which = tuple(k for at, k in met if at - t <= NEAR_TIME * h)
         return Inspection(Verdict.UP_TO, start + h if t >= start + (1 - NEAR_TIME) * h else t, which)
-
-
-def _located(gap: Callable[[float], float], a: float, b: float, last: float) -> float:
-    """Where `gap` passes zero between a and b."""
-    from scipy.optimize import brentq
-
-    if last == 0 or gap(b) > 0:
-        return b
-    if gap(a) <= 0:
-        return a
-    return float(brentq(gap, a, b, xtol=LAST_DIGIT * max(abs(a), abs(b)), rtol=LAST_DIGIT, maxiter=200))

@@ -21,7 +21,7 @@ from kane.expr.ops import ADD, SUB, WHERE
 from kane.expr.piecewise import Data, Piecewise, switches, turning_on
 from kane.expr.symbols import Parameter, Symbol, Time, time
 from kane.numeric.arrays import Array
-from kane.numeric.polynomials import SHARES, left, passages
+from kane.numeric.polynomials import SHARES, left, passages, zero_of
 from kane.numeric.scale import LEAPS, NEAR_TIME
 
 PLACES = 2049
@@ -153,7 +153,6 @@ class Turning(NamedTuple):
 
     def _passed(self, values: Mapping[Expr, Any], span: Span) -> list[float]:
         """The same by bounds along parts of the span."""
-        from scipy.optimize import brentq
 
         def of(t: Array) -> Array:
             return np.broadcast_to(np.asarray(evaluate(self.quantity, {**values, time: t}), dtype=float), t.shape)
@@ -172,7 +171,7 @@ class Turning(NamedTuple):
                     return of(np.asarray(t)) - level
 
                 for s, e, p, q in passages(above, times, there - level):
-                    found.append(float(brentq(above, s, e, xtol=4 * math.ulp(e))) if p * q < 0 else e)
+                    found.append(zero_of(above, s, e, p, q, 4 * math.ulp(e)))
         return found
 
 

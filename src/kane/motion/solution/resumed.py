@@ -84,7 +84,9 @@ def begin_of(start: Any, given: Mapping[str, Any], span: Any) -> tuple[Begin, An
     last = None if start.event is None else start.event.name
     fresh = {e.name: 0.0 for e, t in start.events if t >= start.t[-1] or e.name == last}
     unmoved = given["parameters"] is None and given["inputs"] is None
-    return Begin(start.q[-1], start.u[-1], None, start.a[-1], float(start.work[-1]), fresh, True, unmoved, start.rtol), span
+    return Begin(
+        start.q[-1], start.u[-1], None, start.a[-1], float(start.work[-1]), fresh, True, unmoved, start.rtol
+    ), span
 
 
 def inherited_parameters(eom: Equations, start: Solution | None, given: Any) -> Any:
