@@ -449,23 +449,25 @@ def postorder(roots: Iterable[Expr]) -> list[Expr]:
     """Every node below `roots` once, arguments before their users, without recursion."""
     seen: set[Expr] = set()
     order: list[Expr] = []
-    for root in roots:
-        stack: list[Expr | None] = [root]
-        while stack:
-            node = stack.pop()
-            if node is None:  # all below the node before it has been seen
-                node = stack.pop()
-            elif node in seen:
-                continue
-            elif node.args:
-                stack += (node, None)
-                for a in reversed(node.args):
-                    if a not in seen:
-                        stack.append(a)
-                continue
-            if node is not None and node not in seen:
+    for node in roots:
+        if node in seen:
+            continue
+        waiting: list[Expr] = []
+        while True:
+            for a in node.args:
+                if a not in seen:
+                    if a.args:
+                        waiting.append(node)
+                        node = a
+                        break
+                    seen.add(a)
+                    order.append(a)
+            else:  # all below the node has been seen
                 seen.add(node)
                 order.append(node)
+                if not waiting:
+                    break
+                node = waiting.pop()
     return order
 
 

@@ -9,7 +9,7 @@ A result depends on the arguments alone, kept or not. Nothing is kept outside of
 """
 
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar, cast
@@ -55,6 +55,27 @@ def substituted(root: Expr, replacements: Mapping[Expr, Expr], memo: dict[Expr, 
     images: dict[Expr, Expr] = {} if memo is None else memo
     images.update(replacements)
     return fold(root, images, lambda node: imaged(node, images))
+
+
+def replaced_in(
+    roots: Iterable[Expr], order: Iterable[Expr], replacements: Mapping[Expr, Expr], kept: Set[Expr] = frozenset()
+) -> tuple[Expr, ...]:
+    """`substituted` of several `roots` whose nodes are listed in `order`, arguments first; what is `kept` stays as it is."""
+    images: dict[Expr, Expr] = {}
+    for node in order:
+        image = replacements.get(node)
+        if image is None:
+            if node in kept:
+                continue
+            for a in node.args:
+                if a in images:
+                    image = NODE_BUILDERS[node.op.name](*[images.get(x, x) for x in node.args])
+                    break
+            else:
+                continue
+        if image is not node:
+            images[node] = image
+    return tuple([images.get(r, r) for r in roots])
 
 
 def imaged(node: Expr, images: Mapping[Expr, Expr]) -> Expr:

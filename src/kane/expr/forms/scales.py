@@ -8,9 +8,7 @@ sums whose terms have the same k. Elsewhere a term is multiplied by p, or the pa
 """
 
 import heapq
-from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
-from typing import NamedTuple
 
 from kane.expr.build import NODE_BUILDERS, div, mul, neg
 from kane.expr.forms.count import price
@@ -28,75 +26,89 @@ _REFUSED = 1000
 """The cost of a division by p where nothing divides by p."""
 
 
-def chosen(roots: Sequence[Expr], p: Parameter, kept: frozenset[Expr]) -> dict[Expr, int]:
+_LEAF, _SCALE, _OTHER, _KEPT, _NEGATIVE, _PRODUCT, _QUOTIENT, _SUM, _ELSE = range(9)
+"""Kinds of nodes: what has no power, p, another parameter, what stays as it is, and operations."""
+
+
+class _Graph:
+    """What is computed together: nodes in order, and the numbers of their arguments and users; after them one place for each root."""
+
+    def __init__(self, roots: Sequence[Expr]) -> None:
+        self.order = postorder(roots)
+        place = {node: i for i, node in enumerate(self.order)}
+        self.args = [tuple([place[a] for a in node.args]) for node in self.order] + [(place[r],) for r in roots]
+        self.users: list[list[int]] = [[] for _ in self.args]
+        for i, args in enumerate(self.args):
+            for a in args:
+                self.users[a].append(i)
+        self.roots = roots
+
+
+def _chosen(graph: _Graph, p: Parameter, kept: frozenset[Expr]) -> dict[Expr, int]:
     """The powers of other parameters, and of sums where it is not the least one of their terms.
 
     Parameters
     ----------
-    roots : what is computed together
+    graph : what is computed together
     p : the parameter
-    kept : expressions in them that stay as they are, of power 0
+    kept : expressions in it that stay as they are, of power 0
     """
-    powers = _Powers(roots, p, kept)
+    powers = _Powers(graph, p, kept)
     for _ in range(_ROUNDS):
         before = powers.cost
         for i, choice in list(powers.options()):
             powers.attempt(i, choice)
         if powers.cost == before:
             break
-    return {powers.order[i]: choice for i, choice in powers.choices.items()}
+    return {graph.order[i]: choice for i, choice in powers.choices.items()}
 
 
-class _State(NamedTuple):
-    """Of e = p^k e′: the number of e′, k, what e′ costs, and which numbers are multiplied by which powers for it."""
-
-    value: int
-    power: int
-    cost: int = 0
-    asked: tuple[tuple[int, int], ...] = ()
+_Asked = tuple[tuple[int, int], ...]
+_State = tuple[int, int, int, _Asked]
+"""Of e = p^k e′: the number of e′, k, what e′ costs, and which numbers are multiplied by which powers for it."""
 
 
 class _Powers:
-    """Choices, and what everything costs by them: nodes in order, after them one place for each root."""
+    """Choices, and what everything costs by them."""
 
-    def __init__(self, roots: Sequence[Expr], p: Parameter, kept: frozenset[Expr]) -> None:
-        self.p, self.kept = p, kept
-        self.order = postorder(roots)
-        place = {node: i for i, node in enumerate(self.order)}
-        self.args = [tuple(place[a] for a in node.args) for node in self.order] + [(place[r],) for r in roots]
-        self.users: list[list[int]] = [[] for _ in self.args]
-        for i, args in enumerate(self.args):
-            for a in args:
-                self.users[a].append(i)
+    def __init__(self, graph: _Graph, p: Parameter, kept: frozenset[Expr]) -> None:
+        self.order, self.args, self.users = graph.order, graph.args, graph.users
+        self.kinds = [_kind(node, p, kept) for node in self.order] + [_ELSE] * len(graph.roots)
+        self.costs = [node.op.cost for node in self.order] + [0] * len(graph.roots)
         self.choices: dict[int, int] = {}
         self.taken = 0
         self.refused: dict[tuple[int, int | None], int] = {}
-        self.asked: Counter[tuple[int, int]] = Counter()
-        self.cost = 0
+        self.asked: dict[tuple[int, int], int] = {}
         self.states: list[_State] = []
         for i in range(len(self.args)):
             self.states.append(self._state(i))
-        below = (self.args[i][1] for i, node in enumerate(self.order) if node.op is DIV)
-        self.divides = any(self.states[i].power > 0 for i in below)
+        below = [self.args[i][1] for i, node in enumerate(self.order) if node.op is DIV]
+        self.divides = any(self.states[i][1] > 0 for i in below)
         for state in self.states:
-            self._enter(state, 1)
+            for key in state[3]:
+                self.asked[key] = self.asked.get(key, 0) + 1
+        self.cost = sum([state[2] for state in self.states]) + sum([self._cost(*key) for key in self.asked])
 
     def options(self) -> Iterator[tuple[int, int | None]]:
         """Choices to try: of parameters beside p, of sums whose terms have other powers, of what is used more than once."""
-        for i, node in enumerate(self.order):
-            if isinstance(node, Parameter):
-                if node is not self.p:
-                    yield from ((i, k) for k in (*self._met(i), None))
+        states = self.states
+        for i, kind in enumerate(self.kinds[: len(self.order)]):
+            if kind == _LEAF or kind == _SCALE:
                 continue
-            if (node.op is ADD or node.op is SUB) and self._uneven(i):
-                yield from ((i, k) for k in (max(self.states[a].power for a in self.args[i]), None))
-            if len(self.users[i]) > 1 and node.args and self.states[i].power:
-                yield from ((i, k) for k in (WHOLE, None))
+            if kind == _OTHER:
+                yield from ((i, k) for k in (*self._met(i), None))
+                continue
+            if self._uneven(i):
+                yield i, max([states[a][1] for a in self.args[i]])
+                yield i, None
+            if len(self.users[i]) > 1 and states[i][1]:
+                yield i, WHOLE
+                yield i, None
 
     def _met(self, i: int) -> Iterator[int]:
         """Powers of another parameter to try: −1 as a factor of what has some, 1 as a term, or a factor of one, beside what has."""
         users = [k for k in self.users[i] if k < len(self.order)]
-        if any(self.order[k].op is MUL and self.states[k].power for k in users):
+        if any(self.order[k].op is MUL and self.states[k][1] for k in users):
             yield -1
         terms = [k for user in users for k in (user, *(self.users[user] if self.order[user].op is MUL else ()))]
         if any(k < len(self.order) and self._uneven(k) for k in terms):
@@ -104,26 +116,30 @@ class _Powers:
 
     def _uneven(self, i: int) -> bool:
         """Whether a sum's terms have other powers."""
-        node = self.order[i]
-        return (node.op is ADD or node.op is SUB) and len({self.states[a].power for a in self.args[i]}) > 1
+        op = self.order[i].op
+        if op is not ADD and op is not SUB:
+            return False
+        a, b = self.args[i]
+        return self.states[a][1] != self.states[b][1]
 
     def attempt(self, i: int, choice: int | None) -> None:
         """Make a choice, and take it back unless everything costs less then; not again where nothing else has changed since."""
         usual = self.choices.get(i)
         if choice == usual or self.refused.get((i, choice)) == self.taken:
             return
-        cost, before = self.cost, {}
+        states, cost, before = self.states, self.cost, {}
         self._set(i, choice)
         waiting = [i]
         while waiting:
             k = heapq.heappop(waiting)
             while waiting and waiting[0] == k:
                 heapq.heappop(waiting)
-            old, new = self.states[k], self._state(k)
+            old, new = states[k], self._state(k)
             if new != old:
                 before[k] = old
-                self._put(k, new)
-                if new[:2] != old[:2]:
+                states[k] = new
+                self.cost += new[2] - old[2] + self._asked(old[3], new[3])
+                if new[0] != old[0] or new[1] != old[1]:
                     for user in self.users[k]:
                         heapq.heappush(waiting, user)
         if self.cost < cost:
@@ -132,7 +148,9 @@ class _Powers:
         self.refused[i, choice] = self.taken
         self._set(i, usual)
         for k, old in before.items():
-            self._put(k, old)
+            self._asked(states[k][3], old[3])
+            states[k] = old
+        self.cost = cost
 
     def _set(self, i: int, choice: int | None) -> None:
         if choice is None:
@@ -140,17 +158,21 @@ class _Powers:
         else:
             self.choices[i] = choice
 
-    def _put(self, k: int, new: _State) -> None:
-        self._enter(self.states[k], -1)
-        self._enter(new, 1)
-        self.states[k] = new
-
-    def _enter(self, state: _State, sign: int) -> None:
-        self.cost += sign * state.cost
-        for key in state.asked:
-            self.asked[key] += sign
-            if self.asked[key] == (sign > 0):
-                self.cost += sign * self._cost(*key)
+    def _asked(self, old: _Asked, new: _Asked) -> int:
+        """What it costs more to ask for other numbers times powers."""
+        if old == new:
+            return 0
+        cost, asked = 0, self.asked
+        for key in old:
+            asked[key] -= 1
+            if not asked[key]:
+                cost -= self._cost(*key)
+        for key in new:
+            count = asked.get(key, 0)
+            asked[key] = count + 1
+            if not count:
+                cost += self._cost(*key)
+        return cost
 
     def _cost(self, value: int, power: int) -> int:
         """Of a number times a power of p."""
@@ -158,43 +180,53 @@ class _Powers:
         return plain if power > 0 or self.divides else _REFUSED
 
     def _state(self, i: int) -> _State:
-        if i >= len(self.order):
-            return _State(i, 0, 0, self._raised(self.args[i], 0))
-        node, choice = self.order[i], self.choices.get(i)
-        op = node.op
-        if node is self.p:
-            return _State(_ONE, 1)
-        if isinstance(node, Parameter) and choice:
-            return _State(-2 - i, choice, 0, ((i, -choice),))
-        if not node.args:
-            return _State(i, 0)
-        if node in self.kept:
-            return _State(i, 0, op.cost, self._raised(self.args[i], 0))
-        if op is NEG:
-            return self.states[self.args[i][0]]._replace(cost=0, asked=())
-        if op is MUL or op is DIV:
-            state = self._product(i, op is MUL)
-        elif op is ADD or op is SUB:
-            power = min(self.states[a].power for a in self.args[i]) if choice is None or choice == WHOLE else choice
-            state = _State(i, power, op.cost, self._raised(self.args[i], power))
+        kind, states = self.kinds[i], self.states
+        choice = self.choices.get(i)
+        if kind == _PRODUCT or kind == _QUOTIENT:
+            value, power, cost = self._product(i, kind == _PRODUCT)
+            asked: _Asked = ()
+        elif kind == _SUM:
+            x, y = self.args[i]
+            a, b = states[x], states[y]
+            power = (a[1] if a[1] < b[1] else b[1]) if choice is None or choice == WHOLE else choice
+            value, cost, asked = i, self.costs[i], _raised((a, b), power)
+        elif kind == _LEAF:
+            return i, 0, 0, ()
+        elif kind == _SCALE:
+            return _ONE, 1, 0, ()
+        elif kind == _OTHER:
+            return (-2 - i, choice, 0, ((i, -choice),)) if choice else (i, 0, 0, ())
+        elif kind == _NEGATIVE:
+            value, power, _, _ = states[self.args[i][0]]
+            return value, power, 0, ()
         else:
-            return _State(i, 0, op.cost, self._raised(self.args[i], 0))
-        if choice == WHOLE and state.power:
-            return _State(-2 - i, 0, state.cost, (*state.asked, (state.value, state.power)))
-        return state
+            return i, 0, self.costs[i], _raised([states[a] for a in self.args[i]], 0)
+        if choice == WHOLE and power:
+            return -2 - i, 0, cost, (*asked, (value, power))
+        return value, power, cost, asked
 
-    def _product(self, i: int, times: bool) -> _State:
-        a, b = (self.states[k] for k in self.args[i])
-        power = a.power + b.power if times else a.power - b.power
-        if b.value == _ONE:
-            return _State(a.value, power)
-        if times and a.value == _ONE:
-            return _State(b.value, power)
-        return _State(i, power, 1)
+    def _product(self, i: int, times: bool) -> tuple[int, int, int]:
+        x, y = self.args[i]
+        (a, k, _, _), (b, n, _, _) = self.states[x], self.states[y]
+        power = k + n if times else k - n
+        if b == _ONE:
+            return a, power, 0
+        if times and a == _ONE:
+            return b, power, 0
+        return i, power, 1
 
-    def _raised(self, args: Sequence[int], power: int) -> tuple[tuple[int, int], ...]:
-        states = [self.states[a] for a in args]
-        return tuple((s.value, s.power - power) for s in states if s.power != power)
+
+def _kind(node: Expr, p: Parameter, kept: frozenset[Expr]) -> int:
+    if not node.args:
+        return _SCALE if node is p else _OTHER if isinstance(node, Parameter) else _LEAF
+    return _KEPT if node in kept else _KINDS.get(node.op, _ELSE)
+
+
+_KINDS = {NEG: _NEGATIVE, MUL: _PRODUCT, DIV: _QUOTIENT, ADD: _SUM, SUB: _SUM}
+
+
+def _raised(states: Sequence[_State], power: int) -> _Asked:
+    return tuple([(s[0], s[1] - power) for s in states if s[1] != power])
 
 
 _Image = tuple[Expr, int]
@@ -210,18 +242,21 @@ def scaled(roots: Sequence[Expr], kept: Collection[Expr] = ()) -> tuple[Expr, ..
     kept : expressions in them that stay as they are
     """
     best, least, held = tuple(roots), price(roots), frozenset(kept)
-    for p in _frequent(best):
-        found = _rewritten(best, p, held, chosen(best, p, held))
+    graph = _Graph(best)
+    for p in _frequent(graph.order):
+        if graph.roots is not best:
+            graph = _Graph(best)
+        found = _rewritten(graph, p, held, _chosen(graph, p, held))
         cost = price(found)
         if cost < least:
             best, least = found, cost
     return best
 
 
-def _frequent(roots: Sequence[Expr]) -> list[Parameter]:
+def _frequent(order: Sequence[Expr]) -> list[Parameter]:
     """Parameters that are factors more than once, the most frequent first."""
     uses: dict[Parameter, int] = {}
-    for node in postorder(roots):
+    for node in order:
         if node.op is MUL or node.op is DIV:
             for a in node.args:
                 if isinstance(a, Parameter):
@@ -229,25 +264,23 @@ def _frequent(roots: Sequence[Expr]) -> list[Parameter]:
     return sorted((p for p, n in uses.items() if n > 1), key=lambda p: -uses[p])
 
 
-def _rewritten(
-    roots: tuple[Expr, ...], p: Parameter, kept: frozenset[Expr], choices: dict[Expr, int]
-) -> tuple[Expr, ...]:
+def _rewritten(graph: _Graph, p: Parameter, kept: frozenset[Expr], choices: dict[Expr, int]) -> tuple[Expr, ...]:
     images: dict[Expr, _Image] = {}
-    for node in postorder(roots):
+    for node in graph.order:
         if node is p:
             images[node] = ONE, 1
-        elif isinstance(node, Parameter):
+        elif not node.args or node in kept:
             k = choices.get(node, 0)
             images[node] = _times(node, p, -k), k
-        elif not node.args or node in kept:
-            images[node] = node, 0
         else:
             images[node] = _image(node, p, [images[a] for a in node.args], choices)
-    return tuple(_times(e, p, k) for e, k in (images[r] for r in roots))
+    return tuple(_times(e, p, k) for e, k in (images[r] for r in graph.roots))
 
 
 def _image(node: Expr, p: Parameter, args: list[_Image], choices: dict[Expr, int]) -> _Image:
     op, choice = node.op, choices.get(node)
+    if choice is None and all([e is a and not k for a, (e, k) in zip(node.args, args, strict=True)]):
+        return node, 0
     if op is NEG:
         return neg(args[0][0]), args[0][1]
     if op in (MUL, DIV):

@@ -16,7 +16,7 @@ from kane.expr.forms.count import price
 from kane.expr.forms.expand import expanded
 from kane.expr.node import ONE, Expr, Number, constant, postorder
 from kane.expr.ops import CONST, DIV, MUL, NEG
-from kane.expr.visit import substituted
+from kane.expr.visit import replaced_in, substituted
 
 
 def named(roots: Sequence[Expr], given: Mapping[Expr, Expr], kept: Collection[Expr] = ()) -> tuple[Expr, ...]:
@@ -83,23 +83,24 @@ Powers = dict[Expr, int]
 
 
 class _Product(NamedTuple):
-    """number · Π factors, and how many operations are made for it alone."""
+    """number · Π factors, how many these are, and how many operations are made for it alone."""
 
     number: Number
     powers: Powers
+    degree: int
     own: int
 
 
 def shared(roots: Sequence[Expr], kept: Collection[Expr] = ()) -> tuple[Expr, ...]:
     """`roots` with products, `kept` ones apart, made of others, or of what several have in common, where that is less."""
     best, least, found = tuple(roots), price(roots), True
-    same = {e: e for e in kept}
+    search = _Products(frozenset(kept))
     while found:
-        products = _products(best, same)
+        order = postorder(best)
+        products = search.within(best, order)
         found = False
-        for replaced in _together(products):
-            memo: dict[Expr, Expr] = {}
-            trial = tuple(substituted(r, replaced | same, memo) for r in best)
+        for replaced in search.together(products):
+            trial = replaced_in(best, order, replaced, search.kept)
             cost = price(trial)
             if cost < least:
                 best, least, found = trial, cost, True
@@ -107,106 +108,121 @@ def shared(roots: Sequence[Expr], kept: Collection[Expr] = ()) -> tuple[Expr, ..
     return best
 
 
-def _products(roots: Sequence[Expr], kept: Mapping[Expr, Expr]) -> dict[Expr, _Product]:
-    """The products in `roots` that are used by something else than one product, and what they are products of."""
-    uses: dict[Expr, int] = dict.fromkeys(roots, 2)
-    order = postorder(roots)
-    for node in order:
-        for a in node.args:
-            uses[a] = uses.get(a, 0) + (1 if node.op is MUL or node.op is DIV else 2)
-    found: dict[Expr, _Product] = {}
-    for node in order:
-        if (node.op is MUL or node.op is DIV) and node not in kept:
-            found[node] = _product(node, found, uses)
-    return {node: product for node, product in found.items() if uses[node] > 1}
-
-
-def _product(node: Expr, found: dict[Expr, _Product], uses: dict[Expr, int]) -> _Product:
-    number: Number = 1
-    powers: Powers = {}
-    own = 1
-    for a, sign in zip(node.args, (1, 1 if node.op is MUL else -1), strict=True):
-        inner = found.get(a)
-        if inner is not None:
-            number = _times(number, inner.number, sign)
-            own += inner.own if uses[a] == 1 else 0
-            for f, k in inner.powers.items():
-                powers[f] = powers.get(f, 0) + sign * k
-        elif a.op is CONST and isinstance(number_of(a), int | Fraction):
-            number = _times(number, number_of(a), sign)
-        else:
-            powers[a] = powers.get(a, 0) + sign
-    return _Product(number, {f: k for f, k in powers.items() if k}, own)
-
-
-def _times(a: Number, b: Number, sign: int) -> Number:
-    return a * b if sign > 0 else Fraction(a) / Fraction(b)
-
-
-def _together(products: dict[Expr, _Product]) -> Iterator[dict[Expr, Expr]]:
-    """Replacements that do not meet, all at once and then the best alone: by other products, by what several have in common."""
-    for replacements in (_by_others(products), _by_common(products)):
-        chosen: dict[Expr, Expr] = {}
-        used: set[Expr] = set()
-        for _, needed, replaced in replacements:
-            if used.isdisjoint(replaced) and chosen.keys().isdisjoint(needed):
-                chosen |= replaced
-                used |= {*replaced, *needed}
-        if chosen:
-            yield chosen
-            yield replacements[0][2]
-
-
 _Replacement = tuple[int, tuple[Expr, ...], dict[Expr, Expr]]
 """Operations that are saved, products that have to stay, and what comes in the places of which."""
 
 
+class _Products:
+    """What products are products of, and what they have in common: found once for each, `kept` ones apart."""
+
+    def __init__(self, kept: frozenset[Expr]) -> None:
+        self.kept = kept
+        self._factors: dict[Expr, tuple[Number, Powers, int]] = {}
+        self._common: dict[tuple[Expr, Expr], tuple[Powers, int, frozenset[tuple[Expr, int]]]] = {}
+
+    def within(self, roots: Sequence[Expr], order: Sequence[Expr]) -> dict[Expr, _Product]:
+        """The products in `roots` that are used by something else than one product; `order` holds all nodes below."""
+        uses: dict[Expr, int] = dict.fromkeys(roots, 2)
+        for node in order:
+            step = 1 if node.op is MUL or node.op is DIV else 2
+            for a in node.args:
+                uses[a] = uses.get(a, 0) + step
+        own: dict[Expr, int] = {}
+        for node in order:
+            if (node.op is MUL or node.op is DIV) and node not in self.kept:
+                own[node] = 1 + sum([own[a] for a in node.args if a in own and uses[a] == 1])
+                if node not in self._factors:
+                    self._factors[node] = self._product(node)
+        return {node: _Product(*self._factors[node], n) for node, n in own.items() if uses[node] > 1}
+
+    def _product(self, node: Expr) -> tuple[Number, Powers, int]:
+        number: Number = 1
+        powers: Powers = {}
+        for a, sign in zip(node.args, (1, 1 if node.op is MUL else -1), strict=True):
+            if a in self._factors:
+                inner, below, _ = self._factors[a]
+                number = _times(number, inner, sign)
+                for f, k in below.items():
+                    powers[f] = powers.get(f, 0) + sign * k
+            elif a.op is CONST and isinstance(number_of(a), int | Fraction):
+                number = _times(number, number_of(a), sign)
+            else:
+                powers[a] = powers.get(a, 0) + sign
+        powers = {f: k for f, k in powers.items() if k}
+        return number, powers, sum(map(abs, powers.values()))
+
+    def together(self, products: dict[Expr, _Product]) -> Iterator[dict[Expr, Expr]]:
+        """Replacements that do not meet, all at once and then the best alone: by other products, by what several have in common."""
+        for found in (_by_others, self._by_common):
+            replacements = found(products)
+            chosen: dict[Expr, Expr] = {}
+            used: set[Expr] = set()
+            for _, needed, replaced in replacements:
+                if used.isdisjoint(replaced) and chosen.keys().isdisjoint(needed):
+                    chosen |= replaced
+                    used |= {*replaced, *needed}
+            if chosen:
+                yield chosen
+                if len(chosen) > len(replacements[0][2]):
+                    yield replacements[0][2]
+
+    def _by_common(self, products: dict[Expr, _Product]) -> list[_Replacement]:
+        """Products made of what several of them have in common, what saves most first."""
+        if len(products) > _MOST:
+            return []
+        by_factor: dict[Expr, list[Expr]] = {}
+        for node, product in products.items():
+            for f in product.powers:
+                by_factor.setdefault(f, []).append(node)
+        found: list[_Replacement] = []
+        seen: set[frozenset[tuple[Expr, int]]] = set()
+        for pair in combinations([node for node, product in products.items() if product.own > 1], 2):
+            known = self._common.get(pair)
+            if known is None:
+                common = _common(*(products[node].powers for node in pair))
+                known = self._common[pair] = common, sum(map(abs, common.values())), frozenset(common.items())
+            common, degree, key = known
+            if degree > 1 and key not in seen:
+                seen.add(key)
+                part = _Product(1, common, degree, 0)
+                few = min([by_factor[f] for f in common], key=len)
+                gains = {n: _gain(products[n], part) for n in few if _holds(products[n].powers, common)}
+                saved = sum([gain for gain in gains.values() if gain > 0]) - (degree - 1)
+                if saved > 0:
+                    whole = _of(ONE, common)
+                    made = {n: _made(products[n], whole, part) for n, gain in gains.items() if gain > 0}
+                    found.append((saved, (), made))
+        return sorted(found, key=lambda r: -r[0])
+
+
+def _times(a: Number, b: Number, sign: int) -> Number:
+    if type(b) is int and b == 1:
+        return a
+    return a * b if sign > 0 else Fraction(a) / Fraction(b)
+
+
 def _by_others(products: dict[Expr, _Product]) -> list[_Replacement]:
     """Products made of another one, what saves most first."""
-    by_factor: dict[Expr, list[Expr]] = {}
+    by_factor: dict[Expr, list[tuple[Expr, _Product]]] = {}
     for node, product in products.items():
         if product.powers:
-            by_factor.setdefault(next(iter(product.powers)), []).append(node)
+            by_factor.setdefault(next(iter(product.powers)), []).append((node, product))
     found: list[_Replacement] = []
     for node, product in products.items():
+        least = product.degree - product.own
         for f in product.powers if product.own > 1 else ():
-            for other in by_factor.get(f, ()):
-                part = products[other]
-                if other is not node and _holds(product.powers, part.powers) and (gain := _gain(product, part)) > 0:
-                    found.append((gain, (other,), {node: _made(product, other, part)}))
-    return sorted(found, key=lambda r: -r[0])
-
-
-def _by_common(products: dict[Expr, _Product]) -> list[_Replacement]:
-    """Products made of what several of them have in common, what saves most first."""
-    if len(products) > _MOST:
-        return []
-    by_factor: dict[Expr, list[Expr]] = {}
-    for node, product in products.items():
-        for f in product.powers:
-            by_factor.setdefault(f, []).append(node)
-    found: list[_Replacement] = []
-    seen: set[frozenset[tuple[Expr, int]]] = set()
-    for one, two in combinations([p for p in products.values() if p.own > 1], 2):
-        common = _common(one.powers, two.powers)
-        degree = sum(map(abs, common.values()))
-        key = frozenset(common.items())
-        if degree > 1 and key not in seen:
-            seen.add(key)
-            part = _Product(1, common, 0)
-            few = min((by_factor[f] for f in common), key=len)
-            gains = {n: _gain(products[n], part) for n in few if _holds(products[n].powers, common)}
-            saved = sum(gain for gain in gains.values() if gain > 0) - (degree - 1)
-            if saved > 0:
-                whole = _of(ONE, common)
-                found.append((saved, (), {n: _made(products[n], whole, part) for n, gain in gains.items() if gain > 0}))
+            for other, part in by_factor.get(f, ()):
+                if part.degree > least and other is not node and _holds(product.powers, part.powers):
+                    gain = _gain(product, part)
+                    if gain > 0:
+                        found.append((gain, (other,), {node: _made(product, other, part)}))
     return sorted(found, key=lambda r: -r[0])
 
 
 def _gain(product: _Product, part: _Product) -> int:
-    """How many operations fewer the product takes by another one."""
-    rest = sum(abs(k - part.powers.get(f, 0)) for f, k in product.powers.items())
-    return product.own - rest - (abs(product.number) != abs(part.number))
+    """How many operations fewer the product takes by another one that it holds."""
+    alike = product.number is part.number or abs(product.number) == abs(part.number)
+    return product.own - (product.degree - part.degree) - (not alike)
 
 
 def _made(product: _Product, other: Expr, part: _Product) -> Expr:
@@ -216,7 +232,11 @@ def _made(product: _Product, other: Expr, part: _Product) -> Expr:
 
 
 def _holds(powers: Powers, part: Powers) -> bool:
-    return part.keys() <= powers.keys() and all(0 < k <= powers[f] or 0 > k >= powers[f] for f, k in part.items())
+    for f, k in part.items():
+        n = powers.get(f, 0)
+        if not (0 < k <= n or 0 > k >= n):
+            return False
+    return True
 
 
 def _common(a: Powers, b: Powers) -> Powers:
