@@ -27,6 +27,7 @@ class Row(ABC):
     """A kind of divisor: `places` gives where each one stands, `lone` the place of one met once; `rank` orders equal gains.
 
     A place is a term, or a pair of them. Places are entered when their terms come, and left out when they are next asked for.
+    `fresh` are the divisors with new places, `often` says how often one was taken out.
     """
 
     rank: ClassVar[int]
@@ -35,6 +36,8 @@ class Row(ABC):
         self.graph, self.price = graph, price
         self.places: dict[Any, list[Any]] = {}
         self.lone: dict[Any, Any] = {}
+        self.fresh: dict[Any, None] = {}
+        self.often: dict[Any, int] = {}
 
     @abstractmethod
     def shown(self, t: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:
@@ -51,7 +54,8 @@ class Row(ABC):
 
     def standing(self, key: Any) -> bool:
         """Whether a divisor stands in several places still."""
-        held = self.places[key] = [*filter(self.stands, self.places[key])]
+        owner = self.graph.owner
+        held = self.places[key] = [t for t in self.places[key] if owner[t] >= 0]
         return len(held) >= _SEVERAL
 
     @abstractmethod
@@ -120,10 +124,12 @@ class Pair(Row):
             return []
         cubes, signs = g.cube, g.sign
         a, s = cubes[t], signs[t]
+        apart = frozenset(a).isdisjoint
         found = []
         for u in own.values():
             if u != t and lone.get(u) == 0:
-                rest, other = _without_common(a, cubes[u])
+                b = cubes[u]
+                rest, other = (a, b) if apart(b) else _without_common(a, b)
                 if rest < other:
                     found.append(((rest, other, s * signs[u]), (t, u)))
                 else:
@@ -135,7 +141,13 @@ class Pair(Row):
 
     def stands(self, place: Any) -> bool:  # noqa: D102
         t, u = place
-        return super().stands(t) and super().stands(u)
+        owner = self.graph.owner
+        return owner[t] >= 0 and owner[u] >= 0
+
+    def standing(self, key: Any) -> bool:  # noqa: D102
+        owner = self.graph.owner
+        held = self.places[key] = [p for p in self.places[key] if owner[p[0]] >= 0 and owner[p[1]] >= 0]
+        return len(held) >= _SEVERAL
 
     def gain(self, key: Any) -> int:  # noqa: D102
         g, price = self.graph, self.price
@@ -213,8 +225,6 @@ class Search:
         self._lone: dict[int, int] = {}
         self._first: dict[int, int] = {}
         self._often = set[int]()
-        self._fresh: dict[tuple[Row, Any], None] = {}
-        self._taken: dict[tuple[Row, Any], int] = {}
         self._heap: list[tuple[int, int, int, Row, Any]] = []
         self._turn = 0
         for v in range(len(graph.terms)):
@@ -243,17 +253,17 @@ class Search:
             self._put(row, row.shown(t, lone, often))
 
     def _put(self, row: Row, shown: Iterable[tuple[Hashable, Any]]) -> None:
-        fresh, places, lone = self._fresh, row.places, row.lone
+        fresh, places, lone = row.fresh, row.places, row.lone
         for key, place in shown:
             held = places.get(key)
             if held is not None:
                 held.append(place)
-                fresh[row, key] = None
+                fresh[key] = None
             elif (other := lone.setdefault(key, place)) is not place:
                 if row.stands(other):
                     places[key] = [other, place]
                     del lone[key]
-                    fresh[row, key] = None
+                    fresh[key] = None
                 else:
                     lone[key] = place
 
@@ -262,7 +272,7 @@ class Search:
         total = 0
         while found := self._best():
             row, key, gain = found
-            self._taken[row, key] = self._taken.get((row, key), 0) + 1
+            row.often[key] = row.often.get(key, 0) + 1
             changed = row.taken(key)
             self.graph.settle(dict.fromkeys(changed))
             total += gain
@@ -270,13 +280,14 @@ class Search:
 
     def _best(self) -> tuple[Row, Any, int] | None:
         """The divisor that gains most."""
-        for row, key in self._fresh:
-            self._push(row, key)
-        self._fresh.clear()
+        for row in self.rows:
+            for key in row.fresh:
+                self._push(row, key)
+            row.fresh.clear()
         heap = self._heap
         while heap:
             gain, _, _, row, key = heapq.heappop(heap)
-            if self._taken.get((row, key), 0) >= _TWICE or not row.standing(key):
+            if row.often.get(key, 0) >= _TWICE or not row.standing(key):
                 continue
             now = row.gain(key)
             if now == -gain:
@@ -308,13 +319,6 @@ def _holds(cube: Cube, part: Cube) -> bool:
 
 def _without_common(a: Cube, b: Cube) -> tuple[Cube, Cube]:
     """Two cubes without the literals that they share."""
-    if not a or not b:
-        return a, b
-    for x in a:
-        if x in b:
-            break
-    else:
-        return a, b
     left = list(b)
     rest = []
     for x in a:

@@ -159,7 +159,7 @@ class Graph:
         """Add a term to a sum; like terms are joined."""
         own = self.terms[v]
         assert own is not None
-        rest, value = self.parted(cube)
+        rest, value = (cube, 1.0) if self._numbers.isdisjoint(cube) else self.parted(cube)
         like = own.get(rest)
         if like is not None:
             total = self.sign[like] * self.factor[like] + sign * value
@@ -247,7 +247,8 @@ class Graph:
             else:
                 left.append(x)
         left.sort()
-        return self.scaled(m * n, tuple(left))
+        value = m * n
+        return tuple(left) if value == 1.0 else self.scaled(value, tuple(left))
 
     # Canonical form ------------------------------------------------------------------------------------------------------------
 

@@ -24,17 +24,15 @@ class Price:
 
     def product(self, cube: Cube) -> int:
         """A cube alone."""
-        known = self._products.get(cube)
-        if known is None:
-            known = self._products[cube] = self._product(cube)
-        return known[0]
+        return (self._products.get(cube) or self._known(cube))[0]
 
     def varies(self, cube: Cube) -> bool:
         """Whether a cube depends on more than parameters."""
-        known = self._products.get(cube)
-        if known is None:
-            known = self._products[cube] = self._product(cube)
-        return bool(known[1])
+        return bool((self._products.get(cube) or self._known(cube))[1])
+
+    def _known(self, cube: Cube) -> tuple[int, int]:
+        known = self._products[cube] = self._product(cube)
+        return known
 
     def _product(self, cube: Cube) -> tuple[int, int]:
         varies = self._varies
@@ -47,8 +45,7 @@ class Price:
         """A cube times one more factor of a tier."""
         if not base:
             return 0
-        cost = self.product(base)
-        own = self._products[base][1]
+        cost, own = self._products.get(base) or self._known(base)
         if varies:
             return cost + self.state
         count = len(base) - own
@@ -57,9 +54,12 @@ class Price:
     def sum(self, cubes: list[Cube]) -> int:
         """A sum of cubes, each read by it alone."""
         own = total = 0
+        products = self._products
         for cube in cubes:
-            total += self.product(cube)
-            own += self.varies(cube)
+            price, varying = products.get(cube) or self._known(cube)
+            total += price
+            if varying:
+                own += 1
         count = len(cubes) - own
         total += self.parameter * (count - 1) if count > 1 else 0
         return total + self.state * (own - 1 + (count > 0)) if own else total

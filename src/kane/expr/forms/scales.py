@@ -93,7 +93,7 @@ class _Powers:
         """Choices to try: of parameters beside p, of sums whose terms have other powers, of what is used more than once."""
         states = self.states
         for i, kind in enumerate(self.kinds[: len(self.order)]):
-            if kind == _LEAF or kind == _SCALE:
+            if kind in (_LEAF, _SCALE):
                 continue
             if kind == _OTHER:
                 yield from ((i, k) for k in (*self._met(i), None))
@@ -182,7 +182,7 @@ class _Powers:
     def _state(self, i: int) -> _State:
         kind, states = self.kinds[i], self.states
         choice = self.choices.get(i)
-        if kind == _PRODUCT or kind == _QUOTIENT:
+        if kind in (_PRODUCT, _QUOTIENT):
             value, power, cost = self._product(i, kind == _PRODUCT)
             asked: _Asked = ()
         elif kind == _SUM:
@@ -279,8 +279,12 @@ def _rewritten(graph: _Graph, p: Parameter, kept: frozenset[Expr], choices: dict
 
 def _image(node: Expr, p: Parameter, args: list[_Image], choices: dict[Expr, int]) -> _Image:
     op, choice = node.op, choices.get(node)
-    if choice is None and all([e is a and not k for a, (e, k) in zip(node.args, args, strict=True)]):
-        return node, 0
+    if choice is None:
+        for a, (e, k) in zip(node.args, args, strict=True):
+            if k or e is not a:
+                break
+        else:
+            return node, 0
     if op is NEG:
         return neg(args[0][0]), args[0][1]
     if op in (MUL, DIV):

@@ -171,11 +171,12 @@ def starts(code: Code) -> list[Graph]:
     if count > _LONG:
         return [_rewritten(graph)]
     before, out = cost(graph), normal(graph)
-    ordered = [out, graph] if cost(out) > _LENGTHENED * before else [graph, out]
-    made = [_rewritten(ordered[0])]
-    if count <= _SHORT or cost(made[0]) >= before:
-        made.append(_rewritten(ordered[1]))
-    return sorted(made, key=cost)
+    first, second = (out, graph) if cost(out) > _LENGTHENED * before else (graph, out)
+    made = _rewritten(first)
+    if count > _SHORT and cost(made) < before:
+        return [made]
+    other = _rewritten(second)
+    return sorted([made, other], key=cost)
 
 
 def _rewritten(graph: Graph) -> Graph:
