@@ -140,9 +140,7 @@ class Pair(Row):
         return self.shown(t, lone, often)
 
     def stands(self, place: Any) -> bool:  # noqa: D102
-        t, u = place
-        owner = self.graph.owner
-        return owner[t] >= 0 and owner[u] >= 0
+        return super().stands(place[0]) and super().stands(place[1])
 
     def standing(self, key: Any) -> bool:  # noqa: D102
         owner = self.graph.owner
