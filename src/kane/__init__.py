@@ -12,7 +12,7 @@ from kane.lazy_imports import offered as _offered
 # A public name is imported when it is first used (PEP 562), so that `import kane` takes next to no time: for type checkers it is
 # imported here, at run time `_NAMES` says from where.
 if TYPE_CHECKING:
-    from kane import analysis, attitude, beams, errors, expr, figures, joints, loads, solids
+    from kane import analysis, attitude, beams, errors, expr, figures, integrators, joints, loads, solids
     from kane.analysis import *
     from kane.attitude import *
     from kane.beams import *
@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from kane.expr.piecewise import table
     from kane.expr.symbols import coordinate, coordinates, input, parameter, parameters, speed, speeds, state, time
     from kane.figures import *
+    from kane.integrators import *
     from kane.interop.sympy import from_sympy, to_sympy
     from kane.joints import *
     from kane.loads import *
@@ -73,7 +74,8 @@ if TYPE_CHECKING:
     from kane.motion.inputs.feedback import sampled
     from kane.motion.inputs.functions import Signal, signal
     from kane.motion.load import load_solution
-    from kane.motion.prepared import Prepared, prepare
+    from kane.motion.prepared import Prepared as Prepared
+    from kane.motion.prepared import prepare
     from kane.motion.simulate import simulate
     from kane.motion.solution.accuracy import Accuracy
     from kane.motion.solution.solution import Solution
@@ -92,7 +94,7 @@ __version__ = "0.1.0.dev0"
 logging.getLogger("kane").addHandler(logging.NullHandler())  # a library says nothing unless it is asked to
 
 _NAMES = {
-    "": "analysis attitude beams errors expr figures joints loads solids",
+    "": "analysis attitude beams errors expr figures integrators joints loads solids",
     "analysis.assembly": "Assembled assemble",
     "analysis.comparison": "MethodComparison SpeedComparison SpeedSet compare_methods compare_speeds",
     "analysis.constraint_loads": "ConstraintForces constraint_forces Impact impact",
@@ -162,6 +164,9 @@ _NAMES = {
     "motion.inputs.functions": "Signal signal",
     "motion.inputs.feedback": "sampled",
     "motion.load": "load_solution",
+    "motion.integrators":
+        "AdaptiveStep Auto Cvode Dop853 FixedStep Gauss16 Lsoda Midpoint Radau9 Rk4 ScipyBDF ScipyDOP853 ScipyRK23 "
+        "ScipyRK45 ScipyRadau Tsit5 Tsitpap8 Vern9",
     "motion.prepared": "Prepared prepare",
     "motion.simulate": "simulate",
     "motion.solution.solution": "Solution",
@@ -203,7 +208,7 @@ __all__ = [
     "configuration_constraint", "motion_constraint",
     "reaction", "auxiliary_speed", "Event", "System",
     "derive", "Equations", "compile", "Compiled", "Jacobian", "Handle", "Settings", "State", "assemble", "guess",
-    "signal", "Signal", "sampled", "simulate", "prepare", "Prepared", "Solution", "load_solution", "Accuracy",
+    "signal", "Signal", "sampled", "simulate", "prepare", "integrators", "Solution", "load_solution", "Accuracy",
     "linearize", "trim", "equilibrium", "inverse", "analysis", "plot", "report", "figures",
     "Expr", "Matrix", "diff", "gradient", "jacobian", "time_derivative", "substitute", "evaluate", "free_symbols",
     "unit_of", "to_text", "to_latex", "to_sympy", "from_sympy", "expr",

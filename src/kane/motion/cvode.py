@@ -74,7 +74,7 @@ class Polynomial:
         return np.asarray(np.polynomial.polynomial.polyval(theta, self._coefficients), dtype=np.float64)
 
 
-class Cvode:
+class CvodeSolver:
     """CVODE between t and t_bound, with the attributes and methods of SciPy's solvers that a motion asks for.
 
     `pattern` (n × n) says which entries of J are not zero; without it all may be.

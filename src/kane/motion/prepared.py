@@ -6,6 +6,7 @@ from typing import Any
 
 from kane.equations.equations import Equations, check_equations
 from kane.errors import Attributes
+from kane.motion.integrators import AdaptiveStep, FixedStep
 from kane.motion.runner import Plan, Runners
 from kane.motion.simulate import are_numbers, repeated, runner_of, simulate
 from kane.motion.solution.checks import checking_functions
@@ -20,7 +21,7 @@ def prepare(
     span: tuple[float, float],
     *,
     inputs: Mapping[Any, Any] | None = None,
-    method: str | None = None,
+    method: str | AdaptiveStep | FixedStep | None = None,
     rtol: float | None = None,
     atol: float | None = None,
     samples: int | Sequence[float] = 501,
@@ -49,6 +50,8 @@ def prepare(
     Returns
     -------
     Prepared
+        `run(q, u, states=None, parameters=None)` is a Solution; values are given by symbol or name, or in order, and parameters that
+        are left out take their defaults. It has `equations`, `span` and `in_one_call`. Threads may call it at the same time
 
     Raises
     ------
@@ -63,7 +66,7 @@ def prepare(
     check_equations(eom)
     check_span(span)
     checking_functions(eom.derived, check)
-    plan = Plan(span, method, rtol, atol, samples, max_steps, max_step, first_step, breakpoints, max_seconds)
+    plan = Plan(span, method, rtol, atol, samples, max_steps, max_step, first_step, breakpoints, max_seconds).spelled()
     return Prepared(eom, plan, inputs, settings, check)
 
 

@@ -23,6 +23,7 @@ from kane.motion.course import Method
 from kane.motion.hybrid.events import check_witnesses
 from kane.motion.inputs.functions import constant
 from kane.motion.inputs.smooth import check_prescribed
+from kane.motion.integrators import spelled
 from kane.motion.interrupts import is_noted, noted
 from kane.motion.loop import continued
 from kane.motion.methods import cornered
@@ -85,6 +86,10 @@ class Plan(NamedTuple):
     first_step: Any = None
     breakpoints: Any = None
     max_seconds: Any = None
+
+    def spelled(self) -> "Plan":
+        """With a record of options as method taken apart into a name and options."""
+        return self if self.method is None or isinstance(self.method, str) else Plan(**spelled(self._asdict()))
 
 
 def check_values(eom: Equations, p: Array, span: tuple[float, float]) -> None:

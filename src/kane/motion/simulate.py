@@ -18,6 +18,7 @@ from kane.expr.evaluation import evaluate
 from kane.model.beams.beam import Beam, doubts
 from kane.motion.inputs.expressions import own_parameters
 from kane.motion.inputs.functions import input_functions
+from kane.motion.integrators import AdaptiveStep, FixedStep
 from kane.motion.interrupts import check_whole, noted
 from kane.motion.loop import STEPS_ASKED, breakpoints_of, run, solver
 from kane.motion.methods import AUTO, chosen
@@ -45,7 +46,7 @@ def simulate(
     parameters: Mapping[Any, float] | None = None,
     inputs: Mapping[Any, Any] | None = None,
     t: float | None = None,
-    method: str | None = None,
+    method: str | AdaptiveStep | FixedStep | None = None,
     rtol: float | None = None,
     atol: float | None = None,
     samples: int | Sequence[float] = 501,
@@ -80,7 +81,8 @@ def simulate(
     method : "auto" unless told, one that runs in machine code ("gauss16", "dop853", "tsitpap8", "vern9", "tsit5", for stiff
         equations "radau9", and at steps of the length max_step "rk4" and the symplectic "midpoint"), one of SciPy's "RK23", "RK45",
         "DOP853", "Radau", "BDF", "LSODA", or "cvode" of SUNDIALS, for stiff equations (`pip install 'kane[stiff]'`). "auto" takes
-        machine code where constraints do not bend and no tables jump; `sol.method` says which ran
+        machine code where constraints do not bend and no tables jump; `sol.method` says which ran. Or a record of an integrator and
+        its options in place of the keywords, `kn.Gauss16(rtol=1e-10)`: see `kn.integrators`
     rtol, atol : relative tolerance, and absolute one, in the units of coordinates and speeds; 1e-9 unless told
     samples : how many evenly spaced times to return, or the times; the start and the end always come too
     max_steps : after how many steps to stop; unless told, after a million, or 10,000 that led on by less than 1e-4 of the span
@@ -102,7 +104,8 @@ def simulate(
     """
     check_equations(eom)
     checking_functions(eom.derived, check)
-    plan = Plan(span, method, rtol, atol, samples, max_steps, max_step, first_step, breakpoints, max_seconds)
+    plan = Plan(span, method, rtol, atol, samples, max_steps, max_step, first_step, breakpoints, max_seconds).spelled()
+    _, method, rtol, atol, _, _, max_step, first_step, _, _ = plan
     if start is None and rates is None and t is None:
         found = repeated(
             _kept(eom, plan, inputs, settings), eom, plan, (q, u, states, parameters), inputs, settings, check

@@ -16,7 +16,7 @@ from kane.dynamics.poles import KinematicsEnd
 from kane.expr.evaluation import free_symbols
 from kane.expr.symbols import input_of, time
 from kane.motion.course import Course, Method
-from kane.motion.cvode import CVODE, Cvode
+from kane.motion.cvode import CVODE, CvodeSolver
 from kane.motion.hybrid.events import PARTS, End, Fresh, Met, StepSeen, leapt
 from kane.motion.hybrid.modes import chattering
 from kane.motion.inputs.breakpoints import next_end, on_from, told_apart
@@ -287,7 +287,7 @@ def _solver(method: Method, stepper: Stepper, t: float, y: Array, end: float, fi
     more: dict[str, Any] = {"jac": stepper.slopes} if method.name in _IMPLICIT else {}
     if method.name == CVODE:
         more["pattern"] = stepper.pattern()
-    return (Cvode if method.name == CVODE else getattr(integrate, method.name))(
+    return (CvodeSolver if method.name == CVODE else getattr(integrate, method.name))(
         stepper.rate,
         t,
         y,

@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Integrators as records of their options, which `simulate` and `prepare` take as `method=`.
+
+A record says no more than a name and keywords do: `options` are those keywords.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
+
+from kane.errors import Attributes, SimulationError
+from kane.motion.cvode import CVODE
+from kane.motion.methods import AUTO
+
+
+@dataclass(frozen=True, slots=True)
+class _Named(Attributes):
+    """A record of options of the integrator that `method=name` names."""
+
+    name: ClassVar[str] = ""
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The options that are given, by the keywords of `simulate`."""
+        given = {f.name: getattr(self, f.name) for f in fields(self)}
+        return {"max_step" if name == "step" else name: value for name, value in given.items() if value is not None}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AdaptiveStep(_Named):
+    """Options of an integrator that chooses its steps: those that are None are as `simulate` has them.
+
+    Attributes
+    ----------
+    rtol, atol : relative and absolute tolerance of a step's error, the latter in the units of coordinates and speeds
+    max_step : the longest step (s)
+    first_step : the length of the first step (s)
+    """
+
+    rtol: float | None = None
+    atol: float | None = None
+    max_step: float | None = None
+    first_step: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class FixedStep(_Named):
+    """Options of an integrator whose steps are of one length.
+
+    Attributes
+    ----------
+    step : that length (s)
+    """
+
+    step: float
+
+
+class Auto(AdaptiveStep):
+    """The integrator that the motion asks for: machine code wherever it can run it, an implicit one where equations are stiff."""
+
+    __slots__ = ()
+    name = AUTO
+
+
+class Gauss16(AdaptiveStep):
+    """Collocation at Gauss's eight nodes, order 16: all stages in one call, eight states at once.
+
+    Source: Hairer, Lubich & Wanner, *Geometric Numerical Integration*, 2nd ed. 2006, sec. II.1.3.
+    """
+
+    __slots__ = ()
+    name = "gauss16"
+
+
+class Dop853(AdaptiveStep):
+    """Dormand and Prince's explicit method of order 8 in machine code, with dense output of order 7.
+
+    Source: Hairer, Nørsett & Wanner, *Solving Ordinary Differential Equations I*, 2nd ed. 1993, sec. II.5, II.6.
+    """
+
+    __slots__ = ()
+    name = "dop853"
+
+
+class Tsitpap8(AdaptiveStep):
+    """Tsitouras and Papakostas' explicit method of order 8: few evaluations at loose tolerances.
+
+    Source: Tsitouras & Papakostas, *Cheap error estimation for Runge–Kutta methods*, SIAM J. Sci. Comput. 20 (1999) 2067–2088.
+    """
+
+    __slots__ = ()
+    name = "tsitpap8"
+
+
+class Vern9(AdaptiveStep):
+    """Verner's explicit method of order 9, with dense output of order 8.
+
+    Source: Verner, *Numerically optimal Runge–Kutta pairs with interpolants*, Numerical Algorithms 53 (2010) 383–396.
+    """
+
+    __slots__ = ()
+    name = "vern9"
+
+
+class Tsit5(AdaptiveStep):
+    """Tsitouras' explicit method of order 5.
+
+    Source: Tsitouras, *Runge–Kutta pairs of order 5(4) satisfying only the first column simplifying assumption*, Computers &
+    Mathematics with Applications 62 (2011), sec. 3.2.
+    """
+
+    __slots__ = ()
+    name = "tsit5"
+
+
+class Radau9(AdaptiveStep):
+    """Collocation at Radau's five nodes, order 9, for stiff equations, with exact derivatives.
+
+    Source: Hairer & Wanner, *Solving Ordinary Differential Equations II*, 2nd ed. 1996, sec. IV.8.
+    """
+
+    __slots__ = ()
+    name = "radau9"
+
+
+class Rk4(FixedStep):
+    """The classical explicit method of Runge and Kutta, order 4, at steps of one length.
+
+    Source: Hairer, Nørsett & Wanner, *Solving Ordinary Differential Equations I*, 2nd ed. 1993, sec. II.1.
+    """
+
+    __slots__ = ()
+    name = "rk4"
+
+
+class Midpoint(FixedStep):
+    """The implicit midpoint rule, order 2 and symplectic, at steps of one length.
+
+    Source: Hairer, Lubich & Wanner, *Geometric Numerical Integration*, 2nd ed. 2006, sec. II.1.3.
+    """
+
+    __slots__ = ()
+    name = "midpoint"
+
+
+class ScipyRK23(AdaptiveStep):
+    """SciPy's RK23, stepped from Python."""
+
+    __slots__ = ()
+    name = "RK23"
+
+
+class ScipyRK45(AdaptiveStep):
+    """SciPy's RK45, stepped from Python."""
+
+    __slots__ = ()
+    name = "RK45"
+
+
+class ScipyDOP853(AdaptiveStep):
+    """SciPy's DOP853, stepped from Python."""
+
+    __slots__ = ()
+    name = "DOP853"
+
+
+class ScipyRadau(AdaptiveStep):
+    """SciPy's Radau, for stiff equations, stepped from Python."""
+
+    __slots__ = ()
+    name = "Radau"
+
+
+class ScipyBDF(AdaptiveStep):
+    """SciPy's BDF, for stiff equations, stepped from Python."""
+
+    __slots__ = ()
+    name = "BDF"
+
+
+class Lsoda(AdaptiveStep):
+    """LSODA through SciPy, which goes over to a method for stiff equations and back, stepped from Python."""
+
+    __slots__ = ()
+    name = "LSODA"
+
+
+class Cvode(AdaptiveStep):
+    """CVODE of SUNDIALS, backward differentiation of order 1 to 5 for stiff equations (`pip install 'kane[stiff]'`)."""
+
+    __slots__ = ()
+    name = CVODE
+
+
+def spelled(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Options of a motion with a record as `method` taken apart into a name and keywords.
+
+    Raises
+    ------
+    SimulationError
+        if an option stands in the record and beside it
+    """
+    own = dict(given)
+    record = own["method"]
+    if not isinstance(record, _Named):
+        return own
+    twice = [name for name in record.options if own[name] is not None]
+    if twice:
+        raise SimulationError(
+            f"Expected {' and '.join(f'{name}=' for name in twice)} in method={record!r} or beside it, got both. Leave one out."
+        )
+    return own | record.options | {"method": record.name}
