@@ -120,13 +120,17 @@ def generalized_by_motion(
     terms: Iterable[LoadTerm], speed: Expr, product: Callable[[Vector, Vector], Expr] = Vector.dot
 ) -> Expr:
     """Σ v_r·F + Σ ω_r·T, forces that share a v_r, and torques that share an ω_r, summed before the scalar `product`."""
-    groups: tuple[dict[Parts, tuple[Vector, Vector]], ...] = {}, {}
-    for term, partial in met_by(terms, speed):
-        if not term.vector.is_zero:
-            group, key = groups[isinstance(term.place, Frame)], partial.parts
-            group[key] = partial, (group[key][1] + term.vector).gathered() if key in group else term.vector
-    shift, turn = (sum_of(starmap(product, group.values())) for group in groups)
-    return add(shift, turn)
+    shifts: dict[Parts, tuple[Vector, Vector]] = {}
+    turns: dict[Parts, tuple[Vector, Vector]] = {}
+    for place, vector, motion in terms:
+        partial = motion.partials.get(speed)
+        if partial is None or vector.is_zero:
+            continue
+        group = turns if isinstance(place, Frame) else shifts
+        key = partial.parts
+        known = group.get(key)
+        group[key] = partial, vector if known is None else (known[1] + vector).gathered()
+    return add(sum_of(starmap(product, shifts.values())), sum_of(starmap(product, turns.values())))
 
 
 def loads_in_speeds(loads: Sequence[Load], speeds: Speeds) -> tuple[Load, ...]:

@@ -143,14 +143,30 @@ def bounded(roots: Iterable[Expr], values: Mapping[Any, Any], share: float = ROU
                 (a, s), (b, t) = known[node.args[0]], known[node.args[1]]
                 z = a + b if op is ADD else a - b
                 known[node] = z, s + t + abs(z) * ROUNDING
+            elif op is NEG:
+                a, s = known[node.args[0]]
+                known[node] = -a, s
             else:
-                parts = [known[x] for x in node.args]
-                z = op.numpy(*[x for x, _ in parts])
-                known[node] = z, _RULES.get(op, _by_differences(op))(z, *parts)
+                known[node] = _passed_on(op, [known[x] for x in node.args])
         if len(order) < _LONG:
             return [known[r] for r in wanted]
         changed = _changed(order, values, share)
         return [(x, np.fmin(error, _AMPLE * _furthest(x, changed[r]))) for r in wanted for x, error in (known[r],)]
+
+
+def _passed_on(op: Op, parts: Sequence[Bounded]) -> Bounded:
+    """Of another operation; Python's floats, which are the soonest to compute with, stay such."""
+    if not all(type(x) is float and type(s) is float for x, s in parts):
+        z = op.numpy(*[x for x, _ in parts])
+        return z, _RULES.get(op, _by_differences(op))(z, *parts)
+    if op is DIV:
+        (a, s), (b, t) = parts
+        least = abs(b) - t
+        if least > 0:
+            z = a / b
+            return z, (s + abs(z) * t) / least + abs(z) * ROUNDING
+    z, error = _passed_on(op, [(np.float64(x), np.float64(s)) for x, s in parts])
+    return float(z), float(error)
 
 
 def _changed(order: Iterable[Expr], values: Mapping[Any, Any], share: float) -> dict[Expr, Any]:
@@ -186,12 +202,12 @@ def vanish(
 
 def _leaf(node: Expr, values: Mapping[Any, Any], share: float) -> Bounded:
     if node.op is CONST:
-        return np.float64(number_of(node)), error_of(node)
+        return float(number_of(node)), float(error_of(node))
     if node.op is PI:
         return np.float64(math.pi), math.pi * ROUNDING
     x: Any = values[node]
     if not isinstance(x, np.ndarray):
-        x = np.float64(x)
+        x = float(x)
     return x, abs(x) * share
 
 

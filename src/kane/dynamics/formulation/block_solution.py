@@ -48,8 +48,11 @@ def block_solution(blocks: Blocks) -> BlockSolution:
     usual, shorter = _solution(blocks), primitive(blocks)
     if shorter is blocks:
         return usual
-    short = shorter._replace(forcing=tuple(map(collected, shorter.forcing)))
-    return min(usual, _solution(shorter), _solution(short), key=lambda s: price((*s.accelerations, *s.reactions)))
+    every = [usual, _solution(shorter)]
+    forcing = tuple(map(collected, shorter.forcing))
+    if any(x is not y for x, y in zip(forcing, shorter.forcing, strict=True)):
+        every.append(_solution(shorter._replace(forcing=forcing)))
+    return min(every, key=lambda s: price((*s.accelerations, *s.reactions)))
 
 
 def _solution(blocks: Blocks) -> BlockSolution:

@@ -25,7 +25,8 @@ from kane.expr.differentiation import affine_forms
 from kane.expr.evaluation import Walk
 from kane.expr.forms.count import price
 from kane.expr.matrix import Matrix
-from kane.expr.node import ZERO, Expr
+from kane.expr.node import ZERO, Expr, nodes
+from kane.expr.symbols import Symbol
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited, resolved
 from kane.kinematics.links import Tree, repeated
@@ -192,11 +193,12 @@ def is_regular(pivots: Sequence[Expr], sets: Iterable[EulerParameters] = ()) -> 
 
     What cancels leaves other digits wherever it is computed: such a pivot does not keep its first ones a little beside the sample.
     """
-    walk = Walk(pivots)
-    symbols, groups = walk.symbols, [s.coordinates for s in sets]
-    at = unit({s: value_of(s, SEEDS[0]) for s in symbols}, groups)
+    groups = [s.coordinates for s in sets]
+    at = unit({s: value_of(s, SEEDS[0]) for s in nodes(pivots) if isinstance(s, Symbol)}, groups)
     if all(abs(x) > error for x, error in bounded(pivots, at)):
         return True
+    walk = Walk(pivots)
+    symbols = walk.symbols
     others = draws(_TIMES, symbols)
     for seed in SEEDS:
         beside = {s: value_of(s, seed) * (1 + _BESIDE * drawn) for s, drawn in zip(symbols, others, strict=True)}
