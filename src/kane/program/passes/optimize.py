@@ -158,16 +158,17 @@ def _alone(code: Code, routine: Routine) -> Code:
 def _forms(code: Code) -> Iterator[Code]:
     """Forms of the code of one routine that are no longer, and the code itself, the cheapest first, what was rewritten before it."""
     own = _counts(code)
-    for start in starts(code):
+    for start in starts(code, own[0]):
         form = written(start, code)
         if (new := _counts(form))[0] <= own[0] and _cost(new) <= _cost(own):
             yield form
     yield code
 
 
-def starts(code: Code) -> list[Graph]:
-    """The graphs of code from its starts, rewritten, the cheapest first."""
-    graph, count = read(code), _counts(code)[0]
+def starts(code: Code, count: int | None = None) -> list[Graph]:
+    """The graphs of code, of so many operations, from its starts, rewritten, the cheapest first."""
+    graph = read(code)
+    count = _counts(code)[0] if count is None else count
     if count > _LONG:
         return [_rewritten(graph)]
     before, out = cost(graph), normal(graph)
