@@ -149,7 +149,8 @@ class Runner:
         self.slots[: Slot.FRESH + 1] = first_slots(method, span, *span)
         self.times = np.append(later, np.inf)
         self.few = np.linspace(0, len(self.t) - 1, min(len(self.t), _FEW)).astype(int)
-        self.some, self.verdict = np.zeros((len(self.few), n)), np.zeros((len(self.few), 3))
+        self.some = self.states if len(self.few) == len(self.t) else np.zeros((len(self.few), n))
+        self.verdict = np.zeros((len(self.few), 3))
         self._bind(stepper.now)
 
     def _bind(self, now: Routines) -> None:
@@ -202,7 +203,8 @@ class Runner:
         back = ReturnCode(self.kernel(limit=limit))
         if back is not ReturnCode.UNDERFLOW and back is not ReturnCode.NOT_FINITE and not is_noted():
             self.states[len(self.rows) + 1 :] = self.y  # at the end, where it is no sample
-            np.take(self.states, self.few, axis=0, out=self.some)
+            if self.some is not self.states:
+                np.take(self.states, self.few, axis=0, out=self.some)
             self.judge()
             if self.verdict[0, 2] > SURELY_REGULAR:
                 phase = Phase(constants, self.drives)
