@@ -168,14 +168,12 @@ def test_breakpoints_are_passed_within_the_kernel(method):
 
 
 def test_a_sampled_controller_is_all_that_is_asked():
-    """Steps go on from the last one's length: a period takes hardly more than one, and no first step is sought."""
+    """Between two periods nothing of Python's runs but the controller."""
     eom = kn.derive(BLOCK)
     control = kn.sampled(lambda t, x: -4 * x[0] - 3 * x[1], 0.05)
     run = {"q": [1.0], "u": [0.0], "inputs": {F: control}, "method": "dop853", "samples": 2}
     sol, count = kernel_calls(lambda: kn.simulate(eom, (0, 20), **run))
-    assert count <= 5
-    assert sol.steps <= 400 + 5
-    assert sol.evaluations <= 13.5 * sol.steps
+    assert count <= 1 + sol.steps // 100
     x, v = np.array([1.0, 0.0])
     for _ in range(400):  # by hand
         f = -4 * x - 3 * v

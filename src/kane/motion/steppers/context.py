@@ -103,21 +103,19 @@ class StepperContext:
     def pass_breakpoint(self, fixed: bool) -> None:
         """From just before a breakpoint to just after it, where sampled controllers are asked.
 
-        `pauses` has three numbers for each of the `breakpoints`: the time after it, the next end, and whether `control` writes r,
-        which leaves STEP as it was.
+        `pauses` has three numbers for each of the `breakpoints`: the time after it, the next end, and whether `control` writes r.
         """
         w = self.writer
         place = w.compute("int", self.get(Slot.BREAKPOINT)) * 3
-        asks = self.pauses[place + 2] > 0.0
         self.arrived.put(0)
         self.put(Slot.TIME, self.pauses[place])
         self.put(Slot.TIME_LAG, 0.0)
         self.put(Slot.END, self.pauses[place + 1])
         if not fixed:
-            self.put(Slot.STEP, w.select(asks, self.get(Slot.STEP), 0.0))
+            self.put(Slot.STEP, 0.0)
         self.put(Slot.FRESH, 1.0)
         self.more(Slot.BREAKPOINT, 1.0)
-        with w.when(asks):
+        with w.when(self.pauses[place + 2] > 0.0):
             self.control(self.get(Slot.TIME), self.y.at(0), self.p.at(0), self.r.at(0), self.h.at(0), self.r.at(0))
 
     def get(self, at: Slot) -> Term:
@@ -259,10 +257,6 @@ class StepperContext:
             ahead = self.get(Slot.BREAKPOINT) < w.compute("float", self.breakpoints)
             self.arrived.put(w.select(ahead, w.integer(1), w.integer(0)))
             self.back.put(w.select(ahead, self.back.get(), w.integer(ReturnCode.END)))
-
-    def lengthen(self, wished: Term, last: Term) -> None:
-        """The next step after one that was gone on from; one that ended at the `last` time may have been shorter than needed."""
-        self.put(Slot.STEP, self.writer.select(last, self.writer.compute("max", self.get(Slot.STEP), wished), wished))
 
     def shorten(self, wished: Term, finite: Term) -> None:
         """A step is taken again, shorter, unless that is shorter than rounding."""

@@ -188,7 +188,9 @@ class _Explicit:
         if held is not None:
             held.kept()
             o.rate(self.rhs, o.get(Slot.TIME), o.y, 0, 0)
-        o.lengthen(longer, last)
+        # what is left before the end says nothing of the step that would do
+        with w.when(~last):
+            o.put(Slot.STEP, longer)
 
     def count_stiff(self, h: Term, error: Term) -> None:
         """Whether stability bounds the step: the last two stages at t + h tell of the largest rate, Hairer & Wanner II, sec. IV.2."""

@@ -350,7 +350,8 @@ class _Gauss:
             self.go_on(h)
             o.advance(h, last)
             o.put(Slot.FRESH, 0.0)
-            o.lengthen(h * w.compute("max", w.compute("min", factor, _MOST), _LEAST), last)
+            with w.when(~last):
+                o.put(Slot.STEP, h * w.compute("max", w.compute("min", factor, _MOST), _LEAST))
         with w.when((self.status.get() >= _DIVERGED) & finite):
             o.more(Slot.LIMITED, 1.0)
         with w.when(~found):

@@ -375,7 +375,9 @@ class _Radau:
         fast = self.rate_of.get() <= _FAST
         o.work[self.known] = w.select(fast, _OLD, 0.0)
         same = fast & (factor >= 1.0) & (factor <= _SAME)
-        o.lengthen(h * w.select(same, 1.0, factor), last)
+        # what is left before the end says nothing of the step that would do
+        with w.when(~last):
+            o.put(Slot.STEP, h * w.select(same, 1.0, factor))
 
     def sampled(self, k: Term, theta: Term) -> None:
         """Row k of the samples."""
