@@ -13,8 +13,9 @@ from typing import Any, Literal, overload
 
 import numpy as np
 
+from kane.analysis.perturbations import turning
 from kane.analysis.search import ClosureSearch, Found, search
-from kane.analysis.state_checks import GivenEntries, entries, misses, turning
+from kane.analysis.state_checks import GivenEntries, entries, misses
 from kane.dynamics.constraints.manifold import manifold
 from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations, check_equations
@@ -28,9 +29,9 @@ from kane.expr.visit import substituted
 from kane.model.variables import constraint_rate
 from kane.numeric.arrays import Array
 from kane.numeric.mass_metric import least_squares
+from kane.numeric.named import named_values
 from kane.numeric.newton import Closed
 from kane.numeric.rank import balance, singular
-from kane.numeric.sampling import named_values
 from kane.numeric.scale import DERIVE_RANK, GIVEN, ROUNDED, ROUNDED_ROOT, STATE_RANK
 from kane.progress import working
 

@@ -26,7 +26,7 @@ from kane.errors import ArgumentError, Attributes, SimulationError, cut
 from kane.expr.symbols import Reaction, Speed
 from kane.model.constraints import Constraint, check_unit, constraint_of, reaction
 from kane.numeric.arrays import Array
-from kane.numeric.sampling import finite_number
+from kane.numeric.named import finite_number
 from kane.numeric.scale import EQUAL, LAST_DIGIT, ROUNDED_CHAIN, SOLVE_RANK
 from kane.space.point import Point
 from kane.space.vector import Vector

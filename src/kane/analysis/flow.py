@@ -17,17 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.analysis.local import Coded, LocalNumbers, Outputs, Slopes, Values, solver
-from kane.analysis.state_checks import (
-    StateArrays,
-    Tangents,
-    in_numbers,
-    open_shares,
-    perturbations,
-    spread,
-    tangents,
-    turning,
-    turning_rates,
-)
+from kane.analysis.perturbations import Tangents, in_numbers, perturbations, spread, tangents, turning, turning_rates
+from kane.analysis.state_checks import StateArrays, open_shares
 from kane.dynamics.constraints.partition import quality
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations

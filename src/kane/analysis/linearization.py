@@ -18,16 +18,8 @@ from kane.analysis.linear import Linear
 from kane.analysis.local import Outputs, outputs_of
 from kane.analysis.one_sided import Piece
 from kane.analysis.operating_point import arrays_at, state_from, warn_of_beams
-from kane.analysis.state_checks import (
-    FreePart,
-    StateArrays,
-    by_free_part,
-    misses,
-    perturbations,
-    spread,
-    tangents,
-    turning_rates,
-)
+from kane.analysis.perturbations import FreePart, by_free_part, perturbations, spread, tangents, turning_rates
+from kane.analysis.state_checks import StateArrays, misses
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.readings.quantities import without_unknowns
 from kane.dynamics.readings.unsolved import unsolved
@@ -44,7 +36,8 @@ from kane.expr.solve import solve_lu
 from kane.expr.symbols import Parameter, Symbol
 from kane.expr.visit import substituted
 from kane.numeric.arrays import Array, Entries
-from kane.numeric.sampling import SEED, named_values, values_of
+from kane.numeric.named import named_values
+from kane.numeric.sampling import SEED, values_of
 from kane.numeric.scale import GIVEN
 from kane.program.native.machine import Settings
 from kane.progress import working

@@ -27,8 +27,8 @@ from kane.expr.node import ZERO, Expr
 from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Symbol, rate, time
 from kane.numeric.arrays import Array
+from kane.numeric.named import named_values, symbol_named
 from kane.numeric.rank import balance, singular
-from kane.numeric.sampling import named_values, symbol_named
 from kane.numeric.scale import INVERSE_RANK, STATE_RANK, TAKES_PART
 from kane.program.from_expressions import Bundle
 from kane.program.native.machine import Settings

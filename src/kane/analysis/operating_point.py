@@ -8,15 +8,8 @@ import numpy as np
 
 from kane.analysis.assembly import assemble
 from kane.analysis.local import Values, slopes_at, values_at
-from kane.analysis.state_checks import (
-    StateArrays,
-    check_branch,
-    check_configuration,
-    entries,
-    perturbations,
-    spread,
-    start_state,
-)
+from kane.analysis.perturbations import perturbations, spread
+from kane.analysis.state_checks import StateArrays, check_branch, check_configuration, entries, start_state
 from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations
@@ -26,8 +19,8 @@ from kane.expr.node import Expr
 from kane.model.beams.beam import Beam, across, doubts
 from kane.numeric.arrays import Array
 from kane.numeric.mass_metric import least_squares, of_unit_length, row_sizes
+from kane.numeric.named import finite_number, named_values
 from kane.numeric.newton import improved
-from kane.numeric.sampling import finite_number, named_values
 from kane.numeric.scale import LAST_DIGIT
 
 _ROUNDS = 4

@@ -16,7 +16,8 @@ from kane.analysis.flow import Flow, Preference, dependence, flow_at, magnitudes
 from kane.analysis.linearization import choice_of
 from kane.analysis.local import Slopes, Values, slopes_at, solver, values_at
 from kane.analysis.operating_point import closed, state_from
-from kane.analysis.state_checks import Perturbations, StateArrays, entries, open_shares, perturbations
+from kane.analysis.perturbations import Perturbations, perturbations
+from kane.analysis.state_checks import StateArrays, entries, open_shares
 from kane.dynamics.constraints.manifold import branches, manifold, turned_closures
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations, check_equations
@@ -25,9 +26,10 @@ from kane.errors import SimulationError, ValueMissingError
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array, Mask
+from kane.numeric.named import named_values
 from kane.numeric.newton import Closed, close, closest, starts
 from kane.numeric.rank import level, singular
-from kane.numeric.sampling import SEED, draw, named_values
+from kane.numeric.sampling import SEED, draw
 from kane.numeric.scale import ROUNDED_CHAIN, SOLVED, STATE_RANK, TAKES_PART, UNRELATED
 from kane.program.native.machine import Settings
 from kane.progress import working

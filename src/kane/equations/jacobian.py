@@ -29,7 +29,7 @@ from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Parameter, Symbol, rate, time
 from kane.expr.visit import substituted
 from kane.numeric.arrays import Array, first_place
-from kane.numeric.sampling import symbols_named
+from kane.numeric.named import symbols_named
 from kane.numeric.scale import EQUAL
 
 

@@ -25,9 +25,9 @@ from kane.expr.regular import Sizes, size
 from kane.expr.symbols import time
 from kane.motion.projection import Numbers, Tolerances, constraint_numbers
 from kane.numeric.arrays import Array
-from kane.numeric.polynomials import DEGREE as PARTS
-from kane.numeric.polynomials import zero_of
 from kane.numeric.scale import LAST_DIGIT, LEAPS, SOON
+from kane.numeric.sign_changes import DEGREE as PARTS
+from kane.numeric.sign_changes import zero_of
 from kane.program.from_expressions import Bundle
 from kane.program.native.compiled_routine import BundleRoutine
 

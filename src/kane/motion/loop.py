@@ -26,7 +26,7 @@ from kane.motion.inputs.feedback import HeldInput, controllers
 from kane.motion.inputs.functions import Asked, Function, Signal, warn_of_jumps
 from kane.motion.interrupts import MESSAGE, Interrupted, is_noted
 from kane.motion.methods import AUTO, check_method, chosen
-from kane.motion.native import NativeCourse
+from kane.motion.native import NativeCourse, Stiffness
 from kane.motion.right_hand_side import Given, timed
 from kane.motion.solution.phases import Phase, joined
 from kane.motion.solution.resumed import Begin
@@ -43,7 +43,6 @@ from kane.motion.start import (
     check_tolerance,
     massless,
 )
-from kane.motion.steppers.context import ReturnCode
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.stepping import ScipyCourse
 from kane.motion.steps import Stepper
@@ -203,10 +202,10 @@ def continued(
     method: Method,
     run: tuple[tuple[float, float], Array, Array],
     phase: Phase,
-    came: tuple[Given, ReturnCode],
+    came: tuple[Given, Stiffness],
     begun: float,
 ) -> Solution:
-    """The rest of a motion of one phase whose kernel `came` back before its end; `run` is its span, its start, times of samples."""
+    """The rest of a motion of one phase whose kernel `came` back at its limit; `run` is its span, its start, times of samples."""
     course = NativeCourse(stepper, method, *run)
     course.pace.begun = begun
     end = course.take_over(*came) or _to_its_end(course)

@@ -26,8 +26,8 @@ from kane.motion.stepping import STEPPED, ScipyCourse, not_held
 from kane.motion.steps import Stepper
 from kane.motion.switches import has_jumps, switches
 from kane.numeric.arrays import Array
-from kane.numeric.polynomials import SHARES
 from kane.numeric.scale import EPS, SAME_TIME
+from kane.numeric.sign_changes import SHARES
 from kane.program.native.entry import entry
 from kane.program.native.machine import Settings
 
@@ -246,12 +246,13 @@ class NativeCourse(Course):
         back = ReturnCode(self.kernel(limit=min(limit, RECENT) if self.switching else limit))
         return self._after(back, before, done)
 
-    def take_over(self, given: Given, back: ReturnCode) -> End | None:
-        """The motion goes on from where a kernel of the same equations, which was called with `given`, came back first."""
+    def take_over(self, given: Given, stiffness: Stiffness) -> End | None:
+        """The motion goes on from where a kernel of the same equations, which was called with `given`, came back at its limit."""
+        self.stiffness = stiffness
         for name, array in given.items():
             if isinstance(array, np.ndarray):
                 self.given[name][:] = array
-        return self._after(back, self.span[0], 0.0)
+        return self._after(ReturnCode.LIMIT, self.span[0], 0.0)
 
     def _after(self, back: ReturnCode, before: float, done: float) -> End | None:
         """What follows where the kernel has come `back`, which was called at the time `before` after so many steps."""

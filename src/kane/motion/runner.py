@@ -8,6 +8,7 @@ motion from its beginning on (`loop.py`).
 
 import time
 from collections.abc import Callable, Mapping
+from copy import copy
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -21,13 +22,14 @@ from kane.expr.node import ONE, Expr
 from kane.model.beams.beam import Beam
 from kane.motion.course import Method
 from kane.motion.hybrid.events import check_witnesses
+from kane.motion.hybrid.modes import MANY_STEPS
 from kane.motion.inputs.functions import constant
 from kane.motion.inputs.smooth import check_prescribed
 from kane.motion.integrators import spelled
 from kane.motion.interrupts import is_noted, noted
 from kane.motion.loop import continued
 from kane.motion.methods import cornered
-from kane.motion.native import LOOKS, first_slots
+from kane.motion.native import LOOKS, Stiffness, first_slots
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Routines, timed
 from kane.motion.solution.checks import keeps_sharply
@@ -46,6 +48,8 @@ from kane.program.native.entry import hoisted
 from kane.program.native.machine import Settings
 from kane.progress import working
 
+_PATIENCE = 0.05
+"""Seconds after which the general loop looks at clock and signals."""
 _FEW = 101
 """At as many samples, at most, the energy is asked for, as `Solution.keeps_energy` does."""
 
@@ -199,8 +203,7 @@ class Runner:
         self.s[:], self.y[:-1], self.y[-1] = self.slots, x, 0.0
         self.states[0] = self.y
         self.given["lag"][:] = 0.0
-        limit = min(LOOKS, self.method.max_steps)
-        back = ReturnCode(self.kernel(limit=limit))
+        back, stiffness = self._steps(begun)
         if back is not ReturnCode.UNDERFLOW and back is not ReturnCode.NOT_FINITE and not is_noted():
             self.states[len(self.rows) + 1 :] = self.y  # at the end, where it is no sample
             if self.some is not self.states:
@@ -209,17 +212,31 @@ class Runner:
             if self.verdict[0, 2] > SURELY_REGULAR:
                 phase = Phase(constants, self.drives)
                 if back is ReturnCode.LIMIT:
-                    return replace(self._continued(eom, x, phase, begun), _again=again, _options=self.options), False
+                    return replace(
+                        self._continued(eom, x, phase, begun, stiffness), _again=again, _options=self.options
+                    ), False
                 k, e, _ = self.verdict.T
                 return self._finished(eom, phase, again), keeps_sharply(k, e, self.some[:, -1], self.method.rtol)
         return None, False
 
-    def _continued(self, eom: Equations, x: Array, phase: Phase, begun: float) -> Solution:
+    def _steps(self, begun: float) -> tuple[ReturnCode, Stiffness]:
+        """The kernel's steps up to the end, or as long as there is nothing to look at; and what was told of stiffness before that."""
+        stiffness, most = Stiffness(False), self.method.max_steps
+        while True:
+            back = ReturnCode(self.kernel(limit=min(LOOKS, most - int(self.s[Slot.STEPS]))))
+            before = copy(stiffness)
+            late = time.monotonic() - begun > _PATIENCE or self.method.max_seconds < np.inf
+            if back is not ReturnCode.LIMIT or late or self.s[Slot.STEPS] >= min(most, MANY_STEPS):
+                return back, before
+            if self.method.free and stiffness.sets_in(self.s):
+                return back, before
+
+    def _continued(self, eom: Equations, x: Array, phase: Phase, begun: float, stiffness: Stiffness) -> Solution:
         """A motion of many steps."""
         with working("Simulating"), noted():
             stepper = Stepper(eom, self.now.p, self.now.drives, self.now.settings)
             way = self.span, np.append(x, 0.0), self.times[:-1]
-            return continued(stepper, self.method, way, phase, (self.given, ReturnCode.LIMIT), begun)
+            return continued(stepper, self.method, way, phase, (self.given, stiffness), begun)
 
     def _finished(self, eom: Equations, phase: Phase, again: Callable[..., Any]) -> Solution:
         s, t, states = self.s, self.t, self.states.copy()

@@ -25,8 +25,9 @@ from kane.model.beams.beam import Beam
 from kane.model.bodies import largest_moment, least_moment, parts_of
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
+from kane.numeric.named import finite_number
 from kane.numeric.rank import balance, null_direction, singular
-from kane.numeric.sampling import SEED, finite_number, sample
+from kane.numeric.sampling import SEED, sample
 from kane.numeric.scale import EPS, MOTION_RANK, SOLVE_RANK, TAKES_PART, UNRELATED
 
 

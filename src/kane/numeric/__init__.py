@@ -7,8 +7,10 @@ __getattr__ = offered(
     __name__,
     {
         "scale": "bounded vanish DECLARED DERIVE_RANK SOLVE_RANK",
-        "polynomials": "gauss SHARES passages zero_of",
-        "sampling": "finite_number named_values symbol_named symbols_named HIGH LOW draw sample value_of values_of",
+        "legendre": "gauss",
+        "sign_changes": "SHARES passages zero_of",
+        "named": "finite_number named_values symbol_named symbols_named",
+        "sampling": "HIGH LOW draw sample value_of values_of",
         "newton": "NaturalSizes close close_many close_most closest improved sizes starts",
         "mass_metric": "least_change least_constraint metric mobility of_unit_length reflected",
         "rank": "balance balanced dependencies indeterminate null_direction singular sure_rows within",

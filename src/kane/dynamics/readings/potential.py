@@ -41,7 +41,7 @@ from kane.expr.visit import substituted
 from kane.kinematics.matching import Sample
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
-from kane.numeric.polynomials import gauss
+from kane.numeric.legendre import gauss
 from kane.numeric.sampling import SEED, draw
 from kane.numeric.scale import ROUNDED_CHAIN, ROUNDED_ROOT, ROUNDING, SIX_DIGITS, STATE_RANK, bounded
 from kane.space.frame import Frame

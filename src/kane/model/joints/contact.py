@@ -26,7 +26,8 @@ from kane.expr.symbols import Reaction
 from kane.model.constraints import Constraint, check_unit, cut_of, home_of, rolling, touching
 from kane.model.joints.joint import Joint, check_place, fixed
 from kane.model.loads import Force, Load, Slip, action_reaction, torque_pair
-from kane.numeric.sampling import SEEDS, finite_number, sample
+from kane.numeric.named import finite_number
+from kane.numeric.sampling import SEEDS, sample
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame
 from kane.space.point import Point

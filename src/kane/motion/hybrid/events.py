@@ -30,8 +30,8 @@ from kane.motion.inputs.feedback import HeldInput
 from kane.motion.inputs.functions import constant
 from kane.motion.right_hand_side import Routines
 from kane.numeric.arrays import Array
-from kane.numeric.polynomials import MOST, SHARES, SMALL, Bracket, passages, zero_of
 from kane.numeric.scale import EPS, LATER, NEAR_TIME, SAME_TIME, SOON, UNRELATED
+from kane.numeric.sign_changes import MOST, SHARES, SMALL, Bracket, passages, zero_of
 from kane.program.from_expressions import Task, build_program
 from kane.program.passes.optimize import rounding
 from kane.program.program import Port

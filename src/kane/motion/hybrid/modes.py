@@ -34,8 +34,8 @@ from kane.motion.right_hand_side import Routines, rates, watched
 from kane.motion.steps import Stepper
 from kane.motion.switches import Switch, has_jumps, switches
 from kane.numeric.arrays import Array
-from kane.numeric.polynomials import SHARES, passages, zero_of
 from kane.numeric.scale import CHANGES_SIDE, EQUAL, LAST_DIGIT, LATER, NEAR_TIME, ROUNDED, SOON
+from kane.numeric.sign_changes import SHARES, passages, zero_of
 from kane.program.from_expressions import Bundle, Shaped
 
 RECENT = 200
@@ -43,7 +43,7 @@ RECENT = 200
 HELD = 1e-5
 """Share of the span that so many steps must lead on, at least, where a switch turns to and fro."""
 _TURNS = 2
-_MANY, _LEAST = 10_000, 1e-4
+MANY_STEPS, _LEAST = 10_000, 1e-4
 """After so many steps that led on by less than that share of the span a motion is given up."""
 
 
@@ -87,14 +87,14 @@ class Pace:
 
     def crawls(self, t: float, steps: int) -> str:
         """That many steps led on by next to nothing, in words; "" where they did not, or their number was asked for."""
-        if self.bounded or steps - self.marked < _MANY:
+        if self.bounded or steps - self.marked < MANY_STEPS:
             return ""
         gained, self.mark, self.marked = t - self.mark, t, steps
         if gained >= _LEAST * self.length:
             return ""
         return (
-            f"the motion does not get on: {_MANY} steps led from t = {t - gained:.6g} to {t:.6g}, {gained / self.length:.1e} of the "
-            'span. Choose method="Radau" where the equations are stiff, end before, or give max_steps= to go on all the same'
+            f"the motion does not get on: {MANY_STEPS} steps led from t = {t - gained:.6g} to {t:.6g}, {gained / self.length:.1e} of "
+            'the span. Choose method="Radau" where the equations are stiff, end before, or give max_steps= to go on all the same'
         )
 
 

@@ -17,7 +17,7 @@ from kane.motion.right_hand_side import Given, Routines, derivatives, exact
 from kane.motion.steppers.context import Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
-from kane.numeric.polynomials import DEGREE as PARTS
+from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.entry import Hook, aligned, doubles, entry, hoisted, wide_entry
 

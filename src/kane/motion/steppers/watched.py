@@ -8,8 +8,8 @@ the places are the same, and a quantity that passes zero between two of them, or
 from collections.abc import Callable
 
 from kane.motion.steppers.context import RATE, WIDE, Slot, StepperContext
-from kane.numeric.polynomials import CLOSE, LEFT, SHARES, SMALL, TO_BERNSTEIN, TO_LAST
-from kane.numeric.polynomials import DEGREE as PARTS
+from kane.numeric.sign_changes import CLOSE, LEFT, SHARES, SMALL, TO_BERNSTEIN, TO_LAST
+from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Term
 
