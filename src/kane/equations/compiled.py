@@ -268,19 +268,19 @@ class Numeric(Generic[E]):
         self.equations, self.settings = equations, settings
         self._values, self._routines = Kept[tuple[Any]](), Kept[BundleRoutine[Any]]()
 
-    def value(self, make: Callable[..., T], *array_arguments: Any) -> T:
+    def value(self, make: Callable[..., T], *arguments: Any) -> T:
         """make(equations, *arguments), made once."""
-        key = (make, *array_arguments)
+        key = (make, *arguments)
         found = self._values.get(key)
         if found is None:
-            found = (make(self.equations, *array_arguments),)
+            found = (make(self.equations, *arguments),)
             self._values.put(key, found)
         value: T = found[0]
         return value
 
-    def routine(self, make: Callable[..., Bundle[R]], *array_arguments: Any) -> BundleRoutine[R]:
+    def routine(self, make: Callable[..., Bundle[R]], *arguments: Any) -> BundleRoutine[R]:
         """The routine of the bundle make(equations, *arguments), compiled once."""
-        key = (make, *array_arguments)
+        key = (make, *arguments)
         routine = self._routines.get(key)
         return self._compile([key])[0] if routine is None else routine
 
@@ -289,7 +289,7 @@ class Numeric(Generic[E]):
         self._compile([(make,) for make in makes if self._routines.get((make,)) is None])
 
     def _compile(self, keys: list[tuple[Any, ...]]) -> list[BundleRoutine[Any]]:
-        bundles = [make(self.equations, *array_arguments) for make, *array_arguments in keys]
+        bundles = [make(self.equations, *arguments) for make, *arguments in keys]
         contract = self.settings.contract
         optimize = contract and self.settings.optimize
         programs = [build_program("model", b.ports, [b.task], contract, optimize=optimize) for b in bundles]
