@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane.dynamics.readings.quantities import without_unknowns
+from kane.equations.compiled import Kept
 from kane.equations.equations import Equations
 from kane.equations.routines import ports
 from kane.expr.build import NODE_BUILDERS, div, mul, sub
@@ -101,15 +102,18 @@ def check_values(eom: Equations, p: Array, span: tuple[float, float]) -> None:
 
     The same values are looked at once.
     """
-    eom.numeric().value(_admissible_values, p.tobytes(), span)
-
-
-def _admissible_values(eom: Equations, p: bytes, span: tuple[float, float]) -> bool:
-    constants: dict[Expr, float] = dict(zip(eom.parameters, np.frombuffer(p).tolist(), strict=True))
+    admitted, key = eom.numeric().value(_admitted), (p.tobytes(), span)
+    if admitted.get(key):
+        return
+    constants: dict[Expr, float] = dict(zip(eom.parameters, p.tolist(), strict=True))
     check_masses(eom, constants)
     check_witnesses(eom, constants)
     check_prescribed(eom, constants, span)
-    return True
+    admitted.put(key, True)
+
+
+def _admitted(eom: Equations) -> Kept[bool]:
+    return Kept()
 
 
 def is_plain(stepper: Stepper, method: Method) -> bool:

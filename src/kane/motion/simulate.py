@@ -11,6 +11,7 @@ import numpy as np
 
 from kane.analysis.state_checks import start_state
 from kane.dynamics.readings.quantities import parameter_values
+from kane.equations.compiled import Kept
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import State, state_of
 from kane.errors import KaneWarning, SimulationError, warn
@@ -146,13 +147,17 @@ def _kept(eom: Equations, plan: Plan, inputs: Any, settings: Settings | None) ->
     try:
         if type(plan.samples) is not int:
             plan = plan._replace(samples=np.asarray(plan.samples, dtype=float).tobytes())
-        return eom.numeric(settings).value(_runners, plan, tuple((inputs or {}).items()))
+        kept, key = eom.numeric(settings).value(_plans), (plan, tuple((inputs or {}).items()))
+        runners = kept.get(key)
+        if runners is None:
+            kept.put(key, runners := Runners(first=1))
+        return runners
     except (TypeError, ValueError):  # what cannot be kept is said to be wrong, or served, as ever
         return None
 
 
-def _runners(eom: Equations, *key: Any) -> Runners:
-    return Runners(first=1)
+def _plans(eom: Equations) -> Kept[Runners]:
+    return Kept()
 
 
 def are_numbers(inputs: Any) -> bool:
