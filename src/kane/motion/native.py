@@ -12,7 +12,8 @@ from kane.expr.node import ZERO
 from kane.model.declarations import Event
 from kane.motion.constraint_kernels import Holding, regular, unheld
 from kane.motion.course import Course, Method
-from kane.motion.hybrid.events import End, Fresh, Inspection, StepSeen, Verdict
+from kane.motion.hybrid.actions import leapt_over
+from kane.motion.hybrid.events import End, Fresh, Inspection, StepSeen, Verdict, ended_by, up_to_a_break
 from kane.motion.hybrid.modes import HELD, RECENT, Modes, chattering, standing
 from kane.motion.inputs.breakpoints import next_end, on_from, told_apart
 from kane.motion.inputs.feedback import Held, controllers
@@ -22,11 +23,13 @@ from kane.motion.start import nearly_singular
 from kane.motion.steppers.arguments import Arguments
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS, compiled
+from kane.motion.steppers.watched import ROOM
 from kane.motion.stepping import STEPPED, ScipyCourse, not_held
 from kane.motion.steps import Stepper
 from kane.motion.switches import has_jumps, switches
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EPS, SAME_TIME
+from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.numeric.sign_changes import SHARES
 from kane.program.native.entry import entry
 from kane.program.native.machine import Settings
@@ -277,9 +280,19 @@ class NativeCourse(Course):
         if over:
             if self.t[-1] < self.span[1]:
                 self.sample(self.span[1], self.y.copy())
-            return End("finished", f"reached t = {self.span[1]:g}")
+            return self._met_at_the_end() or End("finished", f"reached t = {self.span[1]:g}")
         self._lead_on(back, changed)
         return None
+
+    def _met_at_the_end(self) -> End | None:
+        """The events whose thresholds rounding alone leads across at the end: what is gone on from lies beyond what was looked at."""
+        events, t = self.stepper.eom.events, self.span[1]
+        if not events:
+            return None
+        seen = self.given["seen"][: len(events)]
+        met = [(event, t) for event in leapt_over(events, seen, self.now.watch(t, self.y)[: len(events)])]
+        self.events += met
+        return ended_by(up_to_a_break(met, 0.0)[1], met)
 
     def _lead_on(self, back: ReturnCode, changed: bool) -> None:
         """By other equations, where a switch has turned or other speeds are dependent, or beyond a breakpoint."""
@@ -465,6 +478,8 @@ class NativeCourse(Course):
             states[-1] = self.given["work"][end_of(n) : end_of(n) + n]
         count = int(self.given["events"])
         values = np.vstack([self.given["seen"][:count], now.watch_all(times[1:], states)])
+        # at the end as the kernel has it, which is what it keeps for the next step: rounding must lose no crossing
+        values[-1] = self.given["values"][ROOM:][: PARTS * count].reshape(count, PARTS)[:, -1]
         largest = np.fmax(self.given["largest"][:count], np.abs(values).max(axis=0))[: len(events)]
 
         def dense(t: float) -> Array:

@@ -15,7 +15,7 @@ from kane.program.kernel.writer import Term
 
 PLACES = SHARES[1:]
 """Shares of a step at which events are looked at, but for its beginning."""
-_ROOM = 2 * PARTS
+ROOM = 2 * PARTS
 """Where the quantities begin in `values`."""
 
 
@@ -40,7 +40,7 @@ class Watched:
         """Sets `doubtful` where there may be an event; `work` holds the states at the places at `states`, their times at `clock`."""
         o = self.context
         o.follow(o.work.at(clock), o.work.at(states))
-        self.call(*(o.work.at(x) for x in (clock, states)), o.p.at(0), o.r.at(0), self.h.at(0), self.values.at(_ROOM))
+        self.call(*(o.work.at(x) for x in (clock, states)), o.p.at(0), o.r.at(0), self.h.at(0), self.values.at(ROOM))
         self.compare()
 
     def look_along(self, t: Term, h: Term, state: Callable[[Term, Term], None], place: Term) -> None:
@@ -55,7 +55,7 @@ class Watched:
             o.drive(t + share * h, o.work.at(place))
             self.call(t + share * h, o.work.at(place), o.p.at(0), o.r.at(0), self.h.at(0), self.values.at(one))
             with w.few(self.count) as e:
-                self.values[e * PARTS + k + _ROOM] = self.values[one + e]
+                self.values[e * PARTS + k + ROOM] = self.values[one + e]
         self.compare()
 
     def compare(self) -> None:
@@ -96,7 +96,7 @@ class Watched:
 
     def at_places(self, e: Term) -> Term:
         """The quantity of an event at the eight places."""
-        return self.values.lanes(e * PARTS + _ROOM, PARTS)
+        return self.values.lanes(e * PARTS + ROOM, PARTS)
 
     def keep(self) -> None:
         """What was seen at the end of the step is what there is at the beginning of the next one."""
@@ -105,5 +105,5 @@ class Watched:
             sizes = w.compute("abs", self.at_places(e))
             size = w.compute("largest", sizes)
             self.largest[e] = w.select(size > self.largest[e], size, self.largest[e])
-            self.seen[e] = self.values[e * PARTS + (_ROOM + PARTS - 1)]
+            self.seen[e] = self.values[e * PARTS + (ROOM + PARTS - 1)]
         o.put(Slot.LOOKED, 0.0)
