@@ -191,7 +191,8 @@ _LONG = 40_000
 """Operations of the right-hand side times states from which on entries are not written out."""
 
 
-def _first(x: Array) -> Array:
+def only(x: Array) -> Array:
+    """What a bundle of one array gives: that array."""
     return x
 
 
@@ -219,7 +220,7 @@ def _slopes(eom: Equations, symbols: Sequence[Symbol]) -> list[Expr]:
 
 def _written(eom: Equations, name: str, roots: list[Expr], own: Sequence[Port] = ()) -> Bundle[Array]:
     n = len(eom.state)
-    return Bundle(name, own or ports(eom.derived), _first, {"x": Shaped((n + 1, n), _regular(eom, roots))})
+    return Bundle(name, own or ports(eom.derived), only, {"x": Shaped((n + 1, n), _regular(eom, roots))})
 
 
 def products(eom: Equations) -> Bundle[Array]:
@@ -229,7 +230,7 @@ def products(eom: Equations) -> Bundle[Array]:
     seeds: dict[Expr, Expr] = dict(zip(x, v, strict=True))
     roots = [*forward(eom.solved, x, v), *(tangent(p, seeds, at_rest=True) for p in power)]
     own = (*ports(eom.derived), Port("v", v, noun="direction"))
-    return Bundle("products", own, _first, {"x": Shaped((len(x) + 1,), _regular(eom, roots))})
+    return Bundle("products", own, only, {"x": Shaped((len(x) + 1,), _regular(eom, roots))})
 
 
 def _regular(eom: Equations, roots: list[Expr]) -> tuple[Expr, ...]:

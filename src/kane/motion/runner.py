@@ -32,10 +32,10 @@ from kane.motion.loop import continued
 from kane.motion.methods import cornered
 from kane.motion.native import LOOKS, Stiffness, first_slots
 from kane.motion.projection import is_constrained
-from kane.motion.right_hand_side import Routines, timed
+from kane.motion.right_hand_side import Routines, only, timed
 from kane.motion.solution.checks import keeps_sharply
 from kane.motion.solution.phases import Phase
-from kane.motion.solution.solution import Solution
+from kane.motion.solution.solution import Solution, some_of
 from kane.motion.start import POSITIVE, check_masses, moves_pivots
 from kane.motion.steppers.arguments import Arguments
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
@@ -51,19 +51,13 @@ from kane.progress import working
 
 _PATIENCE = 0.05
 """Seconds after which the general loop looks at clock and signals."""
-_FEW = 101
-"""At as many samples, at most, the energy is asked for, as `Solution.keeps_energy` does."""
 
 
 def judged(eom: Equations) -> Bundle[Array]:
     """K, E = K + V, and the least of the pivots of M over its diagonal, where the equations divide by them."""
     rows = [] if eom.solved.route in POSITIVE else [list(row) for row in eom.mass_matrix]
     roots = without_unknowns(eom.solved, [eom.kinetic_energy, eom.energy, _least_pivot(rows)])
-    return Bundle("judged", ports(eom.derived), _first, {"judged": roots}, ["K", "E", "pivot"])
-
-
-def _first(x: Array) -> Array:
-    return x
+    return Bundle("judged", ports(eom.derived), only, {"judged": roots}, ["K", "E", "pivot"])
 
 
 def _least_pivot(m: list[list[Expr]]) -> Expr:
@@ -156,7 +150,7 @@ class Runner:
         self.slots = np.zeros(SIZE)
         self.slots[: Slot.FRESH + 1] = first_slots(method, span, *span)
         self.times = np.append(later, np.inf)
-        self.few = np.linspace(0, len(self.t) - 1, min(len(self.t), _FEW)).astype(int)
+        self.few = some_of(len(self.t))
         self.some = self.states if len(self.few) == len(self.t) else np.zeros((len(self.few), n))
         self.verdict = np.zeros((len(self.few), 3))
         self._bind(stepper.now)

@@ -26,7 +26,15 @@ from kane.motion.methods import AUTO, chosen
 from kane.motion.runner import Plan, Runner, Runners, check_values, is_plain
 from kane.motion.solution.accuracy import variational_errors
 from kane.motion.solution.checks import check_drifts, checking_functions
-from kane.motion.solution.resumed import begin_of, check_fits, inherited_inputs, inherited_parameters, last_phase, told
+from kane.motion.solution.resumed import (
+    OPTIONS,
+    begin_of,
+    check_fits,
+    inherited_inputs,
+    inherited_parameters,
+    last_phase,
+    told,
+)
 from kane.motion.solution.solution import Solution
 from kane.motion.start import check_span, sample_times
 from kane.motion.steps import Stepper
@@ -106,7 +114,6 @@ def simulate(
     check_equations(eom)
     checking_functions(eom.derived, check)
     plan = Plan(span, method, rtol, atol, samples, max_steps, max_step, first_step, breakpoints, max_seconds).spelled()
-    _, method, rtol, atol, _, _, max_step, first_step, _, _ = plan
     if start is None and rates is None and t is None:
         found = repeated(
             _kept(eom, plan, inputs, settings), eom, plan, (q, u, states, parameters), inputs, settings, check
@@ -121,9 +128,7 @@ def simulate(
         start, {"q": q, "u": u, "rates": rates, "states": states, "parameters": parameters, "inputs": inputs}, span
     )
     _check_time(t if start is None else float(start.t[-1]), *(span := check_span(span)))
-    steps = {"max_step": max_step, "breakpoints": breakpoints, "settings": settings}
-    options = told({"method": method, "rtol": rtol, "atol": atol, **steps}, start)
-    bounds = {"max_steps": max_steps, "max_seconds": max_seconds, "first_step": first_step}
+    options, bounds = _options(plan, settings, start)
     values = inherited_parameters(eom, start, parameters)
     constants = parameter_values(eom.system, values)
     check_values(eom, np.array([constants[p] for p in eom.parameters]), span)
@@ -135,7 +140,7 @@ def simulate(
         begin = replace(begin, whole=begin.whole and eom.derived is start.equations.derived)
     with working("Simulating"), noted():
         solution = run(eom, span, begin, (constants, drives), options, bounds, sample_times(samples, span))
-    again = repeating(start, _given(values, law, first_step, options))
+    again = repeating(start, _given(values, law, plan.first_step, options))
     _check_kept(solution := replace(solution, _again=again, _options=options), check)
     return solution
 
@@ -197,12 +202,17 @@ def repeated(
     return solution
 
 
+def _options(plan: Plan, settings: Settings | None, start: Solution | None) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The options of a plan, those that are not given as a motion has them that goes on from `start`, and its bounds."""
+    given = {name: getattr(plan, name) for name in OPTIONS if name != "settings"}
+    bounds = {name: getattr(plan, name) for name in ("max_steps", "max_seconds", "first_step")}
+    return told(given | {"settings": settings}, start), bounds
+
+
 def runner_of(eom: Equations, plan: Plan, inputs: Any, settings: Settings | None) -> Runner | None:
     """A kernel bound for the motions of a plan, where nothing has to be looked after on their way."""
     span = check_span(plan.span)
-    steps = {"max_step": plan.max_step, "breakpoints": plan.breakpoints, "settings": settings}
-    options = told({"method": plan.method, "rtol": plan.rtol, "atol": plan.atol, **steps}, None)
-    bounds = {"max_steps": plan.max_steps, "max_seconds": plan.max_seconds, "first_step": plan.first_step}
+    options, bounds = _options(plan, settings, None)
     method, drives = solver(options, bounds), input_functions(eom, inputs, span)
     p = np.array([1.0 if s.default is None else s.default for s in eom.parameters])
     stepper = Stepper(eom, p, tuple(drives.values()), settings)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from decimal import Decimal, localcontext
 from functools import cache
 from math import cos, pi
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,9 +28,9 @@ class Rule(NamedTuple):
         return product(a.T, (self.weights * share)[:, None] * b)
 
 
-def legendre(count: int, x: D) -> list[D]:
-    """P_0 … P_count−1 at x."""
-    p = [D(1), x]
+def legendre(count: int, x: Any) -> list[Any]:
+    """P_0 … P_count−1 at x, a decimal or any other number, or an array."""
+    p = [x * 0 + 1, x]
     for k in range(1, count - 1):
         p.append(((2 * k + 1) * x * p[k] - k * p[k - 1]) / (k + 1))
     return p

@@ -361,8 +361,7 @@ class Solution(Attributes):
     @property
     def keeps_energy(self) -> bool:
         """Whether the energy check passes by its own limit; where a few samples show it, the others are not asked."""
-        at = np.linspace(0, len(self) - 1, min(len(self), _SOME)).astype(int)
-        at = np.unique(np.concatenate([at, self.begins, self.begins - 1]))
+        at = np.unique(np.concatenate([some_of(len(self)), self.begins, self.begins - 1]))
         few = self._only(at)
         kinetic, total = few._energies(lambda eom: [eom.kinetic_energy, eom.energy])
         sure = energy_check(few.t, kinetic, total, few.work + leaps(total, few.begins), np.zeros(len(at)))
@@ -393,6 +392,11 @@ class Solution(Attributes):
             f"Solution(t = {self.t[0]:g} … {self.t[-1]:g}, {len(self.t)} samples, {self.steps} steps; {self.status}: "
             f"{self.message})"
         )
+
+
+def some_of(count: int) -> Indices:
+    """Evenly spaced samples of so many, `_SOME` at most, that tell whether the energy is kept."""
+    return np.linspace(0, count - 1, min(count, _SOME)).astype(int)
 
 
 def _restored(first: Equations, partitions: Sequence[Partition | None], own: dict[str, Any]) -> Solution:

@@ -23,6 +23,7 @@ from kane.motion.steppers.context import WIDE, ReturnCode, Slot, StepperContext,
 from kane.motion.steppers.held import Held
 from kane.motion.steppers.watched import Watched
 from kane.numeric.arrays import Array as Numbers
+from kane.numeric.legendre import legendre
 from kane.program.kernel.language import INT, Kernel, Type
 from kane.program.kernel.writer import Array, Term
 
@@ -81,10 +82,7 @@ def _legendre(theta: Numbers) -> Numbers:
     """P_0 … P_9 of 2 θ − 1 (k × 10) at shares of a step (k)."""
     x = 2 * theta - 1
     at = float(x[0]) if len(x) == 1 else x  # numbers are faster than arrays of one
-    p = [at * 0 + 1, at]
-    for k in range(1, STAGES + 1):
-        p.append(((2 * k + 1) * at * p[k] - k * p[k - 1]) / (k + 1))
-    return np.array(p).reshape(STAGES + 2, -1).T
+    return np.array(legendre(STAGES + 2, at)).reshape(STAGES + 2, -1).T
 
 
 @cache

@@ -24,7 +24,7 @@ from kane.program.native.machine import Settings
 
 @dataclass(frozen=True, slots=True)
 class Integrator:
-    """An integrator: the order of its error estimate, its kernel, how many doubles it works in for n components.
+    """An integrator: its kernel, and how many doubles it works in for n components.
 
     It calls for rates at so many states at once as `width` says, and looks for events where it `watches`. Where it is `driven`
     inputs may be functions in Python, which it asks at each stage: none lies behind the step, where they may jump or end. The
@@ -35,7 +35,6 @@ class Integrator:
     """
 
     name: str
-    order: int
     kernel: Callable[..., Kernel]
     work: Callable[[int], int]
     width: int = 1
@@ -52,7 +51,6 @@ class Integrator:
 def _explicit(tableau: Tableau) -> Integrator:
     return Integrator(
         tableau.name,
-        tableau.order,
         lambda held=False: explicit_kernel(tableau, held),
         lambda n: rows(tableau) * n,
         watches=True,
@@ -71,7 +69,6 @@ def _late(module: str, name: str) -> Callable[..., Any]:
 
 GAUSS16 = Integrator(
     "gauss16",
-    STAGES,
     gauss_kernel,
     lambda n: (4 * n + 1) * STAGES + 3 * n,
     STAGES,
@@ -83,7 +80,6 @@ GAUSS16 = Integrator(
 )
 RADAU9 = Integrator(
     "radau9",
-    5,
     _late("radau", "radau_kernel"),
     _late("radau", "radau_work"),
     watches=True,
@@ -93,7 +89,7 @@ RADAU9 = Integrator(
     dense=_late("radau", "radau_dense"),
     end=_late("radau", "radau_end"),
 )
-MIDPOINT = Integrator("midpoint", 2, midpoint_kernel, lambda n: ROWS * n, driven=True, fixed=True)
+MIDPOINT = Integrator("midpoint", midpoint_kernel, lambda n: ROWS * n, driven=True, fixed=True)
 EXPLICIT = (DOP853, TSITPAP8, VERN9, TSIT5, RK4)
 """Those that are tables of numbers."""
 INTEGRATORS = {i.name: i for i in (GAUSS16, *map(_explicit, EXPLICIT), MIDPOINT, RADAU9)}
