@@ -8,9 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from kane.analysis.flow import Flow, Preference, flow_at, output_slopes
+from kane.analysis.flow import Flow, Preference, flow_at
 from kane.analysis.local import Outputs, all_switches
-from kane.analysis.one_sided import Difference, Piece, Sides, check_cones, difference, different_slopes, sides_at
+from kane.analysis.one_sided import (
+    Difference,
+    Piece,
+    Sides,
+    check_cones,
+    difference,
+    different_slopes,
+    piece_of,
+    sides_at,
+)
 from kane.analysis.state_checks import StateArrays
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations
@@ -38,7 +47,7 @@ def differentiable(flow: Flow, outputs: Outputs, tolerance: float, side: Side | 
     """
     if side is not None:
         check_side((*flow.states, *(r.name for r in flow.numeric.equations.inputs)), side)
-    own = Piece(flow, (), *output_slopes(flow, outputs), np.zeros((0, 0)), np.zeros(0))
+    own = piece_of(flow, outputs)
     sides = sides_at(flow, outputs, tolerance)
     if sides is not None and difference(sides):
         if side is None:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from kane.analysis.local import Coded, LocalNumbers, Outputs, Slopes, Values, solver
+from kane.analysis.local import Outputs, Run, Slopes, Values, answers, coded, slopes_at, solver, values_at
 from kane.analysis.perturbations import Tangents, in_numbers, perturbations, spread, tangents, turning, turning_rates
 from kane.analysis.state_checks import StateArrays, open_shares
 from kane.dynamics.constraints.partition import quality
@@ -93,11 +93,11 @@ class Flow:
     """F, A, B at a state. `rest` is F, `mass` the mass matrix of the independent speeds, `moves` δ(q, u, a, r) of δ(ξ_I, u_I, a, r).
 
     `terms` are the sizes of the terms of F. `scale` says how far equal energies move each x, in the time 1/`pace`: D⁻¹ A D with the
-    diagonal D is the same in any units. `answers` is δ(u̇, λ, R) of the same; all is read off `numbers`.
+    diagonal D is the same in any units. `answers` is δ(u̇, λ, R) of the same; `run` evaluates it all.
     """
 
     numeric: Numeric[Equations]
-    numbers: LocalNumbers
+    run: Run
     state: StateArrays
     choice: Preference
     values: Values
@@ -129,17 +129,15 @@ class Flow:
 
 
 @np.errstate(invalid="ignore")
-def flow_at(
-    numeric: Numeric[Equations], state: StateArrays, choice: Preference, numbers: LocalNumbers | None = None
-) -> Flow:
-    """F and its derivatives at a state on the constraints, from compiled code unless other `numbers` are given."""
-    numbers = numbers or Coded(numeric)
+def flow_at(numeric: Numeric[Equations], state: StateArrays, choice: Preference, run: Run | None = None) -> Flow:
+    """F and its derivatives at a state on the constraints, by compiled code unless something else is to `run`."""
+    run = run or coded(numeric)
     eom, perturbed = numeric.equations, numeric.value(perturbations)
     nq, n = len(eom.coordinates), len(eom.speeds)
-    values = numbers.values(state)
+    values = values_at(run, state)
     solve = solver(eom, values, state)
     z = solve(values.right)
-    slopes = numbers.slopes(state, z)
+    slopes = slopes_at(run, state, z)
     held = values.constraints(n)
     m = values.matrix[:n, :n]
     given_u = choice.u or _own(eom, held, m)
@@ -173,7 +171,7 @@ def flow_at(
     scale = _with_states(scale, a, size.pace or 1.0)
     return Flow(
         numeric,
-        numbers,
+        run,
         state,
         choice,
         values,
@@ -221,7 +219,7 @@ def output_slopes(flow: Flow, outputs: Outputs) -> tuple[Array, Array]:
     """(h, δh of δ(ξ_I, u_I, a, r)) at the state."""
     if not outputs.roots:
         return np.zeros(0), np.zeros((0, flow.moves.shape[1]))
-    found = flow.numbers.answers(flow.state, flow.z, outputs)
+    found = flow.run(answers, *outputs.roots)(*flow.state.arguments, flow.z)
     return found.values, found.slopes @ np.vstack([flow.moves, flow.answers])
 
 
@@ -312,13 +310,13 @@ def _same(flow: Flow, matters: Mask, moving: npt.NDArray[np.intp], shift: float,
         x[list(places)] = _turned(x[list(places)], angles)
     moved = StateArrays(state.t + shift if perturbed.timed else state.t, x, state.p, state.r)
     held = [i for i in range(n) if i not in tangent.free_u]
-    values = flow.numbers.values(moved)
-    open_ = open_shares(eom, values.configuration, values.configuration_terms, moved.given(eom))
-    if not open_.max(initial=0) <= GIVEN or not np.all(np.isfinite(values.motion)):
+    own = values_at(flow.run, moved)
+    open_ = open_shares(eom, own.configuration, own.configuration_terms, moved.given(eom))
+    if not open_.max(initial=0) <= GIVEN or not np.all(np.isfinite(own.motion)):
         return False
-    if len(values.motion):
-        x[nq : nq + n][held] -= least_squares(values.constraints(n)[:, held], values.motion)
-    there = flow_at(numeric, moved, Preference(flow.choice.q, tuple(held)), flow.numbers)
+    if len(own.motion):
+        x[nq : nq + n][held] -= least_squares(own.constraints(n)[:, held], own.motion)
+    there = flow_at(numeric, moved, Preference(flow.choice.q, tuple(held)), flow.run)
     if there.tangents.free_u != tangent.free_u or there.tangents.free_q != tangent.free_q:
         return False
     inner = np.ix_(matters, matters)

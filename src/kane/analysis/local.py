@@ -7,7 +7,7 @@ Besides: named outputs h(q, u, u̇, λ, R, r), and the quantities at which equat
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
@@ -41,8 +41,23 @@ _TOLD = 3
 _TINY = np.finfo(float).tiny
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Values:
+R_co = TypeVar("R_co")
+
+
+class Run(Protocol):
+    """What evaluates the equations: run(make, *arguments) is the routine of the bundle make(equations, *arguments)."""
+
+    def __call__(self, make: Callable[..., Bundle[R_co]], *arguments: Any) -> Callable[..., R_co]:
+        """The routine, a function of numbers for its ports."""
+
+
+def coded(numeric: Numeric[Equations]) -> Run:
+    """By compiled code."""
+    numeric.compile(values, slopes)
+    return numeric.routine
+
+
+class Values(NamedTuple):
     """K, k, f, A u + b, q̇, spins and ȧ at a state (or at many: leading axes), and the sizes of the terms of k, f and ȧ."""
 
     matrix: Array
@@ -74,14 +89,7 @@ def values(eom: Equations) -> Bundle[Values]:
     return Bundle("values", ports(eom.derived), Values, groups)
 
 
-def values_at(numeric: Numeric[Equations], state: StateArrays) -> Values:
-    """K and k, and what the state must satisfy."""
-    numeric.compile(values, slopes)
-    return numeric.routine(values)(state.t, state.x, state.p, state.r)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Slopes:
+class Slopes(NamedTuple):
     """Derivatives in some variables, a column each: of f, A u + b, q̇, spins, ȧ, and of K z − k at fixed z."""
 
     configuration: Array
@@ -118,14 +126,19 @@ def _residual_slopes(eom: Equations, u: Unsolved, symbols: Sequence[Symbol]) -> 
     return Matrix([*(own + rest.take(range(n))).rows, *rest.rows[n:]], rest.shape)
 
 
+def values_at(run: Run, state: StateArrays) -> Values:
+    """K and k, and what the state must satisfy."""
+    return run(values)(*state.arguments)
+
+
+def slopes_at(run: Run, state: StateArrays, z: Array, *by: Symbol) -> Slopes:
+    """Derivatives in the symbols `by`, without any in q, u, a and the inputs."""
+    return run(slopes, *by)(*state.arguments, z)
+
+
 def unknowns(eom: Equations) -> Port:
     """z = (u̇, λ, R)."""
     return Port("z", unsolved(eom.derived).unknowns, noun="unknowns")
-
-
-def slopes_at(numeric: Numeric[Equations], state: StateArrays, z: Array, *by: Symbol) -> Slopes:
-    """Derivatives in the symbols `by`, without any in q, u, a and the inputs."""
-    return numeric.routine(slopes, *by)(state.t, state.x, state.p, state.r, z)
 
 
 def at_false_pole(eom: Equations) -> str:
@@ -294,35 +307,3 @@ def turning(eom: Equations, *outputs: Expr) -> Bundle[SwitchValues]:
     slopes = partials(quantities, (*eom.state, *eom.inputs, *z.symbols))
     groups = {"quantities": quantities, "sizes": [size(c, memo) for c in quantities], "slopes": slopes}
     return Bundle("turning", (*ports(eom.derived), z), SwitchValues, groups)
-
-
-class LocalNumbers(Protocol):
-    """The unsolved equations at a state, their derivatives at given z, and outputs with theirs."""
-
-    def values(self, state: StateArrays) -> Values:
-        """K, k, and what a state must satisfy."""
-
-    def slopes(self, state: StateArrays, z: Array) -> Slopes:
-        """Derivatives in q, u and inputs."""
-
-    def answers(self, state: StateArrays, z: Array, outputs: Outputs) -> Answers:
-        """Outputs, and their derivatives in q, u, inputs and z."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Coded:
-    """Of compiled code."""
-
-    numeric: Numeric[Equations]
-
-    def values(self, state: StateArrays) -> Values:
-        """See `LocalNumbers`."""
-        return values_at(self.numeric, state)
-
-    def slopes(self, state: StateArrays, z: Array) -> Slopes:
-        """See `LocalNumbers`."""
-        return slopes_at(self.numeric, state, z)
-
-    def answers(self, state: StateArrays, z: Array, outputs: Outputs) -> Answers:
-        """See `LocalNumbers`."""
-        return self.numeric.routine(answers, *outputs.roots)(state.t, state.x, state.p, state.r, z)

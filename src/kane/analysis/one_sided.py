@@ -17,19 +17,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from kane.analysis.flow import Flow, flow_at, output_slopes
-from kane.analysis.local import (
-    Answers,
-    Outputs,
-    Slopes,
-    SwitchValues,
-    Values,
-    all_switches,
-    answers,
-    slopes,
-    turning,
-    unknowns,
-    values,
-)
+from kane.analysis.local import Outputs, Run, SwitchValues, all_switches, turning, unknowns
 from kane.analysis.state_checks import StateArrays
 from kane.dynamics.readings.unsolved import unsolved
 from kane.equations.compiled import Numeric
@@ -60,46 +48,32 @@ class SidedBundles:
             c: Parameter.declare(f"side{k}", description="of a switch") for k, c in enumerate(quantities)
         }
         self._memo: dict[Expr, Expr] = {}
-        self._runs: dict[Any, Callable[[Sequence[Any]], Any]] = {}
+        self._runs: dict[Any, Callable[..., Any]] = {}
 
-    def __call__(self, make: Callable[..., Bundle[R]], signs: Signs, given: Sequence[Any], *arguments: Any) -> R:
-        """The record of the bundle make(equations, *arguments) at numbers for its ports, on one side."""
-        key = (make, *arguments)
-        if key not in self._runs:
-            bundle = self.numeric.value(make, *arguments)
-            groups = {name: Shaped(g.shape, tuple(map(self._on_sides, g.roots))) for name, g in bundle.groups.items()}
-            leaves = [s for port in bundle.ports for s in port.symbols]
-            own = Bundle(bundle.name, bundle.ports, bundle.record, groups)
-            self._runs[key] = own.reference([*leaves, *self.sides.values()])
-        found: R = self._runs[key]([*np.concatenate([np.atleast_1d(v) for v in given]), *signs])
-        return found
+    def on(self, signs: Signs) -> Run:
+        """What evaluates them on one side."""
+
+        def run(make: Callable[..., Bundle[R]], *arguments: Any) -> Callable[..., R]:
+            key = (make, *arguments)
+            if key not in self._runs:
+                bundle = self.numeric.value(make, *arguments)
+                groups = {
+                    name: Shaped(g.shape, tuple(map(self._on_sides, g.roots))) for name, g in bundle.groups.items()
+                }
+                own = Bundle(bundle.name, bundle.ports, bundle.record, groups)
+                self._runs[key] = _reference(own, *self.sides.values())
+            return lambda *given: self._runs[key](*given, signs)
+
+        return run
 
     def _on_sides(self, root: Expr) -> Expr:
         return on_sides(root, self.sides, self._memo)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class OneSided:
-    """`Numbers` on one side of the switches of a table."""
-
-    table: SidedBundles
-    signs: Signs
-
-    def values(self, state: StateArrays) -> Values:
-        """See `Numbers`."""
-        return self.table(values, self.signs, (state.t, state.x, state.p, state.r))
-
-    def slopes(self, state: StateArrays, z: Array) -> Slopes:
-        """See `Numbers`."""
-        return self.table(slopes, self.signs, (state.t, state.x, state.p, state.r, z))
-
-    def answers(self, state: StateArrays, z: Array, outputs: Outputs) -> Answers:
-        """See `Numbers`."""
-        return self.table(answers, self.signs, (state.t, state.x, state.p, state.r, z), *outputs.roots)
-
-    def turning(self, state: StateArrays, z: Array, outputs: Outputs) -> SwitchValues:
-        """The quantities of all switches."""
-        return self.table(turning, self.signs, (state.t, state.x, state.p, state.r, z), *outputs.roots)
+def _reference(bundle: Bundle[R], *more: Symbol) -> Callable[..., R]:
+    """A function of numbers for the ports of a bundle, and for more symbols, on the reference evaluator."""
+    run = bundle.reference([*(s for port in bundle.ports for s in port.symbols), *more])
+    return lambda *given: run([*np.concatenate([np.atleast_1d(v) for v in given])])
 
 
 _MOST = 6
@@ -140,6 +114,11 @@ class Piece:
         return bool(np.isfinite(self.slopes).all() and np.isfinite(self.level).all())
 
 
+def piece_of(flow: Flow, outputs: Outputs) -> Piece:
+    """The flow as a piece by itself."""
+    return Piece(flow, (), *output_slopes(flow, outputs), np.zeros((0, 0)), np.zeros(0))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Corner:
     """A flow at whose state some switches stand at zero: which of `turning` they are, and how far off they count as standing there."""
@@ -153,7 +132,7 @@ class Corner:
 def pieces(corner: Corner, quantities: Sequence[Expr]) -> tuple[Piece, ...]:
     """The pieces that meet at the corner; `quantities` are those of its switches."""
     table = SidedBundles(corner.flow.numeric, quantities)
-    found = (_piece(corner, OneSided(table, signs)) for signs in _patterns(len(corner.at)))
+    found = (_piece(corner, signs, table.on(signs)) for signs in _patterns(len(corner.at)))
     return tuple(p for p in found if p is not None)
 
 
@@ -167,14 +146,14 @@ def _patterns(count: int) -> list[Signs]:
     return rows
 
 
-def _piece(corner: Corner, numbers: OneSided) -> Piece | None:
+def _piece(corner: Corner, signs: Signs, run: Run) -> Piece | None:
     """The piece, None where no motion leads into it; what it tends to where it has no derivative at the corner itself."""
     state = corner.flow.state
-    first = _built(corner, state, numbers)
+    first = _built(corner, state, signs, run)
     if first is None or first.finite:
         return first
-    near = beside(corner.flow, first.away, lambda x, r: _built(corner, replace(state, x=x, r=r), numbers))
-    return first if near is None else replace(near, signs=first.signs, gradients=first.gradients, away=first.away)
+    near = beside(corner.flow, first.away, lambda x, r: _built(corner, replace(state, x=x, r=r), signs, run))
+    return first if near is None else replace(near, gradients=first.gradients, away=first.away)
 
 
 def beside(flow: Flow, d: Array, at: Callable[[Array, Array], Piece | None]) -> Piece | None:
@@ -202,23 +181,23 @@ def _limit(series: Sequence[Array]) -> Array:
     return np.where(np.abs(limit) <= SIX_DIGITS * np.abs(first), 0.0, limit)
 
 
-def _built(corner: Corner, state: StateArrays, numbers: OneSided) -> Piece | None:
+def _built(corner: Corner, state: StateArrays, signs: Signs, run: Run) -> Piece | None:
     flow = corner.flow
     with np.errstate(invalid="ignore"):
         try:
-            here = flow_at(flow.numeric, state, flow.choice, numbers)
+            here = flow_at(flow.numeric, state, flow.choice, run)
         except SingularError:
             return None
         level, slopes = output_slopes(here, corner.outputs)
-        own, pick = numbers.turning(state, here.z, corner.outputs), list(corner.at)
+        own, pick = run(turning, *corner.outputs.roots)(*state.arguments, here.z), list(corner.at)
         gradients = _leaving(own.slopes[pick], np.vstack([here.moves, here.answers]))
-    signs, c = np.array(numbers.signs), own.quantities[pick]
+    side, c = np.array(signs), own.quantities[pick]
     off = np.abs(c) > np.maximum(GONE * own.sizes[pick], corner.slack)
-    if (off & (signs * c < 0)).any():  # held on the other side by the sides of other switches
+    if (off & (side * c < 0)).any():  # held on the other side by the sides of other switches
         return None
     gradients = np.where(off[:, None], 0.0, gradients)
-    away = _direction(signs[:, None] * gradients)
-    return None if away is None else Piece(here, numbers.signs, level, slopes, gradients, away)
+    away = _direction(side[:, None] * gradients)
+    return None if away is None else Piece(here, signs, level, slopes, gradients, away)
 
 
 def _leaving(rows: Array, moves: Array) -> Array:
@@ -277,9 +256,7 @@ def sides_at(flow: Flow, outputs: Outputs, tolerance: float) -> Sides | None:
     table = numeric.value(all_switches, *outputs.roots)
     if not table:
         return None
-    state, z = flow.state, flow.z
-    run = numeric.value(_watch, *outputs.roots)
-    own = run([state.t, *state.x, *state.p, *state.r, *z])
+    own = numeric.value(_watch, *outputs.roots)(*flow.state.arguments, flow.z)
     c, zero = np.abs(own.quantities), GONE * own.sizes
     if tolerance > 0 and np.isfinite(flow.a).all():
         change = own.slopes @ np.vstack([flow.moves, flow.answers])[:, : len(flow.a)]
@@ -292,9 +269,8 @@ def sides_at(flow: Flow, outputs: Outputs, tolerance: float) -> Sides | None:
     return Sides(corner, standing, pieces(corner, [s.quantity for s in standing]))
 
 
-def _watch(eom: Equations, *outputs: Expr) -> Any:
-    bundle = turning(eom, *outputs)
-    return bundle.reference([s for port in bundle.ports for s in port.symbols])
+def _watch(eom: Equations, *outputs: Expr) -> Callable[..., SwitchValues]:
+    return _reference(turning(eom, *outputs))
 
 
 # What differs ------------------------------------------------------------------------------------------------------------
@@ -376,25 +352,23 @@ def lengths(eom: Equations, *outputs: Expr) -> tuple[Expr, ...]:
     return tuple(n for n in order if n.op is SQRT and not is_constant_in_time(n.args))
 
 
-def _measured(eom: Equations, *outputs: Expr) -> Any:
+def _measured(eom: Equations, *outputs: Expr) -> Callable[..., Lengths]:
     z, memo = unknowns(eom), Sizes()
     squares = [n.args[0] for n in lengths(eom, *outputs)]
     groups = {"squares": squares, "sizes": [size(s, memo) for s in squares]}
-    bundle = Bundle("lengths", (*ports(eom.derived), z), Lengths, groups)
-    return bundle.reference([s for port in bundle.ports for s in port.symbols])
+    return _reference(Bundle("lengths", (*ports(eom.derived), z), Lengths, groups))
 
 
 def check_cones(flow: Flow, outputs: Outputs) -> None:
     """A CornerError names a length that is zero at the flow's state, where slopes beside it depend on the direction."""
-    numeric, state = flow.numeric, flow.state
-    table = numeric.value(lengths, *outputs.roots)
+    table = flow.numeric.value(lengths, *outputs.roots)
     if not table:
         return
-    own: Lengths = numeric.value(_measured, *outputs.roots)([state.t, *state.x, *state.p, *state.r, *flow.z])
+    own = flow.numeric.value(_measured, *outputs.roots)(*flow.state.arguments, flow.z)
     standing = [n for n, s, size in zip(table, own.squares, own.sizes, strict=True) if s <= (2 * GONE) ** 2 * size]
     if not standing:
         return
-    here = Piece(flow, (), *output_slopes(flow, outputs), np.zeros((0, 0)), np.zeros(0))
+    here = piece_of(flow, outputs)
     width = flow.moves.shape[1]
     mixed = np.sqrt(1.0 + np.arange(width))
     for d in (*np.eye(width), *-np.eye(width), mixed, -mixed, mixed * (-1.0) ** np.arange(width)):
@@ -412,10 +386,9 @@ def _tends(flow: Flow, outputs: Outputs, d: Array) -> Piece | None:
 
     def at(x: Array, r: Array) -> Piece | None:
         try:
-            there = flow_at(flow.numeric, replace(flow.state, x=x, r=r), flow.choice, flow.numbers)
+            return piece_of(flow_at(flow.numeric, replace(flow.state, x=x, r=r), flow.choice, flow.run), outputs)
         except SingularError:
             return None
-        return Piece(there, (), *output_slopes(there, outputs), np.zeros((0, 0)), d)
 
     with np.errstate(invalid="ignore", divide="ignore"):
         return beside(flow, d, at)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from kane.analysis.assembly import assemble
-from kane.analysis.local import Values, slopes_at, values_at
+from kane.analysis.local import Values, coded, slopes_at, values_at
 from kane.analysis.perturbations import perturbations, spread
 from kane.analysis.state_checks import StateArrays, check_branch, check_configuration, entries, start_state
 from kane.dynamics.readings.quantities import parameter_values
@@ -55,7 +55,8 @@ def arrays_at(numeric: Numeric[Equations], state: State) -> StateArrays:
 
 def closed(numeric: Numeric[Equations], state: StateArrays) -> StateArrays:
     """The state moved onto the constraints by rounding's worth; further off is an error."""
-    eom, perturbed, values = numeric.equations, numeric.value(perturbations), values_at(numeric, state)
+    eom, perturbed, run = numeric.equations, numeric.value(perturbations), coded(numeric)
+    values = values_at(run, state)
     nq, n = len(eom.coordinates), len(eom.speeds)
     check_configuration(
         eom,
@@ -70,10 +71,10 @@ def closed(numeric: Numeric[Equations], state: StateArrays) -> StateArrays:
 
     def closer(at: tuple[Array, Values]) -> tuple[Array, Values]:
         x, now = at
-        g = slopes_at(numeric, replace(state, x=x), zero).configuration[:, :nq]
+        g = slopes_at(run, replace(state, x=x), zero).configuration[:, :nq]
         t = spread(perturbed, x[:nq])
         x = np.append(x[:nq] - t @ least_squares(g @ t, now.configuration), x[nq:])
-        return x, values_at(numeric, replace(state, x=x))
+        return x, values_at(run, replace(state, x=x))
 
     start = of_unit_length(state.x, perturbed.sets), values
     size = row_sizes(values.matrix[:n, :n], values.constraints(n)[: len(values.configuration)])

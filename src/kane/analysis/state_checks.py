@@ -30,6 +30,11 @@ class StateArrays:
     p: Array
     r: Array
 
+    @property
+    def arguments(self) -> tuple[float, Array, Array, Array]:
+        """The same as routines take them."""
+        return self.t, self.x, self.p, self.r
+
     def given(self, eom: Equations) -> dict[Expr, Any]:
         """Inputs, parameters and the time by symbol."""
         return dict(zip((*eom.inputs, *eom.parameters, time), (*self.r, *self.p, self.t), strict=True))

@@ -14,7 +14,7 @@ import numpy as np
 from kane.analysis.differentiable import warn_of_jumps
 from kane.analysis.flow import Flow, Preference, dependence, flow_at, magnitudes, scaled, share
 from kane.analysis.linearization import choice_of
-from kane.analysis.local import Slopes, Values, slopes_at, solver, values_at
+from kane.analysis.local import Slopes, Values, coded, slopes_at, solver, values_at
 from kane.analysis.operating_point import closed, state_from
 from kane.analysis.perturbations import Perturbations, perturbations
 from kane.analysis.state_checks import StateArrays, entries, open_shares
@@ -96,54 +96,52 @@ class Conditions:
 
     def __call__(self, x: Array) -> tuple[Array, Array]:
         """F and ∂F/∂X."""
-        values, z, first, second, solve = self._numbers(x)
-        places, slopes = self._places(x, values, first, second)
-        f, j = list(places), list(slopes)
+        values, z, slopes, solve = self._numbers(x)
+        places, held = self._places(x, values, slopes)
+        f, j = list(places), list(held)
         if not self.constraints_only:
             plain, n = list(self.perturbed.coordinates), len(self.eom.speeds)
             rates = np.append(values.rates[plain], values.spins)
-            moved = np.vstack([_both("rates", first, second)[plain], _both("spins", first, second)])
+            moved = np.vstack([slopes.rates[plain], slopes.spins])
             free = list(self.steady)
             further = list(self.further)
             f += [rates[list(self.constant)], z[:n][free], values.states[further]]
-            j += [moved[list(self.constant)], -solve(_both("residual", first, second))[:n][free]]
-            j.append(_both("states", first, second)[further])
+            j += [moved[list(self.constant)], -solve(slopes.residual)[:n][free], slopes.states[further]]
         return np.concatenate(f), np.vstack(j)
 
     def sizes(self, x: Array) -> Sizes:
         """How large the terms of F are at X, and what steps from there are measured by."""
-        values, z, first, second, solve = self._numbers(x)
+        values, z, slopes, solve = self._numbers(x)
         nq, n = len(self.eom.coordinates), len(self.eom.speeds)
-        size = magnitudes(values, first, z, x[nq : nq + n])
+        size = magnitudes(values, slopes, z, x[nq : nq + n])
         plain = list(self.perturbed.coordinates)
         held = [values.configuration_terms, np.ones(len(self.perturbed.sets)), size.motion]
-        _, slopes = self._places(x, values, first, second)
         terms = np.concatenate([*held, size.rates[plain], size.spins, size.accelerations, values.state_terms])
-        own = [_both("rates", first, second)[plain], _both("spins", first, second)]
-        residual = _both("residual", first, second)
-        pushed = np.maximum(np.abs(size.inverse @ residual[:n]), np.abs(solve(residual)[:n]))
-        j = np.abs(np.vstack([*slopes, *own, pushed, _both("states", first, second)]))
+        pushed = np.maximum(np.abs(size.inverse @ slopes.residual[:n]), np.abs(solve(slopes.residual)[:n]))
+        moved = self._places(x, values, slopes)[1]
+        j = np.abs(np.vstack([*moved, slopes.rates[plain], slopes.spins, pushed, slopes.states]))
         start, states = sum(map(len, held)), len(values.states)
-        moved = [*(i - n for i in self.steady), *self.further]
-        rest = [] if self.constraints_only else [*self.constant, *(len(terms) - states - start + i for i in moved)]
+        changed = [*(i - n for i in self.steady), *self.further]
+        rest = [] if self.constraints_only else [*self.constant, *(len(terms) - states - start + i for i in changed)]
         taken = [*range(start), *(start + i for i in rest)]
         least = np.zeros(len(x))
         least[nq : nq + n] = size.alone
         rows, columns = _steps(terms, j, least)
         return Sizes(np.where(terms > 0, terms, rows)[taken], rows[taken], columns)
 
-    def _numbers(self, x: Array) -> tuple[Values, Array, Slopes, Slopes | None, Callable[[Array], Array]]:
+    def _numbers(self, x: Array) -> tuple[Values, Array, Slopes, Callable[[Array], Array]]:
         """What stands in the equations at X, z (zero for constraints alone), the derivatives, and what solves for z."""
-        eom, state = self.eom, self.state(x)
-        values = values_at(self.numeric, state)
+        eom, state, run = self.eom, self.state(x), coded(self.numeric)
+        values = values_at(run, state)
         solve = np.zeros_like if self.constraints_only else solver(eom, values, state)
         z = solve(values.right)
-        first = slopes_at(self.numeric, state, z)
-        return values, z, first, slopes_at(self.numeric, state, z, *eom.parameters) if eom.parameters else None, solve
+        slopes = slopes_at(run, state, z)
+        if eom.parameters:
+            pairs = zip(slopes, slopes_at(run, state, z, *eom.parameters), strict=True)
+            slopes = Slopes(*map(np.hstack, pairs))
+        return values, z, slopes, solve
 
-    def _places(
-        self, x: Array, values: Values, first: Slopes, second: Slopes | None
-    ) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+    def _places(self, x: Array, values: Values, slopes: Slopes) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
         """f, eᵀe − 1, A u + b and their derivatives."""
         sets = self.perturbed.sets
         norms, norm_slopes = np.zeros(len(sets)), np.zeros((len(sets), len(x)))
@@ -151,7 +149,7 @@ class Conditions:
             e = x[list(places)]
             norms[k], norm_slopes[k, list(places)] = e @ e - 1.0, 2 * e
         f = values.configuration, norms, values.motion
-        return f, (_both("configuration", first, second), norm_slopes, _both("motion", first, second))
+        return f, (slopes.configuration, norm_slopes, slopes.motion)
 
 
 def _steps(terms: Array, j: Array, least: Array) -> tuple[Array, Array]:
@@ -168,12 +166,6 @@ def _steps(terms: Array, j: Array, least: Array) -> tuple[Array, Array]:
         columns = np.where(columns > 0, columns, 1.0)
         rows = np.maximum(rows, (j * columns).max(axis=1, initial=0))
     return np.where(rows > 0, rows, 1.0), columns
-
-
-def _both(name: str, first: Slopes, second: Slopes | None) -> Array:
-    """Derivatives in q, u, a and inputs, then those in parameters."""
-    left: Array = getattr(first, name)
-    return np.hstack([left, getattr(second, name)]) if second is not None else left
 
 
 def _unit(s: Symbol | None) -> str:

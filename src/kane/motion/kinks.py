@@ -147,7 +147,7 @@ class Kinks:
         return self._told(t, "velocities", names[int(np.argmax(off))], turned) if n and off.max(initial=0) > 1 else ""
 
     def _on(self, signs: Array, t: float, x: Array, given: tuple[Array, Array]) -> Numbers:
-        return self.table(constraint_numbers, tuple(signs.tolist()), (t, x, *given))
+        return self.table.on(tuple(signs.tolist()))(constraint_numbers)(t, x, *given)
 
     def _told(self, t: float, what: str, name: str, turned: Sequence[SwitchedQuantity]) -> str:
         node, quantity = self._node(name, turned)
