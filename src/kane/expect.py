@@ -76,6 +76,15 @@ def one_of(
     return given
 
 
+def none(
+    wrong: Iterable[object], expected: str, came: str = "{}", cure: str = "", *, error: type[KaneError] = ModelError
+) -> None:
+    """Refuse what is wrong, if anything is; `came` says of the list {} of it what it is."""
+    listed = ", ".join(map(str, wrong))
+    if listed:
+        raise refusal(error, expected, came.replace("{}", listed), cure)
+
+
 def different(given: Iterable[Hashable], expected: str, cure: str = "", *, error: type[KaneError] = ModelError) -> None:
     """Names, or other things that can be compared, of which none comes twice."""
     twice = sorted(repr(x) for x, count in Counter(given).items() if count > 1)

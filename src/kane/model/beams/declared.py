@@ -14,14 +14,14 @@ from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame
 from kane.space.vector import Vector
 
-SUPPORTS: dict[str, tuple[int, ...]] = {"clamped": (0, 1), "pinned": (0,), "free": ()}
-"""What must vanish at the root in the beam's frame: the value (0) and the slope (1) of deflections."""
-_CONSTRAINED = {"clamped": {"root": 0.0}, "pinned": {"root": 0.0, "tip": 1.0}, "free": {}}
-"""Ends that are constrained: forces stretch and shear the beam there."""
-_DEFORMATIONS = {
-    "v": "deflection", "w": "deflection", "s": "stretch", "t": "twist", "g": "deflection by shear", "h": "deflection by shear",
-}  # fmt: skip
-_USUAL = {"clamped": "clamped-free", "pinned": "pinned", "free": "free-free"}
+SUPPORTS: dict[str, tuple[tuple[int, ...], str, Mapping[str, float]]] = {
+    "clamped": ((0, 1), "clamped-free", {"root": 0.0}),
+    "pinned": ((0,), "pinned", {"root": 0.0, "tip": 1.0}),
+    "free": ((), "free-free", {}),
+}
+"""What vanishes at the root, value (0) and slope (1) of deflections; the usual functions; ends at which forces stretch and shear."""
+_SHEAR = "deflection by shear"
+_DEFORMATIONS = {"v": "deflection", "w": "deflection", "s": "stretch", "t": "twist", "g": _SHEAR, "h": _SHEAR}
 
 
 def directions(name: str, frame: Frame, axis: Any, along: Any) -> tuple[Vector, Vector, Vector]:
@@ -39,15 +39,15 @@ def directions(name: str, frame: Frame, axis: Any, along: Any) -> tuple[Vector, 
 
 def bending(name: str, support: Any, EI: Any, modes: Any, e2: Vector, e3: Vector) -> list[Field]:
     """The deflections v along e₂ and, where EI or modes are two, w along e₃."""
-    expect.one_of(support, SUPPORTS, f"support= of {name} to be")
-    stiff = _each(EI, 2 if _is_pair(modes) else 1)
-    given = _each(modes, len(stiff))
+    vanishing, usual, ends = SUPPORTS[expect.one_of(support, SUPPORTS, f"support= of {name} to be")]
+    both = _is_pair(EI) or _is_pair(modes)
+    stiff, given = (x if _is_pair(x) else (x,) * (1 + both) for x in (EI, modes))
     fields = []
     for stem, (along, turn), k, m in zip("vw", ((e2, e3), (e3, -e2)), stiff, given, strict=False):
-        if _is_none(m) and (_is_pair(EI) or _is_pair(modes)):
+        if _is_none(m) and both:
             continue
-        shapes = _shapes(name, "modes", m, _USUAL[support])
-        wrong = unmet(shapes, SUPPORTS[support])
+        shapes = _shapes(name, "modes", m, usual)
+        wrong = unmet(shapes, vanishing)
         if wrong:
             raise ModelError(
                 f"Expected modes of {name} that are zero where its root is {support}, "
@@ -55,7 +55,7 @@ def bending(name: str, support: Any, EI: Any, modes: Any, e2: Vector, e3: Vector
                 'Take others, such as kn.mode_shapes("clamped-free", 3), or another support=.'
             )
         if support == "clamped":
-            _check_strained(name, "bending", shapes, 2, _CONSTRAINED[support], "polynomials")
+            _check_strained(name, "bending", shapes, 2, ends, "polynomials")
         value = section(name, "EI", k, _which(stiff, stem))
         fields.append(_field(name, stem, along, turn, shapes, value, "m"))
     if not fields:
@@ -87,25 +87,26 @@ def shearing(name: str, support: str, shear: Any, modes: Any, bent: Sequence[Fie
         if not _is_none(modes):
             raise ModelError(f"Expected k_s G A of {name} as its shear=, got functions alone. Give both or neither.")
         return []
-    stiff, given = _each(shear, len(bent)), _each(modes, len(bent))
-    if len(stiff) != len(bent) or len(given) != len(bent):
-        raise ModelError(
-            f"Expected one shear= of {name}, which bends along one direction, got two. Give EI=(…, …), too."
-        )
+    stiff, given = (_each(name, "shear", x, len(bent)) for x in (shear, modes))
     usual, further = ("pinned", 0) if support == "pinned" else ("rod polynomials", 1)
     fields = []
     for f, k, m in zip(bent, stiff, given, strict=True):
         shapes = _shapes(name, "shear_modes", f.shapes.count + further if _is_none(m) else m, usual)
         _check_root(name, "shear", shapes, f'there. Take kn.mode_shapes("{usual}", {shapes.count}).')
-        _check_strained(name, "shear", shapes, 1, _CONSTRAINED[support], usual)
+        _check_strained(name, "shear", shapes, 1, SUPPORTS[support][2], usual)
         value = section(name, "shear", k, _which(stiff, f.stem))
         fields.append(_field(name, SHEAR[f.stem], f.along, None, shapes, value, "m"))
     return fields
 
 
-def _each(given: Any, count: int) -> Any:
-    """Two values as they are, one as often as it counts."""
-    return given if _is_pair(given) else (given,) * count
+def _each(name: str, what: str, given: Any, count: int) -> Any:
+    """A value for each direction of bending: two as they are, one as often as it counts."""
+    values = given if _is_pair(given) else (given,) * count
+    if len(values) != count:
+        raise ModelError(
+            f"Expected one {what}= of {name}, which bends along one direction, got two. Give EI=(…, …), too."
+        )
+    return values
 
 
 def _which(values: Sequence[Any], stem: str) -> str:
@@ -130,11 +131,7 @@ def turning(name: str, rotary: Any, sheared: bool, bent: Sequence[Field]) -> tup
                 "themselves. It is mass_per_length times I/A."
             )
         return ()
-    given = _each(rotary, len(bent))
-    if len(given) != len(bent):
-        raise ModelError(
-            f"Expected one rotary= of {name}, which bends along one direction, got two. Give EI=(…, …), too."
-        )
+    given = _each(name, "rotary", rotary, len(bent))
     return tuple(section(name, "rotary", x, _which(given, f.stem)) for f, x in zip(bent, given, strict=True))
 
 

@@ -23,7 +23,7 @@ import numpy as np
 from kane import expect
 from kane.errors import ModelError, cut
 from kane.expr.build import add, div, mul
-from kane.expr.evaluation import free_symbols, is_constant_in_time
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import ZERO, Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Parameter
 from kane.model.beams.shapes import ModeShapes, together
@@ -73,30 +73,37 @@ def section(who: str, what: str, given: Any, which: str = "") -> Tapered:
 UNITS = {
     "length": ("L", "m"), "mass_per_length": ("rhoA", "kg/m"), "EI": ("EI", "N*m^2"), "EA": ("EA", "N"), "GJ": ("GJ", "N*m^2"),
     "polar": ("Ip", "kg*m"), "shear": ("kGA", "N"), "rotary": ("rhoI", "kg*m"),
+    "mass": ("alpha", "1/s"), "stiffness": ("beta", "s"), "ratio": ("zeta", "1"),
 }  # fmt: skip
 """Symbol and unit of the parameters that numbers become."""
 
 
 def measure(who: str, what: str, given: Any, which: str = "") -> Expr:
-    """A value above zero in parameters; a number becomes a parameter of the beam, so that its unit is known and it may be changed."""
+    """A value above zero, as far as the defaults of the parameters tell, in parameters."""
     value = as_expr(given)
-    check_positive(who, what, value)
+    if not all(isinstance(s, Parameter) for s in free_symbols([value])):
+        raise ModelError(f"Expected {what} of {who} in parameters and numbers, got {cut(value)}. Use a kn.parameter.")
+    number = default_of(value)
+    if number is not None and not number > 0:
+        came = f"{number:g}" if constant_value(value) is not None else f"{cut(value)} = {number:g}"
+        raise ModelError(f"Expected {what} of {who} above zero, got {came}. Check its sign, or the default.")
+    return in_parameters(who, what, value, which)
+
+
+def default_of(value: Expr) -> float | None:
+    """A number, or the default of a parameter."""
+    number = value.default if isinstance(value, Parameter) else constant_value(value)
+    return None if number is None else float(number)
+
+
+def in_parameters(who: str, what: str, value: Expr, which: str = "", meaning: str = "") -> Expr:
+    """The value; a number becomes a parameter of the beam, so that its unit is known and it may be changed."""
     number = constant_value(value)
     if number is None:
         return value
     symbol, unit = UNITS[what]
-    return Parameter.declare(f"{symbol}{which}_{'_'.join(who.split())}", float(number), unit, f"{what} of {who}")
-
-
-def check_positive(who: str, what: str, value: Expr) -> None:
-    """A ModelError for what is not above zero where the defaults of the parameters tell."""
-    varying = [str(s) for s in free_symbols([value]) if not isinstance(s, Parameter)]
-    if not is_constant_in_time([value]) or varying:
-        raise ModelError(f"Expected {what} of {who} in parameters and numbers, got {cut(value)}. Use a kn.parameter.")
-    number = value.default if isinstance(value, Parameter) else constant_value(value)
-    if number is not None and not float(number) > 0:
-        came = f"{number:g}" if constant_value(value) is not None else f"{cut(value)} = {number:g}"
-        raise ModelError(f"Expected {what} of {who} above zero, got {came}. Check its sign, or the default.")
+    name = f"{symbol}{which}_{'_'.join(who.split())}"
+    return Parameter.declare(name, float(number), unit, f"{meaning or what} of {who}")
 
 
 Share = Callable[[Array], Array]
@@ -119,6 +126,12 @@ def rounded(a: Array) -> Array:
     """Numbers of order 1 with few bits, so that they cancel where they should."""
     whole: Array = np.ldexp(np.round(np.ldexp(a, _BITS)), -_BITS)
     return whole
+
+
+def cleaned(a: Array, limit: float) -> Array:
+    """A matrix without what is small beside its diagonal: what orthogonality makes zero is zero."""
+    size = np.sqrt(np.diag(a))
+    return np.where(np.abs(a) < limit * np.multiply.outer(size, size), 0.0, a)
 
 
 def check_independent(who: str, shapes: ModeShapes, rule: Rule) -> None:

@@ -28,16 +28,19 @@ import numpy as np
 from kane import expect
 from kane.errors import ModelError, none_of
 from kane.expr.build import add, div, mul, sqrt
-from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value
-from kane.expr.symbols import Coordinate, Parameter, rate
+from kane.expr.node import ONE, ZERO, Expr, as_expr, constant
+from kane.expr.symbols import Coordinate, rate
 from kane.model.beams.deformation import (
     SHEAR,
     Field,
     Fields,
     Share,
     Tapered,
+    cleaned,
     combined,
+    default_of,
     fine,
+    in_parameters,
     moments_beyond,
     quadratic,
     rounded,
@@ -109,9 +112,7 @@ def _mu(whole: Fields, matter: Matter) -> Array:
     rule = fine([f.shapes for f in whole.shifting])
     x = rule.places
     values = np.hstack([np.ones((len(x), 1)), x[:, None], *(f.shapes.evaluate(x, 0) for f in whole.shifting)])
-    mu = rule.gram(values, values, matter.mass.share(x))
-    size = np.sqrt(np.diag(mu))
-    mu[np.abs(mu) < ROUNDED * np.multiply.outer(size, size)] = 0.0
+    mu = cleaned(rule.gram(values, values, matter.mass.share(x)), ROUNDED)
     return rounded((mu + mu.T) / 2)
 
 
@@ -187,12 +188,8 @@ def strain(shapes: ModeShapes, share: Share, order: int) -> Array:
     """∫ e of the products of the derivatives of an order (n × n)."""
     rule = fine([shapes])
     values = shapes.evaluate(rule.places, order)
-    k = rule.gram(values, values, share(rule.places))
-    size = np.sqrt(np.diag(k))
-    # what orthogonality makes zero is zero, so that modes stay apart
-    k[np.abs(k) < ROUNDED_CHAIN * np.multiply.outer(size, size)] = 0.0
-    whole: Array = (k + k.T) / 2
-    return whole
+    k = cleaned(rule.gram(values, values, share(rule.places)), ROUNDED_CHAIN)
+    return np.asarray((k + k.T) / 2)
 
 
 def stiffness_value(f: Field, length: Expr) -> Expr:
@@ -225,8 +222,7 @@ def damper(name: str, gauges: Gauges, matrices: Sequence[tuple[Field, Sequence[t
 
 
 _DIGITS = 30
-UNITS = {"mass": ("alpha", "1/s"), "stiffness": ("beta", "s"), "ratio": ("zeta", "1")}
-"""Symbol and unit of the parameters that numbers become."""
+_DAMPING = ("mass", "stiffness", "ratio")
 
 
 def damping_of(
@@ -239,8 +235,8 @@ def damping_of(
     expected = f'damping= of {name} as {{"mass": α, "stiffness": β}} or {{"ratio": ζ}}'
     expect.that(isinstance(given, Mapping) and given, expected, damping)
     for kind in damping:
-        if kind not in UNITS:
-            raise ModelError(f"Expected damping= of {name} by some of {none_of(UNITS, kind)}")
+        if kind not in _DAMPING:
+            raise ModelError(f"Expected damping= of {name} by some of {none_of(_DAMPING, kind)}")
     if any(f.stem in SHEAR.values() for f in whole.fields) and set(damping) != {"stiffness"}:
         raise ModelError(
             f'Expected damping= of {name}, which shears, as {{"stiffness": β}}, got {", ".join(map(repr, damping))}: its modes are '
@@ -251,16 +247,12 @@ def damping_of(
 
 
 def _parameter(name: str, kind: str, given: Any) -> Expr:
-    """A value in parameters; a number becomes one, so that its unit is known. Not below zero."""
+    """A value in parameters, not below zero."""
     value = as_expr(given)
-    number = constant_value(value)
-    known = value.default if isinstance(value, Parameter) else number
-    if known is not None and not float(known) >= 0:
-        raise ModelError(f"Expected damping {kind!r} of {name} not below zero, got {float(known):g}. Check its sign.")
-    if number is None:
-        return value
-    symbol, unit = UNITS[kind]
-    return Parameter.declare(f"{symbol}_{'_'.join(name.split())}", float(number), unit, f"damping of {name}")
+    known = default_of(value)
+    if known is not None and not known >= 0:
+        raise ModelError(f"Expected damping {kind!r} of {name} not below zero, got {known:g}. Check its sign.")
+    return in_parameters(name, kind, value, meaning="damping")
 
 
 def _terms(f: Field, whole: Fields, matter: Matter, damping: Mapping[str, Expr]) -> list[tuple[Expr, Array]]:
@@ -268,9 +260,7 @@ def _terms(f: Field, whole: Fields, matter: Matter, damping: Mapping[str, Expr])
     assert share is not None
     rule = fine([f.shapes])
     values = f.shapes.evaluate(rule.places, 0)
-    m, k = rule.gram(values, values, share.share(rule.places)), stiffness(f)
-    size = np.sqrt(np.diag(m))
-    m[np.abs(m) < ROUNDED * np.multiply.outer(size, size)] = 0.0
+    m, k = cleaned(rule.gram(values, values, share.share(rule.places)), ROUNDED), stiffness(f)
     mass, stiff = mul(share.value, whole.length), stiffness_value(f, whole.length)
     terms = []
     if "mass" in damping:
