@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Checks of arguments: what passes comes back, what does not is refused by one form of message."""
 
+import inspect
+
 import numpy as np
 import pytest
 
 import kane as kn
 from kane import expect
 from kane.errors import ArgumentError, ModelError
+from kane.gallery import pendulum
 
 
 def message(check, *args, error=ModelError, **options):
@@ -84,3 +87,21 @@ def test_flags():
     assert expect.flag(False, "True or False") is False
     for given in (1, 0.0, "yes", None):
         assert message(expect.flag, given, "True or False") == f"Expected True or False, got {given!r}."
+
+
+def test_what_is_wrong_is_listed():
+    expect.none((), "a constant mass")
+    assert message(
+        expect.none, (x for x in ("q1", "q2")), "a constant mass", "one with {} in it", "Leave them out."
+    ) == ("Expected a constant mass, got one with q1, q2 in it. Leave them out.")
+
+
+def test_keywords_are_shown_by_name():
+    for shown in (kn.trim, kn.assemble, kn.Equations.evaluate):
+        assert {"q", "u", "states", "parameters", "inputs", "t"} <= inspect.signature(shown).parameters.keys()
+    assert {"child", "coordinates", "speeds"} <= inspect.signature(kn.joints.pin).parameters.keys()
+
+
+def test_an_unknown_keyword_is_refused():
+    with pytest.raises(TypeError, match="got the keyword 'tolerence'"):
+        kn.linearize(kn.derive(pendulum.system()), tolerence=1e-6)

@@ -7,12 +7,14 @@
 
 import math
 from collections import Counter
-from collections.abc import Collection, Hashable, Iterable
+from collections.abc import Callable, Collection, Hashable, Iterable
+from inspect import Parameter, signature
 from numbers import Integral, Real
 from typing import Any, TypeVar
 
 from kane.errors import KaneError, ModelError, cut, none_of
 
+F = TypeVar("F", bound=Callable[..., Any])
 T = TypeVar("T")
 E = TypeVar("E", bound=KaneError)
 
@@ -128,3 +130,16 @@ def whole(
     right = not isinstance(given, bool) and isinstance(given, Integral) and least <= int(given) <= most
     that(right, expected, given, cure, error=error)
     return int(given)
+
+
+def keywords(*names: str) -> Callable[[F], F]:
+    """A decorator for a function of **others, by which `help` and notebooks show these keywords by name."""
+
+    def shown(function: F) -> F:
+        own = signature(function)
+        *first, _ = own.parameters.values()
+        more = [Parameter(name, Parameter.KEYWORD_ONLY, default=None) for name in names]
+        function.__signature__ = own.replace(parameters=[*first, *more])  # type: ignore[attr-defined]
+        return function
+
+    return shown

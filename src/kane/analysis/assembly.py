@@ -9,7 +9,7 @@ poles, or is not finite, the possible speeds are those of the possible rates, wi
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, overload
+from typing import Any, Literal, Unpack, overload
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from kane.analysis.state_checks import GivenEntries, entries, misses
 from kane.dynamics.constraints.manifold import manifold
 from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations, check_equations
-from kane.equations.state import State, state_of
+from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import Attributes, SimulationError, ValueMissingError
 from kane.expr.evaluation import evaluate
 from kane.expr.matrix import dot
@@ -171,13 +171,9 @@ def assemble(
     eom: Equations,
     state: State | None = None,
     *,
-    q: Mapping[Any, Any] | Sequence[float] | None = None,
-    u: Mapping[Any, Any] | Sequence[float] | None = None,
     rates: Mapping[Any, Any] | None = None,
-    parameters: Mapping[Any, float] | None = None,
-    inputs: Mapping[Any, Any] | None = None,
-    t: float | None = None,
     all_branches: Literal[False] = False,
+    **values: Unpack[StateValues],
 ) -> Assembled: ...
 
 
@@ -186,27 +182,20 @@ def assemble(
     eom: Equations,
     state: State | None = None,
     *,
-    q: Mapping[Any, Any] | Sequence[float] | None = None,
-    u: Mapping[Any, Any] | Sequence[float] | None = None,
     rates: Mapping[Any, Any] | None = None,
-    parameters: Mapping[Any, float] | None = None,
-    inputs: Mapping[Any, Any] | None = None,
-    t: float | None = None,
     all_branches: Literal[True],
+    **values: Unpack[StateValues],
 ) -> tuple[Assembled, ...]: ...
 
 
+@by_keyword
 def assemble(
     eom: Equations,
     state: State | None = None,
     *,
-    q: Mapping[Any, Any] | Sequence[float] | None = None,
-    u: Mapping[Any, Any] | Sequence[float] | None = None,
     rates: Mapping[Any, Any] | None = None,
-    parameters: Mapping[Any, float] | None = None,
-    inputs: Mapping[Any, Any] | None = None,
-    t: float | None = None,
     all_branches: bool = False,
+    **values: Unpack[StateValues],
 ) -> Assembled | tuple[Assembled, ...]:
     """A state that satisfies all constraints: of the configurations that many starts lead to, the one nearest to the guesses.
 
@@ -234,7 +223,7 @@ def assemble(
         which closure is turned
     """
     check_equations(eom)
-    given = state_of(state, q=q, u=u, parameters=parameters, inputs=inputs, t=t)
+    given = state_of(state, **values)
     q, u = given.q, given.u
     constants: dict[Expr, Any] = {**parameter_values(eom.system, given.parameters), time: float(given.t)}
     constants.update(named_values("inputs", eom.inputs, given.inputs))

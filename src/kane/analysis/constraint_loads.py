@@ -15,13 +15,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
 from kane.equations.derive import derive
 from kane.equations.equations import Equations, check_equations
-from kane.equations.state import State, state_of
+from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import ArgumentError, Attributes, SimulationError, cut
 from kane.expr.symbols import Reaction, Speed
 from kane.model.constraints import Constraint, check_unit, constraint_of, reaction
@@ -53,17 +53,8 @@ class ConstraintForces(Attributes):
         return f"ConstraintForces({'; '.join(rows)})"
 
 
-def constraint_forces(
-    eom: Equations,
-    state: State | None = None,
-    *,
-    q: Any = None,
-    u: Any = None,
-    parameters: Mapping[Any, float] | None = None,
-    inputs: Mapping[Any, float] | None = None,
-    t: float | None = None,
-    states: Any = None,
-) -> ConstraintForces:
+@by_keyword
+def constraint_forces(eom: Equations, state: State | None = None, **values: Unpack[StateValues]) -> ConstraintForces:
     """The forces of constraints at a state, by multipliers and by auxiliary speeds.
 
     Parameters
@@ -88,7 +79,7 @@ def constraint_forces(
             "Expected constraints that say where their forces act, got none: scalars that must vanish do not. Declare them with "
             "kn.distance, kn.no_slip, kn.coincident, …."
         )
-    at = state_of(state, q=q, u=u, parameters=parameters, inputs=inputs, t=t, states=states)
+    at = state_of(state, **values)
     known: dict[Constraint, Reaction] = {c: r for r in eom.reactions if (c := constraint_of(r)) is not None}
     own = {c: known[c] if c in known else reaction(f"lambda_{k}", constraint=c) for k, c in enumerate(placed)}
     added = [r for c, r in own.items() if c not in known]
@@ -124,6 +115,7 @@ class Impact(Attributes):
     lost: float
 
 
+@by_keyword
 def impact(
     eom: Equations,
     point: Point,
@@ -133,10 +125,7 @@ def impact(
     restitution: float,
     friction: float | tuple[float, float] = 0.0,
     other: Point | None = None,
-    q: Any = None,
-    u: Any = None,
-    parameters: Mapping[Any, float] | None = None,
-    t: float | None = None,
+    **values: Unpack[StateValues],
 ) -> Impact:
     """The speeds after a collision of a particle of a body with another one, or with what is at rest.
 
@@ -145,12 +134,12 @@ def impact(
     eom : Equations
     point : the particle that strikes, made with `fixed_in`
     normal : the unit vector across the surface, from what is struck to `point`
-    state : `kn.State` before the blow, in place of q, u, parameters and t
+    state : `kn.State` before the blow, in place of the values that follow
     restitution : e, from 0 to 1: v_n′ = −e v_n
     friction : μ, or (μ, μ′) of rest and of slip; 0 for smooth surfaces
     other : the particle that is struck; none where that is at rest
     q, u : the state before the blow; dependent speeds may be left out
-    parameters, t : as in `eom.evaluate`
+    parameters, inputs, t, states : as in `eom.evaluate`
 
     Raises
     ------
@@ -162,7 +151,7 @@ def impact(
     check_equations(eom)
     check_unit(normal, "normal of the impact")
     e, coefficients = _coefficients(restitution, friction)
-    at = state_of(state, q=q, u=u, parameters=parameters, t=t)
+    at = state_of(state, **values)
     speeds = eom.independent_speeds
     before, axis, partials, mass = _numbers(eom, point, other, normal, at)
     inverse = partials.T @ np.linalg.solve(mass, partials)
@@ -183,8 +172,8 @@ def impact(
     after = dict(zip(speeds, (own + change).tolist(), strict=True))
     whole = eom.evaluate(list(eom.speeds), replace(at, u=after))
     k, k_after = (float(eom.evaluate(eom.kinetic_energy, x)) for x in (at, replace(at, u=after)))
-    values = dict(zip(eom.speeds, map(float, whole), strict=True))
-    return Impact(values, pushed, float(axis @ pushed), slips, k - k_after)
+    speeds_after = dict(zip(eom.speeds, map(float, whole), strict=True))
+    return Impact(speeds_after, pushed, float(axis @ pushed), slips, k - k_after)
 
 
 def _coefficients(restitution: Any, friction: Any) -> tuple[float, tuple[float, float]]:

@@ -8,7 +8,7 @@ T is the identity; for Euler parameters it turns three small angles along the ax
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from kane.dynamics.readings.quantities import without_unknowns
 from kane.dynamics.readings.unsolved import unsolved
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations, check_equations
-from kane.equations.state import State, state_of
+from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import Attributes, CornerError, SimulationError, ValueMissingError, cut
 from kane.expr.differentiation import tangent
 from kane.expr.evaluation import evaluate, free_symbols
@@ -51,27 +51,22 @@ class Linearizer(Attributes):
     outputs: Outputs
     settings: Settings | None = None
 
+    @by_keyword
     def __call__(
         self,
         state: State | None = None,
         *,
-        q: Any = None,
-        u: Any = None,
-        parameters: Mapping[Any, float] | None = None,
-        inputs: Mapping[Any, float] | None = None,
-        t: float | None = None,
-        states: Any = None,
         independent: Sequence[Any] = (),
         leave_out: Sequence[Any] = (),
         steady: bool = True,
         tolerance: float = 1e-8,
         side: Side | None = None,
+        **values: Unpack[StateValues],
     ) -> Linear:
         """See `linearize`."""
         with working("Linearizing"):
             numeric = self.eom.numeric(self.settings)
-            given = state_of(state, q=q, u=u, parameters=parameters, inputs=inputs, t=t, states=states)
-            arrays = arrays_at(numeric, given)
+            arrays = arrays_at(numeric, state_of(state, **values))
             flow, verdict = _flow(numeric, arrays, choice_of(numeric, independent), bool(independent), tolerance)
             smooth = differentiable(flow, self.outputs, tolerance if verdict.holds else 0.0, side)
             if smooth.flow is not flow:
@@ -123,15 +118,11 @@ def linearizer(
     return Linearizer(eom, outputs_of(eom, outputs), settings)
 
 
+@by_keyword
 def linearize(
     eom: Equations,
     state: State | None = None,
     *,
-    q: Any = None,
-    u: Any = None,
-    parameters: Mapping[Any, float] | None = None,
-    inputs: Mapping[Any, float] | None = None,
-    t: float | None = None,
     outputs: Mapping[str, Any] | Sequence[Any] | None = None,
     independent: Sequence[Any] = (),
     leave_out: Sequence[Any] = (),
@@ -139,7 +130,7 @@ def linearize(
     tolerance: float = 1e-8,
     side: Side | None = None,
     settings: Settings | None = None,
-    states: Any = None,
+    **values: Unpack[StateValues],
 ) -> Linear:
     """ẋ = A x + B r about an equilibrium or a steady motion, all constraints included.
 
@@ -174,9 +165,8 @@ def linearize(
     """
     evaluate = linearizer(eom, outputs=outputs, settings=settings)
     linear = evaluate(
-        state, q=q, u=u, parameters=parameters, inputs=inputs, t=t, states=states, independent=independent,
-        leave_out=leave_out, steady=steady, tolerance=tolerance, side=side,
-    )  # fmt: skip
+        state, independent=independent, leave_out=leave_out, steady=steady, tolerance=tolerance, side=side, **values
+    )
     warn_of_beams(eom, [linear.point])
     return linear
 

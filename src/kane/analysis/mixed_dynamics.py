@@ -8,7 +8,7 @@ is linear in (u̇, λ, R, r): the columns of what is given go to the right. The 
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from kane.dynamics.readings.quantities import parameter_values
 from kane.dynamics.readings.unsolved import Unsolved, unsolved
 from kane.equations.equations import Equations, check_equations
 from kane.equations.routines import ports
-from kane.equations.state import State, state_of
+from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import Attributes, NotAffineError, SimulationError, SingularError, ValueMissingError, cut
 from kane.expr.differentiation import affine_forms
 from kane.expr.evaluation import free_symbols
@@ -44,17 +44,9 @@ class Inverse(Attributes):
     driven: tuple[Symbol, ...]
     settings: Settings | None = None
 
+    @by_keyword
     def __call__(
-        self,
-        state: State | None = None,
-        *,
-        q: Any = None,
-        u: Any = None,
-        given: Mapping[Any, Any] | None = None,
-        inputs: Mapping[Any, Any] | None = None,
-        parameters: Mapping[Any, float] | None = None,
-        t: Any = None,
-        states: Any = None,
+        self, state: State | None = None, *, given: Mapping[Any, Any] | None = None, **by_kind: Unpack[StateValues]
     ) -> dict[Symbol, Any]:
         """The unknowns at a state, or at many: values may be arrays, which broadcast.
 
@@ -72,7 +64,7 @@ class Inverse(Attributes):
             if the unknowns are not determined; names the combination that is left open. If the constraints lose rank at a state
         """
         eom = self.eom
-        at = state_of(state, q=q, u=u, inputs=inputs, parameters=parameters, t=t, states=states)
+        at = state_of(state, **by_kind)
         values = named_values("coordinates", eom.coordinates, at.q) | named_values("speeds", eom.speeds, at.u)
         values |= {a: a.default for a in eom.states} | named_values("states", eom.states, at.states)
         own = named_values("inputs", eom.inputs, at.inputs)

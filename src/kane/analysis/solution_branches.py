@@ -7,7 +7,7 @@ Where one crosses the imaginary axis, Re λ = 0, is found by bisection on the br
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +19,7 @@ from kane.analysis.operating_point import closed, state_from, warn_of_beams
 from kane.analysis.trimming import Problem, null_space, problem, solve_problem, undetermined
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations, check_equations
-from kane.equations.state import GROUPS, State, state_of
+from kane.equations.state import GROUPS, State, StateValues, by_keyword, state_of
 from kane.errors import Attributes, CornerError, SimulationError, ValueMissingError, cut, none_of, warn
 from kane.expr.symbols import Symbol
 from kane.numeric.arclength import Curve, Path
@@ -184,22 +184,19 @@ class Branch(Attributes):
         )
 
 
+@by_keyword
 def continuation(
     eom: Equations,
     symbol: Any,
     values: Sequence[float],
     state: State | None = None,
     *,
-    q: Mapping[Any, Any] | Sequence[Any] | None = None,
-    u: Mapping[Any, Any] | Sequence[Any] | None = None,
-    parameters: Mapping[Any, Any] | None = None,
-    inputs: Mapping[Any, Any] | None = None,
     moving: Sequence[Any] = (),
     independent: Sequence[Any] = (),
     outputs: Mapping[str, Any] | Sequence[Any] | None = None,
     max_points: int = 2000,
     settings: Settings | None = None,
-    states: Mapping[Any, Any] | Sequence[Any] | None = None,
+    **by_kind: Unpack[StateValues],
 ) -> Branch:
     """Steady motions as `symbol` goes from the first of `values` to the last, by pseudo-arclength.
 
@@ -224,8 +221,7 @@ def continuation(
     """
     check_equations(eom)
     wanted = _values(values)
-    given = state_of(state, q=q, u=u, states=states, parameters=parameters, inputs=inputs)
-    task, place = _problem(eom.numeric(settings), symbol, wanted[0], given, moving, independent)
+    task, place = _problem(eom.numeric(settings), symbol, wanted[0], state_of(state, **by_kind), moving, independent)
     with working("Following the branch"):
         start = solve_problem(task, SOLVED)
         unknowns = _unknowns(task, place, start, float(wanted[-1] - wanted[0]))

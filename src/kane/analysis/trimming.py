@@ -7,7 +7,7 @@ f = 0,  eᵀe = 1,  A u + b = 0,  u̇_I = 0,  q̇ = 0 of the coordinates that ma
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from kane.analysis.state_checks import StateArrays, entries, open_shares
 from kane.dynamics.constraints.manifold import branches, manifold, turned_closures
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations, check_equations
-from kane.equations.state import GROUPS, State, state_of
+from kane.equations.state import GROUPS, State, StateValues, by_keyword, state_of
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol, time
@@ -311,20 +311,16 @@ def problem(numeric: Numeric[Equations], given: State, moving: Sequence[Any], in
     return Problem(held, x, tuple(free), tuple(missing), Measured(held, *held.sizes(x)[1:]))
 
 
+@by_keyword
 def trim(
     eom: Equations,
     state: State | None = None,
     *,
-    q: Mapping[Any, Any] | Sequence[Any] | None = None,
-    u: Mapping[Any, Any] | Sequence[Any] | None = None,
-    parameters: Mapping[Any, Any] | None = None,
-    inputs: Mapping[Any, Any] | None = None,
-    t: float | None = None,
     moving: Sequence[Any] = (),
     independent: Sequence[Any] = (),
     tolerance: float = SOLVED,
     settings: Settings | None = None,
-    states: Mapping[Any, Any] | Sequence[Any] | None = None,
+    **values: Unpack[StateValues],
 ) -> State:
     """A steady motion or an equilibrium: u̇ = 0 of the independent speeds, q̇ = 0 of the coordinates that matter, all constraints.
 
@@ -352,8 +348,7 @@ def trim(
     check_equations(eom)
     with working("Trimming"):
         numeric = eom.numeric(settings)
-        given = state_of(state, q=q, u=u, states=states, inputs=inputs, parameters=parameters, t=t)
-        task = problem(numeric, given, moving, independent)
+        task = problem(numeric, state_of(state, **values), moving, independent)
         x = solve_problem(task, tolerance)
         names = undetermined(task, x, task.missing)
         if names:

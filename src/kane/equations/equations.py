@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Any, TypeVar, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -35,7 +35,7 @@ from kane.dynamics.solved import Solved
 from kane.equations.compiled import Compiled, Numeric, compiled
 from kane.equations.energies import Energies
 from kane.equations.jacobian import Jacobian, jacobian
-from kane.equations.state import State, state_of
+from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import ArgumentError, SimulationError, cut
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr
@@ -247,18 +247,8 @@ class Equations(Energies, Immutable):
         """The unit of an expression, such as "m/s^2", "" where it is unknown; a speed that declares none has its definition's."""
         return unit_in(self.system, as_expr(e))
 
-    def evaluate(
-        self,
-        exprs: Any,
-        state: State | None = None,
-        *,
-        q: Values | None = None,
-        u: Values | None = None,
-        parameters: Mapping[Any, Any] | None = None,
-        inputs: Mapping[Any, Any] | None = None,
-        t: Any = None,
-        states: Values | None = None,
-    ) -> Any:
+    @by_keyword
+    def evaluate(self, exprs: Any, state: State | None = None, **values: Unpack[StateValues]) -> Any:
         """Numbers of an expression, name, Vector, Dyadic or Matrix, or of a list of these, at a `kn.State`, or values by keyword.
 
         Measure numbers are along the inertial frame, those of a vector the last axis, those of a dyadic or matrix the last two.
@@ -274,8 +264,7 @@ class Equations(Energies, Immutable):
             there. Or if constraints left out as redundant hold something at this state, on another branch than those compared. Of
             arrays a warning names the first such place, and the values there are NaN
         """
-        at = state_of(state, q=q, u=u, parameters=parameters, inputs=inputs, t=t, states=states)
-        return evaluate_along(self.solved, exprs, *at.in_order)
+        return evaluate_along(self.solved, exprs, *state_of(state, **values).in_order)
 
     inverse_dynamics = read[Exprs](
         lambda e: unsolved.inverse_dynamics(e.solved),
@@ -317,7 +306,8 @@ class Equations(Energies, Immutable):
         """u = Y q̇ + z at numbers: the generalized speeds of a motion known by the rates of its coordinates."""
         return speeds_from_rates(self.derived, q, rates, parameters, t)
 
-    def reaction_condition(self, state: State | None = None, **values: Any) -> npt.NDArray[np.float64]:
+    @by_keyword
+    def reaction_condition(self, state: State | None = None, **values: Unpack[StateValues]) -> npt.NDArray[np.float64]:
         """Reciprocal condition number (2-norm) of the matrix that the reactions are solved from; 1 without reactions."""
         if not self.reactions:
             return np.ones(())

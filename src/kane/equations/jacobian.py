@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +18,7 @@ from kane.dynamics.lazy import read
 from kane.dynamics.readings.quantities import evaluate_along
 from kane.dynamics.slopes import slopes
 from kane.dynamics.solved import Solved
-from kane.equations.state import State, state_of
+from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import ArgumentError, CornerError, cut
 from kane.expr.forms.count import Operations, count_operations
 from kane.expr.matrix import Matrix
@@ -91,17 +91,8 @@ class Jacobian(Immutable):
     matrix: Matrix
     solved: Solved
 
-    def at(
-        self,
-        state: State | None = None,
-        *,
-        q: Any = None,
-        u: Any = None,
-        parameters: Mapping[Any, Any] | None = None,
-        inputs: Mapping[Any, Any] | None = None,
-        t: Any = None,
-        states: Any = None,
-    ) -> npt.NDArray[np.float64]:
+    @by_keyword
+    def at(self, state: State | None = None, **values: Unpack[StateValues]) -> npt.NDArray[np.float64]:
         """Numbers at a state, as `Equations.evaluate` takes it; values may be arrays, whose axes come first.
 
         Raises
@@ -111,8 +102,7 @@ class Jacobian(Immutable):
         CornerError
             where a switch (|x|, max, where, …) stands at zero whose sides have other derivatives
         """
-        at = state_of(state, q=q, u=u, parameters=parameters, inputs=inputs, t=t, states=states)
-        return at_state(self.solved, self.matrix, at)
+        return at_state(self.solved, self.matrix, state_of(state, **values))
 
     @read
     def pattern(self) -> npt.NDArray[np.bool_]:

@@ -3,16 +3,32 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
 
+from kane import expect
 from kane.errors import ArgumentError, Attributes, ValueMissingError, cut
 from kane.expr.symbols import Symbol
 from kane.numeric.named import finite_number, named_values, symbol_named
 
 GROUPS = {"q": "coordinates", "u": "speeds", "states": "states", "inputs": "inputs", "parameters": "parameters"}
 """The groups of values, by what `Equations` call their symbols."""
+
+
+class StateValues(TypedDict, total=False):
+    """The same and the time by keyword, in place of a `State`."""
+
+    q: Any
+    u: Any
+    states: Any
+    parameters: Mapping[Any, Any] | None
+    inputs: Mapping[Any, Any] | None
+    t: Any
+
+
+by_keyword = expect.keywords(*StateValues.__annotations__)
+"""What shows these keywords of a function."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +146,7 @@ def _replaced(kind: str, old: Any, new: Any) -> Any:
     return {**old, **plain}
 
 
-def state_of(state: State | None, **values: Any) -> State:
+def state_of(state: State | None, **values: Unpack[StateValues]) -> State:
     """The state that a function is given, as one or by keywords.
 
     Raises
@@ -139,9 +155,13 @@ def state_of(state: State | None, **values: Any) -> State:
         if it is no State, or a group of values comes both ways
     """
     given: object = state
-    own = {kind: value for kind, value in values.items() if (value is not None if kind == "t" else _given(value))}
+    strange = values.keys() - StateValues.__annotations__.keys()
+    if strange:
+        known = ", ".join(StateValues.__annotations__)
+        raise TypeError(f"Expected options of the function, and values by {known}, got the keyword {min(strange)!r}.")
+    own = {kind: x for kind, x in values.items() if (x is not None if kind == "t" else _given(x))}
     if given is None:
-        return State(**values | {"t": own.get("t", 0.0)})
+        return State(**{**values, "t": own.get("t", 0.0)})
     if not isinstance(given, State):
         raise ArgumentError(
             f"Expected a kn.State, or values by keyword, got {cut(repr(given))}. Give kn.State(q={{…}}, u={{…}}), or q=, u=, …."

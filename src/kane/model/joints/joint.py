@@ -8,7 +8,7 @@ by name are angles in rad, lengths in m, and their rates.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, TypedDict
 
 from kane import expect
 from kane.errors import ModelError, UnitError, cut
@@ -28,6 +28,14 @@ from kane.units.rules import unit_of
 
 Names = str | Coordinate | Sequence[str | Coordinate] | None
 SpeedNames = str | Speed | Sequence[str | Speed] | Mapping[Speed, Any] | None
+
+
+class Called(TypedDict, total=False):
+    """How a joint's child, coordinates and speeds are called, where not after the joint."""
+
+    child: str
+    coordinates: Names
+    speeds: SpeedNames
 
 
 class Twist(NamedTuple):

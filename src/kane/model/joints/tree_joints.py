@@ -1,27 +1,21 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Joints of the tree: pin, slider, cylindrical joint, screw, planar joint, universal joint, weld, ball joint (spherical) and free."""
 
-from typing import Any, Literal
+from typing import Any, Literal, Unpack
 
 from kane import expect
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Coordinate
-from kane.model.joints.joint import Joint, Names, Seat, SpeedNames, Twist, across, mirrored, perpendicular_axes
+from kane.model.joints.joint import Called, Joint, Seat, Twist, across, mirrored, perpendicular_axes
 from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.vector import Vector
 
+_called = expect.keywords(*Called.__annotations__)
 
-def pin(
-    name: str,
-    at: Point,
-    parent: Frame,
-    *,
-    axis: Vector,
-    child: str = "",
-    coordinates: Names = None,
-    speeds: SpeedNames = None,
-) -> Joint:
+
+@_called
+def pin(name: str, at: Point, parent: Frame, *, axis: Vector, **called: Unpack[Called]) -> Joint:
     """A child frame turned by an angle q about `axis`; u = q̇.
 
     Parameters
@@ -32,84 +26,51 @@ def pin(
     child : name of the child frame
     coordinates, speeds : names or symbols; speeds also as a mapping to definitions. By name they are in rad, m and per second
     """
-    s = Seat("pin", name, at, parent, child, coordinates, speeds)
+    s = Seat("pin", name, at, parent, **called)
     a = s.axis(axis)
     (q,) = s.symbols(q="rad")
     return s.joint([q], s.turned(q, a), axes=[a], free=[Twist(a, Vector())])
 
 
-def slider(
-    name: str,
-    at: Point,
-    parent: Frame,
-    *,
-    axis: Vector,
-    child: str = "",
-    coordinates: Names = None,
-    speeds: SpeedNames = None,
-) -> Joint:
+@_called
+def slider(name: str, at: Point, parent: Frame, *, axis: Vector, **called: Unpack[Called]) -> Joint:
     """A child that slides by q along `axis` of the parent; u = q̇. Arguments as for `kn.pin`."""
-    s = Seat("slider", name, at, parent, child, coordinates, speeds)
+    s = Seat("slider", name, at, parent, **called)
     a = s.axis(axis)
     (q,) = s.symbols(q="m")
     return s.joint([q], s.turned(0, parent.x), a * q, axes=[a], free=[Twist(Vector(), a)])
 
 
-def cylindrical(
-    name: str,
-    at: Point,
-    parent: Frame,
-    *,
-    axis: Vector,
-    child: str = "",
-    coordinates: Names = None,
-    speeds: SpeedNames = None,
-) -> Joint:
+@_called
+def cylindrical(name: str, at: Point, parent: Frame, *, axis: Vector, **called: Unpack[Called]) -> Joint:
     """A child that turns by q about `axis` and slides by s along it; u_q = q̇, u_s = ṡ. Arguments as for `kn.pin`."""
-    seated = Seat("cylindrical", name, at, parent, child, coordinates, speeds)
+    seated = Seat("cylindrical", name, at, parent, **called)
     a = seated.axis(axis)
     q, s = seated.symbols(q="rad", s="m")
     free = [Twist(a, Vector()), Twist(Vector(), a)]
     return seated.joint([q, s], seated.turned(q, a), a * s, axes=[a], free=free, stems=("u_q", "u_s"))
 
 
-def screw(
-    name: str,
-    at: Point,
-    parent: Frame,
-    *,
-    axis: Vector,
-    pitch: Any,
-    child: str = "",
-    coordinates: Names = None,
-    speeds: SpeedNames = None,
-) -> Joint:
+@_called
+def screw(name: str, at: Point, parent: Frame, *, axis: Vector, pitch: Any, **called: Unpack[Called]) -> Joint:
     """A child that turns by q about `axis` and advances by `pitch`·q along it; u = q̇. Other arguments as for `kn.pin`.
 
     `pitch` is in m/rad, positive for a right-hand thread: a lead of l a turn is l/(2π).
     """
-    s = Seat("screw", name, at, parent, child, coordinates, speeds)
+    s = Seat("screw", name, at, parent, **called)
     a, h = s.axis(axis), as_expr(pitch)
     (q,) = s.symbols(q="rad")
     return s.joint([q], s.turned(q, a), a * (h * q), axes=[a], free=[Twist(a, a * h)])
 
 
-def planar(
-    name: str,
-    at: Point,
-    parent: Frame,
-    *,
-    normal: Vector,
-    child: str = "",
-    coordinates: Names = None,
-    speeds: SpeedNames = None,
-) -> Joint:
+@_called
+def planar(name: str, at: Point, parent: Frame, *, normal: Vector, **called: Unpack[Called]) -> Joint:
     """A child displaced by x e₁ + y e₂ in the plane across `normal`, then turned by q about it; u = (ẋ, ẏ, q̇).
 
     `normal` is a unit vector fixed in the parent frame, e₁ and e₂ are parent's, e₁ × e₂ = normal (x and y for z), in `joint.axes`
     after it. Other arguments as for `kn.pin`.
     """
-    s = Seat("planar", name, at, parent, child, coordinates, speeds)
+    s = Seat("planar", name, at, parent, **called)
     n = s.axis(normal, "normal")
     e1, e2 = across(n, parent)
     x, y, q = s.symbols(x="m", y="m", q="rad")
@@ -118,22 +79,14 @@ def planar(
     return s.joint([x, y, q], s.turned(q, n), e1 * x + e2 * y, axes=[n, e1, e2], free=free, stems=stems)
 
 
-def universal(
-    name: str,
-    at: Point,
-    parent: Frame,
-    *,
-    axes: tuple[Vector, Vector],
-    child: str = "",
-    coordinates: Names = None,
-    speeds: SpeedNames = None,
-) -> Joint:
+@_called
+def universal(name: str, at: Point, parent: Frame, *, axes: tuple[Vector, Vector], **called: Unpack[Called]) -> Joint:
     """A child that turns by q1 about the first axis, fixed in the parent, then by q2 about the second, which turns with the cross.
 
     `axes` are two perpendicular unit vectors as they lie in the parent at q1 = 0; the second is fixed in the child too. u = q̇.
     The cross is the frame `joint.frame.parent`; it bears no mass. Other arguments as for `kn.pin`.
     """
-    s = Seat("universal", name, at, parent, child, coordinates, speeds)
+    s = Seat("universal", name, at, parent, **called)
     first, second = perpendicular_axes(name, axes, parent)
     q1, q2 = s.symbols(q1="rad", q2="rad")
     cross = parent.rotate(f"{s.child}'", q1, first)
@@ -173,6 +126,7 @@ def _turned(
     return frame, q, [Twist(e, Vector()) for e in axes], [w.dot(e) for e in axes]
 
 
+@_called
 def ball(
     name: str,
     at: Point,
@@ -180,20 +134,19 @@ def ball(
     *,
     orientation: Orientation = "euler parameters",
     sequence: str = "xyz",
-    child: str = "",
-    coordinates: Names = None,
-    speeds: SpeedNames = None,
+    **called: Unpack[Called],
 ) -> Joint:
     """A child that turns about a point; speeds are the measure numbers of its ω in the parent along its own axes.
 
     `orientation` is "euler parameters" (e0, e1, e2, e3; the scalar one first) or "angles", body-fixed ones in the given `sequence`,
     whose rates are singular at some configuration while u and u̇ are not. Other arguments as for `kn.pin`.
     """
-    s = Seat("ball", name, at, parent, child, coordinates, speeds)
+    s = Seat("ball", name, at, parent, **called)
     frame, q, free, spins = _turned(s, orientation, sequence)
     return s.joint(q, frame, free=free, stems=("u_x", "u_y", "u_z"), definitions=spins)
 
 
+@_called
 def free(
     name: str,
     at: Point,
@@ -202,16 +155,14 @@ def free(
     orientation: Orientation = "euler parameters",
     sequence: str = "xyz",
     velocity: Literal["child", "parent"] = "child",
-    child: str = "",
-    coordinates: Names = None,
-    speeds: SpeedNames = None,
+    **called: Unpack[Called],
 ) -> Joint:
     """A child oriented as by `kn.ball`, at x, y, z along the parent's axes: coordinates and speeds stand in this order.
 
     Speeds are the measure numbers of its ω in the parent along its own axes, then those of the velocity of its joint point in the
     parent along the axes of the child or of the parent, as `velocity` says. Other arguments as for `kn.pin`.
     """
-    s = Seat("free", name, at, parent, child, coordinates, speeds)
+    s = Seat("free", name, at, parent, **called)
     expect.that(velocity in ("child", "parent"), f"velocity='child' or 'parent' for {name!r}", velocity)
     frame, q, free, spins = _turned(s, orientation, sequence, x="m", y="m", z="m")
     x, y, z = q[-3:]
