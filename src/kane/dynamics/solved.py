@@ -101,7 +101,7 @@ class Solved(Immutable):
         lambda s: (*s.rates, *s.accelerations, *s.state_rates), "ẋ = (q̇, u̇, ȧ) as functions of the state."
     )
     shown = read[tuple[Exprs, Exprs]](
-        lambda s: (tuple(map(joined, s.accelerations)), tuple(map(joined, s.reactions))),
+        lambda s: (joined(s.accelerations), joined(s.reactions)),
         "u̇ and the reactions as each reads by itself; in the right-hand side they share more.",
     )
     operations = read[Operations](

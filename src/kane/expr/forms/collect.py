@@ -259,20 +259,36 @@ def combined(roots: Sequence[Expr], kept: Collection[Expr] = ()) -> tuple[Expr, 
     return found if price(found) < price(roots) else tuple(roots)
 
 
-def joined(e: Expr) -> Expr:
-    """`e` as it reads by itself: like terms in sums of sums joined, where it gets no longer: 3 x/2 − y/4 for x + (2 x − y)/4."""
-    images: dict[Expr, Expr] = {}
+def joined(roots: Sequence[Expr]) -> tuple[Expr, ...]:
+    """`roots` as each reads by itself: like terms in sums of sums joined, where it gets no longer: 3 x/2 − y/4 for x + (2 x − y)/4."""
+    alike, images = _with_like_terms(roots), dict[Expr, Expr]()
 
     def image(node: Expr) -> Expr:
         own = imaged(node, images)
-        if own.op is not ADD and own.op is not SUB:
+        if (own is node and node not in alike) or (own.op is not ADD and own.op is not SUB):
             return own
         found = list(_numbered_terms(own))
         terms = _summed(found)
         return reduce(add, (mul(constant(a), x) for x, a in terms.items()), ZERO) if len(terms) < len(found) else own
 
-    made = fold(e, images, image)
-    return made if price([made]) <= price([e]) else e
+    if not alike:
+        return tuple(roots)
+    made = [fold(e, images, image) for e in roots]
+    return tuple([x if x is e or price([x]) <= price([e]) else e for x, e in zip(made, roots, strict=True)])
+
+
+def _with_like_terms(roots: Sequence[Expr]) -> set[Expr]:
+    """Sums with like terms among theirs and those of the sums in them; a sum in one without has none."""
+    alike, plain = set[Expr](), set[Expr]()
+    for node in reversed(postorder(roots)):
+        if node not in plain and (node.op is ADD or node.op is SUB):
+            inner: list[Expr] = []
+            terms = [x for x, _ in _numbered_terms(node, inner)]
+            if len(set(terms)) < len(terms):
+                alike.add(node)
+            else:
+                plain.update(inner)
+    return alike
 
 
 def _summed(found: Iterable[tuple[Expr, Number]]) -> dict[Expr, Number]:
@@ -295,12 +311,14 @@ def _alike(roots: Sequence[Expr]) -> dict[tuple[Expr, Expr], dict[Pair, Expr]]:
     return found
 
 
-def _numbered_terms(e: Expr) -> Iterator[tuple[Expr, Number]]:
-    """Terms with their numbers, of sums of sums, too."""
+def _numbered_terms(e: Expr, sums: list[Expr] | None = None) -> Iterator[tuple[Expr, Number]]:
+    """Terms with their numbers, of sums of sums, too; these are entered in `sums`."""
     waiting: list[tuple[Expr, Number]] = [(e, 1)]
     while waiting:
         x, a = waiting.pop()
         if x.op is ADD or x.op is SUB:
+            if sums is not None:
+                sums.append(x)
             waiting += [(x.args[0], a), (x.args[1], a if x.op is ADD else -a)]
         elif x.op is NEG:
             waiting.append((x.args[0], -a))
