@@ -61,20 +61,13 @@ def replaced_in(
     roots: Iterable[Expr], order: Iterable[Expr], replacements: Mapping[Expr, Expr], kept: Set[Expr] = frozenset()
 ) -> tuple[Expr, ...]:
     """`substituted` of several `roots` whose nodes are listed in `order`, arguments first; what is `kept` stays as it is."""
-    images: dict[Expr, Expr] = {}
+    images = {e: image for e, image in replacements.items() if image is not e}
+    given = kept | replacements.keys()
     for node in order:
-        image = replacements.get(node)
-        if image is None:
-            if node in kept:
-                continue
-            for a in node.args:
-                if a in images:
-                    image = NODE_BUILDERS[node.op.name](*[images.get(x, x) for x in node.args])
-                    break
-            else:
-                continue
-        if image is not node:
-            images[node] = image
+        if not images.keys().isdisjoint(node.args) and node not in given:
+            image = NODE_BUILDERS[node.op.name](*[images.get(x, x) for x in node.args])
+            if image is not node:
+                images[node] = image
     return tuple([images.get(r, r) for r in roots])
 
 

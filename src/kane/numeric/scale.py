@@ -195,9 +195,12 @@ def vanish(
     `groups` are Euler parameters; parameters are drawn, too, but for those that are `known`.
     """
     roots, known = list(exprs), known or {}
-    symbols = [node for node in nodes(roots) if node.op is SYMBOL]
-    values = unit({s: np.array([known.get(s, draw(seed, s)) for seed in SEEDS]) for s in symbols}, groups)
-    return [bool(np.all((abs(x) <= error) & (error < np.inf))) for x, error in bounded(roots, values)]
+    symbols, left = [node for node in nodes(roots) if node.op is SYMBOL], dict.fromkeys(roots)
+    for seed in SEEDS:
+        values = unit({s: known[s] if s in known else draw(seed, s) for s in symbols}, groups)
+        sizes = zip(left, bounded(left, values), strict=True)
+        left = {e: None for e, (x, error) in sizes if abs(x) <= error < np.inf}
+    return [e in left for e in roots]
 
 
 def _leaf(node: Expr, values: Mapping[Any, Any], share: float) -> Bounded:

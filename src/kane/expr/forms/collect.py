@@ -281,13 +281,12 @@ def _with_like_terms(roots: Sequence[Expr]) -> set[Expr]:
     """Sums with like terms among theirs and those of the sums in them; a sum in one without has none."""
     alike, plain = set[Expr](), set[Expr]()
     for node in reversed(postorder(roots)):
-        if node not in plain and (node.op is ADD or node.op is SUB):
-            inner: list[Expr] = []
-            terms = [x for x, _ in _numbered_terms(node, inner)]
+        if node.op is ADD or node.op is SUB or (node.op is NEG and node in plain):
+            terms = [] if node in plain else [x for x, _ in _numbered_terms(node)]
             if len(set(terms)) < len(terms):
                 alike.add(node)
             else:
-                plain.update(inner)
+                plain.update(node.args)
     return alike
 
 
@@ -311,14 +310,12 @@ def _alike(roots: Sequence[Expr]) -> dict[tuple[Expr, Expr], dict[Pair, Expr]]:
     return found
 
 
-def _numbered_terms(e: Expr, sums: list[Expr] | None = None) -> Iterator[tuple[Expr, Number]]:
-    """Terms with their numbers, of sums of sums, too; these are entered in `sums`."""
+def _numbered_terms(e: Expr) -> Iterator[tuple[Expr, Number]]:
+    """Terms with their numbers, of sums of sums, too."""
     waiting: list[tuple[Expr, Number]] = [(e, 1)]
     while waiting:
         x, a = waiting.pop()
         if x.op is ADD or x.op is SUB:
-            if sums is not None:
-                sums.append(x)
             waiting += [(x.args[0], a), (x.args[1], a if x.op is ADD else -a)]
         elif x.op is NEG:
             waiting.append((x.args[0], -a))

@@ -56,7 +56,7 @@ def count_operations(roots: Iterable[Expr] | Expr) -> Operations:
 
 def price(roots: Iterable[Expr]) -> int:
     """What `count_operations` gives in total, sooner; to compare ways by. Operations on constants alone, which are rare, count."""
-    return Prices(())(roots)
+    return _cost(nodes(roots))
 
 
 class Prices:

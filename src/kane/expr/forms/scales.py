@@ -8,6 +8,7 @@ sums whose terms have the same k. Elsewhere a term is multiplied by p, or the pa
 """
 
 import heapq
+from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 
 from kane.expr.build import NODE_BUILDERS, div, mul, neg
@@ -127,28 +128,31 @@ class _Powers:
         usual = self.choices.get(i)
         if choice == usual or self.refused.get((i, choice)) == self.taken:
             return
-        states, cost, before = self.states, self.cost, {}
+        states, users, cost, before = self.states, self.users, self.cost, {}
         self._set(i, choice)
-        waiting = [i]
+        waiting, listed = [i], {i}
         while waiting:
             k = heapq.heappop(waiting)
-            while waiting and waiting[0] == k:
-                heapq.heappop(waiting)
             old, new = states[k], self._state(k)
             if new != old:
                 before[k] = old
                 states[k] = new
-                self.cost += new[2] - old[2] + self._asked(old[3], new[3])
+                self.cost += new[2] - old[2]
+                if new[3] != old[3]:
+                    self.cost += self._asked(old[3], new[3])
                 if new[0] != old[0] or new[1] != old[1]:
-                    for user in self.users[k]:
-                        heapq.heappush(waiting, user)
+                    for user in users[k]:
+                        if user not in listed:
+                            listed.add(user)
+                            heapq.heappush(waiting, user)
         if self.cost < cost:
             self.taken += 1
             return
         self.refused[i, choice] = self.taken
         self._set(i, usual)
         for k, old in before.items():
-            self._asked(states[k][3], old[3])
+            if states[k][3] != old[3]:
+                self._asked(states[k][3], old[3])
             states[k] = old
         self.cost = cost
 
@@ -160,8 +164,6 @@ class _Powers:
 
     def _asked(self, old: _Asked, new: _Asked) -> int:
         """What it costs more to ask for other numbers times powers."""
-        if old == new:
-            return 0
         cost, asked = 0, self.asked
         for key in old:
             asked[key] -= 1
@@ -182,14 +184,19 @@ class _Powers:
     def _state(self, i: int) -> _State:
         kind, states = self.kinds[i], self.states
         choice = self.choices.get(i)
-        if kind in (_PRODUCT, _QUOTIENT):
-            value, power, cost = self._product(i, kind == _PRODUCT)
-            asked: _Asked = ()
+        asked: _Asked = ()
+        if kind in _FACTORED:
+            x, y = self.args[i]
+            (a, k, _, _), (b, n, _, _) = states[x], states[y]
+            power = k + n if kind == _PRODUCT else k - n
+            value, cost = (a, 0) if b == _ONE else (b, 0) if a == _ONE and kind == _PRODUCT else (i, 1)
         elif kind == _SUM:
             x, y = self.args[i]
-            a, b = states[x], states[y]
-            power = (a[1] if a[1] < b[1] else b[1]) if choice is None or choice == WHOLE else choice
-            value, cost, asked = i, self.costs[i], _raised((a, b), power)
+            k, n = states[x][1], states[y][1]
+            power = (k if k < n else n) if choice is None or choice == WHOLE else choice
+            value, cost = i, self.costs[i]
+            if k != n or k != power:
+                asked = _raised((states[x], states[y]), power)
         elif kind == _LEAF:
             return i, 0, 0, ()
         elif kind == _SCALE:
@@ -205,16 +212,6 @@ class _Powers:
             return -2 - i, 0, cost, (*asked, (value, power))
         return value, power, cost, asked
 
-    def _product(self, i: int, times: bool) -> tuple[int, int, int]:
-        x, y = self.args[i]
-        (a, k, _, _), (b, n, _, _) = self.states[x], self.states[y]
-        power = k + n if times else k - n
-        if b == _ONE:
-            return a, power, 0
-        if times and a == _ONE:
-            return b, power, 0
-        return i, power, 1
-
 
 def _kind(node: Expr, p: Parameter, kept: frozenset[Expr]) -> int:
     if not node.args:
@@ -222,6 +219,7 @@ def _kind(node: Expr, p: Parameter, kept: frozenset[Expr]) -> int:
     return _KEPT if node in kept else _KINDS.get(node.op, _ELSE)
 
 
+_FACTORED = (_PRODUCT, _QUOTIENT)
 _KINDS = {NEG: _NEGATIVE, MUL: _PRODUCT, DIV: _QUOTIENT, ADD: _SUM, SUB: _SUM}
 
 
@@ -255,51 +253,44 @@ def scaled(roots: Sequence[Expr], kept: Collection[Expr] = ()) -> tuple[Expr, ..
 
 def _frequent(order: Sequence[Expr]) -> list[Parameter]:
     """Parameters that are factors more than once, the most frequent first."""
-    uses: dict[Parameter, int] = {}
-    for node in order:
-        if node.op is MUL or node.op is DIV:
-            for a in node.args:
-                if isinstance(a, Parameter):
-                    uses[a] = uses.get(a, 0) + 1
-    return sorted((p for p, n in uses.items() if n > 1), key=lambda p: -uses[p])
+    factors = [a for node in order if node.op is MUL or node.op is DIV for a in node.args]
+    uses = Counter(a for a in factors if isinstance(a, Parameter))
+    return [p for p, n in uses.most_common() if n > 1]
 
 
 def _rewritten(graph: _Graph, p: Parameter, kept: frozenset[Expr], choices: dict[Expr, int]) -> tuple[Expr, ...]:
-    images: dict[Expr, _Image] = {}
+    images: dict[Expr, _Image] = {p: (ONE, 1)}  # of what changes
     for node in graph.order:
-        if node is p:
-            images[node] = ONE, 1
-        elif not node.args or node in kept:
-            k = choices.get(node, 0)
-            images[node] = _times(node, p, -k), k
-        else:
-            images[node] = _image(node, p, [images[a] for a in node.args], choices)
-    return tuple(_times(e, p, k) for e, k in (images[r] for r in graph.roots))
+        args, choice = node.args, choices.get(node)
+        if not args or node in kept:
+            if choice:
+                images[node] = _times(node, p, -choice), choice
+        elif choice is not None or not images.keys().isdisjoint(args):
+            image = _image(node, p, [images.get(a) or (a, 0) for a in args], choice)
+            if image[1] or image[0] is not node:
+                images[node] = image
+    return tuple([_times(e, p, k) for e, k in [images.get(r) or (r, 0) for r in graph.roots]])
 
 
-def _image(node: Expr, p: Parameter, args: list[_Image], choices: dict[Expr, int]) -> _Image:
-    op, choice = node.op, choices.get(node)
-    if choice is None:
-        for a, (e, k) in zip(node.args, args, strict=True):
-            if k or e is not a:
-                break
-        else:
-            return node, 0
+def _image(node: Expr, p: Parameter, args: list[_Image], choice: int | None) -> _Image:
+    op = node.op
     if op is NEG:
         return neg(args[0][0]), args[0][1]
-    if op in (MUL, DIV):
+    if op is MUL or op is DIV:
         (x, k), (y, n) = args
         e, power = (mul(x, y), k + n) if op is MUL else (div(x, y), k - n)
     else:
         sum_ = op is ADD or op is SUB
-        power = (min(k for _, k in args) if choice is None or choice == WHOLE else choice) if sum_ else 0
+        power = (min([k for _, k in args]) if choice is None or choice == WHOLE else choice) if sum_ else 0
         e = NODE_BUILDERS[op.name](*[_times(x, p, k - power) for x, k in args])
     return (_times(e, p, power), 0) if choice == WHOLE else (e, power)
 
 
 def _times(e: Expr, p: Parameter, k: int) -> Expr:
     """p^k e."""
+    if not k:
+        return e
     factor = ONE
     for _ in range(abs(k)):
         factor = mul(factor, p)
-    return mul(e, factor) if k >= 0 else div(e, factor)
+    return mul(e, factor) if k > 0 else div(e, factor)

@@ -4,9 +4,10 @@
 Where an expression holds what is known by a name, the name stands for it; products and quotients share what they have in common.
 """
 
+from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from itertools import combinations
+from itertools import chain, combinations
 from typing import NamedTuple
 
 from kane.expr.build import div, mul, neg
@@ -31,11 +32,16 @@ def named(roots: Sequence[Expr], given: Mapping[Expr, Expr], kept: Collection[Ex
     same = {e: e for e in kept}
     known = [(_factors(e), e, name) for e, name in given.items() if e.args]
     replaced: dict[Expr, Expr] = {}
+    held: dict[Expr, frozenset[Expr]] = {}  # by products, also of the products that they divide
     for node in postorder(roots):
+        if node.op is MUL or node.op is DIV:
+            held[node] = frozenset().union(
+                *[held.get(a) or (a,) for a in node.args[: 2 if node.op is MUL else 1]], (node,)
+            )
         for factors, e, name in known:
             if node is e or (e.op is NEG and node is e.args[0]):
                 replaced[node] = name if node is e else neg(name)
-            elif (node.op is MUL or node.op is DIV) and len(factors) > 1:
+            elif node in held and len(factors) > 1 and held[node].issuperset(factors):
                 rest = _without(node, factors, same)
                 if rest is not None:
                     replaced[node] = mul(rest, neg(name) if e.op is NEG else name)
@@ -122,18 +128,19 @@ class _Products:
 
     def within(self, roots: Sequence[Expr], order: Sequence[Expr]) -> dict[Expr, _Product]:
         """The products in `roots` that are used by something else than one product; `order` holds all nodes below."""
-        uses: dict[Expr, int] = dict.fromkeys(roots, 2)
-        for node in order:
-            step = 1 if node.op is MUL or node.op is DIV else 2
-            for a in node.args:
-                uses[a] = uses.get(a, 0) + step
+        products = [node for node in order if node.op is MUL or node.op is DIV]
+        uses = Counter(chain.from_iterable([node.args for node in products]))
+        elsewhere = set(roots).union(*[node.args for node in order if node.op is not MUL and node.op is not DIV])
         own: dict[Expr, int] = {}
-        for node in order:
-            if (node.op is MUL or node.op is DIV) and node not in self.kept:
-                own[node] = 1 + sum([own[a] for a in node.args if a in own and uses[a] == 1])
+        parts = set[Expr]()  # of one product
+        for node in products:
+            if node not in self.kept:
+                own[node] = 1 + sum([own[a] for a in node.args if a in parts])
+                if uses[node] == 1 and node not in elsewhere:
+                    parts.add(node)
                 if node not in self._factors:
                     self._factors[node] = self._product(node)
-        return {node: _Product(*self._factors[node], n) for node, n in own.items() if uses[node] > 1}
+        return {node: _Product(*self._factors[node], n) for node, n in own.items() if node not in parts}
 
     def _product(self, node: Expr) -> tuple[Number, Powers, int]:
         number: Number = 1
@@ -142,13 +149,17 @@ class _Products:
             if a in self._factors:
                 inner, below, _ = self._factors[a]
                 number = _times(number, inner, sign)
+                if not powers and sign > 0:
+                    powers = below.copy()
+                    continue
                 for f, k in below.items():
                     powers[f] = powers.get(f, 0) + sign * k
             elif a.op is CONST and isinstance(number_of(a), int | Fraction):
                 number = _times(number, number_of(a), sign)
             else:
                 powers[a] = powers.get(a, 0) + sign
-        powers = {f: k for f, k in powers.items() if k}
+        if not all(powers.values()):
+            powers = {f: k for f, k in powers.items() if k}
         return number, powers, sum(map(abs, powers.values()))
 
     def together(self, products: dict[Expr, _Product]) -> Iterator[dict[Expr, Expr]]:
@@ -198,6 +209,8 @@ class _Products:
 def _times(a: Number, b: Number, sign: int) -> Number:
     if type(b) is int and b == 1:
         return a
+    if type(a) is int and a == 1 and sign > 0:
+        return b
     return a * b if sign > 0 else Fraction(a) / Fraction(b)
 
 
@@ -291,20 +304,16 @@ def with_short_quotients(exprs: Sequence[Expr], beside: Sequence[Expr]) -> tuple
     short = {e: form for e, form in short.items() if form is not e}
     if not short:
         return tuple(exprs)
-    best = tuple(exprs)
-    least = _length(best, beside)
+    best, least = tuple(exprs), price((*beside, *exprs))
     inner = {e: form for e, form in short.items() if not any(x is not e and x in short for x in postorder([e]))}
     for replaced in (inner, *({e: form} for e, form in short.items())):  # what they share decides: together, then each
         memo: dict[Expr, Expr] = {}
         trial = tuple(substituted(e, replaced, memo) for e in best)
-        if (length := _length(trial, beside)) < least:
-            best, least = trial, length
+        cost = price((*beside, *trial))
+        # what takes as many together is decided by what each takes by itself, as it reads
+        if cost < least or (cost == least and sum(map(price, zip(trial))) < sum(map(price, zip(best)))):
+            best, least = trial, cost
     return best
-
-
-def _length(exprs: Sequence[Expr], beside: Sequence[Expr]) -> tuple[int, int]:
-    """Operations of all together, and of each by itself, as it reads."""
-    return price((*beside, *exprs)), sum(price([e]) for e in exprs)
 
 
 def _is_short_quotient(e: Expr) -> bool:
