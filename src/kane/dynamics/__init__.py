@@ -26,7 +26,6 @@ __getattr__ = offered(
         "formulation.": "candidates table",
         "formulation.block_solution": "block_solution",
         "formulation.carried": "regrouped",
-        "formulation.closed": "closed",
         "formulation.reactions": "LARGE",
         "formulation.recursive": "WAYS by_recursion carrying",
         "formulation.shortest": "shortest_in_given_speeds",

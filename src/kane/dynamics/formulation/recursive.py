@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The recursive routes: u̇ of trees by articulated inertias, or by composite ones.
+"""The recursive routes: u̇ of trees by articulated inertias, or by composite ones, and of those that constraints close (`closed`).
 
-They take systems without constraints; `closed` is for those that have some. Joint speeds are combinations of the generalized
+Joint speeds are combinations of the generalized
 speeds, one after the other: rates, sums and differences of rates, measure numbers of ω and v of a body in the one before; else rates
 of coordinates, of which u̇ follows by the definitions of the speeds. M and f are assembled when they are read.
 """
@@ -13,31 +13,38 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kane.dynamics.constraints.embed import embedding
+from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived
 from kane.dynamics.formulation.block_solution import solved_reactions
 from kane.dynamics.formulation.carried import falling, load_wrenches, regrouped, rigid_bodies
+from kane.dynamics.formulation.closed import Holding, products
 from kane.dynamics.formulation.crossings import Crossing, crossings, parted
 from kane.dynamics.formulation.elastic import Bent, bending_bodies, bent_frames, gauged, shared_rates
 from kane.dynamics.formulation.equations import evident, holds_reactions
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
+from kane.expr.build import add, mul, neg
 from kane.expr.differentiation import affine_forms
 from kane.expr.evaluation import Walk
 from kane.expr.forms.count import price
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, nodes
+from kane.expr.regular import guards
+from kane.expr.solve import finish, forward, ldl
 from kane.expr.symbols import Symbol
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited, resolved
 from kane.kinematics.links import Tree, repeated
 from kane.kinematics.segments import JointStep, JointTree, Segments, joint_tree, segments
 from kane.model.bodies import deforming
+from kane.model.constraints import constraint_of
 from kane.model.variables import EulerParameters
 from kane.numeric.sampling import SEEDS, draws, unit, value_of
 from kane.numeric.scale import bounded
-from kane.tree.articulated import Articulated, Wrenches
+from kane.tree.articulated import Articulated, Passed, Wrenches
 from kane.tree.composite import Composite
-from kane.tree.values import Rigid
+from kane.tree.values import Rigid, SpatialForce
 
 Exprs = tuple[Expr, ...]
 
@@ -56,21 +63,24 @@ WAYS: Mapping[str, type[Articulated] | type[Composite]] = {"recursive": Articula
 """How joint accelerations are found, by the name of the route."""
 
 
-def recursions(derived: Derived) -> Iterator[Solved]:
-    """The solutions without the reactions, as far as the system is one of those."""
+def recursions(derived: Derived, partition: Partition | None) -> Iterator[Solved]:
+    """The solutions by the recursions that may be the shortest, as far as the system is a tree, or one that constraints close."""
     try:
         carried = carrying(derived, flexible=True, shared=bool(deforming(derived.system.bodies)))
-        yield from (by_recursion(derived, carried, route) for route in worth_trying(derived, carried))
+        for route in _worth_trying(derived, carried, closed=partition is not None):
+            yield by_recursion(derived, carried, route, partition)
     except Unsuited:
         return
 
 
-def worth_trying(derived: Derived, carried: "Carrying") -> Iterable[str]:
-    """The recursions that may be the shortest: one alone where the branches are long, or joints tell what they transmit."""
+def _worth_trying(derived: Derived, carried: "Carrying", *, closed: bool) -> Iterable[str]:
+    """The recursions: one alone where the branches are long, joints tell what they transmit, or parallel axes are closed."""
     crossed = derived.reactions and carried.crossings is not None  # the other way does not tell that
     steps = carried.segments.steps
-    both = len(derived.speeds) < BENT if any(step.modes for step in steps) else depth(steps) <= _BRANCH
-    return WAYS if both and not crossed else ("recursive",)
+    bent = any(step.modes for step in steps)
+    both = len(derived.speeds) < BENT if bent else depth(steps) <= _BRANCH
+    planar = closed and not bent and any(step.joins for step in steps)
+    return WAYS if both and not crossed and not planar else ("recursive",)
 
 
 def depth(steps: Sequence[JointStep]) -> float:
@@ -149,32 +159,78 @@ def _segments(derived: Derived, tree: Tree, rates: Exprs, shared: bool) -> tuple
         return segments(tree, derived.kinematics, more), more
 
 
-def by_recursion(derived: Derived, carried: Carrying, route: str) -> Solved:
-    """u̇, with the reactions where these are transmitted by joints of the tree and the way tells what is."""
-    own = route == "recursive"
-    across = carried.crossings if own and derived.reactions else None
-    asked = {c.segment for c in across or () if c is not None}
-    if across is None and holds_reactions(derived):
-        raise Unsuited("loads that hold reactions")
+class _Accelerated(NamedTuple):
+    """What passes, with the multipliers λ of the rows that constraints hold, the pivots of these and their sizes."""
+
+    passed: Passed
+    transmitted: Mapping[int, SpatialForce]
+    multipliers: Mapping[int, Expr]
+    pivots: Sequence[Expr]
+    sizes: Sequence[Expr]
+    placed: Collection[int]
+    """Rows whose forces are among what is transmitted."""
+
+
+def by_recursion(derived: Derived, carried: Carrying, route: str, partition: Partition | None = None) -> Solved:
+    """u̇ of a tree, which constraints may close, with the reactions where joints transmit these and the way tells what is.
+
+    Unsuited, with what is in the way, where it is none.
+    """
+    if route != "recursive" or carried.crossings is None:
+        if holds_reactions(derived):
+            raise Unsuited("loads that hold reactions" + " which no joint transmits" * (partition is not None))
+        carried = carried._replace(crossings=None)
     try:
-        tree = carried.tree(balanced=own, asked=asked, at_any_price=False)
-        passed = WAYS[route](tree.segments, falling(derived), [tree.joint[i] for i in asked]).free
+        whole = _accelerated(derived, carried, route, partition)
     except SingularError:
         raise Unsuited(NO_MASS) from None
-    if not is_regular(passed.pivots, derived.system.euler_parameters):
+    pivots = tuple(whole.passed.pivots)
+    if not is_regular(pivots, derived.system.euler_parameters):
         raise Unsuited(NO_MASS)
-    if len(passed.rows) < len(derived.speeds):
-        raise Unsuited(NO_MASS)
-    values = resolved(passed.rows, derived.kinematics)
-    u_dot, matrix = tuple(values[u] for u in derived.speeds), evident(derived)
-    found = Solved(route, derived, None, u_dot, (), tuple(passed.pivots), matrix, matrix)
-    if across is None:
+    values, matrix = resolved(whole.passed.rows, derived.kinematics), evident(derived)
+    u_dot = tuple(values[u] for u in derived.speeds)
+    e = None if partition is None else embedding(derived.constraints, partition)
+    e = e and e.watching(guards(zip(whole.pivots, whole.sizes, strict=True), (), u_dot))
+    of_rows = None if e is None else whole.multipliers
+    found = Solved(route, derived, e, u_dot, (), pivots, matrix, matrix, of_rows=of_rows)
+    if not derived.reactions or carried.crossings is None:
         return found
-    transmitted = {i: passed.transmitted[tree.joint[i]] for i in asked}
-    return with_reactions(found, [ZERO if c is None else c.measured(transmitted) for c in across])
+    return _with_reactions(found, _felt(derived, carried.crossings, whole))
 
 
-def with_reactions(found: Solved, transmitted: Sequence[Expr]) -> Solved:
+def _accelerated(derived: Derived, carried: Carrying, route: str, partition: Partition | None) -> _Accelerated:
+    rows = () if partition is None else partition.rows
+    tree = carried.tree(balanced=route == "recursive", asked=carried.asked, at_any_price=partition is not None)
+    ground, asked = falling(derived), {i: tree.joint[i] for i in carried.asked}
+    freed = WAYS[route](tree.segments, ground, list(asked.values()))
+    if len(freed.free.rows) < len(derived.speeds):
+        raise Unsuited(NO_MASS)
+    holding = Holding(derived, carried.segments, tree, freed, ground)
+    pairs = list(map(holding.row, rows))
+    forces = [pressed for pressed, _ in pairs]
+    matrix = products(freed.divisors, forces)
+    factors = ldl(matrix)
+    solution = finish(factors, forward(factors.lower, [neg(right) for _, right in pairs]))
+    passed = freed.passed(forces, solution) if rows else freed.free
+    transmitted = {i: passed.transmitted[k] for i, k in asked.items()} if passed.transmitted else {}
+    sizes = [row[k] for k, row in enumerate(matrix)]
+    multipliers = dict(zip(rows, solution, strict=True))
+    return _Accelerated(passed, transmitted, multipliers, factors.pivots, sizes, holding.placed(rows))
+
+
+def _felt(derived: Derived, across: Sequence[Crossing | None], whole: _Accelerated) -> list[Expr]:
+    """What G_a R are: what is transmitted, less what the constraints exert on the far side."""
+    found = []
+    for a, crossing in enumerate(across):
+        total = ZERO if crossing is None else crossing.measured(whole.transmitted)
+        for r, multiplier in whole.multipliers.items():
+            if r not in whole.placed or constraint_of(derived.auxiliary_speeds[a]) is not None:
+                total = add(total, neg(mul(derived.constraints.a_auxiliary[r, a], multiplier)))
+        found.append(total)
+    return found
+
+
+def _with_reactions(found: Solved, transmitted: Sequence[Expr]) -> Solved:
     """The solution with R of G_a R = `transmitted`, which is affine in R where loads hold reactions, as u̇ is then."""
     reactions = found.derived.reactions
     forms = affine_forms(transmitted, reactions)

@@ -29,7 +29,7 @@ from kane.dynamics.formulation.equations import holds_reactions, unguarded_class
 from kane.dynamics.formulation.reactions import LARGE
 from kane.dynamics.formulation.shorten import with_short_forms, with_short_quotients, with_short_rates
 from kane.dynamics.formulation.speeds import absolute
-from kane.dynamics.formulation.trees import compared, is_grown, loops, trees
+from kane.dynamics.formulation.trees import compared, is_grown, recursive
 from kane.dynamics.solved import Solved
 from kane.errors import KaneError
 from kane.expr.forms.count import Prices, exceeds, price
@@ -42,11 +42,11 @@ _LONG = 400
 
 def shortest(derived: Derived, partition: Partition | None) -> Solved:
     """u̇ and the reactions by the route with the fewest operations, by absolute rates where links turn about parallel axes."""
-    recursive = trees(derived) if partition is None else loops(derived, partition)
-    if recursive and is_grown(derived, partition):
-        return compared(recursive)
+    found = recursive(derived, partition)
+    if found and is_grown(derived, partition):
+        return compared(found)
     usual = with_short_forms(with_short_rates(with_short_quotients(_by_speeds(derived, partition)))).guarded()
-    return compared([usual, *recursive]) if recursive else usual
+    return compared([usual, *found]) if found else usual
 
 
 def _by_speeds(derived: Derived, partition: Partition | None) -> Solved:

@@ -11,7 +11,6 @@ from dataclasses import replace
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived
 from kane.dynamics.formulation.candidates import Candidate, all_speeds, divisors, with_reactions
-from kane.dynamics.formulation.closed import closed, closings
 from kane.dynamics.formulation.recursive import BENT, by_recursion, carrying, recursions
 from kane.dynamics.formulation.shorten import with_half_speeds
 from kane.dynamics.solved import Solved
@@ -29,20 +28,17 @@ _LOOP, _WIDE, _FEW = 6, 12, 3
 """The same under constraints, the latter with so many speeds for each row."""
 
 
-def trees(derived: Derived) -> list[Solved]:
+def recursive(derived: Derived, partition: Partition | None) -> list[Solved]:
     """The solutions by recursion, of trees large enough or flexible, that divide by nothing of W by which velocities do not."""
-    if len(derived.inertias) < _TREE and not deforming(derived.system.bodies):
+    if len(derived.inertias) < (_TREE if partition is None else _LOOP) and not deforming(derived.system.bodies):
         return []
-    found = [s for s in recursions(derived) if has_no_poles(derived, s)]
-    return [with_half_speeds(tree_with_reactions(derived, s)) for s in found]
+    return [_finished(derived, s) for s in recursions(derived, partition) if has_no_poles(derived, s)]
 
 
-def loops(derived: Derived, partition: Partition) -> list[Solved]:
-    """The same of trees that constraints close."""
-    if len(derived.inertias) < _LOOP and not deforming(derived.system.bodies):
-        return []
-    found = [s for s in closings(derived, partition) if has_no_poles(derived, s)]
-    return [tree_with_reactions(derived, s).guarded() for s in found]
+def _finished(derived: Derived, s: Solved) -> Solved:
+    """With the reactions, and guards or short q̇."""
+    whole = tree_with_reactions(derived, s)
+    return with_half_speeds(whole) if s.embedding is None else whole.guarded()
 
 
 def has_no_poles(derived: Derived, s: Solved) -> bool:
@@ -90,27 +86,15 @@ def compared(found: Sequence[Solved]) -> Solved:
     return replace(found[costs.index(min(costs))], routes=by_route)
 
 
-def _closed(derived: Derived, partition: Partition, route: str) -> Solved:
-    found = closed(derived, partition, route, shared=True)
-    _check_poles(derived, found)
-    return tree_with_reactions(derived, found).guarded()
-
-
-def _check_poles(derived: Derived, found: Solved) -> None:
-    if not has_no_poles(derived, found):
-        raise Unsuited("speeds whose W has poles that velocities in these speeds have not")
-
-
 def forced(route: str) -> Callable[[Derived, Partition | None], Solved]:
     """u̇ by one of the recursions, and the reactions; a ModelError where the system is no tree of joint speeds."""
 
     def solve(derived: Derived, partition: Partition | None) -> Solved:
         try:
-            if partition is not None:
-                return compared([_closed(derived, partition, route)])
-            found = by_recursion(derived, carrying(derived, flexible=True, shared=True), route)
-            _check_poles(derived, found)
-            return compared([with_half_speeds(tree_with_reactions(derived, found))])
+            found = by_recursion(derived, carrying(derived, flexible=True, shared=True), route, partition)
+            if not has_no_poles(derived, found):
+                raise Unsuited("speeds whose W has poles that velocities in these speeds have not")
+            return compared([_finished(derived, found)])
         except Unsuited as why:
             raise ModelError(
                 f"Expected a tree of joint speeds for route={route!r}, got {why}. Leave out route=, or take "
