@@ -15,7 +15,7 @@ __getattr__ = offered(
         "derivation": "Derived derived",
         "inverse_dynamics": "kinetic_energy_along_tree",
         "lazy": "LazyMapping read",
-        "methods.in_rates": "InRates",
+        "in_rates": "InRates",
         "methods.table": "METHODS OTHERS",
         "poles": "without_poles",
         "readings.energy": "kinetic_energy",

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 from kane import show
 from kane.dynamics.forcing import blocks
 from kane.dynamics.formulation.recursive import is_regular
+from kane.dynamics.in_rates import InRates, LinearConstraints
 from kane.dynamics.lazy import read
-from kane.dynamics.methods.in_rates import InRates, LinearConstraints
 from kane.errors import ModelError, SingularError
 from kane.expr.build import add, neg, sub
 from kane.expr.differentiation import affine_forms

@@ -23,6 +23,7 @@ with T*(q, u); what is in brackets gives Hamel's coefficients γ (Hamel 1904; Ne
 from dataclasses import dataclass, replace
 from functools import cache
 
+from kane.dynamics.in_rates import InRates, LinearConstraints
 from kane.dynamics.lazy import read
 from kane.dynamics.methods.base import (
     Exprs,
@@ -34,7 +35,6 @@ from kane.dynamics.methods.base import (
     solved_for,
     told,
 )
-from kane.dynamics.methods.in_rates import InRates, LinearConstraints
 from kane.dynamics.readings.energy import kinetic_energy_in_speeds
 from kane.errors import ModelError
 from kane.expr.build import add, mul, neg, sub
@@ -49,25 +49,20 @@ _SOURCE = "Lagrange 1788; Whittaker 1937, ch. II and VIII"
 
 def second_kind(s: InRates) -> Formulation:
     """Without multipliers."""
-    return in_accelerations(s, "Lagrange, second kind", _SOURCE, lambda: inertia(s))
+    return in_accelerations(s, "Lagrange, second kind", _SOURCE, lambda: s.lagrange_terms(s.kinetic_energy))
 
 
 def first_kind(s: InRates) -> Formulation:
     """With a multiplier for each constraint, which is solved for, too."""
-    return in_accelerations(s, "Lagrange, first kind", _SOURCE, lambda: inertia(s), (), multipliers_of(s))
+    return in_accelerations(
+        s, "Lagrange, first kind", _SOURCE, lambda: s.lagrange_terms(s.kinetic_energy), (), multipliers_of(s)
+    )
 
 
 def multipliers_of(s: InRates) -> tuple[Reaction, ...]:
     """λ of each constraint."""
     names = s.held.names if s.held is not None else ()
     return tuple(Reaction.declare(f"lambda{k}", None, "", f"multiplier of {name}") for k, name in enumerate(names, 1))
-
-
-def inertia(s: InRates) -> Exprs:
-    """d/dt(∂T/∂q̇) − ∂T/∂q."""
-    n = len(s.rates)
-    slopes = gradient(s.kinetic_energy, (*s.rates, *s.coordinates))
-    return tuple(sub(time_derivative(p), f) for p, f in zip(slopes[:n], slopes[n:], strict=True))
 
 
 def canonical(s: InRates) -> Formulation:

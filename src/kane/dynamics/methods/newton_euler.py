@@ -16,9 +16,9 @@ Virtual work and virtual power in generalized coordinates.
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from kane.dynamics.in_rates import InRates
 from kane.dynamics.lazy import read
 from kane.dynamics.methods.base import Exprs, Formulation, in_accelerations, on_constraints, solved_for
-from kane.dynamics.methods.in_rates import InRates
 from kane.errors import ModelError
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.differentiation import jacobian, time_derivative

@@ -6,9 +6,10 @@
 
 from collections.abc import Callable, Mapping
 
+from kane.dynamics.formulation.equations import holds_reactions
+from kane.dynamics.in_rates import InRates
 from kane.dynamics.methods import lagrange, newton_euler
 from kane.dynamics.methods.base import Formulation
-from kane.dynamics.methods.in_rates import InRates
 from kane.dynamics.solved import Solved
 from kane.errors import ModelError, cut, none_of
 from kane.expr.build import add
@@ -60,6 +61,11 @@ def formulation(solved: Solved, method: str) -> Formulation:
             f"Expected a system of coordinates and speeds alone for {cut(method)!r}, got the further states "
             f"{', '.join(map(str, solved.derived.states))}, which stand beside the equations of motion. Give their values as inputs, "
             "kn.input, to compare methods."
+        )
+    if holds_reactions(solved.derived):
+        raise ModelError(
+            "Expected loads that hold no reaction, got friction or another one: methods that eliminate constraint forces from the "
+            "start have no place for it. Kane's, with the reaction in evidence, solves for both: read eom itself."
         )
     partition = None if solved.embedding is None else solved.embedding.partition
     return OTHERS[method](InRates(solved.derived, partition))

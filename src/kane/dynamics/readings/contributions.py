@@ -20,16 +20,15 @@ import numpy as np
 
 from kane.dynamics.derivation import Derived
 from kane.dynamics.forcing import LoadTerm, met_by
+from kane.dynamics.in_rates import InRates, acting
 from kane.dynamics.solved import Solved
 from kane.errors import Attributes, SpeedsError, none_of
 from kane.expr.build import add, mul, sum_of
-from kane.expr.differentiation import affine_forms, time_derivative
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ZERO, Expr, postorder
 from kane.expr.piecewise import Piecewise
 from kane.expr.regular import Sizes, size
-from kane.expr.symbols import Coordinate, Parameter, QuasiRate, Rate, Reaction, Speed, Symbol, rate
-from kane.expr.visit import substituted
+from kane.expr.symbols import Coordinate, Parameter, QuasiRate, Rate, Reaction, Speed, Symbol
 from kane.kinematics.matching import Sample
 from kane.model.bodies import Body
 from kane.model.constraints import Cut, constraint_of, cut_of
@@ -40,7 +39,6 @@ from kane.numeric.sampling import SEED, SEEDS, draw
 from kane.numeric.scale import ROUNDED_SUM, UNRELATED
 from kane.space.frame import Frame
 from kane.space.point import Point
-from kane.space.rotation import Triple
 from kane.space.vector import Vector
 
 Source = TypeVar("Source", Load, Body)
@@ -232,67 +230,8 @@ _NEIGHBOURS, _STEP, _SPREAD = 4, 1e-11, 0.1
 
 def by_rates(derived: Derived, loads: Iterable[Load]) -> Exprs:
     """Q, one a coordinate, Euler parameters too: of these what is along their length means nothing."""
-    q_dot = tuple(map(rate, derived.system.coordinates))
-    quasi = quasi_rates(derived)
-    total: dict[Expr, Expr] = dict.fromkeys(q_dot, ZERO)
-    for load in loads:
-        acting: list[tuple[Point | Frame, Vector]] = [*load.forces, *load.torques]
-        for place, vector in acting:
-            for triple, rows in _powers(place, vector, derived.system.inertial, quasi):
-                for x, (own, _) in zip(triple, affine_forms(rows, q_dot), strict=True):
-                    total.update((s, add(total[s], mul(x, c))) for s, c in own.items())
-    return tuple(total[r] for r in q_dot)
-
-
-def _powers(
-    place: Point | Frame, vector: Vector, inertial: Frame, quasi: Mapping[Expr, Expr]
-) -> Iterable[tuple[Triple, list[Expr]]]:
-    """Measure numbers of a force or torque, and those of the motion of its place, in rates.
-
-    Where there are Euler parameters a point's velocity is the derivative of its place, whatever their length: so forces that have a
-    potential energy have one off unit length too.
-    """
-    motion = place.velocity(inertial) if isinstance(place, Point) else place.angular_velocity(inertial)
-    if isinstance(place, Point) and quasi and not _of_a_body(place):
-        moved = [time_derivative(x) for x in place.position(place.root()).components(inertial)]
-        yield vector.components(inertial), moved
-        return
-    memo: dict[Expr, Expr] = {}
-    for frame, triple in vector.parts:
-        yield triple, [substituted(x, quasi, memo) for x in motion.components(frame)]
-
-
-def _of_a_body(point: Point) -> bool:
-    """Whether a point, or one that it is reached from, is a particle of a body: its place says nothing of its velocity."""
-    p: Point | None = point
-    while p is not None and p.body is None:
-        p = p.parent
-    return p is not None
-
-
-def quasi_rates(derived: Derived) -> dict[Expr, Expr]:
-    """w of Euler parameters by ė: w = 2 (e₀ ė − ė₀ e − e × ė)."""
-    found: dict[Expr, Expr] = {}
-    for s in derived.system.euler_parameters:
-        e0, e1, e2, e3 = s.coordinates
-        d0, d1, d2, d3 = (rate(e) for e in s.coordinates)
-        rows = (
-            e0 * d1 - d0 * e1 - (e2 * d3 - e3 * d2),
-            e0 * d2 - d0 * e2 - (e3 * d1 - e1 * d3),
-            e0 * d3 - d0 * e3 - (e1 * d2 - e2 * d1),
-        )
-        found.update((w, 2 * row) for w, row in zip(s.quasi, rows, strict=True))
-    return found
-
-
-def rows_in_rates(derived: Derived) -> list[list[Expr]]:
-    """C of the constraints C q̇ + c = 0, then eᵀė = 0 of each set of Euler parameters."""
-    q_dot = tuple(map(rate, derived.system.coordinates))
-    roots = [time_derivative(c.expr) if c.kind == "configuration" else c.expr for c in derived.constraints.constraints]
-    quasi, memo = quasi_rates(derived), dict[Expr, Expr]()
-    forms = [own for own, _ in affine_forms([substituted(x, quasi, memo) for x in roots], q_dot)]
-    forms += [{rate(e): e for e in s.coordinates} for s in derived.system.euler_parameters]
-    return [[own.get(r, ZERO) for r in q_dot] for own in forms]
+    s = InRates(derived)
+    return s.power_by(acting(loads), s.velocity_at_any_length)
 
 
 def places(

@@ -19,23 +19,22 @@ from typing import Any, NamedTuple
 from kane.dynamics.body_motions import Moving, PartRotation
 from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.formulation.recursive import WAYS
+from kane.dynamics.in_rates import InRates
 from kane.dynamics.inverse_dynamics import kinetic_energy_along_tree
 from kane.dynamics.lazy import LazyMapping
-from kane.dynamics.readings.contributions import by_rates, differs, places, quasi_rates, rows_in_rates
+from kane.dynamics.readings.contributions import by_rates, differs, places
 from kane.dynamics.readings.quantities import time_derivative as derivative_along_motion
 from kane.dynamics.readings.quantities import without_rates
 from kane.dynamics.solved import Solved
 from kane.errors import ArgumentError, cut
 from kane.expr.build import add, mul, neg, sub, sum_of
-from kane.expr.differentiation import diff, gradient, time_derivative
+from kane.expr.differentiation import diff, gradient
 from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Coordinate, StateVariable, Time, input_of, rate
-from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.velocities import Motion, acceleration_form, velocity_form
-from kane.model.bodies import parts_of
 from kane.model.declarations import geometry
 from kane.model.loads import Load
 from kane.model.system import total_mass
@@ -203,29 +202,10 @@ def gibbs_function(bodies: Sequence[Moving]) -> Expr:
     return twice / 2
 
 
-def energy_in_rates(derived: Derived) -> Expr:
-    """K in coordinates and their rates, straight from where bodies are declared to be; Euler parameters by theirs."""
-    system, twice = derived.system, ZERO
-    for part in parts_of(system.bodies):
-        v = part.mass_center.velocity(system.inertial)
-        for point, mass in part.momenta or ((part.mass_center, part.mass),):
-            twice = add(twice, mul(mass, v.dot(point.velocity(system.inertial))))
-        if part.frame is not None and part.inertia is not None:
-            w = part.frame.angular_velocity(system.inertial)
-            twice = add(twice, w.dot(part.inertia.dot(w)))
-    return substituted(twice / 2, quasi_rates(derived))
-
-
-def lagrange_terms(derived: Derived) -> Exprs:
-    """d/dt ∂K/∂q̇_s − ∂K/∂q_s by coordinate, in q̇ and q̈."""
-    k, q = energy_in_rates(derived), derived.system.coordinates
-    momenta, slopes = gradient(k, tuple(map(rate, q))), gradient(k, q)
-    return tuple(sub(time_derivative(p), s) for p, s in zip(momenta, slopes, strict=True))
-
-
 def inertia_forces_by_energy(derived: Derived) -> Exprs:
     """F*_r = −Σ_s (d/dt ∂K/∂q̇_s − ∂K/∂q_s) W_sr, in speeds and u̇."""
-    terms = [without_rates(derived, e) for e in lagrange_terms(derived)]
+    s = InRates(derived)
+    terms = [without_rates(derived, e) for e in s.lagrange_terms(s.declared_kinetic_energy)]
     columns = zip(*(row[: len(derived.speeds)] for row in derived.W.rows), strict=True)
     return tuple(neg(dot(terms, column)) for column in columns)
 
@@ -279,7 +259,7 @@ def generalized_impulses(derived: Derived, impulses: Sequence[Any], speeds: Sequ
 def conjugate_momenta(derived: Derived) -> Exprs:
     """p_s = ∂K/∂q̇_s, one a coordinate, in speeds."""
     q_dot = tuple(map(rate, derived.system.coordinates))
-    return tuple(without_rates(derived, p) for p in gradient(energy_in_rates(derived), q_dot))
+    return tuple(without_rates(derived, p) for p in gradient(InRates(derived).declared_kinetic_energy, q_dot))
 
 
 def central_angular_momentum(bodies: Sequence[Moving]) -> Vector:
@@ -299,9 +279,8 @@ def cyclic_coordinates(derived: Derived) -> tuple[Coordinate, ...]:
     """Coordinates on which neither K depends nor forces and constraints, and along which no force acts and no constraint holds."""
     q = derived.system.coordinates
     turned = {e for s in derived.system.euler_parameters for e in s.coordinates}
-    k = energy_in_rates(derived)
+    k, rows = InRates(derived).declared_kinetic_energy, InRates(derived).rows
     forces = by_rates(derived, derived.system.all_loads())
-    rows = rows_in_rates(derived)
     found = []
     for i, s in enumerate(q):
         held = [forces[i], *(row[i] for row in rows)]

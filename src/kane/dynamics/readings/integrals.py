@@ -13,9 +13,10 @@ import numpy as np
 
 from kane import show
 from kane.dynamics.derivation import Derived
+from kane.dynamics.in_rates import InRates
 from kane.dynamics.readings import energy
 from kane.dynamics.readings.contributions import Place, differs, measured, places
-from kane.dynamics.readings.energy import central_angular_momentum, conjugate_momenta, energy_in_rates
+from kane.dynamics.readings.energy import central_angular_momentum, conjugate_momenta
 from kane.dynamics.readings.potential import find_potential
 from kane.dynamics.readings.quantities import without_rates
 from kane.dynamics.solved import Solved
@@ -144,7 +145,7 @@ def _energies(solved: Solved, derived: Derived) -> Iterator[Integral]:
     said = f", those of {', '.join(found)} found" if found else ""
     total = add(energy.whole_kinetic_energy(solved), v)
     yield Integral("energy", total, f"K + V: what does work has a potential energy{said}, and nothing is prescribed")
-    k, q_dot = energy_in_rates(derived), tuple(map(rate, derived.system.coordinates))
+    k, q_dot = InRates(derived).declared_kinetic_energy, tuple(map(rate, derived.system.coordinates))
     twice = ZERO
     for r, p in zip(q_dot, gradient(k, q_dot), strict=True):
         twice = add(twice, mul(r, p))

@@ -23,7 +23,8 @@ import numpy as np
 
 from kane import show
 from kane.dynamics.derivation import Derived, Exprs
-from kane.dynamics.readings.contributions import Place, by_rates, differs, measured, places, rows_in_rates
+from kane.dynamics.in_rates import InRates
+from kane.dynamics.readings.contributions import Place, by_rates, differs, measured, places
 from kane.errors import KaneError, PotentialError, cut, warn
 from kane.expr.build import add, mul, neg, sub, sum_of
 from kane.expr.differentiation import diff, time_derivative
@@ -267,7 +268,7 @@ def find_potential(derived: Derived, loads: Sequence[Any] | None = None) -> Foun
         return _integrated(forces, q, own, at)
     if not derived.constraints.constraints and not sets:
         raise PotentialError(_reason(forces, q, own, *gap))
-    rows = rows_in_rates(derived)
+    rows = [list(row) for row in InRates(derived).rows]
     check_allowed(derived, forces, rows, _names(own))
     for kept, changed in held(forces, rows, q, at[0]):
         try:

@@ -5,7 +5,7 @@ Nothing here comes from the kinematics in generalized speeds: velocities and acc
 cosines, so that methods in q̇ check those in u.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,13 +14,11 @@ import numpy as np
 from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.partition import Partition, choose
 from kane.dynamics.derivation import Derived
-from kane.dynamics.formulation.equations import holds_reactions
 from kane.dynamics.lazy import read
-from kane.errors import ModelError
-from kane.expr.build import add, mul
-from kane.expr.differentiation import affine_forms, time_derivative
+from kane.expr.build import add, mul, sub
+from kane.expr.differentiation import affine_forms, gradient, time_derivative
 from kane.expr.evaluation import evaluate, free_symbols
-from kane.expr.matrix import Matrix
+from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr, constant
 from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, rate
@@ -28,6 +26,8 @@ from kane.expr.visit import substituted
 from kane.kinematics.speeds import twice_g
 from kane.kinematics.velocity_constraints import ConstraintRows
 from kane.model.bodies import Part, parts_of
+from kane.model.constraints import Constraint
+from kane.model.loads import Load
 from kane.model.variables import constraint_rate
 from kane.numeric.sampling import SEED, values_of
 from kane.space.frame import Frame
@@ -62,14 +62,7 @@ class InRates(Immutable):
     """The system of `derived` in the rates of its coordinates, `partition` its constraints that do not follow from others."""
 
     derived: Derived
-    partition: Partition | None
-
-    def __post_init__(self) -> None:
-        if holds_reactions(self.derived):
-            raise ModelError(
-                "Expected loads that hold no reaction, got friction or another one: methods that eliminate constraint forces from the "
-                "start have no place for it. Kane's, with the reaction in evidence, solves for both: read eom itself."
-            )
+    partition: Partition | None = None
 
     coordinates = read[tuple[Coordinate, ...]](lambda s: s.derived.system.coordinates, "q.")
     rates = read[Exprs](lambda s: tuple(map(rate, s.coordinates)), "q̇.")
@@ -94,11 +87,25 @@ class InRates(Immutable):
 
     # Motions -------------------------------------------------------------------------------------------------------------
 
+    def declared_velocity(self, place: Point | Frame) -> Vector:
+        """v of a point, ω of a frame, as it is declared."""
+        base = self.derived.system.inertial
+        return place.velocity(base) if isinstance(place, Point) else place.angular_velocity(base)
+
     def velocity(self, place: Point | Frame) -> Vector:
         """v of a point, ω of a frame."""
+        return self.declared_velocity(place).map(self.own).gathered()
+
+    def velocity_at_any_length(self, place: Point | Frame) -> Vector:
+        """The same where Euler parameters have any length: v of a point is the derivative of its place.
+
+        So forces that have a potential energy have one there, too. The place of a particle of a body says nothing of its velocity.
+        """
+        if not self.quasi or isinstance(place, Frame) or any(p.body is not None for p in place.ancestry()):
+            return self.velocity(place)
         base = self.derived.system.inertial
-        v = place.velocity(base) if isinstance(place, Point) else place.angular_velocity(base)
-        return v.map(self.own).gathered()
+        x, y, z = map(time_derivative, place.position(place.root()).components(base))
+        return Vector(((base, (x, y, z)),))
 
     def acceleration(self, place: Point | Frame) -> Vector:
         """a of a point, α of a frame."""
@@ -119,18 +126,30 @@ class InRates(Immutable):
 
     # Energy and forces ---------------------------------------------------------------------------------------------------
 
-    @read
-    def kinetic_energy(self) -> Expr:
-        """T(q, q̇) = ½ Σ m v·v + ω·I·ω."""
+    kinetic_energy = read[Expr](
+        lambda s: s._energy(lambda p: s.velocity(p) if isinstance(p, Point) else s.velocity(p).express(p)),
+        "T(q, q̇) = ½ Σ m v·v + ω·I·ω.",
+    )
+    declared_kinetic_energy = read[Expr](
+        lambda s: s.own(s._energy(s.declared_velocity)), "The same straight from where bodies are declared to be."
+    )
+
+    def _energy(self, velocity: Callable[[Point | Frame], Vector]) -> Expr:
         twice = ZERO
         for part in self.parts:
-            v = self.velocity(part.mass_center)
+            v = velocity(part.mass_center)
             for point, mass in momenta(part):
-                twice = add(twice, mul(mass, v.dot(self.velocity(point))))
+                twice = add(twice, mul(mass, v.dot(velocity(point))))
             if part.frame is not None and part.inertia is not None:
-                w = self.velocity(part.frame).express(part.frame)
+                w = velocity(part.frame)
                 twice = add(twice, w.dot(part.inertia.dot(w)))
         return mul(constant(0.5), twice)
+
+    def lagrange_terms(self, energy: Expr) -> Exprs:
+        """d/dt ∂T/∂q̇_s − ∂T/∂q_s."""
+        n = len(self.rates)
+        slopes = gradient(energy, (*self.rates, *self.coordinates))
+        return tuple(sub(time_derivative(p), f) for p, f in zip(slopes[:n], slopes[n:], strict=True))
 
     def inertia(self) -> Iterator[tuple[Point | Frame, Vector]]:
         """m a of mass centres, I·α + ω × I·ω of frames, in q̈."""
@@ -142,42 +161,51 @@ class InRates(Immutable):
 
     def acting(self) -> Iterator[tuple[Point | Frame, Vector]]:
         """Forces with their points, torques with their frames; gravity's too."""
-        for load in self.derived.system.all_loads():
-            for point, force in load.forces:
-                yield point, force.map(self.own)
-            for frame, torque in load.torques:
-                yield frame, torque.map(self.own)
+        return ((place, v.map(self.own)) for place, v in acting(self.derived.system.all_loads()))
 
     @read
     def forces(self) -> Exprs:
         """Q_s = Σ F·∂v/∂q̇_s + T·∂ω/∂q̇_s."""
         return self.power_by(self.acting())
 
-    def power_by(self, forces: Iterator[tuple[Point | Frame, Vector]]) -> Exprs:
-        """What forces at points and torques on frames do for each rate."""
+    def power_by(
+        self,
+        forces: Iterable[tuple[Point | Frame, Vector]],
+        velocity: Callable[[Point | Frame], Vector] | None = None,
+    ) -> Exprs:
+        """What forces at points and torques on frames do for each rate, where `velocity` is not another, by partial velocities."""
         total = dict.fromkeys(self.rates, ZERO)
         for place, v in forces:
-            for s, partial in self.partials(self.velocity(place)).items():
+            for s, partial in self.partials((velocity or self.velocity)(place)).items():
                 total[s] = add(total[s], partial.dot(v))
         return tuple(total.values())
 
     # Constraints ---------------------------------------------------------------------------------------------------------
 
     @read
+    def rows(self) -> Matrix:
+        """C of all constraints C q̇ + c = 0, those of Euler parameters last."""
+        return self._matrix(self._rates_held(self.derived.constraints.constraints))
+
+    def _rates_held(self, constraints: Iterable[Constraint]) -> list[tuple[str, Expr]]:
+        given = [(c.name, self.own(constraint_rate(c))) for c in constraints]
+        for s in self.derived.system.euler_parameters:
+            e = s.coordinates
+            given.append((f"unit length of {e[0].name}, …", dot(e, tuple(map(rate, e)))))
+        return given
+
+    def _matrix(self, given: Sequence[tuple[str, Expr]]) -> Matrix:
+        forms = affine_forms([e for _, e in given], self.rates)
+        return Matrix([[form.get(s, ZERO) for s in self.rates] for form, _ in forms], (len(forms), len(self.rates)))
+
+    @read
     def held(self) -> LinearConstraints | None:
         """The constraints, those of Euler parameters among them; None without any."""
-        system, p = self.derived.system, self.partition
-        every = self.derived.constraints.constraints
-        given = [(every[r].name, self.own(constraint_rate(every[r]))) for r in (sorted(p.rows) if p else ())]
-        for s in system.euler_parameters:
-            unit = ZERO
-            for e in s.coordinates:
-                unit = add(unit, mul(e, rate(e)))
-            given.append((f"unit length of {s.coordinates[0].name}, …", unit))
+        p, every = self.partition, self.derived.constraints.constraints
+        given = self._rates_held([every[r] for r in (sorted(p.rows) if p else ())])
         if not given:
             return None
-        forms = affine_forms([e for _, e in given], self.rates)
-        a = Matrix([[form.get(s, ZERO) for s in self.rates] for form, _ in forms])
+        a = self._matrix(given)
         changes = affine_forms([self.own(time_derivative(e)) for _, e in given], self.accelerations)
         known = self.derived.compared.at.at(0) if every else {}
         numbers = evaluate(a.entries, values_of(free_symbols(a.entries), SEED, known))
@@ -207,3 +235,10 @@ class InRates(Immutable):
 def momenta(part: Part) -> tuple[tuple[Point, Expr], ...]:
     """The momentum as Σ m v: points, each with its mass; of a flexible body those that share it."""
     return part.momenta or ((part.mass_center, part.mass),)
+
+
+def acting(loads: Iterable[Load]) -> Iterator[tuple[Point | Frame, Vector]]:
+    """Forces of loads with their points, torques with their frames."""
+    for load in loads:
+        yield from load.forces
+        yield from load.torques
