@@ -27,7 +27,7 @@ from kane.dynamics.in_rates import InRates
 from kane.dynamics.readings.contributions import Place, by_rates, differs, measured, places
 from kane.errors import KaneError, PotentialError, cut, warn
 from kane.expr.build import add, mul, neg, sub, sum_of
-from kane.expr.differentiation import diff, time_derivative
+from kane.expr.differentiation import diff, gradient
 from kane.expr.evaluation import free_symbols
 from kane.expr.forms.collect import factored
 from kane.expr.forms.count import price
@@ -39,15 +39,10 @@ from kane.expr.regular import size
 from kane.expr.solve import invert
 from kane.expr.symbols import Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of
 from kane.expr.visit import substituted
-from kane.kinematics.matching import Sample
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
 from kane.numeric.legendre import gauss
-from kane.numeric.sampling import SEED, draw
-from kane.numeric.scale import ROUNDED_CHAIN, ROUNDED_ROOT, ROUNDING, SIX_DIGITS, STATE_RANK, bounded
-from kane.space.frame import Frame
-from kane.space.point import Point
-from kane.space.vector import Vector
+from kane.numeric.scale import ROUNDED_CHAIN, ROUNDED_ROOT, SIX_DIGITS, STATE_RANK, bounded
 
 NODES = 20
 """Of Gauss's rule."""
@@ -393,16 +388,12 @@ def _holds(v: Expr, forces: Sequence[Expr], q: Sequence[Symbol], at: Sequence[Pl
 
 
 _STATES = 6
-_WIDE = 1.2
 
 
 def check_potentials(derived: Derived) -> None:
     """Warn of each load whose potential is not that of its forces: its work would be wrong, and so the energy."""
-    loads = [load for load in derived.system.loads if load.potential is not None]
-    samples = list(_samples(derived)) if loads else []
-    for load in loads:
-        found = [at for sample, a in samples if (at := _differs(load, sample, a, derived.system.inertial)) is not None]
-        if any(found):
+    for load in derived.system.loads:
+        if load.potential is not None and _differs(derived, load, load.potential):
             warn(
                 f"Expected the potential of {load.name!r} to be that of its forces, F·v + T·ω = −dV/dt, got another one: they differ "
                 "at random states. The motion is right, its energy and work are not. Correct the potential's sign or factor, or leave "
@@ -410,75 +401,25 @@ def check_potentials(derived: Derived) -> None:
             )
 
 
-def _samples(derived: Derived) -> Iterable[tuple[Sample, Array | None]]:
-    """States at which loads are looked at, with A there, None without constraints."""
+def _differs(derived: Derived, load: Load, v: Expr) -> bool:
+    """Whether −∂V/∂q are others than the load's forces at some state, but for what is along a constraint's force."""
+    q, rows, sets = derived.system.coordinates, InRates(derived).rows, derived.system.euler_parameters
+    exprs = [*by_rates(derived, [load]), *gradient(v, q), *rows.entries]
+    known: list[Mapping[Symbol, float]] = [{}] * _STATES
     if derived.constraints.constraints:
-        places = derived.compared.at
-        for k in range(min(places.count, _STATES)):
-            yield Sample(derived.kinematical, SEED + k, _drawn(derived, k, places.at(k))), derived.compared.a[k]
-        return
-    for k in range(_STATES):
-        yield Sample(derived.kinematical, SEED + k, _drawn(derived, k, {})), None
-
-
-def _drawn(derived: Derived, k: int, known: Mapping[Symbol, float]) -> dict[Expr, Any]:
-    """Coordinates and speeds on both sides of zero in every other state: what is switched there is seen in both positions."""
-    low = -_WIDE if k % 2 else 0.3
-    moving: dict[Expr, Any] = {s: draw(SEED + k, s, low, _WIDE) for s in (*derived.system.coordinates, *derived.speeds)}
-    defaults: dict[Expr, Any] = {p: p.default for p in derived.system.parameters if p.default is not None}
-    return {**moving, **defaults, **dict(known.items())}
-
-
-def _differs(load: Load, sample: Sample, a: Array | None, inertial: Frame) -> bool | None:
-    """Whether the potential's generalized forces are others than the load's; None where a number is not finite."""
-    assert load.potential is not None
-    slope = time_derivative(load.potential)
-    width = len(sample.speeds.rates) + 1
-    steep, error = (np.broadcast_to(x, (width,)) for x in bounded([slope], _numbers(sample, [slope]))[0])
-    held = steep[:-1] - steep[-1]
-    pushed, size, left = np.zeros(width - 1), np.abs(held), error[:-1] + error[-1]
-    acting: list[tuple[Point | Frame, Vector]] = [*load.forces, *load.torques]
-    for place, force in acting:
-        velocity = _motion(place, inertial)
-        motion, moved = _in_root(sample, velocity, _numbers(sample, velocity.scalars()), width)
-        pull, off = _in_root(sample, force, {s: _number(sample, s) for s in free_symbols(force.scalars())})
-        partial = motion[:, :-1] - motion[:, -1:]
-        pushed, size = pushed + pull[:, 0] @ partial, size + np.abs(pull[:, 0]) @ np.abs(partial)
-        left = left + np.abs(pull).sum() * (moved[:-1] + moved[-1]) + off[0] * np.abs(partial).sum(axis=0)
-    gap, left = pushed + held, np.nan_to_num(left, posinf=0.0)
-    if not (np.isfinite(gap).all() and np.isfinite(size).all()):
-        return None
-    if a is None or not len(a):
-        return bool((np.abs(gap) > SIX_DIGITS * size + left).any())
-    w = sample.inverse
-    own, whole = gap @ w, (size + left / SIX_DIGITS) @ np.abs(w)
-    left = own - np.linalg.lstsq(a.T, own, rcond=None)[0] @ a
-    return bool((np.abs(left) > SIX_DIGITS * whole.max(initial=0)).any())
-
-
-def _motion(place: Point | Frame, inertial: Frame) -> Vector:
-    return place.velocity(inertial) if isinstance(place, Point) else place.angular_velocity(inertial)
-
-
-def _numbers(sample: Sample, exprs: Iterable[Expr]) -> dict[Symbol, Any]:
-    """Values of the symbols, those of rates with an entry a rate and one for all at rest."""
-    symbols = free_symbols(exprs)
-    return dict(zip(symbols, sample.numbers(symbols), strict=True))
-
-
-def _in_root(sample: Sample, v: Vector, values: Mapping[Symbol, Any], width: int = 1) -> tuple[Array, Array]:
-    """Measure numbers along the root's axes (3 × width), and how far rounding may carry any of them (width)."""
-    total, error = np.zeros((3, width)), np.zeros(width)
-    for frame, triple in v.parts:
-        parts = [[np.broadcast_to(x, (width,)) for x in pair] for pair in bounded(triple, values)]
-        numbers, bounds = np.swapaxes(np.array(parts), 0, 1)
-        total = total + sample.turn(frame) @ numbers
-        error = error + (bounds + len(frame.lineage) * ROUNDING * np.abs(numbers)).sum(axis=0)
-    return total, error
-
-
-def _number(sample: Sample, s: Symbol) -> float:
-    if isinstance(s, Coordinate | Speed):
-        return float(sample.values[s])
-    (value,) = sample.numbers([s])
-    return float(value) if np.ndim(value) == 0 else draw(sample.seed, s)
+        at = derived.compared.at
+        known = [at.at(k) for k in range(min(at.count, _STATES))]
+    states = places(exprs, known, [s.coordinates for s in sets], varied=False)
+    values = {x: np.array([place[x] for place in states]) for x in states[0]}
+    found = [[np.broadcast_to(x, len(states)) for x in pair] for pair in bounded(exprs, values)]
+    for numbers, errors in np.moveaxis(np.array(found), -1, 0).swapaxes(1, 2):
+        (pushed, steep), c = numbers[: 2 * len(q)].reshape(2, -1), numbers[2 * len(q) :].reshape(rows.shape)
+        gap, whole = pushed + steep, SIX_DIGITS * (np.abs(pushed) + np.abs(steep))
+        whole += np.nan_to_num(errors[: 2 * len(q)].reshape(2, -1).sum(axis=0), posinf=0.0)
+        if not np.isfinite(numbers).all():
+            continue
+        if len(c):
+            gap, whole = gap - np.linalg.lstsq(c.T, gap, rcond=None)[0] @ c, whole.max(initial=0)
+        if (np.abs(gap) > whole).any():
+            return True
+    return False
