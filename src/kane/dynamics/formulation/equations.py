@@ -112,12 +112,17 @@ def embedded(
     right = [forcing.generalized_by_motion(left, s) for s in own]
     if carried:
         right = [add(x, _by_momenta(derived, forced, s)) for x, s in zip(right, own, strict=True)]
-    equations = blocks(mass_rows(inertial, own, ()), right, (), (), {})
-    check_mass(derived.system, own, equations.mass)
-    inner = block_solution(equations)
-    matrix = evident(derived)
-    u_dot = e.every(inner.accelerations)
-    return Solved("embedded", derived, e, u_dot, (), inner.pivots, matrix, matrix)
+    mass = mass_rows(inertial, own, ())
+    check_mass(derived.system, own, Matrix(mass, (len(own), len(own))))
+    return _without_reactions("embedded", derived, e, mass, right)
+
+
+def _without_reactions(
+    route: str, derived: Derived, e: Embedding, mass: list[list[Expr]], right: Sequence[Expr]
+) -> Solved:
+    """u̇ from M̃ and f̃ of the independent speeds; what is divided by is not watched yet."""
+    inner, matrix = block_solution(blocks(mass, right, (), (), {})), evident(derived)
+    return Solved(route, derived, e, e.every(inner.accelerations), (), inner.pivots, matrix, matrix)
 
 
 def _by_momenta(derived: Derived, bodies: Sequence[Moving], speed: Expr) -> Expr:
@@ -228,20 +233,21 @@ def homogeneous(derived: Derived, e: Embedding) -> bool:
     return len(e.independent) == 1 and all(m.rest.is_zero for m in moving) and all(x is ZERO for x in e.b_n)
 
 
+def _of_one_speed(derived: Derived, e: Embedding) -> tuple[list[Expr], list[Expr]]:
+    """B, and the active forces of all speeds."""
+    by: dict[int, Expr] = {i: x for i, (x,) in zip(e.partition.dependent, e.a_n.rows, strict=True)}
+    left = derived.left_by(derived.kinematics, [still(m) for m in derived.bodies])
+    active = [forcing.generalized_by_motion(left, s) for s in derived.speeds]
+    return [by.get(i, ONE) for i in range(len(derived.speeds))], active
+
+
 def power(derived: Derived, e: Embedding) -> Solved:
     """u̇ from the power, without the reactions; what is divided by is not watched yet."""
-    every: list[Expr] = [ONE] * len(derived.speeds)
-    for i, (x,) in zip(e.partition.dependent, e.a_n.rows, strict=True):
-        every[i] = x
+    every, active = _of_one_speed(derived, e)
     spread = derived.mass_matrix @ every
-    resting = [still(m) for m in derived.bodies]
-    left = derived.left_by(derived.kinematics, resting)
-    active = [forcing.generalized_by_motion(left, s) for s in derived.speeds]
     held = [spread[d] for d in e.partition.dependent]
     right = sub(sub(dot(every, active), dot(held, e.c)), _gained(derived, e, every))
-    inner = block_solution(blocks([[dot(every, spread)]], [right], (), (), {}))
-    matrix = evident(derived)
-    return Solved("power", derived, e, e.every(inner.accelerations), (), inner.pivots, matrix, matrix)
+    return _without_reactions("power", derived, e, [[dot(every, spread)]], [right])
 
 
 def still(m: Moving) -> Moving:
@@ -280,13 +286,10 @@ class Square(NamedTuple):
 
 def squares(derived: Derived, e: Embedding) -> Solved:
     """u̇ from the sum of squares, without the reactions; what is divided by is not watched yet."""
-    every: list[Expr] = [ONE] * len(derived.speeds)
-    for i, (b,) in zip(e.partition.dependent, e.a_n.rows, strict=True):
-        every[i] = b
+    every, active = _of_one_speed(derived, e)
     by_speed: dict[Expr, Expr] = dict(zip(derived.speeds, every, strict=True))
     known = derived.kinematics.with_following(e.following(derived.speeds), {})
-    left = derived.left_by(derived.kinematics, [still(m) for m in derived.bodies])
-    right = dot(every, [forcing.generalized_by_motion(left, s) for s in derived.speeds])
+    right = dot(every, active)
     mass = ZERO
     for w, x, y in _merged(_squares(derived, e)):
         share, other = _value(x, by_speed), _value(y, by_speed)
@@ -294,9 +297,7 @@ def squares(derived: Derived, e: Embedding) -> Solved:
         mass = add(mass, mul(share, carried))
         d = known.drift(ScalarForm(x, ZERO).total())
         right = sub(right, mul(carried, collected(d) if len(x) > 1 else d))
-    inner = block_solution(blocks([[mass]], [right], (), (), {}))
-    matrix = evident(derived)
-    return Solved("squares", derived, e, e.every(inner.accelerations), (), inner.pivots, matrix, matrix)
+    return _without_reactions("squares", derived, e, [[mass]], [right])
 
 
 def _value(x: Form, by: Mapping[Expr, Expr]) -> Expr:

@@ -13,10 +13,10 @@
 force depends on q_s or acts along it (sec. 7.4).
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from kane.dynamics.body_motions import Moving, PartRotation
+from kane.dynamics.body_motions import ConstantInertia, Moving
 from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.formulation.recursive import WAYS
 from kane.dynamics.in_rates import InRates
@@ -46,16 +46,34 @@ _LARGE = 16
 """Bodies from which on the kinetic energy is read along the tree."""
 
 
+Reading = Callable[[Motion, ConstantInertia | None], Vector]
+"""A vector read off the motion of a mass centre, or of a frame with an inertia."""
+
+
+def _products(bodies: Iterable[Moving], left: Reading, right: Reading) -> Expr:
+    """Σ m l·r + l·I·r."""
+    total = ZERO
+    for b in bodies:
+        own = left(b.center, None)
+        for motion, mass in b.momenta:
+            total = add(total, mul(mass, own.dot(right(motion, None))))
+        if b.rotation is not None:
+            _, turned, inertia, _ = b.rotation
+            total = add(total, left(turned, inertia).dot(inertia.times(right(turned, inertia))))
+    return total
+
+
+def _along_inertia(inertia: ConstantInertia | None, v: Vector) -> Vector:
+    return v.gathered() if inertia is None or inertia.uniform else v.express(inertia.frame)
+
+
 def kinetic_energy(bodies: Sequence[Moving]) -> Expr:
     """½ Σ m v·v + ω·I·ω."""
-    twice = ZERO
-    for b in bodies:
-        for motion, mass in b.momenta:
-            twice = add(twice, mul(mass, b.center.total.dot(motion.total)))
-        if b.rotation is not None:
-            w = _along_inertia(b.rotation, b.rotation.motion.total)
-            twice = add(twice, w.dot(b.rotation.inertia.times(w)))
-    return twice / 2
+
+    def total(motion: Motion, inertia: ConstantInertia | None) -> Vector:
+        return motion.total if inertia is None else _along_inertia(inertia, motion.total)
+
+    return _products(bodies, total, total) / 2
 
 
 def whole_kinetic_energy(solved: Solved) -> Expr:
@@ -70,19 +88,11 @@ def whole_kinetic_energy(solved: Solved) -> Expr:
 
 def kinetic_energy_in_speeds(bodies: Sequence[Moving]) -> Expr:
     """½ Σ m v·v + ω·I·ω, with v = Σ v_r u_r + v_t and ω likewise."""
-    twice = ZERO
-    for b in bodies:
-        v = velocity_form(b.center).gathered()
-        for motion, mass in b.momenta:
-            twice = add(twice, mul(mass, v.dot(v if motion is b.center else velocity_form(motion).gathered())))
-        if b.rotation is not None:
-            w = _along_inertia(b.rotation, velocity_form(b.rotation.motion))
-            twice = add(twice, w.dot(b.rotation.inertia.times(w)))
-    return twice / 2
 
+    def form(motion: Motion, inertia: ConstantInertia | None) -> Vector:
+        return _along_inertia(inertia, velocity_form(motion))
 
-def _along_inertia(rotation: PartRotation, w: Vector) -> Vector:
-    return w.gathered() if rotation.inertia.uniform else w.express(rotation.inertia.frame)
+    return _products(bodies, form, form) / 2
 
 
 def potential_energy(loads: Iterable[Load]) -> Expr:
@@ -168,24 +178,16 @@ class KineticParts(NamedTuple):
 
 def kinetic_energy_parts(bodies: Sequence[Moving], speeds: Sequence[Expr]) -> KineticParts:
     """K₂, K₁ and K₀."""
-    twice, once, none = ZERO, ZERO, ZERO
-    for b in bodies:
-        own, rest, rotation = _by_speeds(b.center, speeds), b.center.rest, b.rotation
-        for motion, mass in b.momenta:
-            v = own if motion is b.center else _by_speeds(motion, speeds)
-            twice = add(twice, mul(mass, own.dot(v)))
-            once = add(once, mul(mass, rest.dot(v)))
-            none = add(none, mul(mass, rest.dot(motion.rest)))
-        if rotation is not None:
-            turn, drift, times = _by_speeds(rotation.motion, speeds), rotation.motion.rest, rotation.inertia.times
-            twice = add(twice, turn.dot(times(turn)))
-            once = add(once, turn.dot(times(drift)))
-            none = add(none, drift.dot(times(drift)))
-    return KineticParts(twice / 2, once, none / 2)
 
+    def own(motion: Motion, _: ConstantInertia | None) -> Vector:
+        return sum((motion.partials[u] * u for u in speeds if u in motion.partials), start=Vector()).gathered()
 
-def _by_speeds(motion: Motion, speeds: Sequence[Expr]) -> Vector:
-    return sum((motion.partials[u] * u for u in speeds if u in motion.partials), start=Vector()).gathered()
+    def rest(motion: Motion, _: ConstantInertia | None) -> Vector:
+        return motion.rest
+
+    return KineticParts(
+        _products(bodies, own, own) / 2, _products(bodies, rest, own), _products(bodies, rest, rest) / 2
+    )
 
 
 def gibbs_function(bodies: Sequence[Moving]) -> Expr:
@@ -224,32 +226,31 @@ Impulse = tuple[Point | Frame, Vector]
 
 def generalized_momenta(bodies: Sequence[Moving], speeds: Sequence[Expr]) -> Exprs:
     """p_r = Σ m v_r·v + ω_r·I·ω, one a speed."""
-    found: dict[Expr, Expr] = dict.fromkeys(speeds, ZERO)
+    pairs: list[tuple[Motion, Vector]] = []
     for b in bodies:
-        momentum = sum((motion.total * mass for motion, mass in b.momenta), start=Vector())
-        for u, v in b.center.partials.items():
-            if u in found:
-                found[u] = add(found[u], v.dot(momentum))
-        rotation = b.rotation
-        if rotation is None:
-            continue
-        h = rotation.inertia.times(rotation.motion.total)
-        for u, w in rotation.motion.partials.items():
-            if u in found:
-                found[u] = add(found[u], w.dot(h))
-    return tuple(found.values())
+        pairs.append((b.center, sum((motion.total * mass for motion, mass in b.momenta), start=Vector())))
+        if b.rotation is not None:
+            pairs.append((b.rotation.motion, b.rotation.inertia.times(b.rotation.motion.total)))
+    return _met(pairs, speeds)
 
 
 def generalized_impulses(derived: Derived, impulses: Sequence[Any], speeds: Sequence[Expr]) -> Exprs:
     """I_r = Σ v_r·J over points with impulses J, and Σ ω_r·L over frames with impulses of torques L."""
-    found: dict[Expr, Expr] = dict.fromkeys(speeds, ZERO)
     given: object = impulses
+    pairs: list[tuple[Motion, Vector]] = []
     for item in given if isinstance(given, Sequence) else (given,):
         if not (isinstance(item, tuple) and len(item) == 2 and isinstance(item[1], Vector)):
             raise ArgumentError(f"Expected (point, impulse) or (frame, impulse of a torque), got {cut(repr(item))}.")
         place, vector = item
         kinematics = derived.kinematics
-        motion = kinematics.point(place) if isinstance(place, Point) else kinematics.frame(place)
+        pairs.append((kinematics.point(place) if isinstance(place, Point) else kinematics.frame(place), vector))
+    return _met(pairs, speeds)
+
+
+def _met(pairs: Iterable[tuple[Motion, Vector]], speeds: Sequence[Expr]) -> Exprs:
+    """Vectors times the partial velocities of the motions that they belong to."""
+    found: dict[Expr, Expr] = dict.fromkeys(speeds, ZERO)
+    for motion, vector in pairs:
         for u, v in motion.partials.items():
             if u in found:
                 found[u] = add(found[u], v.dot(vector))
@@ -264,15 +265,8 @@ def conjugate_momenta(derived: Derived) -> Exprs:
 
 def central_angular_momentum(bodies: Sequence[Moving]) -> Vector:
     """Σ I·ω + r × m v about the mass centre, r from there."""
-    total, origin = Vector(), bodies[0].part.mass_center
-    moment = sum((b.part.mass_center.position(origin) * b.part.mass for b in bodies), start=Vector())
-    center, drift = moment / total_mass(b.part for b in bodies), linear_momentum(bodies)
-    for b in bodies:
-        if b.rotation is not None:
-            total = total + b.rotation.inertia.times(b.rotation.motion.total)
-        for motion, mass in b.momenta:
-            total = total + b.part.mass_center.position(origin).cross(motion.total * mass)
-    return total - center.cross(drift)
+    origin = bodies[0].part.mass_center
+    return angular_momentum(bodies, origin) - mass_center(bodies, origin).cross(linear_momentum(bodies))
 
 
 def cyclic_coordinates(derived: Derived) -> tuple[Coordinate, ...]:
