@@ -15,7 +15,7 @@ from kane.dynamics.lazy import Lately, LazyMapping, read
 from kane.expr.build import add, neg, sub
 from kane.expr.evaluation import Walk, free_symbols, is_constant_in_time
 from kane.expr.forms.collect import joined
-from kane.expr.forms.count import Operations, count_operations
+from kane.expr.forms.count import Operations, count_operations, price
 from kane.expr.forms.shorter import shortened
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
@@ -103,6 +103,10 @@ class Solved(Immutable):
     shown = read[tuple[Exprs, Exprs]](
         lambda s: (joined(s.accelerations), joined(s.reactions)),
         "u̇ and the reactions as each reads by itself; in the right-hand side they share more.",
+    )
+    price = read[int](
+        lambda s: price((*(s.shorter_rates or s.derived.rates), *s.accelerations, *s.reactions)),
+        "What routes are compared by: operations of q̇, u̇ and the reactions.",
     )
     operations = read[Operations](
         lambda s: count_operations((*s.right_hand_side, *s.reactions)),

@@ -34,12 +34,12 @@ from kane.dynamics.formulation.equations import (
     unguarded_classical,
 )
 from kane.dynamics.formulation.reactions import reactions
-from kane.dynamics.formulation.shorten import SHORT, short_forms
-from kane.dynamics.formulation.speeds import ConstraintRates, by_definitions, by_mass_centre, twins
+from kane.dynamics.formulation.shorten import short_forms
+from kane.dynamics.formulation.speeds import ConstraintRates, by_definitions, twins
 from kane.dynamics.solved import Solved
 from kane.expr.build import NODE_BUILDERS, neg
 from kane.expr.evaluation import free_symbols, is_constant_in_time
-from kane.expr.forms.count import Prices, exceeds, price
+from kane.expr.forms.count import Prices, price
 from kane.expr.node import ZERO, Expr, nodes
 from kane.expr.ops import DIV, OPS, REGULAR
 from kane.expr.regular import factors
@@ -115,21 +115,6 @@ def _candidates(
             yield Candidate(embedded(d, e, moving, bodies, carried=choice.bias == "momenta"), moving)
 
 
-def without_constraints(derived: Derived, coupled: bool) -> list[Candidate]:
-    """By velocities of the mass centre, where one body is free to translate, and assembled, unless those are short already."""
-    moving, usual = None if coupled else all_speeds(derived), cache(lambda: unguarded_classical(derived, None))
-    every: list[Candidate] = []
-    by_centre = by_mass_centre(derived)
-    if by_centre is not None:
-        twin, solution = by_centre
-        solved = (*solution.accelerations, *solution.reactions)
-        if Poles(usual).fewer(twin, solved):
-            every.append(Candidate(solution, moving))
-            if not exceeds(solved, SHORT):
-                return every
-    return [Candidate(usual(), moving), *every]
-
-
 def all_speeds(derived: Derived) -> Motions:
     """The motions by all speeds."""
     return Motions(derived.speeds, derived.kinematics, derived.bodies)
@@ -183,7 +168,7 @@ def with_reactions(
     values: dict[Expr, Expr] = dict(zip(s.derived.speeds, u_dot if w is None else s.accelerations, strict=True))
     every = [s.reactions] if len(s.reactions) == len(s.derived.reactions) else []
     if s.derived.reactions and candidate.moving is not None:
-        held = _unchanged if w is None else w.held
+        held = w.held if w is not None else lambda x: x
         every += reactions(s.derived, s.embedding, candidate.moving, values, s.reaction_matrix, held, differentiated)
     rates = derived.rates
     best = _cheapest(every, (*rates, *u_dot), derived, e if differentiated else None)
@@ -194,8 +179,10 @@ def with_reactions(
     if w is None:
         return replace(whole, derived=derived, embedding=known)
     own = tuple(map(w.held, s.derived.rates))
-    shorter = _is_shorter(own, rates, (*u_dot, *best)) and divisors(own) <= divisors(rates)
-    return replace(whole, route="contacts", derived=derived, embedding=known, shorter_rates=own if shorter else None)
+    if any(x is not y for x, y in zip(own, rates, strict=True)) and divisors(own) <= divisors(rates):
+        cost = Prices((*u_dot, *best))
+        whole = replace(whole, shorter_rates=own if cost(own) < cost(rates) else None)
+    return replace(whole, route="contacts", derived=derived, embedding=known)
 
 
 def _cheapest(every: Sequence[Exprs], beside: Exprs, derived: Derived, e: Embedding | None) -> Exprs:
@@ -208,18 +195,6 @@ def _cheapest(every: Sequence[Exprs], beside: Exprs, derived: Derived, e: Embedd
     if e is None or len(equal) == 1:
         return equal[0]
     return min(equal, key=lambda x: price(short_forms((*x, *beside), derived, e)))
-
-
-def _is_shorter(own: Exprs, usual: Exprs, beside: Exprs) -> bool:
-    """Whether expressions take fewer operations than the usual ones, both beside others."""
-    if all(x is y for x, y in zip(own, usual, strict=True)):
-        return False
-    price = Prices(beside)
-    return price(own) < price(usual)
-
-
-def _unchanged(e: Expr) -> Expr:
-    return e
 
 
 # What solutions divide by ------------------------------------------------------------------------------------------------
@@ -240,18 +215,14 @@ def of_embedding(e: Embedding) -> set[Expr]:
 
 
 class Poles:
-    """What the usual solution divides by, as far as that has to be known: first what is known soonest, last what it is made of.
+    """What usual ways divide by, as far as that has to be known: first what is known soonest, last what it is made of.
 
     A candidate may divide by nothing of W by which the usual solution does not. None of it is made where a candidate divides by
     nothing of W.
     """
 
-    def __init__(self, usual: Callable[[], Solved], *sooner: Callable[[], set[Expr]]) -> None:
-        self._open: list[Callable[[], set[Expr]]] = [
-            *sooner,
-            lambda: divisors((*(s := usual()).accelerations, *s.reactions)),
-        ]
-        self._known: set[Expr] = set()
+    def __init__(self, *known: Callable[[], set[Expr]]) -> None:
+        self._open, self._known = list(known), set[Expr]()
 
     def fewer(self, derived: Derived, exprs: Sequence[Expr]) -> bool:
         """Whether expressions divide by nothing of W that the usual solution does not divide by."""

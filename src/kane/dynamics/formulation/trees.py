@@ -10,15 +10,11 @@ from dataclasses import replace
 
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived
-from kane.dynamics.formulation.candidates import Candidate, all_speeds, divisors, with_reactions
+from kane.dynamics.formulation.candidates import Candidate, Poles, all_speeds, divisors, with_reactions
 from kane.dynamics.formulation.recursive import BENT, by_recursion, carrying, recursions
 from kane.dynamics.formulation.shorten import with_half_speeds
 from kane.dynamics.solved import Solved
 from kane.errors import ModelError
-from kane.expr.evaluation import is_constant_in_time
-from kane.expr.forms.count import price
-from kane.expr.node import Expr
-from kane.expr.regular import factors
 from kane.kinematics.freedoms import Unsuited
 from kane.model.bodies import deforming
 
@@ -43,16 +39,9 @@ def _finished(derived: Derived, s: Solved) -> Solved:
 
 def has_no_poles(derived: Derived, s: Solved) -> bool:
     """Whether it divides by nothing of W by which velocities do not."""
-    pivots = {f for p in derived.kinematical.pivots for f in factors(p)}
-    moving = {f for f in pivots if not is_constant_in_time([f])}
-    more = moving and moving & divisors(s.accelerations)
-    return not more or more <= _of_velocities(derived)
-
-
-def _of_velocities(derived: Derived) -> set[Expr]:
-    """What partial velocities of bodies divide by, and with them every route."""
     motions = [m for b in derived.bodies for m in (b.center, b.rotation and b.rotation.motion) if m]
-    return divisors([x for m in motions for v in m.partials.values() for x in v.scalars()])
+    every = [x for m in motions for v in m.partials.values() for x in v.scalars()]
+    return Poles(lambda: divisors(every)).fewer(derived, s.accelerations)
 
 
 def is_grown(derived: Derived, partition: Partition | None) -> bool:
@@ -79,7 +68,7 @@ def compared(found: Sequence[Solved]) -> Solved:
     """
     if len(found) == 1:
         return found[0]
-    costs = [price((*(s.shorter_rates or s.derived.rates), *s.accelerations, *s.reactions)) for s in found]
+    costs = [s.price for s in found]
     by_route: dict[str, int] = {}
     for s, cost in zip(found, costs, strict=True):
         by_route[s.route] = min(cost, by_route.get(s.route, cost))
