@@ -39,9 +39,13 @@ def _finished(derived: Derived, s: Solved) -> Solved:
 
 def has_no_poles(derived: Derived, s: Solved) -> bool:
     """Whether it divides by nothing of W by which velocities do not."""
+    return Poles(lambda: _of_velocities(derived)).fewer(derived, s.accelerations)
+
+
+def _of_velocities(derived: Derived) -> set[Expr]:
+    """What partial velocities of bodies divide by, and with them every route."""
     motions = [m for b in derived.bodies for m in (b.center, b.rotation and b.rotation.motion) if m]
-    every = [x for m in motions for v in m.partials.values() for x in v.scalars()]
-    return Poles(lambda: divisors(every)).fewer(derived, s.accelerations)
+    return divisors([x for m in motions for v in m.partials.values() for x in v.scalars()])
 
 
 def is_grown(derived: Derived, partition: Partition | None) -> bool:
