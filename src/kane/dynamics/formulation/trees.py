@@ -15,6 +15,7 @@ from kane.dynamics.formulation.recursive import BENT, by_recursion, carrying, re
 from kane.dynamics.formulation.shorten import with_half_speeds
 from kane.dynamics.solved import Solved
 from kane.errors import ModelError
+from kane.expr.node import Expr
 from kane.kinematics.freedoms import Unsuited
 from kane.model.bodies import deforming
 
