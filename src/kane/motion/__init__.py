@@ -7,6 +7,8 @@ __getattr__ = offered(
     __name__,
     {
         "constraint_kernels": "Holding holding",
+        "event_routines": "actions glance tendency",
+        "hybrid.automaton": "automaton",
         "hybrid.events": "crossings",
         "hybrid.modes": "quantities unfit",
         "switches": "has_jumps",
@@ -15,7 +17,7 @@ __getattr__ = offered(
         "inputs.expressions": "Formula",
         "inputs.feedback": "Sampled",
         "inputs.functions": "Asked input_functions jumps",
-        "steppers.arguments": "by_kind watching",
+        "arguments": "by_kind",
         "methods": "cornered SOLVERS",
         "native": "NativeCourse",
         "projection": "ConstraintProjection constraint_numbers constraint_projection crosses is_constrained looked_at",

@@ -111,7 +111,7 @@ class Holding:
         arrays = {name: np.append(np.array(where, dtype=float).reshape(-1), 0.0) for name, where in at.items()}
         lengths = {"weights": len(self.places), "reach": len(self.places), "row_sizes": len(eom.b)}
         arrays |= {name: np.zeros(n + 1) for name, n in {**lengths, "column_sizes": len(eom.speeds)}.items()}
-        arrays |= {"r": np.append(r, 0.0), "h": hoisted(routine, t, y[: now.width], now.p, r)}
+        arrays["h"] = hoisted(routine, t, y[: now.width], now.p, r)
         arrays["room"] = aligned(room(len(y), counted))
         self.given: Given = {f"held_{name}": value for name, value in (counted | arrays).items()}
         self.given["constraints"] = entry(routine)

@@ -49,8 +49,8 @@ class Method:
 class Course:
     """A motion on its way over `span`: `advance()` until it gives an End.
 
-    `t` and `rows` are the samples, each with the equations that hold there; `events` those that were met. `fresh` are those
-    at whose thresholds it begins.
+    `t` and `rows` are the samples, each with the equations that hold there; `events` those that were met, `jumps` the
+    samples with which phases begin, and by which events. `fresh` are those at whose thresholds it begins.
     """
 
     def __init__(
@@ -60,6 +60,7 @@ class Course:
         self.t = [span[0]]
         self.rows: list[tuple[Array, Equations]] = [stepper.sample(span[0], start)]
         self.events: list[tuple[Event, float]] = []
+        self.jumps: list[tuple[int, tuple[Event, ...]]] = []
         self.pace = Pace(span, method.max_seconds, method.bounded)
 
     @property

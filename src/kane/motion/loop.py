@@ -89,6 +89,7 @@ def run(
         pieces.append(piece)
         if not acting(end.at_once):
             return whole(pieces)
+        phase, t = piece.phases[-1], float(piece.t[np.searchsorted(piece.phase, piece.phase[-1])])
         before = Instant(eom, now, float(piece.t[-1]), piece.states[-1], phase)
         short = short + 1 if before.t - t <= SAME_TIME * max(abs(before.t), span[1] - span[0]) else 0
         try:
@@ -334,6 +335,9 @@ def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:
 def _solution(course: ScipyCourse | NativeCourse, end: End, phase: Phase) -> Solution:
     stepper, method = course.stepper, course.method
     states = np.array([y for y, _ in course.rows])
+    jumps = course.jumps
+    begins = np.zeros(len(course.t), dtype=np.int64)
+    begins[[row for row, _ in jumps]] = 1
     return Solution(
         stepper.first,
         np.array(course.t),
@@ -352,6 +356,6 @@ def _solution(course: ScipyCourse | NativeCourse, end: End, phase: Phase) -> Sol
         rtol=method.rtol,
         atol=method.atol,
         method=course.name,
-        phases=(phase,),
-        phase=np.zeros(len(course.t), dtype=np.int64),
+        phases=(phase, *(replace(phase, by=by) for _, by in jumps)),
+        phase=np.cumsum(begins),
     )

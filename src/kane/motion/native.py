@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Motions that run in machine code: an integrator's kernel takes a thousand steps at a time, Python looks at the clock between."""
 
+import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -10,17 +11,19 @@ import numpy as np
 
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
+from kane.motion.arguments import Arguments
 from kane.motion.constraint_kernels import Holding, regular, unheld
 from kane.motion.course import Course, Method
 from kane.motion.hybrid.actions import leapt_over
+from kane.motion.hybrid.automaton import leaving
 from kane.motion.hybrid.events import End, Fresh, Inspection, StepSeen, Verdict, ended_by, up_to_a_break
 from kane.motion.hybrid.modes import HELD, RECENT, Modes, chattering, standing
 from kane.motion.inputs.breakpoints import next_end, on_from, told_apart
 from kane.motion.inputs.feedback import Held, controllers
+from kane.motion.interrupts import is_noted
 from kane.motion.methods import cornered, implicit
 from kane.motion.right_hand_side import Given, Routines, exact
 from kane.motion.start import nearly_singular
-from kane.motion.steppers.arguments import Arguments
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS, compiled
 from kane.motion.steppers.watched import ROOM
@@ -157,12 +160,13 @@ class NativeCourse(Course):
         super().__init__(stepper, method, span, start, np.append(times[times > span[0]], np.inf), fresh)
         self.pace.before.append((span[0], start.copy()))  # sizes of quantities at switches
         self.s = np.zeros(SIZE)
+        self.s[Slot.SPAN], self.s[Slot.PHASE] = span[1] - span[0], span[0]
         self.y, self.out = start.copy(), np.empty((len(self.times) - 1, len(start)))
         self.marks = np.zeros(len(self.times))
         self.stepped: ScipyCourse | None = None
         self.names, self.for_good = [method.name], False
         self.stiffness = Stiffness(bool(method.breakpoints))
-        self.handed = (0, 0)
+        self.handed, self.cursor, self.given = (0, 0), 0, Given()
         self.switching = bool(switches(stepper.eom, stepper.now.laws))
         self.controllers = controllers(stepper.now.drives)
         self._take_up(span[0])
@@ -175,21 +179,19 @@ class NativeCourse(Course):
     def _call_anew(self, t: float) -> None:
         """The kernel goes on from the state at hand by other equations than before."""
         stepper, modes = self.stepper, self.modes
+        self._note_fresh()
         self.now = stepper.now if modes is None else modes.routines(stepper)
         settings = self.now.settings or Settings()
-        kernel = compiled(self.method.name, settings, stepper.projection is not None, cornered(self.now))
+        held, watched = stepper.projection is not None, self.now.events is not None
+        kernel = compiled(self.method.name, settings, held, watched, cornered(self.now))
         count = 0 if modes is None else len(modes.sides)
-        self.arguments = Arguments(self.method.name, self.now, t, self.s, self.y, count)
+        self.arguments = Arguments(self.method.name, self.now, t, self.s, self.y, count, self.fresh)
         self.given = self.arguments.given | {"times": self.times, "rows": self.out, "samples": len(self.out)}
-        for k, event in enumerate(stepper.eom.events):
-            if event.name in self.fresh:
-                self.given["seen"][k] = self.given["least"][k]
         if modes is not None:
             self.given["seen"][[len(stepper.eom.events) + k for k in modes.fresh]] = 0.0
         self.holding = Holding(stepper, t, self.y) if stepper.projection else None
         if self.holding is not None:
-            self.arguments.held(self.holding.given, self.marks)
-            self.given |= self.arguments.given
+            self.given |= self.holding.given | {"held_marks": self.marks}
             self.holding.begin(self.s)
         self.given |= self._pauses(modes is None)
         self.kernel = kernel.bound(self.given | {"limit": 0})
@@ -209,6 +211,7 @@ class NativeCourse(Course):
         for one in self.controllers:
             one.due(t, self.y[: self.now.width])
         self.arguments.hold()
+        self.s[Slot.STOPPED] = float(is_noted())
 
     def _pauses(self, goes_on: bool) -> Given:
         """The breakpoints of the motion, at which a kernel `goes_on`, and what it asks there."""
@@ -261,13 +264,18 @@ class NativeCourse(Course):
         """What follows where the kernel has come `back`, which was called at the time `before` after so many steps."""
         self.arguments.check()
         self._collect()
+        if back is ReturnCode.EVENT:
+            event, t = next(pair for pair in reversed(self.events) if pair[0].terminal)
+            return ended_by([event], [(event, t)], acted=True)
+        if back is ReturnCode.FULL:
+            return None
         over = back is ReturnCode.END and self.s[Slot.END] >= self.span[1]
         if back is not ReturnCode.END and (self._stiff() or self._eased(back, before, done)):
             return None
         if self.modes is not None and float(self.s[Slot.TIME]) > before:
             self.modes.gone_on()
         if back is ReturnCode.LOOK:
-            return self._doubt() if self.s[Slot.HELD] else self._look()
+            return self._doubt() if self.s[Slot.HELD] and not self.looked else self._look()
         changed = self.looked and self._settled()
         told = self._stalled(back, before)
         if told:
@@ -370,10 +378,42 @@ class NativeCourse(Course):
         return f"the motion does not get on beyond t = {t:.6g}: {told}" if told else ""
 
     def _collect(self) -> None:
-        """The samples that were taken; one beside a doubtful state is moved onto the constraints once more."""
-        while len(self.t) <= int(self.s[Slot.SAMPLE]):
-            k = len(self.t) - 1
-            t, y = float(self.times[k]), self.out[k].copy()
+        """The samples that were taken, and the events that were met, with what they did."""
+        if self.now.events is not None:
+            events, s, n = self.stepper.eom.events, self.s, len(self.y)
+            log, done = self.given["log"].reshape(-1, 2), 0
+            for row in self.given["jumps"][: int(s[Slot.JUMPS]) * (2 * n + 2)].reshape(-1, 2 * n + 2):
+                met = [(events[int(k)], float(t)) for t, k in log[done : int(row[1])]]
+                done = int(row[1])
+                self._jumped(float(row[0]), met, *row[2:].copy().reshape(2, n))
+            self.events += [(events[int(k)], float(t)) for t, k in log[done : int(s[Slot.LOGGED])]]
+            s[Slot.LOGGED] = s[Slot.JUMPS] = 0.0
+        self._sample_to(math.inf)
+
+    def _note_fresh(self) -> None:
+        """The events at whose thresholds the motion is, as the kernel has it."""
+        if "leaves" in self.given:
+            self.fresh = leaving(self.given, self.arguments.now.eom.events)
+
+    def _jumped(self, t: float, met: list[tuple[Event, float]], before: Array, after: Array) -> None:
+        """The motion was ended or changed at a time by the last of the events that were met."""
+        self._sample_to(t)
+        self.events += met
+        if t > self.t[-1]:
+            self.sample(t, before)
+        by = tuple(event for event, _ in met if event.then is not None)
+        if by:
+            self.jumps.append((len(self.t), by))
+            self.t.append(t)
+            self.rows.append((after, self.stepper.eom))
+
+    def _sample_to(self, end: float) -> None:
+        """The samples that were taken before a time; one beside a doubtful state is moved onto the constraints once more."""
+        while self.cursor < int(self.s[Slot.SAMPLE]) and (t := float(self.times[self.cursor])) < end:
+            k, self.cursor = self.cursor, self.cursor + 1
+            if t <= self.t[-1]:  # the instant of an event
+                continue
+            y = self.out[k].copy()
             if self.marks[k]:
                 self.sample(t, y)
             else:
@@ -401,11 +441,12 @@ class NativeCourse(Course):
         if found.verdict is not Verdict.TAKEN:
             return self._decided(found, start, h)
         self.looked, s[Slot.LOOKED] = True, 1.0
-        return self._look() if self.given.get("events") else None
+        return None
 
     def _decided(self, found: Inspection, start: float, h: float) -> End | None:
         """What follows for the step of length h from `start` that is not taken: it is taken otherwise, or the motion ends."""
         verdict, modes, which = found.verdict, self.modes, found.which
+        self.looked, self.s[Slot.LOOKED] = False, 0.0
         again = modes is not None and modes.tried.issuperset(
             which
         )  # switches that came back from their other side before
@@ -443,6 +484,7 @@ class NativeCourse(Course):
 
     def _hand_over(self, t: float, name: str = STEPPED) -> None:
         """SciPy's steps lead on from here, past where constraints are singular."""
+        self._note_fresh()
         method = replace(self.method.after(self.steps), name=name, first=None)
         self.stepped = ScipyCourse(self.stepper, method, (t, self.span[1]), self.y.copy(), self.times[:-1], self.fresh)
         self.stepped.t, self.stepped.rows, self.stepped.events = self.t, self.rows, self.events
@@ -462,12 +504,14 @@ class NativeCourse(Course):
         self.stepped = None
         self.y[:] = y
         self._take_up(t)
-        self.s[Slot.SAMPLE] = len(self.t) - 1
+        self.cursor = int(np.searchsorted(self.times, t, side="right"))
+        self.s[Slot.SAMPLE] = self.cursor
         return None
 
     def _look(self) -> End | None:
         """The events of the step that is taken next, up to one that ends the motion; without such a one it is gone on from."""
         s, now, events = self.s, self.now, self.stepper.eom.events
+        self._note_fresh()
         start, h = float(s[Slot.TIME]), self._next()
         along = self._dense(start, h)
         times = start + h * np.array(SHARES)
@@ -493,7 +537,7 @@ class NativeCourse(Course):
                 return self._decided(found, start, h)
             # what was aimed at is met there, though rounding leaves it on this side
             self.landing = self.landing or found.which
-        s[Slot.LOOKED] = 1.0
+        s[Slot.LOOKED] = 2.0
         values = values[:, : len(events)]
         noted, end, t = self.meets(now, dense, StepSeen(times, values, states), largest)
         if self.passes(end, t, dense):
@@ -502,7 +546,6 @@ class NativeCourse(Course):
             self.stepped.beware(t)
             return None
         self.events += noted
-        self.leave(values[-1], largest)
         if end is not None:
             self.sample_up_to(t, dense, True)
             s[Slot.STEPS] += 1

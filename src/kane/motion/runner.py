@@ -21,6 +21,7 @@ from kane.equations.routines import ports
 from kane.expr.build import NODE_BUILDERS, div, mul, sub
 from kane.expr.node import ONE, Expr
 from kane.model.beams.beam import Beam
+from kane.motion.arguments import Arguments
 from kane.motion.course import Method
 from kane.motion.hybrid.events import check_witnesses
 from kane.motion.hybrid.modes import MANY_STEPS
@@ -37,7 +38,6 @@ from kane.motion.solution.checks import keeps_sharply
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.solution import Solution, some_of
 from kane.motion.start import POSITIVE, check_masses, moves_pivots
-from kane.motion.steppers.arguments import Arguments
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS, compiled
 from kane.motion.steps import Stepper

@@ -19,6 +19,7 @@ from kane.equations.equations import Equations
 from kane.errors import ReactionError, SimulationError
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
+from kane.motion.event_routines import bundles
 from kane.motion.kinks import Dense, Kink, kinks
 from kane.motion.projection import (
     Along,
@@ -58,7 +59,8 @@ class Stepper:
         self, eom: Equations, p: Array, drives: Sequence[Callable[[Any], Any]], settings: Settings | None = None
     ) -> None:
         self.first, self.numeric = eom, eom.numeric(settings)
-        self.now = routines(eom, p, drives, settings, *([constraint_numbers] if is_constrained(eom) else []))
+        own = [constraint_numbers] if is_constrained(eom) else []
+        self.now = routines(eom, p, drives, settings, *own, *bundles(eom))
         self.projection = constraint_projection(self.numeric)
         self.kinks = kinks(self.numeric) if self.projection else None
         self.segments: list[Segment] = []

@@ -29,6 +29,8 @@ from kane.numeric.sampling import SEEDS, draw, unit
 # Zero: the number beside those it was computed from.
 LAST_DIGIT = 1e-15
 """A cosine, an angle, or a residual beside its terms that no further operation improves: few spacings of numbers at 1."""
+ROUNDED_TERMS = 16 * EPS
+"""Share of the terms of a quantity, evaluated once, that rounding may leave of it."""
 ROUNDED = 1e-13
 """An entry beside the largest of its matrix, a coefficient or residual beside its terms: some hundred roundings add up to it."""
 ROUNDED_CHAIN = 1e-12

@@ -30,7 +30,7 @@ SMALL = 0.1
 """Share of the largest that a quantity has been below which it may touch zero between two places, without a change of sign."""
 LEFT = 2.0
 """What a polynomial leaves of a quantity is at most so many times its last Chebyshev coefficients."""
-_AGREEING = 4.0
+AGREEING = 4.0
 """How many times what is left a value between the places may be off, or `EQUAL` of the size."""
 Bracket = tuple[float, float, float, float]
 """Two times and the values there, between which there is one passage."""
@@ -42,11 +42,11 @@ _bernstein = np.array(
 TO_BERNSTEIN: Array = np.linalg.inv(_bernstein)
 TO_LAST: Array = np.linalg.inv(np.polynomial.chebyshev.chebvander(2 * _at - 1, DEGREE))[-2:]
 """From values at the places to the Bernstein coefficients, and to the last two Chebyshev coefficients."""
-_BETWEEN = np.array([0.113, 0.427, 0.731])
+BETWEEN = np.array([0.113, 0.427, 0.731])
 _to_between = np.array(
-    [[math.comb(DEGREE, j) * x**j * (1 - x) ** (DEGREE - j) for j in range(DEGREE + 1)] for x in _BETWEEN]
+    [[math.comb(DEGREE, j) * x**j * (1 - x) ** (DEGREE - j) for j in range(DEGREE + 1)] for x in BETWEEN]
 )
-_TO_BETWEEN: Array = _to_between @ TO_BERNSTEIN
+TO_BETWEEN: Array = _to_between @ TO_BERNSTEIN
 
 
 def left(values: Array) -> float:
@@ -101,9 +101,9 @@ def _agrees(of: Callable[[Array], Array], times: Array, values: Array) -> bool:
     """Whether values between the places lie on the polynomial, too, or nothing can be said."""
     if not np.isfinite(values).all():
         return True
-    between = of(times[0] + (times[-1] - times[0]) * _BETWEEN)
-    room = max(_AGREEING * left(values), EQUAL * float(np.abs(values).max()))
-    return not np.isfinite(between).all() or bool((np.abs(between - _TO_BETWEEN @ values) <= room).all())
+    between = of(times[0] + (times[-1] - times[0]) * BETWEEN)
+    room = max(AGREEING * left(values), EQUAL * float(np.abs(values).max()))
+    return not np.isfinite(between).all() or bool((np.abs(between - TO_BETWEEN @ values) <= room).all())
 
 
 def _changes(values: Array) -> int:

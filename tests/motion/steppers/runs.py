@@ -36,26 +36,24 @@ def arguments(eom, settings, name, y, end, step, tolerance=1.0, samples=()):
         s[place] = value
     n, count = len(y), len(samples)
     arrays = {"s": s, "y": y, "lag": np.zeros(n), "work": aligned(integrator.work(n)), "p": p}
-    arrays |= {"r": np.zeros(integrator.width), "h": hoisted(routine, 0.0, y[:-1], p, np.zeros(0))}
+    arrays |= {"r": np.zeros(integrator.width), "single_r": np.zeros(1), "hd": np.zeros(1)}
+    arrays |= {"h": hoisted(routine, 0.0, y[:-1], p, np.zeros(0))}
     arrays |= {"times": np.append(samples, np.inf), "rows": np.zeros((max(count, 1), n))}
     numbers = {"n": n, "limit": 10**6, "samples": count}
     rhs = entry(routine) if integrator.width == 1 else wide_entry(routine, integrator.width)
     slopes = eom.numeric(settings).routine(entries).flat
     arrays["hj"] = hoisted(slopes, 0.0, y[:-1], p, np.zeros(0))
-    silent = {name: np.zeros(80) for name in ("hw", "seen", "largest", "least", "shares", "pivots", "values", "hd")}
     return {
         **numbers,
         **arrays,
         **by_kind(eom),
-        **silent,
-        "events": 0,
         "driven": 0,
         "breakpoints": 0,
         "pauses": np.zeros(1),
         "control": rhs,
         "rhs": rhs,
-        "watch": rhs,
         "drive": rhs,
+        "single_drive": rhs,
         "long": 0,
         "jac": entry(slopes),
         "slopes": slopes,
@@ -85,4 +83,4 @@ def languages(given, routine):
 
     routines = {"numpy": own, "llvm": code, "c": code.library.address(code.symbol)}
     of_slopes = {"numpy": derivatives, "llvm": jac, "c": jac.library.address(jac.symbol)}
-    return given | dict.fromkeys(("rhs", "watch", "drive", "control", "along"), routines) | {"jac": of_slopes}
+    return given | dict.fromkeys(("rhs", "drive", "single_drive", "control", "along"), routines) | {"jac": of_slopes}

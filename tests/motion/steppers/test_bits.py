@@ -6,8 +6,19 @@ import pytest
 
 import kane as kn
 from kane.gallery import pendulums
-from kane.motion import INTEGRATORS, Holding, ReturnCode, Stepper, holding, watching
-from tests.motion.steppers.runs import arguments, languages, spring
+from kane.motion import (
+    INTEGRATORS,
+    Holding,
+    ReturnCode,
+    Slot,
+    Stepper,
+    actions,
+    automaton,
+    glance,
+    holding,
+    tendency,
+)
+from tests.motion.steppers.runs import arguments, languages
 from tests.program.kernel.kernels import EXACT, agree
 from tests.systems import four_bar
 
@@ -59,29 +70,56 @@ def test_constraints_are_held_with_the_same_bits(name, tmp_path):
 
     given = languages(given | held.given, routine) | {"held_marks": np.zeros(31), "limit": 2}
     given["constraints"] = {"numpy": constraints, "llvm": code, "c": code.library.address(code.symbol)}
-    given["held_drive"] = given["drive"]
     kernel = INTEGRATORS[name].kernel(held=True)
     assert agree(kernel, given, tmp_path / "k.c") == ReturnCode.LIMIT
 
 
+def bouncing():
+    """A spring's motion with a wall, a level that is noted both ways, and a speed that ends the motion on the way back."""
+    N = kn.Frame("N")
+    q, v = kn.coordinate("q"), kn.speed("v")
+    place = kn.Point("O", fixed_in=N).at("P", q * N.x)
+    events = [
+        kn.Event("level", q**3 + kn.sin(q) / 4, terminal=False),
+        kn.Event("wall", q + 0.5, direction=-1, then={v: -0.9 * v}),
+        kn.Event("slow", v - 0.2, direction=-1),
+    ]
+    body, spring = kn.Particle("P", place, 1), kn.Force(place, -q * N.x)
+    return kn.derive(kn.System(N, bodies=[body], loads=[spring], speeds={v: q.dt}, events=events))
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["gauss16", "tsit5", "tsitpap8"])
-def test_a_look_at_events_gives_the_same_bits(name, tmp_path):
-    """Two events along a spring's motion; the kernel comes back where there may be one."""
-    eom = spring(lambda q: [kn.Event("up", q - 0.5), kn.Event("low", q.dt + 0.9, terminal=False)])
-    given, routine = arguments(eom, EXACT, name, [1.0, 0.1], 9.0, 0.4, 1e-9)
+@pytest.mark.parametrize("name", ["gauss16", "tsit5", "tsitpap8", "radau9"])
+def test_events_are_decided_with_the_same_bits(name, tmp_path):
+    """Passages found, located, noted; the state changed, and the motion gone on from; its end: in each language alike."""
+    eom = bouncing()
+    given, routine = arguments(eom, EXACT, name, [1.0, 0.1], 9.0, 0.4, 1e-9, np.linspace(0.1, 9, 40))
+    given["s"][Slot.SPAN] = 9.0
     stepper = Stepper(eom, np.zeros(0), (), EXACT)
     wide = INTEGRATORS[name].width > 1
-    told = watching(stepper.now, 0.0, np.array([1.0, 0.1, 0.0]), wide=wide)
-    code, watch = told.pop("watch"), stepper.now.events
+    told = automaton(stepper.now, 0.0, np.array([1.0, 0.1, 0.0]), {}, wide=wide)
+    codes = {what: told.pop(what) for what in ("watch", "glance", "tendency", "act")}
+    numeric = eom.numeric(EXACT)
+    routines = {
+        "watch": stepper.now.events,
+        **{f.__name__: numeric.routine(f).flat for f in (glance, tendency, actions)},
+    }
+    routines["act"] = routines.pop("actions")
+
+    def narrow(of):
+        def call(t, x, p, r, h, out):
+            found = of(float(t), x[:2], p[:0], None)
+            out[: len(found)] = found
+
+        return call
 
     def look(t, x, p, r, h, out):
-        if not wide:
-            out[:2] = watch(float(t), x[:2], p[:0], None)
-            return
         states = x[:16].reshape(2, 8).T.copy()
-        out[:16] = np.array([watch(float(s), y, p[:0], None) for s, y in zip(t, states, strict=False)]).T.reshape(-1)
+        values = [routines["watch"](float(s), y, p[:0], None) for s, y in zip(t, states, strict=False)]
+        out[:24] = np.array(values).T.reshape(-1)
 
     given = languages(given | told, routine)
-    given["watch"] = {"numpy": look, "llvm": code, "c": code.library.address(code.symbol)}
-    assert agree(INTEGRATORS[name].kernel(), given, tmp_path / "k.c") == ReturnCode.LOOK
+    for what, code in codes.items():
+        own = look if wide and what == "watch" else narrow(routines[what])
+        given[what] = {"numpy": own, "llvm": code, "c": code.library.address(code.symbol)}
+    assert agree(INTEGRATORS[name].kernel(watched=True), given, tmp_path / "k.c") == ReturnCode.EVENT

@@ -98,15 +98,16 @@ class End(NamedTuple):
     at_once: tuple[Event, ...] = ()
 
 
-def ended_by(at_once: Sequence[Event], noted: Sequence[Met]) -> End | None:
-    """The end that events of one instant make; None where there are none."""
+def ended_by(at_once: Sequence[Event], noted: Sequence[Met], acted: bool = False) -> End | None:
+    """The end that events of one instant make, whose actions may have been taken; None where there are none."""
     if not at_once:
         return None
     event = next((e for e in at_once if e.terminal), None)
     if event is None:
         return End("event", "", None, tuple(at_once))
     t = next(t for e, t in noted if e is event)
-    return End("event", f"{event.name} at t = {t:.6g}: {event.message or 'terminal event'}", event, tuple(at_once))
+    told = f"{event.name} at t = {t:.6g}: {event.message or 'terminal event'}"
+    return End("event", told, event, () if acted else tuple(at_once))
 
 
 class StepSeen(NamedTuple):

@@ -17,7 +17,8 @@ from kane.program.kernel.writer import Array, Term, Variable, Writer
 class ReturnCode(IntEnum):
     """Why a kernel returns: at the end; after as many steps as it may take; as no step is short enough, or a number is not finite.
 
-    LOOK means that the next step may hold an event: it was not gone on from, and is taken again.
+    LOOK means that the next step may hold an event: it was not gone on from, and is taken again. EVENT means that an event ended the
+    motion, FULL that what was noted of events is to be collected.
     """
 
     ON = 0
@@ -26,6 +27,8 @@ class ReturnCode(IntEnum):
     UNDERFLOW = 3
     NOT_FINITE = 4
     LOOK = 5
+    EVENT = 6
+    FULL = 7
 
 
 class Slot(IntEnum):
@@ -33,7 +36,8 @@ class Slot(IntEnum):
 
     STEP is the next step; where it is 0 a kernel that is FRESH chooses one, if its steps are not of one length.
     BREAKPOINT counts breakpoints that are behind, SMOOTH steps along which the solution hardly bends, LIMITED those that nothing but
-    stability or convergence made short.
+    stability or convergence made short. LOOKED is 1 where Python has looked at the constraints of the step, 2 at its events too. SPAN
+    is the length of the motion, PHASE when an action was last taken; LOGGED events and JUMPS are noted; `control` may have it STOPPED.
     """
 
     TIME = 0
@@ -58,6 +62,11 @@ class Slot(IntEnum):
     SMOOTH = 19
     LIMITED = 20
     BREAKPOINT = 21
+    SPAN = 22
+    PHASE = 23
+    LOGGED = 24
+    JUMPS = 25
+    STOPPED = 26
 
 
 SIZE = len(Slot)
@@ -72,7 +81,7 @@ _STILL, _NEAR, _CONSTANT = 1e-5, 1e-6, 1e-15
 
 
 class StepperContext:
-    """The arguments of a stepper's kernel, and its cell `back`."""
+    """The arguments of a stepper's kernel, its cell `back`, and `asks`: with what it comes back instead of going on from a step."""
 
     def __init__(self, name: str) -> None:
         self.writer = w = Writer(name)
@@ -85,6 +94,8 @@ class StepperContext:
         self.control = w.callee("control", *RATE)
         self.back = w.variable("back", INT)
         self.taken, self.arrived = w.variable("taken", INT), w.variable("arrived", INT)
+        self.asks: Variable | None = None
+        self.cursor, self.prepared = w.variable("cursor", INT), w.variable("prepared", INT)
 
     def steps(self, begin: Callable[[], None], step: Callable[[Term, Term], None], fixed: bool = False) -> Kernel:
         """The kernel: step(h, last) after step until there is a reason to come back, `begin()` before one that is FRESH.
@@ -117,6 +128,8 @@ class StepperContext:
         self.more(Slot.BREAKPOINT, 1.0)
         with w.when(self.pauses[place + 2] > 0.0):
             self.control(self.get(Slot.TIME), self.y.at(0), self.p.at(0), self.r.at(0), self.h.at(0), self.r.at(0))
+            with w.when(self.get(Slot.STOPPED) > 0.0):
+                self.back.put(int(ReturnCode.LIMIT))
 
     def get(self, at: Slot) -> Term:
         """One of the numbers in s."""
@@ -126,7 +139,7 @@ class StepperContext:
         """One of the numbers in s becomes `value`."""
         self.s[int(at)] = value
 
-    def more(self, at: Slot, by: float) -> None:
+    def more(self, at: Slot, by: Term | float) -> None:
         """One of the numbers in s grows."""
         self.put(at, self.get(at) + by)
 
@@ -148,6 +161,28 @@ class StepperContext:
         """The inputs at a time."""
         with self.writer.when(self.driven > 0):
             self._drive(t, x, self.p.at(0), self.r.at(0), self.hd.at(0), self.r.at(0))
+
+    def looks(self, wide: bool) -> None:
+        """The kernel looks at its steps: the cell `asks`; what gives the inputs at one state, in `single_r`, r itself but on lanes."""
+        if self.asks is None:
+            self.asks = self.writer.variable("asks", INT)
+            self.single_r = self.writer.array("single_r") if wide else self.r
+            self._drive_single = self.writer.callee("single_drive", *RATE) if wide else self._drive
+
+    def ask(self, code: ReturnCode) -> None:
+        """With what the kernel comes back instead of going on from the step; `ON` where it goes on."""
+        if self.asks is not None:
+            self.asks.put(int(code))
+
+    def asked(self) -> Term:
+        """Whether it does."""
+        assert self.asks is not None
+        return self.asks.get() > 0
+
+    def drive_single(self, t: Term, x: Address) -> None:
+        """The inputs at one state."""
+        with self.writer.when(self.driven > 0):
+            self._drive_single(t, x, self.p.at(0), self.single_r.at(0), self.hd.at(0), self.single_r.at(0))
 
     def follow(self, t: Term | Address, x: Address) -> None:
         """The inputs at states, where they follow from these."""
@@ -217,13 +252,14 @@ class StepperContext:
         """A step that rounding of the time leaves."""
         return self.get(Slot.SHORTEST) + _TEN_ROUNDINGS * self.writer.compute("abs", self.get(Slot.TIME))
 
-    def sample(self, h: Term, prepare: Callable[[], None], write: Callable[[Term, Term], None]) -> None:
-        """Of each sample within a step `write(k, θ)` writes row k, after `prepare` where there are some."""
-        w = self.writer
+    def sample(
+        self, h: Term, prepare: Callable[[], None], write: Callable[[Term, Term], None], before: Term | None = None
+    ) -> None:
+        """Of each sample within a step `write(k, θ)` writes row k, after `prepare` where there are some; or those `before` a share."""
+        w, limit = self.writer, before
         before, lag = self.get(Slot.TIME), self.get(Slot.TIME_LAG)
-        cursor = w.variable("cursor", INT)
+        cursor, prepared = self.cursor, self.prepared
         cursor.put(w.compute("int", self.get(Slot.SAMPLE)))
-        prepared = w.variable("prepared", INT)
         prepared.put(0)
 
         def share() -> Term:
@@ -231,7 +267,7 @@ class StepperContext:
 
         def within() -> Term:
             # one more time stands behind the last one: after the end
-            return (cursor.get() < self.samples) & (share() <= 1.0)
+            return (cursor.get() < self.samples) & (share() <= 1.0 if limit is None else share() < limit)
 
         with w.repeat(within):
             with w.when(prepared.get() < 1):
@@ -249,14 +285,30 @@ class StepperContext:
         self.put(Slot.TIME_LAG, w.select(last, 0.0, more - (sum_ - t)))
         self.put(Slot.TIME, w.select(last, self.get(Slot.END), sum_))
         self.put(Slot.LAST_STEP, h)
+        self.put(Slot.LOOKED, 0.0)
         self.more(Slot.STEPS, 1.0)
-        self.taken.put(self.taken.get() + 1)
-        with w.when(self.taken.get() >= self.limit):
-            self.back.put(int(ReturnCode.LIMIT))
+        self.count_taken()
         with w.when(last):
             ahead = self.get(Slot.BREAKPOINT) < w.compute("float", self.breakpoints)
             self.arrived.put(w.select(ahead, w.integer(1), w.integer(0)))
             self.back.put(w.select(ahead, self.back.get(), w.integer(ReturnCode.END)))
+
+    def count_taken(self) -> None:
+        """One more step is taken; the kernel comes back after as many as it may take."""
+        self.taken.put(self.taken.get() + 1)
+        with self.writer.when(self.taken.get() >= self.limit):
+            self.back.put(int(ReturnCode.LIMIT))
+
+    def pass_samples(self, t: Term) -> None:
+        """Samples up to a time are taken."""
+        w = self.writer
+
+        def behind() -> Term:
+            at = self.get(Slot.SAMPLE)
+            return (at < w.compute("float", self.samples)) & (self.times[w.compute("int", at)] <= t)
+
+        with w.repeat(behind):
+            self.more(Slot.SAMPLE, 1.0)
 
     def shorten(self, wished: Term, finite: Term) -> None:
         """A step is taken again, shorter, unless that is shorter than rounding."""

@@ -9,7 +9,7 @@ import numpy as np
 from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext, add_exactly, dyadic_power
 from kane.motion.steppers.held import Held
 from kane.motion.steppers.tableau import Row, Tableau
-from kane.motion.steppers.watched import Watched
+from kane.motion.steppers.watched import Watched, go_on_or_jump
 from kane.numeric.arrays import Array as Numbers
 from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.kernel.language import INT, Kernel
@@ -22,14 +22,14 @@ _STABLE = 4.0
 _TINY, _HUGE = 2.0**-1000, 1e300
 
 
-def explicit_kernel(tableau: Tableau, held: bool = False) -> Kernel:
+def explicit_kernel(tableau: Tableau, held: bool = False, watched: bool = False) -> Kernel:
     """The kernel that goes on by adaptive steps: each component's error is held to rtol |y| + atol by itself.
 
-    Where constraints are `held`, the end of each step and each sample are moved onto them.
+    Where constraints are `held`, the end of each step and each sample are moved onto them; one that is `watched` looks for events.
 
     `work` holds `rows(tableau)` rows of n: the k, the state of a stage, y' and what rounding leaves of it, dense output.
     """
-    return _Explicit(tableau, held).kernel()
+    return _Explicit(tableau, held, watched).kernel()
 
 
 def rows(tableau: Tableau) -> int:
@@ -61,13 +61,13 @@ def explicit_dense(tableau: Tableau, given: Mapping[str, Any], h: float, start: 
 class _Explicit:
     """A kernel while it is written."""
 
-    def __init__(self, tableau: Tableau, held: bool) -> None:
+    def __init__(self, tableau: Tableau, held: bool, watched: bool) -> None:
         self.tableau, self.context = tableau, StepperContext(tableau.name)
-        self.watched = Watched(self.context, wide=False)
-        self.held = Held(self.context) if held else None
         self.writer = self.context.writer
         self.rhs = self.writer.callee("rhs", *RATE)
         self.context.drives(*RATE)
+        self.watched = Watched(self.context, wide=False, dense=self.dense) if watched else None
+        self.held = Held(self.context) if held else None
         last = tableau.stages + 1 + len(tableau.later)
         self.state, self.after, self.after_lag = (self.context.row(last + k) for k in range(3))
         self.weights = last + 3
@@ -140,33 +140,29 @@ class _Explicit:
         power = dyadic_power(w, w.compute("max", w.select(finite, error, 1.0), _TINY), self.tableau.exponent)
         factor = w.select(finite, w.compute("max", _SAFETY / power, _LEAST), _LEAST)
         with w.when(error <= 1.0):
-            look = self.looked_at(h, last)
-            with w.when(look):
-                o.back.put(int(ReturnCode.LOOK))
-            with w.otherwise():
-                self.go_on(h, last, h * w.compute("min", factor, w.select(shorter.get() > 0, 1.0, _MOST)))
-                shorter.put(0)
+            self.look_at(h, last)
+            longer = h * w.compute("min", factor, w.select(shorter.get() > 0, 1.0, _MOST))
+            go_on_or_jump(o, self.watched, lambda: self.go_on(h, last, longer), self.sampled, not self.tableau.errors)
+            shorter.put(0)
         with w.otherwise():
             shorter.put(1)
             o.shorten(h * w.compute("min", factor, 1.0), finite)
 
-    def looked_at(self, h: Term, last: Term) -> Term:
-        """The end of the step on the constraints; whether Python looks at the step before it is gone on from."""
+    def look_at(self, h: Term, last: Term) -> None:
+        """The end of the step on the constraints; `asks` tells whether Python looks at the step before it is gone on from."""
         w, o, held = self.writer, self.context, self.held
+        if o.asks is None:
+            return
         begin = o.get(Slot.TIME)
-        self.watched.doubtful.put(0)
-        o.put(Slot.HELD, 0.0)
+        o.ask(ReturnCode.ON)
+        self.prepare(h)
         if held is not None:
-            self.prepare(h)
-            held.end(w.select(last, o.get(Slot.END), begin + (h + o.get(Slot.TIME_LAG))), o.work, self.after)
-            held.passage(begin, h, self.dense)
-            o.put(Slot.HELD, w.compute("float", held.doubt.get()))
-        with w.when(self.watched.count > 0):
-            if held is None:
-                self.prepare(h)
-            self.watched.look_along(begin, h, self.place, self.state)
-        doubt = self.watched.doubtful.get() > 0
-        return (doubt if held is None else doubt | (o.get(Slot.HELD) > 0.0)) & (o.get(Slot.LOOKED) < 1.0)
+            end = w.select(last, o.get(Slot.END), begin + (h + o.get(Slot.TIME_LAG)))
+            held.look(begin, h, end, (o.work, self.after), self.dense)
+        if self.watched is not None:
+            with w.when(~o.asked()):
+                self.watched.look_along(begin, h, self.place, self.state)
+                self.watched.decide(begin, h)
 
     def place(self, k: Term, theta: Term) -> None:
         """The state at a place at which events are looked at; the last is what is gone on from."""
@@ -178,13 +174,14 @@ class _Explicit:
     def go_on(self, h: Term, last: Term, longer: Term) -> None:
         """y at the end of the step; the next one is to be `longer`."""
         w, o, held = self.writer, self.context, self.held
-        o.sample(h, lambda: self.prepare(h) if held is None else None, self.sampled)
+        o.sample(h, lambda: None if o.asks else self.prepare(h), self.sampled)
+        if self.watched is not None:
+            self.watched.keep()
         o.advance(h, last)
         with w.count(o.n) as i:
             o.y[i] = o.work[self.after + i]
             o.lag[i] = o.work[self.after_lag + i]
             o.work[i] = o.work[o.row(self.tableau.stages) + i]
-        self.watched.keep()
         if held is not None:
             held.kept()
             o.rate(self.rhs, o.get(Slot.TIME), o.y, 0, 0)

@@ -21,7 +21,7 @@ import numpy as np
 from kane.motion.steppers.collocation import Along, defects, events, gauss, weights
 from kane.motion.steppers.context import WIDE, ReturnCode, Slot, StepperContext, add_exactly, dyadic_power
 from kane.motion.steppers.held import Held
-from kane.motion.steppers.watched import Watched
+from kane.motion.steppers.watched import Watched, go_on_or_jump
 from kane.numeric.arrays import Array as Numbers
 from kane.numeric.legendre import legendre
 from kane.program.kernel.language import INT, Kernel, Type
@@ -40,7 +40,11 @@ _GOING, _FOUND, _DIVERGED = range(3)
 
 
 def gauss_kernel(
-    accepted: float = _ACCEPTED, rounds: int = _ITERATIONS, held: bool = False, cornered: bool = False
+    accepted: float = _ACCEPTED,
+    rounds: int = _ITERATIONS,
+    held: bool = False,
+    watched: bool = False,
+    cornered: bool = False,
 ) -> Kernel:
     """The kernel: besides what all steppers take, `pairs` holds the (i, j) with q_i' = u_j, `free` the other components but the last.
 
@@ -48,9 +52,9 @@ def gauss_kernel(
     along each step. `work` holds 35 n + 8 doubles: K, its extrapolation, the states and rates
     of the stages, their times, h over the components' sizes, the end of the step. Steps are taken whose error is `accepted` times the
     one that is wanted, after `rounds` iterations at most. Where constraints are `held`, the end of each step and each sample are moved
-    onto them.
+    onto them; where it is `watched`, events are looked for.
     """
-    return _Gauss(accepted, rounds, held, cornered).kernel()
+    return _Gauss(accepted, rounds, held, watched, cornered).kernel()
 
 
 def gauss_end(n: int) -> int:
@@ -105,7 +109,7 @@ def along(theta: Numbers) -> tuple[Numbers, Numbers]:
 class _Gauss:
     """The kernel while it is written; places in `work` are terms."""
 
-    def __init__(self, accepted: float, rounds: int, held: bool, cornered: bool) -> None:
+    def __init__(self, accepted: float, rounds: int, held: bool, watched: bool, cornered: bool) -> None:
         self.accepted, self.rounds, self.cornered = accepted, rounds, cornered
         self.context = o = StepperContext("gauss16")
         self.writer = w = o.writer
@@ -113,14 +117,14 @@ class _Gauss:
         o.drives(*WIDE)
         self.pairs, self.free = w.array("pairs"), w.array("free")
         self.pair_count, self.free_count = w.number("pair_count"), w.number("free_count")
-        self.watched = Watched(o, wide=True)
-        self.held = Held(o) if held else None
+        self.watched = Watched(o, wide=True, dense=self.along) if watched else None
+        self.held = Held(o, wide=True) if held else None
         n8 = o.n * STAGES
         self.k, self.next, self.states, self.rates = w.integer(0), n8, n8 * 2, n8 * 3
         self.clock, self.weight = n8 * 4, n8 * 4 + STAGES
         self.after, self.after_lag = (self.weight + o.n * k if held else self.weight for k in (1, 2))
         self.status, self.round = w.variable("status", INT), w.variable("round", INT)
-        self.error, self.before = w.variable("error"), w.variable("before_last")
+        self.error, self.before, self.step_length = (w.variable(name) for name in ("error", "before_last", "length"))
         self.change = w.variable("change", _V)
         self.matrix = [w.variable(f"a{j}", _V) for j in range(STAGES)]
         self.square = [w.variable(f"aa{j}", _V) for j in range(STAGES)]
@@ -337,43 +341,32 @@ class _Gauss:
         power = dyadic_power(w, w.compute("max", w.select(finite, error, 1.0), _TINY), 1 / STAGES)
         factor = _SAFETY / power
         found = (self.status.get() < _DIVERGED) & (error <= self.accepted)
-        look = self.looked_at(h, last, found)
-        with w.when(found & look):
-            o.back.put(int(ReturnCode.LOOK))
-        with w.when(found & ~look):
-            self.watched.keep()
-            with w.when((error <= _SMOOTH) | (self.bend() <= _STRAIGHT * o.get(Slot.RTOL))):
-                o.more(Slot.SMOOTH, 1.0)
-            o.sample(h, lambda: None, lambda k, theta: self.sampled(h, k, theta))
-            self.go_on(h)
-            o.advance(h, last)
-            o.put(Slot.FRESH, 0.0)
-            with w.when(~last):
-                o.put(Slot.STEP, h * w.compute("max", w.compute("min", factor, _MOST), _LEAST))
+        with w.when(found):
+            self.look_at(h, last)
+            go_on_or_jump(o, self.watched, lambda: self.go_on(h, last, factor), self.sampled)
         with w.when((self.status.get() >= _DIVERGED) & finite):
             o.more(Slot.LIMITED, 1.0)
         with w.when(~found):
             half = (self.status.get() >= _DIVERGED) | ~finite
             o.shorten(h * w.select(half, 0.5, w.compute("max", w.compute("min", factor, _SAFETY), _LEAST)), finite)
 
-    def looked_at(self, h: Term, last: Term, found: Term) -> Term:
-        """Whether Python looks at a step that is `found` before it is gone on from: for events, or singular constraints."""
-        w, o, held = self.writer, self.context, self.held
-        self.watched.doubtful.put(0)
-        o.put(Slot.HELD, 0.0)
-        if held is not None:
-            begin = o.get(Slot.TIME)
-            with w.when(found):
-                self.advance(h)
-                end = w.select(last, o.get(Slot.END), begin + (h + o.get(Slot.TIME_LAG)))
-                held.end(end, o.work, self.after)
-                held.passage(begin, h, lambda theta, array, at: self.dense(h, theta, array, at))
-                o.put(Slot.HELD, w.compute("float", held.doubt.get()))
-        with w.when(found & (self.watched.count > 0)):
-            self.places(h, events(_N))
-            self.watched.look(self.clock, self.states)
-        doubt = self.watched.doubtful.get() > 0
-        return (doubt if held is None else doubt | (o.get(Slot.HELD) > 0.0)) & (o.get(Slot.LOOKED) < 1.0)
+    def look_at(self, h: Term, last: Term) -> None:
+        """The end of the step on the constraints; `asks` tells whether Python looks at the step before it is gone on from."""
+        w, o = self.writer, self.context
+        self.step_length.put(h)
+        if o.asks is None:
+            return
+        begin = o.get(Slot.TIME)
+        o.ask(ReturnCode.ON)
+        if self.held is not None:
+            self.advance(h)
+            end = w.select(last, o.get(Slot.END), begin + (h + o.get(Slot.TIME_LAG)))
+            self.held.look(begin, h, end, (o.work, self.after), self.along)
+        if self.watched is not None:
+            with w.when(~o.asked()):
+                self.places(h, events(_N))
+                self.watched.look(self.clock, self.states)
+                self.watched.decide(begin, h)
 
     def places(self, h: Term, at: Along) -> None:
         """The states at eight places of the step, in those of the stages; the last is the end, from which is gone on."""
@@ -392,9 +385,14 @@ class _Gauss:
             with w.count(o.n - 1) as i:
                 o.work[self.states + i * STAGES + (STAGES - 1)] = o.work[self.after + i]
 
-    def go_on(self, h: Term) -> None:
-        """y at the end of the step; K of the step is kept for the next one."""
+    def go_on(self, h: Term, last: Term, factor: Term) -> None:
+        """y at the end of the step; K of the step is kept for the next one, which is to be longer by a factor."""
         w, o = self.writer, self.context
+        if self.watched is not None:
+            self.watched.keep()
+        with w.when((self.error.get() <= _SMOOTH) | (self.bend() <= _STRAIGHT * o.get(Slot.RTOL))):
+            o.more(Slot.SMOOTH, 1.0)
+        o.sample(h, lambda: None, self.sampled)
         if self.held is None:
             self.advance(h)
         else:
@@ -404,6 +402,10 @@ class _Gauss:
                 o.lag[i] = o.work[self.after_lag + i]
         with w.count(o.n) as i:
             self.keep(self.k, i, self.lanes(self.rates, i))
+        o.advance(h, last)
+        o.put(Slot.FRESH, 0.0)
+        with w.when(~last):
+            o.put(Slot.STEP, h * w.compute("max", w.compute("min", factor, _MOST), _LEAST))
 
     def advance(self, h: Term) -> None:
         """y at the end of the step; beside it, where constraints are held."""
@@ -433,16 +435,16 @@ class _Gauss:
 
     # ----------------------------------------------------------------------------------------------------- samples
 
-    def sampled(self, h: Term, k: Term, theta: Term) -> None:
+    def sampled(self, k: Term, theta: Term) -> None:
         """Row k of the samples."""
         o = self.context
-        self.dense(h, theta, o.rows, k * o.n)
+        self.along(theta, o.rows, k * o.n)
         if self.held is not None:
             self.held.sample(k, o.times[k], o.rows, k * o.n)
 
-    def dense(self, h: Term, theta: Term, array: Array, to: Term) -> None:
+    def along(self, theta: Term, array: Array, to: Term) -> None:
         """y at a share of the step, from a place on."""
-        w, o = self.writer, self.context
+        w, o, h = self.writer, self.context, self.step_length.get()
         once, twice = weights(w, theta, _N)
 
         def straight(i: Term) -> None:

@@ -13,7 +13,7 @@ kernel finds is only that there may be something: Python then looks at the step 
 
 from collections.abc import Callable
 
-from kane.motion.steppers.context import RATE, Slot, StepperContext
+from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext
 from kane.motion.steppers.dense import factor, invert, solve, total
 from kane.numeric.scale import POOR, ROUNDED_SUM, UNUSABLE
 from kane.program.kernel.language import INT
@@ -47,15 +47,15 @@ class Held:
     `constraints` gives f, the sizes of its terms, b, the cosines of the branches, and the entries of A and of W that are not zero.
     """
 
-    def __init__(self, context: StepperContext) -> None:
+    def __init__(self, context: StepperContext, wide: bool = False) -> None:
         self.context, self.writer = context, context.writer
         w = self.writer
-        self.call, self.drive = w.callee("constraints", *RATE), w.callee("held_drive", *RATE)
+        context.looks(wide)
+        self.call = w.callee("constraints", *RATE)
         counts = [w.number(f"held_{name}") for name in COUNTS]
         self.c, self.m, self.s, self.d, self.dc, self.a_count, self.w_count = counts[:7]
         self.spheres, self.branches, self.coordinates = counts[7:]
         names = (
-            "r",
             "h",
             "entry_at",
             "weights",
@@ -67,8 +67,8 @@ class Held:
             "sphere_at",
         )
         arrays = [w.array(f"held_{name}") for name in names]
-        self.r, self.h, self.entries, self.weights, self.w_at, self.chosen, self.dependent = arrays[:7]
-        self.row_sizes, self.column_sizes, self.sphere_at = arrays[7:]
+        self.h, self.entries, self.weights, self.w_at, self.chosen, self.dependent = arrays[:6]
+        self.row_sizes, self.column_sizes, self.sphere_at = arrays[6:]
         self.reach, self.marks, self.room = (w.array(f"held_{name}") for name in ("reach", "marks", "room"))
         self._places()
         self.doubt, self.rounds, self.open = (w.variable(f"held_{name}", INT) for name in ("doubt", "rounds", "open"))
@@ -101,9 +101,8 @@ class Held:
             length = w.compute("sqrt", w.sum([x * x for x in e]))
             for i, x in zip(at, e, strict=True):
                 array[i] = x / length
-        with w.when(o.driven > 0):
-            self.drive(t, array.at(place), o.p.at(0), self.r.at(0), o.hd.at(0), self.r.at(0))
-        self.call(t, array.at(place), o.p.at(0), self.r.at(0), self.h.at(0), self.room.at(0))
+        o.drive_single(t, array.at(place))
+        self.call(t, array.at(place), o.p.at(0), o.single_r.at(0), self.h.at(0), self.room.at(0))
 
     def matrix(self) -> None:
         """Ã of the chosen rows."""
@@ -198,6 +197,15 @@ class Held:
         self.share.put(squares(d * self.s, lambda k: room[self.rows + k]) * inverse)
 
     # -------------------------------------------------------------------------------------------- along a step
+
+    def look(self, begin: Term, h: Term, end: Term, to: tuple[Array, Term], dense: Dense) -> None:
+        """The `end` of a step is projected at its place; where there is a doubt that Python has not looked at, the kernel `asks`."""
+        o = self.context
+        self.end(end, *to)
+        self.passage(begin, h, dense)
+        o.put(Slot.HELD, self.writer.compute("float", self.doubt.get()))
+        with self.writer.when((self.doubt.get() > 0) & (o.get(Slot.LOOKED) < 1.0)):
+            o.ask(ReturnCode.LOOK)
 
     def end(self, t: Term, array: Array, place: Term) -> None:
         """The state at the end of a step projected; what entries of A have been is noted."""

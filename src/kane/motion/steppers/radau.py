@@ -20,7 +20,7 @@ from kane.motion.steppers.collocation import radau_stages
 from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext, add_exactly, dyadic_power
 from kane.motion.steppers.dense import decompose, substitute
 from kane.motion.steppers.held import Held
-from kane.motion.steppers.watched import Watched
+from kane.motion.steppers.watched import Watched, go_on_or_jump
 from kane.numeric.arrays import Array as Numbers
 from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.kernel.language import INT, Kernel
@@ -49,12 +49,12 @@ def radau_work(n: int) -> int:
     return _ROWS * n + n * n * (2 + 4 * _PAIRS) + n * (1 + 2 * _PAIRS) + 3
 
 
-def radau_kernel(held: bool = False) -> Kernel:
+def radau_kernel(held: bool = False, watched: bool = False) -> Kernel:
     """The kernel: besides what all steppers take, `jac` gives J without its last column, which is zero, or where `long` `along` J v.
 
-    Where constraints are `held`, the end of each step and each sample are moved onto them.
+    Where constraints are `held`, the end of each step and each sample are moved onto them; one that is `watched` looks for events.
     """
-    return _Radau(held).kernel()
+    return _Radau(held, watched).kernel()
 
 
 def radau_end(n: int) -> int:
@@ -80,14 +80,14 @@ def radau_dense(given: Mapping[str, Any], h: float, start: float) -> Callable[[N
 class _Radau:
     """The kernel while it is written; places in `work` are terms."""
 
-    def __init__(self, held: bool) -> None:
+    def __init__(self, held: bool, watched: bool) -> None:
         self.context = o = StepperContext("radau9")
         self.writer = w = o.writer
         self.rhs, self.jac = (w.callee(name, *RATE) for name in ("rhs", "jac"))
         self.along = w.callee("along", *LONG)
         self.long, self.hj = w.number("long"), w.array("hj")
         o.drives(*RATE)
-        self.watched = Watched(o, wide=False)
+        self.watched = Watched(o, wide=False, dense=self.dense) if watched else None
         self.held = Held(o) if held else None
         self._places()
         self.status, self.round = w.variable("status", INT), w.variable("round", INT)
@@ -322,33 +322,30 @@ class _Radau:
             power = dyadic_power(w, w.compute("max", w.select(finite, error, 1.0), _TINY), _EXPONENT)
             factor = w.select(finite, w.compute("max", _SAFETY / power, _LEAST), _LEAST)
             with w.when(error <= 1.0):
-                look = self.looked_at(h, last)
-                with w.when(look):
-                    o.back.put(int(ReturnCode.LOOK))
-                with w.otherwise():
-                    most = w.select(self.shorter.get() > 0, 1.0, _MOST)
-                    self.go_on(h, last, w.compute("min", factor, most))
-                    self.shorter.put(0)
+                self.look_at(h, last)
+                most = w.compute("min", factor, w.select(self.shorter.get() > 0, 1.0, _MOST))
+                go_on_or_jump(o, self.watched, lambda: self.go_on(h, last, most), self.sampled)
+                self.shorter.put(0)
             with w.otherwise():
                 self.shorter.put(1)
                 o.shorten(h * w.compute("min", factor, _SAFETY), finite)
 
     # -------------------------------------------------------------------------------------------------------- steps
 
-    def looked_at(self, h: Term, last: Term) -> Term:
-        """The end of the step on the constraints; whether Python looks at the step before it is gone on from."""
-        w, o, held = self.writer, self.context, self.held
+    def look_at(self, h: Term, last: Term) -> None:
+        """The end of the step on the constraints; `asks` tells whether Python looks at the step before it is gone on from."""
+        w, o = self.writer, self.context
+        if o.asks is None:
+            return
         begin = o.get(Slot.TIME)
-        self.watched.doubtful.put(0)
-        o.put(Slot.HELD, 0.0)
-        if held is not None:
-            held.end(w.select(last, o.get(Slot.END), begin + (h + o.get(Slot.TIME_LAG))), o.work, self.row(AFTER))
-            held.passage(begin, h, self.dense)
-            o.put(Slot.HELD, w.compute("float", held.doubt.get()))
-        with w.when(self.watched.count > 0):
-            self.watched.look_along(begin, h, self.place, self.row(_STATE))
-        doubt = self.watched.doubtful.get() > 0
-        return (doubt if held is None else doubt | (o.get(Slot.HELD) > 0.0)) & (o.get(Slot.LOOKED) < 1.0)
+        o.ask(ReturnCode.ON)
+        if self.held is not None:
+            end = w.select(last, o.get(Slot.END), begin + (h + o.get(Slot.TIME_LAG)))
+            self.held.look(begin, h, end, (o.work, self.row(AFTER)), self.dense)
+        if self.watched is not None:
+            with w.when(~o.asked()):
+                self.watched.look_along(begin, h, self.place, self.row(_STATE))
+                self.watched.decide(begin, h)
 
     def place(self, k: Term, theta: Term) -> None:
         """The state at a place at which events are looked at; the last is what is gone on from."""
@@ -361,6 +358,8 @@ class _Radau:
         """y at the end of the step; J and its factors are kept where that pays."""
         w, o, held = self.writer, self.context, self.held
         o.sample(h, lambda: None, self.sampled)
+        if self.watched is not None:
+            self.watched.keep()
         o.advance(h, last)
         with w.count(o.n) as i:
             o.y[i] = o.work[self.row(AFTER) + i]
@@ -368,7 +367,6 @@ class _Radau:
         with w.count(o.n * STAGES) as i:
             o.work[self.row(_BEFORE) + i] = o.work[self.row(Z) + i]
         o.work[self.followed] = 1.0
-        self.watched.keep()
         if held is not None:
             held.kept()
         o.rate(self.rhs, o.get(Slot.TIME), o.y, 0, self.row(_FIRST))

@@ -1,22 +1,30 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Events along a step: whether there may be one, from eight places of the step, of collocation in one call.
+"""Events along a step: whether there may be one, from eight places of the step, of collocation in one call; where; what it does.
 
-What it finds is only that it may: Python then looks at the step with the tests that say so for all methods (`hybrid.events`). So
-the places are the same, and a quantity that passes zero between two of them, or comes near it where it must not, is never left out.
+A quantity that surely keeps its sign is passed by. Passages of the others are located (`crossings`), noted in `log`, and the first
+that ends the motion or changes its state ends the step there: the state before it, and after its actions, are a row of `jumps`. What
+the kernel does not decide (`Kind.ASKED`, what rests at its threshold, sides that no first derivative tells, one more event at the
+instant of an action) is looked at by Python, with the tests that say so for all methods (`hybrid.events`).
 """
 
 from collections.abc import Callable
 
-from kane.motion.steppers.context import RATE, WIDE, Slot, StepperContext
-from kane.numeric.sign_changes import CLOSE, LEFT, SHARES, SMALL, TO_BERNSTEIN, TO_LAST
+from kane.motion.steppers.context import RATE, WIDE, ReturnCode, Slot, StepperContext
+from kane.motion.steppers.crossings import KINDS, LEAVES, MET, Crossings, Kind, bounds
+from kane.numeric.scale import EPS, EQUAL, ROUNDED_TERMS, SAME_TIME, SOON
+from kane.numeric.sign_changes import CLOSE, SHARES, SMALL
 from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.kernel.language import INT
-from kane.program.kernel.writer import Term
+from kane.program.kernel.writer import Array, Term
 
 PLACES = SHARES[1:]
 """Shares of a step at which events are looked at, but for its beginning."""
 ROOM = 2 * PARTS
 """Where the quantities begin in `values`."""
+LOG, JUMPS = 256, 64
+"""So many events, and actions, are noted until Python collects them."""
+Dense = Callable[[Term, Array, Term], None]
+"""Writes the state at a share of the step into an array from a place on."""
 
 
 class Watched:
@@ -24,17 +32,27 @@ class Watched:
 
     `seen` holds the events' quantities at the beginning of the step, `largest` the sizes that they have had; `least` and `shares` of
     that are their thresholds. `pivots` are 1 for those that must not come near zero. `values` is room for 9 of each and 24 more.
-    Where it is `wide`, their routine takes the eight places at once, else one state.
+    Where it is `wide`, their routine takes the eight places at once, else one state; `glance` takes one state and gives the quantities
+    and the sizes of their terms, `tendency` the rates of the `own` ones along the motion, and `act` the values that actions set:
+    of each, `actions` says by which event, and at which place of the state. `dense` is the state along the step.
     """
 
-    def __init__(self, context: StepperContext, wide: bool) -> None:
-        self.context = context
+    def __init__(self, context: StepperContext, wide: bool, dense: Dense) -> None:
+        self.context, self.dense = context, dense
         self.writer = w = context.writer
+        context.looks(wide)
         self.call = w.callee("watch", *(WIDE if wide else RATE))
-        self.count = w.number("events")
-        names = ("hw", "seen", "largest", "least", "shares", "pivots", "values")
-        self.h, self.seen, self.largest, self.least, self.shares, self.pivots, self.values = map(w.array, names)
+        self.glance, self.tendency, self.act = (w.callee(name, *RATE) for name in ("glance", "tendency", "act"))
+        self.count, self.own, self.acts = (w.number(name) for name in ("events", "own", "acts"))
+        names = ("hw", "seen", "largest", "least", "shares", "pivots", "values", "doubts", "probe", "hg", "ht", "ha")
+        self.h, self.seen, self.largest, self.least, self.shares, self.pivots, self.values = map(w.array, names[:7])
+        self.doubts, self.probe, self.glance_h, self.tendency_h, self.act_h = map(w.array, names[7:])
+        self.actions, self.log, self.jumps, self.sides = map(w.array, ("actions", "log", "jumps", "sides"))
         self.doubtful = w.variable("doubtful", INT)
+        self.crossings = Crossings(w, self.count, self.ask)
+        self.begin, self.length = w.variable("step_begin"), w.variable("step_length")
+
+    # ---------------------------------------------------------------------------------------------------- the look
 
     def look(self, clock: Term, states: Term) -> None:
         """Sets `doubtful` where there may be an event; `work` holds the states at the places at `states`, their times at `clock`."""
@@ -68,42 +86,275 @@ class Watched:
             self.values[PARTS - 1] = self.seen[e]
             self.values.store(PARTS, new)
             old = self.values.lanes(PARTS - 1, PARTS)
-            size = w.compute("max", w.compute("largest", w.compute("abs", new)), w.compute("abs", self.seen[e]))
-            largest = w.select(size > self.largest[e], size, self.largest[e])
-            least = self.least[e] + self.shares[e] * largest
-            sure = self.sure(self.seen[e] - least, new - w.compute("splat8", least))
+            least = self.threshold(e)
+            coefficients, slack, size = bounds(w, self.seen[e] - least, new - w.compute("splat8", least))
+            lowest = w.compute("min", self.seen[e] - least, -w.compute("largest", -coefficients))
+            highest = w.compute("max", self.seen[e] - least, w.compute("largest", coefficients))
+            sure = (slack <= CLOSE * size) & ((lowest > slack) | (highest < -slack))
             closest = -w.compute("largest", -w.compute("min", w.compute("abs", old), w.compute("abs", new)))
-            near = (self.pivots[e] > 0.0) & (closest < SMALL * largest)
+            near = (self.pivots[e] > 0.0) & (closest < SMALL * self.size(e))
+            self.doubts[e] = w.select(~sure | near, 1.0, 0.0)
             with w.when(~sure | near):
                 self.doubtful.put(1)
 
-    def sure(self, first: Term, others: Term) -> Term:
-        """Whether a quantity has one sign along the step, whatever its values at the places leave open: see `numeric.sign_changes`."""
-        w, count = self.writer, range(PARTS)
-        each = [w.compute("splat8", x) for x in (first, *(w.compute("lane", others, lane=k) for k in count))]
-        # the coefficients but for the first one, which is the first value
-        columns = [tuple(map(float, column)) for column in TO_BERNSTEIN[1:].T]
-        coefficients = w.sum([x * column for x, column in zip(each, columns, strict=True)])
-        last = [
-            w.compute("abs", first * float(row[0]) + w.compute("sum", others * tuple(map(float, row[1:]))))
-            for row in TO_LAST
-        ]
-        slack = LEFT * w.compute("max", *last)
-        lowest = w.compute("min", first, -w.compute("largest", -coefficients))
-        highest = w.compute("max", first, w.compute("largest", coefficients))
-        size = w.compute("max", w.compute("abs", first), w.compute("largest", w.compute("abs", others)))
-        return (slack <= CLOSE * size) & ((lowest > slack) | (highest < -slack))
+    def size(self, e: Term) -> Term:
+        """The largest that a quantity has been, the step with it."""
+        w = self.writer
+        size = w.compute(
+            "max", w.compute("largest", w.compute("abs", self.at_places(e))), w.compute("abs", self.seen[e])
+        )
+        return w.select(size > self.largest[e], size, self.largest[e])
+
+    def threshold(self, e: Term) -> Term:
+        """The threshold of an event."""
+        return self.least[e] + self.shares[e] * self.size(e)
 
     def at_places(self, e: Term) -> Term:
         """The quantity of an event at the eight places."""
         return self.values.lanes(e * PARTS + ROOM, PARTS)
 
+    # ----------------------------------------------------------------------------------------------- what is there
+
+    def ask(self, share: Term, array: Array, place: Term) -> None:
+        """The quantities at a share of the step, and the sizes of their terms."""
+        t = self.begin.get() + share * self.length.get()
+        self.dense(share, self.probe, self.writer.integer(0))
+        self.at_state(self.glance, self.glance_h, t, (self.probe, self.writer.integer(0)), (array, place))
+
+    def at_state(
+        self, routine: Callable[..., None], h: Array, t: Term, state: tuple[Array, Term], to: tuple[Array, Term]
+    ) -> None:
+        """A routine of one state is called."""
+        o, (array, at), (out, place) = self.context, state, to
+        o.drive_single(t, array.at(at))
+        routine(t, array.at(at), o.p.at(0), o.single_r.at(0), h.at(0), out.at(place))
+
+    def decide(self, t: Term, h: Term) -> None:
+        """Of a step of length h from t that was looked at the passages; `asks` why it is not gone on from, if it is not."""
+        w, o, c = self.writer, self.context, self.crossings
+        c.clear()
+        with w.when((self.doubtful.get() > 0) & (o.get(Slot.LOOKED) < 2.0)):
+            self.begin.put(t + o.get(Slot.TIME_LAG))
+            self.length.put(h)
+            c.begin_search()
+            with w.few(self.count) as e, w.when(self.doubts[e] > 0.0):
+                with w.when(c.kind(e) >= float(Kind.ASKED)):
+                    c.put("asked", 1)
+                with w.otherwise():
+                    c.search(e, (self.seen[e], self.at_places(e)), self.threshold(e), o.get(Slot.SPAN) / h + 1.0)
+            c.sort(2 * SAME_TIME + 4 * EPS * w.compute("abs", t) / h)
+            full = o.get(Slot.LOGGED) + w.compute("float", c.get("found")) > float(LOG)
+            with w.when(full | (o.get(Slot.JUMPS) + 1.0 > float(JUMPS))):
+                o.ask(ReturnCode.FULL)
+            with w.when(c.get("asked") > 0):
+                o.ask(ReturnCode.LOOK)
+
+    @property
+    def breaks(self) -> Term:
+        """Whether an event ends the step."""
+        return self.crossings.get("broken") <= 1.0
+
+    def note(self) -> None:
+        """The passages that were found are noted."""
+        w, o, c = self.writer, self.context, self.crossings
+        with w.few(c.get("found")) as k:
+            at = (w.compute("int", o.get(Slot.LOGGED)) + k) * 2
+            self.log[at] = self.begin.get() + c.met[k * 2] * self.length.get()
+            self.log[at + 1] = c.met[k * 2 + 1]
+        o.more(Slot.LOGGED, w.compute("float", c.get("found")))
+
     def keep(self) -> None:
         """What was seen at the end of the step is what there is at the beginning of the next one."""
-        w, o = self.writer, self.context
+        w = self.writer
         with w.count(self.count) as e:
-            sizes = w.compute("abs", self.at_places(e))
-            size = w.compute("largest", sizes)
-            self.largest[e] = w.select(size > self.largest[e], size, self.largest[e])
-            self.seen[e] = self.values[e * PARTS + (ROOM + PARTS - 1)]
+            self.largest[e] = self.size(e)
+            last = self.values[e * PARTS + (ROOM + PARTS - 1)]
+            inside = w.compute("abs", last - self.threshold(e)) < self.crossings.leaf(e, 3)
+            with w.when(~inside):
+                for k in range(LEAVES):
+                    self.crossings.leaves[e * LEAVES + k] = 0.0
+            self.seen[e] = last
+        self.note()
+
+    # ------------------------------------------------------------------------------------------------ what it does
+
+    def jump(self, sampled: Callable[[Term, Term], None], fixed: bool) -> None:
+        """The step ends at the first event that ends the motion or changes its state, which goes on from there."""
+        w, o, c = self.writer, self.context, self.crossings
+        share = c.get("broken")
+        width = o.n * 2 + 2
+        row = w.compute("int", o.get(Slot.JUMPS)) * width
+        before, after = row + 2, row + o.n + 2
+        t = self.begin.get() + share * self.length.get()
+        self.dense(share, self.jumps, before)
+        acting, ends = w.variable("acting", INT), w.variable("ends", INT)
+        acting.put(0)
+        ends.put(0)
+        with w.few(c.get("found")) as k:
+            kind = c.kind(w.compute("int", c.met[k * 2 + 1]))
+            self.at_once(k, lambda: acting.put(1), kind >= float(Kind.ACTS))
+            self.at_once(k, lambda: ends.put(1), c.kinds[w.compute("int", c.met[k * 2 + 1]) * KINDS + 3] > 0.0)
+        with w.when(acting.get() > 0):
+            self.take_actions(t, before, after)
+        with w.otherwise(), w.count(o.n) as i:
+            self.jumps[after + i] = self.jumps[before + i]
+        with w.when(c.get("asked") > 0):
+            o.back.put(int(ReturnCode.LOOK))
+        with w.otherwise():
+            o.sample(self.length.get(), lambda: None, sampled, share)
+            self.jumps[row] = t
+            self.note()
+            self.jumps[row + 1] = o.get(Slot.LOGGED)
+            o.more(Slot.JUMPS, 1.0)
+            self.begin_anew(t, after, fixed)
+            with w.when(acting.get() > 0), w.count(self.own) as e:
+                self.seen[e] = self.sides[e]
+                self.largest[e] = w.compute("abs", self.sides[e])
+                for j in range(LEAVES):
+                    c.leaves[e * LEAVES + j] = self.sides[self.own * 3 + e * LEAVES + j]
+            with w.when(ends.get() > 0):
+                o.back.put(int(ReturnCode.EVENT))
+
+    def at_once(self, k: Term, do: Callable[[], None], condition: Term) -> None:
+        """For the kth passage, if it is of the instant of the first that breaks, and the condition holds."""
+        c = self.crossings
+        near = 2 * SAME_TIME + 4 * EPS * self.writer.compute("abs", self.begin.get()) / self.length.get()
+        with self.writer.when((c.met[k * 2] >= c.get("broken") - near) & condition):
+            do()
+
+    def begin_anew(self, t: Term, after: Term, fixed: bool) -> None:
+        """The motion goes on from a time and a state."""
+        w, o = self.writer, self.context
+        o.put(Slot.TIME, t)
+        o.put(Slot.TIME_LAG, 0.0)
+        o.put(Slot.LAST_STEP, self.crossings.get("broken") * self.length.get())
+        if not fixed:
+            o.put(Slot.STEP, 0.0)
+        o.put(Slot.FRESH, 1.0)
+        o.put(Slot.PHASE, t)
         o.put(Slot.LOOKED, 0.0)
+        o.more(Slot.STEPS, 1.0)
+        o.count_taken()
+        with w.count(o.n) as i:
+            o.y[i] = self.jumps[after + i]
+            o.lag[i] = 0.0
+        o.pass_samples(t)
+
+    def take_actions(self, t: Term, before: Term, after: Term) -> None:
+        """The state after the actions, all from the state before; what is not sure is `asked`.
+
+        `sides` takes the quantities after, those before with the sizes of their terms, and the rows of `leaves` from then on.
+        """
+        w, o, c = self.writer, self.context, self.crossings
+        own = self.own
+        self.at_state(self.tendency, self.tendency_h, t, (self.jumps, before), (self.sides, own * 8))
+        self.at_state(self.glance, self.glance_h, t, (self.jumps, before), (self.sides, own * 10))
+        was = own * 10
+        with w.count(o.n) as i:
+            self.jumps[after + i] = self.jumps[before + i]
+        # by their doubts the events of this instant are told from now on: 2, and 3 where they act
+        with w.few(own) as e:
+            self.doubts[e] = 0.0
+        with w.few(c.get("found")) as k:
+            which = w.compute("int", c.met[k * 2 + 1])
+            acts = w.select(c.kind(which) >= float(Kind.ACTS), 3.0, 2.0)
+
+            def mark(which: Term = which, acts: Term = acts) -> None:
+                self.doubts[which] = acts
+
+            self.at_once(k, mark, c.kind(which) < float(Kind.ASKED))
+        self.set_values(t, before, after)
+        self.at_state(self.glance, self.glance_h, t, (self.jumps, after), (self.sides, w.integer(0)))
+        self.at_state(self.tendency, self.tendency_h, t, (self.jumps, after), (self.sides, own * 9))
+        with w.few(own) as e:
+            self.leave(e, self.sides[was + e] - self.least[e], t)
+        short = t - o.get(Slot.PHASE) <= SAME_TIME * w.compute("max", w.compute("abs", t), o.get(Slot.SPAN))
+        late = o.get(Slot.END) - t <= 10.0 * o.shortest()
+        with w.when(short | late):
+            c.put("asked", 1)
+
+    def set_values(self, t: Term, before: Term, after: Term) -> None:
+        """The values that the events of this instant set; two for one place are asked about."""
+        w, c = self.writer, self.crossings
+        place = self.own * 12
+        self.at_state(self.act, self.act_h, t, (self.jumps, before), (self.sides, place))
+        with w.few(self.acts) as k:
+            event, slot = (w.compute("int", self.actions[k * 2 + j]) for j in (0, 1))
+            value = self.sides[place + k]
+            with w.when(self.doubts[event] > 2.5):
+                self.jumps[after + slot] = value
+                with w.when(~(value * 0.0 <= 0.0)):
+                    c.put("asked", 1)
+                with w.few(self.acts) as j:
+                    other, same = (w.compute("int", self.actions[j * 2 + i]) for i in (0, 1))
+                    apart = (value < self.sides[place + j]) | (value > self.sides[place + j])
+                    with w.when((self.doubts[other] > 2.5) & (same <= slot) & (slot <= same) & apart):
+                        c.put("asked", 1)
+
+    def leave(self, e: Term, a: Term, t: Term) -> None:
+        """How a quantity, over its threshold a before the actions, leaves it after them, or that it is leapt across."""
+        w, c, own = self.writer, self.crossings, self.own
+        b, size = self.sides[e] - self.least[e], self.sides[own + e]
+        old, new = self.sides[own * 8 + e], self.sides[own * 9 + e]
+        way, row = c.direction(e), own * 3 + e * LEAVES
+        for k in range(LEAVES):
+            self.sides[row + k] = 0.0
+        mine = c.kinds[e * KINDS + 2] > 0.0
+        there, finite = self.doubts[e] > 1.5, (b * 0.0 <= 0.0)
+        side = w.variable(f"leaving{len(w.cells)}")
+        came = w.select(way > 0.0, -1.0, w.select(way < 0.0, 1.0, w.select(old > 0.0, -1.0, 1.0)))
+        side.put(w.select(new * came > -EQUAL * w.compute("abs", old), came, 0.0))
+        moving = (w.compute("abs", old) > 0.0) & (w.compute("abs", new) > 0.0) & (old * came <= 0.0)
+        falls, rises = (a > 0.0) & (b <= 0.0) & (way <= 0.0), (a < 0.0) & (b >= 0.0) & (way >= 0.0)
+        leapt = ~there & (falls | rises)
+        beside = ~there & (w.compute("abs", b) <= ROUNDED_TERMS * size)
+        with w.when(mine & leapt):
+            side.put(0.0)
+            at = w.compute("int", w.compute("float", c.get("found")))
+            c.met[at * 2] = c.get("broken")
+            c.met[at * 2 + 1] = w.compute("float", e)
+            c.put("found", at + 1)
+        with w.when(mine & (there | leapt)):
+            self.sides[row + 1] = side.get()
+            for k, value in ((0, 1.0), (2, 1.0), (4, SOON)):
+                self.sides[row + k] = value
+        unsure = (there & ~moving) | (leapt & ((c.kind(e) > 0.5) | ~(w.compute("abs", new) > 0.0))) | beside
+        with w.when((mine & unsure) | ~finite):
+            c.put("asked", 1)
+
+
+def go_on_or_jump(
+    context: StepperContext,
+    watched: Watched | None,
+    go_on: Callable[[], None],
+    sampled: Callable[[Term, Term], None],
+    fixed: bool = False,
+) -> None:
+    """A step that was found is gone on from, ended at an event, or left to Python."""
+    w = context.writer
+    if context.asks is None:
+        go_on()
+        return
+    with w.when(context.asked()):
+        context.back.put(context.asks.get())
+    with w.otherwise():
+        if watched is None:
+            go_on()
+        else:
+            with w.when(watched.breaks):
+                watched.jump(sampled, fixed)
+            with w.otherwise():
+                go_on()
+
+
+def rooms(count: int, own: int, acts: int, n: int) -> dict[str, int]:
+    """How many doubles the arrays of `Watched` have for so many quantities, events, values that are set, and components."""
+    return {
+        "values": count * (PARTS + 1) + 3 * PARTS,
+        "doubts": count + 1,
+        "probe": n,
+        "met": 2 * (MET + own),
+        "log": 2 * (LOG + own),
+        "jumps": (2 * n + 2) * JUMPS,
+        "sides": 12 * own + 2 * count + acts + 1,
+    }

@@ -2,14 +2,16 @@
 """What a kernel is called with: state, right-hand side, inputs, events, samples."""
 
 from collections.abc import Callable
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from kane.dynamics.poles import SLIPS, KinematicsEnd, SlipEnd
 from kane.dynamics.readings.quantities import without_unknowns
 from kane.equations.equations import Equations
 from kane.expr.node import Expr
+from kane.motion.hybrid.automaton import automaton
+from kane.motion.hybrid.events import Fresh
 from kane.motion.inputs.expressions import Formula, driving
 from kane.motion.inputs.feedback import HeldInput, Law, LawInput
 from kane.motion.inputs.functions import asked, constant, following, follows, law_of
@@ -17,7 +19,6 @@ from kane.motion.right_hand_side import Given, Routines, derivatives, exact
 from kane.motion.steppers.context import Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
-from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.entry import Hook, aligned, doubles, entry, hoisted, wide_entry
 
@@ -65,37 +66,23 @@ def by_kind(eom: Equations) -> dict[str, Array | int]:
     return {**arrays, "pair_count": len(pairs), "free_count": len(free)}
 
 
-def watching(now: Routines, t: float, y: Array, switches: int = 0, wide: bool = True) -> Given:
-    """What tells of events, and of so many switches behind them: their routine, their quantities at the start, their thresholds."""
-    events, none = now.eom.events, [0.0] * switches
-    room = {"values": aligned((len(events) + switches) * (PARTS + 1) + 3 * PARTS)}
-    code = wide_entry(now.events or now.rates, PARTS) if wide else entry(now.events or now.rates)
-    if now.events is None:
-        empty = ("hw", "seen", "largest", "least", "shares", "pivots")
-        return {"watch": code, "events": 0, **{name: np.zeros(1) for name in empty}, **room}
-    seen = now.watch(t, y)
-    shared = np.array([isinstance(e, SlipEnd) and e.by_share for e in events])
-    return {
-        "watch": code,
-        "events": len(events) + switches,
-        "hw": hoisted(now.events, t, y[: now.width], now.parameters(now.events), now.inputs(t, y)),
-        "seen": seen,
-        "largest": np.nan_to_num(np.abs(seen)),
-        "least": np.array([*np.where(shared, 0.0, [e.threshold for e in events]), *none]),
-        "shares": np.array([*np.where(shared, SLIPS, 0.0), *none]),
-        "pivots": np.array([*(float(isinstance(e, KinematicsEnd)) for e in events), *none]),
-        **room,
-    }
-
-
 class Arguments:
     """The arguments by name, as `given`, and the `hooks` through which Python is asked for inputs.
 
     `now` are the equations from time t on, s, y and `lag` what a kernel reads and writes; of `switches` quantities stand behind the
-    events' ones.
+    events' ones, which are `fresh` where the motion is at their thresholds.
     """
 
-    def __init__(self, name: str, now: Routines, t: float, s: Array, y: Array, switches: int = 0) -> None:
+    def __init__(
+        self,
+        name: str,
+        now: Routines,
+        t: float,
+        s: Array,
+        y: Array,
+        switches: int = 0,
+        fresh: Fresh = MappingProxyType({}),
+    ) -> None:
         self.integrator, self.now, self.s, self.y = INTEGRATORS[name], now, s, y
         self.hooks: list[Hook] = []
         self.controlled = [(k, f) for k, f in enumerate(now.drives) if isinstance(f, HeldInput)]
@@ -115,8 +102,8 @@ class Arguments:
             "control": entry(now.rates),
         }
         self.given |= self._driving(t)
-        if self.integrator.watches:
-            self.given |= watching(now, t, y, switches, self.integrator.width > 1)
+        if now.events is not None:
+            self.given |= automaton(now, t, y, fresh, switches, self.integrator.width > 1)
         if self.integrator.implicit:
             self.given |= derivatives(now, t, y, self.law)
             if following(now.drives) and asked(now.drives):
@@ -130,15 +117,20 @@ class Arguments:
     def _driving(self, t: float) -> Given:
         """r, and what gives it where an input is a function of time."""
         now, width = self.now, self.integrator.width
-        r = np.repeat(np.append(now.inputs(t, self.y), 0.0), width)
+        single = np.append(now.inputs(t, self.y), 0.0)
+        r = single if width == 1 else np.repeat(single, width)
+        inputs: Given = {"r": r, "single_r": single, "driven": 0, "hd": np.zeros(1)}
+        none = entry(now.rates)
         if all(_held(f) for f in now.drives):
-            return {"r": r, "driven": 0, "hd": np.zeros(1), "drive": entry(now.rates)}
+            return inputs | {"drive": none, "single_drive": none}
         given = self._formulas()
         if given is None:
-            return {"r": r, "driven": 1, "hd": np.zeros(1), "drive": self._hook(r)}
+            hook = self._hook(single)
+            return inputs | {"driven": 1, "drive": hook if width == 1 else self._hook(r), "single_drive": hook}
         h = hoisted(given, t, self.y[: now.width], now.parameters(given), r[: len(now.drives)])
-        driven = 2 if follows(now.drives) else 1
-        return {"r": r, "driven": driven, "hd": h, "drive": entry(given) if width == 1 else wide_entry(given, width)}
+        own = entry(given)
+        inputs |= {"driven": 2 if follows(now.drives) else 1, "hd": h}
+        return inputs | {"drive": own if width == 1 else wide_entry(given, width), "single_drive": own}
 
     def hold(self) -> None:
         """What sampled controllers have given last."""
@@ -146,17 +138,8 @@ class Arguments:
         for k, one in self.controlled:
             value = one.now
             self.given["r"][k * width : (k + 1) * width] = value
-            if "held_r" in self.given:
-                self.given["held_r"][k] = value
-
-    def held(self, given: Given, marks: Array) -> None:
-        """With what tells of the constraints, and what gives the inputs at one state of theirs."""
-        formulas = self._formulas()
-        if self.given["driven"] and formulas is None:
-            self.given["held_drive"] = self._hook(given["held_r"])
-        else:
-            self.given["held_drive"] = entry(formulas or self.now.rates)
-        self.given |= given | {"held_marks": marks}
+            if width > 1:
+                self.given["single_r"][k] = value
 
     def _formulas(self) -> CompiledRoutine | None:
         """The inputs as a routine, where all are expressions; those that are held stay as they are."""

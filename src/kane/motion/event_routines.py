@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What kernels evaluate to decide events: their quantities, the sizes of the terms, their rates, the values that actions set."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from kane.dynamics.readings.quantities import time_derivative, without_unknowns
+from kane.equations.equations import Equations
+from kane.equations.routines import ports
+from kane.errors import ExpressionError
+from kane.expr.build import add
+from kane.expr.evaluation import free_symbols
+from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.regular import size
+from kane.expr.symbols import Rate, Reaction
+from kane.model.declarations import Event, target
+from kane.motion.projection import is_constrained
+from kane.motion.right_hand_side import jumping
+from kane.motion.start import moves_pivots
+from kane.numeric.arrays import Array
+from kane.program.from_expressions import Bundle
+
+
+def glance(eom: Equations) -> Bundle[tuple[Array, ...]]:
+    """The events' quantities, then the sizes of their terms, thresholds among them; 0 where nothing is known of these."""
+    roots = without_unknowns(eom.solved, [e.quantity for e in eom.events])
+    return _bundle(eom, "glance", [*roots, *map(_size, eom.events)])
+
+
+def _size(event: Event) -> Expr:
+    if any(isinstance(s, Reaction | Rate) for s in free_symbols([event.quantity])):
+        return ZERO
+    return add(size(event.quantity, {}), as_expr(abs(event.threshold)))
+
+
+def tendency(eom: Equations) -> Bundle[tuple[Array, ...]]:
+    """The rates of the quantities of the system's own events along the motion; 0 where they are not known."""
+    known, own = {s for port in ports(eom.derived) for s in port.symbols}, {e.name for e in eom.system.events}
+
+    def rate(event: Event) -> Expr:
+        if event.name not in own:
+            return ZERO
+        try:
+            (found,) = without_unknowns(eom.solved, [time_derivative(eom.solved.derived, event.quantity)])
+        except ExpressionError:
+            return ZERO
+        return found if known.issuperset(free_symbols([found])) else ZERO
+
+    return _bundle(eom, "tendency", list(map(rate, eom.events)))
+
+
+def actions(eom: Equations) -> Bundle[tuple[Array, ...]]:
+    """The values that events set which act in a kernel."""
+    return _bundle(eom, "act", [value for _, _, value in values_set(eom)])
+
+
+def _bundle(eom: Equations, name: str, roots: list[Expr]) -> Bundle[tuple[Array, ...]]:
+    return Bundle(name, ports(eom.derived), _parts, {name: roots}, list(map(str, range(len(roots)))))
+
+
+def _parts(*parts: Array) -> tuple[Array, ...]:
+    return parts
+
+
+def values_set(eom: Equations) -> list[tuple[int, int, Expr]]:
+    """Of the events that act in a kernel: which one, the place in the state that it sets, to what."""
+    if is_constrained(eom) or moves_pivots(eom) or jumping(eom):
+        return []
+    place, known = {s: k for k, s in enumerate(eom.state)}, {s for port in ports(eom.derived) for s in port.symbols}
+    found = []
+    for k, event in enumerate(eom.events):
+        if not isinstance(event.then, Mapping):
+            continue
+        set_ = {target(eom.system, event, key): as_expr(what) for key, what in event.then.items() if _is_value(what)}
+        values = without_unknowns(eom.solved, list(set_.values()))
+        if len(set_) == len(event.then) and set_.keys() <= place.keys() and known.issuperset(free_symbols(values)):
+            found += [(k, place[s], value) for s, value in zip(set_, values, strict=True)]
+    return found
+
+
+def _is_value(what: object) -> bool:
+    return isinstance(what, Expr | int | float | np.number) and not isinstance(what, bool)
+
+
+def decided(eom: Equations) -> bool:
+    """Whether a kernel decides at all: there are events, and no loads that switch."""
+    return bool(eom.events) and not jumping(eom)
+
+
+def bundles(eom: Equations) -> list[Callable[[Equations], Bundle[Any]]]:
+    """What a kernel needs besides the quantities."""
+    if not decided(eom):
+        return []
+    return [glance, *([tendency, actions] if values_set(eom) else [])]

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Events and switches as a kernel takes them: routines of their quantities, tables of what they do and how they leave thresholds.
+
+A kernel decides what follows from numbers: passages of events that are noted or end the motion, and actions that set the state of
+systems without constraints to expressions. Pivots of W, actions that are functions of Python, set parameters or inputs, or act under
+constraints, and all events beside loads that switch are asked of Python.
+"""
+
+import numpy as np
+
+from kane.dynamics.poles import SLIPS, KinematicsEnd, SlipEnd
+from kane.equations.equations import Equations
+from kane.model.declarations import Event
+from kane.motion.event_routines import actions, decided, glance, tendency, values_set
+from kane.motion.hybrid.events import Fresh, Leaves
+from kane.motion.right_hand_side import Given, Routines
+from kane.motion.steppers.crossings import KINDS, LEAVES, Kind
+from kane.motion.steppers.crossings import room as zoomed
+from kane.motion.steppers.watched import rooms
+from kane.numeric.arrays import Array
+from kane.numeric.scale import SOON
+from kane.numeric.sign_changes import DEGREE as PARTS
+from kane.program.native.entry import aligned, entry, hoisted, wide_entry
+
+
+def kind(eom: Equations, event: Event, acting: bool) -> Kind:
+    """What an event does."""
+    if isinstance(event, KinematicsEnd) or (event.then is not None and not acting):
+        return Kind.ASKED
+    return Kind.ACTS if acting else Kind.ENDS if event.terminal else Kind.NOTED
+
+
+def automaton(now: Routines, t: float, y: Array, fresh: Fresh, switches: int = 0, wide: bool = True) -> Given:
+    """What tells a kernel of events, and of so many switches behind them, from t on."""
+    assert now.events is not None
+    eom, none = now.eom, [0.0] * switches
+    events, count, own = eom.events, len(eom.events) + switches, {e.name for e in eom.system.events}
+    decides = decided(eom) and not switches
+    values = eom.numeric(now.settings).value(values_set) if decides else []
+    acting = {k for k, _, _ in values}
+    seen = now.watch(t, y)
+    shared = np.array([isinstance(e, SlipEnd) and e.by_share for e in events], dtype=bool)
+    kinds = np.full((count, KINDS), float(Kind.ASKED))
+    for k, event in enumerate(events):
+        if decides:
+            kinds[k, 0] = kind(eom, event, k in acting)
+        kinds[k, 1:] = event.direction, event.name in own, bool(event.terminal)
+    lengths = rooms(count, len(events), len(values), len(y))
+    given: Given = {
+        "watch": wide_entry(now.events, PARTS) if wide else entry(now.events),
+        "events": count,
+        "own": len(events),
+        "acts": len(values),
+        "seen": seen,
+        "largest": np.nan_to_num(np.abs(seen)),
+        "least": np.array([*np.where(shared, 0.0, [e.threshold for e in events]), *none]),
+        "shares": np.array([*np.where(shared, SLIPS, 0.0), *none]),
+        "pivots": np.array([*(float(isinstance(e, KinematicsEnd)) for e in events), *none]),
+        "kinds": kinds.reshape(-1),
+        "leaves": np.zeros(count * LEAVES + 1),
+        "actions": np.array([*((k, place) for k, place, _ in values), (0, 0)], dtype=float).reshape(-1),
+        "zoom": aligned(zoomed(count)),
+        **{name: aligned(length) for name, length in lengths.items()},
+    }
+    begin_at(given, events, fresh)
+    numeric = eom.numeric(now.settings)
+    at = t, y[: now.width]
+    given["hw"] = hoisted(now.events, *at, now.parameters(now.events), now.inputs(t, y))
+    for name, h, bundle, needed in (
+        ("glance", "hg", glance, decides),
+        ("tendency", "ht", tendency, acting),
+        ("act", "ha", actions, acting),
+    ):
+        routine = numeric.routine(bundle).flat if needed else now.rates
+        given |= {name: entry(routine), h: hoisted(routine, *at, now.parameters(routine), now.inputs(t, y))}
+    return given
+
+
+def begin_at(given: Given, events: tuple[Event, ...], fresh: Fresh) -> None:
+    """The events at whose thresholds a motion is leave them as `fresh` says."""
+    rows = given["leaves"][: len(events) * LEAVES].reshape(-1, LEAVES)
+    rows[:] = 0.0
+    for k, event in enumerate(events):
+        if event.name in fresh:
+            side, order, band = fresh[event.name]
+            rows[k] = 1.0, side, order, band, SOON ** (1 / order)
+            given["seen"][k] = given["least"][k]
+
+
+def leaving(given: Given, events: tuple[Event, ...]) -> dict[str, Leaves]:
+    """How quantities leave their thresholds, as the kernel has it now."""
+    rows = given["leaves"][: len(events) * LEAVES].reshape(-1, LEAVES)
+    return {
+        event.name: Leaves(float(row[1]), int(row[2]), float(row[3]))
+        for event, row in zip(events, rows, strict=True)
+        if row[0]
+    }

@@ -1,0 +1,442 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where in a step quantities cross their thresholds: every passage that the bounds of `numeric.sign_changes` tell, located and sorted.
+
+An interval whose polynomial leaves a doubt is halved, left half first. Between two places of different sign Chandrupatla's method
+goes down to the resolution of times; a change of sign through infinity is no passage. A quantity that is at its threshold at the
+beginning of the step (`LEAVES`) has passed nothing until it shows to which side it leaves. Source: Chandrupatla, *A new hybrid
+quadratic/bisection algorithm for finding the zero of a nonlinear function without using derivatives*, Advances in Engineering
+Software 28 (1997), p. 145.
+"""
+
+from collections.abc import Callable
+from enum import IntEnum
+
+from kane.numeric.scale import EPS, EQUAL, NEAR_TIME, ROUNDED_TERMS, SAME_TIME
+from kane.numeric.sign_changes import AGREEING, BETWEEN, CLOSE, LEFT, MOST, SHARES, TO_BERNSTEIN, TO_BETWEEN, TO_LAST
+from kane.numeric.sign_changes import DEGREE as PARTS
+from kane.program.kernel.language import INT
+from kane.program.kernel.writer import Array, Term, Variable, Writer
+
+
+class Kind(IntEnum):
+    """What an event does: it is noted; it ends the motion; it changes the state; or Python decides, as it does of switches."""
+
+    NOTED = 0
+    ENDS = 1
+    ACTS = 2
+    ASKED = 3
+
+
+KINDS = 4
+"""Numbers of a row of `kinds`: the kind, the direction, whether the event is the system's own, and whether it ends the motion."""
+LEAVES = 5
+"""Numbers of a row of `leaves`: whether the quantity begins at its threshold, to which side it leaves, by the derivative of which
+order, within which band rounding may give it any sign, and the share of the step from which on it shows."""
+MET = 64
+"""So many passages are told of a step, and of a quantity, at most."""
+_PLACES = (*SHARES, *map(float, BETWEEN))
+_AT, _COEFFICIENTS, _BRACKETS = (len(_PLACES) * k + 4 * k for k in (1, 2, 3))
+_BEYOND = _BRACKETS + 4 * MET
+_ROUNDS, _BESIDE, _GROWN = 120, (8 * SAME_TIME, 1e-5), 10.0
+_TINY, _HUGE = 2.0**-1022, 1e300
+_STEPS = 64.0
+"""So many steps at most add up their rounding: more are as likely to take it away."""
+
+
+def room(count: int) -> int:
+    """How many doubles `zoom` has for so many quantities."""
+    return _BEYOND + 2 * count
+
+
+class Crossings:
+    """The search: `search(e)` for each doubtful quantity, then `sort()`; `met` has `found` rows (share of the step, quantity).
+
+    `ask(θ, array, place)` writes the quantities at a share of the step, and then the sizes of their terms.
+    """
+
+    def __init__(self, writer: Writer, count: Term, ask: Callable[[Term, Array, Term], None]) -> None:
+        self.writer, self.count, self.ask = w, *_ = writer, count, ask
+        self.kinds, self.leaves, self.met, self.zoom = map(w.array, ("kinds", "leaves", "met", "zoom"))
+        self.answer = w.integer(_BEYOND)
+        integers = ("found", "asked", "brackets", "early", "again", "level", "open", "halvings", "rounds", "last_of")
+        doubles = (
+            "threshold", "begin", "end", "first_value", "last_value", "low", "width", "index", "sizes", "root", "usual", "broken",
+        )  # fmt: skip
+        self.cells: dict[str, Variable] = {name: w.variable(f"at_{name}", INT) for name in integers}
+        self.cells |= {name: w.variable(f"at_{name}") for name in doubles}
+        self.points = [(w.variable(f"at_x{k}"), w.variable(f"at_f{k}")) for k in range(3)]
+        self.part = w.variable("at_part")
+
+    def get(self, name: str) -> Term:
+        """What a cell holds."""
+        return self.cells[name].get()
+
+    def put(self, name: str, value: Term | float) -> None:
+        """A cell holds a value."""
+        self.cells[name].put(value)
+
+    def clear(self) -> None:
+        """Nothing is found yet."""
+        for name in ("found", "asked"):
+            self.put(name, 0)
+        self.put("broken", 2.0)
+
+    def begin_search(self) -> None:
+        """The shares of an interval at which it is looked at are written where they are read."""
+        w = self.writer
+        self.zoom.store(_AT, w.lanes(*_PLACES[:8]))
+        self.zoom.store(_AT + 8, w.lanes(*_PLACES[8:]))
+
+    def kind(self, e: Term) -> Term:
+        """What an event does."""
+        return self.kinds[e * KINDS]
+
+    def direction(self, e: Term) -> Term:
+        """−1, 0 or 1."""
+        return self.kinds[e * KINDS + 1]
+
+    def leaf(self, e: Term, k: int) -> Term:
+        """A number of a row of `leaves`."""
+        return self.leaves[e * LEAVES + k]
+
+    def search(self, e: Term, values: tuple[Term, Term], threshold: Term, longest: Term) -> None:
+        """The passages of a quantity whose `values` are those at the beginning and at the eight places.
+
+        A quantity that rests at its threshold but for rounding of so many steps as `longest` says is asked about.
+        """
+        w, before = self.writer, self.get("found")
+        first, others = values
+        self.put("threshold", threshold)
+        fresh, side = self.leaf(e, 0) > 0.0, self.leaf(e, 1)
+        for name in ("brackets", "early", "halvings"):
+            self.put(name, 0)
+        self.put("sizes", 0.0)
+        self.put("begin", self.leaf(e, 4))
+        self.put("end", 1.0)
+        self.put("first_value", first - threshold)
+        self.put("last_value", self.beyond(e, w.compute("lane", others, lane=PARTS - 1) - threshold))
+        self.put("again", 1)
+        with w.repeat(lambda: self.get("again") > 0):
+            self.put("again", 0)
+            self.traverse(e, first - threshold, others - w.compute("splat8", threshold))
+            back = ~(side * self.get("first_value") > 0.0) & ((side < 0.0) | (side > 0.0))
+            with w.when(fresh & (self.get("early") < 1) & back):
+                self.put("early", 1)
+                self.put("again", 1)
+                self.put("last_value", self.get("first_value"))
+                self.put("end", self.get("begin"))
+                self.put("begin", 0.0)
+                self.put("first_value", side * _TINY)
+                self.put("last_of", self.get("brackets"))
+        self.median(first - threshold, others - w.compute("splat8", threshold))
+        with w.few(self.get("brackets")) as k:
+            self.locate(e, w.integer(_BRACKETS) + k * 4)
+        size = w.compute(
+            "max", w.compute("abs", first - threshold), w.compute("largest", w.compute("abs", others - w.compute("splat8", threshold)))
+        )  # fmt: skip
+        still = size <= w.compute("min", longest, _STEPS) * (self.get("sizes") * ROUNDED_TERMS)
+        with w.when((before < self.get("found")) & still & (longest < 1 / NEAR_TIME)):
+            self.put("asked", 1)
+
+    def beyond(self, e: Term, value: Term) -> Term:
+        """A value at whose side rounding has no part: within its band a quantity is on the side to which it leaves."""
+        w = self.writer
+        return w.select(w.compute("abs", value) < self.leaf(e, 3), self.leaf(e, 1) * _TINY, value)
+
+    # ---------------------------------------------------------------------------------------- brackets of passages
+
+    def traverse(self, e: Term, first: Term, others: Term) -> None:
+        """The brackets of the passages between `begin` and `end`."""
+        w, zoom = self.writer, self.zoom
+        fresh = self.leaf(e, 0) > 0.0
+        plain = ~fresh & (self.get("early") < 1)
+        self.put("low", self.get("begin"))
+        self.put("width", self.get("end") - self.get("begin"))
+        self.put("index", 0.0)
+        self.part.put(1.0)
+        for name, value in (("level", 0), ("open", 1)):
+            self.put(name, value)
+        zoom[0] = self.get("first_value")
+        with w.repeat(lambda: self.get("open") > 0):
+            root = self.get("level") < 1
+            known = root & plain
+            unknown = root & fresh & (self.get("early") < 1)
+            start = w.select(known, w.integer(PARTS + 1), w.select(unknown, w.integer(0), w.integer(1)))
+            with w.when(known):
+                zoom[0] = first
+                zoom.store(1, others)
+            with w.few(len(_PLACES), start) as j:
+                self.ask(self.get("low") + self.get("width") * zoom[j + _AT], zoom, self.answer)
+                zoom[j] = self.beyond(e, zoom[self.answer + e] - self.get("threshold"))
+                self.put("sizes", w.compute("max", self.get("sizes"), zoom[self.answer + self.count + e]))
+            with w.when(unknown):
+                self.put("first_value", zoom[0])
+            with w.when(self.get("index") + 1.0 >= self.part.get()):
+                zoom[PARTS] = self.get("last_value")
+            self.decide(e)
+
+    def decide(self, e: Term) -> None:
+        """The interval at hand is halved, or its changes of sign are its passages."""
+        w, zoom = self.writer, self.zoom
+        first, others = zoom[0], zoom.lanes(1, PARTS)
+        coefficients, slack, size = bounds(w, first, others)
+        zoom[_COEFFICIENTS] = first
+        zoom.store(_COEFFICIENTS + 1, coefficients)
+        seen = self.changes(lambda j: zoom[j], zero_is_beyond=True)
+        more = self.changes(lambda j: zoom[j + _COEFFICIENTS] + slack)
+        less = self.changes(lambda j: zoom[j + _COEFFICIENTS] - slack)
+        clear = (slack <= CLOSE * size) & (more <= seen) & (seen <= more) & (less <= seen) & (seen <= less)
+        off = w.compute("max", slack * AGREEING, size * EQUAL)
+        for k, row in enumerate(TO_BETWEEN):
+            polynomial = first * float(row[0]) + w.compute("sum", others * tuple(map(float, row[1:])))
+            clear = clear & (w.compute("abs", zoom[PARTS + 1 + k] - polynomial) <= off)
+        finite = (first * 0.0 + w.compute("sum", others * 0.0)) <= 0.0
+        short = (self.get("width") <= SAME_TIME) | (self.get("halvings") >= MOST)
+        between = (zoom[PARTS + 1] * 0.0 + zoom[PARTS + 2] * 0.0 + zoom[PARTS + 3] * 0.0) <= 0.0
+        done = w.variable(f"at_done{len(w.cells)}", INT)
+        done.put(w.select(clear | ~finite | short | ~between, w.integer(1), w.integer(0)))
+        with w.when(done.get() > 0):
+            self.take(e)
+            self.go_on()
+        with w.otherwise():
+            self.put("halvings", self.get("halvings") + 1)
+            self.put("level", self.get("level") + 1)
+            self.put("index", self.get("index") * 2.0)
+            self.part.put(self.part.get() * 2.0)
+            self.put("width", self.get("width") * 0.5)
+
+    def changes(self, value: Callable[[Term], Term], zero_is_beyond: bool = False) -> Term:
+        """How often the sign changes from the first to the last of nine values; zeros are left out, or belong to what comes before."""
+        w = self.writer
+        count = w.variable(f"changes{len(w.cells)}")
+        count.put(0.0)
+        if zero_is_beyond:
+            with w.few(PARTS) as j:
+                count.put(count.get() + w.select(crossed(value(j), value(j + 1)), 1.0, 0.0))
+            return count.get()
+        last = w.variable(f"sign{len(w.cells)}")
+        last.put(0.0)
+        with w.few(PARTS + 1) as j:
+            here = value(j)
+            count.put(count.get() + w.select(here * last.get() < 0.0, 1.0, 0.0))
+            sign = w.select(here < 0.0, -1.0, 1.0)
+            last.put(w.select((here < 0.0) | (here > 0.0), sign, last.get()))
+        return count.get()
+
+    def take(self, e: Term) -> None:
+        """Brackets of the interval at hand; of an early passage the last one from the side to which the quantity leaves counts."""
+        w, zoom = self.writer, self.zoom
+        with w.few(PARTS) as j:
+            a, b = zoom[j], zoom[j + 1]
+            early = self.get("early") > 0
+            with w.when(crossed(a, b) & (~early | (a * self.leaf(e, 1) > 0.0))):
+                with w.when(early):
+                    self.put("brackets", self.get("last_of"))
+                with w.when(self.get("brackets") >= MET):
+                    self.put("asked", 1)
+                    self.put("brackets", 0)
+                at = self.get("brackets") * 4 + _BRACKETS
+                for k, x in enumerate((j, j + 1)):
+                    zoom[at + k] = self.get("low") + self.get("width") * zoom[x + _AT]
+                zoom[at + 2] = a
+                zoom[at + 3] = b
+                self.put("brackets", self.get("brackets") + 1)
+
+    def go_on(self) -> None:
+        """The interval after the one at hand, as long as one of halves may be."""
+        w = self.writer
+        self.zoom[0] = self.zoom[PARTS]
+        self.put("index", self.get("index") + 1.0)
+
+        def even() -> Term:
+            half = self.get("index") * 0.5
+            return (self.get("level") > 0) & (half <= w.compute("float", w.compute("int", half)))
+
+        with w.repeat(even):
+            self.put("index", self.get("index") * 0.5)
+            self.part.put(self.part.get() * 0.5)
+            self.put("level", self.get("level") + (-1))
+            self.put("width", self.get("width") * 2.0)
+        length = self.get("end") - self.get("begin")
+        self.put("low", self.get("begin") + length * (self.get("index") / self.part.get()))
+        with w.when(self.get("level") < 1):
+            self.put("open", 0)
+
+    # --------------------------------------------------------------------------------------------- places of passages
+
+    def locate(self, e: Term, at: Term) -> None:
+        """The passage in a bracket, unless it is one in the other direction, or a pole."""
+        w, zoom = self.writer, self.zoom
+        a, way = zoom[at + 2], self.direction(e)
+        with w.when(((way <= 0.0) & (a > 0.0)) | ((way >= 0.0) & (a < 0.0))):
+            self.zero(e, at)
+            with w.when(~(self.points[0][1].get() <= self.get("usual"))):
+                self.refuse_pole(e)
+            with w.when(self.get("root") >= 0.0):
+                with w.when(self.get("found") >= MET):
+                    self.put("asked", 1)
+                    self.put("found", 0)
+                self.met[self.get("found") * 2] = self.get("root")
+                self.met[self.get("found") * 2 + 1] = w.compute("float", e)
+                self.put("found", self.get("found") + 1)
+
+    def gap(self, e: Term, share: Term) -> Term:
+        """The quantity over its threshold at a share of the step."""
+        self.ask(share, self.zoom, self.answer)
+        return self.zoom[self.answer + e] - self.get("threshold")
+
+    def zero(self, e: Term, at: Term) -> None:
+        """`root` becomes the place in a bracket (start, end, values there), an end where the quantity now has the other side's sign.
+
+        The size of the quantity there is left in the first of the `points`.
+        """
+        w, zoom = self.writer, self.zoom
+        start, end, a, b = (zoom[at + k] for k in range(4))
+        (x1, f1), (x2, f2), (x3, f3) = self.points
+        self.put("rounds", 0)
+        self.put("open", 1)
+        self.put("root", start)
+        self.part.put(0.5)
+        with w.repeat(lambda: (self.get("open") > 0) & (self.get("rounds") < _ROUNDS)):
+            rounds = self.get("rounds")
+            within = x1.get() + self.part.get() * (x2.get() - x1.get())
+            x = w.select(rounds < 1, start, w.select(rounds < 2, end, within))
+            f = self.gap(e, x)
+            f = w.select(f * 0.0 <= 0.0, f, _HUGE)
+            with w.when(rounds < 1):
+                for cell, value in ((x1, x), (f1, f), (x2, x), (f2, f)):
+                    cell.put(value)
+                self.finish((f * a) <= 0.0, x, f)
+            with w.otherwise():
+                same = (f * f1.get() > 0.0) & (rounds >= 2)
+                with w.when(same):
+                    x3.put(x1.get())
+                    f3.put(f1.get())
+                with w.otherwise():
+                    for cell, before in ((x3, x2), (f3, f2), (x2, x1), (f2, f1)):
+                        cell.put(before.get())
+                x1.put(x)
+                f1.put(f)
+                self.finish((rounds < 2) & (((b <= 0.0) & (b >= 0.0)) | (f * a > 0.0)), x, f)
+                with w.when(self.get("open") > 0):
+                    self.next_share((end - start) * SAME_TIME)
+            self.put("rounds", rounds + 1)
+
+    def finish(self, condition: Term, x: Term, f: Term) -> None:
+        """The place is x, where the quantity is f, if the condition holds."""
+        with self.writer.when(condition):
+            self.put("open", 0)
+            self.put("root", x)
+            self.points[0][1].put(self.writer.compute("abs", f))
+
+    def next_share(self, near: Term) -> None:
+        """Chandrupatla's choice between inverse quadratic interpolation and bisection, or the end of the search."""
+        w = self.writer
+        (x1, f1), (x2, f2), (x3, f3) = ((x.get(), f.get()) for x, f in self.points)
+        first = w.compute("abs", f1) < w.compute("abs", f2)
+        best, least = w.select(first, x1, x2), w.select(first, f1, f2)
+        share = (near + 2 * EPS * w.compute("abs", best)) / w.compute("abs", x2 - x1)
+        over = (share > 0.5) | ~(w.compute("abs", least) > 0.0)
+        xi, phi = (x1 - x2) / (x3 - x2), (f1 - f2) / (f3 - f2)
+        bent = (phi * phi < xi) & ((1.0 - phi) * (1.0 - phi) < 1.0 - xi)
+        wished = f1 / (f2 - f1) * (f3 / (f2 - f3)) + (x3 - x1) / (x2 - x1) * (f1 / (f3 - f1)) * (f2 / (f3 - f2))
+        inner = w.compute("max", w.compute("min", wished, 1.0 - share), share)
+        self.part.put(w.select(bent, inner, 0.5))
+        self.finish(over, best, least)
+
+    def median(self, first: Term, others: Term) -> None:
+        """`usual` becomes the median of the sizes other than zero that a quantity has at the nine places."""
+        w, zoom = self.writer, self.zoom
+        zoom[0] = first
+        zoom.store(1, others)
+        count, rank, total = (w.variable(f"median{k}_{len(w.cells)}") for k in range(3))
+        count.put(0.0)
+        total.put(0.0)
+        with w.few(PARTS + 1) as i:
+            count.put(count.get() + w.select(w.compute("abs", zoom[i]) > 0.0, 1.0, 0.0))
+        with w.few(PARTS + 1) as i:
+            mine = w.compute("abs", zoom[i])
+            rank.put(0.0)
+            with w.few(PARTS + 1) as j:
+                other = w.compute("abs", zoom[j])
+                smaller = (other < mine) | ((other <= mine) & (j < i))
+                rank.put(rank.get() + w.select((other > 0.0) & smaller, 1.0, 0.0))
+            middle = w.compute("abs", rank.get() * 2.0 - (count.get() - 1.0)) <= 1.0
+            both = w.compute("abs", rank.get() * 2.0 - (count.get() - 1.0)) > 0.5
+            total.put(total.get() + w.select((mine > 0.0) & middle, w.select(both, mine * 0.5, mine), 0.0))
+        self.put("usual", total.get())
+
+    def refuse_pole(self, e: Term) -> None:
+        """`root` becomes −1 where a quantity changes its sign through infinity: it grows towards that place, beyond its usual size."""
+        w, root = self.writer, self.get("root")
+        sides, grows, near = (w.variable(f"pole{k}_{len(w.cells)}") for k in range(3))
+        sides.put(0.0)
+        grows.put(1.0)
+        rounded = 4 * EPS
+        with w.few(4) as k:
+            # beside the place on the left, farther to the left, and so to the right
+            left, closer = k < 2, (k < 1) | ((k > 1) & (k < 3))
+            apart = w.select(closer, _BESIDE[0] + rounded, _BESIDE[1] + rounded)
+            far = _BESIDE[1] + rounded
+            within = w.select(left, root - far, 1.0 - (root + far)) >= 0.0
+            with w.when(within):
+                size = w.compute("abs", self.gap(e, w.select(left, root - apart, root + apart)))
+                with w.when(closer):
+                    near.put(w.select(size <= _HUGE, size, _HUGE))
+                    sides.put(sides.get() + 1.0)
+                    with w.when(~(near.get() > self.get("usual"))):
+                        grows.put(0.0)
+                with w.otherwise(), w.when(~(near.get() > _GROWN * size)):
+                    grows.put(0.0)
+        with w.when((sides.get() > 0.0) & (grows.get() > 0.0)):
+            self.put("root", -1.0)
+
+    # ----------------------------------------------------------------------------------------------------- in order
+
+    def sort(self, near: Term) -> None:
+        """Passages in the order of their times, those of one time as the events are, up to the first that ends or changes the motion.
+
+        What is no farther behind that one than `near` is of the same instant; `broken` is its share of the step, 2 if there is none.
+        """
+        w, met = self.writer, self.met
+        place = w.variable("at_place", INT)
+        with w.few(self.get("found"), 1) as i:
+            share, which = met[i * 2], met[i * 2 + 1]
+            place.put(i)
+            with w.repeat(
+                lambda: (
+                    (place.get() > 0) & (met[w.select(place.get() > 0, place.get() * 2 + (-2), place.get())] > share)
+                )
+            ):
+                at = place.get() * 2
+                met[at] = met[at + (-2)]
+                met[at + 1] = met[at + (-1)]
+                place.put(place.get() + (-1))
+            met[place.get() * 2] = share
+            met[place.get() * 2 + 1] = which
+        with w.few(self.get("found")) as i:
+            breaks = self.kind(w.compute("int", met[i * 2 + 1])) >= float(Kind.ENDS)
+            with w.when(breaks & (met[i * 2] < self.get("broken"))):
+                self.put("broken", met[i * 2])
+        place.put(0)
+        with w.few(self.get("found")) as i:
+            place.put(place.get() + w.select(met[i * 2] <= self.get("broken") + near, w.integer(1), w.integer(0)))
+        self.put("found", place.get())
+
+
+def crossed(a: Term, b: Term) -> Term:
+    """Whether the sign changes from a to b; zero belongs to what comes before it."""
+    return ((a > 0.0) & (b <= 0.0)) | ((a < 0.0) & (b >= 0.0))
+
+
+def bounds(w: Writer, first: Term, others: Term) -> tuple[Term, Term, Term]:
+    """Of a quantity at nine places its Bernstein coefficients but for the first, what they leave of it, and its size."""
+    each = [w.compute("splat8", x) for x in (first, *(w.compute("lane", others, lane=k) for k in range(PARTS)))]
+    columns = [tuple(map(float, column)) for column in TO_BERNSTEIN[1:].T]
+    coefficients = w.sum([x * column for x, column in zip(each, columns, strict=True)])
+    last = [
+        w.compute("abs", first * float(row[0]) + w.compute("sum", others * tuple(map(float, row[1:]))))
+        for row in TO_LAST
+    ]
+    size = w.compute("max", w.compute("abs", first), w.compute("largest", w.compute("abs", others)))
+    return coefficients, LEFT * w.compute("max", *last), size
