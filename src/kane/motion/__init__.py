@@ -7,7 +7,7 @@ __getattr__ = offered(
     __name__,
     {
         "constraint_kernels": "Holding holding",
-        "event_routines": "actions glance tendency",
+        "hybrid.event_routines": "actions glance tendency",
         "hybrid.automaton": "automaton",
         "hybrid.events": "crossings",
         "hybrid.modes": "quantities unfit",

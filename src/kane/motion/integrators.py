@@ -9,8 +9,8 @@ from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
 from kane.errors import Attributes, SimulationError
-from kane.motion.cvode import CVODE
 from kane.motion.methods import AUTO
+from kane.motion.solvers.cvode import CVODE
 
 
 @dataclass(frozen=True, slots=True)

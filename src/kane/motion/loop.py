@@ -31,6 +31,7 @@ from kane.motion.right_hand_side import Given, timed
 from kane.motion.solution.phases import Phase, joined
 from kane.motion.solution.resumed import Begin
 from kane.motion.solution.solution import Solution
+from kane.motion.solvers.stepping import ScipyCourse
 from kane.motion.start import (
     check_breakpoints,
     check_events,
@@ -44,7 +45,6 @@ from kane.motion.start import (
     massless,
 )
 from kane.motion.steppers.table import INTEGRATORS
-from kane.motion.stepping import ScipyCourse
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
 from kane.numeric.scale import SAME_TIME

@@ -17,16 +17,16 @@ from kane.expr.ops import OPS, Op
 from kane.expr.piecewise import Piecewise
 from kane.expr.symbols import time
 from kane.motion.constraint_kernels import unheld
-from kane.motion.cvode import CVODE, check_installed
 from kane.motion.hybrid.modes import drives_on, on, quantities, rates_on, unfit
 from kane.motion.inputs.expressions import CORNERS, Formula
 from kane.motion.inputs.feedback import HeldInput
 from kane.motion.inputs.functions import asked, following
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Routines, is_long
+from kane.motion.solvers.cvode import CVODE, check_installed
+from kane.motion.solvers.stepping import IMPLICIT as SLOW
+from kane.motion.solvers.stepping import STEPPED
 from kane.motion.steppers.table import INTEGRATORS, Integrator
-from kane.motion.stepping import IMPLICIT as SLOW
-from kane.motion.stepping import STEPPED
 from kane.motion.steps import Stepper
 from kane.motion.switches import has_jumps
 from kane.program.emit.llvm_forms import LIBRARY

@@ -23,11 +23,11 @@ from kane.motion.inputs.feedback import Held, controllers
 from kane.motion.interrupts import is_noted
 from kane.motion.methods import cornered, implicit
 from kane.motion.right_hand_side import Given, Routines, exact
+from kane.motion.solvers.stepping import STEPPED, ScipyCourse, not_held
 from kane.motion.start import nearly_singular
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS, compiled
 from kane.motion.steppers.watched import ROOM
-from kane.motion.stepping import STEPPED, ScipyCourse, not_held
 from kane.motion.steps import Stepper
 from kane.motion.switches import has_jumps, switches
 from kane.numeric.arrays import Array

@@ -19,7 +19,6 @@ from kane.equations.equations import Equations
 from kane.errors import ReactionError, SimulationError
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
-from kane.motion.event_routines import bundles
 from kane.motion.kinks import Dense, Kink, kinks
 from kane.motion.projection import (
     Along,
@@ -60,7 +59,7 @@ class Stepper:
     ) -> None:
         self.first, self.numeric = eom, eom.numeric(settings)
         own = [constraint_numbers] if is_constrained(eom) else []
-        self.now = routines(eom, p, drives, settings, *own, *bundles(eom))
+        self.now = routines(eom, p, drives, settings, *own)
         self.projection = constraint_projection(self.numeric)
         self.kinks = kinks(self.numeric) if self.projection else None
         self.segments: list[Segment] = []

@@ -11,7 +11,7 @@ import numpy as np
 from kane.dynamics.poles import SLIPS, KinematicsEnd, SlipEnd
 from kane.equations.equations import Equations
 from kane.model.declarations import Event
-from kane.motion.event_routines import actions, decided, glance, tendency, values_set
+from kane.motion.hybrid.event_routines import actions, bundles, decided, glance, tendency, values_set
 from kane.motion.hybrid.events import Fresh, Leaves
 from kane.motion.right_hand_side import Given, Routines
 from kane.motion.steppers.crossings import KINDS, LEAVES, Kind
@@ -64,6 +64,7 @@ def automaton(now: Routines, t: float, y: Array, fresh: Fresh, switches: int = 0
     }
     begin_at(given, events, fresh)
     numeric = eom.numeric(now.settings)
+    numeric.compile(*bundles(eom))
     at = t, y[: now.width]
     given["hw"] = hoisted(now.events, *at, now.parameters(now.events), now.inputs(t, y))
     for name, h, bundle, needed in (
