@@ -13,6 +13,7 @@ __getattr__ = offered(
         "hybrid.modes": "quantities unfit",
         "switches": "has_jumps",
         "inputs.": "smooth",
+        "solvers.": "cvode",
         "inputs.breakpoints": "breakpoints bumps bumps_of pulses",
         "inputs.expressions": "Formula",
         "inputs.feedback": "Sampled",
