@@ -39,10 +39,9 @@ def mode_figure(beam: Beam, path: str | Path | None = None) -> Figure:
     """
     _check(beam)
     fields = beam.deformation.fields
-    figure = Figure(figsize=(6.4, 2.2 * len(fields) + 0.6), layout="constrained")
-    grid: Any = figure.subplots(len(fields), 1, sharex=True, squeeze=False)
+    figure, column = _column(len(fields), 2.2, "ξ = x/L")
     x = np.linspace(0, 1, 201)
-    for f, axes in zip(fields, grid[:, 0], strict=True):
+    for f, axes in zip(fields, column, strict=True):
         values = f.shapes.evaluate(x, 0)
         size = np.abs(values).max(axis=0)
         for k, q in enumerate(f.coordinates):
@@ -50,8 +49,6 @@ def mode_figure(beam: Beam, path: str | Path | None = None) -> Figure:
         axes.axhline(0, color="0.6", linewidth=0.8)
         axes.set_ylabel(_NAMES[f.stem])
         axes.legend(frameon=False, fontsize=8, ncols=3)
-        _style(axes)
-    grid[-1, 0].set_xlabel("ξ = x/L")
     return _saved(figure, path)
 
 
@@ -81,26 +78,18 @@ def beam_figure(
     wanted = np.linspace(solution.t[0], solution.t[-1], times) if isinstance(times, int) else np.asarray(times, float)
     rows = [int(np.argmin(np.abs(solution.t - t))) for t in wanted]
     bending = beam.deformation.bending
-    figure = Figure(figsize=(6.4, 2.6 * len(bending) + 0.6), layout="constrained")
-    grid: Any = figure.subplots(max(1, len(bending)), 1, sharex=True, squeeze=False)
+    figure, column = _column(len(bending), 2.6, "along the axis [m]")
     scale = _scale(solution.t[rows])
     colours = scale.to_rgba(solution.t[rows])
-    for k, (f, axes) in enumerate(zip(bending, grid[:, 0], strict=True)):
+    for k, (f, axes) in enumerate(zip(bending, column, strict=True), 1):
         for row, colour in zip(rows, colours, strict=True):
-            axes.plot(
-                places[row, :, 0],
-                places[row, :, 1 + k],
-                color=colour,
-                linewidth=1.2,
-                label=f"t = {solution.t[row]:.3g} s",
-            )
+            label = f"t = {solution.t[row]:.3g} s"
+            axes.plot(places[row, :, 0], places[row, :, k], color=colour, linewidth=1.2, label=label)
         axes.set_ylabel(f"{_NAMES[f.stem]} [m]")
-        _style(axes)
-    grid[-1, 0].set_xlabel("along the axis [m]")
     if len(rows) <= _NAMED:
-        grid[0, 0].legend(frameon=False, fontsize=7, ncols=3)
+        column[0].legend(frameon=False, fontsize=7, ncols=3)
     else:
-        figure.colorbar(scale, ax=list(grid[:, 0]), label="t [s]", aspect=40)
+        figure.colorbar(scale, ax=column, label="t [s]", aspect=40)
     return _saved(figure, path)
 
 
@@ -150,15 +139,12 @@ def root_locus(branch: Branch, path: str | Path | None = None) -> Figure:
     branch : from `kn.continuation`
     path : where to write the figure, if anywhere: .svg, .png, .pdf
     """
-    if not isinstance(branch, Branch):
-        raise SimulationError(f"Expected a branch from kn.continuation, got {type(branch).__name__}.")
+    label = _label_of(branch)
     figure = Figure(figsize=(9.6, 4.6), layout="constrained")
     grid = figure.add_gridspec(2, 2)
     above, below = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0])
     below.sharex(above)
     plane = figure.add_subplot(grid[:, 1])
-    unit = unit_text(branch.symbol.unit)
-    label = label_of(branch.symbol.name) + (f" [{unit}]" if unit else "")
     values, eigenvalues, _ = through_meetings(branch.values, branch.eigenvalues)
     _against(above, branch, values, eigenvalues.real, "Re λ [1/s]")
     _against(below, branch, values, eigenvalues.imag, "Im λ [1/s]")
@@ -237,7 +223,25 @@ def _unit(half: complex, square: float) -> complex:
     return complex(half / root) if root else 1.0
 
 
+def _label_of(branch: Any) -> str:
+    """What changes along a branch, with its unit; a SimulationError for anything else."""
+    if not isinstance(branch, Branch):
+        raise SimulationError(f"Expected a branch from kn.continuation, got {type(branch).__name__}.")
+    unit = unit_text(branch.symbol.unit)
+    return label_of(branch.symbol.name) + (f" [{unit}]" if unit else "")
+
+
 # Axes ------------------------------------------------------------------------------------------------------------------------
+
+
+def _column(rows: int, height: float, below: str) -> tuple[Figure, list[Any]]:
+    """A figure of panels above each other, `height` inches each, with one label below."""
+    figure = Figure(figsize=(6.4, height * rows + 0.6), layout="constrained")
+    axes = list(figure.subplots(max(1, rows), 1, sharex=True, squeeze=False)[:, 0])
+    for a in axes:
+        _style(a)
+    axes[-1].set_xlabel(below)
+    return figure, axes
 
 
 def _style(a: Any) -> None:
@@ -285,9 +289,6 @@ def _plane(a: Axes, branch: Branch, lines: Complex) -> Any:
     return shown
 
 
-_SPIN_LINE, _SPIN_GUIDE = "#1f5fa8", "0.6"
-
-
 def campbell_diagram(
     branch: Branch, path: str | Path | None = None, *, orders: Sequence[float] = (1, 2, 3), count: int = 6
 ) -> Figure:
@@ -307,24 +308,19 @@ def campbell_diagram(
     SimulationError
         if `branch` is no branch
     """
-    if not isinstance(branch, Branch):
-        raise SimulationError(f"Expected a branch from kn.continuation, got {cut(type(branch).__name__)}.")
+    label = _label_of(branch)
     figure = Figure(figsize=(6.4, 4.6), layout="constrained")
     axes: Any = figure.add_subplot()
     rows = branch.frequencies[:, :count]
-    axes.plot(branch.values, rows, color=_SPIN_LINE, linewidth=1.4)
+    axes.plot(branch.values, rows, color=_LINE, linewidth=1.4)
     top = 1.05 * float(np.max(rows, initial=0.0)) or 1.0
     for k in orders:
-        axes.plot(branch.values, k * branch.values, color=_SPIN_GUIDE, linewidth=0.8, linestyle=(0, (4, 2)))
+        axes.plot(branch.values, k * branch.values, color=_GUIDE, linewidth=0.8, linestyle=(0, (4, 2)))
         _name(axes, k, float(branch.values[-1]), top)
     axes.set_ylim(0, top)
-    unit = unit_text(branch.symbol.unit)
-    axes.set_xlabel(label_of(branch.symbol.name) + (f" [{unit}]" if unit else ""))
+    axes.set_xlabel(label)
     axes.set_ylabel("ω [rad/s]")
-    axes.grid(True, color="0.9", linewidth=0.6)
-    axes.set_axisbelow(True)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
+    _style(axes)
     return _saved(figure, path)
 
 

@@ -60,17 +60,16 @@ def motions_html(motions: Motions) -> str:
     head = paragraph(
         f"<b>Motions</b>: {len(motions.coordinates)} coordinates, {motions.degrees_of_freedom} degrees of freedom"
     )
-    speeds = [(math(latex_name(u.name)), expression(e).cell) for u, e in system.speeds.items()]
-    rates = [
-        (math(rf"\dot{{{latex_name(q.name)}}}"), expression(e).cell)
-        for q, e in zip(motions.coordinates, motions.rates, strict=True)
-    ]
     given = map(add, motions.A_n @ motions.independent_speeds, motions.b_n)
-    dependent = [
-        (math(latex_name(u.name)), expression(e).cell) for u, e in zip(motions.dependent_speeds, given, strict=True)
-    ]
-    shown = table(("speed", "definition"), speeds) + table(("rate", "by speeds"), rates)
-    return head + shown + table(("dependent speed", "by the independent ones"), dependent)
+    groups = (
+        (("speed", "definition"), "{}", system.speeds.items()),
+        (("rate", "by speeds"), r"\dot{{{}}}", zip(motions.coordinates, motions.rates, strict=True)),
+        (("dependent speed", "by the independent ones"), "{}", zip(motions.dependent_speeds, given, strict=True)),
+    )
+    return head + "".join(
+        table(names, [(math(form.format(latex_name(s.name))), expression(e).cell) for s, e in pairs])
+        for names, form, pairs in groups
+    )
 
 
 def principal_html(found: Principal) -> str:
