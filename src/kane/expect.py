@@ -24,10 +24,19 @@ def refusal(error: type[E], expected: str, got: str, cure: str = "") -> E:
     return error(f"Expected {expected}, got {got}.{cure and ' '}{cure}")
 
 
-def that(holds: Any, expected: str, given: object, cure: str = "", *, error: type[KaneError] = ModelError) -> None:
-    """Refuse `given` unless something holds of it."""
+def that(
+    holds: Any,
+    expected: str,
+    given: object = None,
+    cure: str = "",
+    *,
+    came: str | Callable[[], str] = "",
+    error: type[KaneError] = ModelError,
+) -> None:
+    """Refuse `given` unless something holds of it; `came` says in its place what came, where it takes long by a function."""
     if not holds:
-        raise refusal(error, expected, cut(repr(given)), cure)
+        told = came if isinstance(came, str) else came()
+        raise refusal(error, expected, told or cut(repr(given)), cure)
 
 
 def instance(

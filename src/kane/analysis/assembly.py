@@ -13,6 +13,7 @@ from typing import Any, Literal, Unpack, overload
 
 import numpy as np
 
+from kane import expect
 from kane.analysis.perturbations import turning
 from kane.analysis.search import ClosureSearch, Found, search
 from kane.analysis.state_checks import GivenEntries, entries, misses
@@ -123,11 +124,8 @@ def _possible(names: tuple[str, ...], y: Array, z: Array, c: Array, rest: Array)
     wanted = -rest / scaled.rows[:, 0]
     first = least_squares(scaled.matrix, wanted)
     bad = misses(names, scaled.matrix @ first - wanted, limit=GIVEN * np.abs(wanted).max(initial=0))
-    if bad:
-        raise SimulationError(
-            f"Expected constraints that some rates satisfy together at this configuration, got {bad} at best. It is a singular "
-            "configuration: take one beside it."
-        )
+    expected, cure = "constraints that some rates satisfy together at this configuration", "take one beside it."
+    expect.none(bad, expected, "{} at best", f"It is a singular configuration: {cure}", error=SimulationError)
     open_ = singular(scaled.matrix).kernel(DERIVE_RANK) / scaled.columns
     moved = balance(y @ open_.T)
     b = singular(moved.matrix).cokernel(DERIVE_RANK) / moved.rows[:, 0]
@@ -137,6 +135,7 @@ def _possible(names: tuple[str, ...], y: Array, z: Array, c: Array, rest: Array)
     )
 
 
+_LEAVE_OUT = "Leave some out, or mark them with kn.guess(…), to have them solved for."
 _BESIDE = "The coordinates, or lengths, are singular there: give other values, or other coordinates (another sequence of angles)."
 
 
@@ -249,9 +248,8 @@ def _configurations(
     constraints = manifold(eom.system)
     names = [q.name for q in eom.coordinates]
     if not constraints.f:
-        if start.missing:
-            missing = ", ".join(names[i] for i in start.missing)
-            raise ValueMissingError(f"Expected a start value for all coordinates, got none for {missing}.")
+        missing = (names[i] for i in start.missing)
+        expect.none(missing, "a start value for all coordinates", "none for {}", error=ValueMissingError)
         return [(Closed(start.values, np.zeros(0), 0), "")]
     sought = search(constraints.at(constants), start)
     if not start.free:
@@ -280,12 +278,8 @@ def _given(given: ClosureSearch) -> Closed:
         )
     whole = given.level.of(values, range(len(values)))
     residual = whole.one(values)[0]
-    bad = misses(names, residual, whole.shares(residual))
-    if bad:
-        raise SimulationError(
-            f"Expected start values that satisfy the constraints, got coordinates that miss {bad}. Leave some out, or mark them "
-            "with kn.guess(…), to have them solved for."
-        )
+    bad, expected = misses(names, residual, whole.shares(residual)), "start values that satisfy the constraints"
+    expect.none(bad, expected, "coordinates that miss {}", _LEAVE_OUT, error=SimulationError)
     closed = whole.closest(values)
     turned = given.turned(closed.x)
     if turned:
@@ -364,10 +358,7 @@ def _motion(eom: Equations, start: GivenEntries, at: Mapping[Expr, Any], by_rate
             x[free] += least_squares(block, -(rows @ x + rest) / scale)
     left = np.abs((rows @ x + rest) / scale)
     limit = GIVEN * max(np.abs(x).max(initial=0), np.abs(rest / scale).max(initial=0))
-    bad = misses(held.names, rows @ x + rest, left, limit)
-    if bad:
-        raise SimulationError(
-            f"Expected start {'rates' if by_rates else 'speeds'} that satisfy the constraints A u + b = 0, got values that miss "
-            f"{bad}. Leave some out, or mark them with kn.guess(…), to have them solved for."
-        )
+    bad, what = misses(held.names, rows @ x + rest, left, limit), "rates" if by_rates else "speeds"
+    expected = f"start {what} that satisfy the constraints A u + b = 0"
+    expect.none(bad, expected, "values that miss {}", _LEAVE_OUT, error=SimulationError)
     return held.to_speeds @ (x / pace) + held.added, float(left.max(initial=0))

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from kane import show
+from kane import expect, show
 from kane.dynamics.formulation.candidates import divisors
 from kane.dynamics.formulation.table import ASKED
 from kane.dynamics.methods.base import Formulation
@@ -141,15 +141,12 @@ def compare_speeds(
         if a candidate is no set of speeds of this system; it is named
     """
     given: object = candidates
-    if not isinstance(system, System):
-        raise ModelError(f"Expected a System whose speeds are compared, got {cut(repr(system))}.")
-    if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
-        raise ModelError(f"Expected candidates by name, {{name: speeds}}, got {cut(repr(candidates))}.")
+    expect.instance(system, System, "a System whose speeds are compared")
+    named = isinstance(given, Mapping) and all(isinstance(name, str) for name in given)
+    expect.that(named, "candidates by name, {name: speeds}", candidates)
     if DECLARED in candidates:
         raise ModelError(f"Expected names other than {DECLARED!r}, which is that of the system's own speeds.")
-    unknown = [r for r in routes or () if r not in ASKED]
-    if unknown:
-        raise ModelError(f"Expected routes among {', '.join(map(repr, ASKED))}, got {', '.join(map(repr, unknown))}.")
+    expect.none((repr(r) for r in routes or () if r not in ASKED), f"routes among {', '.join(map(repr, ASKED))}")
     sets = [_set(DECLARED, system, along, routes)]
     for name, speeds in candidates.items():
         try:
@@ -286,20 +283,15 @@ def compare_methods(system: System | Equations, methods: Sequence[str] = METHODS
     ModelError
         if a method has another name
     """
-    given: object = system
-    if not isinstance(given, System | Equations):
-        raise ModelError(f"Expected a System or its Equations, got {cut(repr(given))}.")
+    expect.instance(system, (System, Equations), "a System or its Equations")
     wanted: Any = methods
-    if isinstance(wanted, str) or not isinstance(wanted, Iterable):
-        methods = (wanted,)
-    names: Iterable[object] = methods
+    names: Any = (wanted,) if isinstance(wanted, str) or not isinstance(wanted, Iterable) else wanted
     for name in names:
-        if not isinstance(name, str) or name not in METHODS:
-            hint = alike(str(name), list(METHODS))
-            raise ModelError(f"Expected methods among {', '.join(map(repr, METHODS))}, got {cut(repr(name))}.{hint}")
+        expected = f"methods among {', '.join(map(repr, METHODS))}"
+        expect.that(isinstance(name, str) and name in METHODS, expected, name, alike(str(name), METHODS).strip())
     eom = derive(system) if isinstance(system, System) else system
     found, refused = dict[str, Formulation](), dict[str, str]()
-    for name in methods:
+    for name in names:
         try:
             found[name] = eom.by(name)
             _ = found[name].operations

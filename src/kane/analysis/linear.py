@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from kane import show
+from kane import expect, show
 from kane.equations.state import State
 from kane.errors import ArgumentError, Attributes, SimulationError, ValueMissingError, cut
 from kane.expr.symbols import Symbol
@@ -116,12 +116,9 @@ class Linear(Attributes):
 
     def _places(self, states: Sequence[Any]) -> list[int]:
         names = [x.name if isinstance(x, Symbol) else x for x in states]
-        unknown = [str(n) for n in names if n not in self.states]
-        if unknown:
-            raise ValueMissingError(
-                f"Expected states among {', '.join(self.states)}, got {', '.join(unknown)}. The others follow from the constraints; "
-                "independent= chooses which."
-            )
+        unknown = (n for n in names if n not in self.states)
+        cure = "The others follow from the constraints; independent= chooses which."
+        expect.none(unknown, f"states among {', '.join(self.states)}", cure=cure, error=ValueMissingError)
         return [self.states.index(n) for n in names]
 
     def without(self, *states: Any) -> Linear:
@@ -177,16 +174,13 @@ class Linear(Attributes):
         SimulationError
             if the speeds do not move the coordinates one by one, or these depend on others or on more of the speeds than their rates
         """
-        if self.further:
-            raise SimulationError(
-                f"Expected coordinates and speeds alone for the second-order form, got the further states {', '.join(self.further)}. "
-                "Use A and B; a state by which nothing else changes may be left out: linear.without(…)."
-            )
+        expected = "coordinates and speeds alone for the second-order form"
+        cure = "Use A and B; a state by which nothing else changes may be left out: linear.without(…)."
+        expect.none(self.further, expected, "the further states {}", cure, error=SimulationError)
         count = len(self.coordinates)
         q = list(range(count)) if coordinates == "all" else self._places(coordinates)
-        wrong = [self.states[i] for i in q if i >= count]
-        if wrong:
-            raise SimulationError(f"Expected coordinates for the second-order form, got the speeds {', '.join(wrong)}.")
+        wrong = (self.states[i] for i in q if i >= count)
+        expect.none(wrong, "coordinates for the second-order form", "the speeds {}", error=SimulationError)
         u = slice(count, len(self.states))
         h = self.A[q, u]
         back = np.linalg.solve(self.mass, h.T)

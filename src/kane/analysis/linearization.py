@@ -12,6 +12,7 @@ from typing import Any, Unpack
 
 import numpy as np
 
+from kane import expect
 from kane.analysis.differentiable import Side, differentiable
 from kane.analysis.flow import Flow, Preference, Steadiness, changing, dependence, flow_at, steadiness
 from kane.analysis.linear import Linear
@@ -193,11 +194,8 @@ def choice_of(numeric: Numeric[Equations], independent: Iterable[Any]) -> Prefer
     eom, known = numeric.equations, numeric.value(perturbations).names
     names = [x.name if isinstance(x, Symbol) else x for x in independent]
     speeds = [u.name for u in eom.speeds]
-    unknown = [str(n) for n in names if n not in known and n not in speeds]
-    if unknown:
-        raise ValueMissingError(
-            f"Expected independent= among {', '.join((*known, *speeds))}, got {', '.join(unknown)}."
-        )
+    unknown = (n for n in names if n not in known and n not in speeds)
+    expect.none(unknown, f"independent= among {', '.join((*known, *speeds))}", error=ValueMissingError)
     wished = {q.name for q in eom.system.dependent_coordinates}
     chosen_q = [i for i, n in enumerate(known) if (n not in names if set(names) & set(known) else n in wished)]
     chosen_u = [i for i, n in enumerate(speeds) if n not in names] if set(names) & set(speeds) else []
@@ -289,12 +287,11 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
         return np.array(evaluate(list(map(as_expr, exprs.flat)), point_values), dtype=float).reshape(exprs.shape)
 
     names = [*(c.name for c in eom.system.holonomic), *(c.name for c in eom.constraints.constraints)]
-    bad = misses(names, sample(values[rates:]))
-    if bad:
-        raise SimulationError(
-            f"Expected a point on the constraints, got one that misses {bad} with parameters at their defaults. Give "
-            "expressions that satisfy them for all parameters."
-        )
+    came, cure = (
+        "one that misses {} with parameters at their defaults",
+        "Give expressions that satisfy them for all parameters.",
+    )
+    expect.none(misses(names, sample(values[rates:])), "a point on the constraints", came, cure, error=SimulationError)
     wished = [k for k, q in enumerate(perturbed.symbols) if q in set(eom.system.dependent_coordinates)]
     own = eom.embedding.partition.dependent if eom.embedding else ()
     tangent = tangents(
@@ -366,8 +363,5 @@ def _in_symbols(sample: Callable[[Entries], Array], preferred: Sequence[int]) ->
 def _check_steady(states: Sequence[str], counts: tuple[int, int], rest: Array, a: Array) -> None:
     matters = dependence(a, *counts)
     left = [f"{s}' = {x:.6g}" for s, x, m in zip(states, rest, matters, strict=True) if m and not abs(x) <= GIVEN]
-    if left:
-        raise SimulationError(
-            f"Expected an equilibrium or a steady motion, got a point where there remains {', '.join(left)} with parameters at their "
-            "defaults."
-        )
+    came = "a point where there remains {} with parameters at their defaults"
+    expect.none(left, "an equilibrium or a steady motion", came, error=SimulationError)

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
+from kane import expect
 from kane.analysis.state_checks import StateArrays
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.formulation.recursive import WAYS
@@ -258,11 +259,11 @@ def outputs_of(eom: Equations, outputs: Mapping[str, Any] | Sequence[Any] | None
         names += [f"{name}.{axis}" for axis in "xyz"] if wanted.shape else [name]
         roots += [substituted(eom.in_speeds(root), dict.fromkeys(eom.auxiliary_speeds, ZERO)) for root in wanted.roots]
     allowed = {time, *eom.state, *eom.parameters, *eom.inputs, *unknowns(eom).symbols}
-    unknown = [str(s) for s in free_symbols(roots) if s not in allowed]
-    if unknown:
-        raise ValueMissingError(
-            f"Expected outputs in symbols of the system, got {', '.join(unknown)}. A reaction must be listed in System(reactions=…)."
-        )
+    unknown, cure = (
+        (s for s in free_symbols(roots) if s not in allowed),
+        "A reaction must be listed in System(reactions=…).",
+    )
+    expect.none(unknown, "outputs in symbols of the system", cure=cure, error=ValueMissingError)
     return Outputs(tuple(names), tuple(roots))
 
 

@@ -12,6 +12,7 @@ from typing import Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
+from kane import expect
 from kane.analysis.differentiable import Side
 from kane.analysis.linear import Linear
 from kane.analysis.linearization import Linearizer, linearizer
@@ -298,12 +299,9 @@ class _Unknowns:
 
 def _unknowns(task: Problem, place: int, start: Array, span: float) -> _Unknowns:
     """Unknowns that nothing depends on stay where they are."""
-    names = undetermined(task, start, task.free)
-    if names:
-        raise ValueMissingError(
-            f"Expected values that leave one branch, got a family: {', '.join(names)} can take other values at the start. Give some "
-            "of them as numbers."
-        )
+    expected, came = "values that leave one branch", "a family: {} can take other values at the start"
+    cure = "Give some of them as numbers."
+    expect.none(undetermined(task, start, task.free), expected, came, cure, error=ValueMissingError)
     frozen: set[int] = set()
     inert = [i for i in task.free if i not in set(task.mattering)]
     for row in null_space(task, start):

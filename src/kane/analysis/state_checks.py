@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from kane import expect
 from kane.dynamics.constraints.manifold import manifold, turned_closures
 from kane.equations.equations import Equations
 from kane.equations.state import Guess
@@ -101,11 +102,8 @@ def _numbers(what: str, symbols: Sequence[Symbol], given: Any) -> list[float]:
         if all(map(math.isfinite, found)):
             return found
     values = named_values(what, symbols, given)
-    missing = [s.name for s in symbols if s not in values]
-    if missing:
-        raise ValueMissingError(
-            f"Expected a start value for all {what}, got none for {', '.join(missing)}. Give one for each, by symbol or name."
-        )
+    missing, cure = (s.name for s in symbols if s not in values), "Give one for each, by symbol or name."
+    expect.none(missing, f"a start value for all {what}", "none for {}", cure, error=ValueMissingError)
     return [finite_number("start value", s.name, values[s]) for s in symbols]
 
 
@@ -122,10 +120,10 @@ def open_shares(eom: Equations, residual: Array, terms: Array, values: Mapping[E
     return np.asarray(np.abs(residual) / np.maximum(terms, usual))
 
 
-def misses(names: Iterable[str], residual: Array, size: Array | None = None, limit: float = GIVEN) -> str:
+def misses(names: Iterable[str], residual: Array, size: Array | None = None, limit: float = GIVEN) -> list[str]:
     """Which constraints are missed, and by how much; those of a `size`, by default the residual's, of no more than `limit` hold."""
     sizes = np.abs(residual if size is None else size)
-    return ", ".join(f"{n} by {v:.3g}" for n, v, s in zip(names, residual, sizes, strict=False) if not s <= limit)
+    return [f"{n} by {v:.3g}" for n, v, s in zip(names, residual, sizes, strict=False) if not s <= limit]
 
 
 def check_configuration(
@@ -138,8 +136,7 @@ def check_configuration(
     shares = open_shares(eom, residual, terms, values).reshape(-1, count)
     worst = np.abs(residual).reshape(-1, count).max(axis=0, initial=0)
     bad = misses([c.name for c in eom.system.holonomic], worst, shares.max(axis=0, initial=0))
-    if bad:
-        raise SimulationError(f"Expected {what} on the constraints, got coordinates that miss {bad}. {cure}")
+    expect.none(bad, f"{what} on the constraints", "coordinates that miss {}", cure, error=SimulationError)
 
 
 def check_branch(eom: Equations, q: Array, rest: Mapping[Expr, Any], what: str, cure: str) -> None:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
+from kane import expect
 from kane.analysis.differentiable import warn_of_jumps
 from kane.analysis.flow import Flow, Preference, dependence, flow_at, magnitudes, scaled, share
 from kane.analysis.linearization import choice_of
@@ -303,10 +304,7 @@ def problem(numeric: Numeric[Equations], given: State, moving: Sequence[Any], in
             x[places[0]] = 1.0
     names = [m.name if isinstance(m, Symbol) else m for m in moving]
     unknown = [n for n in names if n not in perturbed.names and n not in {s.name for s in (*eom.speeds, *eom.states)}]
-    if unknown:
-        raise ValueMissingError(
-            f"Expected moving= to name coordinates, speeds or states, got {', '.join(map(str, unknown))}."
-        )
+    expect.none(unknown, "moving= to name coordinates, speeds or states", error=ValueMissingError)
     held = conditions(numeric, float(given.t), x, choice_of(numeric, independent), names)
     return Problem(held, x, tuple(free), tuple(missing), Measured(held, *held.sizes(x)[1:]))
 
@@ -350,12 +348,9 @@ def trim(
         numeric = eom.numeric(settings)
         task = problem(numeric, state_of(state, **values), moving, independent)
         x = solve_problem(task, tolerance)
-        names = undetermined(task, x, task.missing)
-        if names:
-            raise ValueMissingError(
-                f"Expected values that determine the steady motion, got too few: {', '.join(names)} can still take other values. Give "
-                "some of them, or a guess for each: kn.guess(value)."
-            )
+        expected, came = "values that determine the steady motion", "too few: {} can still take other values"
+        cure = "Give some of them, or a guess for each: kn.guess(value)."
+        expect.none(undetermined(task, x, task.missing), expected, came, cure, error=ValueMissingError)
         arrays = closed(numeric, task.conditions.state(x))
         warn_of_jumps(numeric, arrays, tolerance)
         return state_from(eom, arrays)

@@ -106,10 +106,8 @@ def brought_loads(bodies: Iterable[Body]) -> tuple[Any, ...]:
 def _check_center(name: str, point: Any) -> None:
     expect.instance(point, Point, f"a Point as the place of {name}")
     if point.body is not None:
-        raise ModelError(
-            f"Expected a geometric point for {name}, got {point.name}, the particle of {point.body.name} that is there now. Make the "
-            "point with at(...)."
-        )
+        came = f"{point.name}, the particle of {point.body.name} that is there now"
+        raise expect.refusal(ModelError, f"a geometric point for {name}", came, "Make the point with at(...).")
 
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
@@ -194,12 +192,13 @@ def _central(name: str, frame: Frame, center: Point, mass: Expr, about: tuple[An
     expect.that(isinstance(dyadic, Dyadic) and isinstance(point, Point), expected, about)
     check_connected(frame, point.frame)
     offset = center.position(point).express(frame)
-    moving = [str(s) for s in free_symbols(offset.scalars()) if not isinstance(s, Parameter)]
-    if moving:
-        raise ModelError(
-            f"Expected the inertia of {name} about a point fixed in {frame.name}, got one about {point.name}, whose place depends "
-            f"on {', '.join(moving)}. Give it about a point that moves with the body, or about the mass centre {center.name}."
-        )
+    moving = (s for s in free_symbols(offset.scalars()) if not isinstance(s, Parameter))
+    expected, came = (
+        f"the inertia of {name} about a point fixed in {frame.name}",
+        f"one about {point.name}, whose place",
+    )
+    cure = f"Give it about a point that moves with the body, or about the mass centre {center.name}."
+    expect.none(moving, expected, came + " depends on {}", cure)
     return central_inertia(dyadic, mass, offset)
 
 
@@ -287,12 +286,10 @@ def largest_moment(part: Part, constants: Mapping[Expr, float]) -> float:
 
 def check_constant(name: str, what: str, exprs: Iterable[Expr]) -> None:
     """A ModelError for a mass that varies: what leaves or joins takes momentum along, of which nothing is said."""
-    varying = [str(s) for s in free_symbols(exprs) if not isinstance(s, Parameter)]
-    if varying:
-        raise ModelError(
-            f"Expected a constant {what} of {name}, got one with {', '.join(varying)} in it: the momentum that leaves or joins, ṁ v, "
-            "would be missing. Model what moves as bodies of their own, and what is thrown off as the force that it exerts."
-        )
+    varying = (s for s in free_symbols(exprs) if not isinstance(s, Parameter))
+    came = "one with {} in it: the momentum that leaves or joins, ṁ v, would be missing"
+    cure = "Model what moves as bodies of their own, and what is thrown off as the force that it exerts."
+    expect.none(varying, f"a constant {what} of {name}", came, cure)
 
 
 def check_turning(inertial: Basis, parts: Iterable[tuple[str, Basis, Dyadic]]) -> None:

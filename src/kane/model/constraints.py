@@ -213,12 +213,10 @@ def distance(p: Point, q: Point, length: Any, *, name: str = "") -> Constraint:
     """
     _points("hold at a distance", p, q)
     r, size = p.position(q), as_expr(length)
-    moving = [str(s) for s in free_symbols([size]) if isinstance(s, Coordinate | Rate | Speed) and input_of(s) is None]
-    if moving:
-        raise ModelError(
-            f"Expected a length of {p.name} {q.name} in parameters, inputs and time, got {', '.join(moving)} in it: what then changes "
-            "the length would feel the rod. Use kn.configuration_constraint(name, f)."
-        )
+    moving = (s for s in free_symbols([size]) if isinstance(s, Coordinate | Rate | Speed) and input_of(s) is None)
+    expected, came = f"a length of {p.name} {q.name} in parameters, inputs and time", "{} in it: what then changes "
+    cure = "Use kn.configuration_constraint(name, f)."
+    expect.none(moving, expected, f"{came}the length would feel the rod", cure)
     of_time = all(isinstance(s, Time) for s in free_symbols([size]))  # numbers of time have units of their own
     unit = "" if of_time else unit_of(size)
     if unit and parse(unit).exponents != parse("m").exponents:
@@ -309,25 +307,21 @@ class Cut(NamedTuple):
 
 
 def _cut(kind: str, name: str, at: Point | None, frame: Frame | None, along: Vector | None) -> Cut:
-    if (at is None) == (frame is None):
-        raise ReactionError(
-            f"Expected {kind} {name!r} at=point for a force or frame=frame for a torque, got "
-            f"{'both' if at is not None else 'neither'}."
-        )
-    place = at if at is not None else frame
-    expect.instance(
-        place, Point if at is not None else Frame, f"at=Point or frame=Frame for {kind} {name!r}", error=ReactionError
+    expected, came = (
+        f"{kind} {name!r} at=point for a force or frame=frame for a torque",
+        "neither" if at is None else "both",
     )
-    assert place is not None
+    expect.that((at is None) != (frame is None), expected, came=came, error=ReactionError)
+    place: Any = frame if at is None else at
+    expected = f"at=Point or frame=Frame for {kind} {name!r}"
+    expect.instance(place, Frame if at is None else Point, expected, error=ReactionError)
     if place.parent is None:
         raise ReactionError(
             f"Expected a place of {kind} {name!r} that has a near side, got {place!r}, which is a root. Make the cut explicit: "
             f"{place.name}.{'at' if at is not None else 'rotate'}(…)."
         )
-    if isinstance(place, Point) and place.body is not None:
-        raise ReactionError(
-            f"Expected a geometric point for {kind} {name!r}, got {place.name}, a particle: nothing is reached through it."
-        )
+    geometric, came = getattr(place, "body", None) is None, f"{place.name}, a particle: nothing is reached through it"
+    expect.that(geometric, f"a geometric point for {kind} {name!r}", came=came, error=ReactionError)
     expected = f"along=unit vector for {kind} {name!r}"
     if not isinstance(along, Vector) or along.is_zero:
         raise expect.refusal(ReactionError, expected, cut(repr(along)))

@@ -151,19 +151,17 @@ def check_actions(system: Any) -> None:
     """Events set symbols of the system, each once, and watch quantities that change along a motion."""
     for event in system.events:
         moving = [s for s in free_symbols([event.quantity]) if not isinstance(s, Parameter)]
+        expected = f"the quantity of the event {event.name!r} to change along a motion"
         if not moving:
-            raise ModelError(
-                f"Expected the quantity of the event {event.name!r} to change along a motion, got {cut(event.quantity)}, which is "
-                "constant: it crosses no threshold. Watch an expression of coordinates, speeds, reactions or time."
+            came = f"{cut(event.quantity)}, which is constant: it crosses no threshold"
+            raise expect.refusal(
+                ModelError, expected, came, "Watch an expression of coordinates, speeds, reactions or time."
             )
         if not isinstance(event.then, Mapping):
             continue
-        targets = [target(system, event, key) for key in event.then]
-        if len(set(targets)) < len(targets):
-            raise ModelError(
-                f"Expected one value for each symbol in then= of the event {event.name!r}, got two, by symbol and by name. Leave one "
-                "out."
-            )
+        once = len({target(system, event, key) for key in event.then}) == len(event.then)
+        expected, came = f"one value for each symbol in then= of the event {event.name!r}", "two, by symbol and by name"
+        expect.that(once, expected, came=came, cure="Leave one out.")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -203,11 +201,9 @@ def places(
     for place in _needed(bodies, (*loads, *constraints), symbols):
         _enter(place, inertial, needed)
     points = tuple(x for x in needed if isinstance(x, Point))
-    roots = [p.name for p in points if p.parent is None]
-    if len(roots) > 1:
-        raise ModelError(
-            f"Expected points reached from one fixed point, got {', '.join(sorted(roots))}. Reach one from the other."
-        )
+    roots = sorted(p.name for p in points if p.parent is None)
+    cure = "Reach one from the other."
+    expect.that(len(roots) <= 1, "points reached from one fixed point", came=", ".join(roots), cure=cure)
     return tuple(x for x in needed if isinstance(x, Frame)), points
 
 

@@ -127,10 +127,8 @@ def _drag(point: Point, medium: Vector | None, name: str, law: Any) -> Load:
 
 def _single(body: Any) -> list[Part]:
     parts = parts_listed(body)
-    if len(parts) != 1:
-        raise ModelError(
-            f"Expected one body, got {len(parts)} parts. kn.composite makes one of several that move as one."
-        )
+    cure = "kn.composite makes one of several that move as one."
+    expect.that(len(parts) == 1, "one body", came=f"{len(parts)} parts", cure=cure)
     return parts
 
 

@@ -82,10 +82,10 @@ class ForceSystem(Immutable):
     def torque(self) -> Vector:
         """Torque of the couple; a ModelError where the resultant is not zero."""
         if not self.is_couple:
-            raise ModelError(
-                f"Expected a couple, got a set with the resultant {cut(self.resultant)}, whose moment depends on the point: use "
-                "moment(point)."
+            came = (
+                f"a set with the resultant {cut(self.resultant)}, whose moment depends on the point: use moment(point)"
             )
+            raise expect.refusal(ModelError, "a couple", came)
         return self.moment(self.forces[0][0]) if self.forces else _short(sum(self.torques, start=Vector()))
 
     def replacement(self, point: Point) -> "ForceSystem":
@@ -157,16 +157,12 @@ def force_system(loads: Any, *, bodies: Any = ()) -> ForceSystem:
             torques += x.torques
         elif isinstance(x, Gravity):
             parts = parts_listed(bodies)
-            if not parts:
-                raise ModelError(
-                    "Expected bodies on which gravity acts, got none. Name them: kn.force_system(loads, bodies=[…])."
-                )
+            cure = "Name them: kn.force_system(loads, bodies=[…])."
+            expect.that(parts, "bodies on which gravity acts", came="none", cure=cure)
             forces += [(p.mass_center, x.acceleration * p.mass) for p in parts]
         elif isinstance(x, Load):
-            if not x.forces and not x.torques:
-                raise ModelError(
-                    f"Expected loads of forces and torques, got {x.name!r}, which is given by a function alone."
-                )
+            came = f"{x.name!r}, which is given by a function alone"
+            expect.that(x.forces or x.torques, "loads of forces and torques", came=came)
             forces += x.forces
             torques += [t for _, t in x.torques]
         else:

@@ -72,11 +72,9 @@ class Load(Immutable):
         """
         potential = as_expr(V)
         found = [s for s in free_symbols([potential]) if isinstance(s, _MOVING) and not is_given(s)]
-        if found:
-            raise ModelError(
-                f"Expected a potential energy of coordinates, parameters and time, got {cut(potential)} with {found[0]}. What holds "
-                "rates or speeds is no potential: Load.from_dissipation(R) takes a function of these."
-            )
+        expected = "a potential energy of coordinates, parameters and time"
+        cure = "What holds rates or speeds is no potential: Load.from_dissipation(R) takes a function of these."
+        expect.that(not found, expected, came=lambda: f"{cut(potential)} with {found[0]}", cure=cure)
         return Load(name, potential=potential, scalar=potential)
 
     @staticmethod
@@ -95,15 +93,12 @@ class Load(Immutable):
         """
         function = as_expr(R)
         own = free_symbols([function])
-        if not any(isinstance(s, Rate | Speed) and not is_given(s) for s in own):
-            raise ModelError(
-                f"Expected a dissipation function of rates or speeds, got {cut(function)}, which holds none. Write it by rates, as in "
-                "c*q.dt**2/2; a function of coordinates alone is a potential: Load.from_potential(V)."
-            )
-        if any(isinstance(s, Reaction) for s in own):
-            raise ModelError(
-                f"Expected a dissipation function without reactions, got {cut(function)}. Declare friction with kn.friction."
-            )
+        moving = any(isinstance(s, Rate | Speed) and not is_given(s) for s in own)
+        cure = "Write it by rates, as in c*q.dt**2/2; a function of coordinates alone is a potential: Load.from_potential(V)."
+        expected = "a dissipation function of rates or speeds"
+        expect.that(moving, expected, came=lambda: f"{cut(function)}, which holds none", cure=cure)
+        alone, cure = not any(isinstance(s, Reaction) for s in own), "Declare friction with kn.friction."
+        expect.that(alone, "a dissipation function without reactions", function, cure)
         return Load(name, scalar=function)
 
     def __repr__(self) -> str:
@@ -217,10 +212,8 @@ def linear_damper(a: Point, b: Point, damping: Any, name: str = "") -> Load:
     """Damper between two points: force c d|r|/dt against the change of their distance."""
     _between("damper", a, b, Point)
     r = a.position(b)
-    if r.is_zero:
-        raise ModelError(
-            f"Expected two points apart for a damper, got {a.name} and {b.name} in one place. Name another point."
-        )
+    came = f"{a.name} and {b.name} in one place"
+    expect.that(not r.is_zero, "two points apart for a damper", came=came, cure="Name another point.")
     root, r = a.root().frame, r.gathered()
     # Times |r|: without a root, |r| cancels where r keeps its direction.
     speed = (a.velocity(root) - b.velocity(root)).dot(r)

@@ -113,10 +113,8 @@ def composite(name: str, bodies: Any, frame: Frame, *, without: Any = ()) -> Rig
         if something moves in `frame`, or nothing is left of the mass
     """
     kept = parts_listed(bodies)
-    if any(p.momenta for p in kept):
-        raise ModelError(
-            f"Expected rigid bodies and particles for the composite {name}, got a flexible body: it deforms."
-        )
+    expected, came = f"rigid bodies and particles for the composite {name}", "a flexible body: it deforms"
+    expect.that(not any(p.momenta for p in kept), expected, came=came)
     holes = [p._replace(mass=-p.mass, inertia=None if p.inertia is None else -p.inertia) for p in parts_listed(without)]
     parts = [*kept, *holes]
     origin, mass = kept[0].mass_center, _mass(parts)
@@ -128,12 +126,12 @@ def composite(name: str, bodies: Any, frame: Frame, *, without: Any = ()) -> Rig
         total = total + parallel_axis(own, p.mass, p.mass_center.position(center).express(frame))
     whole = _along(frame, total)
     symbols = free_symbols([*center.offset.scalars(), *whole.components(frame).entries])
-    moving = [s for s in symbols if not isinstance(s, Parameter)]
-    if moving:
-        raise ModelError(
-            f"Expected bodies of the composite {name} that are fixed in {frame.name}, got places or inertias there that depend on "
-            f"{', '.join(map(str, moving))}. List what moves in it as bodies of their own."
-        )
+    moving = (s for s in symbols if not isinstance(s, Parameter))
+    expected, cure = (
+        f"bodies of the composite {name} that are fixed in {frame.name}",
+        "List what moves in it as bodies of their own.",
+    )
+    expect.none(moving, expected, "places or inertias there that depend on {}", cure)
     return RigidBody(name, frame=frame, mass_center=center, mass=mass, inertia=whole)
 
 
@@ -233,10 +231,8 @@ class Principal(Immutable):
 
     def ellipsoid(self, scale: Any = 1) -> tuple[Expr, ...]:
         """Semi-axes scale/√I_k of the inertia ellipsoid; along any line √I is `scale` over the distance to its surface."""
-        if any(x is ZERO for x in self.moments):
-            raise ModelError(
-                "Expected principal moments above zero for the inertia ellipsoid, got 0: along that axis it has no end."
-            )
+        expected, came = "principal moments above zero for the inertia ellipsoid", "0: along that axis it has no end"
+        expect.none((x for x in self.moments if x is ZERO), expected, came)
         return tuple(div(as_expr(scale), sqrt(x)) for x in self.moments)
 
     def radii_of_gyration(self, mass: Any) -> tuple[Expr, ...]:
@@ -271,7 +267,12 @@ def principal(inertia: Dyadic, frame: Frame | None = None, *, values: Mapping[An
         matrix = Matrix(np.asarray(evaluate(matrix, values), dtype=float).tolist())
     numbers = _matrix_of_numbers(matrix)
     if numbers is not None:
-        _check_symmetric(numbers)
+        symmetric, came = (
+            np.abs(numbers - numbers.T).max() <= DECLARED * np.abs(numbers).max(),
+            f"the matrix {numbers.tolist()}",
+        )
+        cure = "kn.inertia(frame, Ixx, Iyy, Izz, Ixy, Iyz, Izx) makes one."
+        expect.that(symmetric, "a symmetric inertia", came=came, cure=cure)
     lone = next((i for i in range(3) if _apart(matrix, i)), None)
     if lone is not None:
         pairs = _of_blocks(matrix, home, lone)
@@ -303,13 +304,6 @@ def _matrix_of_numbers(matrix: Matrix) -> Numbers | None:
     if any(v is None for v in values):
         return None
     return np.array([float(v) for v in values if v is not None]).reshape(3, 3)
-
-
-def _check_symmetric(n: Numbers) -> None:
-    if np.abs(n - n.T).max() > DECLARED * np.abs(n).max():
-        raise ModelError(
-            f"Expected a symmetric inertia, got the matrix {n.tolist()}. kn.inertia(frame, Ixx, Iyy, Izz, Ixy, Iyz, Izx) makes one."
-        )
 
 
 def _apart(matrix: Matrix, i: int) -> bool:

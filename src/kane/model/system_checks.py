@@ -61,18 +61,14 @@ def check_loads(loads: Iterable[Any]) -> None:
 
 def check_bodies(bodies: tuple[Body, ...]) -> None:
     """At least one body, no two of one name."""
-    if not bodies:
-        raise ModelError("Expected at least one body, got none: nothing has mass.")
+    expect.that(bodies, "at least one body", came="none: nothing has mass")
     for b in bodies:
         cure = "A point or frame has no mass: make a body of it."
         right = isinstance(b, RigidBody | Particle | Body)
         expect.that(right, "bodies from kn.RigidBody or kn.Particle", b, cure)
     twice = sorted(name for name, count in Counter(b.name for b in bodies).items() if count > 1)
-    if twice:
-        raise ModelError(
-            f"Expected bodies of different names, got {', '.join(twice)} more than once. Results are read by name: rename one, or "
-            "list it once."
-        )
+    cure = "Results are read by name: rename one, or list it once."
+    expect.none(twice, "bodies of different names", "{} more than once", cure)
 
 
 def check_names(symbols: Iterable[Symbol]) -> None:
@@ -91,22 +87,23 @@ def check_names(symbols: Iterable[Symbol]) -> None:
 
 def check_geometry(symbols: Iterable[Symbol]) -> None:
     """Positions and orientations are functions of coordinates, parameters and time."""
-    for s in symbols:
-        if isinstance(s, Speed | AuxiliarySpeed | Reaction | Rate | QuasiRate) and input_of(s) is None:
-            raise ModelError(
-                f"Expected positions and orientations in coordinates, parameters, inputs and kn.time, got {s} ({type(s).__name__}): "
-                "a motion is described by coordinates, whose rates the speeds= define. Declare a kn.coordinate for it."
-            )
+    kinds = Speed | AuxiliarySpeed | Reaction | Rate | QuasiRate
+    wrong = [f"{s} ({type(s).__name__})" for s in symbols if isinstance(s, kinds) and input_of(s) is None]
+    expected = "positions and orientations in coordinates, parameters, inputs and kn.time"
+    came = "{}: a motion is described by coordinates, whose rates the speeds= define"
+    expect.none(wrong[:1], expected, came, "Declare a kn.coordinate for it.")
 
 
 def check_no_accelerations(symbols: Iterable[Symbol]) -> None:
     """Loads do not depend on accelerations."""
-    for s in symbols:
-        if isinstance(s, Rate) and not isinstance(s.place, Coordinate | StateVariable) and input_of(s) is None:
-            raise ModelError(
-                f"Expected loads in coordinates, rates, speeds, parameters, inputs and time, got {s}, which is not known before the "
-                "equations are solved. Model a load that depends on an acceleration as mass or inertia."
-            )
+    rates = (s for s in symbols if isinstance(s, Rate) and not isinstance(s.place, Coordinate | StateVariable))
+    wrong = [s for s in rates if input_of(s) is None]
+    expected = "loads in coordinates, rates, speeds, parameters, inputs and time"
+    came, cure = (
+        "{}, which is not known before the equations are solved",
+        "Model a load that depends on an acceleration",
+    )
+    expect.none(wrong[:1], expected, came, f"{cure} as mass or inertia.")
 
 
 def check_strays(
@@ -117,15 +114,15 @@ def check_strays(
 ) -> None:
     """Loads and events use the system's own symbols."""
     own: set[Symbol] = {*coordinates, *speeds, *(w for s in euler for w in s.quasi)}
-    for s in symbols:
-        origin: Any = s
+
+    def strays(origin: Any) -> bool:
         while isinstance(origin, Rate):
             origin = origin.place
-        if isinstance(origin, Coordinate | Speed | QuasiRate) and origin not in own:
-            raise ModelError(
-                f"Expected loads, masses and events in symbols of the system, got {s}: no frame or point depends on it and it is not "
-                "among the keys of speeds=. Use the system's own symbol, or a kn.parameter or kn.input for what is given."
-            )
+        return isinstance(origin, Coordinate | Speed | QuasiRate) and origin not in own
+
+    came = "{}: no frame or point depends on it and it is not among the keys of speeds="
+    cure = "Use the system's own symbol, or a kn.parameter or kn.input for what is given."
+    expect.none([*filter(strays, symbols)][:1], "loads, masses and events in symbols of the system", came, cure)
 
 
 def check_reactions(
@@ -151,11 +148,10 @@ def check_constraints(constraints: tuple[Constraint, ...], reactions: tuple[Reac
     expect.different(names, "constraints of different names", "Say name=… for each.")
     for r in reactions:
         c = constraint_of(r)
-        if c is not None and c not in constraints:
-            raise ReactionError(
-                f"Expected the constraint of the reaction {r} among the system's ({', '.join(names) or 'none'}), got {c.name!r}. List "
-                "it in holonomic= or nonholonomic=."
-            )
+        if c is not None:
+            expected = f"the constraint of the reaction {r} among the system's ({', '.join(names) or 'none'})"
+            cure = "List it in holonomic= or nonholonomic=."
+            expect.that(c in constraints, expected, c.name, cure, error=ReactionError)
 
 
 def check_dependent(
@@ -165,11 +161,8 @@ def check_dependent(
     names, most = ", ".join(map(str, dependent)), sum(c.kind in kinds for c in constraints)
     if not set(dependent) <= set(known) or len(set(dependent)) < len(dependent):
         raise ModelError(f"Expected dependent_{what}= to list {what} of the system, each once, got {names}.")
-    if len(dependent) > most:
-        raise ModelError(
-            f"Expected at most {most} dependent {what}, one a constraint, got {len(dependent)} in dependent_{what}=: {names}. Leave "
-            "it out to have them chosen."
-        )
+    came, cure = f"{len(dependent)} in dependent_{what}=: {names}", "Leave it out to have them chosen."
+    expect.that(len(dependent) <= most, f"at most {most} dependent {what}, one a constraint", came=came, cure=cure)
 
 
 def state_rates(states: Any) -> dict[StateVariable, Expr]:
@@ -182,10 +175,8 @@ def state_rates(states: Any) -> dict[StateVariable, Expr]:
                 f"Expected states from kn.state as keys of states=, got {cut(repr(a))} ({type(a).__name__}). Declare one: "
                 'a = kn.state("a").'
             )
-        if isinstance(given, Vector | Dyadic):
-            raise ModelError(
-                f"Expected a scalar as the rate of the state {a}, got {cut(given)}. Use .dot(unit vector)."
-            )
+        scalar = not isinstance(given, Vector | Dyadic)
+        expect.that(scalar, f"a scalar as the rate of the state {a}", given, "Use .dot(unit vector).")
         rates[a] = as_expr(given)
         for s in free_symbols([rates[a]]):
             _check_known(a, s)
@@ -230,13 +221,10 @@ def check_states(system: Declarations, symbols: Iterable[Symbol]) -> None:
         "definitions of speeds": system.speeds.values(),
         "constraints": [c.expr for c in system.constraints],
     }
+    cure = "States act by loads: a servo turns a joint by a torque that follows from its state."
     for kind, exprs in without.items():
         inside = [s for s in free_symbols(exprs) if isinstance(s, StateVariable)]
-        if inside:
-            raise ModelError(
-                f"Expected {kind} without states, got {inside[0]} in them. States act by loads: a servo turns a joint by a torque "
-                "that follows from its state."
-            )
+        expect.none(inside[:1], f"{kind} without states", "{} in them", cure)
 
 
 def warn_of_doubts(

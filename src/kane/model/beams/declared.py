@@ -29,11 +29,9 @@ def directions(name: str, frame: Frame, axis: Any, along: Any) -> tuple[Vector, 
     e1 = fixed(axis, frame, f"axis of {name}")
     e2 = across(e1, frame)[0] if along is None else fixed(along, frame, f"along= of {name}")
     e3 = e1.cross(e2).express(frame)
-    if along is not None and not abs(numbers([e1.dot(e2)])[0]) <= DECLARED:
-        raise ModelError(
-            f"Expected along= perpendicular to the axis of {name}, got {along} with the axis {axis}. It is the direction of the first "
-            "deflection."
-        )
+    right = along is None or abs(numbers([e1.dot(e2)])[0]) <= DECLARED
+    came, cure = f"{along} with the axis {axis}", "It is the direction of the first deflection."
+    expect.that(right, f"along= perpendicular to the axis of {name}", came=came, cure=cure)
     return e1, e2, e3
 
 
@@ -47,13 +45,10 @@ def bending(name: str, support: Any, EI: Any, modes: Any, e2: Vector, e3: Vector
         if _is_none(m) and both:
             continue
         shapes = _shapes(name, "modes", m, usual)
-        wrong = unmet(shapes, vanishing)
-        if wrong:
-            raise ModelError(
-                f"Expected modes of {name} that are zero where its root is {support}, "
-                f"{'in value and slope' if support == 'clamped' else 'in value'}, got {shapes.label} of which {wrong[0]} at the root. "
-                'Take others, such as kn.mode_shapes("clamped-free", 3), or another support=.'
-            )
+        where = "in value and slope" if support == "clamped" else "in value"
+        expected = f"modes of {name} that are zero where its root is {support}, {where}"
+        cure = 'Take others, such as kn.mode_shapes("clamped-free", 3), or another support=.'
+        expect.none(unmet(shapes, vanishing)[:1], expected, f"{shapes.label} of which {{}} at the root", cure)
         if support == "clamped":
             _check_strained(name, "bending", shapes, 2, ends, "polynomials")
         value = section(name, "EI", k, _which(stiff, stem))
@@ -71,7 +66,7 @@ def axial(name: str, support: str, stem: str, what: str, value: Any, modes: Any,
             raise ModelError(f"Expected {what} of {name} for its {argument}=, got none. Give both or neither.")
         return []
     shapes = _shapes(name, argument, 1 if _is_none(modes) else modes, "rod")
-    _check_root(name, noun, shapes, 'there. Take kn.mode_shapes("rod", 2), or ("legendre rod", 2).')
+    _check_root(name, noun, shapes, 'Take kn.mode_shapes("rod", 2), or ("legendre rod", 2).')
     if support != "free":
         _check_strained(name, noun, shapes, 1, {"root": 0.0}, "rod")
     return [_field(name, stem, e1, None, shapes, section(name, what, value), unit)]
@@ -92,7 +87,7 @@ def shearing(name: str, support: str, shear: Any, modes: Any, bent: Sequence[Fie
     fields = []
     for f, k, m in zip(bent, stiff, given, strict=True):
         shapes = _shapes(name, "shear_modes", f.shapes.count + further if _is_none(m) else m, usual)
-        _check_root(name, "shear", shapes, f'there. Take kn.mode_shapes("{usual}", {shapes.count}).')
+        _check_root(name, "shear", shapes, f'Take kn.mode_shapes("{usual}", {shapes.count}).')
         _check_strained(name, "shear", shapes, 1, SUPPORTS[support][2], usual)
         value = section(name, "shear", k, _which(stiff, f.stem))
         fields.append(_field(name, SHEAR[f.stem], f.along, None, shapes, value, "m"))
@@ -102,10 +97,8 @@ def shearing(name: str, support: str, shear: Any, modes: Any, bent: Sequence[Fie
 def _each(name: str, what: str, given: Any, count: int) -> Any:
     """A value for each direction of bending: two as they are, one as often as it counts."""
     values = given if _is_pair(given) else (given,) * count
-    if len(values) != count:
-        raise ModelError(
-            f"Expected one {what}= of {name}, which bends along one direction, got two. Give EI=(…, …), too."
-        )
+    expected = f"one {what}= of {name}, which bends along one direction"
+    expect.that(len(values) == count, expected, came="two", cure="Give EI=(…, …), too.")
     return values
 
 
@@ -115,21 +108,16 @@ def _which(values: Sequence[Any], stem: str) -> str:
 
 
 def _check_root(name: str, what: str, shapes: ModeShapes, cure: str) -> None:
-    wrong = unmet(shapes, (0,))
-    if wrong:
-        raise ModelError(
-            f"Expected functions of the {what} of {name} that are zero at the root, got {shapes.label} of which {wrong[0]} {cure}"
-        )
+    expected = f"functions of the {what} of {name} that are zero at the root"
+    expect.none(unmet(shapes, (0,))[:1], expected, f"{shapes.label} of which {{}} there", cure)
 
 
 def turning(name: str, rotary: Any, sheared: bool, bent: Sequence[Field]) -> tuple[Tapered, ...]:
     """Moments of inertia per length of sections about the axes of bending."""
     if rotary is None:
-        if sheared:
-            raise ModelError(
-                f"Expected rotary=moment of inertia of a section per length of {name}, which shears, got none: sections then turn by "
-                "themselves. It is mass_per_length times I/A."
-            )
+        expected = f"rotary=moment of inertia of a section per length of {name}, which shears"
+        came, cure = "none: sections then turn by themselves", "It is mass_per_length times I/A."
+        expect.that(not sheared, expected, came=came, cure=cure)
         return ()
     given = _each(name, "rotary", rotary, len(bent))
     return tuple(section(name, "rotary", x, _which(given, f.stem)) for f, x in zip(bent, given, strict=True))

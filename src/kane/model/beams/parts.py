@@ -237,11 +237,10 @@ def damping_of(
     for kind in damping:
         if kind not in _DAMPING:
             raise ModelError(f"Expected damping= of {name} by some of {none_of(_DAMPING, kind)}")
-    if any(f.stem in SHEAR.values() for f in whole.fields) and set(damping) != {"stiffness"}:
-        raise ModelError(
-            f'Expected damping= of {name}, which shears, as {{"stiffness": β}}, got {", ".join(map(repr, damping))}: its modes are '
-            "those of bending and shear together."
-        )
+    if any(f.stem in SHEAR.values() for f in whole.fields):
+        expected, given = f'damping= of {name}, which shears, as {{"stiffness": β}}', ", ".join(map(repr, damping))
+        came = f"{given}: its modes are those of bending and shear together"
+        expect.that(set(damping) == {"stiffness"}, expected, came=came)
     values = {kind: _parameter(name, kind, x) for kind, x in damping.items()}
     return (damper(name, gauges, [(f, _terms(f, whole, matter, values)) for f in whole.fields]),)
 

@@ -269,11 +269,10 @@ def _interpolated(f: Callable[[Array], Any], k: int) -> Chebyshev:
                 f"Expected function {k} of the mode shapes to take an array of ξ and give a number for each, got "
                 f"{type(error).__name__} from it: {error}. Write it with NumPy: lambda x: 1 - np.cos(np.pi*x)."
             ) from error
-        if values.shape not in (x.shape, ()) or not np.isfinite(values).all():
-            raise ModelError(
-                f"Expected function {k} of the mode shapes to give a finite number for each ξ from 0 to 1, got the shape "
-                f"{values.shape} for {x.shape}, or numbers that are not finite. Write it with NumPy: lambda x: 1 - np.cos(np.pi*x)."
-            )
+        right = values.shape in (x.shape, ()) and np.isfinite(values).all()
+        expected = f"function {k} of the mode shapes to give a finite number for each ξ from 0 to 1"
+        came = f"the shape {values.shape} for {x.shape}, or numbers that are not finite"
+        expect.that(right, expected, came=came, cure="Write it with NumPy: lambda x: 1 - np.cos(np.pi*x).")
         return np.broadcast_to(values, x.shape)
 
     for degree in _DEGREES:
@@ -300,16 +299,13 @@ def _tabulated(table: Any) -> ModeShapes:
     cure = "Places are m numbers, values and slopes m × modes."
     expect.that(parts, "table=(ξ, values) or (ξ, values, slopes), arrays of real numbers", table, cure)
     x, values = parts[0], parts[1]
-    if x.ndim != 1 or len(x) < 3 or x[0] != 0 or x[-1] != 1 or not (np.diff(x) > 0).all():
-        raise ModelError(
-            f"Expected places ξ = x/L that rise from 0 to 1, three at least, in table=, got {cut(x)}. Divide them by the length."
-        )
+    right = x.ndim == 1 and len(x) > 2 and x[0] == 0 and x[-1] == 1 and (np.diff(x) > 0).all()
+    expected, cure = "places ξ = x/L that rise from 0 to 1, three at least, in table=", "Divide them by the length."
+    expect.that(right, expected, came=cut(x), cure=cure)
     for what, v in zip(("values", "slopes"), parts[1:], strict=False):
-        if v.ndim != 2 or v.shape[0] != len(x) or v.shape[1] < 1 or v.shape != values.shape:
-            raise ModelError(
-                f"Expected {what} of the tabulated modes as an array of {len(x)} places × modes, got the shape {v.shape}. One column "
-                "is one mode; transpose it if modes are rows."
-            )
+        right = v.ndim == 2 and v.shape[0] == len(x) and v.shape[1] > 0 and v.shape == values.shape
+        expected, came = f"{what} of the tabulated modes as an array of {len(x)} places × modes", f"the shape {v.shape}"
+        expect.that(right, expected, came=came, cure="One column is one mode; transpose it if modes are rows.")
         if not np.isfinite(v).all():
             raise ModelError(f"Expected finite {what} of the tabulated modes, got {cut(v[~np.isfinite(v)][0])}.")
     spline = CubicHermiteSpline(x, values, parts[2]) if len(parts) == 3 else CubicSpline(x, values)

@@ -16,7 +16,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from kane import expect
-from kane.errors import ModelError, cut
+from kane.errors import ModelError
 from kane.expr.build import add, div, mul, split, sqrt, sub
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ZERO, Expr, as_expr
@@ -157,14 +157,9 @@ def _pitch_radius(size: Expr, teeth: Expr, whole: Expr) -> Expr:
 
 def _check_centers(name: str, line: Vector, n: Vector, size: Expr) -> None:
     lift, square = numbers([line.dot(n), line.dot(line)])
-    if abs(lift) > DECLARED * abs(square) ** 0.5 or line.is_zero:
-        raise ModelError(
-            f"Expected centres of the gears {name!r} in one plane across the axis, got them {lift:.3g} m apart along {n}."
-        )
-    if not is_constant_in_time([size]):
-        raise ModelError(
-            f"Expected centres of the gears {name!r} at a constant distance, got {cut(size)}. Carry both by one frame."
-        )
+    level, expected = abs(lift) <= DECLARED * abs(square) ** 0.5 and not line.is_zero, f"centres of the gears {name!r}"
+    expect.that(level, f"{expected} in one plane across the axis", came=f"them {lift:.3g} m apart along {n}")
+    expect.that(is_constant_in_time([size]), f"{expected} at a constant distance", size, "Carry both by one frame.")
 
 
 def rack_and_pinion(
@@ -252,10 +247,9 @@ def bevel_pair(
     z_a, z_b = _teeth(name, teeth)
     _check_teeth(name, (z_a, z_b))
     across = n_a.cross(n_b).gathered()
-    if across.is_zero or abs(numbers([across.dot(across)])[0]) < DECLARED:
-        raise ModelError(
-            f"Expected axes of the bevel gears {name!r} that meet at an angle, got {n_a} and {n_b}. kn.gear_pair takes parallel ones."
-        )
+    inclined = not across.is_zero and abs(numbers([across.dot(across)])[0]) >= DECLARED
+    expected, cure = f"axes of the bevel gears {name!r} that meet at an angle", "kn.gear_pair takes parallel ones."
+    expect.that(inclined, expected, came=f"{n_a} and {n_b}", cure=cure)
     meet = first.center if apex is None else apex
     _check_meets(name, meet, ((first.center, n_a), (second.center, n_b)))
     sine, r_a = length_along(across), as_expr(radius)
@@ -314,10 +308,7 @@ def worm_pair(
     side, r = (1 if gap > 0 else -1), as_expr(radius)
     rise = div(mul(r, threads), z) * (1 if hand == "right" else -1)
     arm = sub(mul(as_expr(side), between.dot(outward)), r)
-    if numbers([arm])[0] <= 0:
-        raise ModelError(
-            f"Expected a pitch radius of the wheel below the distance of the axes of {name!r}, got {cut(r)}."
-        )
+    expect.that(numbers([arm])[0] > 0, f"a pitch radius of the wheel below the distance of the axes of {name!r}", r)
     contact = outward * (side * r)
     normal = n_w - n_g * div(rise * side, arm)
     size = length_along(normal)
@@ -346,8 +337,7 @@ def _check_meets(name: str, apex: Any, lines: tuple[tuple[Point, Vector], ...]) 
         r = apex.position(at)
         off = r.cross(n)
         away, far = numbers([off.dot(off), r.dot(r)])
-        if abs(away) > DECLARED**2 * max(abs(far), 0) and far:
-            raise ModelError(
-                f"Expected the apex of {name!r} on the axes of both gears, got {apex.name}, off the line through {at.name} along {n}. "
-                "Give apex=the point where the axes meet."
-            )
+        on = abs(away) <= DECLARED**2 * max(abs(far), 0) or not far
+        came = f"{apex.name}, off the line through {at.name} along {n}"
+        cure = "Give apex=the point where the axes meet."
+        expect.that(on, f"the apex of {name!r} on the axes of both gears", came=came, cure=cure)
