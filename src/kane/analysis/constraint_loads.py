@@ -19,6 +19,7 @@ from typing import Any, Unpack
 
 import numpy as np
 
+from kane import expect
 from kane.equations.derive import derive
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import State, StateValues, by_keyword, state_of
@@ -74,11 +75,9 @@ def constraint_forces(eom: Equations, state: State | None = None, **values: Unpa
     """
     check_equations(eom)
     placed = [c for c in eom.system.constraints if c.placed and c not in set(eom.redundant)]
-    if not placed:
-        raise SimulationError(
-            "Expected constraints that say where their forces act, got none: scalars that must vanish do not. Declare them with "
-            "kn.distance, kn.no_slip, kn.coincident, …."
-        )
+    expected, came = "constraints that say where their forces act", "none: scalars that must vanish do not"
+    cure = "Declare them with kn.distance, kn.no_slip, kn.coincident, …."
+    expect.that(placed, expected, came=came, cure=cure, error=SimulationError)
     at = state_of(state, **values)
     known: dict[Constraint, Reaction] = {c: r for r in eom.reactions if (c := constraint_of(r)) is not None}
     own = {c: known[c] if c in known else reaction(f"lambda_{k}", constraint=c) for k, c in enumerate(placed)}
@@ -156,16 +155,15 @@ def impact(
     before, axis, partials, mass = _numbers(eom, point, other, normal, at)
     inverse = partials.T @ np.linalg.solve(mass, partials)
     v_n, reach = float(axis @ before), float(axis @ inverse @ axis)
-    if not v_n < 0:
-        raise SimulationError(
-            f"Expected points that approach each other, got a velocity of {v_n:.6g} along the normal from the struck to the "
-            "striking one. Turn the normal, or there is no blow."
-        )
-    if not reach > ROUNDED_CHAIN * np.abs(inverse).max(initial=0.0):
-        raise SimulationError(
-            "Expected an impulse that moves the point along the normal, got a constraint that holds it there, and takes "
-            "the blow. Free the point, or strike elsewhere."
-        )
+    came = f"a velocity of {v_n:.6g} along the normal from the struck to the striking one"
+    cure = "Turn the normal, or there is no blow."
+    expect.that(v_n < 0, "points that approach each other", came=came, cure=cure, error=SimulationError)
+    moves, expected = (
+        reach > ROUNDED_CHAIN * np.abs(inverse).max(initial=0.0),
+        "an impulse that moves the point along the normal",
+    )
+    came, cure = "a constraint that holds it there, and takes the blow", "Free the point, or strike elsewhere."
+    expect.that(moves, expected, came=came, cure=cure, error=SimulationError)
     pushed, slips = _impulse(axis, before, inverse, e, coefficients)
     change = np.linalg.solve(mass, partials @ pushed)
     own = np.array(eom.evaluate(list(speeds), at), dtype=float)
@@ -193,8 +191,7 @@ def _numbers(eom: Equations, point: Any, other: Any, normal: Vector, state: Stat
     frame, speeds = eom.system.inertial, eom.independent_speeds
     known = eom.solved.nonholonomic.kinematics
     for p in (point,) if other is None else (point, other):
-        if not isinstance(p, Point):
-            raise ArgumentError(f"Expected a point that strikes, got {cut(repr(p))}. Make one with body.fixed_in(…).")
+        expect.instance(p, Point, "a point that strikes", "Make one with body.fixed_in(…).", error=ArgumentError)
     motions = [known.point(p).partials for p in (point, other) if p is not None]
     rows = []
     for r in speeds:

@@ -15,7 +15,7 @@ import numpy as np
 
 from kane import expect, show
 from kane.equations.state import State
-from kane.errors import ArgumentError, Attributes, SimulationError, ValueMissingError, cut
+from kane.errors import ArgumentError, Attributes, SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array, Complex
 from kane.numeric.rank import singular
@@ -299,10 +299,8 @@ class NormalModes(Attributes):
 
     def _checked(self, x: Any) -> Array:
         own = np.asarray(x, dtype=float)
-        if own.ndim < 1 or own.shape[0] != len(self.names):
-            raise ArgumentError(
-                f"Expected {len(self.names)} values, of {', '.join(self.names)}, got shape {own.shape}."
-            )
+        expected = f"{len(self.names)} values, of {', '.join(self.names)}"
+        expect.that(own.shape[:1] == (len(self.names),), expected, came=f"shape {own.shape}", error=ArgumentError)
         return own
 
     def __repr__(self) -> str:
@@ -329,25 +327,21 @@ def normal_modes(linear: Linear | SecondOrder) -> NormalModes:
     SimulationError
         if velocities matter, or K is not symmetric: then modes are complex, `linear.modes`
     """
-    if not isinstance(linear, Linear | SecondOrder):
-        raise ArgumentError(
-            f"Expected what kn.linearize gives, got {cut(repr(linear))}. Linearize first: kn.linearize(eom, q=…)."
-        )
+    cure = "Linearize first: kn.linearize(eom, q=…)."
+    expect.instance(linear, (Linear, SecondOrder), "what kn.linearize gives", cure, error=ArgumentError)
     second = linear.second_order() if isinstance(linear, Linear) else linear
     m, c, k = second.M, second.C, second.K
     scale = np.sqrt(np.diag(m))
     unit = np.outer(scale, scale)
     stiff = np.abs(k / unit).max(initial=0.0)
-    if np.abs(c / unit).max(initial=0.0) > GIVEN * np.sqrt(stiff):
-        raise SimulationError(
-            "Expected equations without damping and gyroscopic terms for normal modes, got C with "
-            f"{np.abs(c).max():.3g}. linear.modes has the complex modes; second_order() has C."
-        )
-    if np.abs((k - k.T) / unit).max(initial=0.0) > GIVEN * stiff:
-        raise SimulationError(
-            "Expected a symmetric K for normal modes, got one of forces without a potential energy. linear.modes has "
-            "the complex modes."
-        )
+    undamped, cure = np.abs(c / unit).max(initial=0.0) <= GIVEN * np.sqrt(stiff), "linear.modes has the complex modes"
+    expected, came = "equations without damping and gyroscopic terms for normal modes", f"C with {np.abs(c).max():.3g}"
+    expect.that(undamped, expected, came=came, cure=f"{cure}; second_order() has C.", error=SimulationError)
+    symmetric, came = (
+        np.abs((k - k.T) / unit).max(initial=0.0) <= GIVEN * stiff,
+        "one of forces without a potential energy",
+    )
+    expect.that(symmetric, "a symmetric K for normal modes", came=came, cure=f"{cure}.", error=SimulationError)
     from scipy.linalg import eigh  # takes its time to import
 
     squares, shapes = eigh((k + k.T) / 2, m)

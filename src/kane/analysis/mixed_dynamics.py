@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
+from kane import expect
 from kane.analysis.local import at_false_pole, independent_rows
 from kane.analysis.state_checks import StateArrays, check_branch, check_configuration
 from kane.dynamics.readings.quantities import parameter_values
@@ -263,8 +264,5 @@ def _check_affine(equations: Unsolved, driven: Sequence[Symbol]) -> None:
             f"Expected unknown inputs that enter the loads linearly, got one that does not: {error} Make a force or torque itself the "
             "input, and solve for the rest afterwards."
         ) from error
-    if inside:
-        raise NotAffineError(
-            f"Expected unknown inputs that enter the loads linearly, got {', '.join(inside)}, which multiplies a reaction or an "
-            "acceleration. Give it, or make the force itself the input."
-        )
+    came, cure = "{}, which multiplies a reaction or an acceleration", "Give it, or make the force itself the input."
+    expect.none(inside, "unknown inputs that enter the loads linearly", came, cure, error=NotAffineError)

@@ -21,7 +21,7 @@ from kane.analysis.trimming import Problem, null_space, problem, solve_problem, 
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import GROUPS, State, StateValues, by_keyword, state_of
-from kane.errors import Attributes, CornerError, SimulationError, ValueMissingError, cut, none_of, warn
+from kane.errors import Attributes, CornerError, SimulationError, ValueMissingError, none_of, warn
 from kane.expr.symbols import Symbol
 from kane.numeric.arclength import Curve, Path
 from kane.numeric.arrays import Array, Complex
@@ -240,10 +240,8 @@ def _values(values: Sequence[float]) -> Array:
         series = np.empty(0)
     step = np.diff(series)
     monotonic = series.ndim == 1 and len(series) > 1 and (np.all(step > 0) or np.all(step < 0))
-    if not (monotonic and np.all(np.isfinite(series))):
-        raise SimulationError(
-            f"Expected two or more increasing or decreasing values to follow, got {cut(repr(values))}."
-        )
+    expected = "two or more increasing or decreasing values to follow"
+    expect.that(monotonic and np.all(np.isfinite(series)), expected, values, error=SimulationError)
     return series
 
 

@@ -287,11 +287,10 @@ def problem(numeric: Numeric[Equations], given: State, moving: Sequence[Any], in
     complete = replace(given, parameters=defaults | named_values("parameters", eom.parameters, given.parameters))
     parts = [entries(what, getattr(eom, what), getattr(complete, kind), "value") for kind, what in GROUPS.items()]
     for what, part in zip(GROUPS.values(), parts, strict=True):
-        if part.missing and what in ("inputs", "parameters"):
-            raise ValueMissingError(
-                f"Expected a value for every one of the {what}, got none for {getattr(eom, what)[part.missing[0]].name}: give a "
-                "number to keep, or kn.guess(value) to have it solved for."
-            )
+        if what in ("inputs", "parameters"):
+            missing = [getattr(eom, what)[i].name for i in part.missing[:1]]
+            came = "none for {}: give a number to keep, or kn.guess(value) to have it solved for"
+            expect.none(missing, f"a value for every one of the {what}", came, error=ValueMissingError)
     x = np.concatenate([part.values for part in parts])
     first = np.cumsum([0, *(len(part.values) for part in parts)]).tolist()
     for i in parts[2].missing:
@@ -393,11 +392,11 @@ def solve_problem(task: Problem, tolerance: float) -> Array:
     if not left.max(initial=0) <= tolerance:
         raise SimulationError(_failed(task, task.conditions(x)[0], left, best.steps))
     away = turned_closures(branches(task.conditions.eom.system), turned(x))
-    if away:
-        raise SimulationError(
-            f"Expected a steady motion on the branch that the closures mean, got {away}. Guess coordinates on that branch: "
-            "kn.assemble finds them."
-        )
+    expected, cure = (
+        "a steady motion on the branch that the closures mean",
+        "Guess coordinates on that branch: kn.assemble",
+    )
+    expect.that(not away, expected, came=away, cure=f"{cure} finds them.", error=SimulationError)
     return x
 
 
