@@ -17,7 +17,7 @@ from kane.analysis.differentiable import Side
 from kane.analysis.linear import Linear
 from kane.analysis.linearization import Linearizer, linearizer
 from kane.analysis.operating_point import closed, state_from, warn_of_beams
-from kane.analysis.trimming import Problem, null_space, problem, solve_problem, undetermined
+from kane.analysis.trimming import Measured, Problem, null_space, problem, solve_problem, undetermined
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import GROUPS, State, StateValues, by_keyword, state_of
@@ -226,8 +226,8 @@ def continuation(
     with working("Following the branch"):
         start = solve_problem(task, SOLVED)
         unknowns = _unknowns(task, place, start, float(wanted[-1] - wanted[0]))
-        curve, y = Curve(unknowns.function), start[list(unknowns.places)] / unknowns.scale
-        path = curve.follow(y, wanted / unknowns.scale[-1], max_points, unknowns.where)
+        curve, y = Curve(unknowns), start[list(unknowns.places)] / unknowns.columns
+        path = curve.follow(y, wanted / unknowns.columns[-1], max_points, unknowns.last)
         branch = _branch(unknowns, curve, path, linearizer(eom, outputs=outputs, settings=settings), independent)
     warn_of_beams(eom, branch.points)
     return branch
@@ -269,34 +269,8 @@ def _problem(
     raise ValueMissingError(f"Expected a value of the system to change, one of {none_of(names, symbol)}")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Unknowns:
-    """Y, the entries of X at `places` over `scale`: what is solved for and, last, the value that changes, whose range counts 1."""
-
-    problem: Problem
-    places: tuple[int, ...]
-    scale: Array
-    start: Array
-
-    def spread(self, y: Array) -> Array:
-        """X of Y."""
-        x = self.start.copy()
-        x[list(self.places)] = y * self.scale
-        return x
-
-    def function(self, y: Array) -> tuple[Array, Array]:
-        """F and ∂F/∂Y."""
-        f, j = self.problem.conditions(self.spread(y))
-        rows = self.problem.measured.rows
-        return f / rows, j[:, list(self.places)] * self.scale / rows[:, None]
-
-    def where(self, y: Array) -> str:
-        """The value that changes, by name."""
-        return f"{self.problem.conditions.symbols[self.places[-1]].name} = {y[-1] * self.scale[-1]:.6g}"
-
-
-def _unknowns(task: Problem, place: int, start: Array, span: float) -> _Unknowns:
-    """Unknowns that nothing depends on stay where they are."""
+def _unknowns(task: Problem, place: int, start: Array, span: float) -> Measured:
+    """What is solved for and, last, the value that changes, whose range counts 1; unknowns that nothing depends on stay."""
     expected, came = "values that leave one branch", "a family: {} can take other values at the start"
     cure = "Give some of them as numbers."
     expect.none(undetermined(task, start, task.free), expected, came, cure, error=ValueMissingError)
@@ -306,7 +280,8 @@ def _unknowns(task: Problem, place: int, start: Array, span: float) -> _Unknowns
         part = {i: abs(row[task.free.index(i)]) for i in inert if i not in frozen}
         frozen.update(sorted(part, key=part.__getitem__)[-1:])
     places = (*(i for i in task.free if i not in frozen), place)
-    return _Unknowns(task, places, np.append(task.measured.columns[list(places[:-1])], abs(span)), start)
+    columns = np.append(task.measured.columns[list(places[:-1])], abs(span))
+    return replace(task.measured, columns=columns, start=start, places=places)
 
 
 def _linear(lin: Linearizer, point: State, independent: Sequence[Any], side: Callable[[], Side]) -> tuple[Linear, str]:
@@ -321,10 +296,9 @@ def _linear(lin: Linearizer, point: State, independent: Sequence[Any], side: Cal
             raise error from None
 
 
-def _branch(unknowns: _Unknowns, curve: Curve, path: Path, lin: Linearizer, independent: Sequence[Any]) -> Branch:
-    conditions = unknowns.problem.conditions
+def _branch(unknowns: Measured, curve: Curve, path: Path, lin: Linearizer, independent: Sequence[Any]) -> Branch:
+    conditions, scale = unknowns.conditions, float(unknowns.columns[-1])
     kept = {conditions.perturbed.names[i] for i in conditions.constant}
-    scale = float(unknowns.scale[-1])
     states = len(conditions.eom.state)
     kept |= {conditions.eom.states[i].name for i in conditions.further}
 
@@ -332,11 +306,11 @@ def _branch(unknowns: _Unknowns, curve: Curve, path: Path, lin: Linearizer, inde
         """The direction to the nearest other point of the branch."""
         others = [other for other in path.points if not np.array_equal(other, y)]
         change = min((other - y for other in others), key=lambda d: float(np.linalg.norm(d)))
-        moved = zip(unknowns.places, change * unknowns.scale, strict=True)
+        moved = zip(unknowns.places, change * unknowns.columns, strict=True)
         return {conditions.symbols[i].name: float(d) for i, d in moved if i < states}
 
     def at(y: Array) -> tuple[State, Linear, str]:
-        far(lambda: f"linearizing at {unknowns.where(y)}")
+        far(lambda: f"linearizing at {unknowns.last(y)}")
         y = np.where(np.abs(y) <= ROUNDED, 0.0, y)
         point = state_from(conditions.eom, closed(conditions.numeric, conditions.state(unknowns.spread(y))))
         at_point, corner = _linear(lin, point, independent, lambda: beside(y))
@@ -348,7 +322,7 @@ def _branch(unknowns: _Unknowns, curve: Curve, path: Path, lin: Linearizer, inde
     met = changes(path.points, spectra, curve.middle, lambda y: at(y)[1].eigenvalues)
     points, linear, corners = zip(*(every[k] for k in path.marked), strict=True)
     if any(corners):
-        where = ", ".join(unknowns.where(path.points[k]) for k, told in zip(path.marked, corners, strict=True) if told)
+        where = ", ".join(unknowns.last(path.points[k]) for k, told in zip(path.marked, corners, strict=True) if told)
         warn(
             f"Expected equations with one derivative all along the branch, got corners at {where}: eigenvalues there are those of the "
             f"side on which the branch has its nearest other point. {next(filter(None, corners))}"

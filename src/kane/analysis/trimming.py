@@ -175,16 +175,31 @@ def _unit(s: Symbol | None) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measured:
-    """F over the sizes of its `rows` and ∂F/∂Y, of Y = X over the sizes of its `columns`: the same in any units."""
+    """F over the sizes of its `rows` and ∂F/∂Y, of Y = X at `places` over the sizes of its `columns`: the same in any units.
+
+    The other X stay as at the `start`.
+    """
 
     conditions: Conditions
     rows: Array
     columns: Array
+    start: Array
+    places: Sequence[int]
+
+    def spread(self, y: Array) -> Array:
+        """X of Y."""
+        x = self.start.copy()
+        x[list(self.places)] = y * self.columns
+        return x
 
     def __call__(self, y: Array) -> tuple[Array, Array]:
         """F and ∂F/∂Y."""
-        f, j = self.conditions(y * self.columns)
-        return f / self.rows, j * self.columns / self.rows[:, None]
+        f, j = self.conditions(self.spread(y))
+        return f / self.rows, j[:, list(self.places)] * self.columns / self.rows[:, None]
+
+    def last(self, y: Array) -> str:
+        """The last of Y, by name."""
+        return f"{self.conditions.symbols[self.places[-1]].name} = {y[-1] * self.columns[-1]:.6g}"
 
 
 def conditions(
@@ -199,7 +214,7 @@ def conditions(
     further: set[int] = set()
     steady = set(range(len(eom.speeds)))
     _, rows, columns = bare.sizes(start)
-    measured = Measured(bare, rows, columns)
+    measured = Measured(bare, rows, columns, start, range(len(start)))
     for seed in _NEAR:
         y = start / columns
         y[:width] += [draw(seed, s, -0.1, 0.1) for s in symbols[:width]]
@@ -305,7 +320,8 @@ def problem(numeric: Numeric[Equations], given: State, moving: Sequence[Any], in
     unknown = [n for n in names if n not in perturbed.names and n not in {s.name for s in (*eom.speeds, *eom.states)}]
     expect.none(unknown, "moving= to name coordinates, speeds or states", error=ValueMissingError)
     held = conditions(numeric, float(given.t), x, choice_of(numeric, independent), names)
-    return Problem(held, x, tuple(free), tuple(missing), Measured(held, *held.sizes(x)[1:]))
+    measured = Measured(held, *held.sizes(x)[1:], x, range(len(x)))
+    return Problem(held, x, tuple(free), tuple(missing), measured)
 
 
 @by_keyword
