@@ -11,7 +11,7 @@ count, so that a spring that is pressed is none that pushes away. Friction that 
 load that depends on speeds where prescribed motion carries it.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -45,27 +45,19 @@ class Doubt(NamedTuple):
 
 def doubtful_loads(eom: Equations, numbers: Numbers) -> Iterator[Doubt]:
     """Loads whose sign energy doubts at a state; `numbers` are the time, parameters, inputs, coordinates and speeds there."""
-    u = _directions(eom, numbers)
-    still: dict[Expr, Expr] = {}
-    still.update((s, ZERO) for s in eom.speeds)
-    still.update(
-        (s, as_expr(float(x))) for s, x in numbers.items() if not isinstance(s, Coordinate | Speed | Parameter)
-    )
-    for load, terms in eom.derived.active_terms.items():
-        scalars = [x for term in terms for x in term.vector.scalars()]
-        symbols = free_symbols(scalars)
-        if load.slip is not None or any(isinstance(s, Reaction | StateVariable) for s in symbols) or not len(u):
+    trials = _Trials(eom, numbers, _directions(eom, numbers))
+    given = {s: as_expr(float(x)) for s, x in numbers.items() if not isinstance(s, Coordinate | Speed | Parameter)}
+    still: dict[Expr, Expr] = {**dict.fromkeys(eom.speeds, ZERO), **given}
+    for load, terms in eom.derived.active_terms.items() if len(trials.u) else ():
+        symbols = free_symbols([x for term in terms for x in term.vector.scalars()])
+        if load.slip is not None or any(isinstance(s, Reaction | StateVariable) for s in symbols):
             continue
         moves = any(isinstance(s, Speed) for s in symbols)
-        if moves:
-            most = _power(eom, terms, numbers, u)
-            if most is not None:
-                yield Doubt(load, "feeds", most)
         carried = moves and not all(term.motion.rest.is_zero for term in terms)  # a damper works at u = 0, too
-        if not carried:
-            most = _stiffness(eom, terms, numbers, still, u)
-            if most is not None:
-                yield Doubt(load, "pushes", most)
+        if moves and (most := _power(trials, terms)) is not None:
+            yield Doubt(load, "feeds", most)
+        if not carried and (most := _stiffness(trials, terms, still)) is not None:
+            yield Doubt(load, "pushes", most)
 
 
 def _directions(eom: Equations, numbers: Numbers) -> Array:
@@ -81,58 +73,57 @@ def _directions(eom: Equations, numbers: Numbers) -> Array:
     return np.asarray(drawn[:, : len(kernel)] @ kernel) if len(kernel) else np.zeros((0, n))
 
 
-def _power(eom: Equations, terms: tuple[LoadTerm, ...], numbers: Numbers, u: Array) -> float | None:
+class _Trials(NamedTuple):
+    """A state with other speeds u (directions × speeds)."""
+
+    eom: Equations
+    numbers: Numbers
+    u: Array
+
+    def at(self, exprs: Iterable[Expr], sign: int = 1) -> Array:
+        """Values (expressions × directions)."""
+        values: dict[Expr, Any] = {**self.numbers, **dict(zip(self.eom.speeds, sign * self.u.T, strict=True))}
+        with np.errstate(all="ignore"):
+            return np.array([np.broadcast_to(x, (len(self.u),)) for x in evaluate(list(exprs), values)], dtype=float)
+
+    def odd(self, exprs: Sequence[Expr]) -> Array:
+        """Their odd parts in the speeds."""
+        return np.asarray((self.at(exprs) - self.at(exprs, -1)) / 2)
+
+    def velocity(self, term: LoadTerm) -> Array:
+        """What the speeds give of the velocity of a term's place (3 × directions)."""
+        total = np.zeros((3, len(self.u)))
+        for k, s in enumerate(self.eom.speeds):
+            if s in term.motion.partials:
+                partial = self.at(term.motion.partials[s].components(self.eom.system.inertial))
+                total = total + partial * self.u[:, k]
+        return total
+
+
+def _power(trials: _Trials, terms: Sequence[LoadTerm]) -> float | None:
     """The largest power of what is odd in the speeds, where it is positive for all of them."""
-    total, size = np.zeros(len(u)), np.zeros(len(u))
-    for term in terms:
-        exprs = list(term.vector.components(eom.system.inertial))
-        force = (_at(eom, exprs, numbers, u) - _at(eom, exprs, numbers, -u)) / 2
-        v = _velocity(eom, term, numbers, u)
-        total, size = total + (force * v).sum(axis=0), size + np.abs(force * v).sum(axis=0)
-    return _largest(total, size)
+    inertial = trials.eom.system.inertial
+    powers = [trials.odd(term.vector.components(inertial)) * trials.velocity(term) for term in terms]
+    return _largest(np.sum(powers, axis=(0, 1)), np.abs(powers).sum(axis=(0, 1)))
 
 
-def _stiffness(
-    eom: Equations, terms: tuple[LoadTerm, ...], numbers: Numbers, still: Mapping[Expr, Expr], u: Array
-) -> float | None:
+def _stiffness(trials: _Trials, terms: Sequence[LoadTerm], still: Mapping[Expr, Expr]) -> float | None:
     """The largest growth of the force along itself over the motion of its place, where it is positive in all directions."""
-    total, size, moved = (np.zeros(len(u)) for _ in range(3))
+    total, size, moved = (np.zeros(len(trials.u)) for _ in range(3))
     for term in terms:
         try:
-            held = [substituted(x, still) for x in term.vector.components(eom.system.inertial)]
+            held = [substituted(x, still) for x in term.vector.components(trials.eom.system.inertial)]
         except ExpressionError:  # it is not defined at rest
             return None
-        rates = [time_derivative(eom.derived, x) for x in held]
-        change = (_at(eom, rates, numbers, u) - _at(eom, rates, numbers, -u)) / 2
-        v = _velocity(eom, term, numbers, u)
-        force = _at(eom, held, numbers, u)[:, 0]
+        change = trials.odd([time_derivative(trials.eom.derived, x) for x in held])
+        v, force = trials.velocity(term), trials.at(held)[:, 0]
         along = np.linalg.norm(force)
-        if along > 0:
-            n = force / along
-            total, moved = total + (n @ change) * (n @ v), moved + (n @ v) ** 2
-        else:
-            total, moved = total + (change * v).sum(axis=0), moved + (v * v).sum(axis=0)
         size = size + np.linalg.norm(change, axis=0) * np.linalg.norm(v, axis=0)
+        if along > 0:
+            change, v = force / along @ change, force / along @ v
+        total, moved = total + np.atleast_2d(change * v).sum(axis=0), moved + np.atleast_2d(v * v).sum(axis=0)
     found = _largest(total, size)
     return None if found is None else float((total / np.where(moved > 0, moved, 1.0)).max())
-
-
-def _at(eom: Equations, exprs: list[Expr], numbers: Numbers, u: Array) -> Array:
-    """Values (expressions × directions)."""
-    values: dict[Expr, Any] = dict(numbers)
-    values.update(zip(eom.speeds, u.T, strict=True))
-    with np.errstate(all="ignore"):
-        return np.array([np.broadcast_to(x, (len(u),)) for x in evaluate(exprs, values)], dtype=float)
-
-
-def _velocity(eom: Equations, term: LoadTerm, numbers: Numbers, u: Array) -> Array:
-    """What the speeds give of the velocity of a term's place (3 × directions)."""
-    total = np.zeros((3, len(u)))
-    for k, s in enumerate(eom.speeds):
-        if s in term.motion.partials:
-            partial = _at(eom, list(term.motion.partials[s].components(eom.system.inertial)), numbers, u)
-            total = total + partial * u[:, k]
-    return total
 
 
 def _largest(total: Array, size: Array) -> float | None:

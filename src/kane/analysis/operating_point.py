@@ -13,7 +13,7 @@ from kane.analysis.state_checks import StateArrays, check_branch, check_configur
 from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations
-from kane.equations.state import State
+from kane.equations.state import GROUPS, State
 from kane.errors import warn
 from kane.expr.node import Expr
 from kane.model.beams.beam import Beam, across, doubts
@@ -29,10 +29,8 @@ _ROUNDS = 4
 
 def state_from(eom: Equations, arrays: StateArrays) -> State:
     """The values by symbol."""
-    q, u, a = np.split(arrays.x, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
-    pairs = (eom.coordinates, q), (eom.speeds, u), (eom.states, a), (eom.parameters, arrays.p), (eom.inputs, arrays.r)
-    groups = (dict(zip(symbols, values.tolist(), strict=True)) for symbols, values in pairs)
-    return State(**dict(zip(("q", "u", "states", "parameters", "inputs"), groups, strict=True)), t=arrays.t)
+    values = arrays.numbers(eom)
+    return State(**{k: {s: float(values[s]) for s in getattr(eom, what)} for k, what in GROUPS.items()}, t=arrays.t)
 
 
 def arrays_at(numeric: Numeric[Equations], state: State) -> StateArrays:
