@@ -9,7 +9,7 @@ poles, or is not finite, the possible speeds are those of the possible rates, wi
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, Unpack, overload
+from typing import Any, Literal, NamedTuple, Unpack, overload
 
 import numpy as np
 
@@ -39,8 +39,7 @@ from kane.progress import working
 _TOLD = 6
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class VelocityConstraints:
+class VelocityConstraints(NamedTuple):
     """Constraints `rows` x + `rest` = 0 on x, speeds or rates, with their `names`; the speeds are `to_speeds` x + `added`."""
 
     names: tuple[str, ...]

@@ -12,6 +12,7 @@ read off A at the state, and tried at states displaced along what moves.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -30,8 +31,7 @@ _REMOTE = 1e-4
 """Share of all terms together, in the mass metric, that counts in the size of each: solving carries their rounding everywhere."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Magnitudes:
+class Magnitudes(NamedTuple):
     """Sizes of u̇ (n), of q̇ (nq), of the spins of Euler parameters, and of A u + b (m).
 
     Besides, the `pace` (1/s), the `inverse` M⁻¹ (n × n), and each speed `alone` (n) with the energy of all.
@@ -80,8 +80,7 @@ def share(value: Array, size: Array) -> Array:
     return np.asarray(np.abs(value) / np.maximum(np.maximum(size, np.abs(value)), np.finfo(float).tiny))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Preference:
+class Preference(NamedTuple):
     """Which perturbations and speeds are to be dependent, as far as the constraints determine them."""
 
     q: tuple[int, ...] = ()
@@ -247,8 +246,7 @@ def dependence(a: Array, count: int, last: int | None = None) -> Mask:
         matters = more
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Steadiness:
+class Steadiness(NamedTuple):
     """Which of the states matter to the speeds, and what is not steady.
 
     `left` are those that matter and change, by index; `varies` those that move and change the equations, −1 for the time.

@@ -5,7 +5,6 @@ Besides: named outputs h(q, u, u̇, λ, R, r), and the quantities at which equat
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import islice
 from typing import Any, NamedTuple, Protocol, TypeVar
 
@@ -232,8 +231,7 @@ def solver(eom: Equations, values: Values, state: StateArrays | None = None) -> 
     return solve
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Outputs:
+class Outputs(NamedTuple):
     """Named expressions of q, u, u̇, λ, R, inputs and t."""
 
     names: tuple[str, ...]

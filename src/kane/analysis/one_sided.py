@@ -119,8 +119,7 @@ def piece_of(flow: Flow, outputs: Outputs) -> Piece:
     return Piece(flow, (), *output_slopes(flow, outputs), np.zeros((0, 0)), np.zeros(0))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Corner:
+class Corner(NamedTuple):
     """A flow at whose state some switches stand at zero: which of `turning` they are, and how far off they count as standing there."""
 
     flow: Flow
@@ -232,8 +231,7 @@ _AS_ZERO = 1e-4
 """Share of a tolerance by which a steady state that was solved for is off."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Sides:
+class Sides(NamedTuple):
     """The pieces that meet at a corner, and its switches."""
 
     corner: Corner
@@ -276,8 +274,7 @@ def _watch(eom: Equations, *outputs: Expr) -> Callable[..., SwitchValues]:
 # What differs ------------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Difference:
+class Difference(NamedTuple):
     """Which of the switches make a difference; and which of ẋ and the outputs jump there."""
 
     switches: tuple[int, ...]

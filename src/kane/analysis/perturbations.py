@@ -9,7 +9,7 @@
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,8 +22,7 @@ from kane.numeric.arrays import Array, Entries
 from kane.numeric.mass_metric import sizes
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Perturbations:
+class Perturbations(NamedTuple):
     """The free perturbations ξ of the coordinates, δq = T ξ: δq itself; for Euler parameters three small angles.
 
     The angles are along the axes of the frame that the parameters turn. `coordinates` are those perturbed as they are, `sets` the
@@ -79,8 +78,7 @@ def spread(perturbed: Perturbations, q: Entries) -> Entries:
     return t
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Tangents:
+class Tangents(NamedTuple):
     """N, P, B, E, Q of the changes that the constraints allow; which ξ and u are independent."""
 
     free_q: tuple[int, ...]

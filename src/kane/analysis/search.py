@@ -6,6 +6,7 @@ Angles that are the same a turn further are taken nearest to their guess, Euler 
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,8 +24,7 @@ _SLIDES, _NEAREST = 40, 6
 _TOLD = 6
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Found:
+class Found(NamedTuple):
     """The configurations found, nearest first; where there is none, what came `nearest`, and what was `turned`."""
 
     closed: tuple[Closed, ...]

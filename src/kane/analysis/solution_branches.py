@@ -7,7 +7,7 @@ Where one crosses the imaginary axis, Re λ = 0, is found by bisection on the br
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any, Unpack
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -54,8 +54,7 @@ class Crossing(Attributes):
         return f"Crossing({self.value:.9g}, λ = {self.eigenvalue:.6g}, {'grows' if self.grows else 'decays'} after it)"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Change:
+class Change(NamedTuple):
     """The place Y in interval k of a path at which the eigenvalue `root` comes to grow, or to decay."""
 
     interval: int
