@@ -17,6 +17,8 @@ from kane.errors import KaneError, ModelError, cut, none_of
 F = TypeVar("F", bound=Callable[..., Any])
 T = TypeVar("T")
 E = TypeVar("E", bound=KaneError)
+Error = type[KaneError]
+Words = str | Callable[[], str]
 
 
 def refusal(error: type[E], expected: str, got: str, cure: str = "") -> E:
@@ -25,13 +27,7 @@ def refusal(error: type[E], expected: str, got: str, cure: str = "") -> E:
 
 
 def that(
-    holds: Any,
-    expected: str,
-    given: object = None,
-    cure: str = "",
-    *,
-    came: str | Callable[[], str] = "",
-    error: type[KaneError] = ModelError,
+    holds: Any, expected: str, given: object = None, cure: str = "", *, came: Words = "", error: Error = ModelError
 ) -> None:
     """Refuse `given` unless something holds of it; `came` says in its place what came, where it takes long by a function."""
     if not holds:
@@ -40,12 +36,7 @@ def that(
 
 
 def instance(
-    given: Any,
-    kind: type[T] | tuple[type[T], ...],
-    expected: str,
-    cure: str = "",
-    *,
-    error: type[KaneError] = ModelError,
+    given: Any, kind: type[T] | tuple[type[T], ...], expected: str, cure: str = "", *, error: Error = ModelError
 ) -> T:
     """What is given, where it is of a kind."""
     if not isinstance(given, kind):
@@ -54,33 +45,26 @@ def instance(
 
 
 def instances(
-    given: Any,
-    kind: type[T] | tuple[type[T], ...],
-    expected: str,
-    cure: str = "",
-    *,
-    error: type[KaneError] = ModelError,
+    given: Any, kind: type[T] | tuple[type[T], ...], expected: str, cure: str = "", *, error: Error = ModelError
 ) -> tuple[T, ...]:
     """The items of a list, each of a kind; the message shows the first that is not, or what is no list."""
     return tuple(instance(x, kind, expected, cure, error=error) for x in items(given, expected, cure, error=error))
 
 
-def items(given: Any, expected: str, cure: str = "", *, error: type[KaneError] = ModelError) -> tuple[Any, ...]:
+def items(given: Any, expected: str, cure: str = "", *, error: Error = ModelError) -> tuple[Any, ...]:
     """What stands in a list, a tuple or any other iterable but a text."""
     that(isinstance(given, Iterable) and not isinstance(given, str), expected, given, cure, error=error)
     return tuple(given)
 
 
-def pair(given: Any, expected: str, cure: str = "", *, error: type[KaneError] = ModelError) -> tuple[Any, Any]:
+def pair(given: Any, expected: str, cure: str = "", *, error: Error = ModelError) -> tuple[Any, Any]:
     """Two items of a tuple or a list."""
     that(isinstance(given, tuple | list) and len(given) == 2, expected, given, cure, error=error)
     first, second = given
     return first, second
 
 
-def one_of(
-    given: Any, known: Collection[str], expected: str, cure: str = "", *, error: type[KaneError] = ModelError
-) -> str:
+def one_of(given: Any, known: Collection[str], expected: str, cure: str = "", *, error: Error = ModelError) -> str:
     """One of several names: “Expected … one of a, b, got 'x'. Did you mean …?”, where `expected` ends in “to be” or a comma."""
     if not (isinstance(given, str) and given in known):
         raise error(f"Expected {expected} one of {none_of(known, given)}{cure and ' '}{cure}")
@@ -88,7 +72,7 @@ def one_of(
 
 
 def none(
-    wrong: Iterable[object], expected: str, came: str = "{}", cure: str = "", *, error: type[KaneError] = ModelError
+    wrong: Iterable[object], expected: str, came: str = "{}", cure: str = "", *, error: Error = ModelError
 ) -> None:
     """Refuse what is wrong, if anything is; `came` says of the list {} of it what it is."""
     listed = ", ".join(map(str, wrong))
@@ -96,20 +80,20 @@ def none(
         raise refusal(error, expected, came.replace("{}", listed), cure)
 
 
-def different(given: Iterable[Hashable], expected: str, cure: str = "", *, error: type[KaneError] = ModelError) -> None:
+def different(given: Iterable[Hashable], expected: str, cure: str = "", *, error: Error = ModelError) -> None:
     """Names, or other things that can be compared, of which none comes twice."""
     twice = sorted(repr(x) for x, count in Counter(given).items() if count > 1)
     if twice:
         raise refusal(error, expected, f"{', '.join(twice)} more than once", cure)
 
 
-def name(given: Any, expected: str, cure: str = "", *, error: type[KaneError] = ModelError) -> str:
+def name(given: Any, expected: str, cure: str = "", *, error: Error = ModelError) -> str:
     """A text that is not empty."""
     that(isinstance(given, str) and given, expected, given, cure, error=error)
     return str(given)
 
 
-def flag(given: Any, expected: str, cure: str = "", *, error: type[KaneError] = ModelError) -> bool:
+def flag(given: Any, expected: str, cure: str = "", *, error: Error = ModelError) -> bool:
     """True or False, NumPy's too."""
     that(isinstance(given, bool) or type(given).__name__ in ("bool", "bool_"), expected, given, cure, error=error)
     return bool(given)
@@ -120,7 +104,7 @@ def is_number(given: object) -> bool:
     return not isinstance(given, bool) and isinstance(given, Real) and math.isfinite(given)
 
 
-def number(given: Any, expected: str, cure: str = "", *, error: type[KaneError] = ModelError) -> float:
+def number(given: Any, expected: str, cure: str = "", *, error: Error = ModelError) -> float:
     """A finite real number."""
     that(is_number(given), expected, given, cure, error=error)
     return float(given)
@@ -133,7 +117,7 @@ def whole(
     *,
     least: float = -math.inf,
     most: float = math.inf,
-    error: type[KaneError] = ModelError,
+    error: Error = ModelError,
 ) -> int:
     """A whole number from `least` to `most`."""
     right = not isinstance(given, bool) and isinstance(given, Integral) and least <= int(given) <= most
