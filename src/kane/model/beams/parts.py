@@ -20,7 +20,8 @@ M = ρA L m and K = k EI/L³ in numbers m, k and their modes mΦ: ΦᵀmΦ = 1, 
 C = 2 ζ √(ρA L EI/L³) · mΦ diag(λ) Φᵀm.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import reduce
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -158,6 +159,10 @@ def slices(name: str, root: Point, frame: Frame, whole: Fields, matter: Matter) 
     return parts
 
 
+Matrices = Sequence[tuple[Field, Sequence[tuple[Expr, Array]]]]
+"""C, for each field a sum of values times matrices of numbers."""
+
+
 class Gauges:
     """The gauges of a beam's coordinates; those that are angles turn an arm of the beam's length."""
 
@@ -173,10 +178,15 @@ class Gauges:
                 self.arms[q] = arm
                 self.points[q] = origin.at(f"{name} gauge of {q.name}", n * mul(arm, q))
 
-    def load(self, name: str, forces: Sequence[tuple[Coordinate, Expr]], potential: Expr | None) -> Load:
-        """A load of generalized forces on these coordinates."""
-        on = tuple((self.points[q], self.direction * div(-f, self.arms[q])) for q, f in forces)
-        return Load(name, on, potential=potential)
+    def load(self, name: str, matrices: Matrices, of: Callable[[Coordinate], Expr], potential: Expr | None) -> Load:
+        """The load −C x of what is had `of` the coordinates."""
+        on = []
+        for f, terms in matrices:
+            x = [of(q) for q in f.coordinates]
+            for i, q in enumerate(f.coordinates):
+                force = reduce(add, (mul(value, combined(c[i], x)) for value, c in terms), ZERO)
+                on.append((self.points[q], self.direction * div(-force, self.arms[q])))
+        return Load(name, tuple(on), potential=potential)
 
 
 def stiffness(f: Field) -> Array:
@@ -199,26 +209,9 @@ def stiffness_value(f: Field, length: Expr) -> Expr:
 
 def elasticity(name: str, gauges: Gauges, length: Expr, fields: Sequence[Field]) -> Load:
     """The load with the strain energy ½ qᵀ K q as its potential."""
-    forces: list[tuple[Coordinate, Expr]] = []
-    energy = ZERO
-    for f in fields:
-        k, value = stiffness(f), stiffness_value(f, length)
-        energy = add(energy, mul(value, quadratic(k / 2, f.coordinates)))
-        forces += [(q, mul(value, combined(row, f.coordinates))) for q, row in zip(f.coordinates, k, strict=True)]
-    return gauges.load(f"elasticity of {name}", forces, energy)
-
-
-def damper(name: str, gauges: Gauges, matrices: Sequence[tuple[Field, Sequence[tuple[Expr, Array]]]]) -> Load:
-    """The load −C q̇, with C a sum of values times matrices of numbers for each field."""
-    forces: list[tuple[Coordinate, Expr]] = []
-    for f, terms in matrices:
-        rates = [rate(q) for q in f.coordinates]
-        for i, q in enumerate(f.coordinates):
-            total = ZERO
-            for value, c in terms:
-                total = add(total, mul(value, combined(c[i], rates)))
-            forces.append((q, total))
-    return gauges.load(f"damping of {name}", forces, None)
+    k = [(f, stiffness_value(f, length), stiffness(f)) for f in fields]
+    energy = reduce(add, (mul(value, quadratic(c / 2, f.coordinates)) for f, value, c in k), ZERO)
+    return gauges.load(f"elasticity of {name}", [(f, [(value, c)]) for f, value, c in k], lambda q: q, energy)
 
 
 _DIGITS = 30
@@ -242,7 +235,8 @@ def damping_of(
         came = f"{given}: its modes are those of bending and shear together"
         expect.that(set(damping) == {"stiffness"}, expected, came=came)
     values = {kind: _parameter(name, kind, x) for kind, x in damping.items()}
-    return (damper(name, gauges, [(f, _terms(f, whole, matter, values)) for f in whole.fields]),)
+    matrices = [(f, _terms(f, whole, matter, values)) for f in whole.fields]
+    return (gauges.load(f"damping of {name}", matrices, rate, None),)
 
 
 def _parameter(name: str, kind: str, given: Any) -> Expr:
