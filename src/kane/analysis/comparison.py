@@ -108,9 +108,12 @@ class SpeedComparison(Attributes):
             *(("cond W, usually", "at worst", "cond M") if with_motion else ()),
             "singular where",
         )
-        return head, [
-            (s.name, *_counts(s, routes), *(_conditions(s) if with_motion else ()), _where(s)) for s in self.sets
-        ]
+        rows = []
+        for s in self.sets:
+            counts = (f"{s.operations[r]:,}" if r in s.operations else "–" for r in routes)
+            where = ", ".join(f"{cut(e, 40)} = 0" for e in s.singular) or "nowhere"
+            rows.append((s.name, *counts, *(_conditions(s) if with_motion else ()), where))
+        return head, rows
 
     def __repr__(self) -> str:
         return show.columns(*self.table())
@@ -212,19 +215,11 @@ def _conditions_of(a: Array, finite: Mask) -> Array:
     return found
 
 
-def _counts(s: SpeedSet, routes: Sequence[str]) -> list[str]:
-    return [f"{s.operations[r]:,}" if r in s.operations else "–" for r in routes]
-
-
 def _conditions(s: SpeedSet) -> tuple[str, str, str]:
     if s.condition is None or s.mass_condition is None or s.worst is None:
         return ("", "", "")
     worst, t = s.worst
     return f"{np.median(s.condition):.2g}", f"{worst:.2g} at {t:.3g} s", f"{np.median(s.mass_condition):.2g}"
-
-
-def _where(s: SpeedSet) -> str:
-    return ", ".join(f"{cut(e, 40)} = 0" for e in s.singular) or "nowhere"
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -283,7 +283,9 @@ class NormalModes(Attributes):
 
     def normal_coordinates(self, x: Any) -> Array:
         """η = BᵀM x, of deviations or of their rates; x is n, or n × any."""
-        return np.asarray(self.shapes.T @ self.M @ self._checked(x))
+        own, expected = np.asarray(x, dtype=float), f"{len(self.names)} values, of {', '.join(self.names)}"
+        expect.that(own.shape[:1] == (len(self.names),), expected, came=f"shape {own.shape}", error=ArgumentError)
+        return np.asarray(self.shapes.T @ self.M @ own)
 
     def motion(self, t: Any, x: Any, rates: Any) -> Array:
         """x at the times t (n_t × n) from x and its rates at t = 0: η cos ω t + η̇ sin ω t/ω, hyperbolic where λ < 0."""
@@ -296,12 +298,6 @@ class NormalModes(Attributes):
             reach = np.where(omega > 0, swing / omega, times)
         even = np.where(self.squares > 0, np.cos(angle), np.cosh(np.where(self.squares < 0, angle, 0.0)))
         return np.asarray((start * even + drift * reach) @ self.shapes.T)
-
-    def _checked(self, x: Any) -> Array:
-        own = np.asarray(x, dtype=float)
-        expected = f"{len(self.names)} values, of {', '.join(self.names)}"
-        expect.that(own.shape[:1] == (len(self.names),), expected, came=f"shape {own.shape}", error=ArgumentError)
-        return own
 
     def __repr__(self) -> str:
         shown = ", ".join(

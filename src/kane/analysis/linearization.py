@@ -303,7 +303,10 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
     counts = len(tangent.free_q), len(states)
     states = (*states, *(s.name for s in eom.states))
     a, b = result[:, : len(rows)], result[:, len(rows) :]
-    _check_steady(states, counts, sample(values[rows]), sample(a))
+    left = zip(states, sample(values[rows]), dependence(sample(a), *counts), strict=True)
+    remains = (f"{s}' = {x:.6g}" for s, x, matters in left if matters and not abs(x) <= GIVEN)
+    came = "a point where there remains {} with parameters at their defaults"
+    expect.none(remains, "an equilibrium or a steady motion", came, error=SimulationError)
     inputs = tuple(r.name for r in eom.inputs)
     return SymbolicLinear(states, inputs, len(tangent.free_q), Matrix(a, a.shape), Matrix(b, b.shape))
 
@@ -358,10 +361,3 @@ def _in_symbols(sample: Callable[[Entries], Array], preferred: Sequence[int]) ->
         return by_free_part(a, rest, choose(sample(a), preferred), solve)
 
     return solved
-
-
-def _check_steady(states: Sequence[str], counts: tuple[int, int], rest: Array, a: Array) -> None:
-    matters = dependence(a, *counts)
-    left = [f"{s}' = {x:.6g}" for s, x, m in zip(states, rest, matters, strict=True) if m and not abs(x) <= GIVEN]
-    came = "a point where there remains {} with parameters at their defaults"
-    expect.none(left, "an equilibrium or a steady motion", came, error=SimulationError)

@@ -242,7 +242,10 @@ def outputs_of(eom: Equations, outputs: Mapping[str, Any] | Sequence[Any] | None
     """The outputs with every rate written in speeds; a sequence is named by its expressions."""
     if outputs is None:
         return Outputs((), ())
-    pairs = outputs.items() if isinstance(outputs, Mapping) else [(e, e) for e in _listed(outputs)]
+    listed = isinstance(outputs, Sequence) and not isinstance(outputs, str | Expr)
+    expected = "outputs as a list or a dict {name: expression}"
+    expect.that(listed or isinstance(outputs, Mapping), expected, outputs, error=ArgumentError)
+    pairs = outputs.items() if isinstance(outputs, Mapping) else [(e, e) for e in outputs]
     names, roots = [], []
     for key, e in pairs:
         name = str(key)
@@ -263,12 +266,6 @@ def outputs_of(eom: Equations, outputs: Mapping[str, Any] | Sequence[Any] | None
     )
     expect.none(unknown, "outputs in symbols of the system", cure=cure, error=ValueMissingError)
     return Outputs(tuple(names), tuple(roots))
-
-
-def _listed(outputs: Any) -> Sequence[Any]:
-    if isinstance(outputs, str | Expr) or not isinstance(outputs, Sequence):
-        raise ArgumentError(f"Expected outputs as a list or a dict {{name: expression}}, got {cut(repr(outputs))}.")
-    return outputs
 
 
 class Answers(NamedTuple):

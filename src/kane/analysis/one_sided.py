@@ -58,16 +58,14 @@ class SidedBundles:
             if key not in self._runs:
                 bundle = self.numeric.value(make, *arguments)
                 groups = {
-                    name: Shaped(g.shape, tuple(map(self._on_sides, g.roots))) for name, g in bundle.groups.items()
+                    name: Shaped(g.shape, tuple(on_sides(root, self.sides, self._memo) for root in g.roots))
+                    for name, g in bundle.groups.items()
                 }
                 own = Bundle(bundle.name, bundle.ports, bundle.record, groups)
                 self._runs[key] = _reference(own, *self.sides.values())
             return lambda *given: self._runs[key](*given, signs)
 
         return run
-
-    def _on_sides(self, root: Expr) -> Expr:
-        return on_sides(root, self.sides, self._memo)
 
 
 def _reference(bundle: Bundle[R], *more: Symbol) -> Callable[..., R]:

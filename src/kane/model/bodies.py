@@ -9,6 +9,7 @@ symmetric, its principal moments are not negative, and none is larger than the s
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple, Protocol, TypeGuard, runtime_checkable
 from weakref import WeakKeyDictionary
 
@@ -175,7 +176,7 @@ class RigidBody(Immutable):
             object.__setattr__(self, slot, value)
 
     def __reduce__(self) -> tuple[Callable[..., "RigidBody"], tuple[Any, ...]]:
-        return _restored, (self.name, self.frame, self.mass_center, self.mass, self.inertia)
+        return partial(RigidBody, **{slot: getattr(self, slot) for slot in self.__slots__}), ()
 
     def parts(self) -> tuple[Part, ...]:
         """The body itself."""
@@ -202,18 +203,19 @@ def _central(name: str, frame: Frame, center: Point, mass: Expr, about: tuple[An
     return central_inertia(dyadic, mass, offset)
 
 
-def _restored(name: str, frame: Frame, mass_center: Point, mass: Expr, inertia: Dyadic) -> RigidBody:
-    """A body that was pickled."""
-    return RigidBody(name, frame=frame, mass_center=mass_center, mass=mass, inertia=inertia)
-
-
 _AXES = "xyz"
 _PAIRS = ((0, 1), (1, 2), (2, 0))
 
 
 def check_mass(name: str, mass: Expr) -> None:
-    """A mass is constant, and not below zero at the defaults of its parameters."""
-    check_constant(name, "mass", [mass])
+    """A mass is constant, and not below zero at the defaults of its parameters.
+
+    Of what leaves or joins, and takes momentum along, nothing is said.
+    """
+    varying = (s for s in free_symbols([mass]) if not isinstance(s, Parameter))
+    came = "one with {} in it: the momentum that leaves or joins, ṁ v, would be missing"
+    cure = "Model what moves as bodies of their own, and what is thrown off as the force that it exerts."
+    expect.none(varying, f"a constant mass of {name}", came, cure)
     number = mass.default if isinstance(mass, Parameter) else constant_value(mass)
     if number is None:
         if isinstance(mass, Parameter) or any(s.default is None for s in free_symbols([mass])):
@@ -282,14 +284,6 @@ def largest_moment(part: Part, constants: Mapping[Expr, float]) -> float:
     """The largest of them, 0 without inertia."""
     found = moments(part, constants)
     return found[-1] if found is not None else 0.0 if part.inertia is None else 1.0
-
-
-def check_constant(name: str, what: str, exprs: Iterable[Expr]) -> None:
-    """A ModelError for a mass that varies: what leaves or joins takes momentum along, of which nothing is said."""
-    varying = (s for s in free_symbols(exprs) if not isinstance(s, Parameter))
-    came = "one with {} in it: the momentum that leaves or joins, ṁ v, would be missing"
-    cure = "Model what moves as bodies of their own, and what is thrown off as the force that it exerts."
-    expect.none(varying, f"a constant {what} of {name}", came, cure)
 
 
 def check_turning(inertial: Basis, parts: Iterable[tuple[str, Basis, Dyadic]]) -> None:

@@ -56,9 +56,12 @@ class Event(Immutable):
     then: Any = None
 
     def __post_init__(self) -> None:
-        _check_event(self)
+        who = f"the event {cut(repr(self.name), 40)}"
+        for what, (right, expected) in _EVENT.items():
+            given = getattr(self, what)
+            expect.that(right(given), f"{what} of {who} to be {expected}", given, "See kn.Event.")
         object.__setattr__(self, "threshold", float(self.threshold))
-        object.__setattr__(self, "then", as_action(f"the event {cut(repr(self.name), 40)}", self.then))
+        object.__setattr__(self, "then", as_action(who, self.then))
         object.__setattr__(self, "terminal", self.then is None if self.terminal is None else bool(self.terminal))
 
     @property
@@ -88,13 +91,6 @@ _EVENT: dict[str, tuple[Callable[[Any], bool], str]] = {
     "message": (lambda x: isinstance(x, str), "a text"),
 }
 """What each field of an event must be."""
-
-
-def _check_event(event: Event) -> None:
-    who = f"the event {cut(repr(event.name), 40)}"
-    for what, (right, expected) in _EVENT.items():
-        given = getattr(event, what)
-        expect.that(right(given), f"{what} of {who} to be {expected}", given, "See kn.Event.")
 
 
 SETTABLE = (Coordinate, Speed, StateVariable, Parameter, Input)

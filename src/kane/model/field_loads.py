@@ -14,7 +14,7 @@ degree more than the force. The points belong to a body, `frame`, and move with 
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import reduce
 from typing import Any
 
@@ -222,10 +222,8 @@ def pressure_on_disk(
     x = across if across is not None else _across(frame, normal)
     check_unit(x, "direction across the normal")
     y, r = normal.cross(x), as_expr(radius)
-    rule, turns = (
-        list(_radial(degree)),
-        degree + 2,
-    )  # equidistant angles are exact for trigonometric polynomials of lower degree
+    # ∫ f ρ dρ over the radius; equidistant angles are exact for trigonometric polynomials of lower degree
+    rule, turns = [(constant(x), constant(w * x)) for x, w in zip(*gauss(_points(degree) + 1), strict=True)], degree + 2
     forces = []
     for i, (share, weight) in enumerate(rule, 1):
         for k in range(turns):
@@ -243,12 +241,6 @@ def _gauss(degree: int) -> Rule:
     if count == 1:
         return [(constant(1) / 2, constant(1))]
     return [(constant(x), constant(w)) for x, w in zip(*gauss(count), strict=True)]
-
-
-def _radial(degree: int) -> Iterator[tuple[Expr, Expr]]:
-    """Shares ρ of the radius and weights of ∫ f ρ dρ on 0…1."""
-    for share, w in zip(*gauss(_points(degree) + 1), strict=True):
-        yield constant(share), constant(w * share)
 
 
 def _points(degree: Any) -> int:

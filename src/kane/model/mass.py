@@ -64,7 +64,9 @@ def inertia_about(bodies: Any, point: Point) -> Dyadic:
     """
     parts = parts_listed(bodies)
     _check_point(point, "about which an inertia is asked for")
-    return _along_one(sum((_about(part, point) for part in parts), start=Dyadic()))
+    whole = sum((_about(part, point) for part in parts), start=Dyadic())
+    frames = [f for f in whole.frames() if isinstance(f, Frame)]
+    return _along(frames[0], whole) if len(frames) == 1 else whole
 
 
 def inertia_matrix(bodies: Any, point: Point, frame: Frame) -> Matrix:
@@ -135,13 +137,8 @@ def composite(name: str, bodies: Any, frame: Frame, *, without: Any = ()) -> Rig
     return RigidBody(name, frame=frame, mass_center=center, mass=mass, inertia=whole)
 
 
-def _along_one(inertia: Dyadic) -> Dyadic:
-    """The dyadic multiplied out, where it is written along one frame."""
-    frames = [f for f in inertia.frames() if isinstance(f, Frame)]
-    return _along(frames[0], inertia) if len(frames) == 1 else inertia
-
-
 def _along(frame: Frame, inertia: Dyadic) -> Dyadic:
+    """The dyadic multiplied out, along one frame."""
     return Dyadic.of(frame, inertia.components(frame).map(collected).rows)
 
 

@@ -222,15 +222,12 @@ def _rates_as_speeds(coordinates: tuple[Coordinate, ...], euler: tuple[EulerPara
     for q in coordinates:
         s = sets.get(q)
         if s is None:
-            made[Speed.declare(_speed_name(q.name))] = q.dt
+            numbered = q.name[0] == "q" and q.name[1:].isdigit()
+            made[Speed.declare(f"u{q.name[1:]}" if numbered else f"u_{q.name}")] = q.dt
         elif q is s.coordinates[0]:
             for k, w in enumerate(s.quasi, 1):
                 made[Speed.declare(f"w{k}_{q.name}")] = w
     return made
-
-
-def _speed_name(name: str) -> str:
-    return "u" + name[1:] if name[0] == "q" and name[1:].isdigit() else f"u_{name}"
 
 
 def completed(

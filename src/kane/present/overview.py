@@ -44,11 +44,6 @@ def _symbols(kind: str, symbols: Iterable[Symbol]) -> Iterable[Row]:
     return ({kind: s, "default": s.default, "unit": s.unit, "meaning": s.description} for s in symbols)
 
 
-def _speeds(system: System) -> Iterable[Row]:
-    named = _symbols("speed", system.speeds)
-    return ({**row, "definition": e} for row, e in zip(named, system.speeds.values(), strict=True))
-
-
 def _loads(system: System) -> Iterable[Row]:
     """Gravity comes first; `field` is its acceleration, other loads have none."""
     fields = [g.acceleration for g in system.gravities]
@@ -75,7 +70,10 @@ def _cut(kind: str, s: Symbol) -> Row:
 DECLARED: dict[str, Callable[[System], Iterable[Row]]] = {
     "bodies": lambda system: map(_part, parts_of(system.bodies)),
     "coordinates": lambda system: _symbols("coordinate", system.coordinates),
-    "speeds": _speeds,
+    "speeds": lambda system: (
+        {**row, "definition": e}
+        for row, e in zip(_symbols("speed", system.speeds), system.speeds.values(), strict=True)
+    ),
     "states": lambda system: (
         {**row, "rate": e} for row, e in zip(_symbols("state", system.states), system.states.values(), strict=True)
     ),

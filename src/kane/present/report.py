@@ -100,28 +100,23 @@ def _chapter(eom: Equations, step: Step, terms: list[Contributions]) -> Chapter:
     if step.number == 1:
         coordinates = page_table("", DECLARED["coordinates"](eom.system), "coordinate", "unit", "meaning")
         return Chapter(step.number, step.title, _prose(eom, step), tables=(coordinates,))
-    own, others = _parted(step)
+    of_independent = [(q, value) for q, value in step.results if q.kind in _OF_INDEPENDENT]
+    of_all = [(q, value) for q, value in step.results if q.kind not in _OF_INDEPENDENT]
+    own, others = (of_independent, of_all) if of_independent else (of_all, [])
     block, shown = _block(eom, step.number, own)
+    tables = (_ALL, _INDEPENDENT)[: 1 + bool(eom.embedding)] if step.number == 4 and _surveyable(eom) else ()
     solution, note = _solution(eom) if step.number == 7 else (Block(), "")
     return Chapter(
         step.number,
         step.title,
         _prose(eom, step),
         block,
-        _partial_tables(eom, shown) if step.number == 4 and _surveyable(eom) else (),
+        tuple(_partials(eom, shown, *parts) for parts in tables),
         solution,
         _block(eom, step.number, others)[0],
         noncontributing(eom, terms) if step.number == 5 and terms else note,
         _PROVENANCE[step.number](eom, terms) if step.number in _PROVENANCE and terms else None,
     )
-
-
-def _parted(step: Step) -> tuple[Sequence[Result], Sequence[Result]]:
-    """What is said of the independent speeds, and what of all, where a step says both of equations."""
-    own = [(q, value) for q, value in step.results if q.kind in _OF_INDEPENDENT]
-    if not own:
-        return step.results, ()
-    return own, [(q, value) for q, value in step.results if q.kind not in _OF_INDEPENDENT]
 
 
 def _block(eom: Equations, number: int, results: Sequence[Result]) -> tuple[Block, Mapping[Quantity, DisplayedFormula]]:
@@ -143,10 +138,6 @@ def _block(eom: Equations, number: int, results: Sequence[Result]) -> tuple[Bloc
         displays = [head + _matrix(speeds, shown, kind) for kind, (head, speeds) in heads.items() if kind in kinds]
     listed = [f for q, f in shown.items() if q.kind not in apart or (number == 7 and q.place not in set(eom.speeds))]
     return Block(tuple(between), tuple(listed), tuple(displays)), shown
-
-
-def _partial_tables(eom: Equations, shown: Mapping[Quantity, DisplayedFormula]) -> tuple[PageTable, ...]:
-    return tuple(_partials(eom, shown, *parts) for parts in (_ALL, _INDEPENDENT)[: 2 if eom.embedding else 1])
 
 
 _PROVENANCE: dict[int, Callable[[Equations, list[Contributions]], Provenance | None]] = {

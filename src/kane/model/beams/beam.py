@@ -8,7 +8,7 @@ held, a beam that spins at Ω across its axis has, out of the plane of rotation,
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -148,7 +148,7 @@ class Beam(Immutable):
             object.__setattr__(self, slot, value)
 
     def __reduce__(self) -> tuple[Callable[..., "Beam"], tuple[Any, ...]]:
-        return _restored, (self.name, self.root, self._arguments)
+        return partial(Beam, self.name, self.root, **self._arguments), ()
 
     def parts(self) -> tuple[Part, ...]:
         """What has mass: stations, or points that share momentum."""
@@ -232,11 +232,6 @@ def _given(arguments: Iterable[Any]) -> Iterator[Expr]:
             yield from _given(x.values())
         elif isinstance(x, tuple | list):
             yield from _given(x)
-
-
-def _restored(name: str, root: Point, arguments: Mapping[str, Any]) -> Beam:
-    """A beam that was pickled."""
-    return Beam(name, root, **arguments)
 
 
 def _check(name: Any, root: Any, frame: Any, form: Any, stiffening: Any) -> None:

@@ -245,7 +245,11 @@ class Fields(NamedTuple):
     def sagging(self) -> tuple[Field, ...]:
         """The deflections, each with that by shear along the same direction."""
         shear = {id(f.along): f for f in self.fields if f.stem in SHEAR.values()}
-        return tuple(_with(f, shear[id(f.along)]) if id(f.along) in shear else f for f in self.bending)
+        pairs = ((f, shear.get(id(f.along))) for f in self.bending)
+        return tuple(
+            f._replace(shapes=together(f.shapes, g.shapes), coordinates=(*f.coordinates, *g.coordinates)) if g else f
+            for f, g in pairs
+        )
 
     def place(self, xi: float) -> Vector:
         """r(ξ) from the root."""
@@ -268,10 +272,6 @@ class Fields(NamedTuple):
         if not f.bends:
             return combined(f.shapes.at(xi), f.coordinates)
         return div(combined(f.shapes.at(xi, 1), f.coordinates), self.length)
-
-
-def _with(f: Field, shear: Field) -> Field:
-    return f._replace(shapes=together(f.shapes, shear.shapes), coordinates=(*f.coordinates, *shear.coordinates))
 
 
 def section_frame(name: str, frame: Frame, whole: Fields, xi: float) -> Frame:

@@ -114,18 +114,8 @@ def _power(beta: Array, order: int) -> Array:
     return power
 
 
-def _pinned(n: int) -> Evaluate:
-    """√2 sin nπξ."""
-    return _sines(np.arange(1, n + 1) * np.pi)
-
-
-def _rod(n: int) -> Evaluate:
-    """√2 sin (n − ½)πξ: a rod, or a shaft, fixed at the root and free at the tip."""
-    return _sines((np.arange(n) + 0.5) * np.pi)
-
-
-def _sines(waves: Any) -> Evaluate:
-    beta = np.asarray(waves, dtype=float)
+def _sines(beta: Any) -> Evaluate:
+    """√2 sin βξ."""
 
     def evaluate(x: Array, order: int) -> Array:
         values: Array = np.sqrt(2) * _quarters_further(np.multiply.outer(x, beta), order)[0] * _power(beta, order)
@@ -180,9 +170,9 @@ def _orthonormal(power: int) -> Callable[[int], Evaluate]:
 
 FAMILIES: dict[str, Family] = {
     "clamped-free": Family(_clamped_free, root=(0, 1)),
-    "pinned": Family(_pinned, root=(0,), tip=(0,)),
+    "pinned": Family(lambda n: _sines(np.arange(1, n + 1) * np.pi), root=(0,), tip=(0,)),
     "free-free": Family(_free_free),
-    "rod": Family(_rod, root=(0,)),
+    "rod": Family(lambda n: _sines((np.arange(n) + 0.5) * np.pi), root=(0,)),  # free at the tip
     "polynomials": Family(_orthonormal(2), root=(0, 1)),
     "rod polynomials": Family(_orthonormal(1), root=(0,)),
     "legendre": Family(_polynomials(2), root=(0, 1)),
