@@ -6,7 +6,7 @@ power in the power balance.
 """
 
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any
 
 from kane import expect
 from kane.errors import ModelError, cut
@@ -113,23 +113,18 @@ class Gravity(Immutable):
     name: str = "gravity"
 
 
-P = TypeVar("P", Point, Frame)
-
-
-def _bound(what: str, place: Any, kind: type[P], vector: Any) -> tuple[P, Vector]:
-    """A force at its point, or a torque on its frame."""
-    if not isinstance(place, kind):
-        raise ModelError(f"Expected a {what} on a {kind.__name__}, got {cut(repr(place))}. {_instead(place, kind)}")
+def _bound(name: str, what: str, vector: Any, *places: Any) -> Load:
+    """A force at its point, or a torque on its frame; the opposite at another place, if there is one."""
+    kind: type[Point] | type[Frame] = Point if what == "force" else Frame
+    for place in places:
+        if not isinstance(place, kind):
+            expected = f"a {what} on a {kind.__name__}"
+            raise expect.refusal(ModelError, expected, cut(repr(place)), _instead(place, kind))
     cure = "Say along which axes it is measured: x*B.x + y*B.y + z*B.z."
-    return place, expect.instance(vector, Vector, f"a {what} as a Vector", cure)
-
-
-def _force(point: Any, vector: Any) -> tuple[Point, Vector]:
-    return _bound("force", point, Point, vector)
-
-
-def _torque(frame: Any, vector: Any) -> tuple[Frame, Vector]:
-    return _bound("torque", frame, Frame, vector)
+    expect.instance(vector, Vector, f"a {what} as a Vector", cure)
+    pairs, label = tuple(zip(places, (vector, -vector), strict=False)), " and ".join(x.name for x in places)
+    label = name or f"{what} {'between' if len(places) > 1 else 'on'} {label}"
+    return Load(label, forces=pairs) if kind is Point else Load(label, torques=pairs)
 
 
 def _instead(item: Any, kind: type[Point] | type[Frame]) -> str:
@@ -163,14 +158,12 @@ def _between(what: str, a: Any, b: Any, kind: type[Point] | type[Frame]) -> str:
 
 def Force(point: Point, vector: Vector, name: str = "") -> Load:
     """A force on a point: on a body's particle, write it on a point made with `fixed_in`."""
-    pair = _force(point, vector)
-    return Load(name or f"force on {point.name}", forces=(pair,))
+    return _bound(name, "force", vector, point)
 
 
 def Torque(frame: Frame, vector: Vector, name: str = "") -> Load:
     """A torque on a frame (the body whose frame it is)."""
-    pair = _torque(frame, vector)
-    return Load(name or f"torque on {frame.name}", torques=(pair,))
+    return _bound(name, "torque", vector, frame)
 
 
 def gravity(acceleration: Vector, name: str = "gravity") -> Gravity:
@@ -182,14 +175,12 @@ def gravity(acceleration: Vector, name: str = "gravity") -> Gravity:
 
 def action_reaction(on: Point, from_: Point, force: Vector, name: str = "") -> Load:
     """`force` on one point, its opposite on the other."""
-    a, b = _force(on, force), _force(from_, -force)
-    return Load(name or f"force between {on.name} and {from_.name}", forces=(a, b))
+    return _bound(name, "force", force, on, from_)
 
 
 def torque_pair(on: Frame, from_: Frame, torque: Vector, name: str = "") -> Load:
     """`torque` on one frame, its opposite on the other: a motor between two links."""
-    a, b = _torque(on, torque), _torque(from_, -torque)
-    return Load(name or f"torque between {on.name} and {from_.name}", torques=(a, b))
+    return _bound(name, "torque", torque, on, from_)
 
 
 def linear_spring(a: Point, b: Point, stiffness: Any, free_length: Any = 0, name: str = "") -> Load:
