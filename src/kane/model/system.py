@@ -164,20 +164,18 @@ class System(Declarations):
 
     def replace(self, **changes: Any) -> System:
         """The same system with some arguments of `System(…)` changed: `system.replace(speeds="rates")`."""
-        values = {name: getattr(self, name) for name in _ARGUMENTS} | {"loads": self._given_loads()}
-        unknown = changes.keys() - values.keys()
-        if unknown:
-            raise ModelError(f"Expected some of {', '.join(values)} to replace, got {', '.join(sorted(unknown))}.")
+        values = self._given()
+        expect.none(sorted(changes.keys() - values.keys()), f"some of {', '.join(values)} to replace")
         return System(self.inertial, **(values | changes))
 
     def __reduce__(self) -> tuple[Callable[..., System], tuple[Any, ...]]:
-        arguments = {name: getattr(self, name) for name in _ARGUMENTS} | {"loads": self._given_loads()}
-        return _restored, (self.frames, self.points, self.inertial, arguments)
+        return _restored, (self.frames, self.points, self.inertial, self._given())
 
-    def _given_loads(self) -> tuple[Load | Gravity, ...]:
-        """The loads but for those that bodies bring with them."""
+    def _given(self) -> dict[str, Any]:
+        """The arguments that make it: all loads but those that bodies bring with them."""
         brought = brought_loads(self.bodies)
-        return (*self.gravities, *(x for x in self.loads if all(x is not y for y in brought)))
+        loads = (*self.gravities, *(x for x in self.loads if all(x is not y for y in brought)))
+        return {name: getattr(self, name) for name in _ARGUMENTS} | {"loads": loads}
 
     def redefined(self, speeds: Mapping[Speed, Expr]) -> System:
         """The same system by other generalized speeds, made of its own and not checked; none is dependent."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from kane.dynamics.readings.contributions import Contribution, Contributions
+from kane.dynamics.readings.contributions import Contributions
 from kane.dynamics.readings.seven_steps import Kind, Quantity
 from kane.equations.equations import Equations
 from kane.expr.symbols import Symbol
@@ -76,18 +76,6 @@ class Provenance:
     between: tuple[DisplayedFormula, ...]
 
 
-def active_provenance(eom: Equations, contributions: Sequence[Contributions]) -> Provenance | None:
-    """For each F_r the forces and torques that it is summed from."""
-    terms = [(c.speed, c.active, _idle(c.noncontributing_loads, "load", "loads")) for c in contributions]
-    return _provenance(eom, Kind.ACTIVE_FORCE, ("load", "on", "force or torque"), terms)
-
-
-def inertia_provenance(eom: Equations, contributions: Sequence[Contributions]) -> Provenance | None:
-    """For each F*_r the bodies' inertia forces and torques."""
-    terms = [(c.speed, c.inertia, _idle(c.noncontributing_bodies, "body", "bodies")) for c in contributions]
-    return _provenance(eom, Kind.INERTIA_FORCE, ("body", "of", "inertia force or torque"), terms)
-
-
 def mass_provenance(eom: Equations) -> Provenance | None:
     """For each entry on and above the diagonal of M the bodies' shares."""
     entries = [
@@ -114,9 +102,14 @@ def noncontributing(eom: Equations, contributions: Sequence[Contributions]) -> s
     return f"{', '.join(names)} {enter} no generalized active force: noncontributing."
 
 
-def _provenance(
-    eom: Equations, kind: Kind, head: tuple[str, ...], quantities: Sequence[tuple[Any, Sequence[Contribution], str]]
-) -> Provenance | None:
+def force_provenance(eom: Equations, kind: Kind, contributions: Sequence[Contributions]) -> Provenance | None:
+    """For each F_r the forces and torques that it is summed from; for each F*_r the bodies' inertia forces and torques."""
+    if kind is Kind.ACTIVE_FORCE:
+        head = "load", "on", "force or torque"
+        quantities = [(c.speed, c.active, _idle(c.noncontributing_loads, "load", "loads")) for c in contributions]
+    else:
+        head = "body", "of", "inertia force or torque"
+        quantities = [(c.speed, c.inertia, _idle(c.noncontributing_bodies, "body", "bodies")) for c in contributions]
     terms = [c for _, some, _ in quantities for c in some]
     if len(terms) > _MOST or not (terms or any(idle for *_, idle in quantities)):
         return None

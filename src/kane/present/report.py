@@ -24,7 +24,7 @@ from kane.motion.solution.solution import Solution
 from kane.present.check_figures import Check, motion_checks
 from kane.present.formula_list import DisplayedFormula, formulas, quantity_latex, result_formulas
 from kane.present.overview import DECLARED, PageTable, Tex, declared_tables, page_table
-from kane.present.provenance import Provenance, active_provenance, inertia_provenance, mass_provenance, noncontributing
+from kane.present.provenance import Provenance, force_provenance, mass_provenance, noncontributing
 from kane.progress import working
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -141,8 +141,8 @@ def _block(eom: Equations, number: int, results: Sequence[Result]) -> tuple[Bloc
 
 
 _PROVENANCE: dict[int, Callable[[Equations, list[Contributions]], Provenance | None]] = {
-    5: active_provenance,
-    6: inertia_provenance,
+    5: lambda eom, terms: force_provenance(eom, Kind.ACTIVE_FORCE, terms),
+    6: lambda eom, terms: force_provenance(eom, Kind.INERTIA_FORCE, terms),
     7: lambda eom, _: mass_provenance(eom),
 }
 
