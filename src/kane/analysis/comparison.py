@@ -102,12 +102,8 @@ class SpeedComparison(Attributes):
         """Head and rows, as text."""
         routes = list(dict.fromkeys(r for s in self.sets for r in s.operations))
         with_motion = any(s.condition is not None for s in self.sets)
-        head = (
-            "speeds",
-            *routes,
-            *(("cond W, usually", "at worst", "cond M") if with_motion else ()),
-            "singular where",
-        )
+        along = ("cond W, usually", "at worst", "cond M") if with_motion else ()
+        head = ("speeds", *routes, *along, "singular where")
         rows = []
         for s in self.sets:
             counts = (f"{s.operations[r]:,}" if r in s.operations else "–" for r in routes)
@@ -247,16 +243,10 @@ class MethodComparison(Attributes):
     def table(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
         """Head and rows, as text."""
         head = "method", "operations", "unknowns", "state", "eliminated"
-        rows = [
-            (
-                name,
-                str(f.operations.total),
-                str(len(f.unknowns)),
-                str(len(f.state)),
-                "; ".join(f.eliminated) or "nothing",
-            )
-            for name, f in self.formulations.items()
-        ]
+        rows = []
+        for name, f in self.formulations.items():
+            sizes = map(str, (f.operations.total, len(f.unknowns), len(f.state)))
+            rows.append((name, *sizes, "; ".join(f.eliminated) or "nothing"))
         return head, [*rows, *((name, "–", "–", "–", cut(why, 100)) for name, why in self.refused.items())]
 
     def __repr__(self) -> str:

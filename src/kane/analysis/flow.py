@@ -64,15 +64,10 @@ def magnitudes(values: Values, slopes: Slopes, z: Array, u: Array) -> Magnitudes
     def terms(linear: Array, whole: Array) -> Array:
         return np.asarray(np.abs(linear) @ speeds + np.abs(whole - linear @ u))
 
-    return Magnitudes(
-        accelerations,
-        terms(slopes.rates[:, nq : nq + n], values.rates),
-        terms(slopes.spins[:, nq : nq + n], values.spins),
-        terms(held, values.motion),
-        fastest,
-        inverse,
-        alone,
+    rates, spins = (
+        terms(s[:, nq : nq + n], v) for s, v in ((slopes.rates, values.rates), (slopes.spins, values.spins))
     )
+    return Magnitudes(accelerations, rates, spins, terms(held, values.motion), fastest, inverse, alone)
 
 
 def share(value: Array, size: Array) -> Array:
@@ -147,14 +142,8 @@ def flow_at(numeric: Numeric[Equations], state: StateArrays, choice: Preference,
 
     rates, rate_slopes = np.append(values.rates[plain], values.spins), np.vstack([slopes.rates[plain], slopes.spins])
     width, root = t.shape[1], mobility(m, held)
-    tangent = tangents(
-        by_xi(slopes.configuration),
-        by_xi(slopes.motion),
-        width,
-        n,
-        in_numbers(rate_slopes[:, nq : nq + n] @ root, choice.q),
-        in_numbers(root, given_u),
-    )
+    by_q, by_u = in_numbers(rate_slopes[:, nq : nq + n] @ root, choice.q), in_numbers(root, given_u)
+    tangent = tangents(by_xi(slopes.configuration), by_xi(slopes.motion), width, n, by_q, by_u)
     moves = np.vstack([t @ tangent.moves[:width], tangent.moves[width:]])
     answers = -solve(slopes.residual @ moves)
     own = rate_slopes @ moves - turning_rates(rates, len(plain)) @ tangent.moves[:width]
@@ -168,24 +157,9 @@ def flow_at(numeric: Numeric[Equations], state: StateArrays, choice: Preference,
     terms = np.concatenate([terms[free_q], size.accelerations[free_u], values.state_terms])
     scale = np.append(far[free_q] / (size.pace or 1.0), np.linalg.norm(root, axis=1)[free_u])
     scale = _with_states(scale, a, size.pace or 1.0)
+    mass = tangent.b.T @ m @ tangent.b
     return Flow(
-        numeric,
-        run,
-        state,
-        choice,
-        values,
-        slopes,
-        z,
-        tangent,
-        rest,
-        a,
-        b,
-        tangent.b.T @ m @ tangent.b,
-        moves,
-        answers,
-        size,
-        terms,
-        scale,
+        numeric, run, state, choice, values, slopes, z, tangent, rest, a, b, mass, moves, answers, size, terms, scale
     )
 
 

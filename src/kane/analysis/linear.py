@@ -333,10 +333,8 @@ def normal_modes(linear: Linear | SecondOrder) -> NormalModes:
     undamped, cure = np.abs(c / unit).max(initial=0.0) <= GIVEN * np.sqrt(stiff), "linear.modes has the complex modes"
     expected, came = "equations without damping and gyroscopic terms for normal modes", f"C with {np.abs(c).max():.3g}"
     expect.that(undamped, expected, came=came, cure=f"{cure}; second_order() has C.", error=SimulationError)
-    symmetric, came = (
-        np.abs((k - k.T) / unit).max(initial=0.0) <= GIVEN * stiff,
-        "one of forces without a potential energy",
-    )
+    symmetric = np.abs((k - k.T) / unit).max(initial=0.0) <= GIVEN * stiff
+    came = "one of forces without a potential energy"
     expect.that(symmetric, "a symmetric K for normal modes", came=came, cure=f"{cure}.", error=SimulationError)
     from scipy.linalg import eigh  # takes its time to import
 

@@ -76,11 +76,8 @@ class Linearizer(Attributes):
                 raise SimulationError(_not_steady(flow, verdict, self._steady_with(flow, bool(independent), tolerance)))
             _check_independent(flow, independent)
             linear = self._linear(smooth, verdict)
-            return (
-                linear.without(*([leave_out] if isinstance(leave_out, str) else leave_out))
-                if len(leave_out)
-                else linear
-            )
+            gone = [leave_out] if isinstance(leave_out, str) else leave_out
+            return linear.without(*gone) if len(gone) else linear
 
     @staticmethod
     def _steady_with(flow: Flow, fixed: bool, tolerance: float) -> str:
@@ -93,22 +90,12 @@ class Linearizer(Attributes):
     def _linear(self, piece: Piece, verdict: Steadiness) -> Linear:
         eom, flow, slopes = self.eom, piece.flow, piece.output_slopes
         states, count = flow.states, len(flow.states)
+        inputs, point = tuple(r.name for r in eom.inputs), state_from(eom, flow.state)
+        cyclic = tuple(n for n, m in zip(states, verdict.matters, strict=True) if not m)
         return Linear(
-            states,
-            tuple(r.name for r in eom.inputs),
-            self.outputs.names,
-            states[: len(flow.tangents.free_q)],
-            flow.a,
-            flow.b,
-            slopes[:, :count],
-            slopes[:, count:],
-            state_from(eom, flow.state),
-            flow.rest,
-            piece.outputs,
-            flow.mass,
-            tuple(n for n, m in zip(states, verdict.matters, strict=True) if not m),
-            states[flow.counts[1] :],
-        )
+            states, inputs, self.outputs.names, states[: flow.counts[0]], flow.a, flow.b, slopes[:, :count], slopes[:, count:],
+            point, flow.rest, piece.outputs, flow.mass, cyclic, states[flow.counts[1] :],
+        )  # fmt: skip
 
 
 def linearizer(
@@ -287,10 +274,8 @@ def linearize_symbolic(eom: Equations, point: Mapping[Any, Any]) -> SymbolicLine
         return np.array(evaluate(list(map(as_expr, exprs.flat)), point_values), dtype=float).reshape(exprs.shape)
 
     names = [*(c.name for c in eom.system.holonomic), *(c.name for c in eom.constraints.constraints)]
-    came, cure = (
-        "one that misses {} with parameters at their defaults",
-        "Give expressions that satisfy them for all parameters.",
-    )
+    came = "one that misses {} with parameters at their defaults"
+    cure = "Give expressions that satisfy them for all parameters."
     expect.none(misses(names, sample(values[rates:])), "a point on the constraints", came, cure, error=SimulationError)
     wished = [k for k, q in enumerate(perturbed.symbols) if q in set(eom.system.dependent_coordinates)]
     own = eom.embedding.partition.dependent if eom.embedding else ()

@@ -260,10 +260,8 @@ def outputs_of(eom: Equations, outputs: Mapping[str, Any] | Sequence[Any] | None
         names += [f"{name}.{axis}" for axis in "xyz"] if wanted.shape else [name]
         roots += [substituted(eom.in_speeds(root), dict.fromkeys(eom.auxiliary_speeds, ZERO)) for root in wanted.roots]
     allowed = {time, *eom.state, *eom.parameters, *eom.inputs, *unknowns(eom).symbols}
-    unknown, cure = (
-        (s for s in free_symbols(roots) if s not in allowed),
-        "A reaction must be listed in System(reactions=…).",
-    )
+    unknown = (s for s in free_symbols(roots) if s not in allowed)
+    cure = "A reaction must be listed in System(reactions=…)."
     expect.none(unknown, "outputs in symbols of the system", cure=cure, error=ValueMissingError)
     return Outputs(tuple(names), tuple(roots))
 

@@ -102,11 +102,9 @@ class ClosureSearch:
 
     def _starts(self, rng: np.random.Generator, count: int) -> Array:
         """The start itself, some around it, and others anywhere within a turn, or within reach (k × free)."""
-        first, size = self.start.values[self._free], self.level.usual
+        first, size, near = self.start.values[self._free], self.level.usual, count // 3
         x = rng.uniform(-np.pi, np.pi, (count, len(first))) * np.where(size.turns, 1.0, size.x / 2)
-        x[: count // 3] = (
-            rng.normal(size=(count // 3, len(first))) * size.x * np.linspace(0.0, 1.0, count // 3)[:, None]
-        )
+        x[:near] = rng.normal(size=(near, len(first))) * size.x * np.linspace(0.0, 1.0, near)[:, None]
         return np.asarray(x + first)
 
     def _tried(self, x: Array) -> tuple[tuple[Closed, ...], Closed, str]:

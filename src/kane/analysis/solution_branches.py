@@ -329,16 +329,11 @@ def _branch(unknowns: Measured, curve: Curve, path: Path, lin: Linearizer, indep
     after = np.searchsorted(
         path.marked, [c.interval for c in met], side="right"
     ).tolist()  # the marked points after them
-    return Branch(
+    pairs = zip(met, after, strict=True)
+    crossings = [Crossing(float(c.y[-1] * scale), c.root, at(c.y)[0], (k - 1, k), c.grows) for c, k in pairs]
+    symbol, values = (
         conditions.symbols[unknowns.places[-1]],
         np.array([path.points[k][-1] * scale for k in path.marked]),
-        points,
-        linear,
-        tracked([at.eigenvalues for at in linear]),
-        path.turning,
-        tuple(
-            Crossing(float(c.y[-1] * scale), c.root, at(c.y)[0], (k - 1, k), c.grows)
-            for c, k in zip(met, after, strict=True)
-        ),
-        path.message,
     )
+    eigenvalues = tracked([at.eigenvalues for at in linear])
+    return Branch(symbol, values, points, linear, eigenvalues, path.turning, tuple(crossings), path.message)

@@ -408,10 +408,8 @@ def solve_problem(task: Problem, tolerance: float) -> Array:
     if not left.max(initial=0) <= tolerance:
         raise SimulationError(_failed(task, task.conditions(x)[0], left, best.steps))
     away = turned_closures(branches(task.conditions.eom.system), turned(x))
-    expected, cure = (
-        "a steady motion on the branch that the closures mean",
-        "Guess coordinates on that branch: kn.assemble",
-    )
+    expected = "a steady motion on the branch that the closures mean"
+    cure = "Guess coordinates on that branch: kn.assemble"
     expect.that(not away, expected, came=away, cure=f"{cure} finds them.", error=SimulationError)
     return x
 

@@ -194,10 +194,8 @@ def _central(name: str, frame: Frame, center: Point, mass: Expr, about: tuple[An
     check_connected(frame, point.frame)
     offset = center.position(point).express(frame)
     moving = (s for s in free_symbols(offset.scalars()) if not isinstance(s, Parameter))
-    expected, came = (
-        f"the inertia of {name} about a point fixed in {frame.name}",
-        f"one about {point.name}, whose place",
-    )
+    expected = f"the inertia of {name} about a point fixed in {frame.name}"
+    came = f"one about {point.name}, whose place"
     cure = f"Give it about a point that moves with the body, or about the mass centre {center.name}."
     expect.none(moving, expected, came + " depends on {}", cure)
     return central_inertia(dyadic, mass, offset)

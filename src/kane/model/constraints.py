@@ -307,10 +307,8 @@ class Cut(NamedTuple):
 
 
 def _cut(kind: str, name: str, at: Point | None, frame: Frame | None, along: Vector | None) -> Cut:
-    expected, came = (
-        f"{kind} {name!r} at=point for a force or frame=frame for a torque",
-        "neither" if at is None else "both",
-    )
+    expected = f"{kind} {name!r} at=point for a force or frame=frame for a torque"
+    came = "neither" if at is None else "both"
     expect.that((at is None) != (frame is None), expected, came=came, error=ReactionError)
     place: Any = frame if at is None else at
     expected = f"at=Point or frame=Frame for {kind} {name!r}"

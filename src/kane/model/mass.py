@@ -129,10 +129,8 @@ def composite(name: str, bodies: Any, frame: Frame, *, without: Any = ()) -> Rig
     whole = _along(frame, total)
     symbols = free_symbols([*center.offset.scalars(), *whole.components(frame).entries])
     moving = (s for s in symbols if not isinstance(s, Parameter))
-    expected, cure = (
-        f"bodies of the composite {name} that are fixed in {frame.name}",
-        "List what moves in it as bodies of their own.",
-    )
+    expected = f"bodies of the composite {name} that are fixed in {frame.name}"
+    cure = "List what moves in it as bodies of their own."
     expect.none(moving, expected, "places or inertias there that depend on {}", cure)
     return RigidBody(name, frame=frame, mass_center=center, mass=mass, inertia=whole)
 
@@ -264,10 +262,8 @@ def principal(inertia: Dyadic, frame: Frame | None = None, *, values: Mapping[An
         matrix = Matrix(np.asarray(evaluate(matrix, values), dtype=float).tolist())
     numbers = _matrix_of_numbers(matrix)
     if numbers is not None:
-        symmetric, came = (
-            np.abs(numbers - numbers.T).max() <= DECLARED * np.abs(numbers).max(),
-            f"the matrix {numbers.tolist()}",
-        )
+        symmetric = np.abs(numbers - numbers.T).max() <= DECLARED * np.abs(numbers).max()
+        came = f"the matrix {numbers.tolist()}"
         cure = "kn.inertia(frame, Ixx, Iyy, Izz, Ixy, Iyz, Izx) makes one."
         expect.that(symmetric, "a symmetric inertia", came=came, cure=cure)
     lone = next((i for i in range(3) if _apart(matrix, i)), None)

@@ -99,10 +99,8 @@ def check_no_accelerations(symbols: Iterable[Symbol]) -> None:
     rates = (s for s in symbols if isinstance(s, Rate) and not isinstance(s.place, Coordinate | StateVariable))
     wrong = [s for s in rates if input_of(s) is None]
     expected = "loads in coordinates, rates, speeds, parameters, inputs and time"
-    came, cure = (
-        "{}, which is not known before the equations are solved",
-        "Model a load that depends on an acceleration",
-    )
+    came = "{}, which is not known before the equations are solved"
+    cure = "Model a load that depends on an acceleration"
     expect.none(wrong[:1], expected, came, f"{cure} as mass or inertia.")
 
 
@@ -189,10 +187,8 @@ def _check_known(a: StateVariable, s: Symbol) -> None:
     elif isinstance(s, Reaction | AuxiliarySpeed):
         what, cure = f"{s} ({type(s).__name__})", "Write what the reaction follows from, or a load in its place"
     elif isinstance(s, Rate) and input_of(s) is None and not isinstance(s.place, Coordinate):
-        what, cure = (
-            f"the acceleration {s}",
-            "Take a state whose rate holds the speed in its place: a high-pass filter is the speed minus a low-pass filter of it",
-        )
+        what = f"the acceleration {s}"
+        cure = "Take a state whose rate holds the speed in its place: a high-pass filter is the speed minus a low-pass filter of it"
     else:
         return
     raise ModelError(

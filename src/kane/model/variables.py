@@ -116,10 +116,8 @@ def speed_definitions(
         if speeds != "rates":
             raise SpeedsError(f'Expected speeds={{u1: definition, …}} or "rates", got {speeds!r}.')
         return _rates_as_speeds(coordinates, euler)
-    expected, cure = (
-        'speeds= to be a dict {u1: definition, …} or "rates"',
-        "Each definition needs its speed: {u1: q1.dt, u2: q2.dt}.",
-    )
+    expected = 'speeds= to be a dict {u1: definition, …} or "rates"'
+    cure = "Each definition needs its speed: {u1: q1.dt, u2: q2.dt}."
     expect.instance(speeds, Mapping, expected, cure, error=SpeedsError)
     definitions: dict[Speed, Expr] = {}
     for u, definition in speeds.items():

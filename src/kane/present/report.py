@@ -325,12 +325,7 @@ def report(
 
 
 def page(
-    eom: Equations,
-    *,
-    solution: Solution | None = None,
-    title: str | None = None,
-    sources: Sequence[str] = (),
-    checks: Iterable[Check] = (),
+    eom: Equations, *, solution: Solution | None, title: str | None, sources: Sequence[str], checks: Iterable[Check]
 ) -> str:
     """The text of the report."""
     check_equations(eom)

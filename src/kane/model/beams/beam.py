@@ -266,9 +266,8 @@ def first_frequency(
 ) -> float:
     """The first frequency (rad/s) of a deflection with the root held, out of the plane in which the beam spins."""
     f = field if richer is None else field._replace(shapes=richer)
-    mass, length, stiff = (
-        float(evaluate(x, values)) for x in (beam.mass_per_length.value, beam.length, f.stiffness.value)
-    )
+    measures = (beam.mass_per_length.value, beam.length, f.stiffness.value)
+    mass, length, stiff = (float(evaluate(x, values)) for x in measures)
     inert, elastic, drawn = _integrals(f.shapes, beam.mass_per_length.share, f.stiffness.share)
     k = stiff / length**3 * elastic + spin**2 * mass * length * drawn
     return float(np.sqrt(np.maximum(_eigenvalues(k, mass * length * inert)[0], 0.0)))

@@ -195,10 +195,8 @@ def rack_and_pinion(
     d = along if along is not None else rack.axis if isinstance(rack, Joint) else None
     if n is None or d is None:
         raise ModelError(f"Expected axis= and along= for {name!r}, which is not given by a pin and a slider.")
-    wheel, bar = (
-        _side(name, part, kind, f"a {kind} joint", f"a {kind} joint or (frame, point)")
-        for part, kind in ((pinion, "pin"), (rack, "slider"))
-    )
+    pairs = ((pinion, "pin"), (rack, "slider"))
+    wheel, bar = (_side(name, x, kind, f"a {kind} joint", f"a {kind} joint or (frame, point)") for x, kind in pairs)
     r = as_expr(radius)
     if abs(numbers([n.dot(d)])[0]) > DECLARED:
         raise ModelError(f"Expected the rack {name!r} across the pinion's axis, got {d} and {n}.")
