@@ -137,18 +137,10 @@ class Linear(Attributes):
         self._check_untied(self.C, self.C, [f"the output {name}" for name in self.outputs], gone)
         held = [i for i in keep if i >= len(self.coordinates)]
         speeds = [i - len(self.coordinates) for i in held if self.states[i] not in self.further]
-        return replace(
-            self,
-            states=tuple(self.states[i] for i in keep),
-            coordinates=tuple(n for i, n in enumerate(self.coordinates) if i in keep),
-            A=self.A[np.ix_(keep, keep)],
-            B=self.B[keep],
-            C=self.C[:, keep],
-            rates=self.rates[keep],
-            mass=self.mass[np.ix_(speeds, speeds)],
-            cyclic=tuple(n for n in self.cyclic if self.states.index(n) in keep),
-            further=tuple(n for n in self.further if self.states.index(n) in keep),
-        )
+        kinds: Any = ("states", "coordinates", "cyclic", "further")
+        left: dict[str, Any] = {kind: tuple(n for n in getattr(self, kind) if n in own) for kind in kinds}
+        left |= {"A": self.A[np.ix_(keep, keep)], "B": self.B[keep], "C": self.C[:, keep]}
+        return replace(self, rates=self.rates[keep], mass=self.mass[np.ix_(speeds, speeds)], **left)
 
     def _check_untied(self, rows: Array, whole: Array, labels: Sequence[str], gone: Sequence[int]) -> None:
         tied = np.argwhere(np.abs(rows[:, gone]) > _LINK * np.abs(whole).max(initial=0))

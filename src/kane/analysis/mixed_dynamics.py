@@ -103,14 +103,9 @@ class Inverse(Attributes):
         own = named_values("quantities that are given", self.known, given)
         rest = [s for s in self.known if s not in own]
         taken = dict(zip(rest, solution[rest], strict=True)) if rest else {}
-        return self(
-            q=list(solution.q.T),
-            u=list(solution.u.T),
-            given=own | taken,
-            parameters=dict(solution.parameters),
-            t=solution.t,
-            states=list(solution.a.T),
-        )
+        q, u, a = (list(x.T) for x in (solution.q, solution.u, solution.a))
+        at = State(q, u, states=a, parameters=dict(solution.parameters), t=solution.t)
+        return self(at, given=own | taken)
 
     def _solved(self, t: Array, x: Array, p: Array, r: Array, full: Mapping[Expr, Array]) -> Array:
         eom = self.eom

@@ -56,15 +56,10 @@ def closed(numeric: Numeric[Equations], state: StateArrays) -> StateArrays:
     eom, perturbed, run = numeric.equations, numeric.value(perturbations), coded(numeric)
     values = values_at(run, state)
     nq, n = len(eom.coordinates), len(eom.speeds)
-    check_configuration(
-        eom,
-        values.configuration,
-        values.configuration_terms,
-        state.given(eom),
-        "an operating point",
-        "Assemble one first, kn.assemble(eom, q=…, u=…), leave some values out to have them solved for, or find one with kn.trim.",
-    )
-    check_branch(eom, state.x[:nq], state.given(eom), "an operating point", "")
+    given, what = state.given(eom), "an operating point"
+    cure = "Assemble one first, kn.assemble(eom, q=…, u=…), leave some values out to have them solved for, or find one with kn.trim."
+    check_configuration(eom, values.configuration, values.configuration_terms, given, what, cure)
+    check_branch(eom, state.x[:nq], given, what, "")
     zero = np.zeros(values.right.shape)
 
     def closer(at: tuple[Array, Values]) -> tuple[Array, Values]:

@@ -93,13 +93,12 @@ class Tangents(NamedTuple):
     def moves(self) -> Entries:
         """δ(ξ, u, r) of δ(ξ_I, u_I, r)."""
         i, j, nr = len(self.free_q), len(self.free_u), self.p.shape[1]
-        return np.vstack(
-            [
-                np.hstack([self.n, np.zeros((len(self.n), j)), self.p]),
-                np.hstack([self.e, self.b, self.q]),
-                np.hstack([np.zeros((nr, i + j)), np.eye(nr)]),
-            ]
+        rows = (
+            [self.n, np.zeros((len(self.n), j)), self.p],
+            [self.e, self.b, self.q],
+            [np.zeros((nr, i + j)), np.eye(nr)],
         )
+        return np.vstack([np.hstack(row) for row in rows])
 
 
 FreePart = Callable[[Entries, Entries], tuple[tuple[int, ...], Entries]]

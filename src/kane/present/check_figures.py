@@ -69,14 +69,8 @@ def motion_checks(solution: Solution, others: Sequence[Check] = ()) -> tuple[Che
 def _thinned(solution: Solution, places: npt.NDArray[np.int_]) -> Solution:
     at = places[np.unique(np.linspace(0, len(places) - 1, min(len(places), _SAMPLES)).astype(int))]
     equations = tuple(solution.samples[i] for i in at) if solution.samples else ()
-    return replace(
-        solution,
-        t=solution.t[at],
-        states=solution.states[at],
-        work=solution.work[at],
-        samples=equations,
-        phase=solution.phase[at],
-    )
+    parts: dict[str, Any] = {what: getattr(solution, what)[at] for what in ("t", "states", "work", "phase")}
+    return replace(solution, samples=equations, **parts)
 
 
 def _at(solution: Solution) -> str:

@@ -106,17 +106,11 @@ def _chapter(eom: Equations, step: Step, terms: list[Contributions]) -> Chapter:
     block, shown = _block(eom, step.number, own)
     tables = (_ALL, _INDEPENDENT)[: 1 + bool(eom.embedding)] if step.number == 4 and _surveyable(eom) else ()
     solution, note = _solution(eom) if step.number == 7 else (Block(), "")
-    return Chapter(
-        step.number,
-        step.title,
-        _prose(eom, step),
-        block,
-        tuple(_partials(eom, shown, *parts) for parts in tables),
-        solution,
-        _block(eom, step.number, others)[0],
-        noncontributing(eom, terms) if step.number == 5 and terms else note,
-        _PROVENANCE[step.number](eom, terms) if step.number in _PROVENANCE and terms else None,
-    )
+    note = noncontributing(eom, terms) if step.number == 5 and terms else note
+    origins = _PROVENANCE[step.number](eom, terms) if step.number in _PROVENANCE and terms else None
+    partials, by_all = tuple(_partials(eom, shown, *parts) for parts in tables), _block(eom, step.number, others)[0]
+    prose = _prose(eom, step)
+    return Chapter(step.number, step.title, prose, block, partials, solution, by_all, note, origins)
 
 
 def _block(eom: Equations, number: int, results: Sequence[Result]) -> tuple[Block, Mapping[Quantity, DisplayedFormula]]:

@@ -97,15 +97,11 @@ def sharing(name: str, root: Point, whole: Fields, matter: Matter) -> list[Part]
     def times(x: float) -> Expr:
         return mul(constant(float(x)), total) if x else ZERO
 
-    return [
-        Part(
-            point.name if k else f"{name} root",
-            times(row.sum()),
-            point,
-            momenta=tuple((p, times(x)) for p, x in zip(points, row, strict=True) if x),
-        )
-        for k, (point, row) in enumerate(zip(points, rows, strict=True))
-    ]
+    parts = []
+    for k, (point, row) in enumerate(zip(points, rows, strict=True)):
+        momenta = tuple((p, times(x)) for p, x in zip(points, row, strict=True) if x)
+        parts.append(Part(point.name if k else f"{name} root", times(row.sum()), point, momenta=momenta))
+    return parts
 
 
 def _mu(whole: Fields, matter: Matter) -> Array:
