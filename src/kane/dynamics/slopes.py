@@ -13,13 +13,12 @@ from kane.dynamics.inverse_dynamics import TreeInverse, inverse_at, inverse_of, 
 from kane.dynamics.readings.regularity import nan_where_more
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
-from kane.expr.build import add, div, neg, sub
+from kane.expr.build import add, neg, sub
 from kane.expr.differentiation import tangent, weighted
 from kane.expr.forms.count import Prices
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.solve import finish, ldl, sparse_order
-from kane.expr.solve import forward as forward_substitution
+from kane.expr.solve import ldl, sparse_order
 from kane.expr.symbols import Symbol, rate
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited, resolved
@@ -118,16 +117,11 @@ def _solved(
     inverse: TreeInverse, g: Mapping[tuple[int, Symbol], Expr], symbols: Sequence[Symbol]
 ) -> Iterator[Sequence[Expr] | None]:
     """∂λ/∂x = −M⁻¹ ∂g/∂x, None where it is zero."""
-    mass = inverse.mass()
-    order = sparse_order(mass.rows)
-    factors = ldl(mass.take(order, order).rows)
+    mass = inverse.mass().rows
+    factors = ldl(mass, sparse_order(mass))
     for x in symbols:
-        right = [neg(g.get((i, x), ZERO)) for i in order]
-        if all(e is ZERO for e in right):
-            yield None
-            continue
-        value = dict(zip(order, finish(factors, forward_substitution(factors.lower, right)), strict=True))
-        yield [value[i] for i in range(len(order))]
+        right = [neg(g.get((i, x), ZERO)) for i in range(len(mass))]
+        yield None if all(e is ZERO for e in right) else factors.solve(right)
 
 
 def residual_slopes(derived: Derived, symbols: Sequence[Symbol]) -> Matrix:
@@ -188,21 +182,15 @@ class _Solver:
     """∂u̇ of M ∂u̇ − Aᵀ ∂λ = b and A ∂u̇ = c, M factored along its branches."""
 
     def __init__(self, mass: Matrix, a: Matrix) -> None:
-        self.order = sparse_order(mass.rows)
-        self.factors = ldl(mass.take(self.order, self.order).rows)
-        self.pressed = [forward_substitution(self.factors.lower, [row[i] for i in self.order]) for row in a]
-        self.shares = [self._over(row) for row in self.pressed]
+        self.factors = ldl(mass.rows, sparse_order(mass.rows))
+        self.pressed = list(map(self.factors.forward, a))
+        self.shares = list(map(self.factors.over, self.pressed))
         self.block = ldl([[dot(x, y) for y in self.shares] for x in self.pressed])
-
-    def _over(self, column: Sequence[Expr]) -> list[Expr]:
-        return [x if x is ZERO else div(x, p) for x, p in zip(column, self.factors.pivots, strict=True)]
 
     def __call__(self, b: Sequence[Expr], c: Sequence[Expr]) -> Sequence[Expr]:
         if all(x is ZERO for x in (*b, *c)):
             return [ZERO] * len(b)
-        y = forward_substitution(self.factors.lower, [b[i] for i in self.order])
-        right = [sub(x, dot(share, y)) for x, share in zip(c, self.shares, strict=True)]
-        multipliers = finish(self.block, forward_substitution(self.block.lower, right))
-        whole = [add(v, dot(multipliers, own)) for v, own in zip(y, zip(*self.pressed, strict=True), strict=True)]
-        found = dict(zip(self.order, finish(self.factors, whole), strict=True))
-        return [found[i] for i in range(len(b))]
+        y = self.factors.forward(b)
+        multipliers = self.block.solve([sub(x, dot(share, y)) for x, share in zip(c, self.shares, strict=True)])
+        columns = zip(*self.pressed, strict=True)
+        return self.factors.finish([add(v, dot(multipliers, own)) for v, own in zip(y, columns, strict=True)])

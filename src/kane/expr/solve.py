@@ -106,38 +106,54 @@ def in_order(rows: Rows) -> list[tuple[list[int], list[int]]]:
     SingularError
         if no choice of entries gives every row a column of its own
     """
+    supports = [[c for c, x in enumerate(row) if x is not ZERO] for row in rows]
     match = matched_columns(rows)
     if -1 in match:
         rank = sum(c >= 0 for c in match)
         raise SingularError(f"Expected an invertible matrix, got structural rank {rank} of {len(rows)}.")
-    waiting = [(block, [match[i] for i in block]) for block in blocks(rows, match)]
-    order: list[tuple[list[int], list[int]]] = []
-    done: set[int] = set()
-    while waiting:
-        for block, own in waiting:
-            if all(c in done or c in own for i in block for c, x in enumerate(rows[i]) if x is not ZERO):
-                break
-        waiting.remove((block, own))
-        order.append((block, own))
-        done.update(own)
-    return order
+    return [(block, [match[i] for i in block]) for block in _ready(supports, match, blocks(rows, match))]
 
 
 _LARGEST_ADJUGATE = 3
 
 
 class LDL(NamedTuple):
-    """M = L D Lᵀ: `lower[i][j]` for j < i, and the pivots."""
+    """M = L D Lᵀ in an `order` of rows and columns: `lower[i][j]` for j < i, and the pivots, in that order."""
 
     lower: list[list[Expr]]
     pivots: list[Expr]
+    order: Sequence[int]
+
+    def forward(self, b: Sequence[Expr]) -> list[Expr]:
+        """L⁻¹ b, in the order."""
+        return forward(self.lower, [b[i] for i in self.order])
+
+    def over(self, y: Sequence[Expr]) -> list[Expr]:
+        """D⁻¹ y, in the order."""
+        return [div(v, d) for v, d in zip(y, self.pivots, strict=True)]
+
+    def finish(self, y: Sequence[Expr]) -> list[Expr]:
+        """x with D Lᵀ x = y: what is left of M x = b after y = L⁻¹ b."""
+        x = self.over(y)
+        for i in reversed(range(len(x))):
+            for j, entry in enumerate(self.lower[i]):
+                if entry is not ZERO and x[i] is not ZERO:
+                    x[j] = sub(x[j], mul(entry, x[i]))
+        value = dict(zip(self.order, x, strict=True))
+        return [value[i] for i in range(len(x))]
+
+    def solve(self, b: Sequence[Expr]) -> list[Expr]:
+        """x with M x = b."""
+        return self.finish(self.forward(b))
 
 
-def ldl(rows: Rows) -> LDL:
-    """Factors of a symmetric positive definite matrix, without pivoting; only the lower triangle is read.
+def ldl(rows: Rows, order: Sequence[int] | None = None) -> LDL:
+    """Factors of a symmetric positive definite matrix, without pivoting; of rows in their own order only the lower triangle is read.
 
     Costs n(n−1)(n+4)/6 + … operations: each l_ij d_j is kept, so that an update is one multiplication and one subtraction.
     """
+    order = range(len(rows)) if order is None else order
+    rows = [[rows[i][j] for j in order] for i in order]
     n = len(rows)
     work = [[rows[i][j] for j in range(i + 1)] for i in range(n)]
     lower: list[list[Expr]] = [[ZERO] * i for i in range(n)]
@@ -157,7 +173,7 @@ def ldl(rows: Rows) -> LDL:
                 if column[b] is not ZERO:
                     k = j + 1 + b
                     work[i][k] = sub(work[i][k], mul(factors[a], column[b]))
-    return LDL(lower, pivots)
+    return LDL(lower, pivots, order)
 
 
 def forward(lower: Rows, b: Sequence[Expr]) -> list[Expr]:
@@ -168,16 +184,6 @@ def forward(lower: Rows, b: Sequence[Expr]) -> list[Expr]:
             if x is not ZERO and y[j] is not ZERO:
                 y[i] = sub(y[i], mul(x, y[j]))
     return y
-
-
-def finish(factors: LDL, y: Sequence[Expr]) -> list[Expr]:
-    """x with D Lᵀ x = y: what is left of L D Lᵀ x = b after y = `forward(factors.lower, b)`."""
-    x = [div(v, d) for v, d in zip(y, factors.pivots, strict=True)]
-    for i in reversed(range(len(x))):
-        for j, entry in enumerate(factors.lower[i]):
-            if entry is not ZERO and x[i] is not ZERO:
-                x[j] = sub(x[j], mul(entry, x[i]))
-    return x
 
 
 def solve_lu(rows: Rows, columns: Rows) -> list[list[Expr]]:
@@ -293,27 +299,16 @@ def invert(rows: Rows) -> InverseRows:
     determinant vanishes), larger ones by LU with partial pivoting.
     """
     n = len(rows)
-    supports = [[c for c, x in enumerate(row) if x is not ZERO] for row in rows]
-    if all(len(support) == 1 for support in supports) and len({support[0] for support in supports}) == n:
-        match = [support[0] for support in supports]
-        waiting = [[i] for i in range(n)]
-    else:
-        match = matched_columns(rows)
-        rank = sum(c >= 0 for c in match)
-        if rank < n:
-            raise SingularError(f"Expected an invertible matrix, got structural rank {rank} of {n}.")
-        waiting = blocks(rows, match)
     result: list[dict[int, Expr]] = [{} for _ in range(n)]
     pivots: list[Expr] = []
-    for block in _ready(supports, match, waiting):
-        own = [match[i] for i in block]
+    for block, own in in_order(rows):
         inverse = _block_inverse([[rows[i][c] for c in own] for i in block], pivots)
         right: list[dict[int, Expr]] = []
         for i in block:
             unit = {i: ONE}
-            for c in supports[i]:
-                for k, y in result[c].items() if c not in own else ():
-                    unit[k] = sub(unit.get(k, ZERO), mul(rows[i][c], y))
+            for c, x in enumerate(rows[i]):
+                for k, y in result[c].items() if x is not ZERO and c not in own else ():
+                    unit[k] = sub(unit.get(k, ZERO), mul(x, y))
             right.append(unit)
         columns = sorted({k for r in right for k in r})
         for a, c in enumerate(own):

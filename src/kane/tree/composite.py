@@ -30,7 +30,7 @@ from typing import NamedTuple, TypeVar
 from kane.expr.build import add, mul, neg, sub, sum_of
 from kane.expr.matrix import dot
 from kane.expr.node import ONE, TWO, ZERO, Expr
-from kane.expr.solve import LDL, finish, forward, ldl, sparse_order
+from kane.expr.solve import LDL, ldl, sparse_order
 from kane.space.rotation import NOTHING, Triple, cross3, product
 from kane.tree.articulated import Passed, Pressed, Wrenches
 from kane.tree.sweeps import Carry, Driven, Forces, Rates, Tree, forces, inward, outward, rates
@@ -338,17 +338,15 @@ def are_slender(bodies: Sequence[Rigid]) -> bool:
 
 
 class _Factored(NamedTuple):
-    """L D Lᵀ of M in an order of the joint speeds, trial accelerations by number, and the forces left there eliminated, L⁻¹ f."""
+    """L D Lᵀ of M, trial accelerations by number, and the forces left there eliminated, L⁻¹ f."""
 
-    order: Sequence[int]
     factors: LDL
     trial: Sequence[Expr]
     eliminated: Sequence[Expr]
 
     def values(self, eliminated: Sequence[Expr]) -> list[Expr]:
         """ẇ by number."""
-        value = dict(zip(self.order, finish(self.factors, eliminated), strict=True))
-        return [add(x, value[k]) for k, x in enumerate(self.trial)]
+        return list(map(add, self.trial, self.factors.finish(eliminated)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -403,9 +401,8 @@ class Composite:
                 whole = Composites(tree, with_more(spread, {i: moments(body) for i, body in rigid.items()}))
             mass = mass_rows(tree, whole, elastic)
         right = [neg(add(x, y)) for x, y in zip(left, on, strict=True)]
-        order = sparse_order(mass)
-        factors = ldl([[mass[i][j] for j in order] for i in order])
-        return _Factored(order, factors, trial, forward(factors.lower, [right[i] for i in order]))
+        factors = ldl(mass, sparse_order(mass))
+        return _Factored(factors, trial, factors.forward(right))
 
     @cached_property
     def free(self) -> Passed:
@@ -426,8 +423,8 @@ class Composite:
     def press(self, on: Mapping[int, Expr], loads: Wrenches) -> Pressed:
         """L⁻¹ τ of wrenches on segments, along the basis of work, and of generalized forces by number."""
         found, wrenches = self.factored, [loads.get(i) for i in range(len(self.tree))]
-        tau = [add(on.get(k, ZERO), x) for k, x in enumerate(forces(self.tree, wrenches, len(found.order)))]
-        return Pressed(forward(found.factors.lower, [tau[k] for k in found.order]), {})
+        tau = [add(on.get(k, ZERO), x) for k, x in enumerate(forces(self.tree, wrenches, len(found.trial)))]
+        return Pressed(found.factors.forward(tau), {})
 
     def passed(self, pressed: Sequence[Pressed], amounts: Sequence[Expr]) -> Passed:
         """The accelerations with such forces besides, in these amounts."""

@@ -23,7 +23,7 @@ from kane.expr.forms.collect import collected
 from kane.expr.forms.count import price
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr
-from kane.expr.solve import finish, forward, ldl, solve_lu, sparse_order
+from kane.expr.solve import ldl, solve_lu, sparse_order
 
 
 class BlockSolution(NamedTuple):
@@ -56,36 +56,15 @@ def block_solution(blocks: Blocks) -> BlockSolution:
 
 
 def _solution(blocks: Blocks) -> BlockSolution:
-    order = sparse_order(blocks.mass.rows)
-    if order == sorted(order):
-        return _in_order(blocks)
-    found = _in_order(
-        blocks._replace(
-            mass=blocks.mass.take(order, order),
-            forcing=tuple(blocks.forcing[i] for i in order),
-            coupling=blocks.coupling.take(order),
-            mass_a=blocks.mass_a.take(columns=order),
-        )
-    )
-    place = {i: k for k, i in enumerate(order)}
-    back = [place[i] for i in range(len(order))]
-    return found._replace(
-        accelerations=tuple(found.accelerations[k] for k in back), pivots=tuple(found.pivots[k] for k in back)
-    )
-
-
-def _in_order(blocks: Blocks) -> BlockSolution:
-    factors = ldl(blocks.mass.rows)
-    d = factors.pivots
-    y = forward(factors.lower, blocks.forcing)
-    z = [forward(factors.lower, column) for column in blocks.coupling.T]
+    factors = ldl(blocks.mass.rows, sparse_order(blocks.mass.rows))
+    y, z = factors.forward(blocks.forcing), list(map(factors.forward, blocks.coupling.T))
     coupled = any(x is not ZERO for column in z for x in column)
     matrix = blocks.coupling_a
     if not coupled:
-        u_dot = finish(factors, y)
+        u_dot = factors.finish(y)
         right = [sub(dot(m, u_dot), f) for m, f in zip(blocks.mass_a, blocks.forcing_a, strict=True)]
     else:
-        x = [[div(v, p) for v, p in zip(forward(factors.lower, row), d, strict=True)] for row in blocks.mass_a]
+        x = [factors.over(factors.forward(row)) for row in blocks.mass_a]
         matrix = Matrix(
             [[sub(g, dot(r, c)) for g, c in zip(row, z, strict=True)] for row, r in zip(matrix, x, strict=True)]
         )
@@ -94,10 +73,15 @@ def _in_order(blocks: Blocks) -> BlockSolution:
     if coupled:
         for reaction, column in zip(reactions, z, strict=True):
             y = [v if c is ZERO else add(v, mul(c, reaction)) for v, c in zip(y, column, strict=True)]
-        u_dot = finish(factors, y)
+        u_dot = factors.finish(y)
     known = all(any(x is not ZERO for x in row) for row in blocks.evident.rows)
+    pivots = dict(zip(factors.order, factors.pivots, strict=True))
     return BlockSolution(
-        tuple(u_dot), tuple(reactions), tuple(d), matrix, blocks.evident if known else blocks.coupling_a
+        tuple(u_dot),
+        tuple(reactions),
+        tuple(pivots[i] for i in range(len(pivots))),
+        matrix,
+        blocks.evident if known else blocks.coupling_a,
     )
 
 

@@ -31,7 +31,7 @@ from kane.expr.forms.count import price
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, nodes
 from kane.expr.regular import guards
-from kane.expr.solve import finish, forward, ldl
+from kane.expr.solve import ldl
 from kane.expr.symbols import Symbol
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited, resolved
@@ -210,7 +210,7 @@ def _accelerated(derived: Derived, carried: Carrying, route: str, partition: Par
     forces = [pressed for pressed, _ in pairs]
     matrix = products(freed.divisors, forces)
     factors = ldl(matrix)
-    solution = finish(factors, forward(factors.lower, [neg(right) for _, right in pairs]))
+    solution = factors.solve([neg(right) for _, right in pairs])
     passed = freed.passed(forces, solution) if rows else freed.free
     transmitted = {i: passed.transmitted[k] for i, k in asked.items()} if passed.transmitted else {}
     sizes = [row[k] for k, row in enumerate(matrix)]

@@ -23,7 +23,7 @@ from kane.expr.forms.count import Operations, count_operations
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr
 from kane.expr.ops import Immutable
-from kane.expr.solve import finish, forward, ldl
+from kane.expr.solve import ldl
 
 Exprs = tuple[Expr, ...]
 
@@ -113,7 +113,7 @@ def definite(rows: Sequence[Sequence[Expr]], right: Sequence[Expr]) -> list[Expr
         raise ModelError(_SINGULAR) from None
     if not is_regular(factors.pivots):
         raise ModelError(_SINGULAR)
-    return finish(factors, forward(factors.lower, right))
+    return factors.solve(right)
 
 
 def on_constraints(left: Sequence[Expr], held: LinearConstraints | None, x: Sequence[Expr]) -> Exprs:

@@ -27,14 +27,14 @@ from kane.dynamics.formulation.recursive import BENT, WAYS
 from kane.dynamics.readings.energy import linear_momentum, mass_center
 from kane.dynamics.solved import Solved
 from kane.errors import ArgumentError, ExpressionError, ModelError, SingularError, ValueMissingError, alike, cut
-from kane.expr.build import add, div, neg, sub
+from kane.expr.build import add, neg, sub
 from kane.expr.differentiation import tangent, weighted
 from kane.expr.evaluation import free_symbols
 from kane.expr.forms.collect import collected
 from kane.expr.forms.count import price
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr
-from kane.expr.solve import forward, ldl, solve_lu, sparse_order
+from kane.expr.solve import ldl, solve_lu, sparse_order
 from kane.expr.symbols import Reaction, Symbol, Time, input_of, rate
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited
@@ -247,11 +247,9 @@ def operational_mobility(solved: Solved, place: Point | Frame, along: Sequence[V
     else:
         raise ArgumentError(f"Expected a point or a frame to push at, got {place!r}.")
     mass = mass_matrix(solved) if solved.embedding is None else solved.mass_matrix_nh
-    order = sparse_order(mass.rows)
-    speeds = [solved.independent_speeds[i] for i in order]
-    factors = ldl(mass.take(order, order).rows)
-    columns = [forward(factors.lower, [partials[u].dot(axis) for u in speeds]) for axis in axes]
-    scaled = [[ZERO if x is ZERO else div(x, d) for x, d in zip(c, factors.pivots, strict=True)] for c in columns]
+    factors = ldl(mass.rows, sparse_order(mass.rows))
+    columns = [factors.forward([partials[u].dot(axis) for u in solved.independent_speeds]) for axis in axes]
+    scaled = list(map(factors.over, columns))
     return Matrix([[dot(a, b) for b in scaled] for a in columns]).mirrored()
 
 
