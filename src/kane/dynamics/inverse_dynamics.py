@@ -5,7 +5,7 @@ g of each joint speed w is what its equation leaves: the moment and force that a
 equations of the generalized speeds are Σ_w g_w ∂w/∂u_r, and M_rs = Σ ∂w/∂u_r M_ww′ ∂w′/∂u_s.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from kane.dynamics.derivation import Derived
@@ -16,7 +16,7 @@ from kane.expr.build import add, mul, neg, sum_of
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, TWO, ZERO, Expr
 from kane.expr.symbols import rate
-from kane.kinematics.freedoms import Unsuited
+from kane.kinematics.freedoms import Unsuited, changed
 from kane.kinematics.segments import joint_tree
 from kane.kinematics.speeds import Row
 from kane.kinematics.velocity_constraints import constraint_rows
@@ -110,21 +110,8 @@ def inverse_at(
         raise Unsuited("speeds that are not those of the joints")
     value: dict[Expr, Expr] = dict(zip(derived.speeds, u_dot, strict=True))
     rows = rows_of(tree)
-    return TreeInverse(tree, falling(derived), rows, [_lambda(row, value, derived) for row in rows])
-
-
-def _lambda(row: Row, value: Mapping[Expr, Expr], derived: Derived) -> Expr:
-    """λ of a row in speeds and rates, at u̇ by speed."""
-    return sum_of(mul(c, _change(s, value, derived)) for s, c in row.items())
-
-
-def _change(s: Expr, value: Mapping[Expr, Expr], derived: Derived) -> Expr:
-    """u̇ of a speed; q̈ of a rate, d/dt (W u + X)."""
-    if s in value:
-        return value[s]
-    form = derived.kinematical.form({s: ONE})
-    changed = sum_of(mul(w, value[u]) for u, w in form.coefficients.items())
-    return add(derived.kinematics.drift(form.total()), changed)
+    lambdas = [sum_of(mul(c, changed(s, value, derived.kinematics)) for s, c in row.items()) for row in rows]
+    return TreeInverse(tree, falling(derived), rows, lambdas)
 
 
 def inverse_of(derived: Derived, u_dot: Sequence[Expr], route: str) -> TreeInverse:

@@ -207,17 +207,9 @@ def _cosine_rows(rows: Sequence[Row], rates: Sequence[Expr], sets: Sequence[Eule
     cosines = Matrix([[rows[i].get(b, ZERO) for b in rates] for i in places])
     if not all(isinstance(s, Coordinate) for s in free_symbols(cosines.entries)):
         return None
-    if any(np.abs(c @ c.T - np.eye(len(c))).max() > ROUNDED_CHAIN for c in _samples(cosines, sets)):
+    if _off_unit(_values(cosines.rows, sets)) > ROUNDED_CHAIN:
         return None
     return CosineRows(places, tuple(rates), cosines)
-
-
-def _samples(cosines: Matrix, sets: Sequence[EulerParameters]) -> list[Array]:
-    """Values at random coordinates, those of sets of Euler parameters being of unit length."""
-    symbols, groups = free_symbols(cosines.entries), [s.coordinates for s in sets]
-    drawn = dict.fromkeys((*symbols, *(e for group in groups for e in group)))
-    values = [unit({s: draw(seed, s, -1.0, 1.0) for s in drawn}, groups) for seed in SEEDS]
-    return [np.asarray(evaluate(cosines, at), dtype=float) for at in values]
 
 
 def turned(group: EulerParameters, rows: Sequence[Row]) -> CosineRows | None:
@@ -236,12 +228,12 @@ def cosine_blocks(rows: Sequence[Row], sets: Sequence[EulerParameters]) -> list[
 def _along(group: EulerParameters, found: CosineRows) -> tuple[int, ...] | None:
     """The places of the rows along the axes of the frame that a set turns in, in their order; None where they are others."""
     whole = Matrix(cosines_of(np.array(group.coordinates, dtype=object), unit=True))
-    pairs = [(c[:_AXES], c[_AXES:]) for c in _samples(Matrix([*found.cosines.rows, *whole.rows]), [group])]
+    numbers = _values([*found.cosines.rows, *whole.rows], [group])
     axes = [
         place
-        for axis in range(_AXES)
-        for k, place in enumerate(found.places)
-        if all(np.abs(c[k] - all_axes[axis]).max() <= ROUNDED_CHAIN for c, all_axes in pairs)
+        for axis in numbers[_AXES:]
+        for place, row in zip(found.places, numbers, strict=False)
+        if np.abs(row - axis).max() <= ROUNDED_CHAIN
     ]
     return tuple(axes) if len(axes) == _AXES else None
 
@@ -350,12 +342,9 @@ def _turned_before(
     inner = [place[b] for b in own]
     d = before[:, inner]
     turn = np.einsum("ik...,jk...->ij...", after[:, inner], d)
-    gram = np.einsum("ik...,jk...->ij...", d, d)
     sizes = np.abs(after) + np.einsum("ij...,jk...->ik...", np.abs(turn), np.abs(before))
     off = np.abs(after - np.einsum("ij...,jk...->ik...", turn, before))
-    if not (
-        np.all(np.abs(gram - np.eye(len(inner))[..., None]) <= ROUNDED_CHAIN) and np.all(off <= ROUNDED_CHAIN * sizes)
-    ):
+    if not (_off_unit(d) <= ROUNDED_CHAIN and np.all(off <= ROUNDED_CHAIN * sizes)):
         return None
     return [
         {
@@ -370,7 +359,14 @@ def _turned_before(
 def _values(rows: Sequence[Sequence[Expr]], sets: Sequence[EulerParameters]) -> Array:
     """Values (rows × columns × samples), Euler parameters being those of rotations."""
     walk = Walk([x for row in rows for x in row])
-    values = {s: np.array([draw(seed, s, -1.0, 1.0) for seed in SEEDS]) for s in walk.symbols}
-    values = unit(values, (group.coordinates for group in sets))
+    groups = [group.coordinates for group in sets]
+    drawn = dict.fromkeys((*walk.symbols, *(e for group in groups for e in group)))
+    values = unit({s: np.array([draw(seed, s, -1.0, 1.0) for seed in SEEDS]) for s in drawn}, groups)
     found = np.array([np.broadcast_to(x, len(SEEDS)) for x in walk(values)], dtype=float)
     return found.reshape(len(rows), -1, len(SEEDS))
+
+
+def _off_unit(d: Array) -> float:
+    """How far D Dᵀ is from 1 at some of several samples."""
+    gram = np.einsum("ik...,jk...->ij...", d, d)
+    return float(np.abs(gram - np.eye(len(d))[..., None]).max())

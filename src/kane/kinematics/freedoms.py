@@ -7,7 +7,7 @@ Rows in which one unknown is left, with a constant beside it, give it, one after
 follow from their definitions, u̇ = Y q̈ + Ẏ q̇ + ż, which divide by nothing; of joints by speeds of their own q̈ = W u̇ + Ẇ u + Ẋ.
 """
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -17,8 +17,7 @@ from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ONE, ZERO, Expr
 from kane.kinematics.speeds import Row, ScalarForm, Speeds
 from kane.kinematics.velocities import Kinematics
-from kane.space.rotation import NOTHING, UNITS, Basis, Triple
-from kane.space.vector import Vector
+from kane.space.rotation import NOTHING, UNITS, Triple
 from kane.tree.triples import is_zero
 
 
@@ -193,13 +192,6 @@ def is_single(raw: Forms) -> bool:
     return not raw.shared and _is_single(raw.by_speeds)
 
 
-def measured(v: Vector, basis: Basis) -> Iterator[Triple]:
-    """The measure numbers in the two ways in which a speed's definition may have come to them."""
-    yield v.components(basis)
-    x, y, z = (v.dot(Vector(((basis, unit),))) for unit in UNITS)
-    yield x, y, z
-
-
 _NOT_ALL = "speeds that are no constant combinations of those of the joints, or coordinates that several joints share"
 
 Stagewise = Callable[[int, bool], Sequence[Freedom]]
@@ -275,15 +267,19 @@ def _defined(row: Row, z: Expr, found: Mapping[Expr, Expr], kinematics: Kinemati
     drift, form = kinematics.drift, kinematics.speeds.form
     value = drift(z)
     for b, c in row.items():
-        now = form({b: ONE})
-        if b in found:
-            change = found[b]
-        else:
-            change = drift(now.total())
-            for u, w in now.coefficients.items():
-                change = add(change, mul(w, found[u]))
-        value = add(value, add(mul(c, change), mul(drift(c), now.total())))
+        value = add(value, add(mul(c, changed(b, found, kinematics)), mul(drift(c), form({b: ONE}).total())))
     return value
+
+
+def changed(s: Expr, u_dot: Mapping[Expr, Expr], kinematics: Kinematics) -> Expr:
+    """What is known of u̇ or q̈; q̈ of another rate, d/dt (W u + X)."""
+    if s in u_dot:
+        return u_dot[s]
+    form = kinematics.speeds.form({s: ONE})
+    change = kinematics.drift(form.total())
+    for u, w in form.coefficients.items():
+        change = add(change, mul(w, u_dot[u]))
+    return change
 
 
 def _order(rows: Sequence[Row]) -> list[tuple[int, Expr]]:

@@ -212,13 +212,16 @@ class Matching:
         return None
 
     def _along(self, v: Vector, frame: Basis) -> Iterator[Forms]:
-        """The measure numbers of `v` along `frame` in the two ways in which a speed's definition may have come to them."""
-        components = v.components(frame)
-        yield self._forms(components)
-        x, y, z = axes(frame)
-        products = (v.dot(x), v.dot(y), v.dot(z))
-        if any(x is not y for x, y in zip(components, products, strict=True)):
-            yield self._forms(products)
+        """The measure numbers of `v` along `frame`, in two ways where they differ."""
+        found = list(measured(v, frame))
+        return map(self._forms, found[: 1 + any(x is not y for x, y in zip(*found, strict=True))])
+
+
+def measured(v: Vector, frame: Basis) -> Iterator[Triple]:
+    """The measure numbers in the two ways in which a speed's definition may have come to them."""
+    yield v.components(frame)
+    x, y, z = map(v.dot, axes(frame))
+    yield x, y, z
 
 
 def _once(known: dict[Place, Match | None], place: Place, find: Callable[[Place], Match | None]) -> Match | None:

@@ -20,8 +20,9 @@ from kane.expr.build import sub
 from kane.expr.differentiation import time_derivative
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ONE, ZERO, Expr
-from kane.kinematics.freedoms import Forms, Freedom, Shift, Stages, Unsuited, are_coupled, by_rates, is_single, measured
+from kane.kinematics.freedoms import Forms, Freedom, Shift, Stages, Unsuited, are_coupled, by_rates, is_single
 from kane.kinematics.links import Link, Tree, homes_of
+from kane.kinematics.matching import measured
 from kane.kinematics.velocities import Kinematics
 from kane.space.point import Point
 from kane.space.rotation import NOTHING, AlignedBasis, Basis, Triple, about_axis, path
@@ -303,17 +304,11 @@ class _Maker:
 
         chosen = by_rates(len(raw) + 1, freedoms, self.kinematics.speeds)
         steps = tuple(
-            JointStep(
-                step.parent,
-                step.lead,
-                step.arm,
-                step.turn,
-                step.joins,
-                step.shift,
+            replace(
+                step,
                 slide=stage(k, k in chosen),
                 spin=stage(k + n, k + n in chosen),
                 late=late[k],
-                swift=step.swift,
                 modes=self.bearing.get(k, ()),
             )
             for k, step in enumerate(self.steps)

@@ -321,20 +321,12 @@ def _moves(r: Triple) -> bool:
 
 def velocity_form(motion: Motion) -> Vector:
     """Σ v_r u_r + v_t, auxiliary speeds left out: the velocity as one reads it."""
-    total = motion.rest
-    for s, v in motion.partials.items():
-        if not isinstance(s, AuxiliarySpeed):
-            total = total + v * s
-    return total
+    return sum((v * s for s, v in motion.partials.items() if not isinstance(s, AuxiliarySpeed)), start=motion.rest)
 
 
 def acceleration_form(motion: Motion) -> Vector:
     """Σ v_r u̇_r + a_b."""
-    total = motion.bias
-    for s, v in motion.partials.items():
-        if not isinstance(s, AuxiliarySpeed):
-            total = total + v * s.dt
-    return total
+    return sum((v * s.dt for s, v in motion.partials.items() if not isinstance(s, AuxiliarySpeed)), start=motion.bias)
 
 
 def cuts_of(symbols: Iterable[AuxiliarySpeed]) -> dict[Basis | Point, tuple[tuple[AuxiliarySpeed, Vector], ...]]:
