@@ -44,13 +44,16 @@ class LoadTerm(NamedTuple):
     motion: Motion
 
 
+def acting(loads: Iterable[Load]) -> Iterator[tuple[Point | Frame, Vector]]:
+    """Forces of loads with their points, torques with their frames."""
+    for load in loads:
+        yield from load.forces
+        yield from load.torques
+
+
 def active_terms(load: Load, kinematics: Kinematics) -> tuple[LoadTerm, ...]:
     """Forces and torques of one load."""
-    aligned = kinematics.aligned.vector
-    return (
-        *(LoadTerm(point, aligned(f), kinematics.point(point)) for point, f in load.forces),
-        *(LoadTerm(frame, aligned(t), kinematics.frame(frame)) for frame, t in load.torques),
-    )
+    return tuple(LoadTerm(p, kinematics.aligned.vector(v), kinematics.of(p)) for p, v in acting([load]))
 
 
 def inertia_terms(moving: Moving) -> tuple[LoadTerm, ...]:
@@ -140,7 +143,7 @@ def loads_in_speeds(loads: Sequence[Load], speeds: Speeds) -> tuple[Load, ...]:
     def convert(e: Expr) -> Expr:
         return speeds.in_speeds(e, memo)
 
-    symbols = free_symbols(x for load in loads for _, v in (*load.forces, *load.torques) for x in v.scalars())
+    symbols = free_symbols(x for _, v in acting(loads) for x in v.scalars())
     if not any(isinstance(s, Rate | QuasiRate) for s in symbols):
         return tuple(loads)
     return tuple(

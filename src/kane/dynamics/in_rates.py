@@ -14,6 +14,7 @@ import numpy as np
 from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.partition import Partition, choose
 from kane.dynamics.derivation import Derived
+from kane.dynamics.forcing import acting
 from kane.dynamics.lazy import read
 from kane.expr.build import add, mul, sub
 from kane.expr.differentiation import affine_forms, gradient, time_derivative
@@ -27,7 +28,6 @@ from kane.kinematics.speeds import twice_g
 from kane.kinematics.velocity_constraints import ConstraintRows
 from kane.model.bodies import Part, parts_of
 from kane.model.constraints import Constraint
-from kane.model.loads import Load
 from kane.model.variables import constraint_rate
 from kane.numeric.sampling import SEED, values_of
 from kane.space.frame import Frame
@@ -235,10 +235,3 @@ class InRates(Immutable):
 def momenta(part: Part) -> tuple[tuple[Point, Expr], ...]:
     """The momentum as Σ m v: points, each with its mass; of a flexible body those that share it."""
     return part.momenta or ((part.mass_center, part.mass),)
-
-
-def acting(loads: Iterable[Load]) -> Iterator[tuple[Point | Frame, Vector]]:
-    """Forces of loads with their points, torques with their frames."""
-    for load in loads:
-        yield from load.forces
-        yield from load.torques

@@ -200,6 +200,10 @@ class Kinematics:
 
     # Points ---------------------------------------------------------------------------------------------------------
 
+    def of(self, place: Point | Basis) -> Motion:
+        """Translation of a point, rotation of a frame."""
+        return self.point(place) if isinstance(place, Point) else self.frame(place)
+
     def point(self, point: Point) -> Motion:
         """Translation of a point."""
         for p in reversed(point.ancestry(self._points)):

@@ -69,7 +69,8 @@ def steady_speeds(
 
     @cache
     def inertia() -> Array:
-        return _with_defaults(compared.at, mass())
+        whole, at = mass(), compared.at  # M may hold symbols that the constraints do not
+        return replace(at, values={**values_of(free_symbols(whole.entries), SEED), **at.values}).matrices(whole)
 
     return steadiest(numbers, dependent, kept, lambda s: price(numbers, inertia(), s))
 
@@ -110,13 +111,10 @@ def steadiest(a: Array, dependent: Collection[int], kept: Collection[int], price
         if len(found) >= _SETS or not others:
             break
         found += [s for s, x in zip(others, _spreads(a, others), strict=True) if x <= EQUAL]
-    return _shortest(a, found, price) if len(found) > 1 else next(iter(found), None)
-
-
-def _shortest(a: Array, sets: Sequence[Set], price: Callable[[Set], float]) -> Set:
-    """The first set of least `price` of those that follow well beside the best."""
-    share = _volumes(a, sets)[1].min(axis=1)
-    return min((s for s, x in zip(sets, share, strict=True) if x >= _WELL * share.max()), key=price)
+    if len(found) < 2:
+        return next(iter(found), None)
+    share = _volumes(a, found)[1].min(axis=1)  # the first of least price of those that follow well beside the best
+    return min((s for s, x in zip(found, share, strict=True) if x >= _WELL * share.max()), key=price)
 
 
 def _least_varying(a: Array, now: Set, kept: Collection[int]) -> tuple[Set, float]:
@@ -179,11 +177,6 @@ def price(a: Array, mass: Array, dependent: Set) -> float:
     return _filled(a_n, np.abs(a_n).max(axis=(0, 2), keepdims=True)) + _filled(
         (bt @ mass @ b)[:, *upper], sizes[:, *upper]
     )
-
-
-def _with_defaults(at: Configurations, matrix: Matrix) -> Array:
-    """A matrix in numbers at the configurations, which may hold symbols that the constraints do not."""
-    return replace(at, values={**values_of(free_symbols(matrix.entries), SEED), **at.values}).matrices(matrix)
 
 
 def _filled(x: Array, sizes: Array) -> float:

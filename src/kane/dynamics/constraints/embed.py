@@ -20,7 +20,7 @@ compared with the sizes of its terms and with what the row holds elsewhere, at s
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property, reduce
+from functools import cache, reduce
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -30,6 +30,7 @@ from kane.dynamics.constraints.dependence import check_determinate, steady_speed
 from kane.dynamics.constraints.manifold import Manifold
 from kane.dynamics.constraints.partition import Compared, Partition, chosen
 from kane.dynamics.forcing import Blocks
+from kane.dynamics.lazy import read
 from kane.errors import ModelError
 from kane.expr.build import NODE_BUILDERS, add, div, mul, where
 from kane.expr.matrix import Matrix, dot
@@ -78,50 +79,26 @@ class Embedding:
     solve: Callable[[], DependentSpeeds]
     beside: Guards = field(default_factory=dict)
 
-    @cached_property
-    def solution(self) -> DependentSpeeds:
-        """What the dependent speeds and their rates follow by."""
-        return self.solve()
-
-    @property
-    def a_n(self) -> Matrix:
-        """A_n of u_D = A_n u_I + A_na u_a + b_n."""
-        return self.solution.a_n
-
-    @property
-    def a_na(self) -> Matrix:
-        """A_na of u_D = A_n u_I + A_na u_a + b_n."""
-        return self.solution.a_na
-
-    @property
-    def b_n(self) -> tuple[Expr, ...]:
-        """b_n of u_D = A_n u_I + A_na u_a + b_n."""
-        return self.solution.b_n
-
-    @cached_property
-    def c(self) -> tuple[Expr, ...]:
-        """c_D of u̇_D = A_n u̇_I + c_D."""
-        return self.solution.c()
-
-    @property
-    def divisors(self) -> tuple[Divisor, ...]:
-        """What the constraints are solved by."""
-        return self.solution.divisors
-
-    @property
-    def guards(self) -> Guards:
-        """The sizes of the divisors, of their factors, and of what else results divide by."""
-        return {**self.beside, **self.solution.guards}
+    solution = read[DependentSpeeds](lambda e: e.solve(), "What the dependent speeds and their rates follow by.")
+    a_n = read[Matrix](lambda e: e.solution.a_n, "A_n of u_D = A_n u_I + A_na u_a + b_n.")
+    a_na = read[Matrix](lambda e: e.solution.a_na, "A_na of u_D = A_n u_I + A_na u_a + b_n.")
+    b_n = read[tuple[Expr, ...]](lambda e: e.solution.b_n, "b_n of u_D = A_n u_I + A_na u_a + b_n.")
+    c = read[tuple[Expr, ...]](lambda e: e.solution.c(), "c_D of u̇_D = A_n u̇_I + c_D.")
+    divisors = read[tuple[Divisor, ...]](lambda e: e.solution.divisors, "What the constraints are solved by.")
+    guards = read[Guards](
+        lambda e: {**e.beside, **e.solution.guards},
+        "The sizes of the divisors, of their factors, and of what else results divide by.",
+    )
 
     @property
     def guards_in_use(self) -> Guards:
         """The same without those of a solution that nothing has read yet."""
         return self.guards if "solution" in self.__dict__ else self.beside
 
-    @cached_property
-    def transposed(self) -> SquareSolver:
-        """The solver with A_Dᵀ: of its own, for it has other expressions wherever a factor is a quotient."""
-        return square(self.rows.a.take(self.partition.rows, self.partition.dependent).T.rows)
+    transposed = read[SquareSolver](
+        lambda e: square(e.rows.a.take(e.partition.rows, e.partition.dependent).T.rows),
+        "The solver with A_Dᵀ: of its own, for it has other expressions wherever a factor is a quotient.",
+    )
 
     def multipliers(self, residual: Sequence[Expr]) -> tuple[Expr, ...]:
         """λ with A_Dᵀ λ = (M u̇ − f)_D, the `residual` of the dependent speeds, by constraint; zero for redundant rows."""
@@ -285,19 +262,14 @@ def watch(embedding: Embedding, compared: Compared, conditions: Manifold) -> Wat
     own = rows.a.take(redundant, embedding.independent)
     by_dependent = rows.a.take(redundant, embedding.partition.dependent)
     usual = np.abs(compared.a[:, list(redundant)]).max(axis=(0, 2), initial=0)
-    found = []
+    found, absolute = [], NODE_BUILDERS["abs"]
     for k, r in enumerate(redundant):
+        sizes = list(map(absolute, by_dependent.rows[k]))
         pairs = list(zip(own.rows[k], embedding.a_n.T, strict=True))
         beyond = largest(add(x, dot(by_dependent.rows[k], column)) for x, column in pairs)
-        terms = largest(_total(x, by_dependent.rows[k], column) for x, column in pairs)
+        terms = largest(add(absolute(x), dot(sizes, list(map(absolute, column)))) for x, column in pairs)
         limit = mul(constant(_HOLDS), largest([terms, constant(float(usual[k]))]))
         found.append(LeftOut(rows.constraints[r], beyond, limit))
     reach = compared.reach(conditions)
     off = largest(div(f, constant(float(CLOSED_NEARLY * r))) for f, r in zip(conditions.f, reach, strict=True) if r > 0)
     return Watch(tuple(found), off)
-
-
-def _total(own: Expr, row: Sequence[Expr], column: Sequence[Expr]) -> Expr:
-    """The sum of the sizes of the terms of a coefficient."""
-    absolute = NODE_BUILDERS["abs"]
-    return add(absolute(own), dot([absolute(x) for x in row], [absolute(x) for x in column]))

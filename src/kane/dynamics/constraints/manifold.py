@@ -96,17 +96,15 @@ class LevelSet:
 
     @cached_property
     def _run(self) -> Callable[[Array, Indices | slice], Array]:
-        m = self.manifold
-        return self._evaluated([*m.f, *m.gradient.entries], set(m.symbols))
+        return self._evaluated([*self.manifold.f, *self.manifold.gradient.entries])
 
     @cached_property
     def _cosines(self) -> Callable[[Array, Indices | slice], Array]:
-        scalars = branch_scalars(self.manifold.branches)
-        return self._evaluated(scalars, set(free_symbols(scalars)))
+        return self._evaluated(branch_scalars(self.manifold.branches))
 
-    def _evaluated(self, exprs: Sequence[Expr], read: set[Any]) -> Callable[[Array, Indices | slice], Array]:
+    def _evaluated(self, exprs: Sequence[Expr]) -> Callable[[Array, Indices | slice], Array]:
         """Expressions (k × …) at q (k × n) of starts by number."""
-        q = self.manifold.system.coordinates
+        q, read = self.manifold.system.coordinates, set(free_symbols(exprs))
         rest = [s for s in self.values if s in read and s not in set(q)]
         run = compile_reference(exprs, [*q, *rest])
         given = [self.values[s] for s in rest]

@@ -312,19 +312,16 @@ def exchanged(scaled: Array, partition: Partition) -> list[Partition]:
     """
     rows = scaled[:, list(partition.rows)]
     free = partition.independent(scaled.shape[2])
-    if not partition.dependent or not free:
+    dependent = partition.dependent
+    if not dependent or not free:
         return []
-    left, values, right = np.linalg.svd(rows[:, :, list(partition.dependent)])
+    left, values, right = np.linalg.svd(rows[:, :, list(dependent)])
     values = np.maximum(values, NEAR_SINGULAR**2)
     ratios = np.swapaxes(right, 1, 2) @ ((np.swapaxes(left, 1, 2) @ rows[:, :, list(free)]) / values[:, :, None])
     with np.errstate(divide="ignore"):
         least = (np.log(np.abs(ratios)) + np.log(values).sum(axis=1)[:, None, None]).min(axis=0)
     places = np.unravel_index(np.argsort(-least, axis=None)[:_EXCHANGES], least.shape)
     return [
-        Partition(partition.rows, _replaced(partition.dependent, i, free[j]), partition.redundant)
+        Partition(partition.rows, (*dependent[:i], free[j], *dependent[i + 1 :]), partition.redundant)
         for i, j in zip(*places, strict=True)
     ]
-
-
-def _replaced(places: tuple[int, ...], at: int, by: int) -> tuple[int, ...]:
-    return (*places[:at], by, *places[at + 1 :])

@@ -149,8 +149,8 @@ def evident(derived: Derived) -> Matrix:
 
 def holds_reactions(derived: Derived) -> bool:
     """Whether a load depends on a reaction."""
-    vectors = (v for load in derived.declared_loads for _, v in (*load.forces, *load.torques))
-    return any(isinstance(s, Reaction) for s in free_symbols(x for v in vectors for x in v.scalars()))
+    scalars = (x for _, v in forcing.acting(derived.declared_loads) for x in v.scalars())
+    return any(isinstance(s, Reaction) for s in free_symbols(scalars))
 
 
 Bodies = tuple[Moving, ...]

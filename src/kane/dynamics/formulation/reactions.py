@@ -22,7 +22,6 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.visit import remembered
 from kane.kinematics.velocities import Following, Kinematics, Motion
-from kane.space.frame import Frame
 from kane.space.rotation import Basis
 from kane.space.vector import Vector
 
@@ -49,7 +48,7 @@ def reactions(
 
     def whole(bodies: Sequence[Moving]) -> list[LoadTerm]:
         return [
-            term._replace(motion=_motion(derived, term), vector=term.vector.map(held))
+            term._replace(motion=derived.kinematics.of(term.place), vector=term.vector.map(held))
             for term in derived.left_by(moving.kinematics, bodies, u_dot)
             if not term.vector.is_zero
         ]
@@ -63,7 +62,8 @@ def reactions(
 
     def about_rest(bodies: Sequence[Moving]) -> tuple[Expr, ...]:
         pivoted = about_points_at_rest(bodies, derived.kinematics)
-        resting = pivoted and whole([_resting(*pair) for pair in zip(*pivoted, strict=True)])
+        still = Motion({}, Vector(), Vector())  # the mass centre of a body about a point at rest brings no acceleration
+        resting = pivoted and whole([f if m is f else f._replace(center=still) for m, f in zip(*pivoted, strict=True)])
         return solved(whole(bodies), resting, Vector.dot)
 
     if not differentiated:
@@ -106,16 +106,6 @@ def _along(b: Moving, frame: Basis, known: Kinematics) -> Moving:
         return b
     a = known.turning(b.center.total.express(frame))
     return b._replace(center=Motion({}, Vector(), a))
-
-
-def _motion(derived: Derived, term: LoadTerm) -> Motion:
-    place, kinematics = term.place, derived.kinematics
-    return kinematics.frame(place) if isinstance(place, Frame) else kinematics.point(place)
-
-
-def _resting(inertial: Moving, forced: Moving) -> Moving:
-    """A body with its inertia about a point at rest: its mass centre brings no acceleration."""
-    return forced if inertial is forced else forced._replace(center=Motion({}, Vector(), Vector()))
 
 
 def _remainders(

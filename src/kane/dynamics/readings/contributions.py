@@ -19,8 +19,8 @@ from typing import TypeVar
 import numpy as np
 
 from kane.dynamics.derivation import Derived
-from kane.dynamics.forcing import LoadTerm, met_by
-from kane.dynamics.in_rates import InRates, acting
+from kane.dynamics.forcing import LoadTerm, acting, generalized, met_by
+from kane.dynamics.in_rates import InRates
 from kane.dynamics.solved import Solved
 from kane.errors import Attributes, SpeedsError, none_of
 from kane.expr.build import add, mul, sum_of
@@ -192,7 +192,7 @@ def _in_independent_speeds(solved: Solved) -> Derived:
 
 def _reason(derived: Derived, terms: Sequence[LoadTerm], speeds: Sequence[Expr]) -> str:
     """Why F_r is zero for every speed, "" where it is not."""
-    shares = [[_share(term, u) for u in speeds] for term in terms]
+    shares = [[generalized([term], u) for u in speeds] for term in terms]
     if not vanish([sum_of(column) for column in zip(*shares, strict=True)], derived):
         return ""
     places = ", ".join(dict.fromkeys(term.place.name for term in terms))
@@ -202,11 +202,6 @@ def _reason(derived: Derived, terms: Sequence[LoadTerm], speeds: Sequence[Expr])
     if vanish([x for row in shares for x in row], derived):
         return f"perpendicular to the partial velocities of {places}"
     return f"what is contributed at {places} adds up to zero: action and reaction, where nothing moves along them"
-
-
-def _share(term: LoadTerm, speed: Expr) -> Expr:
-    partial = term.motion.partials.get(speed)
-    return ZERO if partial is None else partial.dot(term.vector)
 
 
 def inertia_forces(derived: Derived, body: Body) -> ForceSystem:

@@ -242,8 +242,7 @@ def generalized_impulses(derived: Derived, impulses: Sequence[Any], speeds: Sequ
         if not (isinstance(item, tuple) and len(item) == 2 and isinstance(item[1], Vector)):
             raise ArgumentError(f"Expected (point, impulse) or (frame, impulse of a torque), got {cut(repr(item))}.")
         place, vector = item
-        kinematics = derived.kinematics
-        pairs.append((kinematics.point(place) if isinstance(place, Point) else kinematics.frame(place), vector))
+        pairs.append((derived.kinematics.of(place), vector))
     return _met(pairs, speeds)
 
 

@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence, Set
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.dynamics.constraints.embed import Watch
 from kane.dynamics.constraints.partition import choose
@@ -88,16 +87,12 @@ def _rows(solved: Solved, known: Set[Expr]) -> list[tuple[str, Expr, Expr]]:
     fastest = largest(speeds)
     for constraint, a, b in zip(solved.held.constraints, solved.held.a, solved.held.b, strict=True):
         rate = add(dot(a, speeds), b)
-        if all(s in known or _has_default(s) for s in free_symbols([rate])):
+        if all(s in known or (isinstance(s, Parameter) and s.default is not None) for s in free_symbols([rate])):
             terms = largest([*map(mul, a, speeds), b])
             left = add(size(rate, memo), mul(largest(size(x, memo) for x in a), fastest))
             limit = add(mul(constant(SIX_DIGITS), terms), mul(constant(CLOSED), left))
             rows.append((constraint.name, rate, limit))
     return rows
-
-
-def _has_default(s: Expr) -> bool:
-    return isinstance(s, Parameter) and s.default is not None
 
 
 def check_held(solved: Solved, names: Sequence[str], numbers: Sequence[Any]) -> None:
@@ -176,15 +171,8 @@ def check_left_out(
         return kept
     first = first_place(wrong)
     names = ", ".join(repr(c.name) for c, x in zip(solved.redundant, rows[first.place], strict=True) if x)
-    told = f"got {names}, which were left out as redundant and hold more"
-    if not wrong.ndim:
-        raise SingularError(
-            f"Expected constraints that follow from the others at this state as where they were compared, {told}. {_CURE}"
-        )
-    warn(
-        f"Expected constraints that follow from the others at every state, {told} at {first}: the values there are NaN. "
-        f"{_CURE}"
-    )
+    told, here = f"{names}, which were left out as redundant and hold more", "this state as where they were compared"
+    _tell("constraints that follow from the others", told, first, _CURE, here)
     for k in places:
         kept[k] = np.where(wrong, np.nan, kept[k])
     return kept
@@ -256,14 +244,7 @@ def check_rates(solved: Solved, values: Mapping[Expr, Any], numbers: Sequence[An
         first = first_place(gone)
         what = f"W of q' = W u + X divided by {cut(divisor, 80)} = {float(np.broadcast_to(value, lost.shape)[first.place]) + 0.0:.3g}"
         state = {s: np.broadcast_to(v, lost.shape)[first.place] for s, v in values.items()}
-        if not lost.ndim:
-            raise SingularError(
-                f"Expected speeds that give the rates at this state, got {what}. {_cure_of_rates(solved, state)}"
-            )
-        warn(
-            f"Expected speeds that give the rates at every state, got {what} at {first}: the values there are NaN. "
-            f"{_cure_of_rates(solved, state)}"
-        )
+        _tell("speeds that give the rates", what, first, _cure_of_rates(solved, state))
         return
 
 
@@ -276,16 +257,15 @@ def check_pivots(solved: Solved, roots: Sequence[Expr], values: Mapping[Expr, An
         return
     below = [g for g in guards_below(roots) if not of_rates(solved, g)]
     lost = np.logical_or.reduce([np.isnan(x) for x in numbers])
-    for g, where in zip(below, _vanishing(below, values), strict=True):
-        where = where & lost
+    numbers, terms = (evaluate([g.args[k] for g in below], values) for k in (0, 1))
+    for g, x, term in zip(below, numbers, terms, strict=True):
+        with np.errstate(invalid="ignore"):
+            where = np.asarray(np.abs(x) <= GONE * term) & lost
         if where.any():
-            _tell(solved, pivot_of(solved, g), values, where.shape, first_place(where))
-
-
-def _vanishing(below: Sequence[Expr], values: Mapping[Expr, Any]) -> list[npt.NDArray[np.bool_]]:
-    here, sizes = (evaluate([g.args[k] for g in below], values) for k in (0, 1))
-    with np.errstate(invalid="ignore"):
-        return [np.asarray(np.abs(x) <= GONE * size) for x, size in zip(here, sizes, strict=True)]
+            p, first = pivot_of(solved, g), first_place(where)
+            here = {s: np.broadcast_to(v, where.shape)[first.place] for s, v in values.items()}
+            got = f"{divided_by(p, 'they')} = {float(evaluate(p.value, here)) + 0.0:.3g}"
+            _tell("dependent speeds that the constraints give", got, first, _cure_of_pivot(solved, here))
 
 
 def pivot_of(solved: Solved, guard: Expr) -> Pivot:
@@ -304,17 +284,11 @@ def divided_by(p: Pivot, who: str = "the constraints") -> str:
     return f"{names}, which {who} give divided by {'a determinant' if chosen else f'{cut(p.value, 80)}'}"
 
 
-def _tell(solved: Solved, p: Pivot, values: Mapping[Expr, Any], shape: tuple[int, ...], first: First) -> None:
-    here = {s: np.broadcast_to(v, shape)[first.place] for s, v in values.items()}
-    undetermined = f"{divided_by(p, 'they')} = {float(evaluate(p.value, here)) + 0.0:.3g}"
+def _tell(expected: str, got: str, first: First, cure: str, here: str = "this state") -> None:
+    """At a single state a SingularError, of arrays a warning that names the first place."""
     if not first.place:
-        raise SingularError(
-            f"Expected dependent speeds that the constraints give at this state, got {undetermined}. {_cure_of_pivot(solved, here)}"
-        )
-    warn(
-        f"Expected dependent speeds that the constraints give at every state, got {undetermined} at {first}: the values there "
-        f"are NaN. {_cure_of_pivot(solved, here)}"
-    )
+        raise SingularError(f"Expected {expected} at {here}, got {got}. {cure}")
+    warn(f"Expected {expected} at every state, got {got} at {first}: the values there are NaN. {cure}")
 
 
 def _cure_of_pivot(solved: Solved, values: Mapping[Expr, Any]) -> str:
