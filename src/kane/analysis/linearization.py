@@ -32,9 +32,9 @@ from kane.expr.differentiation import tangent
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr, as_expr
-from kane.expr.piecewise import on_sides, switches
+from kane.expr.piecewise import on_sides, side_symbols, switches
 from kane.expr.solve import solve_lu
-from kane.expr.symbols import Parameter, Symbol
+from kane.expr.symbols import Symbol
 from kane.expr.visit import substituted
 from kane.numeric.arrays import Array, Entries
 from kane.numeric.named import named_values
@@ -303,7 +303,7 @@ def _of_either_side(
     symbols: tuple[Symbol, ...] = (*eom.state, *eom.inputs)
     at = {s: as_expr(e) for s, e in named_values("the point", symbols, point).items()}
     standing = [s for s in switches(roots) if substituted(s.quantity, at) is ZERO]
-    sides = {s.quantity: Parameter.declare(f"side{k}", description="of a switch") for k, s in enumerate(standing)}
+    sides = side_symbols(s.quantity for s in standing)
     memo: dict[Expr, Expr] = {}
     either = [on_sides(root, sides, memo) for root in roots]
 

@@ -27,9 +27,9 @@ from kane.errors import CornerError, SingularError, cut
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import GONE, SQRT
-from kane.expr.piecewise import SwitchedQuantity, on_sides
+from kane.expr.piecewise import SwitchedQuantity, on_sides, side_symbols
 from kane.expr.regular import Sizes, size
-from kane.expr.symbols import Parameter, Symbol
+from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.rank import balance
 from kane.numeric.scale import EQUAL, ROUNDED, ROUNDED_SUM, SIX_DIGITS, UNRELATED
@@ -44,9 +44,7 @@ class SidedBundles:
 
     def __init__(self, numeric: Numeric[Equations], quantities: Sequence[Expr]) -> None:
         self.numeric = numeric
-        self.sides: dict[Expr, Symbol] = {
-            c: Parameter.declare(f"side{k}", description="of a switch") for k, c in enumerate(quantities)
-        }
+        self.sides = side_symbols(quantities)
         self._memo: dict[Expr, Expr] = {}
         self._runs: dict[Any, Callable[..., Any]] = {}
 

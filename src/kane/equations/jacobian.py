@@ -22,12 +22,11 @@ from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import ArgumentError, CornerError, cut
 from kane.expr.forms.count import Operations, count_operations
 from kane.expr.matrix import Matrix
-from kane.expr.node import ZERO, Expr, constant
+from kane.expr.node import ZERO, Expr
 from kane.expr.ops import GONE, Immutable
-from kane.expr.piecewise import SwitchedQuantity, on_sides, switches
+from kane.expr.piecewise import SwitchedQuantity, on, switches
 from kane.expr.regular import Sizes, size
-from kane.expr.symbols import Parameter, Symbol, rate, time
-from kane.expr.visit import substituted
+from kane.expr.symbols import Symbol, rate, time
 from kane.numeric.arrays import Array, first_place
 from kane.numeric.named import symbols_named
 from kane.numeric.scale import EQUAL
@@ -65,16 +64,8 @@ def _standing(
     for k, (switch, here) in enumerate(at):
         for others in (1, -1):
             signs = [[sign if j == k else others for j in range(len(at))] for sign in (1, -1)]
-            one, other = (_on_side(matrix, [s for s, _ in at], own) for own in signs)
+            one, other = (matrix.map(on([s.quantity for s, _ in at], own)) for own in signs)
             yield switch, here, (one, other)
-
-
-def _on_side(matrix: Matrix, standing: Sequence[SwitchedQuantity], signs: Sequence[int]) -> Matrix:
-    sides = {s.quantity: Parameter.declare(f"side{k}", description="of a switch") for k, s in enumerate(standing)}
-    values: dict[Expr, Expr] = {x: constant(sign) for x, sign in zip(sides.values(), signs, strict=True)}
-    turned: dict[Expr, Expr] = {}
-    memo: dict[Expr, Expr] = {}
-    return matrix.map(lambda e: substituted(on_sides(e, sides, turned), values, memo))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -27,7 +27,7 @@ from kane.expr.evaluation import know
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value, intern_node, postorder
 from kane.expr.ops import LESS, NEG, OPS, Op
 from kane.expr.symbols import Parameter, Symbol
-from kane.expr.visit import fold, rebuilt
+from kane.expr.visit import fold, rebuilt, substituted
 
 Numbers = npt.NDArray[np.float64]
 _less, _where, _floor = (NODE_BUILDERS[name] for name in ("less", "where", "floor"))
@@ -369,6 +369,18 @@ def on_sides(root: Expr, sides: Mapping[Expr, Symbol], memo: dict[Expr, Expr]) -
         return holds if node.op is LESS else _ON_SIDE[node.op](args, lambda x, y: where(holds, x, y))
 
     return fold(root, memo, replaced)
+
+
+def side_symbols(quantities: Iterable[Expr]) -> dict[Expr, Symbol]:
+    """A symbol for the side of each."""
+    return {c: Parameter.declare(f"side{k}", description="of a switch") for k, c in enumerate(quantities)}
+
+
+def on(quantities: Iterable[Expr], sides: Iterable[int]) -> Callable[[Expr], Expr]:
+    """What replaces the switches of quantities by what they are on their sides."""
+    symbols, memo, turned = side_symbols(quantities), dict[Expr, Expr](), dict[Expr, Expr]()
+    numbers: dict[Expr, Expr] = dict(zip(symbols.values(), map(constant, sides), strict=True))
+    return lambda root: substituted(on_sides(root, symbols, turned), numbers, memo)
 
 
 Kind = Literal["linear", "cubic", "periodic", "steps"]

@@ -14,10 +14,10 @@ from kane.equations.equations import Equations
 from kane.errors import SimulationError, none_of
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import OPS, Op
-from kane.expr.piecewise import Piecewise
+from kane.expr.piecewise import Piecewise, on
 from kane.expr.symbols import time
 from kane.motion.constraint_kernels import unheld
-from kane.motion.hybrid.modes import drives_on, on, quantities, rates_on, unfit
+from kane.motion.hybrid.modes import drives_on, quantities, rates_on, unfit
 from kane.motion.inputs.expressions import CORNERS, Formula
 from kane.motion.inputs.feedback import HeldInput
 from kane.motion.inputs.functions import asked, following

@@ -70,16 +70,13 @@ def _meshing(
     return replace(slip, kind="configuration", expr=expr())
 
 
-def _teeth(name: str, teeth: Any) -> tuple[Expr, Expr]:
-    first, second = expect.pair(teeth, f"teeth=(z_a, z_b) for the gears {name!r}")
-    return as_expr(first), as_expr(second)
-
-
-def _check_teeth(name: str, teeth: tuple[Expr, Expr], internal: bool = False) -> None:
-    a, b = numbers(teeth)
-    if not (a > 0 and b > (a if internal else 0)):
-        more = ", more on the ring" if internal else ""
-        raise ModelError(f"Expected positive numbers of teeth{more} for {name!r}, got {a:g} and {b:g}.")
+def _teeth(name: str, teeth: Any, internal: bool = False) -> list[Expr]:
+    found = [as_expr(z) for z in expect.pair(teeth, f"teeth=(z_a, z_b) for the gears {name!r}")]
+    a, b = numbers(found)
+    more = ", more on the ring" if internal else ""
+    right, expected = a > 0 and b > (a if internal else 0), f"positive numbers of teeth{more} for {name!r}"
+    expect.that(right, expected, came=f"{a:g} and {b:g}")
+    return found
 
 
 def gear_pair(
@@ -113,11 +110,10 @@ def gear_pair(
     n = axis if axis is not None else a.axis if isinstance(a, Joint) else None
     if n is None:
         raise ModelError(f"Expected axis=unit vector for the gears {name!r}, which are not given by pin joints.")
-    z_a, z_b = _teeth(name, teeth)
+    z_a, z_b = _teeth(name, teeth, internal)
     line = second.center.position(first.center)
     size = length_along(line)
     _check_centers(name, line, n, size)
-    _check_teeth(name, (z_a, z_b), internal)
     whole = sub(z_b, z_a) if internal else add(z_a, z_b)
     e = -line / size if internal else line / size
     r_a, r_b = _pitch_radius(size, z_a, whole), _pitch_radius(size, z_b, whole)
@@ -243,7 +239,6 @@ def bevel_pair(
     first, second = _of_pin(name, a), _of_pin(name, b)
     n_a, n_b = _axes(name, first, second, axes)
     z_a, z_b = _teeth(name, teeth)
-    _check_teeth(name, (z_a, z_b))
     across = n_a.cross(n_b).gathered()
     inclined = not across.is_zero and abs(numbers([across.dot(across)])[0]) >= DECLARED
     expected, cure = f"axes of the bevel gears {name!r} that meet at an angle", "kn.gear_pair takes parallel ones."
@@ -294,7 +289,6 @@ def worm_pair(
     first, second = _of_pin(name, wheel), _of_pin(name, worm)
     n_g, n_w = _axes(name, first, second, axes)
     z, threads = _teeth(name, teeth)
-    _check_teeth(name, (z, threads))
     outward = n_w.cross(n_g)
     between = second.center.position(first.center)
     square, lift, gap = numbers([n_w.dot(n_g), between.dot(n_g), between.dot(outward)])

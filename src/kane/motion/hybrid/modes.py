@@ -22,11 +22,9 @@ from kane.equations.equations import Equations
 from kane.errors import cut
 from kane.expr.build import neg
 from kane.expr.evaluation import evaluate
-from kane.expr.node import Expr, constant
-from kane.expr.piecewise import Piecewise, leaps, on_sides
+from kane.expr.node import Expr
+from kane.expr.piecewise import Piecewise, leaps, on
 from kane.expr.piecewise import switches as switches_of
-from kane.expr.symbols import Parameter
-from kane.expr.visit import substitute
 from kane.motion.hybrid.events import Inspection, Verdict
 from kane.motion.inputs.expressions import Formula, law_ports
 from kane.motion.inputs.functions import law_and
@@ -171,19 +169,6 @@ def watched_on(eom: Equations, more: tuple[Expr, ...], *sides: int) -> Bundle[tu
 def drives_on(drives: tuple[Any, ...], fixed: Callable[[Expr], Expr]) -> tuple[Any, ...]:
     """Inputs with the switches of their laws on sides."""
     return tuple(replace(f, expr=fixed(f.expr)) if isinstance(f, Formula) and f.of_state else f for f in drives)
-
-
-def on(own: tuple[Expr, ...], sides: tuple[int, ...]) -> Callable[[Expr], Expr]:
-    """What replaces the switches of quantities by what they are on their sides."""
-    symbols = {c: Parameter.declare(f"side{k}", description="of a switch") for k, c in enumerate(own)}
-    numbers = {symbols[c]: constant(side) for c, side in zip(symbols, sides, strict=True)}
-    memo: dict[Expr, Expr] = {}
-
-    def fixed(root: Expr) -> Expr:
-        found: Expr = substitute(on_sides(root, symbols, memo), numbers)
-        return found
-
-    return fixed
 
 
 class Modes:
