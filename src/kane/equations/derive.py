@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from kane import expect
 from kane.dynamics.constraints.configurations import place
 from kane.dynamics.constraints.embed import first_partition
 from kane.dynamics.constraints.partition import Partition
@@ -15,7 +16,7 @@ from kane.dynamics.poles import watched_events, without_poles
 from kane.dynamics.readings.potential import check_potentials
 from kane.dynamics.solved import Solved
 from kane.equations.equations import Equations
-from kane.errors import ModelError, cut, none_of
+from kane.errors import ModelError, none_of
 from kane.expr.visit import remembering
 from kane.model.system import System
 from kane.progress import collecting_seldom, working
@@ -52,10 +53,8 @@ def derive(
     ValueMissingError
         if `near` names something else
     """
-    if not isinstance(system, System):
-        raise ModelError(
-            f"Expected a System to derive equations of, got {cut(repr(system))}. Gather bodies and speeds in kn.System(…)."
-        )
+    cure = "Gather bodies and speeds in kn.System(…)."
+    expect.instance(system, System, "a System to derive equations of", cure)
     if route is not None and route not in ASKED:
         raise ModelError(f"Expected route= None for the shortest or one of {none_of(ASKED, route)}")
     with working("Deriving"), collecting_seldom(), remembering():

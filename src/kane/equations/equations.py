@@ -11,7 +11,7 @@ from typing import Any, TypeVar, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from kane import show
+from kane import expect, show
 from kane.dynamics.body_motions import Moving
 from kane.dynamics.constraints.embed import Embedding
 from kane.dynamics.derivation import Derived
@@ -36,7 +36,7 @@ from kane.equations.compiled import Compiled, Numeric, compiled
 from kane.equations.energies import Energies
 from kane.equations.jacobian import Jacobian, jacobian
 from kane.equations.state import State, StateValues, by_keyword, state_of
-from kane.errors import ArgumentError, SimulationError, cut
+from kane.errors import ArgumentError, SimulationError
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr
 from kane.expr.ops import Immutable
@@ -357,8 +357,7 @@ class Equations(Energies, Immutable):
     def numeric(self, settings: Settings | None = None) -> Numeric[Equations]:
         """What motions and analyses compile of these equations with `settings`, kept with them."""
         key = _SETTINGS if settings is None else settings
-        if not isinstance(key, Settings):
-            raise ArgumentError(f"Expected kn.Settings(…) as settings, got {cut(repr(key))}.")
+        expect.instance(key, Settings, "kn.Settings(…) as settings", error=ArgumentError)
         found = self._numeric.get(key)
         return self._numeric.setdefault(key, Numeric(replace(self), key)) if found is None else found
 
@@ -376,7 +375,5 @@ compile = Equations.compile
 
 def check_equations(eom: object) -> None:
     """A SimulationError for what is no equations, such as the system itself."""
-    if not isinstance(eom, Equations):
-        raise SimulationError(
-            f"Expected equations of motion, got {cut(repr(eom))}. Derive them first: eom = kn.derive(system)."
-        )
+    cure = "Derive them first: eom = kn.derive(system)."
+    expect.instance(eom, Equations, "equations of motion", cure, error=SimulationError)

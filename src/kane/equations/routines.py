@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, TypeAlias
 
+from kane import expect
 from kane.dynamics.derivation import Derived
 from kane.dynamics.readings.quantities import asked, without_unknowns
 from kane.dynamics.readings.regularity import divided_by, guarded, notes, of_rates, pivot_of, with_regular_rates
@@ -142,10 +143,9 @@ def program(
     values; those of `ON_DEMAND` are asked for by name. `reciprocals` lets divisions by one divisor share its reciprocal, which
     rounds differently, `optimize` rewrites to fewer operations.
     """
-    unknown = [r for r in routines if r not in ROUTINES and r not in ON_DEMAND]
-    if unknown:
-        own = ", ".join([*ROUTINES, *(["outputs"] if outputs else []), *ON_DEMAND])
-        raise ArgumentError(f"Expected routines among {own}, got {', '.join(map(repr, unknown))}.")
+    own = ", ".join([*ROUTINES, *(["outputs"] if outputs else []), *ON_DEMAND])
+    unknown = (repr(r) for r in routines if r not in ROUTINES and r not in ON_DEMAND)
+    expect.none(unknown, f"routines among {own}", error=ArgumentError)
     tasks = [_routine(solved, routine) for routine in dict.fromkeys(routines)]
     if outputs:
         tasks.append(outputs.task)
@@ -197,17 +197,16 @@ def output_bundle(solved: Solved, outputs: Mapping[Any, Any]) -> Outputs | None:
         return None
     groups = {}
     for name, what in outputs.items():
-        if not isinstance(name, str) or not name.strip():
-            raise ArgumentError(f"Expected a name for every output, got {name!r}.")
+        expect.that(isinstance(name, str) and name.strip(), "a name for every output", name, error=ArgumentError)
         plain = _shaped(solved.derived, name, what)
         roots = tuple(without_unknowns(solved, plain.roots))
         own: set[Expr] = {s for port in ports(solved.derived) for s in port.symbols}
         unknown = [f"{s} ({type(s).__name__})" for s in free_symbols(roots) if s not in own]
-        if unknown:
-            raise ValueMissingError(
-                f"Expected the output {name!r} in symbols of the system, got {', '.join(unknown)} in it. A reaction must be "
-                "listed in System(reactions=…)."
-            )
+        expected, cure = (
+            f"the output {name!r} in symbols of the system",
+            "A reaction must be listed in System(reactions=…).",
+        )
+        expect.none(unknown, expected, "{} in it", cure, error=ValueMissingError)
         groups[name] = Shaped(plain.shape, roots)
     names = list(groups)
     return Bundle("outputs", ports(solved.derived), lambda *parts: dict(zip(names, parts, strict=True)), groups)
@@ -233,7 +232,6 @@ def _shaped(derived: Derived, name: str, what: Any) -> Shaped:
             f"Expected an expression, name, Vector, Dyadic, Matrix or a list of these as output {name!r}, got {cut(repr(what))}."
         ) from error
     if wanted.shape is None:
-        raise ArgumentError(
-            f"Expected parts of one shape in the output {name!r}, got {cut(repr(what))}. Name each of them."
-        )
+        expected = f"parts of one shape in the output {name!r}"
+        raise expect.refusal(ArgumentError, expected, cut(repr(what)), "Name each of them.")
     return Shaped(wanted.shape, wanted.roots)

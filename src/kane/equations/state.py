@@ -73,10 +73,9 @@ class State(Attributes):
     def __post_init__(self) -> None:
         for kind in GROUPS:
             group = getattr(self, kind)
-            if isinstance(group, str | set) or not (group is None or hasattr(group, "__len__")):
-                raise ArgumentError(
-                    f"Expected {kind}= of a state as a dict {{symbol or name: value}} or as a sequence, got {cut(repr(group))}."
-                )
+            right = group is None or (hasattr(group, "__len__") and not isinstance(group, str | set))
+            expected = f"{kind}= of a state as a dict {{symbol or name: value}} or as a sequence"
+            expect.that(right, expected, group, error=ArgumentError)
 
     @property
     def arguments(self) -> dict[str, Any]:
@@ -97,8 +96,7 @@ class State(Attributes):
         A steady motion that is changed need not be one any more: what takes it checks it.
         """
         strange = groups.keys() - set(GROUPS)
-        if strange:
-            raise ValueMissingError(f"Expected some of {', '.join(GROUPS)}, t to replace, got {', '.join(strange)}.")
+        expect.none(strange, f"some of {', '.join(GROUPS)}, t to replace", error=ValueMissingError)
         made = {kind: _replaced(kind, getattr(self, kind), groups.get(kind)) for kind in GROUPS}
         return State(**made, t=self.t if t is None else finite_number("time", "the state", t))
 
@@ -154,18 +152,15 @@ def state_of(state: State | None, **values: Unpack[StateValues]) -> State:
     ArgumentError
         if it is no State, or a group of values comes both ways
     """
-    given: object = state
     strange = values.keys() - StateValues.__annotations__.keys()
     if strange:
         known = ", ".join(StateValues.__annotations__)
         raise TypeError(f"Expected options of the function, and values by {known}, got the keyword {min(strange)!r}.")
     own = {kind: x for kind, x in values.items() if (x is not None if kind == "t" else _given(x))}
-    if given is None:
+    if state is None:
         return State(**{**values, "t": own.get("t", 0.0)})
-    if not isinstance(given, State):
-        raise ArgumentError(
-            f"Expected a kn.State, or values by keyword, got {cut(repr(given))}. Give kn.State(q={{…}}, u={{…}}), or q=, u=, …."
-        )
+    cure = "Give kn.State(q={…}, u={…}), or q=, u=, …."
+    given = expect.instance(state, State, "a kn.State, or values by keyword", cure, error=ArgumentError)
     twice = [kind for kind in own if _given(getattr(given, kind))]
     if twice:
         raise ArgumentError(
