@@ -21,7 +21,8 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kane.errors import Attributes, ExpressionError, cut, none_of
+from kane import expect
+from kane.errors import Attributes, ExpressionError, cut
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub, where
 from kane.expr.evaluation import know
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant, constant_value, intern_node, postorder
@@ -442,32 +443,28 @@ def table(
 
 
 def _points(x: Any, y: Any, kind: Any) -> tuple[Numbers, Numbers]:
-    if not isinstance(kind, str) or kind not in _LEAST:
-        raise ExpressionError(f"Expected the kind of a table as one of {none_of(_LEAST, kind)}")
+    expect.one_of(kind, _LEAST, "the kind of a table as", error=ExpressionError)
     try:
         places, values = np.array(x, dtype=float), np.array(y, dtype=float)
     except (TypeError, ValueError) as error:
         raise ExpressionError(
             f"Expected numbers as the points of a table, got {cut(repr(x))} and {cut(repr(y))}."
         ) from error
-    if places.ndim != 1 or places.shape != values.shape or len(places) < _LEAST[kind]:
-        raise ExpressionError(
-            f"Expected at least {_LEAST[kind]} points (x, y) for a table of kind {kind!r}, got shapes {places.shape} and "
-            f"{values.shape}. Give more, or take another kind."
-        )
-    if not (np.isfinite(places).all() and np.isfinite(values).all()):
-        raise ExpressionError("Expected finite points of a table, got NaN or infinity. Leave those points out.")
+    right = places.ndim == 1 and places.shape == values.shape and len(places) >= _LEAST[kind]
+    expected = f"at least {_LEAST[kind]} points (x, y) for a table of kind {kind!r}"
+    came, cure = f"shapes {places.shape} and {values.shape}", "Give more, or take another kind."
+    expect.that(right, expected, came=came, cure=cure, error=ExpressionError)
+    finite, cure = np.isfinite(places).all() and np.isfinite(values).all(), "Leave those points out."
+    expect.that(finite, "finite points of a table", came="NaN or infinity", cure=cure, error=ExpressionError)
     if (np.diff(places) <= 0).any():
         k = int(np.argmax(np.diff(places) <= 0))
         raise ExpressionError(
             f"Expected increasing places of a table, got {places[k + 1]:g} after {places[k]:g}. Sort the points; where the value "
             "jumps, take kind='steps', or join the two values over a short stretch."
         )
-    if kind == "periodic" and values[0] != values[-1]:
-        raise ExpressionError(
-            f"Expected a periodic table to end at the value that it begins with, {values[0]:g}, got {values[-1]:g}. Close it "
-            "by a last point one period after the first."
-        )
+    expected = f"a periodic table to end at the value that it begins with, {values[0]:g}"
+    closed, cure = kind != "periodic" or values[0] == values[-1], "Close it by a last point one period after the first."
+    expect.that(closed, expected, came=f"{values[-1]:g}", cure=cure, error=ExpressionError)
     return places, values
 
 
