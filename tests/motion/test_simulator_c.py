@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.gallery import GALLERY, double_pendulum, load, muscle_arm, pendulum_on_cart
+from kane.gallery import GALLERY, double_pendulum, load, muscle_arm, pendulum_on_cart, rolling_disk
 from kane.motion import METHODS, emit_simulator, is_constrained
 from tests.motion.test_time_breaks import KINDS, PULSES, L, S, V, wheel
 from tests.program.programs import compiler
@@ -91,7 +91,7 @@ def refused(system):
 
 
 def test_what_a_program_cannot_look_after_is_refused():
-    x, v = kn.coordinate("x"), kn.speed("v")
+    x, v, k = kn.coordinate("x"), kn.speed("v"), kn.parameter("k", 1.0)
     N = kn.Frame("N")
     P = kn.Point("O", fixed_in=N).at("P", x * N.x)
 
@@ -99,10 +99,16 @@ def test_what_a_program_cannot_look_after_is_refused():
         loads = [kn.Force(at, force * N.x)]
         return kn.System(N, bodies=[kn.Particle("p", at, 1)], speeds={v: x.dt}, loads=loads, **more)
 
-    told = refused(load("four_bar").system())
-    assert "in which constraints or Euler parameters are kept. Emit the equations alone" in told
-    assert "loads or inputs jump" in refused(line(-kn.sign(v)))
-    assert "events are watched" in refused(line(-x, events=[kn.Event("down", x)]))
+    told = refused(line(-kn.sign(v)))
+    assert "in which loads or inputs jump. Emit the equations alone" in told
+    for then in ({k: 2 * k}, lambda **now: {v: 0.0}):
+        told = refused(line(-k * x, events=[kn.Event("down", x, then=then)]))
+        assert "the event 'down' asks for more than numbers tell" in told
+    for kept in (load("four_bar").system(), line(-x, events=[kn.Event("down", x)])):
+        with pytest.raises(kn.ProgramError, match=r"are kept|are watched"):
+            emit_simulator(kn.derive(kept).compile(), "midpoint")
+    with pytest.raises(kn.ProgramError, match="Expected a period above zero"):
+        emit_simulator(EOM.compile(), "rk4", 0.0)
     assert "turns rates at times that no line gives" in refused(line(kn.sign(kn.sin(kn.time))))
     for height in (kn.max(kn.time - 1, 0), kn.table([0, 1, 2], [0, 1, 0], "linear")(kn.time)):
         assert "prescribes a motion, which may jump" in refused(line(-x, P.at("Q", height * N.y)))
@@ -119,8 +125,7 @@ def test_every_system_of_the_gallery_runs_or_is_refused(tmp_path, name, rng):
     """Compiled with all warnings as errors, run under the sanitizers, on the trajectory of `simulate`."""
     module = load(name)
     eom = kn.derive(module.system())
-    if is_constrained(eom) or eom.events:
-        assert "are kept" in refused(module.system()) or "are watched" in refused(module.system())
+    if is_constrained(eom):
         return
     program = built(tmp_path, eom, "tsit5", *SANITIZED)
     start = getattr(module, "START", {})
@@ -188,3 +193,97 @@ def test_further_states_begin_at_their_defaults(tmp_path):
     sol = kn.simulate(eom, (0, 1), q=[-0.8], u=[0], inputs={"e": 0.2}, samples=11, method="dop853")
     assert head == ["t", "q", "u", "a"]
     assert np.abs(table[:, 1:] - sol.states).max() < 2e-8
+
+
+def agrees(program, arguments, sol, tolerance):
+    """A program's rows are those of a motion, two of one time where an event changes the state; its events are those too."""
+    done = ran(program, f"{sol.t[-1] if sol.status == 'finished' else 9}", *arguments)
+    _, table = numbers(done.stdout)
+    assert table.shape == (len(sol.t), sol.states.shape[1] + 1)
+    assert np.abs(table[:, 0] - sol.t).max() < tolerance
+    assert np.abs(table[:, 1:] - sol.states).max() < tolerance * max(1.0, np.abs(sol.states).max())
+    noted = [line.rsplit(" at t = ", 1) for line in done.stderr.splitlines()]
+    met = [(e.name, t) for e, t in sol.events if not e.name.startswith("dependent speeds")]
+    noted = [(name, float(t)) for name, t in noted if name != "other dependent speeds"]
+    assert [name for name, _ in noted] == [name for name, _ in met]
+    assert np.allclose([t for _, t in noted], [t for _, t in met], rtol=0, atol=tolerance)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["dop853", "tsit5"])
+def test_a_ball_bounces(tmp_path, method):
+    """Events that set the state, one that is noted, and one that ends the motion; a start on a threshold is refused."""
+    N = kn.Frame("N")
+    y, v, e = kn.coordinate("y"), kn.speed("v"), kn.parameter("e", 0.8)
+    events = [
+        kn.Event("bounce", y, direction=-1, then={v: -e * v}),
+        kn.Event("top", v, direction=-1, terminal=False),
+        kn.Event("low", y + v**2 / 2 / 9.81 - 0.1, direction=-1),
+    ]
+    P = kn.Point("O", fixed_in=N).at("P", y * N.y)
+    eom = kn.derive(
+        kn.System(
+            N, bodies=[kn.Particle("ball", P, 2)], speeds={v: y.dt}, loads=[kn.gravity(-9.81 * N.y)], events=events
+        )
+    )
+    program = built(tmp_path, eom, method, *SANITIZED)
+    sol = kn.simulate(eom, (0, 9), q=[1], u=[0.5], samples=91, method=method)
+    assert (sol.status, sol.event.name, len(sol.jumps)) == ("event", "low", 6)
+    agrees(program, ("91", "y=1", "v=0.5"), sol, 1e-11)
+    assert (
+        "Expected a start beside the threshold of the event top" in ran(program, "9", "9", "y=1", "v=0", code=2).stderr
+    )
+
+
+@pytest.mark.slow
+def test_a_four_bar_turns(tmp_path):
+    """Three turns of the crank, for which other speeds become dependent; a start that does not close is refused."""
+    module = load("four_bar")
+    eom = kn.derive(module.system())
+    start = kn.assemble(eom, **module.START)
+    program = built(tmp_path, eom, "dop853", *SANITIZED)
+    given = [f"{s.name}={float(x)!r}" for part in (start.q, start.u) for s, x in part.items()]
+    sol = kn.simulate(eom, (0, 3), q=start.q, u=start.u, samples=31, method="dop853")
+    done = ran(program, "3", "31", *given)
+    _, table = numbers(done.stdout)
+    assert "other dependent speeds at t = " in done.stderr
+    assert np.abs(table[:, 1:] - sol.states).max() < 1e-8 * np.abs(sol.states).max()
+    closed = [c.expr for c in eom.system.holonomic]
+    rows = kn.simulate(eom, (0, 3), q=start.q, u=start.u, samples=31, method="dop853")
+    assert np.abs(rows[closed]).max() < 1e-13
+    told = ran(program, "3", "31", *given, f"{eom.coordinates[0].name}=0.3", code=2).stderr
+    assert "Expected a start on the constraints" in told
+
+
+@pytest.mark.slow
+def test_a_disk_slides_until_it_rolls(tmp_path):
+    """The end of slip, at a share of the largest slip of the motion."""
+    eom = kn.derive(rolling_disk.system())
+    program = built(tmp_path, eom, "vern9", *SANITIZED)
+    q, u = [0, 0, 0.3, 1.2, 0.1], [1.0, -0.5, 3.0, 0.5, 0.2]
+    sol = kn.simulate(eom, (0, 9), q=q, u=u, samples=901, method="vern9")
+    assert sol.event.name == "onset of rolling (friction)"
+    agrees(program, ("901", *(f"{s.name}={x}" for s, x in zip(eom.state, q + u, strict=True))), sol, 1e-8)
+
+
+CONTROLLER = """
+void cart_control(double t, const double *x, double *inputs)
+{
+    (void)t;
+    inputs[0] = 9.0 * x[1] + 2.0 * x[3] + 0.3 * x[0] + 0.6 * x[2];
+}
+"""
+
+
+@pytest.mark.slow
+def test_a_controller_in_c_is_sampled(tmp_path):
+    """The law of another file, asked at each period: the motion of the same law in Python."""
+    (tmp_path / "control.c").write_text(CONTROLLER)
+    (tmp_path / "cart.c").write_text(emit_simulator(EOM.compile(name="cart"), "dop853", 0.01), encoding="utf-8")
+    program = tmp_path / "cart"
+    files = [tmp_path / "cart.c", tmp_path / "control.c"]
+    subprocess.run([compiler(), *STRICT, *SANITIZED, *files, "-o", program, "-lm"], check=True)
+    control = kn.sampled(lambda t, x: 9.0 * x[1] + 2.0 * x[3] + 0.3 * x[0] + 0.6 * x[2], period=0.01)
+    sol = kn.simulate(EOM, (0, 3), q=[0.1, 0.2], u=[0, 0], inputs={"F": control}, samples=31, method="dop853")
+    _, table = numbers(ran(program, "3", "31", "x=0.1", "theta=0.2", "u_x=0", "u_theta=0").stdout)
+    assert np.abs(table[:, 1:] - sol.states).max() < 1e-9 * np.abs(sol.states).max()

@@ -86,11 +86,21 @@ def emit(
             show_default=False,
         ),
     ] = None,
+    period: Annotated[
+        float | None,
+        typer.Option(
+            help="With --with-integrator: inputs are asked of a C function NAME_control every so many seconds.",
+            metavar="SECONDS",
+            show_default=False,
+        ),
+    ] = None,
     force: Force = False,
 ) -> None:
     """Print the equations of MODEL as C or NumPy source."""
     if with_integrator is not None and target is not Target.c:
         raise Misuse(f"Expected --target c with --with-integrator, got {target.value}.")
+    if period is not None and with_integrator is None:
+        raise Misuse("Expected --with-integrator beside --period, got --period alone.")
     model = model_of(name)
     if called is not None and not (called.isidentifier() and called.isascii()):
         raise Misuse(f"Expected an identifier of letters, digits and _ as --name, got {called!r}.")
@@ -98,7 +108,8 @@ def emit(
     eom = derived(model)
     with working("Compiling"):
         compiled = eom.compile(name=called or model.name)
-        source = emit_simulator(compiled, with_integrator) if with_integrator else compiled.emit(target.value)
+        program = with_integrator and emit_simulator(compiled, with_integrator, period)
+        source = program or compiled.emit(target.value)
     if place:
         screen.write(place, source, force)
     else:

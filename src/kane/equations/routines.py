@@ -133,11 +133,12 @@ def program(
     routines: Sequence[str] = ROUTINES,
     outputs: Outputs | None = None,
     *,
+    more: Sequence[Task] = (),
     name: str = "model",
     reciprocals: bool = True,
     optimize: bool = True,
 ) -> Program:
-    """The Program of the named routines, and of "outputs" where there are any.
+    """The Program of the named routines, of "outputs" where there are any, and of `more` that are given.
 
     "rhs" gives ẋ = (q̇, u̇, ȧ), "mass_matrix" M, "forcing" f of M u̇ = f with the reactions at their solved values, "reactions" those
     values; those of `ON_DEMAND` are asked for by name. `reciprocals` lets divisions by one divisor share its reciprocal, which
@@ -149,6 +150,7 @@ def program(
     tasks = [_routine(solved, routine) for routine in dict.fromkeys(routines)]
     if outputs:
         tasks.append(outputs.task)
+    tasks += more
     tasks = [replace(task, roots=with_regular_rates(solved, guarded(solved, task.roots))) for task in tasks]
     left_out = {guard: Note(text, zero=False) for guard, text in notes(solved).items()}
 

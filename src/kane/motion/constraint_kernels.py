@@ -78,42 +78,46 @@ def unheld(stepper: Stepper) -> str:
     return "W has poles that the motion has not" if stepper.eom.solved.twin is not None else ""
 
 
-def _rows(stepper: Stepper) -> tuple[list[int], list[int]]:
+def _rows(eom: Equations) -> tuple[list[int], list[int]]:
     """The rows that give dependent speeds, closures first, and these speeds."""
-    embedding = stepper.eom.embedding
-    if embedding is None:
+    if eom.embedding is None:
         return [], []
-    return sorted(embedding.partition.rows), sorted(embedding.partition.dependent)
+    return sorted(eom.embedding.partition.rows), sorted(eom.embedding.partition.dependent)
+
+
+def structure(eom: Equations, n: int) -> Given:
+    """What of the constraints is the same for all motions of n components: counts, where what stands, and room."""
+    rows, dependent = _rows(eom)
+    places, turned = entries(eom), turns(eom)
+    c, place = len(eom.system.holonomic), {q: i for i, q in enumerate(eom.coordinates)}
+    spheres = [place[e] for s in eom.system.euler_parameters for e in s.coordinates]
+    counts = (c, len(eom.b), len(eom.speeds), len(rows), sum(i < c for i in rows), len(places), len(turned))
+    counted = dict(zip(COUNTS, (*counts, len(spheres) // 4, len(branches(eom.system)), len(place)), strict=True))
+    slots = {row: k for k, row in enumerate(rows)}
+    at = {
+        "entry_at": [(slots.get(i, -1), i, j) for i, j in places],
+        "turn_at": turned,
+        "chosen_at": rows,
+        "dependent": dependent,
+        "sphere_at": spheres,
+    }
+    # one more, so that no array is empty
+    arrays = {name: np.append(np.array(where, dtype=float).reshape(-1), 0.0) for name, where in at.items()}
+    lengths = {"weights": len(places), "reach": len(places), "row_sizes": len(eom.b), "column_sizes": len(eom.speeds)}
+    arrays |= {name: np.zeros(count + 1) for name, count in lengths.items()}
+    arrays["room"] = aligned(room(n, counted))
+    return {f"held_{name}": value for name, value in (counted | arrays).items()}
 
 
 class Holding:
     """The constraints as a kernel takes them, for the dependent speeds that are stepped now."""
 
     def __init__(self, stepper: Stepper, t: float, y: Array) -> None:
-        self.stepper, eom = stepper, stepper.eom
-        now = stepper.now
-        rows, dependent = _rows(stepper)
-        self.places, turned = entries(eom), turns(eom)
-        c, place = len(eom.system.holonomic), {q: i for i, q in enumerate(eom.coordinates)}
-        spheres = [place[e] for s in eom.system.euler_parameters for e in s.coordinates]
-        counts = (c, len(eom.b), len(eom.speeds), len(rows), sum(i < c for i in rows), len(self.places), len(turned))
-        counted = dict(zip(COUNTS, (*counts, len(spheres) // 4, len(branches(eom.system)), len(place)), strict=True))
-        slots = {row: k for k, row in enumerate(rows)}
-        at = {
-            "entry_at": [(slots.get(i, -1), i, j) for i, j in self.places],
-            "turn_at": turned,
-            "chosen_at": rows,
-            "dependent": dependent,
-            "sphere_at": spheres,
-        }
-        routine, r = eom.numeric(now.settings).routine(holding).flat, now.inputs(t, y)
-        # one more, so that no array is empty
-        arrays = {name: np.append(np.array(where, dtype=float).reshape(-1), 0.0) for name, where in at.items()}
-        lengths = {"weights": len(self.places), "reach": len(self.places), "row_sizes": len(eom.b)}
-        arrays |= {name: np.zeros(n + 1) for name, n in {**lengths, "column_sizes": len(eom.speeds)}.items()}
-        arrays["h"] = hoisted(routine, t, y[: now.width], now.p, r)
-        arrays["room"] = aligned(room(len(y), counted))
-        self.given: Given = {f"held_{name}": value for name, value in (counted | arrays).items()}
+        self.stepper, now, eom = stepper, stepper.now, stepper.eom
+        self.places = entries(eom)
+        routine = eom.numeric(now.settings).routine(holding).flat
+        self.given = structure(eom, len(y))
+        self.given["held_h"] = hoisted(routine, t, y[: now.width], now.p, now.inputs(t, y))
         self.given["constraints"] = entry(routine)
         self.measure()
 

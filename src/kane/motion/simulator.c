@@ -29,6 +29,7 @@ typedef struct {
 } turning;
 @LEVELS@
 
+@TABLES@
 static void clock_at(double t, double *y, double *p, double *r, double *h, double *out)
 {
     @CLOCK@
@@ -117,6 +118,7 @@ static int find_breakpoints(breakpoints *to, double *y, double *p, double *r, do
     double out[2 * TURNING + PULSES + 1] = {0}, *values = 0;
     int done = 1;
     clock_at(0, y, p, r, h, out);
+    for (int64_t k = 1; (double)k * @PERIOD@ < end && done; k++) done = add(to, (double)k * @PERIOD@, end);
     for (int k = 0; k < TURNING && done; k++) done = add_levels(to, turnings + k, out[k], out[TURNING + k], end);
     if (PULSES && done) done = (values = malloc((size_t)(PULSES + 1) * LOOKED_AT * sizeof *values)) != 0;
     for (int64_t i = 0; PULSES && done && i < LOOKED_AT; i++) {
@@ -136,9 +138,10 @@ static double spacing(double t)
 
 static void rates(double t, double *x, double *p, double *r, double *h, double *out)
 {
-    @NAME@_rhs(t, x, p, r, h, out);
+    @RATES@
 }
 
+@CONSTRAINTS@
 /* Puts the value of name=value into its place; whether there is one. */
 static int put(const @NAME@_quantity *known, double *values, const char *text, size_t length, double value)
 {
@@ -168,6 +171,15 @@ static int told(const char *text, double *number)
     return end != text && *end == '\0' && isfinite(*number);
 }
 
+@CONTROL@
+static void print_row(double t, const double *y)
+{
+    printf("\n%.17g", t);
+    for (int k = 0; k < N; k++) printf(",%.17g", y[k]);
+}
+
+@REPORT@
+
 int main(int count, char **given)
 {
     double y[N], lag[N] = {0}, p[@CAPS@_PARAMETERS + 1], r[@CAPS@_INPUTS + 1], h[@CAPS@_HOISTED + 1] = {0};
@@ -195,17 +207,20 @@ int main(int count, char **given)
             return 2;
         }
     }
-    if (!complete(@NAME@_state, y) || !complete(@NAME@_parameters, p) || !complete(@NAME@_inputs, r)) return 2;
+    if (!complete(@NAME@_state, y) || !complete(@NAME@_parameters, p)) return 2;
+    @ASK@
+    if (!complete(@NAME@_inputs, r)) return 2;
     if (!(set[0] > 0 && set[1] > 0 && set[2] > 0)) {
         fprintf(stderr, "Expected rtol, atol and max_step above zero%s.\n", @FIXED@ ? "; @METHOD@ needs max_step" : "");
         return 2;
     }
+    @NAME@_hoist(p, h);
+    @BEGIN@
     double *times = malloc((size_t)(samples + 1) * sizeof *times);
     double *rows = malloc((size_t)(samples * N) * sizeof *rows);
-    double *work = calloc((size_t)(@WORK@ * N), sizeof *work);
+    double *marks = calloc((size_t)samples, sizeof *marks), *work = calloc((size_t)(@WORK@ * N), sizeof *work);
     breakpoints stops = {0, 0, 0};
-    @NAME@_hoist(p, h);
-    if (!times || !rows || !work || !find_breakpoints(&stops, y, p, r, h, end)) {
+    if (!times || !rows || !work || !marks || !find_breakpoints(&stops, y, p, r, h, end)) {
         fprintf(stderr, "Expected memory for %lld samples, got none.\n", (long long)samples);
         return 3;
     }
@@ -217,29 +232,36 @@ int main(int count, char **given)
     s[AT_ATOL] = set[1];
     s[AT_SHORTEST] = DBL_EPSILON * DBL_EPSILON * end;
     (void)none;
-    int64_t back;
+    s[AT_SPAN] = end;
+    printf("t");
+    for (int k = 0; k < N; k++) printf(",%s", @NAME@_state[k].name);
+    print_row(0, y);
+    int64_t back, printed = 1;
     for (size_t k = 0;; k++) { /* up to just before the next breakpoint, and on from just beyond it */
         while (k < stops.count && stops.times[k] <= s[AT_TIME]) k++;
         s[AT_END] = k < stops.count ? stops.times[k] - @ULPS@ * spacing(stops.times[k]) : end;
         s[AT_STEP] = @FIXED@ ? set[2] : 0;
         s[AT_FRESH] = 1;
-        back = @CALL@;
+        @ASK_AGAIN@
+        do {
+            back = @CALL@;
+            report(s, times, rows, &printed);
+        } while (back == @FULL@ || (back == @LOOK@ && @GOES_ON@));
         if (back != @END@ || k >= stops.count) break;
         s[AT_TIME] = s[AT_END] + 4 * @ULPS@ * spacing(s[AT_END]);
         s[AT_TIME_LAG] = 0;
     }
-    const int64_t done = 1 + (int64_t)s[AT_SAMPLE];
-    printf("t");
-    for (int k = 0; k < N; k++) printf(",%s", @NAME@_state[k].name);
-    for (int64_t i = 0; i < done; i++) {
-        printf("\n%.17g", times[i]);
-        for (int k = 0; k < N; k++) printf(",%.17g", rows[i * N + k]);
-    }
     printf("\n");
-    if (back != @END@) fprintf(stderr, "The motion stopped at t = %.9g: no step is short enough, or a rate is not finite.\n", s[AT_TIME]);
+    for (int64_t k = 0; k < samples - 1; k++)
+        if (marks[k] > 0) fprintf(stderr, "The row at t = %.9g may be off its constraints, which are singular nearby.\n", times[k + 1]);
+    if (back == @LOOK@)
+        fprintf(stderr, "The motion stopped at t = %.9g: numbers alone do not tell how it goes on. Simulate it with kane.\n", s[AT_TIME]);
+    else if (back != @END@ && back != @EVENT@)
+        fprintf(stderr, "The motion stopped at t = %.9g: no step is short enough, or a rate is not finite.\n", s[AT_TIME]);
     free(times);
     free(rows);
     free(work);
+    free(marks);
     free(stops.times);
-    return back == @END@ ? 0 : 1;
+    return back == @END@ || back == @EVENT@ ? 0 : 1;
 }

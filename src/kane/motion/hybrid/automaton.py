@@ -30,29 +30,23 @@ def kind(eom: Equations, event: Event, acting: bool) -> Kind:
     return Kind.ACTS if acting else Kind.ENDS if event.terminal else Kind.NOTED
 
 
-def automaton(now: Routines, t: float, y: Array, fresh: Fresh, switches: int = 0, wide: bool = True) -> Given:
-    """What tells a kernel of events, and of so many switches behind them, from t on."""
-    assert now.events is not None
-    eom, none = now.eom, [0.0] * switches
+def tables(eom: Equations, n: int, switches: int = 0) -> Given:
+    """What is the same for all motions of n components: counts, what events do, at which thresholds, and room."""
     events, count, own = eom.events, len(eom.events) + switches, {e.name for e in eom.system.events}
     decides = decided(eom) and not switches
-    values = eom.numeric(now.settings).value(values_set) if decides else []
-    acting = {k for k, _, _ in values}
-    seen = now.watch(t, y)
+    values = values_set(eom) if decides else []
+    acting, none = {k for k, _, _ in values}, [0.0] * switches
     shared = np.array([isinstance(e, SlipEnd) and e.by_share for e in events], dtype=bool)
     kinds = np.full((count, KINDS), float(Kind.ASKED))
     for k, event in enumerate(events):
         if decides:
             kinds[k, 0] = kind(eom, event, k in acting)
         kinds[k, 1:] = event.direction, event.name in own, bool(event.terminal)
-    lengths = rooms(count, len(events), len(values), len(y))
-    given: Given = {
-        "watch": wide_entry(now.events, PARTS) if wide else entry(now.events),
+    lengths = rooms(count, len(events), len(values), n)
+    return {
         "events": count,
         "own": len(events),
         "acts": len(values),
-        "seen": seen,
-        "largest": np.nan_to_num(np.abs(seen)),
         "least": np.array([*np.where(shared, 0.0, [e.threshold for e in events]), *none]),
         "shares": np.array([*np.where(shared, SLIPS, 0.0), *none]),
         "pivots": np.array([*(float(isinstance(e, KinematicsEnd)) for e in events), *none]),
@@ -62,15 +56,25 @@ def automaton(now: Routines, t: float, y: Array, fresh: Fresh, switches: int = 0
         "zoom": aligned(zoomed(count)),
         **{name: aligned(length) for name, length in lengths.items()},
     }
-    begin_at(given, events, fresh)
-    numeric = eom.numeric(now.settings)
-    numeric.compile(*bundles(eom))
-    at = t, y[: now.width]
+
+
+def automaton(now: Routines, t: float, y: Array, fresh: Fresh, switches: int = 0, wide: bool = True) -> Given:
+    """What tells a kernel of events, and of so many switches behind them, from t on."""
+    assert now.events is not None
+    numeric, seen, at = now.eom.numeric(now.settings), now.watch(t, y), (t, y[: now.width])
+    given = {
+        name: what.copy() if isinstance(what, np.ndarray) else what
+        for name, what in numeric.value(tables, len(y), switches).items()
+    }
+    given |= {"seen": seen, "largest": np.nan_to_num(np.abs(seen))}
+    given["watch"] = wide_entry(now.events, PARTS) if wide else entry(now.events)
+    begin_at(given, now.eom.events, fresh)
+    numeric.compile(*bundles(now.eom))
     given["hw"] = hoisted(now.events, *at, now.parameters(now.events), now.inputs(t, y))
     for name, h, bundle, needed in (
-        ("glance", "hg", glance, decides),
-        ("tendency", "ht", tendency, acting),
-        ("act", "ha", actions, acting),
+        ("glance", "hg", glance, decided(now.eom) and not switches),
+        ("tendency", "ht", tendency, given["acts"]),
+        ("act", "ha", actions, given["acts"]),
     ):
         routine = numeric.routine(bundle).flat if needed else now.rates
         given |= {name: entry(routine), h: hoisted(routine, *at, now.parameters(routine), now.inputs(t, y))}

@@ -29,6 +29,7 @@ from kane.motion.inputs.expressions import Formula
 from kane.motion.inputs.feedback import HeldInput
 from kane.motion.inputs.functions import constant
 from kane.motion.right_hand_side import Routines
+from kane.motion.steppers.watched import LOOSE
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EPS, LATER, NEAR_TIME, SAME_TIME, SOON, UNRELATED
 from kane.numeric.sign_changes import MOST, SHARES, SMALL, Bracket, passages, zero_of
@@ -38,8 +39,6 @@ from kane.program.program import Port
 
 PARTS = 8
 """In so many parts a step is looked at."""
-_LOOSE = 1e-2
-"""How many relative tolerances of the largest that a pivot of W has been it is where it vanishes, if they are more than rounding."""
 _BESIDE, _GROWN = (8 * SAME_TIME, 1e-5), 10.0
 """Shares of a step beside a change of sign, and how many times larger a quantity is at the nearer one where that is a pole."""
 _TINY = np.finfo(float).tiny
@@ -275,7 +274,7 @@ def vanishing(
 ) -> list[Met]:
     """The pivots of W that vanish in a step where they are smallest; `largest` (events) holds the sizes that they have had."""
     met: list[Met] = []
-    gone = max(UNRELATED, _LOOSE * rtol)
+    gone = max(UNRELATED, LOOSE * rtol)
     for k, event in enumerate(events):
         size = np.abs(values[:, k])
         if not isinstance(event, KinematicsEnd) or not size.min() < SMALL * largest[k]:

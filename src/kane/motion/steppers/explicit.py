@@ -78,6 +78,8 @@ class _Explicit:
         shorter = self.writer.variable("shorter", INT)
 
         def begin() -> None:
+            if self.held is not None:
+                self.held.begin()
             o.rate(self.rhs, o.get(Slot.TIME), o.y, 0, 0)
             if self.tableau.errors:
                 o.first_step(self.tableau.exponent, self.rhs, 0, self.state, o.row(self.tableau.stages))

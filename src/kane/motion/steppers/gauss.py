@@ -176,6 +176,8 @@ class _Gauss:
     def begin(self) -> None:
         """The rates at the beginning of the step, in the place of K."""
         o = self.context
+        if self.held is not None:
+            self.held.begin()
         now = self.at_one_state(o.get(Slot.TIME), lambda i: o.y[i])
         with self.writer.count(o.n) as i:
             self.keep(self.next, i, self.splat(now(i)))

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext
 from kane.motion.steppers.dense import factor, invert, solve, total
 from kane.numeric.scale import POOR, ROUNDED_SUM, UNUSABLE
-from kane.program.kernel.language import INT
+from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Array, Term
 
 _ROUNDS = 6
@@ -25,6 +25,8 @@ _CLOSED, _LEVEL = 2.0**-46, 2.0**-49
 _GROWN = 2.0
 """Entries of Ã above which sizes are taken anew."""
 _FAR, _CURVED, _FIRST, _SHORTEST = 0.25, 1.5, 1 / 8, 2.0**-10
+POORER, DOUBTFUL = 1.0, 2.0
+"""What HELD says of a step: dependent speeds follow worse at its end; its constraints may be singular, or not be kept."""
 Dense = Callable[[Term, Array, Term], None]
 """Writes the state at a share of the step into an array from a place on."""
 COUNTS = (
@@ -32,6 +34,18 @@ COUNTS = (
 )  # fmt: skip
 """How many rows of f and of A, speeds, rows of B and of those that are closures, entries of A and of W, sets of Euler parameters,
 branches, coordinates."""
+
+
+def regularity_kernel() -> Kernel:
+    """What leaves in SHARE how well the dependent speeds follow at the state at hand."""
+    o = StepperContext("regularity")
+    o.drives(*RATE)
+    held = Held(o)
+    held.numbers(o.get(Slot.TIME), o.y, o.writer.integer(0))
+    held.matrix()
+    held.regularity()
+    o.put(Slot.SHARE, held.share.get())
+    return o.writer.finished(o.back)
 
 
 def room(n: int, counts: dict[str, int]) -> int:
@@ -72,6 +86,7 @@ class Held:
         self.reach, self.marks, self.room = (w.array(f"held_{name}") for name in ("reach", "marks", "room"))
         self._places()
         self.doubt, self.rounds, self.open = (w.variable(f"held_{name}", INT) for name in ("doubt", "rounds", "open"))
+        self.grown = w.variable("held_grown", INT)
         self.least, self.share = w.variable("held_least"), w.variable("held_share")
 
     def _places(self) -> None:
@@ -198,29 +213,61 @@ class Held:
 
     # -------------------------------------------------------------------------------------------- along a step
 
+    def begin(self) -> None:
+        """Sizes are those of the state at the beginning, where none have been given: QUIET is zero then."""
+        w, o = self.writer, self.context
+        with w.when(~(o.get(Slot.QUIET) > 0.0)):
+            self.numbers(o.get(Slot.TIME), o.y, w.integer(0))
+            with w.few(self.a_count) as e:
+                self.reach[e] = w.compute("abs", self.room[self.a + e])
+            self.measure()
+            o.put(Slot.QUIET, 1 / POOR)
+
+    def measure(self) -> None:
+        """R and C are the sizes that entries of A have had: of rows, and of columns whose rows are divided by theirs."""
+        w = self.writer
+        for sizes, count, axis in ((self.row_sizes, self.m, 1), (self.column_sizes, self.s, 2)):
+            with w.few(count) as i:
+                sizes[i] = 0.0
+            with w.few(self.a_count) as e:
+                i = self.index(self.entries, e * 3 + axis)
+                size = (
+                    self.reach[e] if axis == 1 else self.reach[e] * self.row_sizes[self.index(self.entries, e * 3 + 1)]
+                )
+                sizes[i] = w.compute("max", sizes[i], size)
+            with w.few(count) as i:
+                sizes[i] = 1.0 / w.select(sizes[i] > 0.0, sizes[i], 1.0)
+        with w.few(self.a_count) as e:
+            row, column = (self.index(self.entries, e * 3 + k) for k in (1, 2))
+            self.weights[e] = self.row_sizes[row] * self.column_sizes[column]
+
     def look(self, begin: Term, h: Term, end: Term, to: tuple[Array, Term], dense: Dense) -> None:
         """The `end` of a step is projected at its place; where there is a doubt that Python has not looked at, the kernel `asks`."""
-        o = self.context
+        w, o = self.writer, self.context
         self.end(end, *to)
+        poor = (self.d > 0) & ~(self.share.get() <= o.get(Slot.QUIET))
         self.passage(begin, h, dense)
-        o.put(Slot.HELD, self.writer.compute("float", self.doubt.get()))
-        with self.writer.when((self.doubt.get() > 0) & (o.get(Slot.LOOKED) < 1.0)):
+        o.put(Slot.HELD, w.select(self.doubt.get() > 0, DOUBTFUL, w.select(poor, POORER, 0.0)))
+        with w.when((o.get(Slot.HELD) > 0.0) & (o.get(Slot.LOOKED) < 1.0)):
             o.ask(ReturnCode.LOOK)
 
     def end(self, t: Term, array: Array, place: Term) -> None:
         """The state at the end of a step projected; what entries of A have been is noted."""
-        w, o, room = self.writer, self.context, self.room
-        self.project(t, array, place)
+        w, room = self.writer, self.room
+        self.grown.put(1)
+        with w.repeat(lambda: self.grown.get() > 0):
+            self.grown.put(0)
+            self.project(t, array, place)
+            with w.few(self.a_count) as e:
+                size = w.compute("abs", room[self.a + e])
+                with w.when(size > self.reach[e]):
+                    self.reach[e] = size
+                with w.when((size * self.weights[e] > _GROWN) & (self.entries[e * 3] >= 0.0)):
+                    self.grown.put(1)
+            with w.when(self.grown.get() > 0):
+                self.measure()
         self.regularity()
-        with w.when((self.d > 0) & ~(self.share.get() <= o.get(Slot.QUIET))):
-            self.doubt.put(1)
-        o.put(Slot.SHARE, self.share.get())
-        with w.few(self.a_count) as e:
-            size = w.compute("abs", room[self.a + e])
-            with w.when(size > self.reach[e]):
-                self.reach[e] = size
-            with w.when(~(size * self.weights[e] <= _GROWN) & (self.entries[e * 3] >= 0.0)):
-                self.doubt.put(1)
+        self.context.put(Slot.SHARE, self.share.get())
 
     def sample(self, k: Term, t: Term, array: Array, place: Term) -> None:
         """A sample projected, and marked where Python has to."""

@@ -117,6 +117,8 @@ class _Radau:
         o = self.context
 
         def begin() -> None:
+            if self.held is not None:
+                self.held.begin()
             o.rate(self.rhs, o.get(Slot.TIME), o.y, 0, self.row(_FIRST))
             o.first_step(_EXPONENT, self.rhs, self.row(_FIRST), self.row(_STATE), self.row(_SPARE))
             for place in (self.known, self.factored, self.followed):

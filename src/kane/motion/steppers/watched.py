@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 from kane.motion.steppers.context import RATE, WIDE, ReturnCode, Slot, StepperContext
 from kane.motion.steppers.crossings import KINDS, LEAVES, MET, Crossings, Kind, bounds
-from kane.numeric.scale import EPS, EQUAL, ROUNDED_TERMS, SAME_TIME, SOON
+from kane.numeric.scale import EPS, EQUAL, ROUNDED_TERMS, SAME_TIME, SOON, UNRELATED
 from kane.numeric.sign_changes import CLOSE, SHARES, SMALL
 from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.kernel.language import INT
@@ -21,6 +21,8 @@ PLACES = SHARES[1:]
 """Shares of a step at which events are looked at, but for its beginning."""
 ROOM = 2 * PARTS
 """Where the quantities begin in `values`."""
+LOOSE = 1e-2
+"""How many relative tolerances of the largest that a pivot of W has been it is where it vanishes, if they are more than rounding."""
 LOG, JUMPS = 256, 64
 """So many events, and actions, are noted until Python collects them."""
 Dense = Callable[[Term, Array, Term], None]
@@ -92,7 +94,9 @@ class Watched:
             highest = w.compute("max", self.seen[e] - least, w.compute("largest", coefficients))
             sure = (slack <= CLOSE * size) & ((lowest > slack) | (highest < -slack))
             closest = -w.compute("largest", -w.compute("min", w.compute("abs", old), w.compute("abs", new)))
-            near = (self.pivots[e] > 0.0) & (closest < SMALL * self.size(e))
+            gone = w.compute("max", self.context.get(Slot.RTOL) * LOOSE, UNRELATED) * self.size(e)
+            away = sure & (w.compute("max", lowest, -highest) - slack > gone)
+            near = (self.pivots[e] > 0.0) & (closest < SMALL * self.size(e)) & ~away
             self.doubts[e] = w.select(~sure | near, 1.0, 0.0)
             with w.when(~sure | near):
                 self.doubtful.put(1)
@@ -193,11 +197,12 @@ class Watched:
         with w.few(c.get("found")) as k:
             kind = c.kind(w.compute("int", c.met[k * 2 + 1]))
             self.at_once(k, lambda: acting.put(1), kind >= float(Kind.ACTS))
-            self.at_once(k, lambda: ends.put(1), c.kinds[w.compute("int", c.met[k * 2 + 1]) * KINDS + 3] > 0.0)
         with w.when(acting.get() > 0):
             self.take_actions(t, before, after)
         with w.otherwise(), w.count(o.n) as i:
             self.jumps[after + i] = self.jumps[before + i]
+        with w.few(c.get("found")) as k:
+            self.at_once(k, lambda: ends.put(1), c.kinds[w.compute("int", c.met[k * 2 + 1]) * KINDS + 3] > 0.0)
         with w.when(c.get("asked") > 0):
             o.back.put(int(ReturnCode.LOOK))
         with w.otherwise():
@@ -318,7 +323,8 @@ class Watched:
             self.sides[row + 1] = side.get()
             for k, value in ((0, 1.0), (2, 1.0), (4, SOON)):
                 self.sides[row + k] = value
-        unsure = (there & ~moving) | (leapt & ((c.kind(e) > 0.5) | ~(w.compute("abs", new) > 0.0))) | beside
+        goes_on = (c.kind(e) < float(Kind.ENDS)) & ~(w.compute("abs", new) > 0.0)
+        unsure = (there & ~moving) | (leapt & ((c.kind(e) >= float(Kind.ACTS)) | goes_on)) | beside
         with w.when((mine & unsure) | ~finite):
             c.put("asked", 1)
 

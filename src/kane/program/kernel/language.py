@@ -12,7 +12,7 @@ What holds of every kernel: values defined once and before they are used, types 
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 from kane.errors import ProgramError
@@ -283,6 +283,61 @@ def verified_kernel(kernel: Kernel) -> Kernel:
         raise _wrong(kernel, "one of its cells, an integer, as result", str(kernel.result))
     _Check(kernel).block(kernel.body, {a.value.number: a.value for a in kernel.arguments if isinstance(a, Integer)})
     return kernel
+
+
+def without_unused(kernel: Kernel) -> Kernel:
+    """The kernel without values and cells that nothing reads, and without choices and loops that do nothing."""
+    while True:
+        used: set[int] = set()
+        read: set[Cell] = {kernel.result}
+        _note_uses(kernel.body, used, read)
+        body = _used(kernel.body, used, read)
+        if body == kernel.body:
+            return replace(kernel, cells=tuple(c for c in kernel.cells if c in read))
+        kernel = replace(kernel, body=body)
+
+
+def _blocks(s: Statement) -> tuple[Block, ...]:
+    if isinstance(s, If):
+        return s.then, s.other
+    return (s.head, s.body) if isinstance(s, While) else (s.body,) if isinstance(s, Count) else ()
+
+
+def _note_uses(block: Block, used: set[int], read: set[Cell]) -> None:
+    """The numbers of the values, and the cells, that statements of a block read."""
+    for s in block:
+        operands = [operand for _, operand in _TYPES[type(s)](s)[0]]
+        if isinstance(s, CallRoutine):
+            operands = [a.offset if isinstance(a, Address) else a for a in s.arguments]
+        if isinstance(s, While):
+            operands.append(s.condition)
+        used.update(operand.number for operand in operands if isinstance(operand, Value))
+        if isinstance(s, Get):
+            read.add(s.cell)
+        for inner in _blocks(s):
+            _note_uses(inner, used, read)
+
+
+def _used(block: Block, used: set[int], read: set[Cell]) -> Block:
+    """The statements of a block that do something."""
+    kept: list[Statement] = []
+    for s in block:
+        if isinstance(s, Compute | Read | Get) and isinstance(s.value, Value) and s.value.number not in used:
+            continue
+        if isinstance(s, Put) and s.cell not in read:
+            continue
+        if isinstance(s, If):
+            s = s._replace(then=_used(s.then, used, read), other=_used(s.other, used, read))
+            if not (s.then or s.other):
+                continue
+        elif isinstance(s, While):
+            s = s._replace(head=_used(s.head, used, read), body=_used(s.body, used, read))
+        elif isinstance(s, Count):
+            s = s._replace(body=_used(s.body, used, read))
+            if not s.body:
+                continue
+        kept.append(s)
+    return tuple(kept)
 
 
 def _wrong(kernel: Kernel, expected: str, got: str) -> ProgramError:

@@ -8,7 +8,17 @@ from contextlib import AbstractContextManager, contextmanager
 from typing import Literal, TypeAlias
 
 from kane.program.kernel import language
-from kane.program.kernel.language import FLOAT, INT, Address, Operand, Type, Value, result_type, verified_kernel
+from kane.program.kernel.language import (
+    FLOAT,
+    INT,
+    Address,
+    Operand,
+    Type,
+    Value,
+    result_type,
+    verified_kernel,
+    without_unused,
+)
 
 
 class Term:
@@ -126,11 +136,10 @@ class Writer:
         self.values = 0
 
     def finished(self, result: Variable) -> language.Kernel:
-        """The kernel, verified."""
+        """The kernel, verified, without what nothing reads."""
         (body,) = self.blocks
-        return verified_kernel(
-            language.Kernel(self.name, tuple(self.arguments), tuple(self.cells), tuple(body), result.cell)
-        )
+        kernel = language.Kernel(self.name, tuple(self.arguments), tuple(self.cells), tuple(body), result.cell)
+        return without_unused(verified_kernel(kernel))
 
     # ------------------------------------------------------------------------------------------ arguments and cells
 
