@@ -105,10 +105,7 @@ def emit_simulator(compiled: Compiled, method: str = "dop853", period: float | N
         "@GOES_ON@": "goes_on(s, y, p, r, h)" if constraints else "0",
         "@RATES@": "rates_of[at_choice](t, x, p, r, h, out);" if constraints else f"{name}_rhs(t, x, p, r, h, out);",
         "@REGULARITY@": _call(regularity_kernel(), parts) if constraints else "",
-        "@POORER@": c_number(POORER),
-        "@BETTER@": c_number(BETTER),
-        "@QUIET@": c_number(1 / POOR),
-        "@UNUSABLE@": c_number(1 / UNUSABLE),
+        **{f"@{what}@": c_number(x) for what, x in _SHARES.items()},
         "@NAME@": name,
         "@CAPS@": name.upper(),
         "@METHOD@": method,
@@ -142,6 +139,7 @@ _REPORT = """static void report(double *s, const double *times, const double *ro
 _CONTROL = """/* The sampled controller, in another file: it writes the inputs that hold from time t on, by the state x. */
 extern void @NAME@_control(double t, const double *x, double *inputs);
 """
+_SHARES = {"POORER": POORER, "BETTER": BETTER, "QUIET": 1 / POOR, "UNUSABLE": 1 / UNUSABLE}
 _TAKES = "double t, double *x, double *p, double *r, double *h, double *out"
 
 
