@@ -23,7 +23,7 @@ from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr, constant
 from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, rate
-from kane.expr.visit import substituted
+from kane.expr.visit import substituted, substituting
 from kane.kinematics.speeds import twice_g
 from kane.kinematics.velocity_constraints import ConstraintRows
 from kane.model.bodies import Part, parts_of
@@ -224,12 +224,8 @@ class InRates(Immutable):
     def speeds_rates(self, q_ddot: Sequence[Expr]) -> Exprs:
         """u̇ = d/dt (Y q̇ + z) in q and u, from q̈ in q and q̇."""
         values = dict(zip(self.accelerations, q_ddot, strict=True))
-        memo: dict[Expr, Expr] = {}
-        found = [
-            substituted(self.own(time_derivative(definition)), values)
-            for definition in self.derived.system.speeds.values()
-        ]
-        return tuple(substituted(e, self.by_speeds, memo) for e in found)
+        found = (substituted(self.own(time_derivative(e)), values) for e in self.derived.system.speeds.values())
+        return tuple(map(substituting(self.by_speeds), found))
 
 
 def momenta(part: Part) -> tuple[tuple[Point, Expr], ...]:

@@ -22,7 +22,7 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import Immutable
 from kane.expr.regular import Guards, Sizes, extended, factors, guarding, never_zero, size, unguarded
 from kane.expr.symbols import Speed, Symbols, rate
-from kane.expr.visit import substituted
+from kane.expr.visit import substituting
 from kane.kinematics.velocities import Motion
 from kane.model.constraints import Constraint
 from kane.space.frame import Frame
@@ -292,8 +292,7 @@ class Solved(Immutable):
 
     def written(self, roots: Iterable[Expr]) -> Exprs:
         """What was read of `regular`, without the speeds that vanish."""
-        memo: dict[Expr, Expr] = {}
-        return tuple(substituted(e, self.vanishing, memo) for e in roots) if self.vanishing else tuple(roots)
+        return tuple(map(substituting(self.vanishing), roots) if self.vanishing else roots)
 
     def _nonholonomic(self, own: Exprs, every: Exprs) -> Exprs:
         """Those of the independent speeds, and of the auxiliary ones by what belongs to all."""
@@ -310,6 +309,5 @@ class Solved(Immutable):
             return tuple(exprs)
         plain, values = unguarded(exprs), unguarded(self.speeds_by_independent)
         by: dict[Expr, Expr] = {u: x for u, x in zip(self.derived.speeds, values, strict=True) if u is not x}
-        memo: dict[Expr, Expr] = {}
-        found = shortened(plain, [substituted(x, by, memo) for x in plain])
+        found = shortened(plain, list(map(substituting(by), plain)))
         return tuple(map(guarding(extended(e.guards, found)), found))

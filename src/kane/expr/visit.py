@@ -11,7 +11,7 @@ A result depends on the arguments alone, kept or not. Nothing is kept outside of
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
-from functools import wraps
+from functools import partial, wraps
 from typing import Any, ParamSpec, TypeVar, cast
 
 from kane.errors import ExpressionError, ValueMissingError, alike, cut
@@ -55,6 +55,11 @@ def substituted(root: Expr, replacements: Mapping[Expr, Expr], memo: dict[Expr, 
     images: dict[Expr, Expr] = {} if memo is None else memo
     images.update(replacements)
     return fold(root, images, lambda node: imaged(node, images))
+
+
+def substituting(replacements: Mapping[Expr, Expr]) -> Callable[[Expr], Expr]:
+    """`substituted` with these, as a function that remembers what it has seen."""
+    return partial(substituted, replacements=replacements, memo={})
 
 
 def replaced_in(

@@ -45,7 +45,7 @@ from kane.expr.ops import DIV, OPS, REGULAR
 from kane.expr.regular import factors
 from kane.expr.square_system import square
 from kane.expr.symbols import QuasiRate, rate
-from kane.expr.visit import substituted
+from kane.expr.visit import substituting
 from kane.kinematics.velocities import ContactPoint, Following
 from kane.kinematics.velocity_constraints import drift_of
 from kane.model.variables import constraint_rate
@@ -153,8 +153,7 @@ def _differentiated(derived: Derived, e: Embedding, u_dot: Sequence[Expr]) -> It
         by_speeds: dict[Expr, Expr] = {
             rate(q): x for q, x in zip(derived.system.coordinates, derived.rates, strict=True)
         }
-        memo: dict[Expr, Expr] = {}
-        yield solved([given.drift(substituted(x, by_speeds, memo)) for x in rates])
+        yield solved(list(map(given.drift, map(substituting(by_speeds), rates))))
 
 
 # Reactions ---------------------------------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ what turns with it is: the auxiliary speed moves that as one, by v = n or by ω 
 others do not follow, are found by partial velocities as on the classical route.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from kane.dynamics.derivation import Derived
@@ -21,6 +21,7 @@ from kane.space.frame import Frame
 from kane.space.point import Point
 from kane.space.rotation import Basis, Triple, cross3
 from kane.space.vector import Vector
+from kane.tree.triples import turned_down
 from kane.tree.values import SpatialForce
 
 Places = Mapping[Point, tuple[int, Vector]]
@@ -106,14 +107,11 @@ def _is_origin(links: Sequence[Link], root: int, link: int, arm: Vector) -> bool
 
 def crossings(derived: Derived, roots: Sequence[int | None], segments: Segments) -> list[Crossing | None]:
     """The crossings of the auxiliary speeds, in their order."""
-    return list(_crossings(derived, roots, segments))
-
-
-def _crossings(derived: Derived, roots: Sequence[int | None], segments: Segments) -> Iterator[Crossing | None]:
+    found: list[Crossing | None] = []
     for a, root in zip(derived.auxiliary_speeds, roots, strict=True):
         cut = cut_of(a)
         if cut is None or root is None:
-            yield None
+            found.append(None)
             continue
         number = segments.ends[root]
         step = segments.steps[number]
@@ -121,9 +119,8 @@ def _crossings(derived: Derived, roots: Sequence[int | None], segments: Segments
         before = segments.steps[step.parent].turn
         if step.joins and before is not None:
             along = before.up(along)
-        for turn in step.lead:
-            along = turn.down(along)
-        yield Crossing(number, along, isinstance(cut.at, Frame), step.shift)
+        found.append(Crossing(number, turned_down(step.lead, along), isinstance(cut.at, Frame), step.shift))
+    return found
 
 
 def _far(cut: Cut, links: Sequence[Link], aligned: Aligned) -> list[int] | None:

@@ -43,7 +43,7 @@ from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, constant_value
 from kane.expr.solve import determinant
 from kane.expr.symbols import Speed, rate
-from kane.expr.visit import substituted
+from kane.expr.visit import substituted, substituting
 from kane.kinematics.velocities import velocity_form
 from kane.kinematics.velocity_constraints import ConstraintRows, constraint_rows
 from kane.model.variables import constraint_rate
@@ -66,11 +66,7 @@ class Absolute(NamedTuple):
 
     def declared(self, found: Solved, d: Derived, partition: Partition | None) -> Solved:
         """What was found, by the speeds that `d` has."""
-        memo: dict[Expr, Expr] = {}
-
-        def state(e: Expr) -> Expr:
-            return substituted(e, self.values, memo)
-
+        state = substituting(self.values)
         by_state = found.mapped(state)
         own, rates, e = by_state.accelerations, found.shorter_rates, found.embedding
         return replace(
@@ -330,11 +326,7 @@ def by_mass_centre(derived: Derived) -> tuple[Derived, Solved] | None:
     solution = block_solution(equations)
     own = velocity_form(derived.kinematics.point(centre))
     values: dict[Expr, Expr] = {names[u]: own.dot(n) for u, n in directions.items()}
-    memo: dict[Expr, Expr] = {}
-
-    def by_declared(e: Expr) -> Expr:
-        return substituted(e, values, memo)
-
+    by_declared = substituting(values)
     u_dot: dict[Expr, Expr] = dict(zip(derived.speeds, map(by_declared, solution.accelerations), strict=True))
     solution = solution._replace(
         accelerations=_declared_accelerations(derived, centre, directions, u_dot),

@@ -42,7 +42,7 @@ from kane.expr.differentiation import affine_forms, gradient, time_derivative
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr, constant
 from kane.expr.symbols import Reaction, Speed, rate
-from kane.expr.visit import substituted
+from kane.expr.visit import substituted, substituting
 
 _SOURCE = "Lagrange 1788; Whittaker 1937, ch. II and VIII"
 
@@ -167,8 +167,7 @@ class _Canonical:
     def in_rates(self, exprs: Exprs) -> Exprs:
         """Expressions in q and q̇."""
         values: dict[Expr, Expr] = dict(zip(self.p, self.momenta, strict=True))
-        memo: dict[Expr, Expr] = {}
-        return tuple(substituted(e, values, memo) for e in exprs)
+        return tuple(map(substituting(values), exprs))
 
 
 def boltzmann_hamel(s: InRates) -> Formulation:
@@ -214,20 +213,8 @@ def _left(s: InRates) -> Exprs:
     n = len(d.speeds)
     slopes = gradient(energy, (*d.speeds, *s.coordinates))
     momenta, sideways = slopes[:n], slopes[n:]
-    memo: dict[Expr, Expr] = {}
-
-    def by_speeds(e: Expr) -> Expr:
-        return substituted(e, s.by_speeds, memo)
-
-    brackets: list[list[Expr]] = []
-    for definition in d.system.speeds.values():
-        own = gradient(definition, (*s.rates, *s.coordinates))
-        brackets.append(
-            [
-                by_speeds(sub(time_derivative(y), x))
-                for y, x in zip(own[: len(s.rates)], own[len(s.rates) :], strict=True)
-            ]
-        )
+    by_speeds = substituting(s.by_speeds)
+    brackets = [list(map(by_speeds, s.lagrange_terms(definition))) for definition in d.system.speeds.values()]
     found = []
     for r, (p, force) in enumerate(zip(momenta, d.Fr[:n], strict=True)):
         column = [row[r] for row in d.W.rows]

@@ -25,7 +25,7 @@ from kane.expr.differentiation import jacobian, time_derivative
 from kane.expr.matrix import dot
 from kane.expr.node import ZERO, Expr, as_expr, constant
 from kane.expr.symbols import Reaction, word
-from kane.expr.visit import substituted
+from kane.expr.visit import substituting
 from kane.model.bodies import Part
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -111,8 +111,7 @@ class _Everywhere:
     def forces(self) -> Exprs:
         """R and S."""
         values: dict[Expr, Expr] = dict(zip(self.s.accelerations, self.accelerations, strict=True))
-        memo: dict[Expr, Expr] = {}
-        return tuple(substituted(b, values, memo) for b in self.measured)
+        return tuple(map(substituting(values), self.measured))
 
 
 def virtual_power(s: InRates) -> Formulation:

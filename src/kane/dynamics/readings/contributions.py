@@ -251,6 +251,15 @@ def places(
     return found
 
 
+def states(derived: Derived, exprs: Iterable[Expr], *, varied: bool = True) -> list[Place]:
+    """`places` at which Euler parameters have unit length and constraints hold, where there are any."""
+    sets = [s.coordinates for s in derived.system.euler_parameters]
+    if not derived.constraints.constraints:
+        return places(exprs, unit=sets, varied=varied)
+    at = derived.compared.at
+    return places(exprs, [at.at(k) for k in range(min(at.count, _PLACES))], varied=varied)
+
+
 def _value(s: Symbol, k: int, known: Mapping[Symbol, float], varied: bool) -> float:
     if s in known:
         return float(known[s])

@@ -6,7 +6,7 @@ angular momenta along the inertial axes, single speeds. Of each the rate along t
 beside its terms; what is the same as one before it, but for a factor, is left out.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +15,7 @@ from kane import show
 from kane.dynamics.derivation import Derived
 from kane.dynamics.in_rates import InRates
 from kane.dynamics.readings import energy
-from kane.dynamics.readings.contributions import Place, differs, measured, places
+from kane.dynamics.readings.contributions import differs, measured, states
 from kane.dynamics.readings.energy import central_angular_momentum, conjugate_momenta
 from kane.dynamics.readings.potential import find_potential
 from kane.dynamics.readings.quantities import without_rates
@@ -27,7 +27,7 @@ from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr
 from kane.expr.ops import Immutable
 from kane.expr.symbols import Time, input_of, rate
-from kane.expr.visit import substituted
+from kane.expr.visit import substituting
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EQUAL
 
@@ -76,14 +76,12 @@ def _kept(solved: Solved, value: Expr) -> Array | None:
     by: dict[Expr, Expr] = {
         u: x for u, x in zip(derived.speeds, solved.speeds_by_independent, strict=True) if u is not x
     }
-    memo: dict[Expr, Expr] = {}
-    terms = [substituted(e, by, memo) for e in _rate_terms(solved, plain)]
-    own = substituted(plain, by, memo)
-    values, moved = differs([terms, [own]], _states(solved, [*terms, own]))
+    *terms, own = map(substituting(by), (*_rate_terms(solved, plain), plain))
+    values, moved = differs([terms, [own]], states(derived, [*terms, own]))
     finite = np.isfinite(values).all(axis=1)
     if finite.sum() < _LEAST or moved[finite, 0].any() or not moved[finite, 1].any():
         return None
-    return np.asarray(measured([own], _states(solved, [own], varied=False))[:, 0])
+    return np.asarray(measured([own], states(derived, [own], varied=False))[:, 0])
 
 
 def _rate_terms(solved: Solved, value: Expr) -> list[Expr]:
@@ -101,15 +99,6 @@ def _rate_terms(solved: Solved, value: Expr) -> list[Expr]:
         elif input_of(s) is not None:
             found.append(mul(diff(value, s), rate(s)))
     return found
-
-
-def _states(solved: Solved, exprs: Sequence[Expr], *, varied: bool = True) -> list[Place]:
-    derived = solved.derived
-    sets = [s.coordinates for s in derived.system.euler_parameters]
-    if not derived.constraints.constraints:
-        return places(exprs, unit=sets, varied=varied)
-    at = derived.compared.at
-    return places(exprs, [at.at(k) for k in range(min(at.count, _STATES))], varied=varied)
 
 
 def _same(a: Array, b: Array) -> bool:

@@ -14,7 +14,7 @@ A declared potential is compared at random states, Σ F·∂v/∂q̇ + Σ T·∂
 satisfy them, but for what is along a constraint's force.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations, islice
 from typing import Any, NamedTuple
@@ -24,7 +24,7 @@ import numpy as np
 from kane import show
 from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.in_rates import InRates
-from kane.dynamics.readings.contributions import Place, by_rates, differs, measured, places
+from kane.dynamics.readings.contributions import Place, by_rates, differs, measured, places, states
 from kane.errors import KaneError, PotentialError, cut, warn
 from kane.expr.build import add, mul, neg, sub, sum_of
 from kane.expr.differentiation import diff, gradient
@@ -93,8 +93,6 @@ Held = tuple[tuple[Coordinate, ...], Exprs]
 
 _SETS, _FEW = 24, 4
 """Sets of coordinates that are tried as those that V does without, and as those that the others give."""
-_CONFIGURATIONS = 8
-"""Configurations at which constraints are looked at."""
 
 
 def check_allowed(derived: Derived, forces: Exprs, rows: Rows, names: str) -> None:
@@ -104,10 +102,7 @@ def check_allowed(derived: Derived, forces: Exprs, rows: Rows, names: str) -> No
     """
     q = derived.system.coordinates
     n, whole = len(q), [*forces, *(x for row in rows for x in row), *q]
-    own = places(whole, unit=[s.coordinates for s in derived.system.euler_parameters])
-    if derived.constraints.constraints:
-        at = derived.compared.at
-        own = places(whole, [at.at(k) for k in range(min(at.count, _CONFIGURATIONS))])
+    own = states(derived, whole)
     c = measured([x for row in rows for x in row], own).reshape(len(own), len(rows), n)
     tables = [measured([diff(f[i], x) for i in range(n) for x in q], own) for f in (forces, *rows)]
     alone: list[int] = []
@@ -387,9 +382,6 @@ def _holds(v: Expr, forces: Sequence[Expr], q: Sequence[Symbol], at: Sequence[Pl
     return int(finite.sum()) >= _LEAST and not (wrong & (np.abs(values) > ROUNDED_CHAIN * whole))[finite].any()
 
 
-_STATES = 6
-
-
 def check_potentials(derived: Derived) -> None:
     """Warn of each load whose potential is not that of its forces: its work would be wrong, and so the energy."""
     for load in derived.system.loads:
@@ -403,15 +395,11 @@ def check_potentials(derived: Derived) -> None:
 
 def _differs(derived: Derived, load: Load, v: Expr) -> bool:
     """Whether −∂V/∂q are others than the load's forces at some state, but for what is along a constraint's force."""
-    q, rows, sets = derived.system.coordinates, InRates(derived).rows, derived.system.euler_parameters
+    q, rows = derived.system.coordinates, InRates(derived).rows
     exprs = [*by_rates(derived, [load]), *gradient(v, q), *rows.entries]
-    known: list[Mapping[Symbol, float]] = [{}] * _STATES
-    if derived.constraints.constraints:
-        at = derived.compared.at
-        known = [at.at(k) for k in range(min(at.count, _STATES))]
-    states = places(exprs, known, [s.coordinates for s in sets], varied=False)
-    values = {x: np.array([place[x] for place in states]) for x in states[0]}
-    found = [[np.broadcast_to(x, len(states)) for x in pair] for pair in bounded(exprs, values)]
+    at = states(derived, exprs, varied=False)
+    values = {x: np.array([place[x] for place in at]) for x in at[0]}
+    found = [[np.broadcast_to(x, len(at)) for x in pair] for pair in bounded(exprs, values)]
     for numbers, errors in np.moveaxis(np.array(found), -1, 0).swapaxes(1, 2):
         (pushed, steep), c = numbers[: 2 * len(q)].reshape(2, -1), numbers[2 * len(q) :].reshape(rows.shape)
         gap, whole = pushed + steep, SIX_DIGITS * (np.abs(pushed) + np.abs(steep))

@@ -42,7 +42,7 @@ from kane.expr.symbols import (
     rate,
     time,
 )
-from kane.expr.visit import substituted
+from kane.expr.visit import substituting
 from kane.model.system import System
 from kane.numeric.named import finite_number, named_values, symbol_named
 from kane.space.vector import Dyadic, Vector
@@ -137,9 +137,7 @@ def _without_rates(derived: Derived, roots: Sequence[Expr]) -> list[Expr]:
             )
         )
     }
-    if second:
-        replaced: dict[Expr, Expr] = {}
-        roots = [substituted(e, second, replaced) for e in roots]
+    roots = list(map(substituting(second), roots)) if second else roots
     forms: dict[Expr, Affine] = {}
     return [derived.kinematical.in_speeds(e, forms) for e in roots]
 
@@ -179,8 +177,7 @@ def without_unknowns(solved: Solved, roots: Sequence[Expr]) -> list[Expr]:
     values: dict[Expr, Expr] = {rate(u): a for u, a in zip(derived.speeds, solved.accelerations, strict=True)}
     values.update(zip(derived.reactions, solved.reactions, strict=True))
     values.update(dict.fromkeys(derived.auxiliary_speeds, ZERO))
-    memo: dict[Expr, Expr] = {}
-    return [substituted(e, values, memo) for e in plain]
+    return list(map(substituting(values), plain))
 
 
 def speeds_from_rates(

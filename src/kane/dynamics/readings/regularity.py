@@ -24,7 +24,7 @@ from kane.expr.node import Expr, constant, postorder
 from kane.expr.ops import DIV, GONE, WHERE
 from kane.expr.regular import Sizes, factors, guarding, guards_below, largest, size, unguarded
 from kane.expr.symbols import Parameter, Speed
-from kane.expr.visit import substituted
+from kane.expr.visit import substituting
 from kane.numeric.arrays import First, Mask, first_place
 from kane.numeric.rank import balanced
 from kane.numeric.scale import CLOSED, SIX_DIGITS, STATE_RANK
@@ -74,9 +74,7 @@ def reading(solved: Solved, walk: Walk, known: Set[Expr]) -> Reading:
     }
     rows = _rows(solved, {*known, *filled}) if len(filled) < len(dependent) else ()
     every = [*walk.roots, *(rate for _, rate, _ in rows), *(limit for _, _, limit in rows)]
-    if filled:
-        memo: dict[Expr, Expr] = {}
-        every = [substituted(e, filled, memo) for e in every]
+    every = list(map(substituting(filled), every)) if filled else every
     return Reading(Walk(every) if rows or filled else walk, count, tuple(name for name, _, _ in rows))
 
 

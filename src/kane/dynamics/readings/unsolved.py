@@ -36,7 +36,7 @@ from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.solve import ldl, solve_lu, sparse_order
 from kane.expr.symbols import Reaction, Symbol, Time, input_of, rate
-from kane.expr.visit import substituted
+from kane.expr.visit import substituted, substituting
 from kane.kinematics.freedoms import Unsuited
 from kane.model.bodies import deforming
 from kane.space.frame import Frame
@@ -158,8 +158,7 @@ def steady_conditions(solved: Solved, values: Mapping[Any, Any]) -> Exprs:
 
 
 def _written(exprs: Sequence[Expr], at: Mapping[Expr, Expr]) -> Exprs:
-    memo: dict[Expr, Expr] = {}
-    found = [substituted(e, at, memo) for e in exprs]
+    found = map(substituting(at), exprs)
     return tuple(min((e, collected(e)), key=lambda form: price([form])) for e in found)
 
 
@@ -186,8 +185,7 @@ def _dense_inverse(d: Derived) -> Exprs:
         )
     right = [sub(x, f) for x, f in zip(blocks.mass_a @ u_dot, blocks.forcing_a, strict=True)]
     values: dict[Expr, Expr] = dict(zip(d.reactions, solved_reactions(blocks.coupling_a, right), strict=True))
-    memo: dict[Expr, Expr] = {}
-    return tuple(substituted(x, values, memo) for x in found)
+    return tuple(map(substituting(values), found))
 
 
 def forcing(solved: Solved) -> Exprs:
