@@ -24,6 +24,7 @@ from kane.expr.node import ZERO, Expr, constant
 from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, rate
 from kane.expr.visit import substituted, substituting
+from kane.kinematics.links import partials_of
 from kane.kinematics.speeds import twice_g
 from kane.kinematics.velocity_constraints import ConstraintRows
 from kane.model.bodies import Part, parts_of
@@ -35,7 +36,6 @@ from kane.space.point import Point
 from kane.space.vector import Vector
 
 Exprs = tuple[Expr, ...]
-Partials = dict[Expr, Vector]
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,17 +113,6 @@ class InRates(Immutable):
         a = place.acceleration(base) if isinstance(place, Point) else place.angular_acceleration(base)
         return a.map(self.own).gathered()
 
-    def partials(self, v: Vector) -> Partials:
-        """∂v/∂q̇ by rate, where it is not zero."""
-        found: dict[Expr, Vector] = {}
-        for frame, triple in v.parts:
-            forms = [form for form, _ in affine_forms(triple, self.rates)]
-            for s in dict.fromkeys(s for form in forms for s in form):
-                x, y, z = (form.get(s, ZERO) for form in forms)
-                share = Vector(((frame, (x, y, z)),))
-                found[s] = found[s] + share if s in found else share
-        return found
-
     # Energy and forces ---------------------------------------------------------------------------------------------------
 
     kinetic_energy = read[Expr](
@@ -176,7 +165,7 @@ class InRates(Immutable):
         """What forces at points and torques on frames do for each rate, where `velocity` is not another, by partial velocities."""
         total = dict.fromkeys(self.rates, ZERO)
         for place, v in forces:
-            for s, partial in self.partials((velocity or self.velocity)(place)).items():
+            for s, partial in partials_of((velocity or self.velocity)(place), self.rates).items():
                 total[s] = add(total[s], partial.dot(v))
         return tuple(total.values())
 

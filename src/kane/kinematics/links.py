@@ -50,17 +50,20 @@ class Link:
     def twists(self, rates: Iterable[Expr]) -> dict[Expr, Twist]:
         """The joint's basis of motion: what each rate that it has adds to ω and to the velocity of the origin, seen in the parent."""
         wanted = tuple(rates)
-        sliding = self.offset.map(time_derivative)
-        shares: dict[Expr, Twist] = {}
-        for k, moved in enumerate((self.rotation, sliding)):
-            for f, numbers in moved.parts:
-                forms = [form for form, _ in affine_forms(numbers, wanted)]
-                for rate in {rate: None for form in forms for rate in form}:
-                    x, y, z = (form.get(rate, ZERO) for form in forms)
-                    twist = list(shares.get(rate, Twist(Vector(), Vector())))
-                    twist[k] = twist[k] + Vector(((f, (x, y, z)),))
-                    shares[rate] = Twist(*twist)
-        return shares
+        turns, slides = partials_of(self.rotation, wanted), partials_of(self.offset.map(time_derivative), wanted)
+        return {rate: Twist(turns.get(rate, Vector()), slides.get(rate, Vector())) for rate in {**turns, **slides}}
+
+
+def partials_of(v: Vector, rates: Collection[Expr]) -> dict[Expr, Vector]:
+    """What each rate that a vector holds, affine in them, is multiplied by."""
+    found: dict[Expr, Vector] = {}
+    for frame, numbers in v.parts:
+        forms = [form for form, _ in affine_forms(numbers, rates)]
+        for s in dict.fromkeys(s for form in forms for s in form):
+            x, y, z = (form.get(s, ZERO) for form in forms)
+            share = Vector(((frame, (x, y, z)),))
+            found[s] = found[s] + share if s in found else share
+    return found
 
 
 class Tree(NamedTuple):

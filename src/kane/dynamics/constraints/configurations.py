@@ -64,20 +64,22 @@ class Configurations:
 
     def and_those_of(self, other: "Configurations") -> "Configurations":
         """These, then those of another search."""
-        values = {s: self._joined(v, other.values[s], other.count) for s, v in self.values.items()}
+
+        def joined(own: Any, others: Any) -> Any:
+            if np.ndim(own) == np.ndim(others) == 0 and own == others:
+                return own
+            return np.concatenate([np.broadcast_to(own, self.count), np.broadcast_to(others, other.count)])
+
+        values = {s: joined(v, other.values[s]) for s, v in self.values.items()}
         special = np.concatenate([self.special, other.special])
         return replace(self, values=values, count=self.count + other.count, special=special)
-
-    def _joined(self, own: Any, others: Any, count: int) -> Any:
-        if np.ndim(own) == np.ndim(others) == 0 and own == others:
-            return own
-        return np.concatenate([np.broadcast_to(own, self.count), np.broadcast_to(others, count)])
 
     def matrices(self, matrix: Matrix) -> Array:
         """A matrix in numbers at each (count × m × n)."""
         symbols = free_symbols(matrix.entries)
         run = compile_reference(matrix.entries, list(symbols))
-        return _stacked(run([self.values[s] for s in symbols]), self.count).reshape(self.count, *matrix.shape)
+        entries = [np.broadcast_to(x, self.count) for x in run([self.values[s] for s in symbols])]
+        return np.reshape(entries, (len(entries), self.count)).T.reshape(self.count, *matrix.shape)
 
 
 def configurations(
@@ -251,11 +253,3 @@ class _ConfigurationSearch:
             f"Expected a place near= at which the constraints nearly hold, got {told}, from which none is reached: {why}"
             f"{f', and values of {drawn}, which were drawn at random' if drawn else ''}."
         )
-
-
-def _stacked(values: Sequence[Any], count: int) -> Array:
-    """Numbers, or arrays (count) of them, as an array (count × …)."""
-    stacked = np.empty((count, len(values)))
-    for k, v in enumerate(values):
-        stacked[:, k] = v
-    return stacked

@@ -87,7 +87,7 @@ class Holding:
             if p.force is NOTHING:
                 total = add(total, dot(p.moment, w))
             else:
-                total = add(total, dot(p.force, summed(self._velocity(p.segment), cross3(w, p.r))))
+                total = add(total, dot(p.force, summed(self._velocities[p.segment], cross3(w, p.r))))
         return total
 
     def _acceleration(self, p: Placed) -> Triple:
@@ -101,13 +101,11 @@ class Holding:
         """ω along B."""
         return self.tree.along_b(step, self.freed.moving[self.tree.home[step]].w)
 
-    def _velocity(self, step: int) -> Triple:
-        """v of the origin along B."""
-        return self.tree.along_b(step, self._velocities[self.tree.home[step]])
-
     @cached_property
     def _velocities(self) -> list[Triple]:
-        return velocities(self.tree.segments, self.freed.moving)
+        """v of the origins along B, by step."""
+        found = velocities(self.tree.segments, self.freed.moving)
+        return [self.tree.along_b(step, found[home]) for step, home in enumerate(self.tree.home)]
 
     def _pressed(self, forces: Mapping[int, Expr], loads: Mapping[int, SpatialForce]) -> Pressed:
         """What these wrenches, along B, press with."""

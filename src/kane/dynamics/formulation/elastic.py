@@ -154,11 +154,8 @@ def bent_frames(derived: Derived) -> list[Frame]:
     """The frames of torques that turn by deformation alone in the frame before: links for them are between others."""
     rates = shared_rates(derived)
     frames = dict.fromkeys(f for load in derived.declared_loads for f, _ in load.torques) if rates else {}
-    return [f for f in frames if f.parent is not None and _by_deformation(_turning(f, f.parent), rates)]
-
-
-def _turning(frame: Frame, base: Frame) -> Triple:
-    return triple(angular_velocity(frame, base).components(base))
+    pairs = [(f, f.parent) for f in frames if f.parent is not None]
+    return [f for f, base in pairs if _by_deformation(angular_velocity(f, base).components(base), rates)]
 
 
 def _by_deformation(moved: Sequence[Expr], rates: Sequence[Expr]) -> bool:

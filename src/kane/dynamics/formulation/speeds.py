@@ -196,7 +196,7 @@ def twins(derived: Derived, partition: Partition, held: Sequence[Touch]) -> Iter
     """The same with the rates of motion constraints as speeds, all together and each point's alone, with the rows w = 0."""
     constraints = derived.constraints.constraints
     moving = [t for t in held if any(constraints[r].kind == "motion" for r in t.rows)]
-    for chosen in _choices(moving):
+    for chosen in (moving, *([t] for t in moving if len(moving) > 1)) if moving else ():
         rows = _given(derived.constraints.a, partition, [r for t in chosen for r in t.rows])
         if rows is not None:
             w = constraint_rates(rows)
@@ -204,14 +204,6 @@ def twins(derived: Derived, partition: Partition, held: Sequence[Touch]) -> Iter
                 yield _by_contacts(derived, w, chosen), w
             except KaneError:  # the speeds are no speeds then
                 continue
-
-
-def _choices(held: Sequence[Touch]) -> Iterator[tuple[Touch, ...]]:
-    """All together, and each alone."""
-    if held:
-        yield tuple(held)
-    if len(held) > 1:
-        yield from ((t,) for t in held)
 
 
 def _given(a: Matrix, partition: Partition, rows: Sequence[int]) -> dict[int, int] | None:

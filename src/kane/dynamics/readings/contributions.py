@@ -173,21 +173,16 @@ class Noncontributing(Attributes):
 
 def noncontributing(solved: Solved) -> tuple[Noncontributing, ...]:
     """See Equations.noncontributing."""
-    derived, speeds = _in_independent_speeds(solved), solved.independent_speeds
+    derived, speeds, e = solved.derived.as_declared, solved.independent_speeds, solved.embedding
+    if e is not None:  # with all loads: also those along what constraints hold
+        known = derived.kinematics.with_following(e.following(solved.derived.speeds), {})
+        derived = replace(derived, kinematics=known)
     found = []
     for load, terms in derived.active_terms.items():
         reason = _reason(derived, terms, speeds)
         if reason:
             found.append(Noncontributing(load, reason))
     return tuple(found)
-
-
-def _in_independent_speeds(solved: Solved) -> Derived:
-    """The motions in the independent speeds, with all loads: also those along what constraints hold."""
-    shown, e = solved.derived.as_declared, solved.embedding
-    if e is None:
-        return shown
-    return replace(shown, kinematics=shown.kinematics.with_following(e.following(solved.derived.speeds), {}))
 
 
 def _reason(derived: Derived, terms: Sequence[LoadTerm], speeds: Sequence[Expr]) -> str:

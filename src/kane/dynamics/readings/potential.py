@@ -40,7 +40,7 @@ from kane.expr.solve import invert
 from kane.expr.symbols import Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of
 from kane.expr.visit import substituted
 from kane.model.loads import Load
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, Mask
 from kane.numeric.legendre import gauss
 from kane.numeric.scale import ROUNDED_CHAIN, ROUNDED_ROOT, SIX_DIGITS, STATE_RANK, bounded
 
@@ -262,7 +262,8 @@ def find_potential(derived: Derived, loads: Sequence[Any] | None = None) -> Foun
     check_allowed(derived, forces, rows, _names(own))
     for kept, changed in held(forces, rows, q, at[0]):
         try:
-            if not _moved_by(changed, [s for s in q if s not in set(kept)], at) and _gap(changed, kept, at) is None:
+            moved = [[diff(f, s)] for f in changed for s in q if s not in set(kept)]
+            if not _differ(moved, at)[1].any() and _gap(changed, kept, at) is None:
                 return _integrated(changed, kept, own, at)
         except KaneError:
             continue
@@ -309,8 +310,7 @@ def _gap(forces: Sequence[Expr], q: Sequence[Symbol], at: Sequence[Place]) -> tu
     pairs = list(combinations(range(len(q)), 2))
     if not pairs:
         return None
-    values, wrong = differs([[diff(forces[i], q[j]), neg(diff(forces[j], q[i]))] for i, j in pairs], at)
-    _check_finite(values)
+    values, wrong = _differ([[diff(forces[i], q[j]), neg(diff(forces[j], q[i]))] for i, j in pairs], at)
     if not wrong.any():
         return None
     share = np.where(wrong, np.abs(values), -1.0)
@@ -318,18 +318,15 @@ def _gap(forces: Sequence[Expr], q: Sequence[Symbol], at: Sequence[Place]) -> tu
     return int(place), *pairs[int(pair)]
 
 
-def _moved_by(forces: Exprs, others: Sequence[Symbol], at: Sequence[Place]) -> bool:
-    values, wrong = differs([[diff(f, s)] for f in forces for s in others], at)
-    _check_finite(values)
-    return bool(wrong.any())
-
-
-def _check_finite(values: Array) -> None:
+def _differ(groups: Sequence[Sequence[Expr]], at: Sequence[Place]) -> tuple[Array, Mask]:
+    """`differs`, of numbers that must be finite at most places."""
+    values, wrong = differs(groups, at)
     if np.isfinite(values).all(axis=1).sum() < _LEAST:
         raise PotentialError(
             "Expected forces with finite derivatives, got infinity or NaN nearly everywhere that was looked at, with coordinates "
             "between -1.2 and 1.2. Declare the potential: Load(…, potential=V)."
         )
+    return values, wrong
 
 
 def _reason(forces: Exprs, q: Sequence[Coordinate], loads: Sequence[Load], place: int, i: int, j: int) -> str:

@@ -167,23 +167,33 @@ def _each(kind: Kind, places: Iterable[Symbol | Constraint], values: Iterable[An
     return tuple((Quantity(kind, place), value) for place, value in zip(places, values, strict=True))
 
 
-_TURN = (Kind.ANGULAR_VELOCITY, Kind.PARTIAL_ANGULAR_VELOCITY, Kind.ANGULAR_ACCELERATION)
-_SHIFT = (Kind.VELOCITY, Kind.PARTIAL_VELOCITY, Kind.ACCELERATION)
+_TURN = (
+    Kind.ANGULAR_VELOCITY,
+    Kind.PARTIAL_ANGULAR_VELOCITY,
+    Kind.ANGULAR_ACCELERATION,
+    Kind.NONHOLONOMIC_PARTIAL_ANGULAR_VELOCITY,
+)
+_SHIFT = (Kind.VELOCITY, Kind.PARTIAL_VELOCITY, Kind.ACCELERATION, Kind.NONHOLONOMIC_PARTIAL_VELOCITY)
+
+
+def _moving(derived: Derived) -> list[tuple[Frame | Point, Motion, tuple[Kind, Kind, Kind, Kind]]]:
+    frames, points = moving_places(derived.system)
+    motions = derived.kinematics
+    return [*((f, motions.frame(f), _TURN) for f in frames), *((p, motions.point(p), _SHIFT) for p in points)]
 
 
 def _kinematics(derived: Derived) -> Iterator[Result]:
-    frames, points = moving_places(derived.system)
-    motions = derived.kinematics
-    moving: list[tuple[Frame | Point, Motion, tuple[Kind, Kind, Kind]]] = [
-        *((f, motions.frame(f), _TURN) for f in frames),
-        *((p, motions.point(p), _SHIFT) for p in points),
-    ]
-    for place, motion, (velocity, partial, acceleration) in moving:
+    for place, motion, (velocity, partial, acceleration, _) in _moving(derived):
         yield Quantity(velocity, place), velocity_form(motion)
-        for s in derived.all_speeds:
-            if s in motion.partials and not motion.partials[s].is_zero:
-                yield Quantity(partial, place, s), motion.partials[s]
+        yield from _partials(partial, place, motion, derived.all_speeds)
         yield Quantity(acceleration, place), acceleration_form(motion)
+
+
+def _partials(kind: Kind, place: Frame | Point, motion: Motion, speeds: Iterable[Symbol]) -> Iterator[Result]:
+    """The partial velocities that are not zero."""
+    for s in speeds:
+        if s in motion.partials and not motion.partials[s].is_zero:
+            yield Quantity(kind, place, s), motion.partials[s]
 
 
 def _constrained(solved: Solved) -> tuple[Result, ...]:
@@ -193,22 +203,12 @@ def _constrained(solved: Solved) -> tuple[Result, ...]:
     return (
         *_each(Kind.CONSTRAINT, rows.constraints, solved.derived.constraint_rates),
         *_each(Kind.SYMBOL, solved.dependent_speeds, map(add, solved.A_n @ solved.independent_speeds, solved.b_n)),
-        *_nonholonomic_partials(solved),
+        *(
+            result
+            for place, motion, kinds in _moving(solved.nonholonomic)
+            for result in _partials(kinds[-1], place, motion, solved.independent_speeds)
+        ),
     )
-
-
-def _nonholonomic_partials(solved: Solved) -> Iterator[Result]:
-    """ṽ_r and ω̃_r, those that are not zero."""
-    frames, points = moving_places(solved.derived.system)
-    motions = solved.nonholonomic.kinematics
-    moving: list[tuple[Kind, Frame | Point, Motion]] = [
-        *((Kind.NONHOLONOMIC_PARTIAL_ANGULAR_VELOCITY, f, motions.frame(f)) for f in frames),
-        *((Kind.NONHOLONOMIC_PARTIAL_VELOCITY, p, motions.point(p)) for p in points),
-    ]
-    for kind, place, motion in moving:
-        for u in solved.independent_speeds:
-            if u in motion.partials and not motion.partials[u].is_zero:
-                yield Quantity(kind, place, u), motion.partials[u]
 
 
 def _forces(
