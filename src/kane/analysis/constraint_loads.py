@@ -158,10 +158,8 @@ def impact(
     came = f"a velocity of {v_n:.6g} along the normal from the struck to the striking one"
     cure = "Turn the normal, or there is no blow."
     expect.that(v_n < 0, "points that approach each other", came=came, cure=cure, error=SimulationError)
-    moves, expected = (
-        reach > ROUNDED_CHAIN * np.abs(inverse).max(initial=0.0),
-        "an impulse that moves the point along the normal",
-    )
+    moves = reach > ROUNDED_CHAIN * np.abs(inverse).max(initial=0.0)
+    expected = "an impulse that moves the point along the normal"
     came, cure = "a constraint that holds it there, and takes the blow", "Free the point, or strike elsewhere."
     expect.that(moves, expected, came=came, cure=cure, error=SimulationError)
     pushed, slips = _impulse(axis, before, inverse, e, coefficients)

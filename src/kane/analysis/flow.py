@@ -294,10 +294,8 @@ def _same(flow: Flow, matters: Mask, moving: npt.NDArray[np.intp], shift: float,
     inner = np.ix_(matters, matters)
     before, after = scaled(flow.a, flow)[inner], scaled(there.a, flow)[inner]
     change = (there.rest - flow.rest)[matters]
-    return bool(
-        np.abs(after - before).max(initial=0) <= ROUNDED_ROOT * np.abs(before).max(initial=0)
-        and share(change, flow.terms[matters]).max(initial=0) <= max(ROUNDED_ROOT, tolerance)
-    )
+    alike = np.abs(after - before).max(initial=0) <= ROUNDED_ROOT * np.abs(before).max(initial=0)
+    return bool(alike and share(change, flow.terms[matters]).max(initial=0) <= max(ROUNDED_ROOT, tolerance))
 
 
 def _turned(e: Array, angles: Array) -> Array:

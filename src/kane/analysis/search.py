@@ -81,9 +81,8 @@ class ClosureSearch:
     def _apart(self, x: Array, other: Array) -> str:
         """Where coordinates are that differ from others, the first few."""
         apart = np.abs(x - other) > ONE_POSITION * self.level.wide
-        pairs = [
-            (q, v) for q, v, differs in zip(self.level.manifold.system.coordinates, x, apart, strict=True) if differs
-        ]
+        coordinates = self.level.manifold.system.coordinates
+        pairs = [(q, v) for q, v, differs in zip(coordinates, x, apart, strict=True) if differs]
         return ", ".join(f"{q} = {v:.4g}" for q, v in pairs[:_TOLD]) + (", …" if len(pairs) > _TOLD else "")
 
     def found(self, thorough: bool = False) -> Found:
@@ -129,10 +128,8 @@ class ClosureSearch:
         away = np.zeros(x.shape)
         away[:, self._free] = (x - self.start.values)[:, self._free] / self.level.usual.x
         guessed = np.linalg.norm(away[:, list(self.start.guessed)], axis=1)
-        return np.asarray(
-            guessed
-            + (ONE_POSITION if self.start.guessed else 1.0) * np.linalg.norm(away[:, list(self.start.missing)], axis=1)
-        )
+        weight = ONE_POSITION if self.start.guessed else 1.0
+        return np.asarray(guessed + weight * np.linalg.norm(away[:, list(self.start.missing)], axis=1))
 
     def _distinct(self, x: Array) -> Array:
         """Each of several q (k × n) once."""

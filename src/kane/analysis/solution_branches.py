@@ -326,14 +326,11 @@ def _branch(unknowns: Measured, curve: Curve, path: Path, lin: Linearizer, indep
             f"Expected equations with one derivative all along the branch, got corners at {where}: eigenvalues there are those of the "
             f"side on which the branch has its nearest other point. {next(filter(None, corners))}"
         )
-    after = np.searchsorted(
-        path.marked, [c.interval for c in met], side="right"
-    ).tolist()  # the marked points after them
+    # the marked points after them
+    after = np.searchsorted(path.marked, [c.interval for c in met], side="right").tolist()
     pairs = zip(met, after, strict=True)
     crossings = [Crossing(float(c.y[-1] * scale), c.root, at(c.y)[0], (k - 1, k), c.grows) for c, k in pairs]
-    symbol, values = (
-        conditions.symbols[unknowns.places[-1]],
-        np.array([path.points[k][-1] * scale for k in path.marked]),
-    )
+    symbol = conditions.symbols[unknowns.places[-1]]
+    values = np.array([path.points[k][-1] * scale for k in path.marked])
     eigenvalues = tracked([at.eigenvalues for at in linear])
     return Branch(symbol, values, points, linear, eigenvalues, path.turning, tuple(crossings), path.message)

@@ -451,11 +451,8 @@ def _astray(conditions: Conditions) -> Callable[[Array], Array]:
 def _failed(task: Problem, residual: Array, shares: Array, steps: int) -> str:
     labels = task.conditions.labels
     order = np.argsort(-shares, kind="stable")
-    remains = [
-        f"{labels[i][0]} = {residual[i]:.6g}{' ' + labels[i][1] if labels[i][1] else ''}"
-        for i in order[:4]
-        if shares[i] > 1e-3 * shares.max()
-    ]
+    worst = [(*labels[i], residual[i]) for i in order[:4] if shares[i] > 1e-3 * shares.max()]
+    remains = [f"{name} = {x:.6g}{' ' + unit if unit else ''}" for name, unit, x in worst]
     solved = [task.conditions.symbols[i].name for i in task.free]
     return (
         f"Expected a steady motion with the values given, got none: after {steps} steps there remains {', '.join(remains)}. Solved "
@@ -475,8 +472,5 @@ def undetermined(task: Problem, x: Array, among: Sequence[int]) -> list[str]:
         return []
     directions = np.abs(null_space(task, x)).max(axis=0, initial=0)
     matter = set(task.mattering) & set(among)
-    return [
-        task.conditions.symbols[i].name
-        for i, d in zip(task.free, directions, strict=True)
-        if d > TAKES_PART and i in matter
-    ]
+    open_ = [i for i, d in zip(task.free, directions, strict=True) if d > TAKES_PART and i in matter]
+    return [task.conditions.symbols[i].name for i in open_]

@@ -82,10 +82,8 @@ class ForceSystem(Immutable):
     def torque(self) -> Vector:
         """Torque of the couple; a ModelError where the resultant is not zero."""
         if not self.is_couple:
-            came = (
-                f"a set with the resultant {cut(self.resultant)}, whose moment depends on the point: use moment(point)"
-            )
-            raise expect.refusal(ModelError, "a couple", came)
+            came = f"a set with the resultant {cut(self.resultant)}, whose moment depends on the point"
+            raise expect.refusal(ModelError, "a couple", f"{came}: use moment(point)")
         return self.moment(self.forces[0][0]) if self.forces else _short(sum(self.torques, start=Vector()))
 
     def replacement(self, point: Point) -> "ForceSystem":

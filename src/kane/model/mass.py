@@ -337,10 +337,8 @@ def _ordered(pairs: Pairs) -> Principal:
     if all(v is not None for v in values):
         sizes = [float(v or 0) for v in values]
         order.sort(key=lambda i: (sizes[i], i))
-        pairs = [
-            (ZERO if abs(x) <= DECLARED * max(sizes) and x < 0 else m, n)
-            for x, (m, n) in zip(sizes, pairs, strict=True)
-        ]
+        rounded = [abs(x) <= DECLARED * max(sizes) and x < 0 for x in sizes]
+        pairs = [(ZERO if zero else m, n) for zero, (m, n) in zip(rounded, pairs, strict=True)]
     (p, x), (q, y), (r, z) = (pairs[i] for i in order)
     return Principal((p, q, r), (x, y, z if order in _CYCLIC else -z))
 

@@ -301,10 +301,8 @@ _LENGTH_EXPONENTS = parse("m").exponents
 
 def with_forces(loads: Iterable[Load], inertial: Frame, bodies: Sequence[Body], speeds: Any) -> tuple[Load, ...]:
     """The loads, those made from a function with forces and torques; `speeds` defines the speeds that it may hold."""
-    return tuple(
-        x if x.scalar is None or x.forces or x.torques else _placed(x, _pulls(x, speeds), inertial, bodies)
-        for x in loads
-    )
+    placeless = ((x, x.scalar is not None and not x.forces and not x.torques) for x in loads)
+    return tuple(_placed(x, _pulls(x, speeds), inertial, bodies) if bare else x for x, bare in placeless)
 
 
 def _pulls(load: Load, speeds: Any) -> Pulls:

@@ -264,9 +264,8 @@ def unit_in(system: Declarations, e: Expr) -> str:
 
 def _is_complete(system: Declarations) -> bool:
     """Whether every symbol but the speeds carries a unit, and no quantity of a dimension is a number other than 0."""
-    if not all(
-        s.unit for s in (*system.coordinates, *system.states, *system.parameters, *system.inputs, *system.reactions)
-    ):
+    symbols = (*system.coordinates, *system.states, *system.parameters, *system.inputs, *system.reactions)
+    if not all(s.unit for s in symbols):
         return False
     try:
         if _unasked(system):  # the units that joints chose fit the others

@@ -277,11 +277,12 @@ def dry_friction(
 
 
 def _declared(load: Load, slip: Slip, size: Expr, threshold: float | None, smooth: float | None) -> Load:
-    presses = tuple(s for s in free_symbols([size]) if isinstance(s, Reaction))
-    speed = slip.speed if smooth is None else None
-    return replace(
-        load, slip=replace(slip, speed=speed, threshold=_above_zero("threshold", threshold), presses=presses)
+    presses, least = (
+        tuple(s for s in free_symbols([size]) if isinstance(s, Reaction)),
+        _above_zero("threshold", threshold),
     )
+    speed = slip.speed if smooth is None else None
+    return replace(load, slip=replace(slip, speed=speed, threshold=least, presses=presses))
 
 
 def _above_zero(name: str, value: Any) -> float | None:
