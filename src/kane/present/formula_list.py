@@ -67,12 +67,10 @@ def formulas(
     between = [
         DisplayedFormula(name, latex_name(name), ((tree, None, ""),), shared=True) for name, tree in shown.intermediates
     ]
-    written = [
-        DisplayedFormula(
-            str(label), left(label), [(_signed(minus, next(trees)), basis, axis) for minus, _, basis, axis in part]
-        )
-        for (label, _), part in zip(items, parts, strict=True)
-    ]
+    written = []
+    for (label, _), part in zip(items, parts, strict=True):
+        terms = [(_signed(minus, next(trees)), basis, axis) for minus, _, basis, axis in part]
+        written.append(DisplayedFormula(str(label), left(label), terms))
     return between, written
 
 

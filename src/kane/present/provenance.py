@@ -78,9 +78,8 @@ class Provenance:
 
 def mass_provenance(eom: Equations) -> Provenance | None:
     """For each entry on and above the diagonal of M the bodies' shares."""
-    entries = [
-        (r, s, c) for i, r in enumerate(eom.speeds) for s in eom.speeds[i:] for c in eom.mass_contributions(r, s)
-    ]
+    pairs = [(r, s) for i, r in enumerate(eom.speeds) for s in eom.speeds[i:]]
+    entries = [(r, s, c) for r, s in pairs for c in eom.mass_contributions(r, s)]
     if len(entries) > _MOST:
         return None
     between, shown = formulas([("", x) for _, _, c in entries for x in (c.translation, c.rotation)])

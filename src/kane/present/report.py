@@ -185,10 +185,8 @@ def _partials(
 ) -> PageTable:
     """Kane's table: a row for each speed, a column for each angular velocity and velocity."""
     frames, points = moving_places(eom.system)
-    columns: list[tuple[Kind, Kind, Frame | Point]] = [
-        *((Kind.ANGULAR_VELOCITY, turn, f) for f in frames),
-        *((Kind.VELOCITY, shift, p) for p in points),
-    ]
+    columns: list[tuple[Kind, Kind, Frame | Point]] = [(Kind.ANGULAR_VELOCITY, turn, f) for f in frames]
+    columns += [(Kind.VELOCITY, shift, p) for p in points]
     speeds = shown_speeds(eom.derived) if turn is Kind.PARTIAL_ANGULAR_VELOCITY else eom.independent_speeds
     rows = [
         (Tex(latex_name(s.name)), *(Tex(_right(shown, Quantity(partial, place, s))) for _, partial, place in columns))
@@ -238,11 +236,8 @@ def costs(eom: Equations) -> Costs:
     roots = (*eom.right_hand_side, *eom.solved.reactions)
     hoisted = dict(count_operations(_of_parameters(roots)).by_operation)
     counts = dict(eom.operations.by_operation)
-    lines = tuple(
-        (_SIGNS.get(kind, kind), hoisted.get(kind, 0), counts[kind] - hoisted.get(kind, 0), counts[kind])
-        for kind in dict.fromkeys((*_SIGNS, *counts))
-        if kind in counts
-    )
+    kinds = [(k, hoisted.get(k, 0), counts[k]) for k in dict.fromkeys((*_SIGNS, *counts)) if k in counts]
+    lines = tuple((_SIGNS.get(k, k), alone, both - alone, both) for k, alone, both in kinds)
     whole = eom.operations
     return Costs(lines, (whole.parameter, whole.state, whole.total), tuple(_groups(eom, roots)))
 
@@ -382,10 +377,8 @@ def _motion(solution: Solution, told: list[Check]) -> dict[str, Any]:
 
     eom = solution.equations
     symbols = eom.state
-    rows = tuple(
-        (Tex(latex_name(s.name)), f"{a:.6g}", f"{b:.6g}", unit_text(eom.unit(s)))
-        for s, a, b in zip(symbols, solution.states[0], solution.states[-1], strict=True)
-    )
+    ends = zip(symbols, solution.states[0], solution.states[-1], strict=True)
+    rows = tuple((Tex(latex_name(s.name)), f"{a:.6g}", f"{b:.6g}", unit_text(eom.unit(s))) for s, a, b in ends)
     head = ("", f"t = {solution.t[0]:g} s", f"t = {solution.t[-1]:.6g} s", "unit")
     return {
         "checks": [*told, *motion_checks(solution, told)],

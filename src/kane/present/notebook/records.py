@@ -145,11 +145,8 @@ def routine_html(program: Program, routine: Routine) -> str:
 
 def program_html(program: Program, costs: Receipt) -> str:
     """The arguments that all routines share, and a line for each routine."""
-    routines = [
-        (_signature(program, routine), _labels(routine.labels), escaped(costs[routine.name]))
-        for routine in program.routines
-        if routine.results
-    ]
+    named = [r for r in program.routines if r.results]
+    routines = [(_signature(program, r), _labels(r.labels), escaped(costs[r.name])) for r in named]
     lead = paragraph(f"<b>Compiled</b>: {escaped(program.name)}")
     return lead + table(_HEAD, _arguments(program)) + table(("routine", "results", "operations"), routines)
 
