@@ -7,8 +7,9 @@
 from collections.abc import Callable
 
 from mypy.errorcodes import DEPRECATED
+from mypy.nodes import TypeAlias
 from mypy.plugin import MethodContext, Plugin
-from mypy.types import Instance, TupleType, Type, UnionType, get_proper_type
+from mypy.types import Instance, TupleType, Type, TypeAliasType, UnionType, get_proper_type
 
 EXPRESSION = "kane.expr.node.Expr"
 COMPARING = frozenset({"__contains__", "__eq__", "__ne__", "count", "index", "remove"})
@@ -16,15 +17,19 @@ BY_IDENTITY = frozenset({"kane.expr.symbols.Symbols", "typing.Mapping", "typing.
 """What finds symbols by themselves or by their hash; views of keys are sets."""
 
 
-def _compares(type_: Type) -> bool:
-    """Whether the `==` of expressions decides on what a value of this type holds."""
+def _compares(type_: Type, within: frozenset[TypeAlias | None] = frozenset()) -> bool:
+    """Whether the `==` of expressions decides on what a value of this type holds, `within` which it may stand itself."""
+    if isinstance(type_, TypeAliasType):
+        if type_.alias in within:
+            return False
+        within |= {type_.alias}
     found = get_proper_type(type_)
     if isinstance(found, UnionType | TupleType):
-        return any(map(_compares, found.items))
+        return any(_compares(item, within) for item in found.items)
     if not isinstance(found, Instance):
         return False
     bases = {base.fullname for base in found.type.mro}
-    return EXPRESSION in bases or (bases.isdisjoint(BY_IDENTITY) and any(map(_compares, found.args)))
+    return EXPRESSION in bases or (bases.isdisjoint(BY_IDENTITY) and any(_compares(a, within) for a in found.args))
 
 
 def _check(context: MethodContext) -> Type:
