@@ -123,8 +123,9 @@ def _possible(names: tuple[str, ...], y: Array, z: Array, c: Array, rest: Array)
     wanted = -rest / scaled.rows[:, 0]
     first = least_squares(scaled.matrix, wanted)
     bad = misses(names, scaled.matrix @ first - wanted, limit=GIVEN * np.abs(wanted).max(initial=0))
-    expected, cure = "constraints that some rates satisfy together at this configuration", "take one beside it."
-    expect.none(bad, expected, "{} at best", f"It is a singular configuration: {cure}", error=SimulationError)
+    expected = "constraints that some rates satisfy together at this configuration"
+    cure = "It is a singular configuration: take one beside it."
+    expect.none(bad, expected, "{} at best", cure, error=SimulationError)
     open_ = singular(scaled.matrix).kernel(DERIVE_RANK) / scaled.columns
     moved = balance(y @ open_.T)
     b = singular(moved.matrix).cokernel(DERIVE_RANK) / moved.rows[:, 0]

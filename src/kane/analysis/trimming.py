@@ -409,8 +409,8 @@ def solve_problem(task: Problem, tolerance: float) -> Array:
         raise SimulationError(_failed(task, task.conditions(x)[0], left, best.steps))
     away = turned_closures(branches(task.conditions.eom.system), turned(x))
     expected = "a steady motion on the branch that the closures mean"
-    cure = "Guess coordinates on that branch: kn.assemble"
-    expect.that(not away, expected, came=away, cure=f"{cure} finds them.", error=SimulationError)
+    cure = "Guess coordinates on that branch: kn.assemble finds them."
+    expect.that(not away, expected, came=away, cure=cure, error=SimulationError)
     return x
 
 

@@ -195,9 +195,9 @@ def _central(name: str, frame: Frame, center: Point, mass: Expr, about: tuple[An
     offset = center.position(point).express(frame)
     moving = (s for s in free_symbols(offset.scalars()) if not isinstance(s, Parameter))
     expected = f"the inertia of {name} about a point fixed in {frame.name}"
-    came = f"one about {point.name}, whose place"
+    came = f"one about {point.name}, whose place depends on {{}}"
     cure = f"Give it about a point that moves with the body, or about the mass centre {center.name}."
-    expect.none(moving, expected, came + " depends on {}", cure)
+    expect.none(moving, expected, came, cure)
     return central_inertia(dyadic, mass, offset)
 
 

@@ -214,9 +214,12 @@ def distance(p: Point, q: Point, length: Any, *, name: str = "") -> Constraint:
     _points("hold at a distance", p, q)
     r, size = p.position(q), as_expr(length)
     moving = (s for s in free_symbols([size]) if isinstance(s, Coordinate | Rate | Speed) and input_of(s) is None)
-    expected, came = f"a length of {p.name} {q.name} in parameters, inputs and time", "{} in it: what then changes "
-    cure = "Use kn.configuration_constraint(name, f)."
-    expect.none(moving, expected, f"{came}the length would feel the rod", cure)
+    expected = f"a length of {p.name} {q.name} in parameters, inputs and time"
+    came, cure = (
+        "{} in it: what then changes the length would feel the rod",
+        "Use kn.configuration_constraint(name, f).",
+    )
+    expect.none(moving, expected, came, cure)
     of_time = all(isinstance(s, Time) for s in free_symbols([size]))  # numbers of time have units of their own
     unit = "" if of_time else unit_of(size)
     if unit and parse(unit).exponents != parse("m").exponents:

@@ -100,8 +100,8 @@ def check_no_accelerations(symbols: Iterable[Symbol]) -> None:
     wrong = [s for s in rates if input_of(s) is None]
     expected = "loads in coordinates, rates, speeds, parameters, inputs and time"
     came = "{}, which is not known before the equations are solved"
-    cure = "Model a load that depends on an acceleration"
-    expect.none(wrong[:1], expected, came, f"{cure} as mass or inertia.")
+    cure = "Model a load that depends on an acceleration as mass or inertia."
+    expect.none(wrong[:1], expected, came, cure)
 
 
 def check_strays(
