@@ -327,7 +327,7 @@ def _nearest(basis: Basis, among: Mapping[Basis, int], base: Basis) -> int | Non
     for other, number in among.items():
         if other is basis:
             break
-        if _is_fixed(basis, other):
+        if turn_alike(basis, other):
             return number
     b: Basis | None = basis
     while b is not None and b is not base:
@@ -337,7 +337,7 @@ def _nearest(basis: Basis, among: Mapping[Basis, int], base: Basis) -> int | Non
     return None
 
 
-def _is_fixed(a: Basis, b: Basis) -> bool:
+def turn_alike(a: Basis, b: Basis) -> bool:
     """Whether two are turned about one axis of one base by angles that differ by a constant."""
     o, p = a.orientation, b.orientation
     if o is None or p is None or o.axis is None or (o.base, o.axis) != (p.base, p.axis):

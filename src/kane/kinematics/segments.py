@@ -21,7 +21,7 @@ from kane.expr.differentiation import time_derivative
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ONE, ZERO, Expr
 from kane.kinematics.freedoms import Forms, Freedom, Shift, Stages, Unsuited, are_coupled, by_rates, is_single
-from kane.kinematics.links import Link, Tree, homes_of
+from kane.kinematics.links import Link, Tree, homes_of, turn_alike
 from kane.kinematics.matching import measured
 from kane.kinematics.velocities import Kinematics
 from kane.space.point import Point
@@ -80,16 +80,9 @@ class Segments:
             if b in self.bases:
                 return self.bases[b]
             o = b.orientation
-            b = o.base if o is not None and is_zero(o.rates) else self._beside(b)
+            alike = (other for other in self.bases if turn_alike(other, b))
+            b = o.base if o is not None and is_zero(o.rates) else next(alike, None)
         raise Unsuited(f"a torque on {basis.name}, which is between the joints")
-
-    def _beside(self, basis: Basis) -> Basis | None:
-        """One that turns with it about the same axis of the same base, by an angle that differs by a constant."""
-        for other in self.bases:
-            between = _between(other, basis)
-            if between is not None and is_zero(between.rates):
-                return other
-        return None
 
 
 _SHARED = "coordinates that several joints share, or bodies that turn in others by several absolute angles"

@@ -44,6 +44,11 @@ class Motion:
         """The velocity at zero auxiliary speeds: of a frame as built along the tree, of a point put together when read."""
         return velocity_form(self).gathered() if self.spin is None else self.spin
 
+    @property
+    def is_still(self) -> bool:
+        """Whether nothing moves it but auxiliary speeds."""
+        return self.rest.is_zero and all(isinstance(s, AuxiliarySpeed) for s in self.partials)
+
 
 _STILL = Motion({}, Vector(), Vector(), Vector())
 
@@ -273,16 +278,15 @@ class Kinematics:
             total = total + along.map(self.drift) + self.frame(part[0]).total.cross(along)
         return total.gathered()
 
-    def velocity_bias(self, point: Point) -> Vector:
-        """The derivative of the point's velocity at u̇ = 0: the bias of its acceleration, but for particles.
+    def velocity_bias(self, place: Point | Basis) -> Vector:
+        """The derivative of a velocity, or angular velocity, at u̇ = 0: the bias of its acceleration, but for particles.
 
         Of a particle whose place in the body changes, v = v^X + ω × r, it is a^X_b + α_b × r + ω × ṙ, with ṙ that of the place.
         """
-        motion = self.point(point)
-        if point.body is None or point.parent is None:
-            return motion.bias
-        spin, start = self.frame(point.body), self.point(point.parent)
-        return (start.bias + spin.bias.cross(point.offset) + spin.total.cross(self.turning(point.offset))).gathered()
+        if not isinstance(place, Point) or place.body is None or place.parent is None:
+            return self.of(place).bias
+        spin, start = self.frame(place.body), self.point(place.parent)
+        return (start.bias + spin.bias.cross(place.offset) + spin.total.cross(self.turning(place.offset))).gathered()
 
     def _matched_translation(self, point: Point, partials: Partials) -> Motion | None:
         """v along a frame in which it is made of rows of Y; None where there is none."""

@@ -55,29 +55,29 @@ class Placed(NamedTuple):
     force: Triple
 
 
-def placed_forces(aligned: Aligned, found: Segments, forces: Iterable[tuple[Point, Vector]]) -> Iterator[Placed]:
-    """Forces at points; not those on the ground."""
+def placed(
+    aligned: Aligned,
+    found: Segments,
+    forces: Iterable[tuple[Point, Vector]],
+    torques: Iterable[tuple[Frame, Vector]],
+) -> Iterator[Placed]:
+    """Forces at points and torques on frames; not those on the ground."""
     for point, force in forces:
         number, arm = found.place(point)
-        if number == 0 or force.is_zero:
-            continue
-        f = aligned.vector(force).components(found.basis[number])
-        r = summed(arm.components(found.basis[number]), found.steps[number].shift)
-        yield Placed(number, r, cross3(r, f), f)
-
-
-def placed_torques(aligned: Aligned, found: Segments, torques: Iterable[tuple[Frame, Vector]]) -> Iterator[Placed]:
-    """Torques on frames; not those on the ground."""
+        if number and not force.is_zero:
+            f = aligned.vector(force).components(found.basis[number])
+            r = summed(arm.components(found.basis[number]), found.steps[number].shift)
+            yield Placed(number, r, cross3(r, f), f)
     for frame, torque in torques:
         number = found.of(aligned.rates(frame)[0])
         if number and not torque.is_zero:
             yield Placed(number, NOTHING, aligned.vector(torque).components(found.basis[number]), NOTHING)
 
 
-def together(placed: Iterable[Placed]) -> Wrenches:
+def together(acting: Iterable[Placed]) -> Wrenches:
     """The sums by segment."""
     found: Wrenches = {}
-    for number, _, n, f in placed:
+    for number, _, n, f in acting:
         found[number] = found.get(number, NO_WRENCH).plus(SpatialForce(n, f))
     return found
 
@@ -100,14 +100,11 @@ def rows_along_tree(constraints: Sequence[Constraint], kinematics: Kinematics) -
     try:
         tree = tree_of(kinematics.speeds.system, aligned, [p for c in constraints for p, _ in c.forces])
         found = segments(tree, kinematics)
-        placed = {
-            c: together((*placed_forces(aligned, found, c.forces), *placed_torques(aligned, found, c.torques)))
-            for c in constraints
-            if stands(c, found)
-        }
+        standing = [c for c in constraints if stands(c, found)]
+        acting = [(c, together(placed(aligned, found, c.forces, c.torques))) for c in standing]
     except Unsuited:
         return {}
-    return {c: _Pull(found, wrenches).row(c.own) for c, wrenches in placed.items()}
+    return {c: _Pull(found, wrenches).row(c.own) for c, wrenches in acting}
 
 
 class _Pull(Carry[SpatialForce]):
@@ -239,14 +236,15 @@ def drift_of(constraint: Constraint, given: Kinematics, usual: Kinematics) -> Ex
     return given.drift(_total(_bare(constraint, usual)))
 
 
+def _acting(constraint: Constraint) -> list[tuple[Point | Frame, Vector]]:
+    return [*constraint.forces, *constraint.torques]
+
+
 def _placed_drift(constraint: Constraint, given: Kinematics, usual: Kinematics) -> Expr:
     """d/dt (Σ F·v + Σ T·ω)."""
     total = given.drift(constraint.own)
-    for p, f in constraint.forces:
-        total = add(total, add(given.velocity_bias(p).dot(f), usual.point(p).total.dot(usual.turning(f))))
-    for frame, t in constraint.torques:
-        motion = given.frame(frame)
-        total = add(total, add(motion.bias.dot(t), motion.total.dot(usual.turning(t))))
+    for place, v in _acting(constraint):
+        total = add(total, add(given.velocity_bias(place).dot(v), usual.of(place).total.dot(usual.turning(v))))
     return total
 
 
@@ -267,9 +265,8 @@ def placed_form(constraint: Constraint, kinematics: Kinematics) -> ScalarForm:
     """Σ F·v + Σ T·ω, speed by speed."""
     coefficients: dict[Expr, Expr] = {}
     rest = constraint.own
-    pairs = [(kinematics.point(p), f) for p, f in constraint.forces]
-    pairs += [(kinematics.frame(f), t) for f, t in constraint.torques]
-    for motion, v in pairs:
+    for place, v in _acting(constraint):
+        motion = kinematics.of(place)
         for s, partial in motion.partials.items():
             coefficients[s] = add(coefficients.get(s, ZERO), partial.dot(v))
         rest = add(rest, motion.rest.dot(v))

@@ -151,7 +151,8 @@ class _ConfigurationSearch:
         for s in drawn:
             values[s] = np.append(values[s], [*self.rng.uniform(LOW, HIGH, count - 1), values[s]])
         zero = np.arange(count + 1) == count
-        starts = np.vstack([x, self._zero()])
+        scalar = {s.coordinates[0] for s in self.system.euler_parameters}  # of frames that are not turned
+        starts = np.vstack([x, [float(q in scalar) for q in self.system.coordinates]])
         if not self.conditions.f:
             return self._with_turned(self._found(values, starts, special=zero))
         level = self.conditions.at(values)
@@ -174,11 +175,6 @@ class _ConfigurationSearch:
         others = found.only(np.repeat(zero, count))
         turned = {q: others.values[q] + np.pi / 2 * row for q, row in zip(self.turning, np.eye(count), strict=True)}
         return found.and_those_of(replace(others, values={**others.values, **turned}))
-
-    def _zero(self) -> Array:
-        """Where all coordinates are zero, frames of Euler parameters not turned."""
-        scalar = {s.coordinates[0] for s in self.system.euler_parameters}
-        return np.array([float(q in scalar) for q in self.system.coordinates])
 
     def more(self, found: Configurations, moment: Mapping[Symbol, float]) -> Configurations:
         """Those found and, if they are few, others, which may move in another way; around that from zero, if it is the only one."""

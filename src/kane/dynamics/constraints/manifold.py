@@ -277,18 +277,13 @@ def touches(constraints: Sequence[Constraint], rows: Iterable[int], kinematics: 
         if c.torques or c.own is not ZERO or len(c.forces) > 2 or not (c.forces or c.kind == "motion"):
             continue
         points = [p for p, _ in c.forces]
-        other = points[1] if len(points) == 2 and not _rests(points[1], kinematics) else None
+        other = points[1] if len(points) == 2 and not kinematics.point(points[1]).is_still else None
         key = (points[0] if points else r, other)
         found.setdefault(key, []).append((r, c.forces[0][1] if points else Vector()))
     return [
         Touch(tuple(r for r, _ in held), p if isinstance(p, Point) else None, other, tuple(n for _, n in held))
         for (p, other), held in found.items()
     ]
-
-
-def _rests(point: Point, kinematics: Kinematics) -> bool:
-    motion = kinematics.point(point)
-    return motion.rest.is_zero and all(isinstance(s, AuxiliarySpeed) for s in motion.partials)
 
 
 def contacts(held: Iterable[Touch], w: Mapping[int, Speed], kinematics: Kinematics) -> dict[Point, ContactPoint]:

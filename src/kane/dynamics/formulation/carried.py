@@ -24,7 +24,7 @@ from kane.expr.square_system import Contents, content, divider, over_number
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.links import Link
 from kane.kinematics.segments import JointStep, Segments
-from kane.kinematics.velocity_constraints import placed_forces, placed_torques, together
+from kane.kinematics.velocity_constraints import placed, together
 from kane.model.bodies import Part
 from kane.space.point import Point
 from kane.space.rotation import NOTHING, Basis, Cosines, Triple, path
@@ -215,8 +215,7 @@ def load_wrenches(
 ) -> dict[int, SpatialForce]:
     """The wrenches, along B, of these forces, and of the loads' torques, on each segment."""
     torques = [x for load in derived.declared_loads for x in load.torques]
-    aligned = derived.kinematics.aligned
-    return together((*placed_forces(aligned, segments, forces), *placed_torques(aligned, segments, torques)))
+    return together(placed(derived.kinematics.aligned, segments, forces, torques))
 
 
 def falling(derived: Derived) -> Triple:

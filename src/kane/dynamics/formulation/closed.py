@@ -27,7 +27,7 @@ from kane.expr.node import ZERO, Expr
 from kane.expr.ops import NEG
 from kane.kinematics.freedoms import resolved, transposed
 from kane.kinematics.segments import JointTree, Segments
-from kane.kinematics.velocity_constraints import Placed, placed_forces, placed_torques, stands, together
+from kane.kinematics.velocity_constraints import Placed, placed, stands, together
 from kane.model.constraints import Constraint
 from kane.space.frame import Frame
 from kane.space.point import Point
@@ -77,8 +77,7 @@ class Holding:
         return self._pressed({}, together(acting)), total
 
     def _placed(self, forces: Iterable[tuple[Point, Vector]], torques: Iterable[tuple[Frame, Vector]]) -> list[Placed]:
-        aligned, found = self.derived.kinematics.aligned, self.segments
-        return [*placed_forces(aligned, found, forces), *placed_torques(aligned, found, torques)]
+        return list(placed(self.derived.kinematics.aligned, self.segments, forces, torques))
 
     def _power(self, acting: Iterable[Placed]) -> Expr:
         total = ZERO

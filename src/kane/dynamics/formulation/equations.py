@@ -174,7 +174,7 @@ def about_points_at_rest(bodies: Sequence[Moving], kinematics: Kinematics) -> tu
 def _about_point(m: Moving, kinematics: Kinematics) -> PartRotation | None:
     """The rotation with the inertia about a point of the body at rest."""
     turning, arm = m.rotation, _arm(m.part, kinematics)
-    if turning is None or arm is None or _rests(m.part.mass_center, kinematics):
+    if turning is None or arm is None or kinematics.point(m.part.mass_center).is_still:
         return None
     inertia = turning.inertia
     r = arm.components(inertia.frame)
@@ -202,7 +202,7 @@ def _arm(part: Part, kinematics: Kinematics) -> Vector | None:
     point, arm = part.mass_center, Vector()
     while point.parent is not None and point.body is None and _is_fixed(point, part):
         arm, point = arm + kinematics.aligned.vector(point.offset), point.parent
-        if _rests(point, kinematics):
+        if kinematics.point(point).is_still:
             return arm
         held = kinematics.contacts.get(point)
         if held is not None and held.body is part.frame and held.other is None and not held.directions:
@@ -214,12 +214,6 @@ def _is_fixed(point: Point, part: Part) -> bool:
     """Whether a point lies fixed in the body beside the one before it."""
     offset = point.offset
     return all(f is part.frame for f, _ in offset.parts) and is_constant_in_time(offset.scalars())
-
-
-def _rests(point: Point, kinematics: Kinematics) -> bool:
-    motion = kinematics.point(point)
-    still = motion.rest.is_zero and motion.bias.is_zero
-    return still and all(isinstance(s, AuxiliarySpeed) for s in motion.partials)
 
 
 _HALF = constant(0.5)

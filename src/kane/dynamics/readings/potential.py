@@ -141,9 +141,11 @@ def _null(c: Array) -> Array:
 
 
 def held(forces: Exprs, rows: Rows, q: Sequence[Coordinate], at: Place) -> Iterator[Held]:
-    """Forces Q + Cᵀλ that may have a potential energy, and the coordinates of which they are."""
-    for way in (_without_some, _by_multipliers):
-        yield from way(forces, rows, q, at)
+    """Forces Q + Cᵀλ that may have a potential energy, and whose they are; first with λ for which some have none."""
+    for gone, kept, inverse in _inverses(rows, len(q)):
+        weights = [sum_of(mul(x, forces[i]) for x, i in zip(line, gone, strict=True)) for line in inverse]
+        yield tuple(q[i] for i in kept), _added(forces, rows, weights, kept)
+    yield from _by_multipliers(forces, rows, q, at)
 
 
 def _inverses(rows: Rows, n: int) -> Iterator[tuple[tuple[int, ...], list[int], list[list[Expr]]]]:
@@ -154,13 +156,6 @@ def _inverses(rows: Rows, n: int) -> Iterator[tuple[tuple[int, ...], list[int], 
         except KaneError:
             continue
         yield gone, [i for i in range(n) if i not in gone], inverse
-
-
-def _without_some(forces: Exprs, rows: Rows, q: Sequence[Coordinate], at: Place) -> Iterator[Held]:
-    """With λ such that some coordinates have no force, and the other coordinates with theirs."""
-    for gone, kept, inverse in _inverses(rows, len(q)):
-        weights = [sum_of(mul(x, forces[i]) for x, i in zip(line, gone, strict=True)) for line in inverse]
-        yield tuple(q[i] for i in kept), _added(forces, rows, weights, kept)
 
 
 def _by_multipliers(forces: Exprs, rows: Rows, q: Sequence[Coordinate], at: Place) -> Iterator[Held]:
