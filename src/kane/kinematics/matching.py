@@ -6,10 +6,10 @@ random: numbers rule out, before any symbolic work, where matching cannot succee
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -130,7 +130,6 @@ class Sample:
 Forms = tuple[ScalarForm, ScalarForm, ScalarForm]
 Match = tuple[Basis, Forms]
 """The frame, and the measure numbers along it."""
-Place = TypeVar("Place", Basis, Point)
 
 _NO_FORM = ScalarForm({}, ZERO)
 
@@ -142,8 +141,7 @@ class Matching:
     speeds: Speeds
     sample: Sample
     vanishing: frozenset[Expr] = frozenset()
-    _rotations: dict[Basis, Match | None] = field(default_factory=dict)
-    _translations: dict[Point, Match | None] = field(default_factory=dict)
+    _known: dict[Basis | Point, Match | None] = field(default_factory=dict)
 
     def without(self, vanishing: frozenset[Expr]) -> "Matching":
         """The same, where these speeds vanish."""
@@ -161,15 +159,11 @@ class Matching:
         """Three scalars affine in the rates, in speeds."""
         return self._held(self._forms(rates))
 
-    def rotation(self, frame: Basis) -> Match | None:
-        """ω along the frame, of this one and its bases, in which most measure numbers are rows of Y; None without any."""
-        return self._present(_once(self._rotations, frame, self._rotation))
-
-    def translation(self, point: Point) -> Match | None:
-        """v along the first frame in which two measure numbers, or all that it has, are sums of rows of Y."""
-        return self._present(_once(self._translations, point, self._translation))
-
-    def _present(self, found: Match | None) -> Match | None:
+    def match(self, place: Basis | Point) -> Match | None:
+        """The velocity of a point, or the angular velocity of a frame, along a frame in which it is made of rows of Y."""
+        if place not in self._known:
+            self._known[place] = self._translation(place) if isinstance(place, Point) else self._rotation(place)
+        found = self._known[place]
         return found and (found[0], self._held(found[1]))
 
     def _held(self, forms: Forms) -> Forms:
@@ -186,6 +180,7 @@ class Matching:
         return (a, b, c)
 
     def _rotation(self, frame: Basis) -> Match | None:
+        """ω along the frame, of this one and its bases, in which most measure numbers are rows of Y; None without any."""
         omega = angular_velocity(frame, self.speeds.system.inertial)
         best: tuple[int, Match] | None = None
         counts = self.sample.whole(self.sample.coefficients(omega), frame.lineage)
@@ -199,6 +194,7 @@ class Matching:
         return best and best[1]
 
     def _translation(self, point: Point) -> Match | None:
+        """v along the first frame in which two measure numbers, or all that it has, are sums of rows of Y."""
         velocity = point.velocity(self.speeds.system.inertial)
         targets = dict.fromkeys(g for f, _ in velocity.parts for g in f.lineage)
         targets.update(dict.fromkeys(f for f in self.speeds.system.frames if f not in targets))
@@ -222,9 +218,3 @@ def measured(v: Vector, frame: Basis) -> Iterator[Triple]:
     yield v.components(frame)
     x, y, z = map(v.dot, axes(frame))
     yield x, y, z
-
-
-def _once(known: dict[Place, Match | None], place: Place, find: Callable[[Place], Match | None]) -> Match | None:
-    if place not in known:
-        known[place] = find(place)
-    return known[place]

@@ -23,6 +23,7 @@ from kane.model.constraints import cut_of
 from kane.space.point import Point
 from kane.space.rotation import NOTHING, Basis, Triple
 from kane.space.vector import Vector
+from kane.tree.triples import triple
 
 Partials = dict[Expr, Vector]
 
@@ -119,7 +120,15 @@ class Kinematics:
         )
 
     def _vectors(self, forms: Iterable[ScalarForm], frame: Basis) -> tuple[Partials, Vector]:
-        partials, rest = _vectors(forms, frame)
+        """Partial velocities and remainder from three scalar forms along a frame."""
+        columns: dict[Expr, list[Expr]] = {}
+        rests: list[Expr] = []
+        for i, form in enumerate(forms):
+            for s, c in form.coefficients.items():
+                columns.setdefault(s, list(NOTHING))[i] = c
+            rests.append(form.rest)
+        partials = {s: Vector(((frame, triple(t)),)) for s, t in columns.items()}
+        rest = Vector(((frame, triple(rests)),))
         for u, by in self.following.items():
             v = partials.pop(u, None)
             if v is not None:
@@ -161,7 +170,7 @@ class Kinematics:
             for u, along in self.cuts.get(between, ()):
                 auxiliary[u] = auxiliary.get(u, Vector()) + self.aligned.vector(along)
             between = between.parent
-        matched = self._matched_rotation(frame, auxiliary)
+        matched = self._matched(frame, auxiliary)
         if matched is not None:
             return matched
         basis, rates = self.aligned.rates(frame)
@@ -179,27 +188,22 @@ class Kinematics:
         bias = base.bias.express(home) + (base.total.cross(relative) + swing).express(home)
         return Motion(partials, base.rest + rest, bias, total)
 
-    def _matched_rotation(self, frame: Basis, auxiliary: Partials) -> Motion | None:
-        """ω along the frame, of this one and its bases, in which most measure numbers are rows of Y; None without any."""
-        if not self.speeds.nontrivial:
-            return None
-        found = self.matching.rotation(frame)
+    def _matched(self, place: Basis | Point, along_the_tree: Partials) -> Motion | None:
+        """A motion given outright along a frame in which it is made of rows of Y; None where there is none.
+
+        The bias is the drift of the measure numbers plus ω × total.
+        """
+        found = self.matching.match(place) if self.speeds.nontrivial else None
         if found is None:
             return None
-        target, chosen = found
-        partials, rest = self._vectors(chosen, target)
-        partials.update(auxiliary)
-        return self._direct(frame, target, partials, rest, chosen)
-
-    def _direct(
-        self, frame: Basis | None, target: Basis, partials: Partials, rest: Vector, forms: Iterable[ScalarForm]
-    ) -> Motion:
-        """A motion given outright along `target`: the bias is the drift of the measure numbers plus ω × total."""
+        target, forms = found
+        partials, rest = self._vectors(forms, target)
+        partials.update({s: v for s, v in along_the_tree.items() if isinstance(s, AuxiliarySpeed)})
         a, b, c = (f.total() for f in forms)
         aligned = self.aligned.vector
         along = Vector(((target, (a, b, c)),))
         total, bias = aligned(along), aligned(along.map(self.drift))
-        if target is not frame:
+        if target is not place:
             bias = bias + self.frame(target).total.cross(total)
         return Motion({s: aligned(v) for s, v in partials.items()}, aligned(rest), bias.gathered(), total)
 
@@ -241,10 +245,9 @@ class Kinematics:
             _accumulate(partials, u, self.aligned.vector(along))
         if point in self.contacts:
             return self._through(self.contacts[point], partials)
-        if self.speeds.nontrivial and point.body is None:
-            matched = self._matched_translation(point, partials)
-            if matched is not None:
-                return matched
+        matched = self._matched(point, partials) if point.body is None else None
+        if matched is not None:
+            return matched
         partials = {s: v for s, v in partials.items() if not v.is_zero}
         # the bias meets the partial velocities: where these have one frame, it is written there
         frames = {f for s, v in partials.items() if not isinstance(s, AuxiliarySpeed) for f, _ in v.parts}
@@ -287,28 +290,6 @@ class Kinematics:
             return self.of(place).bias
         spin, start = self.frame(place.body), self.point(place.parent)
         return (start.bias + spin.bias.cross(place.offset) + spin.total.cross(self.turning(place.offset))).gathered()
-
-    def _matched_translation(self, point: Point, partials: Partials) -> Motion | None:
-        """v along a frame in which it is made of rows of Y; None where there is none."""
-        found = self.matching.translation(point)
-        if found is None:
-            return None
-        target, forms = found
-        own, rest = self._vectors(forms, target)
-        own.update({s: v for s, v in partials.items() if isinstance(s, AuxiliarySpeed)})
-        return self._direct(None, target, own, rest, forms)
-
-
-def _vectors(forms: Iterable[ScalarForm], frame: Basis) -> tuple[Partials, Vector]:
-    """Partial velocities and remainder from three scalar forms along a frame."""
-    columns: dict[Expr, list[Expr]] = {}
-    rest: list[Expr] = []
-    for i, form in enumerate(forms):
-        for s, c in form.coefficients.items():
-            columns.setdefault(s, list(NOTHING))[i] = c
-        rest.append(form.rest)
-    partials = {s: Vector(((frame, (t[0], t[1], t[2])),)) for s, t in columns.items()}
-    return partials, Vector(((frame, (rest[0], rest[1], rest[2])),))
 
 
 def _accumulate(partials: Partials, s: Expr, v: Vector) -> None:
