@@ -236,20 +236,16 @@ def check_inertia(name: str, inertia: Dyadic) -> None:
         return
     size = max(abs(x) for row in n for x in row)
     for i, j in _PAIRS:
-        if abs(n[i][j] - n[j][i]) > DECLARED * size:
-            a, b = _AXES[i], _AXES[j]
-            raise ModelError(
-                f"Expected a symmetric inertia for {name}, got I{a}{b} = {n[i][j]:g} and I{b}{a} = {n[j][i]:g} along the "
-                f"axes of {frame.name}. Write kn.inertia({frame.name}, Ixx, Iyy, Izz, Ixy, Iyz, Izx), which sets both."
-            )
+        a, b, alike = _AXES[i], _AXES[j], abs(n[i][j] - n[j][i]) <= DECLARED * size
+        came = f"I{a}{b} = {n[i][j]:g} and I{b}{a} = {n[j][i]:g} along the axes of {frame.name}"
+        cure = f"Write kn.inertia({frame.name}, Ixx, Iyy, Izz, Ixy, Iyz, Izx), which sets both."
+        expect.that(alike, f"a symmetric inertia for {name}", came=came, cure=cure)
     tilted = any(n[i][j] for i, j in _PAIRS)
     low, middle, high = np.linalg.eigvalsh(n) if tilted else sorted(n[i][i] for i in range(3))
     said = f"{low:g}, {middle:g}, {high:g}"
-    if low < -DECLARED * size:
-        raise ModelError(
-            f"Expected central principal moments of inertia ≥ 0 for {name}, got {said}. Check the signs; an inertia about another "
-            "point than the mass centre is larger by m r², not smaller."
-        )
+    expected = f"central principal moments of inertia ≥ 0 for {name}"
+    cure = "Check the signs; an inertia about another point than the mass centre is larger by m r², not smaller."
+    expect.that(low >= -DECLARED * size, expected, came=said, cure=cure)
     if high > (low + middle) * (1 + DECLARED) and middle > DECLARED * high:
         warn(
             f"Expected principal moments of inertia for {name} of which none is larger than the sum of the other two, got "

@@ -137,10 +137,9 @@ def target(system: Any, event: Any, key: Any) -> Symbol:
     for s in settable(system):
         if s is key or (isinstance(key, str) and s.name == key):
             return s
-    raise ModelError(
-        f"Expected then= of the event {event.name!r} to set one of {', '.join(s.name for s in settable(system))}, got "
-        f"{cut(repr(key))}. Take one of these, symbols of the system, or its name."
-    )
+    expected = f"then= of the event {event.name!r} to set one of {', '.join(s.name for s in settable(system))}"
+    cure = "Take one of these, symbols of the system, or its name."
+    raise expect.refusal(ModelError, expected, cut(repr(key)), cure)
 
 
 def check_actions(system: Any) -> None:

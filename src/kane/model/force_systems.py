@@ -177,9 +177,8 @@ def _listed(item: Any) -> Iterator[Any]:
         for x in item:
             yield from _listed(x)
     else:
-        raise ModelError(
-            f"Expected loads such as kn.Force(point, vector) and kn.Torque(frame, vector), or (point, vector), got {cut(repr(item))}."
-        )
+        expected = "loads such as kn.Force(point, vector) and kn.Torque(frame, vector), or (point, vector)"
+        raise expect.refusal(ModelError, expected, cut(repr(item)))
 
 
 def _terms(v: Vector) -> int:

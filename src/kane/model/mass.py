@@ -167,10 +167,8 @@ def _bodies(item: Any) -> Iterator[Body]:
     elif isinstance(getattr(item, "bodies", None), tuple):
         yield from _bodies(item.bodies)
     else:
-        raise ModelError(
-            f"Expected bodies from kn.RigidBody or kn.Particle, got {cut(repr(item))}. A point has no mass: make a body of it, "
-            "kn.Particle(name, point, mass)."
-        )
+        cure = "A point has no mass: make a body of it, kn.Particle(name, point, mass)."
+        raise expect.refusal(ModelError, "bodies from kn.RigidBody or kn.Particle", cut(repr(item)), cure)
 
 
 def _mass(parts: Iterable[Part]) -> Expr:
@@ -284,11 +282,8 @@ def _frame_of(inertia: Dyadic, frame: object) -> Frame:
         return frame
     frames = [f for f in inertia.frames() if isinstance(f, Frame)]
     if frame is not None or len(frames) != 1:
-        names = ", ".join(f.name for f in frames) or "none"
-        raise ModelError(
-            f"Expected one frame for the principal axes, got {cut(repr(frame))} with a dyadic along {names}. Name "
-            "it: kn.principal(inertia, B)."
-        )
+        came = f"{cut(repr(frame))} with a dyadic along {', '.join(f.name for f in frames) or 'none'}"
+        raise expect.refusal(ModelError, "one frame for the principal axes", came, "Name it: kn.principal(inertia, B).")
     return frames[0]
 
 

@@ -314,10 +314,8 @@ def _along(frame: Frame, axis: Vector, towards: Vector, moments: Sequence[Expr])
     check_unit(axis, "axis of the solid")
     check_unit(towards, "direction of its round side")
     third = axis.cross(towards)
-    if not is_unit(third):
-        raise ModelError(
-            f"Expected the round side of the solid across its axis {axis}, got {towards}. Take a unit vector across it."
-        )
+    expected = f"the round side of the solid across its axis {axis}"
+    expect.that(is_unit(third), expected, towards, "Take a unit vector across it.")
     entries = [[ZERO] * 3 for _ in range(3)]
     for moment, n in zip(moments, (v.components(frame) for v in (axis, towards, third)), strict=True):
         for i in range(3):

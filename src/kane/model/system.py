@@ -316,12 +316,9 @@ def _pulls(load: Load, speeds: Any) -> Pulls:
     }
     function = substituted(load.scalar, known)
     left = [s for s in free_symbols([function]) if isinstance(s, Speed)]
-    if left:
-        names = ", ".join(u.name for u in known if isinstance(u, Speed)) or "none, as all are the rates"
-        raise ModelError(
-            f"Expected the dissipation function of {load.name!r} in rates or in speeds that the system defines ({names}), got "
-            f"{left[0]} in it. Write it by rates, q.dt."
-        )
+    names = ", ".join(u.name for u in known if isinstance(u, Speed)) or "none, as all are the rates"
+    expected = f"the dissipation function of {load.name!r} in rates or in speeds that the system defines ({names})"
+    expect.none(left[:1], expected, "{} in it", "Write it by rates, q.dt.")
     rates = [s for s in free_symbols([function]) if isinstance(s, Rate) and isinstance(s.place, Coordinate)]
     return [(r.place, -diff(function, r)) for r in rates if isinstance(r.place, Coordinate)]
 

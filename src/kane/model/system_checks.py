@@ -133,11 +133,10 @@ def check_reactions(
         if isinstance(s, Reaction) and s not in set(reactions):
             raise ReactionError(f"The reaction {s} is used in a load but not listed: add it to System(reactions=[…]).")
     bare = [r for r in reactions if cut_of(r) is None and constraint_of(r) is None]
-    if len(bare) != len(auxiliary):
-        raise ReactionError(
-            f"Expected as many explicit auxiliary speeds as reactions without a place, got {len(auxiliary)} and {len(bare)} "
-            f"({', '.join(map(str, bare)) or 'none'}). Give the reaction a place: kn.reaction(name, at=point, along=direction)."
-        )
+    expected = "as many explicit auxiliary speeds as reactions without a place"
+    came = f"{len(auxiliary)} and {len(bare)} ({', '.join(map(str, bare)) or 'none'})"
+    cure = "Give the reaction a place: kn.reaction(name, at=point, along=direction)."
+    expect.that(len(bare) == len(auxiliary), expected, came=came, cure=cure, error=ReactionError)
 
 
 def check_constraints(constraints: tuple[Constraint, ...], reactions: tuple[Reaction, ...]) -> None:
@@ -168,11 +167,8 @@ def state_rates(states: Any) -> dict[StateVariable, Expr]:
     expect.instance(states, Mapping, "states= to be a dict {a: rate, …}", "Give each state its rate: {a: (e - a)/tau}.")
     rates: dict[StateVariable, Expr] = {}
     for a, given in states.items():
-        if not isinstance(a, StateVariable):
-            raise ModelError(
-                f"Expected states from kn.state as keys of states=, got {cut(repr(a))} ({type(a).__name__}). Declare one: "
-                'a = kn.state("a").'
-            )
+        came, cure = f"{cut(repr(a))} ({type(a).__name__})", 'Declare one: a = kn.state("a").'
+        expect.that(isinstance(a, StateVariable), "states from kn.state as keys of states=", came=came, cure=cure)
         scalar = not isinstance(given, Vector | Dyadic)
         expect.that(scalar, f"a scalar as the rate of the state {a}", given, "Use .dot(unit vector).")
         rates[a] = as_expr(given)
@@ -203,15 +199,11 @@ def check_states(system: Declarations, symbols: Iterable[Symbol]) -> None:
         origin: Any = s.place if isinstance(s, Rate) else s
         if not isinstance(origin, StateVariable):
             continue
-        if origin not in system.states:
-            raise ModelError(
-                f"Expected a rate for the state {origin}, got none. Say it: System(states={{{origin}: …}}), an expression of "
-                "coordinates, speeds, states, parameters, inputs and time."
-            )
-        if origin is not s:
-            raise ModelError(
-                f"Expected loads and events in states themselves, got the rate {s}. Write out what states= says of {origin}."
-            )
+        kinds = "coordinates, speeds, states, parameters, inputs and time"
+        cure = f"Say it: System(states={{{origin}: …}}), an expression of {kinds}."
+        expect.that(origin in system.states, f"a rate for the state {origin}", came="none", cure=cure)
+        cure = f"Write out what states= says of {origin}."
+        expect.that(origin is s, "loads and events in states themselves", came=f"the rate {s}", cure=cure)
     without: dict[str, Iterable[Expr]] = {
         "positions and orientations": geometry(system.frames, system.points),
         "definitions of speeds": system.speeds.values(),

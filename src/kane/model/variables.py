@@ -127,9 +127,8 @@ def speed_definitions(
                 "Declare a kn.speed for it, as in {u1: q1.dt}."
             )
         if isinstance(definition, Vector):
-            raise SpeedsError(
-                f"Expected a scalar definition of {u}, got the vector {definition}. Use .dot(unit vector)."
-            )
+            came = f"the vector {definition}"
+            raise expect.refusal(SpeedsError, f"a scalar definition of {u}", came, "Use .dot(unit vector).")
         definitions[u] = as_expr(definition)
     known: dict[Expr, Affine] = {}
     rates = [s for s in free_symbols(definitions.values()) if isinstance(s, Rate | QuasiRate) and input_of(s) is None]

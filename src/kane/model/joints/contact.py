@@ -261,9 +261,8 @@ def dry_friction(
     kind = getattr(joint, "kind", None)
     if kind not in ("pin", "slider"):
         what = f"a {kind} joint" if isinstance(kind, str) else cut(repr(joint))
-        raise ModelError(
-            f"Expected dry friction in a pin or slider joint, got {what}. Write the load with kn.torque_pair."
-        )
+        cure = "Write the load with kn.torque_pair."
+        raise expect.refusal(ModelError, "dry friction in a pin or slider joint", what, cure)
     rate = (joint.angular_velocity if kind == "pin" else joint.velocity).dot(joint.axis)
     eps = _above_zero("smooth", smooth)
     sense = NODE_BUILDERS["sign"](rate) if eps is None else NODE_BUILDERS["tanh"](div(rate, as_expr(eps)))

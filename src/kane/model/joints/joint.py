@@ -147,11 +147,9 @@ class Seat:
             symbols = _symbols(Speed, "speeds", self.name, self.speeds, stems, units)
             own = dict(zip(symbols, definitions, strict=True))
             named = _chosen(symbols, self.speeds)
-        if len(own) != len(definitions) or not all(isinstance(u, Speed) for u in own):
-            raise ModelError(
-                f"Expected {len(definitions)} definitions of speeds, by Speed, for the {self.kind} joint {self.name!r}, got "
-                f"{len(own)}: {', '.join(map(str, own)) or 'none'}."
-            )
+        right = len(own) == len(definitions) and all(isinstance(u, Speed) for u in own)
+        expected = f"{len(definitions)} definitions of speeds, by Speed, for the {self.kind} joint {self.name!r}"
+        expect.that(right, expected, came=f"{len(own)}: {', '.join(map(str, own)) or 'none'}")
         point = self.at.at(f"{self.name} point", offset)
         unasked = frozenset((*_chosen(coordinates, self.coordinates), *named))
         return Joint(
@@ -202,11 +200,12 @@ def _symbols(
     else:
         several = isinstance(names, Iterable) and not isinstance(names, Expr)
         wanted = list(_names(names) if isinstance(names, str) else names) if several else [names]
-    if len(wanted) != count or not all(isinstance(x, str | kind) for x in wanted) or len(set(wanted)) < count:
-        raise ModelError(
-            f"Expected {count} {what}, by name or symbol, for the joint {name!r}, got {cut(repr(names), 80)}. Left out, they are "
-            "named after the joint."
-        )
+    right = len(wanted) == count and all(isinstance(x, str | kind) for x in wanted) and len(set(wanted)) == count
+    expected, cure = (
+        f"{count} {what}, by name or symbol, for the joint {name!r}",
+        "Left out, they are named after the joint.",
+    )
+    expect.that(right, expected, came=cut(repr(names), 80), cure=cure)
     return tuple(
         kind.declare(x, None, unit) if isinstance(x, str) else x for x, unit in zip(wanted, units, strict=True)
     )
