@@ -6,7 +6,7 @@ singular; along a motion the condition numbers of W and of M̃, that of the inde
 divided by the largest sizes of its entries, M̃ with those of its diagonal: units do not matter, nearness to a singular position does.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -167,8 +167,9 @@ def _set(name: str, system: System, along: MotionValues | None, routes: Sequence
     if along is None:
         return SpeedSet(name, eom, operations, _singular(eom))
     mass = eom.mass_matrix_nh if eom.embedding else eom.mass_matrix
-    w, m = _values(eom.W, along), _values(mass, along)
-    return SpeedSet(name, eom, operations, _singular(eom), np.array(along.t), _condition(w), _mass_condition(m))
+    measured = (eom.W, _of_entries), (mass, _of_diagonal)
+    conditions = (_condition(_values(m, along), sizes) for m, sizes in measured)
+    return SpeedSet(name, eom, operations, _singular(eom), np.array(along.t), *conditions)
 
 
 def _singular(eom: Equations) -> tuple[Expr, ...]:
@@ -187,28 +188,25 @@ def _values(m: Matrix, along: MotionValues) -> Array:
     return np.stack(columns, axis=-1).reshape(count, *m.shape)
 
 
-def _condition(w: Array) -> Array:
-    """cond W, measured by the sizes that entries usually have."""
-    finite: Mask = np.asarray(np.isfinite(w).all(axis=(1, 2)))
-    usual = np.median(np.abs(w[finite]), axis=0) if finite.any() else np.ones(w.shape[1:])
-    sizes = balance(usual)
-    return _conditions_of(w / (sizes.rows * sizes.columns), finite)
-
-
-def _mass_condition(m: Array) -> Array:
-    """cond M̃, measured by the sizes that its diagonal usually has."""
-    finite: Mask = np.asarray(np.isfinite(m).all(axis=(1, 2)))
-    diagonal = np.abs(np.diagonal(m, axis1=1, axis2=2))
-    usual = np.sqrt(np.median(diagonal[finite], axis=0)) if finite.any() else np.ones(m.shape[1])
-    return _conditions_of(m / np.outer(usual, usual), finite)
-
-
-def _conditions_of(a: Array, finite: Mask) -> Array:
+def _condition(a: Array, sizes: Callable[[Array], Array]) -> Array:
+    """cond A (n), measured by the sizes that follow from those that its entries usually have."""
+    finite: Mask = np.asarray(np.isfinite(a).all(axis=(1, 2)))
+    usual = np.median(np.abs(a[finite]), axis=0) if finite.any() else np.ones(a.shape[1:])
     found = np.full(len(a), np.inf)
     with np.errstate(divide="ignore"):
-        values = np.linalg.svd(a[finite], compute_uv=False)
+        values = np.linalg.svd(a[finite] / sizes(usual), compute_uv=False)
         found[finite] = values[:, 0] / values[:, -1]
     return found
+
+
+def _of_entries(usual: Array) -> Array:
+    scaled = balance(usual)
+    return scaled.rows * scaled.columns
+
+
+def _of_diagonal(usual: Array) -> Array:
+    unit = np.sqrt(np.diagonal(usual))
+    return np.outer(unit, unit)
 
 
 def _conditions(s: SpeedSet) -> tuple[str, str, str]:
