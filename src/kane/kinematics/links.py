@@ -121,7 +121,10 @@ class _Links:
                 place = _Place(
                     place.link, place.arm + Vector(((basis, r),)), place.moving or not is_constant_in_time(r)
                 )
-            self.places[p] = self._begun(place) if p in self.split else place
+            if p in self.split:  # a link begins there
+                self.begun.append((self.begun[place.link][0], place.link, place.arm))
+                place = _Place(len(self.begun) - 1, Vector())
+            self.places[p] = place
         return self.places[point]
 
     def within(self, part: Part) -> _Place | None:
@@ -156,11 +159,6 @@ class _Links:
             f = f.parent
         if f is not None and f is not frame:
             self.attached(self.aligned.rates(frame)[0], _Place(numbers[self.aligned.rates(f)[0]], Vector()))
-
-    def _begun(self, place: _Place) -> _Place:
-        """A link that begins there."""
-        self.begun.append((self.begun[place.link][0], place.link, place.arm))
-        return _Place(len(self.begun) - 1, Vector())
 
 
 def links_of(system: System, aligned: Aligned | None = None) -> tuple[Link, ...]:

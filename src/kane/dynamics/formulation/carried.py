@@ -24,11 +24,8 @@ from kane.expr.square_system import Contents, content, divider, over_number
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.links import Link
 from kane.kinematics.segments import JointStep, Segments
-from kane.kinematics.velocity_constraints import placed, together
 from kane.model.bodies import Part
-from kane.space.point import Point
 from kane.space.rotation import NOTHING, Basis, Cosines, Triple, path
-from kane.space.vector import Vector
 from kane.tree.triples import (
     NO_ROWS,
     Turn,
@@ -40,7 +37,7 @@ from kane.tree.triples import (
     times,
     triple,
 )
-from kane.tree.values import NO_MASS, Rigid, SpatialForce
+from kane.tree.values import NO_MASS, Rigid
 
 
 def rigid_bodies(derived: Derived, segments: Segments, links: Sequence[Link]) -> list[Rigid]:
@@ -208,14 +205,6 @@ def _shared(step: JointStep, body: Rigid) -> tuple[Rigid, Rigid]:
     h[k], along[k] = ZERO, body.h[k]
     kept = Rigid(ZERO, (h[0], h[1], h[2]), as_rows(taken))
     return kept, Rigid(body.m, (along[0], along[1], along[2]), as_rows(rows))
-
-
-def load_wrenches(
-    derived: Derived, segments: Segments, forces: Sequence[tuple[Point, Vector]]
-) -> dict[int, SpatialForce]:
-    """The wrenches, along B, of these forces, and of the loads' torques, on each segment."""
-    torques = [x for load in derived.declared_loads for x in load.torques]
-    return together(placed(derived.kinematics.aligned, segments, forces, torques))
 
 
 def falling(derived: Derived) -> Triple:

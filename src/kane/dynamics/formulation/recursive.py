@@ -17,7 +17,7 @@ from kane.dynamics.constraints.embed import embedding
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived
 from kane.dynamics.formulation.block_solution import solved_reactions
-from kane.dynamics.formulation.carried import falling, load_wrenches, regrouped, rigid_bodies
+from kane.dynamics.formulation.carried import falling, regrouped, rigid_bodies
 from kane.dynamics.formulation.closed import Holding, products
 from kane.dynamics.formulation.crossings import Crossing, crossings, parted
 from kane.dynamics.formulation.elastic import Bent, bending_bodies, bent_frames, gauged, shared_rates
@@ -37,6 +37,7 @@ from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited, resolved
 from kane.kinematics.links import Tree, repeated
 from kane.kinematics.segments import JointStep, JointTree, Segments, joint_tree, segments
+from kane.kinematics.velocity_constraints import placed, together
 from kane.model.bodies import deforming
 from kane.model.constraints import constraint_of
 from kane.model.variables import EulerParameters
@@ -144,7 +145,9 @@ def carrying(derived: Derived, *, flexible: bool = False, shared: bool = False) 
     bodies = rigid_bodies(derived, found, tree.links)
     bent = Bent(bending_bodies(derived, found, tree.links, rates), on)
     across = None if roots is None else crossings(derived, roots, found)
-    return Carrying(found, bodies, load_wrenches(derived, found, forces), bent, across)
+    torques = [x for load in derived.declared_loads for x in load.torques]
+    loads = together(placed(derived.kinematics.aligned, found, forces, torques))
+    return Carrying(found, bodies, loads, bent, across)
 
 
 def _segments(derived: Derived, tree: Tree, rates: Exprs, shared: bool) -> tuple[Segments, Exprs]:

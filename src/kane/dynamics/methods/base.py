@@ -8,7 +8,7 @@ Every method ends in M x = f + Aᵀ λ, A x + c = 0, solved for x, and for λ wh
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 from kane import show
@@ -55,7 +55,8 @@ class Formulation(Immutable):
 
     def __reduce__(self) -> tuple[Callable[..., "Formulation"], tuple[Any, ...]]:
         written = (self.equations, self.right_hand_side, self.accelerations)
-        return _restored, (self.method, self.source, self.state, self.unknowns, self.eliminated, written)
+        known = (partial(tuple, exprs) for exprs in written)
+        return Formulation, (self.method, self.source, self.state, self.unknowns, self.eliminated, *known)
 
     def __repr__(self) -> str:
         gone = f"; eliminated: {', '.join(self.eliminated)}" if self.eliminated else ""
@@ -66,15 +67,6 @@ class Formulation(Immutable):
         return "\n".join([f"{self.method} ({self.source}), in {', '.join(map(str, self.unknowns))}", *lines])
 
     _repr_html_ = show.html
-
-
-def _restored(
-    method: str, source: str, state: Exprs, unknowns: Exprs, gone: tuple[str, ...], written: Sequence[Exprs]
-) -> Formulation:
-    equations, right_hand_side, accelerations = written
-    return Formulation(
-        method, source, state, unknowns, gone, lambda: equations, lambda: right_hand_side, lambda: accelerations
-    )
 
 
 _SINGULAR = (
