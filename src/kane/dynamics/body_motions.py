@@ -24,6 +24,7 @@ from kane.numeric.scale import ROUNDED_CHAIN
 from kane.space.frame import Frame
 from kane.space.rotation import Basis, Cosines, Triple
 from kane.space.vector import Dyadic, Vector
+from kane.tree.triples import as_rows
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -158,8 +159,7 @@ def constant_inertia(name: str, frame: Frame, inertia: Dyadic, aligned: Aligned)
             f"Expected the inertia of {name} constant in its frame {frame.name}, got {wrong}. Write the dyadic along the axes of "
             f"{frame.name}."
         )
-    a, b, c = matrix.rows
-    rows: Cosines = ((a[0], a[1], a[2]), (b[0], b[1], b[2]), (c[0], c[1], c[2]))
+    rows = as_rows(list(map(list, matrix.rows)))
     basis, rows = aligned.symmetric(home, rows)
     home = _despun(basis, rows)
     return ConstantInertia(home, rows, home is not basis)

@@ -52,6 +52,7 @@ from kane.model.bodies import Part
 from kane.space.point import Point
 from kane.space.rotation import Basis, Cosines, Triple
 from kane.space.vector import Vector
+from kane.tree.triples import as_rows
 
 
 def classical(derived: Derived, partition: Partition | None) -> Solved:
@@ -187,14 +188,10 @@ def _about_point(m: Moving, kinematics: Kinematics) -> PartRotation | None:
 def _inertia_about(rows: Cosines, mass: Expr, r: Triple) -> Cosines:
     """I + m (r² 1 − r r)."""
     square = dot(r, r)
-    a, b, c = (
-        tuple(
-            collected(add(x, mul(mass, add(square if i == j else ZERO, neg(mul(r[i], r[j]))))))
-            for j, x in enumerate(row)
-        )
-        for i, row in enumerate(rows)
+    own = [[add(square if i == j else ZERO, neg(mul(r[i], r[j]))) for j in range(3)] for i in range(3)]
+    return as_rows(
+        [[collected(add(x, mul(mass, y))) for x, y in zip(*both, strict=True)] for both in zip(rows, own, strict=True)]
     )
-    return (a[0], a[1], a[2]), (b[0], b[1], b[2]), (c[0], c[1], c[2])
 
 
 def _arm(part: Part, kinematics: Kinematics) -> Vector | None:

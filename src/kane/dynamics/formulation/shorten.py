@@ -10,7 +10,7 @@ little:
     ė = ½ Gᵀ ω with ω/2: three halves in the place of four, for each set of Euler parameters
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from kane.dynamics.constraints.embed import Embedding
@@ -40,7 +40,7 @@ def with_short_forms(s: Solved) -> Solved:
         s,
         accelerations=found[:n],
         reactions=found[n : len(found) - len(rates)],
-        shorter_rates=s.shorter_rates if _same(own, rates) else own,
+        shorter_rates=s.shorter_rates if all(x is y for x, y in zip(own, rates, strict=True)) else own,
     )
 
 
@@ -71,10 +71,6 @@ def _given(derived: Derived, e: Embedding | None) -> dict[Expr, Expr]:
     own = [derived.speeds[i] for i in e.independent]
     given = map(add, e.a_n @ own, e.b_n)
     return {collected(x): derived.speeds[d] for x, d in zip(given, e.partition.dependent, strict=True) if x.args}
-
-
-def _same(a: Iterable[Expr], b: Iterable[Expr]) -> bool:
-    return all(x is y for x, y in zip(a, b, strict=True))
 
 
 _SUMS = {ADD, SUB, MUL, NEG}
