@@ -60,6 +60,7 @@ class Graph:
         self._sums: dict[tuple[tuple[Cube, int], ...], int] = {}
         self._needed: dict[int, int] = {}
         self._loose: list[int] = []
+        self._order: list[int] | None = None
 
     # Nodes ---------------------------------------------------------------------------------------------------------------------
 
@@ -98,7 +99,8 @@ class Graph:
         v = self._sums.get(key)
         if v is not None and self.is_read(v) and self._key(v) == key:
             return v, first
-        v = self._node(any(self.depends(cube) for cube, _ in key))
+        varies = self.varies
+        v = self._node(any([varies[x >> 1] for cube, _ in key for x in cube]))
         self.terms[v] = {}
         self._sums[key] = v
         for cube, sign in key:
@@ -128,6 +130,7 @@ class Graph:
     def result(self, v: int, sign: int) -> None:
         """A node as a further result."""
         self.results.append((v, sign))
+        self._order = None
         self._needed[v] = self._needed.get(v, 0) + 1
 
     def is_read(self, v: int) -> bool:
@@ -167,7 +170,7 @@ class Graph:
             if abs(total) > _NOTHING * value:
                 self.add(v, 1 if total > 0 else -1, self.scaled(abs(total), rest))
             return
-        t = len(self.owner)
+        t, self._order = len(self.owner), None
         self.owner.append(v)
         self.sign.append(sign)
         self.cube.append(cube)
@@ -187,7 +190,7 @@ class Graph:
         assert own is not None
         del own[self.rest[t]]
         self.changed[self.owner[t]] = None
-        self.owner[t] = -1
+        self.owner[t], self._order = -1, None
         readers, loose = self.readers, self._loose
         for x in self.cube[t]:
             v = x >> 1
@@ -216,11 +219,6 @@ class Graph:
 
     # Cubes ---------------------------------------------------------------------------------------------------------------------
 
-    def depends(self, cube: Cube) -> bool:
-        """Whether a cube depends on more than parameters."""
-        varies = self.varies
-        return any(varies[x >> 1] for x in cube)
-
     def parted(self, cube: Cube) -> tuple[Cube, float]:
         """A cube without its constant, and that."""
         numbers = self._numbers
@@ -239,7 +237,11 @@ class Graph:
         """The product of two cubes."""
         if not a or not b:
             return a or b
-        (a, m), (b, n) = self.parted(a), self.parted(b)
+        m = n = 1.0
+        if not self._numbers.isdisjoint(a):
+            a, m = self.parted(a)
+        if not self._numbers.isdisjoint(b):
+            b, n = self.parted(b)
         left = list(a)
         for x in b:
             if x ^ 1 in left:
@@ -247,8 +249,7 @@ class Graph:
             else:
                 left.append(x)
         left.sort()
-        value = m * n
-        return tuple(left) if value == 1.0 else self.scaled(value, tuple(left))
+        return self.scaled(m * n, tuple(left))
 
     # Canonical form ------------------------------------------------------------------------------------------------------------
 
@@ -308,7 +309,7 @@ class Graph:
 
     def replace(self, v: int, new: int, sign: int) -> list[int]:
         """`new`, with a sign, wherever v is read; gives the sums that changed."""
-        changed = []
+        changed, self._order = [], None
         for t in list(self.readers[v]):
             cube, owner = self.cube[t], self.owner[t]
             powers = [x & 1 for x in cube if x >> 1 == v]
@@ -342,6 +343,8 @@ class Graph:
 
     def order(self) -> list[int]:
         """What the results need, arguments first."""
+        if self._order is not None:
+            return self._order
         found: dict[int, None] = {}
         args, terms, cube = self.args, self.terms, self.cube
         stack = [v for v, _ in reversed(self.results)]
@@ -356,7 +359,8 @@ class Graph:
                     stack += [x >> 1 for t in own.values() for x in cube[t] if x >> 1 not in found]
                 elif args[v]:
                     stack += [a for a, _ in args[v] if a not in found]
-        return list(found)
+        self._order = list(found)
+        return self._order
 
 
 class Coefficients:
