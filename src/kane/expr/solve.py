@@ -107,11 +107,31 @@ def in_order(rows: Rows) -> list[tuple[list[int], list[int]]]:
         if no choice of entries gives every row a column of its own
     """
     supports = [[c for c, x in enumerate(row) if x is not ZERO] for row in rows]
-    match = matched_columns(rows)
+    single = all(len(support) == 1 for support in supports) and len({support[0] for support in supports}) == len(rows)
+    match = [support[0] for support in supports] if single else matched_columns(rows)
     if -1 in match:
         rank = sum(c >= 0 for c in match)
         raise SingularError(f"Expected an invertible matrix, got structural rank {rank} of {len(rows)}.")
-    return [(block, [match[i] for i in block]) for block in _ready(supports, match, blocks(rows, match))]
+    waiting = [[i] for i in range(len(rows))] if single else blocks(rows, match)
+    return [(block, [match[i] for i in block]) for block in _ready(supports, match, waiting)]
+
+
+def _ready(supports: list[list[int]], match: list[int], waiting: list[list[int]]) -> Iterator[list[int]]:
+    """The blocks, each after those whose unknowns its rows hold too; of those that are ready the first."""
+    place = {match[i]: k for k, block in enumerate(waiting) for i in block}
+    needed = [{place[c] for i in block for c in supports[i]} - {k} for k, block in enumerate(waiting)]
+    users: list[list[int]] = [[] for _ in waiting]
+    for k, before in enumerate(needed):
+        for j in before:
+            users[j].append(k)
+    ready = [k for k, before in enumerate(needed) if not before]
+    while ready:
+        k = heappop(ready)
+        yield waiting[k]
+        for user in users[k]:
+            needed[user].discard(k)
+            if not needed[user]:
+                heappush(ready, user)
 
 
 _LARGEST_ADJUGATE = 3
@@ -186,6 +206,15 @@ def forward(lower: Rows, b: Sequence[Expr]) -> list[Expr]:
     return y
 
 
+def back(upper: Rows, y: Sequence[Expr]) -> list[Expr]:
+    """x with U x = y, `upper[i][j]` for j ≥ i."""
+    x = list(y)
+    for i in reversed(range(len(x))):
+        row = upper[i]
+        x[i] = div(sub(x[i], dot(row[i + 1 : len(x)], x[i + 1 :])), row[i])
+    return x
+
+
 def solve_lu(rows: Rows, columns: Rows) -> list[list[Expr]]:
     """Solutions of A x = b for each b in `columns`, by LU with partial pivoting done in the code itself (`where`).
 
@@ -212,13 +241,7 @@ def solve_lu(rows: Rows, columns: Rows) -> list[list[Expr]]:
         for i in range(j + 1, n):
             if work[i][j] is not ZERO:
                 _, work[i] = _eliminated(work[i], work[j], j)
-    solutions = []
-    for c in range(n, n + len(columns)):
-        x: list[Expr] = [ZERO] * n
-        for i in reversed(range(n)):
-            x[i] = div(sub(work[i][c], dot(work[i][i + 1 : n], x[i + 1 :])), work[i][i])
-        solutions.append(x)
-    return solutions
+    return [back(work, [row[c] for row in work]) for c in range(n, n + len(columns))]
 
 
 class LU(NamedTuple):
@@ -234,11 +257,7 @@ class LU(NamedTuple):
 
     def solve(self, b: Sequence[Expr]) -> list[Expr]:
         """x with A x = b."""
-        x = forward(self.lower, b)
-        for i in reversed(range(len(x))):
-            row = self.upper[i]
-            x[i] = div(sub(x[i], dot(row[i + 1 :], x[i + 1 :])), row[i])
-        return x
+        return back(self.upper, forward(self.lower, b))
 
 
 def lu(rows: Rows) -> LU:
@@ -315,24 +334,6 @@ def invert(rows: Rows) -> InverseRows:
             found = {k: dot(inverse[a], [r.get(k, ZERO) for r in right]) for k in columns}
             result[c] = {k: x for k, x in found.items() if x is not ZERO}
     return InverseRows([[row.get(k, ZERO) for k in range(n)] for row in result], pivots)
-
-
-def _ready(supports: list[list[int]], match: list[int], waiting: list[list[int]]) -> Iterator[list[int]]:
-    """The blocks, each after those whose unknowns its rows hold too; of those that are ready the first."""
-    place = {match[i]: k for k, block in enumerate(waiting) for i in block}
-    needed = [{place[c] for i in block for c in supports[i]} - {k} for k, block in enumerate(waiting)]
-    users: list[list[int]] = [[] for _ in waiting]
-    for k, before in enumerate(needed):
-        for j in before:
-            users[j].append(k)
-    ready = [k for k, before in enumerate(needed) if not before]
-    while ready:
-        k = heappop(ready)
-        yield waiting[k]
-        for user in users[k]:
-            needed[user].discard(k)
-            if not needed[user]:
-                heappush(ready, user)
 
 
 def determinant(a: Rows) -> Expr:

@@ -18,7 +18,7 @@ from kane.expr.matrix import dot
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import ADD, CONST, DIV, MUL, NEG, SUB
 from kane.expr.regular import Sizes, denominator, is_unbounded, largest, never_zero, size
-from kane.expr.solve import LU, Rows, cofactor, in_order, lu
+from kane.expr.solve import LU, Rows, back, cofactor, in_order, lu
 from kane.expr.symbols import Parameter
 from kane.expr.visit import fold
 
@@ -283,10 +283,7 @@ class Pivoted:
         x = list(b)
         for step in self.steps:
             step.apply(x)
-        for i in reversed(range(len(x))):
-            row = self.upper[i]
-            x[i] = div(sub(x[i], dot(row[i + 1 :], x[i + 1 :])), row[i])
-        return x
+        return back(self.upper, x)
 
 
 class _Reach:

@@ -17,7 +17,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 from kane.errors import ExpressionError, ValueMissingError, alike, cut
 from kane.expr.build import NODE_BUILDERS
 from kane.expr.evaluation import free_symbols
-from kane.expr.node import Expr, as_expr
+from kane.expr.node import Expr, as_expr, postorder
 from kane.expr.symbols import Symbol
 
 R = TypeVar("R")
@@ -63,12 +63,15 @@ def substituting(replacements: Mapping[Expr, Expr]) -> Callable[[Expr], Expr]:
 
 
 def replaced_in(
-    roots: Iterable[Expr], order: Iterable[Expr], replacements: Mapping[Expr, Expr], kept: Set[Expr] = frozenset()
+    roots: Sequence[Expr],
+    replacements: Mapping[Expr, Expr],
+    kept: Set[Expr] = frozenset(),
+    order: Iterable[Expr] | None = None,
 ) -> tuple[Expr, ...]:
-    """`substituted` of several `roots` whose nodes are listed in `order`, arguments first; what is `kept` stays as it is."""
-    images = {e: image for e, image in replacements.items() if image is not e}
-    given = kept | replacements.keys()
-    for node in order:
+    """`substituted` of several `roots`, whose nodes are listed in `order`, arguments first; what is `kept` stays as it is."""
+    given = {*kept, *replacements}
+    images = {e: image for e, image in replacements.items() if image is not e and e not in kept}
+    for node in postorder(roots) if order is None else order:
         if not images.keys().isdisjoint(node.args) and node not in given:
             image = NODE_BUILDERS[node.op.name](*[images.get(x, x) for x in node.args])
             if image is not node:

@@ -100,7 +100,7 @@ class Graph:
         if v is not None and self.is_read(v) and self._key(v) == key:
             return v, first
         varies = self.varies
-        v = self._node(any([varies[x >> 1] for cube, _ in key for x in cube]))
+        v = self._node(any(varies[x >> 1] for cube, _ in key for x in cube))
         self.terms[v] = {}
         self._sums[key] = v
         for cube, sign in key:

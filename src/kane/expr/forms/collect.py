@@ -12,7 +12,7 @@ Several sums a x + b y of the same x and y, with numbers a and b, made of each o
 x − y,  2 x − y,  3 x/2 − y/4  →  s = x − y,  t = s + x,  x + t/4
 """
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from fractions import Fraction
 from functools import cmp_to_key, reduce
 from itertools import combinations
@@ -26,7 +26,7 @@ from kane.expr.node import ONE, ZERO, Expr, Number, constant, postorder, precede
 from kane.expr.ops import ADD, CONST, DIV, MUL, NEG, SUB
 from kane.expr.surd import times
 from kane.expr.symbols import Parameter
-from kane.expr.visit import fold, imaged, remembered, substituted
+from kane.expr.visit import fold, imaged, remembered, replaced_in
 
 _MOST = 12
 """Terms, and factors of a term, up to which a sum is collected."""
@@ -245,18 +245,14 @@ class _Way(NamedTuple):
         return add(mul(constant(self.alpha), self.p), mul(constant(self.beta), self.q))
 
 
-def combined(roots: Sequence[Expr], kept: Collection[Expr] = ()) -> tuple[Expr, ...]:
+def combined(roots: Sequence[Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr, ...]:
     """`roots` with their sums of two terms made of each other, `kept` ones apart, where all together take fewer operations."""
     replaced: dict[Expr, Expr] = {}
     for (x, y), sums in _alike(roots).items():
         if 1 < len(sums) <= _MOST_SUMS:
             replaced |= _chain(x, y, sums)
-    if not replaced:
-        return tuple(roots)
-    memo: dict[Expr, Expr] = {}
-    whole = replaced | {e: e for e in kept}
-    found = tuple(substituted(r, whole, memo) for r in roots)
-    return found if price(found) < price(roots) else tuple(roots)
+    found = replaced_in(roots, replaced, kept)
+    return found if replaced and price(found) < price(roots) else tuple(roots)
 
 
 def joined(roots: Sequence[Expr]) -> tuple[Expr, ...]:

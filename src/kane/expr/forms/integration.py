@@ -10,7 +10,7 @@ guessed, and whoever asks differentiates back.
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
-from kane.expr.build import NODE_BUILDERS, add, cos, div, mul, neg, sin, sub
+from kane.expr.build import NODE_BUILDERS, add, cos, div, mul, neg, sin, sub, sum_of
 from kane.expr.differentiation import affine, diff
 from kane.expr.evaluation import free_symbols
 from kane.expr.forms.collect import Powers, Term, ordered
@@ -39,7 +39,7 @@ def antiderivative(e: Expr, x: Symbol) -> Expr | None:
         left = tuple((f, k) for f, k in plain if not (f in roots or _is_hard(f, k, x)))
         (groups.setdefault(hard, []) if hard else free).append((n, left))
     found = [_easy(term, x) for term in free] + [_by_substitution(h, own, roots, x) for h, own in groups.items()]
-    return None if any(f is None for f in found) else _sum([f for f in found if f is not None])
+    return None if any(f is None for f in found) else sum_of([f for f in found if f is not None])
 
 
 def _with_roots(e: Expr, x: Symbol) -> tuple[Expr, dict[Expr, Expr]]:
@@ -75,13 +75,6 @@ def _apart(e: Expr, x: Symbol) -> Expr | None:
         a, b = (antiderivative(y, x) for y in e.args)
         return None if a is None or b is None else (add if e.op is ADD else sub)(a, b)
     return None
-
-
-def _sum(terms: Sequence[Expr]) -> Expr:
-    total = ZERO
-    for y in terms:
-        total = add(total, y)
-    return total
 
 
 def _without_tangents(powers: Powers) -> Powers:
@@ -165,7 +158,7 @@ def _waves(own: Sequence[tuple[Expr, int]], degree: int, x: Symbol) -> Expr:
     for f, k in own:
         for _ in range(k):
             sums = [w for old in sums for w in _times(old, f.args[0], f.op is SIN)]
-    return _sum([_wave(w, degree, x) for w in _joined(sums)])
+    return sum_of([_wave(w, degree, x) for w in _joined(sums)])
 
 
 def _one_angle(own: Sequence[tuple[Expr, int]], x: Symbol) -> Expr | None:
@@ -207,7 +200,7 @@ def _joined(sums: Sequence[Wave]) -> list[Wave]:
 def _wave(w: Wave, degree: int, x: Symbol) -> Expr:
     """∫ xᵈ sin ψ, ∫ xᵈ cos ψ by parts."""
     n, parts, sine = w
-    angle = _sum([mul(constant(k), a) for a, k in parts.items()])
+    angle = sum_of([mul(constant(k), a) for a, k in parts.items()])
     own, rest = affine(angle, [x])
     slope = own.get(x)
     if slope is None:
@@ -227,7 +220,7 @@ def _by_substitution(hard: Powers, terms: Sequence[Term], roots: Mapping[Expr, E
         return None
     ((f, k),) = hard
     base, power = (roots[f], Fraction(k, 2)) if f in roots else (f, Fraction(k))
-    above = _sum([_product(n, p) for n, p in terms])
+    above = sum_of([_product(n, p) for n, p in terms])
     share = _multiple(above, diff(_moving(base), x), x)
     if share is None:
         return None

@@ -9,7 +9,7 @@ sums whose terms have the same k. Elsewhere a term is multiplied by p, or the pa
 
 import heapq
 from collections import Counter
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 
 from kane.expr.build import NODE_BUILDERS, div, mul, neg
 from kane.expr.forms.count import price
@@ -31,30 +31,36 @@ _LEAF, _SCALE, _OTHER, _KEPT, _NEGATIVE, _PRODUCT, _QUOTIENT, _SUM, _ELSE = rang
 """Kinds of nodes: what has no power, p, another parameter, what stays as it is, and operations."""
 
 
-class _Graph:
-    """What is computed together: nodes in order, and the numbers of their arguments and users; after them one place for each root."""
+_Asked = tuple[tuple[int, int], ...]
+_State = tuple[int, int, int, _Asked]
+"""Of e = p^k e′: the number of e′, k, what e′ costs, and which numbers are multiplied by which powers for it."""
 
-    def __init__(self, roots: Sequence[Expr]) -> None:
-        self.order = postorder(roots)
-        place = {node: i for i, node in enumerate(self.order)}
-        self.args = [tuple([place[a] for a in node.args]) for node in self.order] + [(place[r],) for r in roots]
+
+class _Graph:
+    """What is computed together: nodes in order, and the numbers of their arguments and users; after them one place for each root.
+
+    What is `kept` stays as it is, of power 0.
+    """
+
+    def __init__(self, roots: Sequence[Expr], kept: Set[Expr]) -> None:
+        self.roots, self.kept, self.order = roots, kept, postorder(roots)
+        self.place = {node: i for i, node in enumerate(self.order)}
+        self.args = [tuple([self.place[a] for a in node.args]) for node in self.order]
+        self.args += [(self.place[r],) for r in roots]
         self.users: list[list[int]] = [[] for _ in self.args]
         for i, args in enumerate(self.args):
             for a in args:
                 self.users[a].append(i)
-        self.roots = roots
+        self.kinds = [_kind(node, kept) for node in self.order] + [_ELSE] * len(roots)
+        self.costs = [node.op.cost for node in self.order] + [0] * len(roots)
+        self.states: list[_State] = []  # without powers
+        for i, kind in enumerate(self.kinds):
+            self.states.append((self.states[self.args[i][0]][0] if kind == _NEGATIVE else i, 0, self.costs[i], ()))
 
 
-def _chosen(graph: _Graph, p: Parameter, kept: frozenset[Expr]) -> dict[Expr, int]:
-    """The powers of other parameters, and of sums where it is not the least one of their terms.
-
-    Parameters
-    ----------
-    graph : what is computed together
-    p : the parameter
-    kept : expressions in it that stay as they are, of power 0
-    """
-    powers = _Powers(graph, p, kept)
+def _chosen(graph: _Graph, p: Parameter) -> dict[Expr, int]:
+    """The powers of other parameters, and of sums where it is not the least one of their terms."""
+    powers = _Powers(graph, p)
     for _ in range(_ROUNDS):
         before = powers.cost
         for i, choice in list(powers.options()):
@@ -64,31 +70,38 @@ def _chosen(graph: _Graph, p: Parameter, kept: frozenset[Expr]) -> dict[Expr, in
     return {graph.order[i]: choice for i, choice in powers.choices.items()}
 
 
-_Asked = tuple[tuple[int, int], ...]
-_State = tuple[int, int, int, _Asked]
-"""Of e = p^k e′: the number of e′, k, what e′ costs, and which numbers are multiplied by which powers for it."""
-
-
 class _Powers:
     """Choices, and what everything costs by them."""
 
-    def __init__(self, graph: _Graph, p: Parameter, kept: frozenset[Expr]) -> None:
-        self.order, self.args, self.users = graph.order, graph.args, graph.users
-        self.kinds = [_kind(node, p, kept) for node in self.order] + [_ELSE] * len(graph.roots)
-        self.costs = [node.op.cost for node in self.order] + [0] * len(graph.roots)
+    def __init__(self, graph: _Graph, p: Parameter) -> None:
+        self.order, self.args, self.users, self.costs = graph.order, graph.args, graph.users, graph.costs
+        self.kinds, self.states, place = graph.kinds.copy(), graph.states.copy(), graph.place[p]
+        self.kinds[place] = _SCALE
         self.choices: dict[int, int] = {}
         self.taken = 0
         self.refused: dict[tuple[int, int | None], int] = {}
         self.asked: dict[tuple[int, int], int] = {}
-        self.states: list[_State] = []
-        for i in range(len(self.args)):
-            self.states.append(self._state(i))
+        powered = set[int]()
+        for i in range(place, len(self.args)):
+            if (i == place or not powered.isdisjoint(self.args[i])) and (state := self._state(i)) != self.states[i]:
+                self.states[i] = state
+                powered.add(i)
         below = [self.args[i][1] for i, node in enumerate(self.order) if node.op is DIV]
         self.divides = any(self.states[i][1] > 0 for i in below)
         for state in self.states:
             for key in state[3]:
                 self.asked[key] = self.asked.get(key, 0) + 1
         self.cost = sum([state[2] for state in self.states]) + sum([self._cost(*key) for key in self.asked])
+        self.later = self._later()
+
+    def _later(self) -> list[int]:
+        """What each node and those after it ask for: no more can be saved there."""
+        seen, total, found = set[tuple[int, int]](), 0, []
+        for state in reversed(self.states):
+            total += sum([self._cost(*key) for key in state[3] if key not in seen])
+            seen.update(state[3])
+            found.append(total)
+        return found[::-1]
 
     def options(self) -> Iterator[tuple[int, int | None]]:
         """Choices to try: of parameters beside p, of sums whose terms have other powers, of what is used more than once."""
@@ -131,7 +144,7 @@ class _Powers:
         states, users, cost, before = self.states, self.users, self.cost, {}
         self._set(i, choice)
         waiting, listed = [i], {i}
-        while waiting:
+        while waiting and (choice is None or self.cost - self.later[waiting[0]] < cost):
             k = heapq.heappop(waiting)
             old, new = states[k], self._state(k)
             if new != old:
@@ -147,6 +160,7 @@ class _Powers:
                             heapq.heappush(waiting, user)
         if self.cost < cost:
             self.taken += 1
+            self.later = self._later()
             return
         self.refused[i, choice] = self.taken
         self._set(i, usual)
@@ -213,9 +227,9 @@ class _Powers:
         return value, power, cost, asked
 
 
-def _kind(node: Expr, p: Parameter, kept: frozenset[Expr]) -> int:
+def _kind(node: Expr, kept: Set[Expr]) -> int:
     if not node.args:
-        return _SCALE if node is p else _OTHER if isinstance(node, Parameter) else _LEAF
+        return _OTHER if isinstance(node, Parameter) else _LEAF
     return _KEPT if node in kept else _KINDS.get(node.op, _ELSE)
 
 
@@ -231,7 +245,7 @@ _Image = tuple[Expr, int]
 """e′ and k of p^k e′."""
 
 
-def scaled(roots: Sequence[Expr], kept: Collection[Expr] = ()) -> tuple[Expr, ...]:
+def scaled(roots: Sequence[Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr, ...]:
     """`roots` with parameters' powers where all of them together take fewer operations; by no other parameter than before is divided.
 
     Parameters
@@ -239,12 +253,12 @@ def scaled(roots: Sequence[Expr], kept: Collection[Expr] = ()) -> tuple[Expr, ..
     roots : what is computed together
     kept : expressions in them that stay as they are
     """
-    best, least, held = tuple(roots), price(roots), frozenset(kept)
-    graph = _Graph(best)
+    best, least = tuple(roots), price(roots)
+    graph = _Graph(best, kept)
     for p in _frequent(graph.order):
         if graph.roots is not best:
-            graph = _Graph(best)
-        found = _rewritten(graph, p, held, _chosen(graph, p, held))
+            graph = _Graph(best, kept)
+        found = _rewritten(graph, p, _chosen(graph, p)) if p in graph.place else best
         cost = price(found)
         if cost < least:
             best, least = found, cost
@@ -258,11 +272,11 @@ def _frequent(order: Sequence[Expr]) -> list[Parameter]:
     return [p for p, n in uses.most_common() if n > 1]
 
 
-def _rewritten(graph: _Graph, p: Parameter, kept: frozenset[Expr], choices: dict[Expr, int]) -> tuple[Expr, ...]:
+def _rewritten(graph: _Graph, p: Parameter, choices: dict[Expr, int]) -> tuple[Expr, ...]:
     images: dict[Expr, _Image] = {p: (ONE, 1)}  # of what changes
     for node in graph.order:
         args, choice = node.args, choices.get(node)
-        if not args or node in kept:
+        if not args or node in graph.kept:
             if choice:
                 images[node] = _times(node, p, -choice), choice
         elif choice is not None or not images.keys().isdisjoint(args):

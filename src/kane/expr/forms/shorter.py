@@ -5,7 +5,7 @@ Where an expression holds what is known by a name, the name stands for it; produ
 """
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from fractions import Fraction
 from itertools import chain, combinations
 from typing import NamedTuple
@@ -17,10 +17,10 @@ from kane.expr.forms.count import price
 from kane.expr.forms.expand import expanded
 from kane.expr.node import ONE, Expr, Number, constant, postorder
 from kane.expr.ops import CONST, DIV, MUL, NEG
-from kane.expr.visit import replaced_in, substituted
+from kane.expr.visit import replaced_in
 
 
-def named(roots: Sequence[Expr], given: Mapping[Expr, Expr], kept: Collection[Expr] = ()) -> tuple[Expr, ...]:
+def named(roots: Sequence[Expr], given: Mapping[Expr, Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr, ...]:
     """`roots` with names in the places of what is known.
 
     Parameters
@@ -29,7 +29,6 @@ def named(roots: Sequence[Expr], given: Mapping[Expr, Expr], kept: Collection[Ex
     given : names by what they stand for, which is found as it is, or as factors of products
     kept : expressions in the roots that stay as they are
     """
-    same = {e: e for e in kept}
     known = [(_factors(e), e, name) for e, name in given.items() if e.args]
     replaced: dict[Expr, Expr] = {}
     held: dict[Expr, frozenset[Expr]] = {}  # by products, also of the products that they divide
@@ -42,12 +41,10 @@ def named(roots: Sequence[Expr], given: Mapping[Expr, Expr], kept: Collection[Ex
             if node is e or (e.op is NEG and node is e.args[0]):
                 replaced[node] = name if node is e else neg(name)
             elif node in held and len(factors) > 1 and held[node].issuperset(factors):
-                rest = _without(node, factors, same)
+                rest = _without(node, factors, kept)
                 if rest is not None:
                     replaced[node] = mul(rest, neg(name) if e.op is NEG else name)
-    memo: dict[Expr, Expr] = {}
-    whole = replaced | same
-    return tuple(substituted(r, whole, memo) for r in roots) if replaced else tuple(roots)
+    return replaced_in(roots, replaced, kept)
 
 
 def _factors(e: Expr) -> list[Expr]:
@@ -62,7 +59,7 @@ def _factors(e: Expr) -> list[Expr]:
     return found
 
 
-def _without(e: Expr, factors: Sequence[Expr], kept: Mapping[Expr, Expr]) -> Expr | None:
+def _without(e: Expr, factors: Sequence[Expr], kept: Set[Expr]) -> Expr | None:
     """What is left of a product, in its order, without some factors; None where it has not all of them."""
     left = list(factors)
 
@@ -97,16 +94,16 @@ class _Product(NamedTuple):
     own: int
 
 
-def shared(roots: Sequence[Expr], kept: Collection[Expr] = ()) -> tuple[Expr, ...]:
+def shared(roots: Sequence[Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr, ...]:
     """`roots` with products, `kept` ones apart, made of others, or of what several have in common, where that is less."""
     best, least, found = tuple(roots), price(roots), True
-    search = _Products(frozenset(kept))
+    search = _Products(kept)
     while found:
         order = postorder(best)
         products = search.within(best, order)
         found = False
         for replaced in search.together(products):
-            trial = replaced_in(best, order, replaced, search.kept)
+            trial = replaced_in(best, replaced, search.kept, order)
             cost = price(trial)
             if cost < least:
                 best, least, found = trial, cost, True
@@ -121,7 +118,7 @@ _Replacement = tuple[int, tuple[Expr, ...], dict[Expr, Expr]]
 class _Products:
     """What products are products of, and what they have in common: found once for each, `kept` ones apart."""
 
-    def __init__(self, kept: frozenset[Expr]) -> None:
+    def __init__(self, kept: Set[Expr]) -> None:
         self.kept = kept
         self._factors: dict[Expr, tuple[Number, Powers, int]] = {}
         self._common: dict[tuple[Expr, Expr], tuple[Powers, int, frozenset[tuple[Expr, int]]]] = {}
@@ -307,8 +304,7 @@ def with_short_quotients(exprs: Sequence[Expr], beside: Sequence[Expr]) -> tuple
     best, least = tuple(exprs), price((*beside, *exprs))
     inner = {e: form for e, form in short.items() if not any(x is not e and x in short for x in postorder([e]))}
     for replaced in (inner, *({e: form} for e, form in short.items())):  # what they share decides: together, then each
-        memo: dict[Expr, Expr] = {}
-        trial = tuple(substituted(e, replaced, memo) for e in best)
+        trial = replaced_in(best, replaced)
         cost = price((*beside, *trial))
         # what takes as many together is decided by what each takes by itself, as it reads
         if cost < least or (cost == least and sum(map(price, zip(trial))) < sum(map(price, zip(best)))):
