@@ -8,21 +8,15 @@ import pytest
 
 import kane as kn
 from kane.motion import crossings
+from kane.numeric import SHARES
 
 
 def met(kept, dense, direction=0):
     """Times at which the quantity, `kept` at the ends of a step from 0 to 1 and a + b t between, passes zero."""
     event = kn.Event("zero", kn.time, 0.0, direction)
-    values = np.array(kept)[:, None]
-    found = crossings(
-        [event],
-        lambda t, y: y,
-        lambda t: np.array([dense[0] + dense[1] * t]),
-        np.array([0.0, 1.0]),
-        values,
-        np.zeros(1),
-        {},
-    )
+    times = np.array(SHARES)
+    values = np.array([kept[0], *(dense[0] + dense[1] * times[1:-1]), kept[1]])[:, None]
+    found = crossings([event], lambda t: np.array([dense[0] + dense[1] * t, 0.0]), times, values, np.zeros(1), {})
     return [t for _, t in found]
 
 

@@ -539,7 +539,7 @@ class NativeCourse(Course):
             self.landing = self.landing or found.which
         s[Slot.LOOKED] = 2.0
         values = values[:, : len(events)]
-        noted, end, t = self.meets(now, dense, StepSeen(times, values, states), largest)
+        noted, end, t = self.meets(now, dense, StepSeen(times, values), largest)
         if self.passes(end, t, dense):
             self._hand_over(start)
             assert self.stepped is not None

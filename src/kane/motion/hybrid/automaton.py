@@ -12,13 +12,12 @@ from kane.dynamics.poles import SLIPS, KinematicsEnd, SlipEnd
 from kane.equations.equations import Equations
 from kane.model.declarations import Event
 from kane.motion.hybrid.event_routines import actions, bundles, decided, glance, tendency, values_set
-from kane.motion.hybrid.events import Fresh, Leaves
+from kane.motion.hybrid.events import Fresh, Leaves, leaves_row
 from kane.motion.right_hand_side import Given, Routines
 from kane.motion.steppers.crossings import KINDS, LEAVES, Kind
 from kane.motion.steppers.crossings import room as zoomed
 from kane.motion.steppers.watched import rooms
 from kane.numeric.arrays import Array
-from kane.numeric.scale import SOON
 from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.native.entry import aligned, entry, hoisted, wide_entry
 
@@ -87,8 +86,7 @@ def begin_at(given: Given, events: tuple[Event, ...], fresh: Fresh) -> None:
     rows[:] = 0.0
     for k, event in enumerate(events):
         if event.name in fresh:
-            side, order, band = fresh[event.name]
-            rows[k] = 1.0, side, order, band, SOON ** (1 / order)
+            rows[k] = leaves_row(fresh[event.name])
             given["seen"][k] = given["least"][k]
 
 

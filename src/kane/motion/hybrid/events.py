@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Events that a step meets: quantities looked at on the solver's interpolant, `PARTS` times a step, and located between.
+"""Events that a step meets: quantities looked at on the solver's interpolant, and located by the search that kernels have.
 
-What passes its threshold and comes back between two of them is found by bounds (`bounds`). A pivot of W need not change its sign where
+A pivot of W need not change its sign where
 it vanishes (x² of u = x² x'): where it is smallest, it is compared with the largest that it has been. Where a quantity is at its
 threshold but for rounding, passages mean nothing: at a start the first derivative along the motion that is not zero says to which
 side it leaves.
@@ -10,6 +10,7 @@ side it leaves.
 import math
 from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -25,24 +26,25 @@ from kane.expr.regular import size
 from kane.expr.symbols import Rate, Reaction
 from kane.expr.visit import substituted
 from kane.model.declarations import Event
+from kane.motion.hybrid.event_routines import glance
 from kane.motion.inputs.expressions import Formula
 from kane.motion.inputs.feedback import HeldInput
 from kane.motion.inputs.functions import constant
-from kane.motion.right_hand_side import Routines
+from kane.motion.right_hand_side import Given, Routines
+from kane.motion.steppers.crossings import KINDS, LEAVES, MET, inspection_kernel, room
 from kane.motion.steppers.watched import LOOSE
 from kane.numeric.arrays import Array
-from kane.numeric.scale import EPS, LATER, NEAR_TIME, SAME_TIME, SOON, UNRELATED
-from kane.numeric.sign_changes import MOST, SHARES, SMALL, Bracket, passages, zero_of
+from kane.numeric.scale import LATER, ROUNDED_TERMS, SAME_TIME, SOON, UNRELATED
+from kane.numeric.sign_changes import SMALL
 from kane.program.from_expressions import Task, build_program
+from kane.program.native.entry import CompiledKernel, Hook, aligned, doubles
+from kane.program.native.machine import Settings
 from kane.program.passes.optimize import rounding
 from kane.program.program import Port
 
 PARTS = 8
 """In so many parts a step is looked at."""
-_BESIDE, _GROWN = (8 * SAME_TIME, 1e-5), 10.0
-"""Shares of a step beside a change of sign, and how many times larger a quantity is at the nearer one where that is a pole."""
-_TINY = np.finfo(float).tiny
-"""What a quantity is that leaves its threshold until it has changed enough to show to which side."""
+_ENDLESS = 1e300
 
 Watch = Callable[[float, Array], Array]
 Dense = Callable[[float], Array]
@@ -110,22 +112,29 @@ def ended_by(at_once: Sequence[Event], noted: Sequence[Met], acted: bool = False
 
 
 class StepSeen(NamedTuple):
-    """A step as events see it: its `times`, the events' quantities there (k × events), the states at all but the first (k − 1 × n)."""
+    """A step as events see it: its `times` (9), and the events' quantities there (9 × events)."""
 
     times: Array
     values: Array
-    states: Array
 
 
 def met_along(
     now: Routines, dense: Dense, step: StepSeen, largest: Array, fresh: Fresh, rtol: float, span: float
 ) -> tuple[list[Met], End | None]:
     """The events that a step meets, up to one that ends the motion; `largest` are the sizes that their quantities have had."""
-    events, (times, values, states) = now.eom.events, step
-    found = crossings(events, now.watch, dense, times, values, thresholds(events, largest), fresh)
+    events, (times, values) = now.eom.events, step
+    routine = now.eom.numeric(now.settings).routine(glance).flat
+    sizes = [0.0] * len(events)
+
+    def look(t: float) -> Array:
+        state = dense(t)
+        x = state[: now.width]
+        rounding = routine(t, x, now.p, now.inputs(t, state) if now.drives else None)[len(sizes) :]
+        return np.concatenate([now.watch(t, state)[: len(sizes)], rounding])
+
+    found = crossings(events, look, times, values, thresholds(events, largest), fresh, span)
     found += vanishing(events, now.watch, dense, times, values, largest, rtol)
-    moving = that_move(found, now, times, values, states, span)
-    noted, at_once = up_to_a_break(moving, float(times[-1] - times[0]))
+    noted, at_once = up_to_a_break(found, float(times[-1] - times[0]))
     return noted, ended_by(at_once, noted)
 
 
@@ -143,37 +152,59 @@ def thresholds(events: Sequence[Event], largest: Array) -> Array:
 
 def crossings(
     events: Sequence[Event],
-    watch: Watch,
-    dense: Dense,
+    look: Callable[[float], Array],
     times: Array,
     values: Array,
     least: Array,
     fresh: Fresh,
+    span: float = math.inf,
 ) -> list[Met]:
-    """The events that a step meets, in order of time.
+    """The events that a step meets, in order of time, but for those that rest at their thresholds, which are warned of.
 
-    `watch` gives the events' quantities at a time and state, `values` (k × events) those at `times` (k), whose first and last are the
-    ends of the step; `least` are their thresholds. Those of `fresh`, by name, are at their thresholds at the beginning.
+    `look` gives the events' quantities at a time, and the sizes of their terms; `values` (9 × events) are those at `times` (9), whose
+    first and last are the ends of the step; `least` are their thresholds. Those of `fresh`, by name, are at their thresholds at the
+    beginning; `span` is the length of the motion.
     """
-    met: list[Met] = []
-    most = MOST if len(times) == len(SHARES) else 0
-    for k, event in enumerate(events):
+    count, start, h = len(events), float(times[0]), float(times[-1] - times[0])
+    kinds = np.zeros((count, KINDS))
+    kinds[:, 1] = [e.direction for e in events]
+    given: Given = {
+        "events": count,
+        "values": np.append(values.T, np.zeros(8)),
+        "least": np.array([*least, 0.0]),
+        "told": np.array([min(span / h, _ENDLESS) + 1.0, 0.0]),
+        "rests": np.zeros(count + 1),
+        "kinds": kinds.reshape(-1),
+        "leaves": np.array([*(leaves_row(fresh.get(e.name)) for e in events), np.zeros(LEAVES)]).reshape(-1),
+        "met": np.zeros(2 * MET),
+        "zoom": aligned(room(count)),
+    }
 
-        def gap(t: float, k: int = k, threshold: float = float(least[k])) -> float:
-            return float(watch(t, dense(t))[k] - threshold)
+    def glance_at(share: float, x: int, out: int) -> None:
+        doubles(out, 2 * count)[:] = look(start + share * h)
 
-        def gaps(at: Array, gap: Callable[[float], float] = gap) -> Array:
-            return np.array([gap(float(t)) for t in at])
+    hook = Hook(glance_at)
+    found = inspection()(given | {"glance": hook})
+    if hook.raised is not None:
+        raise hook.raised
+    for event, rests in zip(events, given["rests"].tolist(), strict=False):
+        if rests:
+            warn(
+                f"Expected a quantity of the event {event.name!r} that crosses {event.threshold:g}, got one that stays there but for "
+                f"rounding about t = {start:.6g}: {cut(event.quantity)}. Such events are left out. Watch what changes."
+            )
+    return [(events[int(k)], start + share * h) for share, k in given["met"][: 2 * found].reshape(-1, 2).tolist()]
 
-        over = values[:, k] - least[k]
-        leaves = fresh.get(event.name)
-        found = _leaving(gaps, times, over, leaves, most) if leaves else passages(gaps, times, over, most)
-        for start, end, a, b in found:
-            if event.direction <= 0 < a or a < 0 <= event.direction:
-                t = zero_of(gap, start, end, a, b, SAME_TIME * (end - start))
-                if not _is_pole(gap, t, times, over):
-                    met.append((event, t))
-    return sorted(met, key=lambda pair: pair[1])
+
+@cache
+def inspection() -> CompiledKernel:
+    """The search for events in a step, compiled."""
+    return CompiledKernel(inspection_kernel(), Settings())
+
+
+def leaves_row(leaves: Leaves | None) -> tuple[float, ...]:
+    """A row of `leaves` of kernels."""
+    return (0.0,) * LEAVES if leaves is None else (1.0, *leaves, SOON ** (1 / leaves.order))
 
 
 def up_to_a_break(met: Sequence[Met], length: float) -> tuple[list[Met], tuple[Event, ...]]:
@@ -188,45 +219,6 @@ def up_to_a_break(met: Sequence[Met], length: float) -> tuple[list[Met], tuple[E
     near = 2 * SAME_TIME * length + 4 * float(np.spacing(abs(first)))
     return [pair for pair in ordered if pair[1] <= first + near], tuple(
         event for event, t in ordered if abs(t - first) <= near
-    )
-
-
-def _leaving(gaps: Callable[[Array], Array], times: Array, values: Array, leaves: Leaves, most: int) -> list[Bracket]:
-    """The passages of a quantity that leaves its threshold, where rounding gives it any sign.
-
-    Until it shows, as tⁿ with its order n, to which side it leaves, only the last passage from that side counts.
-    """
-    side, order, band = leaves
-
-    def beyond(of: Array) -> Array:
-        return np.where(np.abs(of) < band, side * _TINY, of)
-
-    def at(places: Array) -> Array:
-        return beyond(gaps(places))
-
-    shares = (times - times[0]) / (times[-1] - times[0])
-    begin = times[0] + SOON ** (1 / order) * (times[-1] - times[0])
-    later = begin + (times[-1] - begin) * shares
-    over = np.append(at(later[:-1]), beyond(values[-1:]))
-    found = passages(at, later, over, most)
-    if side == 0 or side * over[0] > 0:
-        return found
-    early = times[0] + (begin - times[0]) * shares
-    within = passages(at, early, np.concatenate([[side * _TINY], at(early[1:-1]), over[:1]]), most)
-    return [*[bracket for bracket in within if bracket[2] * side > 0][-1:], *found]
-
-
-def _is_pole(gap: Callable[[float], float], t: float, times: Array, over: Array) -> bool:
-    """Whether a quantity changes its sign at t through infinity; `over` are its values at the `times` of the step.
-
-    Towards a pole it grows, beyond its usual size in the step; towards a root it falls, and at a jump one side at least stays.
-    """
-    usual = np.median(np.abs(over[np.abs(over) > 0]))
-    near, far = (share * (times[-1] - times[0]) + 4 * float(np.spacing(abs(t))) for share in _BESIDE)
-    within = [s for s in (-1, 1) if times[0] <= t + s * far <= times[-1]]
-    sizes = [abs(np.nan_to_num(gap(t + s * near), nan=np.inf)) for s in within]
-    return min(sizes, default=0.0) > usual and all(
-        size > _GROWN * abs(gap(t + s * far)) for s, size in zip(within, sizes, strict=True)
     )
 
 
@@ -299,35 +291,8 @@ def _smallest(size: Callable[[float], float], start: float, end: float) -> float
     return float(found.x)
 
 
-_ROUNDING = 16 * EPS
-"""Share of a quantity's terms that rounding may leave of it."""
-_STEPS = 64
-"""So many steps at most add up their rounding: more are as likely to take it away."""
 _ORDERS = 4
 """So many derivatives are asked to which side a quantity leaves its threshold."""
-
-
-def that_move(met: Sequence[Met], now: Routines, times: Array, values: Array, states: Array, span: float) -> list[Met]:
-    """The events met but for those whose quantity (places × events) rests at its threshold all along the step, which are warned of.
-
-    Rounding is that of its largest terms along the step, by the `states` at all places but the first, and of the steps before, each of
-    which rounds the state: an error stays where the terms pass zero together.
-    """
-    if not met or times[-1] - times[0] < NEAR_TIME * span:
-        return list(met)
-    events, still = now.eom.events, []
-    steps = min(1 + span / float(times[-1] - times[0]), _STEPS)
-    for event in dict.fromkeys(e for e, _ in met):
-        over = np.abs(values[:, events.index(event)] - event.threshold).max()
-        if over <= steps * max(
-            _rounding(event, now, float(t), state) for t, state in zip(times[1:], states, strict=True)
-        ):
-            still.append(event)
-            warn(
-                f"Expected a quantity of the event {event.name!r} that crosses {event.threshold:g}, got one that stays there but for "
-                f"rounding about t = {times[0]:.6g}: {cut(event.quantity)}. Such events are left out. Watch what changes."
-            )
-    return [pair for pair in met if pair[0] not in still]
 
 
 def at_start(
@@ -339,7 +304,7 @@ def at_start(
     `known`, by name, were met before; their sides are given, but for 0. A state that a motion led to is known to `rtol`: a quantity
     that constraints held at its threshold till then has rates that are as small, and leaves by those that are not.
     """
-    share = max(_ROUNDING, rtol)
+    share = max(ROUNDED_TERMS, rtol)
     met: list[Met] = []
     fresh: dict[str, Leaves] = {}
     own = {e.name for e in now.eom.system.events}
@@ -397,7 +362,7 @@ def departure(event: Event, now: Routines, t: float, state: Array, share: float)
     return 0.0, 1
 
 
-def _rounding(event: Event, now: Routines, t: float, state: Array, share: float = _ROUNDING) -> float:
+def _rounding(event: Event, now: Routines, t: float, state: Array, share: float = ROUNDED_TERMS) -> float:
     """What rounding may leave of the terms of a quantity; nothing is known of those of reactions and accelerations."""
     if any(isinstance(s, Reaction | Rate) for s in free_symbols([event.quantity])):
         return 0.0

@@ -167,7 +167,7 @@ class ScipyCourse(Course):
         states = dense(times[1:]).T
         values = np.vstack([self.watched, now.watch_all(times[1:-1], states[:-1]), after])
         self.largest = np.fmax(self.largest, np.abs(values).max(axis=0))
-        return self.meets(now, dense, StepSeen(times, values, states), self.largest)
+        return self.meets(now, dense, StepSeen(times, values), self.largest)
 
     def _go_on(self, kept: Array, numbers: Numbers | None) -> None:
         """From the projected state, with other dependent speeds where they are needed; gently where a jump was seen ahead."""

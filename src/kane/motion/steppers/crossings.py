@@ -11,10 +11,11 @@ Software 28 (1997), p. 145.
 from collections.abc import Callable
 from enum import IntEnum
 
+from kane.motion.steppers.context import RATE
 from kane.numeric.scale import EPS, EQUAL, NEAR_TIME, ROUNDED_TERMS, SAME_TIME
 from kane.numeric.sign_changes import AGREEING, BETWEEN, CLOSE, LEFT, MOST, SHARES, TO_BERNSTEIN, TO_BETWEEN, TO_LAST
 from kane.numeric.sign_changes import DEGREE as PARTS
-from kane.program.kernel.language import INT
+from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Array, Term, Variable, Writer
 
 
@@ -422,6 +423,35 @@ class Crossings:
         with w.few(self.get("found")) as i:
             place.put(place.get() + w.select(met[i * 2] <= self.get("broken") + near, w.integer(1), w.integer(0)))
         self.put("found", place.get())
+
+
+def inspection_kernel() -> Kernel:
+    """The passages of all quantities in a step that another solver has taken: `met`, of which it returns how many.
+
+    `values` are nine of each quantity, from the beginning of the step to its end; `told` holds of how many steps the motion is, and
+    what is one instant; `rests` says of each quantity whether it stays at its threshold but for rounding: of those nothing is met.
+    """
+    w = Writer("inspection")
+    count, glance = w.number("events"), w.callee("glance", *RATE)
+    values, least, told, rests = map(w.array, ("values", "least", "told", "rests"))
+
+    def ask(share: Term, array: Array, place: Term) -> None:
+        unused = [what.at(0) for what in (values, least, told, rests)]
+        glance(share, *unused, array.at(place))
+
+    c, back, before = Crossings(w, count, ask), w.variable("back", INT), w.variable("before", INT)
+    c.clear()
+    c.begin_search()
+    with w.few(count) as e:
+        before.put(c.get("found"))
+        c.search(e, (values[e * (PARTS + 1)], values.lanes(e * (PARTS + 1) + 1, PARTS)), least[e], told[0])
+        with w.when(c.get("asked") > 0):
+            c.put("asked", 0)
+            c.put("found", before.get())
+            rests[e] = 1.0
+    c.sort(told[1])
+    back.put(c.get("found"))
+    return w.finished(back)
 
 
 def crossed(a: Term, b: Term) -> Term:
