@@ -16,7 +16,7 @@ START = {"q": [1.57, 1.67], "u": [0, 0]}
 SPAN = (0, 3)
 
 x, v = kn.coordinate("x"), kn.speed("v")
-m, k = kn.parameter("m", 2.0), kn.parameter("k")
+m, k, e = kn.parameter("m", 2.0), kn.parameter("k"), kn.parameter("e", 0.8)
 F = kn.input("F")
 N = kn.Frame("N")
 P = kn.Point("O", fixed_in=N).at("P", x * N.x)
@@ -125,8 +125,8 @@ def test_repeated_motions_differ_by_their_inputs():
 
 @pytest.mark.parametrize(
     "system",
-    [rolling_disk.system(), BALL],
-    ids=["constraints", "an event"],
+    [rolling_disk.system(contact="rolling"), BALL.replace(events=[kn.Event("rest", x, then=lambda **now: {v: 0.0})])],
+    ids=["constraints", "an event that Python decides"],
 )
 def test_what_is_looked_after_on_the_way_is_simulated(system):
     eom = kn.derive(system)
@@ -269,3 +269,69 @@ def test_it_says_what_it_is():
     assert "as by kn.simulate" in repr(kn.prepare(kn.derive(rolling_disk.system()), SPAN))
     assert (run.equations, run.span) == (TWO, (0.0, 3.0))
     assert np.array_equal(pickle.loads(pickle.dumps(run))(**START).states, run(**START).states)
+
+
+def jumping(sol):
+    """What is told of events and phases."""
+    return [[e.name for e in jump.events] + [jump.t, jump.energy] for jump in sol.jumps]
+
+
+@pytest.mark.parametrize("method", ["auto", "dop853", "radau9"])
+@pytest.mark.parametrize(
+    ("events", "status"),
+    [
+        ([kn.Event("bounce", x, direction=-1, then={v: -0.9 * v})], "finished"),
+        ([kn.Event("top", v, direction=-1, terminal=False)], "finished"),
+        ([kn.Event("bounce", x, then={v: -e * v}, direction=-1), kn.Event("late", kn.time - 1.3)], "event"),
+        ([kn.Event("bounce", x, direction=-1, then={v: -0.5 * v}), kn.Event("low", v**2 + 19.62 * x - 5)], "event"),
+        ([kn.Event("out", x, direction=-1, then={x: 1.0, v: 0.0}, terminal=True)], "event"),
+    ],
+)
+def test_events_are_those_of_simulate(events, status, method):
+    """Located, noted, acted on, and the end of the motion, in one call; parameters change from call to call."""
+    eom = kn.derive(BALL.replace(events=events))
+    run = kn.prepare(eom, SPAN, method=method, samples=[0.25, 1.0, 2.0, 3.0])
+    assert run.in_one_call
+    parameters = [{e: value} for value in (0.9, 0.5, 0.9)] if e in eom.parameters else [None, None]
+    for values in parameters:
+        given = {"q": [1.0], "u": [0.5], "parameters": values}
+        first = anew(eom, method=method, samples=[0.25, 1.0, 2.0, 3.0], **given)
+        found = run(**given)
+        assert (found.status, first.status) == (status, status)
+        assert same(found, first)
+        assert jumping(found) == jumping(first)
+
+
+def test_more_events_than_are_noted_at_a_time():
+    """A ball that bounces some three hundred times, and one that comes to rest: what is not sure is simulated from the start."""
+    quick = kn.derive(BALL.replace(events=[kn.Event("bounce", x, direction=-1, then={v: -v})]))
+    first, found = (kn.simulate(quick, (0, 30), q=[0.0125], u=[0], rtol=1e-11, atol=1e-11) for _ in range(2))
+    again = kn.simulate(quick, (0, 30), q=[0.0125], u=[0], rtol=1e-11, atol=1e-11)
+    assert len(first.jumps) > 250
+    assert same(first, found)
+    assert same(first, again)
+    rests = [
+        kn.simulate(kn.derive(BALL), (0, 60), q=[1], u=[0]),
+        *(kn.simulate(REST, (0, 60), q=[1], u=[0]) for _ in range(3)),
+    ]
+    assert {sol.status for sol in rests} == {"stopped"}
+    assert len({sol.message for sol in rests}) == 1
+
+
+REST = kn.derive(BALL)
+
+
+def test_a_motion_with_events_calls_python_neither_for_steps_nor_events(monkeypatch):
+    """Between start and end the kernel is called once, and nothing that looks at steps is."""
+    from kane.motion import NativeCourse
+
+    calls = []
+    for name in ("advance", "_look", "_doubt"):
+        own = getattr(NativeCourse, name)
+        monkeypatch.setattr(NativeCourse, name, lambda self, own=own, name=name: (calls.append(name), own(self))[1])
+    sol = anew(kn.derive(BALL), q=[1.0], u=[0.0])
+    assert (calls, len(sol.jumps)) == (["advance"], 4)
+    calls.clear()
+    disk = kn.simulate(kn.derive(rolling_disk.system()), (0, 9), q=[0, 0, 0.3, 1.2, 0.1], u=[1.0, -0.5, 3.0, 0.5, 0.2])
+    assert disk.event.name == "onset of rolling (friction)"
+    assert calls == ["advance"]

@@ -68,6 +68,9 @@ class Course:
         """The method."""
         return self.method.name
 
+    def since(self, interval: float) -> None:
+        """How long it is since an action was taken: the next one may be as near. Solvers choose their first steps without it."""
+
     def sample(self, t: float, y: Array) -> None:
         """A sample, moved onto the constraints."""
         self.t.append(t)

@@ -100,9 +100,9 @@ def run(
         again = short > 0 and before.t <= t and {e.name for e in end.at_once} <= {e.name for e in phase.by}
         if leaving is None or short >= _TIMES or again:
             return _stopped(pieces, _without_end(by, before.t, pieces))
-        t, phase = before.t, after.phase
+        since, t, phase = before.t - t, before.t, after.phase
         q, u, a = after.parts
-        begin = Begin(q, u, None, a, float(piece.work[-1]), leaving, True, True)
+        begin = Begin(q, u, None, a, float(piece.work[-1]), leaving, True, True, since=since)
         final = end.event or next((e for e in met if e.terminal), None)
         pieces[-1] = replace(piece, events=(*piece.events, *((e, t) for e in met)))
         if final is not None or t >= span[1]:
@@ -193,6 +193,7 @@ def _phase(
     met, fresh = at_start(stepper.now, span[0], start, begin.fresh, begin.rtol)
     course = kind(stepper, solver, span, start, times, fresh)
     course.pace.begun = begun
+    course.since(begin.since)
     course.events += met
     end = ended_by(up_to_a_break(met, 0.0)[1], met) or _to_its_end(course)
     return _solution(course, end, phase), end, course.rows[-1][1]

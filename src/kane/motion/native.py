@@ -171,6 +171,10 @@ class NativeCourse(Course):
         self.controllers = controllers(stepper.now.drives)
         self._take_up(span[0])
 
+    def since(self, interval: float) -> None:
+        """How long it is since an action was taken: the first step is no longer than some such intervals."""
+        self.s[Slot.SINCE] = interval
+
     def _take_up(self, t: float) -> None:
         """From the state at hand on, by the equations that are stepped now."""
         self.modes = Modes(self.stepper, t, self.y) if has_jumps(self.stepper.eom, self.stepper.now.laws) else None

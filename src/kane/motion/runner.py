@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Motions that a kernel runs in one call, bound once to its arrays: what `simulate` keeps for the next call, and `prepare` gives.
 
-They are those in which nothing is looked after between two steps: without constraints, events, switches, breakpoints and inputs that
-change. A start, parameters and the end are judged by sure bounds in compiled code; whatever these leave open is judged as ever, by a
-motion from its beginning on (`loop.py`).
+They are those in which Python is not asked between two steps: without constraints, switches, breakpoints and inputs that change, with
+events that a kernel decides. A start, parameters and the end are judged by sure bounds in compiled code; whatever these leave open is
+judged as ever, by a motion from its beginning on (`loop.py`).
 """
 
 import time
@@ -21,9 +21,11 @@ from kane.equations.routines import ports
 from kane.expr.build import NODE_BUILDERS, div, mul, sub
 from kane.expr.node import ONE, Expr
 from kane.model.beams.beam import Beam
+from kane.model.declarations import Event
 from kane.motion.arguments import Arguments
 from kane.motion.course import Method
-from kane.motion.hybrid.events import check_witnesses
+from kane.motion.hybrid.automaton import asks, evaluated, stands_beside
+from kane.motion.hybrid.events import check_witnesses, ended_by
 from kane.motion.hybrid.modes import MANY_STEPS
 from kane.motion.inputs.functions import constant
 from kane.motion.inputs.smooth import check_prescribed
@@ -51,6 +53,10 @@ from kane.progress import working
 
 _PATIENCE = 0.05
 """Seconds after which the general loop looks at clock and signals."""
+
+
+_REACHED = (ReturnCode.END, ReturnCode.LIMIT, ReturnCode.EVENT)
+"""What a kernel comes back with that has not to be judged otherwise."""
 
 
 def judged(eom: Equations) -> Bundle[Array]:
@@ -111,13 +117,13 @@ def _admitted(eom: Equations) -> Kept[bool]:
 
 
 def is_plain(stepper: Stepper, method: Method) -> bool:
-    """Whether a kernel runs the motion with nothing to be looked after between two steps, and with nothing to be asked before it."""
+    """Whether a kernel runs the motion with nothing to be asked between two steps, and with nothing to be asked before it."""
     eom = stepper.eom
     return (
         method.name in INTEGRATORS
         and not method.breakpoints
         and not is_constrained(eom)
-        and not eom.events
+        and not (bool(eom.events) and eom.numeric().value(asks))
         and not switches(eom)
         and not moves_pivots(eom)
         and not any(eom.numeric().value(timed))
@@ -141,6 +147,7 @@ class Runner:
         self.method, self.span, self.drives, self.options = method, span, drives, options
         self.usual: dict[Expr, float] = {}
         self.told = b""
+        self.noted: list[tuple[Array, Array]] = []
         later = times[times > span[0]]
         ends = [] if later.size and later[-1] == span[1] else [span[1]]
         self.t = np.concatenate([span[:1], later, ends])
@@ -149,6 +156,7 @@ class Runner:
         self.rows = self.states[1 : len(later) + 1]
         self.slots = np.zeros(SIZE)
         self.slots[: Slot.FRESH + 1] = first_slots(method, span, *span)
+        self.slots[Slot.SPAN], self.slots[Slot.PHASE] = span[1] - span[0], span[0]
         self.times = np.append(later, np.inf)
         self.few = some_of(len(self.t))
         self.some = self.states if len(self.few) == len(self.t) else np.zeros((len(self.few), n))
@@ -164,9 +172,8 @@ class Runner:
         self.given = arguments.given | more
         places = (self.t[self.few], 1), (self.some, len(self.y)), (self.given["p"], 0), (self.given["r"], 0)
         self.judge = now.eom.numeric(now.settings).routine(judged).flat.on_rows(*places, out=self.verdict)
-        self.kernel = compiled(name, now.settings or Settings(), cornered=cornered(now)).bound(
-            self.given | {"limit": 0}
-        )
+        kernel = compiled(name, now.settings or Settings(), watched=now.events is not None, cornered=cornered(now))
+        self.kernel = kernel.bound(self.given | {"limit": 0})
 
     def take(self, eom: Equations, constants: Mapping[Expr, float]) -> None:
         """The next motions have these values of the parameters, which are checked.
@@ -187,7 +194,10 @@ class Runner:
         else:
             self.now = now
             self.given["p"][: len(p)] = p
-            self.given["h"][:] = hoisted(now.rates, self.span[0], self.y[:-1], p, self.r)
+            at = self.span[0], self.y[:-1], p, self.r
+            self.given["h"][:] = hoisted(now.rates, *at)
+            for name, routine in ({} if now.events is None else evaluated(now)).items():
+                self.given[f"h{name[0]}"][:] = hoisted(routine, *at)
         self.told = told
 
     def run(
@@ -201,8 +211,11 @@ class Runner:
         self.s[:], self.y[:-1], self.y[-1] = self.slots, x, 0.0
         self.states[0] = self.y
         self.given["lag"][:] = 0.0
+        self.noted.clear()
+        if self.now.events is not None and not stands_beside(self.now, self.given, self.span[0], self.y):
+            return None, False
         back, stiffness = self._steps(begun)
-        if back is not ReturnCode.UNDERFLOW and back is not ReturnCode.NOT_FINITE and not is_noted():
+        if back in _REACHED and not is_noted() and not (self.noted and back is ReturnCode.LIMIT):
             self.states[len(self.rows) + 1 :] = self.y  # at the end, where it is no sample
             if self.some is not self.states:
                 np.take(self.states, self.few, axis=0, out=self.some)
@@ -213,6 +226,9 @@ class Runner:
                     return replace(
                         self._continued(eom, x, phase, begun, stiffness), _again=again, _options=self.options
                     ), False
+                met = [] if self.now.events is None else self._met()
+                if back is ReturnCode.EVENT or any(len(jumps) for _, jumps in met):
+                    return self._with_jumps(eom, phase, again, back), False
                 k, e, _ = self.verdict.T
                 return self._finished(eom, phase, again), keeps_sharply(k, e, self.some[:, -1], self.method.rtol)
         return None, False
@@ -223,6 +239,9 @@ class Runner:
         while True:
             back = ReturnCode(self.kernel(limit=min(LOOKS, most - int(self.s[Slot.STEPS]))))
             before = copy(stiffness)
+            if back is ReturnCode.FULL:
+                self._met()
+                continue
             late = time.monotonic() - begun > _PATIENCE or self.method.max_seconds < np.inf
             if back is not ReturnCode.LIMIT or late or self.s[Slot.STEPS] >= min(most, MANY_STEPS):
                 return back, before
@@ -236,6 +255,61 @@ class Runner:
             way = self.span, np.append(x, 0.0), self.times[:-1]
             return continued(stepper, self.method, way, phase, (self.given, stiffness), begun)
 
+    def _met(self) -> list[tuple[Array, Array]]:
+        """What was noted of events and actions, part by part: rows (t, event) and rows of `jumps`."""
+        s, width = self.s, 2 * len(self.y) + 2
+        if s[Slot.LOGGED]:
+            log = self.given["log"][: 2 * int(s[Slot.LOGGED])].reshape(-1, 2).copy()
+            self.noted.append((log, self.given["jumps"][: width * int(s[Slot.JUMPS])].reshape(-1, width).copy()))
+            s[Slot.LOGGED] = s[Slot.JUMPS] = 0.0
+        return self.noted
+
+    def _with_jumps(self, eom: Equations, phase: Phase, again: Callable[..., Any], back: ReturnCode) -> Solution:
+        """The motion with two samples where an event changes its state, before and after."""
+        n, count, events = len(self.y), int(self.s[Slot.SAMPLE]), eom.events
+        met = [(events[int(k)], t) for log, _ in self.noted for t, k in log.tolist()]
+        later, instants = self.times[:count], np.concatenate([jumps[:, 0] for _, jumps in self.noted])
+        kept = np.flatnonzero(~np.isin(later, instants))
+        ends = [self.span[1]] if back is ReturnCode.END and not (count and later[-1] == self.span[1]) else []
+        t = np.concatenate([self.t[:1], later[kept], ends])
+        states = np.concatenate([self.states[:1], self.rows[kept], *([self.y[None]] if ends else [])])
+        places, times, rows, begins, by = (
+            list[int](),
+            list[float](),
+            list[Array](),
+            list[int](),
+            list[tuple[Event, ...]](),
+        )
+        done = first = 0
+        for log, jumps in self.noted:
+            for row in jumps:
+                acting = tuple(e for e, _ in met[done : first + int(row[1])] if e.then is not None)
+                done, at = first + int(row[1]), int(np.searchsorted(t, row[0]))
+                for x in row[2:].reshape(2, n)[: 1 + bool(acting)]:
+                    places.append(at)
+                    times.append(float(row[0]))
+                    rows.append(x)
+                if acting:
+                    begins.append(at + len(places) - 1)
+                    by.append(acting)
+            done = first = first + len(log)
+        number = np.zeros(len(t) + len(places), dtype=np.int64)
+        number[begins] = 1
+        states = np.insert(states, places, rows, axis=0)
+        end = next(pair for pair in reversed(met) if pair[0].terminal) if back is ReturnCode.EVENT else None
+        ended = ended_by([end[0]], [end], acted=True) if end else None
+        return replace(
+            self._finished(eom, phase, again),
+            t=np.insert(t, places, times),
+            states=states[:, :-1],
+            work=states[:, -1],
+            status="event" if ended else "finished",
+            message=ended.message if ended else f"reached t = {self.span[1]:g}",
+            event=end and end[0],
+            phases=(phase, *(replace(phase, by=acting) for acting in by)),
+            phase=np.cumsum(number),
+        )
+
     def _finished(self, eom: Equations, phase: Phase, again: Callable[..., Any]) -> Solution:
         s, t, states = self.s, self.t, self.states.copy()
         return Solution(
@@ -248,7 +322,7 @@ class Runner:
             "finished",
             f"reached t = {self.span[1]:g}",
             None,
-            (),
+            tuple((eom.events[int(k)], t) for log, _ in self.noted for t, k in log.tolist()),
             int(s[Slot.STEPS]),
             int(s[Slot.RATES]),
             rtol=self.method.rtol,

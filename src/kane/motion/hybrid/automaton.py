@@ -18,7 +18,9 @@ from kane.motion.steppers.crossings import KINDS, LEAVES, Kind
 from kane.motion.steppers.crossings import room as zoomed
 from kane.motion.steppers.watched import rooms
 from kane.numeric.arrays import Array
+from kane.numeric.scale import ROUNDED_TERMS
 from kane.numeric.sign_changes import DEGREE as PARTS
+from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.entry import aligned, entry, hoisted, wide_entry
 
 
@@ -68,16 +70,39 @@ def automaton(now: Routines, t: float, y: Array, fresh: Fresh, switches: int = 0
     given |= {"seen": seen, "largest": np.nan_to_num(np.abs(seen))}
     given["watch"] = wide_entry(now.events, PARTS) if wide else entry(now.events)
     begin_at(given, now.eom.events, fresh)
-    numeric.compile(*bundles(now.eom))
-    given["hw"] = hoisted(now.events, *at, now.parameters(now.events), now.inputs(t, y))
-    for name, h, bundle, needed in (
-        ("glance", "hg", glance, decided(now.eom) and not switches),
-        ("tendency", "ht", tendency, given["acts"]),
-        ("act", "ha", actions, given["acts"]),
-    ):
-        routine = numeric.routine(bundle).flat if needed else now.rates
-        given |= {name: entry(routine), h: hoisted(routine, *at, now.parameters(routine), now.inputs(t, y))}
+    for name, routine in evaluated(now, switches).items():
+        own = {} if name == "watch" else {name: entry(routine)}
+        given |= own | {f"h{name[0]}": hoisted(routine, *at, now.parameters(routine), now.inputs(t, y))}
     return given
+
+
+def evaluated(now: Routines, switches: int = 0) -> dict[str, CompiledRoutine]:
+    """What a kernel evaluates of events, by the names of its arguments; the rates stand for what it does not."""
+    assert now.events is not None
+    numeric, decides = now.eom.numeric(now.settings), decided(now.eom) and not switches
+    numeric.compile(*bundles(now.eom))
+    acting = decides and bool(numeric.value(values_set))
+    wanted = (("glance", glance, decides), ("tendency", tendency, acting), ("act", actions, acting))
+    return {"watch": now.events} | {
+        name: numeric.routine(bundle).flat if needed else now.rates for name, bundle, needed in wanted
+    }
+
+
+def asks(eom: Equations) -> bool:
+    """Whether Python is asked wherever there is an event: for actions that kernels do not take, and beside loads that switch."""
+    acting = {k for k, _, _ in values_set(eom)}
+    return not decided(eom) or any(e.then is not None and k not in acting for k, e in enumerate(eom.events))
+
+
+def stands_beside(now: Routines, given: Given, t: float, y: Array) -> bool:
+    """Whether no quantity is at its threshold at a start, which `given` then tells of; they are finite."""
+    count = len(now.eom.events)
+    routine = now.eom.numeric(now.settings).routine(glance).flat
+    found = routine(t, y[: now.width], now.p, now.inputs(t, y) if now.drives else None)
+    given["seen"][:], given["largest"][:], given["leaves"][:] = found[:count], np.abs(found[:count]), 0.0
+    own = given["kinds"].reshape(-1, KINDS)[:count, 2] > 0
+    away = np.abs(found[:count] - given["least"][:count]) > ROUNDED_TERMS * found[count:]
+    return bool((away | ~own).all()) and bool(np.isfinite(found).all())
 
 
 def begin_at(given: Given, events: tuple[Event, ...], fresh: Fresh) -> None:

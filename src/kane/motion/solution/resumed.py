@@ -38,7 +38,7 @@ class Begin:
 
     `fresh` are the events at whose thresholds it begins, by name, with the sides to which their quantities leave. `goes_on` says that
     it is the end of a motion, `whole` that it is one of the same equations at the same values, and so on the constraints;
-    `rtol` is the relative tolerance of the motion that led there.
+    `rtol` is the relative tolerance of the motion that led there, `since` how long before an action was taken, 0 where none was.
     """
 
     q: Any
@@ -50,6 +50,7 @@ class Begin:
     goes_on: bool = False
     whole: bool = False
     rtol: float = 0.0
+    since: float = 0.0
 
 
 def told(given: Mapping[str, Any], start: Solution | None) -> dict[str, Any]:

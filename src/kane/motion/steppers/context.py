@@ -37,7 +37,8 @@ class Slot(IntEnum):
     STEP is the next step; where it is 0 a kernel that is FRESH chooses one, if its steps are not of one length.
     BREAKPOINT counts breakpoints that are behind, SMOOTH steps along which the solution hardly bends, LIMITED those that nothing but
     stability or convergence made short. LOOKED is 1 where Python has looked at the constraints of the step, 2 at its events too. SPAN
-    is the length of the motion, PHASE when an action was last taken; LOGGED events and JUMPS are noted; `control` may have it STOPPED.
+    is the length of the motion, PHASE when an action was last taken, SINCE how long after the one before; LOGGED events
+    and JUMPS are noted; `control` may have it STOPPED.
     """
 
     TIME = 0
@@ -67,6 +68,7 @@ class Slot(IntEnum):
     LOGGED = 24
     JUMPS = 25
     STOPPED = 26
+    SINCE = 27
 
 
 SIZE = len(Slot)
@@ -238,6 +240,8 @@ class StepperContext:
                 most > _CONSTANT, dyadic_power(w, 0.01 / bends, exponent), w.compute("max", _NEAR, 1e-3 * tried)
             )
             best = w.compute("min", w.compute("min", 100.0 * tried, wished), left)
+            since = self.get(Slot.SINCE)
+            best = w.compute("min", best, w.select(since > 0.0, _INTERVALS * since, best))
             self.put(Slot.STEP, w.select(most < _LARGE, best, tried))
 
     def length(self) -> tuple[Term, Term]:
@@ -321,6 +325,8 @@ class StepperContext:
 
 _TEN_ROUNDINGS = 10 * EPS
 _LARGE = 1e300
+_INTERVALS = 4.0
+"""A first step after an action is no longer than so many times what lay between it and the one before: the next one may be as near."""
 
 
 def dyadic_power(w: Writer, x: Term, exponent: float) -> Term:

@@ -236,6 +236,7 @@ class Watched:
         if not fixed:
             o.put(Slot.STEP, 0.0)
         o.put(Slot.FRESH, 1.0)
+        o.put(Slot.SINCE, t - o.get(Slot.PHASE))
         o.put(Slot.PHASE, t)
         o.put(Slot.LOOKED, 0.0)
         o.more(Slot.STEPS, 1.0)
