@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.gallery import pendulums, rolling_disk
+from kane.gallery import chaplygin_sleigh, pendulums, rolling_disk
 
 TWO = kn.derive(pendulums.system(2))
 START = {"q": [1.57, 1.67], "u": [0, 0]}
@@ -125,7 +125,7 @@ def test_repeated_motions_differ_by_their_inputs():
 
 @pytest.mark.parametrize(
     "system",
-    [rolling_disk.system(contact="rolling"), BALL.replace(events=[kn.Event("rest", x, then=lambda **now: {v: 0.0})])],
+    [chaplygin_sleigh.system(), BALL.replace(events=[kn.Event("rest", x, then=lambda **now: {v: 0.0})])],
     ids=["constraints", "an event that Python decides"],
 )
 def test_what_is_looked_after_on_the_way_is_simulated(system):
