@@ -71,6 +71,11 @@ class Course:
     def since(self, interval: float) -> None:
         """How long it is since an action was taken: the next one may be as near. Solvers choose their first steps without it."""
 
+    @property
+    def acted(self) -> float:
+        """When an action was last taken, or the motion began."""
+        return self.span[0]
+
     def sample(self, t: float, y: Array) -> None:
         """A sample, moved onto the constraints."""
         self.t.append(t)
@@ -97,7 +102,7 @@ class Course:
         self, now: Routines, dense: Callable[[float], Array], step: StepSeen, largest: Array
     ) -> tuple[list[tuple[Event, float]], End | None, float]:
         """The events of a step, the end that they make, and when; without one, the beginning of the step."""
-        noted, end = met_along(now, dense, step, largest, self.fresh, self.method.rtol, self.span[1] - self.span[0])
+        noted, end = met_along(now, dense, step, largest, self.fresh, self.method.rtol, self.acted, self.span[1])
         return noted, end, float(step.times[0]) if end is None else next(t for event, t in noted if event.breaks)
 
     def passes(self, end: End | None, t: float, dense: Callable[[float], Array]) -> bool:

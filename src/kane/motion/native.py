@@ -171,6 +171,11 @@ class NativeCourse(Course):
         self.controllers = controllers(stepper.now.drives)
         self._take_up(span[0])
 
+    @property
+    def acted(self) -> float:
+        """When an action was last taken, or the motion began."""
+        return float(self.s[Slot.PHASE])
+
     def since(self, interval: float) -> None:
         """How long it is since an action was taken: the first step is no longer than some such intervals."""
         self.s[Slot.SINCE] = interval

@@ -34,7 +34,7 @@ from kane.motion.right_hand_side import Given, Routines
 from kane.motion.steppers.crossings import KINDS, LEAVES, MET, inspection_kernel, room
 from kane.motion.steppers.watched import LOOSE
 from kane.numeric.arrays import Array
-from kane.numeric.scale import LATER, ROUNDED_TERMS, SAME_TIME, SOON, UNRELATED
+from kane.numeric.scale import LATER, NEAR_TIME, ROUNDED_TERMS, SAME_TIME, SOON, UNRELATED
 from kane.numeric.sign_changes import SMALL
 from kane.program.from_expressions import Task, build_program
 from kane.program.native.entry import CompiledKernel, Hook, aligned, doubles
@@ -119,9 +119,12 @@ class StepSeen(NamedTuple):
 
 
 def met_along(
-    now: Routines, dense: Dense, step: StepSeen, largest: Array, fresh: Fresh, rtol: float, span: float
+    now: Routines, dense: Dense, step: StepSeen, largest: Array, fresh: Fresh, rtol: float, since: float, end: float
 ) -> tuple[list[Met], End | None]:
-    """The events that a step meets, up to one that ends the motion; `largest` are the sizes that their quantities have had."""
+    """The events that a step meets, up to one that ends the motion; `largest` are the sizes that their quantities have had.
+
+    The motion is to lead to `end`, and since the time `since` no action was taken.
+    """
     events, (times, values) = now.eom.events, step
     routine = now.eom.numeric(now.settings).routine(glance).flat
     sizes = [0.0] * len(events)
@@ -132,7 +135,7 @@ def met_along(
         rounding = routine(t, x, now.p, now.inputs(t, state) if now.drives else None)[len(sizes) :]
         return np.concatenate([now.watch(t, state)[: len(sizes)], rounding])
 
-    found = crossings(events, look, times, values, thresholds(events, largest), fresh, span)
+    found = crossings(events, look, times, values, thresholds(events, largest), fresh, steps_since(times, since, end))
     found += vanishing(events, now.watch, dense, times, values, largest, rtol)
     noted, at_once = up_to_a_break(found, float(times[-1] - times[0]))
     return noted, ended_by(at_once, noted)
@@ -157,13 +160,13 @@ def crossings(
     values: Array,
     least: Array,
     fresh: Fresh,
-    span: float = math.inf,
+    steps: float = math.inf,
 ) -> list[Met]:
     """The events that a step meets, in order of time, but for those that rest at their thresholds, which are warned of.
 
     `look` gives the events' quantities at a time, and the sizes of their terms; `values` (9 × events) are those at `times` (9), whose
     first and last are the ends of the step; `least` are their thresholds. Those of `fresh`, by name, are at their thresholds at the
-    beginning; `span` is the length of the motion.
+    beginning; of so many `steps` the state holds rounding.
     """
     count, start, h = len(events), float(times[0]), float(times[-1] - times[0])
     kinds = np.zeros((count, KINDS))
@@ -172,7 +175,7 @@ def crossings(
         "events": count,
         "values": np.append(values.T, np.zeros(8)),
         "least": np.array([*least, 0.0]),
-        "told": np.array([min(span / h, _ENDLESS) + 1.0, 0.0]),
+        "told": np.array([min(steps, _ENDLESS), 0.0]),
         "rests": np.zeros(count + 1),
         "kinds": kinds.reshape(-1),
         "leaves": np.array([*(leaves_row(fresh.get(e.name)) for e in events), np.zeros(LEAVES)]).reshape(-1),
@@ -187,13 +190,27 @@ def crossings(
     found = inspection()(given | {"glance": hook})
     if hook.raised is not None:
         raise hook.raised
+    if found < 0:
+        raise SimulationError(
+            f"Expected at most {MET} events in a step, got more in the one of {h:.3g} s from t = {start:.6g}. Give max_step= of a "
+            "tenth of that, or leave out the events that come so often."
+        )
     for event, rests in zip(events, given["rests"].tolist(), strict=False):
         if rests:
             warn(
                 f"Expected a quantity of the event {event.name!r} that crosses {event.threshold:g}, got one that stays there but for "
                 f"rounding about t = {start:.6g}: {cut(event.quantity)}. Such events are left out. Watch what changes."
             )
-    return [(events[int(k)], start + share * h) for share, k in given["met"][: 2 * found].reshape(-1, 2).tolist()]
+    # where kinematics end the state just before is meant: there the energy may be infinite
+    early = [SAME_TIME * isinstance(e, KinematicsEnd) for e in events]
+    met = [(int(k), share) for share, k in given["met"][: 2 * found].reshape(-1, 2).tolist()]
+    return [(events[k], start + max(share - early[k], 0.0) * h) for k, share in met]
+
+
+def steps_since(times: Array, since: float, end: float) -> float:
+    """Of how many steps like this one a motion to `end` is from a time on; without end for the shortest ones."""
+    h = float(times[-1] - times[0])
+    return math.inf if h < NEAR_TIME * (end - since) else (float(times[0]) - since) / h + 2.0
 
 
 @cache

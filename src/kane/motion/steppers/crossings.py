@@ -33,7 +33,7 @@ KINDS = 4
 LEAVES = 5
 """Numbers of a row of `leaves`: whether the quantity begins at its threshold, to which side it leaves, by the derivative of which
 order, within which band rounding may give it any sign, and the share of the step from which on it shows."""
-MET = 64
+MET = 512
 """So many passages are told of a step, and of a quantity, at most."""
 _PLACES = (*SHARES, *map(float, BETWEEN))
 _AT, _COEFFICIENTS, _BRACKETS = (len(_PLACES) * k + 4 * k for k in (1, 2, 3))
@@ -59,7 +59,20 @@ class Crossings:
         self.writer, self.count, self.ask = w, *_ = writer, count, ask
         self.kinds, self.leaves, self.met, self.zoom = map(w.array, ("kinds", "leaves", "met", "zoom"))
         self.answer = w.integer(_BEYOND)
-        integers = ("found", "asked", "brackets", "early", "again", "level", "open", "halvings", "rounds", "last_of")
+        integers = (
+            "found",
+            "asked",
+            "full",
+            "over",
+            "brackets",
+            "early",
+            "again",
+            "level",
+            "open",
+            "halvings",
+            "rounds",
+            "last_of",
+        )
         doubles = (
             "threshold", "begin", "end", "first_value", "last_value", "low", "width", "index", "sizes", "root", "usual", "broken",
         )  # fmt: skip
@@ -78,7 +91,7 @@ class Crossings:
 
     def clear(self) -> None:
         """Nothing is found yet."""
-        for name in ("found", "asked"):
+        for name in ("found", "asked", "full"):
             self.put(name, 0)
         self.put("broken", 2.0)
 
@@ -105,11 +118,11 @@ class Crossings:
 
         A quantity that rests at its threshold but for rounding of so many steps as `longest` says is asked about.
         """
-        w, before = self.writer, self.get("found")
+        w = self.writer
         first, others = values
         self.put("threshold", threshold)
         fresh, side = self.leaf(e, 0) > 0.0, self.leaf(e, 1)
-        for name in ("brackets", "early", "halvings"):
+        for name in ("brackets", "early", "halvings", "over"):
             self.put(name, 0)
         self.put("sizes", 0.0)
         self.put("begin", self.leaf(e, 4))
@@ -129,15 +142,18 @@ class Crossings:
                 self.put("begin", 0.0)
                 self.put("first_value", side * _TINY)
                 self.put("last_of", self.get("brackets"))
-        self.median(first - threshold, others - w.compute("splat8", threshold))
-        with w.few(self.get("brackets")) as k:
-            self.locate(e, w.integer(_BRACKETS) + k * 4)
         size = w.compute(
             "max", w.compute("abs", first - threshold), w.compute("largest", w.compute("abs", others - w.compute("splat8", threshold)))
         )  # fmt: skip
         still = size <= w.compute("min", longest, _STEPS) * (self.get("sizes") * ROUNDED_TERMS)
-        with w.when((before < self.get("found")) & still & (longest < 1 / NEAR_TIME)):
+        with w.when(still & (longest < 1 / NEAR_TIME)), w.when((self.get("brackets") > 0) | (self.get("over") > 0)):
             self.put("asked", 1)
+        with w.otherwise():
+            with w.when(self.get("over") > 0):
+                self.put("full", 1)
+            self.median(first - threshold, others - w.compute("splat8", threshold))
+            with w.few(self.get("brackets")) as k:
+                self.locate(e, w.integer(_BRACKETS) + k * 4)
 
     def beyond(self, e: Term, value: Term) -> Term:
         """A value at whose side rounding has no part: within its band a quantity is on the side to which it leaves."""
@@ -169,7 +185,8 @@ class Crossings:
             with w.few(len(_PLACES), start) as j:
                 self.ask(self.get("low") + self.get("width") * zoom[j + _AT], zoom, self.answer)
                 zoom[j] = self.beyond(e, zoom[self.answer + e] - self.get("threshold"))
-                self.put("sizes", w.compute("max", self.get("sizes"), zoom[self.answer + self.count + e]))
+                with w.when(root):  # beside a pole terms are large
+                    self.put("sizes", w.compute("max", self.get("sizes"), zoom[self.answer + self.count + e]))
             with w.when(unknown):
                 self.put("first_value", zoom[0])
             with w.when(self.get("index") + 1.0 >= self.part.get()):
@@ -234,7 +251,7 @@ class Crossings:
                 with w.when(early):
                     self.put("brackets", self.get("last_of"))
                 with w.when(self.get("brackets") >= MET):
-                    self.put("asked", 1)
+                    self.put("over", 1)
                     self.put("brackets", 0)
                 at = self.get("brackets") * 4 + _BRACKETS
                 for k, x in enumerate((j, j + 1)):
@@ -275,7 +292,7 @@ class Crossings:
                 self.refuse_pole(e)
             with w.when(self.get("root") >= 0.0):
                 with w.when(self.get("found") >= MET):
-                    self.put("asked", 1)
+                    self.put("full", 1)
                     self.put("found", 0)
                 self.met[self.get("found") * 2] = self.get("root")
                 self.met[self.get("found") * 2 + 1] = w.compute("float", e)
@@ -426,7 +443,7 @@ class Crossings:
 
 
 def inspection_kernel() -> Kernel:
-    """The passages of all quantities in a step that another solver has taken: `met`, of which it returns how many.
+    """The passages of all quantities in a step of another solver: `met`; it returns how many, −1 for more than there is room.
 
     `values` are nine of each quantity, from the beginning of the step to its end; `told` holds of how many steps the motion is, and
     what is one instant; `rests` says of each quantity whether it stays at its threshold but for rounding: of those nothing is met.
@@ -450,7 +467,7 @@ def inspection_kernel() -> Kernel:
             c.put("found", before.get())
             rests[e] = 1.0
     c.sort(told[1])
-    back.put(c.get("found"))
+    back.put(w.select(c.get("full") > 0, w.integer(-1), c.get("found")))
     return w.finished(back)
 
 

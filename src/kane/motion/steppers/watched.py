@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 from kane.motion.steppers.context import RATE, WIDE, ReturnCode, Slot, StepperContext
 from kane.motion.steppers.crossings import KINDS, LEAVES, MET, Crossings, Kind, bounds
-from kane.numeric.scale import EPS, EQUAL, ROUNDED_TERMS, SAME_TIME, SOON, UNRELATED
+from kane.numeric.scale import EPS, EQUAL, LATER, NEAR_TIME, ROUNDED_TERMS, SAME_TIME, UNRELATED
 from kane.numeric.sign_changes import CLOSE, SHARES, SMALL
 from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.kernel.language import INT
@@ -23,7 +23,7 @@ ROOM = 2 * PARTS
 """Where the quantities begin in `values`."""
 LOOSE = 1e-2
 """How many relative tolerances of the largest that a pivot of W has been it is where it vanishes, if they are more than rounding."""
-LOG, JUMPS = 256, 64
+LOG, JUMPS = 1024, 64
 """So many events, and actions, are noted until Python collects them."""
 Dense = Callable[[Term, Array, Term], None]
 """Writes the state at a share of the step into an array from a place on."""
@@ -145,13 +145,18 @@ class Watched:
                 with w.when(c.kind(e) >= float(Kind.ASKED)):
                     c.put("asked", 1)
                 with w.otherwise():
-                    c.search(e, (self.seen[e], self.at_places(e)), self.threshold(e), o.get(Slot.SPAN) / h + 1.0)
+                    c.search(e, (self.seen[e], self.at_places(e)), self.threshold(e), self.steps_since(t, h))
             c.sort(2 * SAME_TIME + 4 * EPS * w.compute("abs", t) / h)
             full = o.get(Slot.LOGGED) + w.compute("float", c.get("found")) > float(LOG)
             with w.when(full | (o.get(Slot.JUMPS) + 1.0 > float(JUMPS))):
                 o.ask(ReturnCode.FULL)
-            with w.when(c.get("asked") > 0):
+            with w.when((c.get("asked") > 0) | (c.get("full") > 0)):
                 o.ask(ReturnCode.LOOK)
+
+    def steps_since(self, t: Term, h: Term) -> Term:
+        """Of how many steps like this one the motion is since it began, or an action was taken; without end for the shortest ones."""
+        o = self.context
+        return self.writer.select(h < o.get(Slot.SPAN) * NEAR_TIME, 2 / NEAR_TIME, (t - o.get(Slot.PHASE)) / h + 2.0)
 
     @property
     def breaks(self) -> Term:
@@ -322,7 +327,7 @@ class Watched:
             c.put("found", at + 1)
         with w.when(mine & (there | leapt)):
             self.sides[row + 1] = side.get()
-            for k, value in ((0, 1.0), (2, 1.0), (4, SOON)):
+            for k, value in ((0, 1.0), (2, 1.0), (4, LATER)):
                 self.sides[row + k] = value
         goes_on = (c.kind(e) < float(Kind.ENDS)) & ~(w.compute("abs", new) > 0.0)
         unsure = (there & ~moving) | (leapt & ((c.kind(e) >= float(Kind.ACTS)) | goes_on)) | beside
