@@ -235,6 +235,18 @@ def test_a_ball_bounces(tmp_path, method):
     )
 
 
+def closing(eom):
+    """The closures at a row of a table, by default parameters."""
+    rest = {p: p.default for p in eom.parameters}
+    closures = [c.expr for c in eom.system.holonomic]
+
+    def at(row):
+        state = dict(zip(eom.coordinates, row[1:], strict=False))
+        return [kn.evaluate(f, {**rest, **state}) for f in closures]
+
+    return at
+
+
 @pytest.mark.slow
 def test_a_four_bar_turns(tmp_path):
     """Three turns of the crank, for which other speeds become dependent; a start that does not close is refused."""
@@ -248,9 +260,8 @@ def test_a_four_bar_turns(tmp_path):
     _, table = numbers(done.stdout)
     assert "other dependent speeds at t = " in done.stderr
     assert np.abs(table[:, 1:] - sol.states).max() < 1e-8 * np.abs(sol.states).max()
-    closed = [c.expr for c in eom.system.holonomic]
-    rows = kn.simulate(eom, (0, 3), q=start.q, u=start.u, samples=31, method="dop853")
-    assert np.abs(rows[closed]).max() < 1e-13
+    closures = closing(eom)
+    assert max(abs(f) for row in table for f in closures(row)) < 1e-13
     told = ran(program, "3", "31", *given, f"{eom.coordinates[0].name}=0.3", code=2).stderr
     assert "Expected a start on the constraints" in told
 
@@ -264,6 +275,23 @@ def test_a_disk_slides_until_it_rolls(tmp_path):
     sol = kn.simulate(eom, (0, 9), q=q, u=u, samples=901, method="vern9")
     assert sol.event.name == "onset of rolling (friction)"
     agrees(program, ("901", *(f"{s.name}={x}" for s, x in zip(eom.state, q + u, strict=True))), sol, 1e-8)
+
+
+@pytest.mark.slow
+def test_an_event_ends_a_mechanism_on_its_constraints(tmp_path):
+    """The last row is that of `simulate`, and closes as the others do."""
+    module = load("four_bar")
+    crank = kn.derive(module.system()).coordinates[0]
+    eom = kn.derive(module.system().replace(events=[kn.Event("turned", crank - 3)]))
+    start = kn.assemble(eom, **module.START)
+    program = built(tmp_path, eom, "dop853", *SANITIZED)
+    given = [f"{s.name}={float(x)!r}" for part in (start.q, start.u) for s, x in part.items()]
+    sol = kn.simulate(eom, (0, 9), q=start.q, u=start.u, samples=901, method="dop853")
+    assert sol.event.name == "turned"
+    done = ran(program, "9", "901", *given)
+    _, table = numbers(done.stdout)
+    assert np.abs(table[-1] - [sol.t[-1], *sol.states[-1]]).max() < 1e-9
+    assert max(map(abs, closing(eom)(table[-1]))) < 1e-13
 
 
 CONTROLLER = """

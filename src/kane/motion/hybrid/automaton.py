@@ -6,6 +6,8 @@ systems without constraints to expressions. Pivots of W, actions that are functi
 constraints, and all events beside loads that switch are asked of Python.
 """
 
+from typing import Any
+
 import numpy as np
 
 from kane.dynamics.poles import SLIPS, KinematicsEnd, SlipEnd
@@ -63,10 +65,7 @@ def automaton(now: Routines, t: float, y: Array, fresh: Fresh, switches: int = 0
     """What tells a kernel of events, and of so many switches behind them, from t on."""
     assert now.events is not None
     numeric, seen, at = now.eom.numeric(now.settings), now.watch(t, y), (t, y[: now.width])
-    given = {
-        name: what.copy() if isinstance(what, np.ndarray) else what
-        for name, what in numeric.value(tables, len(y), switches).items()
-    }
+    given = {name: _own(what) for name, what in numeric.value(tables, len(y), switches).items()}
     given |= {"seen": seen, "largest": np.nan_to_num(np.abs(seen))}
     given["watch"] = wide_entry(now.events, PARTS) if wide else entry(now.events)
     begin_at(given, now.eom.events, fresh)
@@ -74,6 +73,15 @@ def automaton(now: Routines, t: float, y: Array, fresh: Fresh, switches: int = 0
         own = {} if name == "watch" else {name: entry(routine)}
         given |= own | {f"h{name[0]}": hoisted(routine, *at, now.parameters(routine), now.inputs(t, y))}
     return given
+
+
+def _own(what: Any) -> Any:
+    """A copy of an array, which vectors may be read from without crossing lines of the cache; an integer itself."""
+    if isinstance(what, int):
+        return what
+    copy = aligned(len(what))
+    copy[:] = what
+    return copy
 
 
 def evaluated(now: Routines, switches: int = 0) -> dict[str, CompiledRoutine]:

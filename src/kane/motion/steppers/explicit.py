@@ -66,8 +66,8 @@ class _Explicit:
         self.writer = self.context.writer
         self.rhs = self.writer.callee("rhs", *RATE)
         self.context.drives(*RATE)
-        self.watched = Watched(self.context, wide=False, dense=self.dense) if watched else None
         self.held = Held(self.context) if held else None
+        self.watched = Watched(self.context, wide=False, dense=self.dense, held=self.held) if watched else None
         last = tableau.stages + 1 + len(tableau.later)
         self.state, self.after, self.after_lag = (self.context.row(last + k) for k in range(3))
         self.weights = last + 3

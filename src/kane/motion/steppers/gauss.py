@@ -117,8 +117,8 @@ class _Gauss:
         o.drives(*WIDE)
         self.pairs, self.free = w.array("pairs"), w.array("free")
         self.pair_count, self.free_count = w.number("pair_count"), w.number("free_count")
-        self.watched = Watched(o, wide=True, dense=self.along) if watched else None
         self.held = Held(o, wide=True) if held else None
+        self.watched = Watched(o, wide=True, dense=self.along, held=self.held) if watched else None
         n8 = o.n * STAGES
         self.k, self.next, self.states, self.rates = w.integer(0), n8, n8 * 2, n8 * 3
         self.clock, self.weight = n8 * 4, n8 * 4 + STAGES

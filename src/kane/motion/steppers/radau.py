@@ -87,8 +87,8 @@ class _Radau:
         self.along = w.callee("along", *LONG)
         self.long, self.hj = w.number("long"), w.array("hj")
         o.drives(*RATE)
-        self.watched = Watched(o, wide=False, dense=self.dense) if watched else None
         self.held = Held(o) if held else None
+        self.watched = Watched(o, wide=False, dense=self.dense, held=self.held) if watched else None
         self._places()
         self.status, self.round = w.variable("status", INT), w.variable("round", INT)
         self.change, self.before = w.variable("change"), w.variable("before_last")

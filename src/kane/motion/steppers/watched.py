@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 from kane.motion.steppers.context import RATE, WIDE, ReturnCode, Slot, StepperContext
 from kane.motion.steppers.crossings import KINDS, LEAVES, MET, Crossings, Kind, bounds
+from kane.motion.steppers.held import Held
 from kane.numeric.scale import EPS, EQUAL, LATER, NEAR_TIME, ROUNDED_TERMS, SAME_TIME, UNRELATED
 from kane.numeric.sign_changes import CLOSE, SHARES, SMALL
 from kane.numeric.sign_changes import DEGREE as PARTS
@@ -36,11 +37,12 @@ class Watched:
     that are their thresholds. `pivots` are 1 for those that must not come near zero. `values` is room for 9 of each and 24 more.
     Where it is `wide`, their routine takes the eight places at once, else one state; `glance` takes one state and gives the quantities
     and the sizes of their terms, `tendency` the rates of the `own` ones along the motion, and `act` the values that actions set:
-    of each, `actions` says by which event, and at which place of the state. `dense` is the state along the step.
+    of each, `actions` says by which event, and at which place of the state.
+    `dense` is the state along the step, `held` what moves it onto constraints.
     """
 
-    def __init__(self, context: StepperContext, wide: bool, dense: Dense) -> None:
-        self.context, self.dense = context, dense
+    def __init__(self, context: StepperContext, wide: bool, dense: Dense, held: Held | None) -> None:
+        self.context, self.dense, self.held = context, dense, held
         self.writer = w = context.writer
         context.looks(wide)
         self.call = w.callee("watch", *(WIDE if wide else RATE))
@@ -196,6 +198,8 @@ class Watched:
         before, after = row + 2, row + o.n + 2
         t = self.begin.get() + share * self.length.get()
         self.dense(share, self.jumps, before)
+        if self.held is not None:
+            self.held.project(t, self.jumps, before)
         acting, ends = w.variable("acting", INT), w.variable("ends", INT)
         acting.put(0)
         ends.put(0)
