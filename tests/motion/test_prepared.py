@@ -335,3 +335,23 @@ def test_a_motion_with_events_calls_python_neither_for_steps_nor_events(monkeypa
     disk = kn.simulate(kn.derive(rolling_disk.system()), (0, 9), q=[0, 0, 0.3, 1.2, 0.1], u=[1.0, -0.5, 3.0, 0.5, 0.2])
     assert disk.event.name == "onset of rolling (friction)"
     assert calls == ["advance"]
+
+
+@pytest.mark.parametrize("method", ["gauss16", "dop853", "tsitpap8", "radau9"])
+def test_samples_at_the_instants_of_events(method):
+    """No row is lost, doubled or left as it was, whichever way rounding leads the event beside a sample."""
+    instants = [0.3, 0.7, 1.1, 2.0, 2.9]
+    events = [kn.Event(f"e{n}", kn.time - t, direction=1, then={v: 1.0 + n - v}) for n, t in enumerate(instants)]
+    eom = kn.derive(BALL.replace(events=events))
+    given = {"method": method, "samples": sorted([*instants, 0.1, 0.9, 1.5, 2.5, 3.0])}
+    begins = [(0.0, 1.0, 0.0)]  # of each phase, by the closed form
+    for n, t in enumerate(instants):
+        t0, x0, v0 = begins[-1]
+        fallen = v0 - 9.81 * (t - t0)
+        begins.append((t, x0 + (v0 + fallen) / 2 * (t - t0), 1.0 + n - fallen))
+    for sol in (kn.simulate(eom, SPAN, q=[1], u=[0], **given) for _ in range(3)):
+        t0, x0, v0 = np.array(begins)[sol.phase].T
+        dt = sol.t - t0
+        assert set(np.round(sol.t, 9)) == {0.0, *given["samples"]}
+        assert len(sol.jumps) == len(instants)
+        assert np.abs(sol.states - np.transpose([x0 + v0 * dt - 9.81 / 2 * dt**2, v0 - 9.81 * dt])).max() < 1e-11

@@ -257,10 +257,10 @@ class StepperContext:
         return self.get(Slot.SHORTEST) + _TEN_ROUNDINGS * self.writer.compute("abs", self.get(Slot.TIME))
 
     def sample(
-        self, h: Term, prepare: Callable[[], None], write: Callable[[Term, Term], None], before: Term | None = None
+        self, h: Term, prepare: Callable[[], None], write: Callable[[Term, Term], None], until: Term | None = None
     ) -> None:
-        """Of each sample within a step `write(k, θ)` writes row k, after `prepare` where there are some; or those `before` a share."""
-        w, limit = self.writer, before
+        """Of each sample within a step `write(k, θ)` writes row k, after `prepare` where there are some; or those before a time."""
+        w = self.writer
         before, lag = self.get(Slot.TIME), self.get(Slot.TIME_LAG)
         cursor, prepared = self.cursor, self.prepared
         cursor.put(w.compute("int", self.get(Slot.SAMPLE)))
@@ -271,7 +271,8 @@ class StepperContext:
 
         def within() -> Term:
             # one more time stands behind the last one: after the end
-            return (cursor.get() < self.samples) & (share() <= 1.0 if limit is None else share() < limit)
+            inside = share() <= 1.0 if until is None else self.times[cursor.get()] < until
+            return (cursor.get() < self.samples) & inside
 
         with w.repeat(within):
             with w.when(prepared.get() < 1):

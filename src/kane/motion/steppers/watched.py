@@ -215,7 +215,7 @@ class Watched:
         with w.when(c.get("asked") > 0):
             o.back.put(int(ReturnCode.LOOK))
         with w.otherwise():
-            o.sample(self.length.get(), lambda: None, sampled, share)
+            o.sample(self.length.get(), lambda: None, sampled, t)
             self.jumps[row] = t
             self.note()
             self.jumps[row + 1] = o.get(Slot.LOGGED)
