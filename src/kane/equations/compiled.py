@@ -284,9 +284,13 @@ class Numeric(Generic[E]):
         routine = self._routines.get(key)
         return self._compile([key])[0] if routine is None else routine
 
-    def compile(self, *makes: Callable[..., Bundle[Any]]) -> None:
-        """Compile the bundles make(equations) as one module, those that are not yet: quicker than one by one, and the same code."""
-        self._compile([(make,) for make in makes if self._routines.get((make,)) is None])
+    def compile(self, *makes: Callable[..., Bundle[Any]] | tuple[Any, ...]) -> None:
+        """Compile the bundles make(equations) as one module, those that are not yet: quicker than one by one, and the same code.
+
+        A tuple stands for a function with arguments.
+        """
+        keys = [make if isinstance(make, tuple) else (make,) for make in makes]
+        self._compile([key for key in keys if self._routines.get(key) is None])
 
     def _compile(self, keys: list[tuple[Any, ...]]) -> list[BundleRoutine[Any]]:
         bundles = [make(self.equations, *arguments) for make, *arguments in keys]

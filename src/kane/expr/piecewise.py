@@ -374,7 +374,12 @@ def on_sides(root: Expr, sides: Mapping[Expr, Symbol], memo: dict[Expr, Expr]) -
 
 def side_symbols(quantities: Iterable[Expr]) -> dict[Expr, Symbol]:
     """A symbol for the side of each."""
-    return {c: Parameter.declare(f"side{k}", description="of a switch") for k, c in enumerate(quantities)}
+    return {c: side_symbol(k) for k, c in enumerate(quantities)}
+
+
+def side_symbol(k: int) -> Symbol:
+    """The symbol of the kth side."""
+    return Parameter.declare(f"side{k}", description="of a switch")
 
 
 def on(quantities: Iterable[Expr], sides: Iterable[int]) -> Callable[[Expr], Expr]:

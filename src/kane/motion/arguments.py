@@ -2,6 +2,7 @@
 """What a kernel is called with: state, right-hand side, inputs, events, samples."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
@@ -20,7 +21,7 @@ from kane.motion.steppers.context import Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
 from kane.program.native.compiled_routine import CompiledRoutine
-from kane.program.native.entry import Hook, aligned, doubles, entry, hoisted, wide_entry
+from kane.program.native.entry import Hook, aligned, doubles, entry, hoist_entry, hoisted, wide_entry
 
 Fill = Callable[[float, Array, Array], None]
 """It writes the inputs at a time and state."""
@@ -37,9 +38,9 @@ def filling(now: Routines) -> Fill:
         elif not isinstance(f, Formula):
             others.append((k, f))
     each = list(laws.items())
-    law = law_of(now.drives, now.eom.inputs, functions=True) if written else None
-    routine = now.eom.numeric(now.settings).routine(driving, *law.values).flat if law else None
-    p = law.parameters(now.p) if law else now.p
+    law = law_of(now.laid, now.eom.inputs, functions=True) if written else None
+    routine = now.routine(driving, *law.values).flat if law else None
+    numbers = law.numbers if law else ()
 
     def fill(t: float, x: Array, r: Array) -> None:
         for law, places in each:
@@ -49,7 +50,7 @@ def filling(now: Routines) -> Fill:
         for k, f in others:
             r[k] = f(t)
         if routine is not None:
-            r[:] = routine(t, x, p, r)
+            r[:] = routine(t, x, np.append(now.p, numbers), r)
 
     return fill
 
@@ -69,8 +70,8 @@ def by_kind(eom: Equations) -> dict[str, Array | int]:
 class Arguments:
     """The arguments by name, as `given`, and the `hooks` through which Python is asked for inputs.
 
-    `now` are the equations from time t on, s, y and `lag` what a kernel reads and writes; of `switches` quantities stand behind the
-    events' ones, which are `fresh` where the motion is at their thresholds.
+    `now` are the equations from time t on, s, y and `lag` what a kernel reads and writes; events are `fresh` where the motion is at
+    their thresholds. The parameters of `now` are then those of the kernel, sides of switches among them.
     """
 
     def __init__(
@@ -80,13 +81,14 @@ class Arguments:
         t: float,
         s: Array,
         y: Array,
-        switches: int = 0,
         fresh: Fresh = MappingProxyType({}),
     ) -> None:
+        p = np.append(now.p, now.numbers)
+        now = replace(now, p=p[: len(now.p)])
         self.integrator, self.now, self.s, self.y = INTEGRATORS[name], now, s, y
         self.hooks: list[Hook] = []
         self.controlled = [(k, f) for k, f in enumerate(now.drives) if isinstance(f, HeldInput)]
-        self.law = law_of(now.drives, now.eom.inputs)
+        self.law = law_of(now.laid, now.eom.inputs)
         work, r = aligned(self.integrator.work(len(y))), now.inputs(t, y)
         h = hoisted(now.rates, t, y[: now.width], now.p, r)
         self.given: Given = {
@@ -95,15 +97,16 @@ class Arguments:
             "y": y,
             "lag": np.zeros_like(y),
             "work": work,
-            "p": np.append(now.p, now.numbers),
+            "p": p,
             "h": h,
+            "hoist_h": hoist_entry(now.rates),
             "breakpoints": 0,
             "pauses": np.zeros(1),
             "control": entry(now.rates),
         }
         self.given |= self._driving(t)
         if now.events is not None:
-            self.given |= automaton(now, t, y, fresh, switches, self.integrator.width > 1)
+            self.given |= automaton(now, t, y, fresh, self.integrator.width > 1)
         if self.integrator.implicit:
             self.given |= derivatives(now, t, y, self.law)
             if following(now.drives) and asked(now.drives):
@@ -119,8 +122,9 @@ class Arguments:
         now, width = self.now, self.integrator.width
         single = np.append(now.inputs(t, self.y), 0.0)
         r = single if width == 1 else np.repeat(single, width)
-        inputs: Given = {"r": r, "single_r": single, "driven": 0, "hd": np.zeros(1)}
-        none = entry(now.rates)
+        none, hoist = entry(now.rates), hoist_entry(now.rates)
+        h = hoisted(now.rates, t, self.y[: now.width], now.p, r[: len(now.drives)])
+        inputs: Given = {"r": r, "single_r": single, "driven": 0, "hd": h, "hoist_hd": hoist}
         if all(_held(f) for f in now.drives):
             return inputs | {"drive": none, "single_drive": none}
         given = self._formulas()
@@ -129,7 +133,7 @@ class Arguments:
             return inputs | {"driven": 1, "drive": hook if width == 1 else self._hook(r), "single_drive": hook}
         h = hoisted(given, t, self.y[: now.width], now.parameters(given), r[: len(now.drives)])
         own = entry(given)
-        inputs |= {"driven": 2 if follows(now.drives) else 1, "hd": h}
+        inputs |= {"driven": 2 if follows(now.drives) else 1, "hd": h, "hoist_hd": hoist_entry(given)}
         return inputs | {"drive": own if width == 1 else wide_entry(given, width), "single_drive": own}
 
     def hold(self) -> None:
@@ -143,8 +147,7 @@ class Arguments:
 
     def _formulas(self) -> CompiledRoutine | None:
         """The inputs as a routine, where all are expressions; those that are held stay as they are."""
-        numeric = self.now.eom.numeric(self.now.settings)
-        return None if self.law is None else numeric.routine(driving, *self.law.values).flat
+        return None if self.law is None else self.now.routine(driving, *self.law.values).flat
 
     def _hook(self, r: Array) -> Hook:
         """What asks Python for the inputs and writes them to r."""

@@ -26,7 +26,7 @@ from kane.numeric.arrays import Array
 from kane.numeric.rank import balance
 from kane.numeric.scale import POOR
 from kane.program.from_expressions import Bundle
-from kane.program.native.entry import aligned, entry, hoisted
+from kane.program.native.entry import aligned, entry, hoist_entry, hoisted
 
 _WELL, _POORLY = 2.5, 0.25
 """Quality over the least one at which kernels take up a motion again, and below which they give it up."""
@@ -118,6 +118,7 @@ class Holding:
         routine = eom.numeric(now.settings).routine(holding).flat
         self.given = structure(eom, len(y))
         self.given["held_h"] = hoisted(routine, t, y[: now.width], now.p, now.inputs(t, y))
+        self.given["hoist_held_h"] = hoist_entry(routine)
         self.given["constraints"] = entry(routine)
         self.measure()
 

@@ -5,7 +5,7 @@ What a motion asks for, and no kernel gives yet, is a row of a table: such motio
 """
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -14,10 +14,10 @@ from kane.equations.equations import Equations
 from kane.errors import SimulationError, none_of
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import OPS, Op
-from kane.expr.piecewise import Piecewise, on
+from kane.expr.piecewise import Piecewise
 from kane.expr.symbols import time
 from kane.motion.constraint_kernels import unheld
-from kane.motion.hybrid.modes import drives_on, quantities, rates_on, unfit
+from kane.motion.hybrid.sides import on_one_side, unfit
 from kane.motion.inputs.expressions import CORNERS, Formula
 from kane.motion.inputs.feedback import HeldInput
 from kane.motion.inputs.functions import asked, following
@@ -26,12 +26,13 @@ from kane.motion.right_hand_side import Routines, is_long
 from kane.motion.solvers.cvode import CVODE, check_installed
 from kane.motion.solvers.stepping import IMPLICIT as SLOW
 from kane.motion.solvers.stepping import STEPPED
-from kane.motion.steppers.table import INTEGRATORS, Integrator
+from kane.motion.steppers.table import INTEGRATORS, Integrator, compiled
 from kane.motion.steps import Stepper
 from kane.motion.switches import has_jumps
 from kane.program.emit.llvm_forms import LIBRARY
 from kane.program.native.compiled_routine import CompiledRoutine
-from kane.program.native.machine import target
+from kane.program.native.entry import CompiledKernel
+from kane.program.native.machine import Settings, target
 
 JUMPING = CORNERS | {OPS["floor"], OPS["atan2"]}
 
@@ -40,20 +41,28 @@ _known: WeakKeyDictionary[CompiledRoutine, frozenset[Op]] = WeakKeyDictionary()
 
 
 def operations(now: Routines) -> frozenset[Op]:
-    """Those of the rates, which are gone through once."""
+    """Those of the rates, and of the inputs that follow from the state, between two switches that a kernel decides."""
+    laws = [f.expr for f in now.drives if isinstance(f, Formula) and f.of_state]
+    if has_jumps(now.eom, now.laws):
+        return now.eom.numeric(now.settings).value(_on_one_side, *laws)
     if now.rates not in _known:
         _known[now.rates] = frozenset(now.rates.program.op(i) for i in now.rates.routine.body)
-    return _known[now.rates]
+    return _known[now.rates] | {node.op for node in postorder(laws)}
 
 
-def of_inputs(drives: Iterable[Any]) -> set[Op]:
-    """Those of the inputs that are expressions of the state."""
-    return {node.op for f in drives if isinstance(f, Formula) and f.of_state for node in postorder([f.expr])}
+def _on_one_side(eom: Equations, *laws: Expr) -> frozenset[Op]:
+    return frozenset(node.op for node in postorder(on_one_side(eom, laws)))
 
 
 def cornered(now: Routines) -> bool:
     """Whether the rates, or inputs that follow from the state, hold what bends or jumps."""
-    return any(op in JUMPING or isinstance(op, Piecewise) for op in operations(now) | of_inputs(now.drives))
+    return any(op in JUMPING or isinstance(op, Piecewise) for op in operations(now))
+
+
+def kernel_of(name: str, now: Routines, held: bool = False) -> CompiledKernel:
+    """The kernel of a method that motions of these equations need."""
+    watched, sided = now.events is not None, bool(now.quantities)
+    return compiled(name, now.settings or Settings(), held, watched, cornered(now), sided)
 
 
 def of_time(now: Routines) -> bool:
@@ -147,15 +156,8 @@ def implicit(stepper: Stepper, drives: Sequence[Any]) -> str:
 
 def _native(stepper: Stepper, drives: Sequence[Any], rtol: float) -> str:
     settings = stepper.now.rates.settings
-    eom, laws = stepper.eom, stepper.now.laws
-    own = set(operations(stepper.now))
-    if has_jumps(eom, laws):
-        roots = rates_on(eom, *[1] * len(quantities(eom))).task.roots
-        own = {node.op for node in postorder(roots)}
-        every = quantities(eom, laws)
-        drives = drives_on(tuple(drives), on(every, (1,) * len(every)))
-    own |= of_inputs(drives)
-    bent = any(isinstance(f, HeldInput) or (isinstance(f, Formula) and not f.smooth) for f in drives)
+    own = operations(stepper.now)
+    bent = any(isinstance(f, HeldInput) or (isinstance(f, Formula) and not f.of_state and not f.smooth) for f in drives)
     if any(op in CORNERS or isinstance(op, Piecewise) for op in own) or asked(drives) or bent:
         return _BENT
     if any(isinstance(e, SlipEnd) for e in stepper.eom.events):

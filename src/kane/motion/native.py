@@ -13,29 +13,28 @@ from kane.expr.node import ZERO
 from kane.model.declarations import Event
 from kane.motion.arguments import Arguments
 from kane.motion.constraint_kernels import Holding, regular, unheld
-from kane.motion.course import Course, Method
+from kane.motion.course import HELD, RECENT, Course, Method, chattering, standing
 from kane.motion.hybrid.actions import leapt_over
 from kane.motion.hybrid.automaton import leaving
 from kane.motion.hybrid.events import End, Fresh, Inspection, StepSeen, Verdict, ended_by, up_to_a_break
-from kane.motion.hybrid.modes import HELD, RECENT, Modes, chattering, standing
+from kane.motion.hybrid.sides import on_their_sides
 from kane.motion.inputs.breakpoints import next_end, on_from, told_apart
 from kane.motion.inputs.feedback import Held, controllers
 from kane.motion.interrupts import is_noted
-from kane.motion.methods import cornered, implicit
+from kane.motion.methods import implicit, kernel_of
 from kane.motion.right_hand_side import Given, Routines, exact
 from kane.motion.solvers.stepping import STEPPED, ScipyCourse, not_held
 from kane.motion.start import nearly_singular
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
-from kane.motion.steppers.table import INTEGRATORS, compiled
+from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steppers.watched import ROOM
 from kane.motion.steps import Stepper
-from kane.motion.switches import has_jumps, switches
+from kane.motion.switches import switches
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EPS, SAME_TIME
 from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.numeric.sign_changes import SHARES
 from kane.program.native.entry import entry
-from kane.program.native.machine import Settings
 
 _DOUBLINGS = 80
 
@@ -182,30 +181,20 @@ class NativeCourse(Course):
 
     def _take_up(self, t: float) -> None:
         """From the state at hand on, by the equations that are stepped now."""
-        self.modes = Modes(self.stepper, t, self.y) if has_jumps(self.stepper.eom, self.stepper.now.laws) else None
-        self._call_anew(t)
-
-    def _call_anew(self, t: float) -> None:
-        """The kernel goes on from the state at hand by other equations than before."""
-        stepper, modes = self.stepper, self.modes
+        stepper = self.stepper
         self._note_fresh()
-        self.now = stepper.now if modes is None else modes.routines(stepper)
-        settings = self.now.settings or Settings()
-        held, watched = stepper.projection is not None, self.now.events is not None
-        kernel = compiled(self.method.name, settings, held, watched, cornered(self.now))
-        count = 0 if modes is None else len(modes.sides)
-        self.arguments = Arguments(self.method.name, self.now, t, self.s, self.y, count, self.fresh)
+        now = on_their_sides(stepper.now)
+        kernel = kernel_of(self.method.name, now, held=stepper.projection is not None)
+        self.arguments = Arguments(self.method.name, now, t, self.s, self.y, self.fresh)
+        self.now = self.arguments.now
         self.given = self.arguments.given | {"times": self.times, "rows": self.out, "samples": len(self.out)}
-        if modes is not None:
-            self.given["seen"][[len(stepper.eom.events) + k for k in modes.fresh]] = 0.0
         self.holding = Holding(stepper, t, self.y) if stepper.projection else None
         if self.holding is not None:
             self.given |= self.holding.given | {"held_marks": self.marks}
             self.holding.begin(self.s)
-        self.given |= self._pauses(modes is None)
+        self.given |= self._pauses()
         self.kernel = kernel.bound(self.given | {"limit": 0})
         self.looked = False
-        self.landing: tuple[int, ...] = ()
         self._begin(t)
 
     def _begin(self, t: float) -> None:
@@ -214,6 +203,7 @@ class NativeCourse(Course):
         self._control(t)
         self.s[: Slot.FRESH + 1] = first_slots(self.method, self.span, t, end)
         self.s[Slot.BREAKPOINT] = np.searchsorted(self.given["pauses"][:-1:3], t, side="right")
+        self.s[Slot.SIDED] = self.s[Slot.TURNING] = 0.0
 
     def _control(self, t: float, x: int = 0, out: int = 0) -> None:
         """Sampled controllers are asked, if their time has come."""
@@ -222,9 +212,9 @@ class NativeCourse(Course):
         self.arguments.hold()
         self.s[Slot.STOPPED] = float(is_noted())
 
-    def _pauses(self, goes_on: bool) -> Given:
-        """The breakpoints of the motion, at which a kernel `goes_on`, and what it asks there."""
-        table = pauses(self.method.breakpoints, self.span, self.controllers) if goes_on else np.zeros(0)
+    def _pauses(self) -> Given:
+        """The breakpoints of the motion, and what a kernel asks there."""
+        table = pauses(self.method.breakpoints, self.span, self.controllers)
         hook = self.arguments.hooked(self._control) if self.controllers else entry(self.now.rates)
         return {"breakpoints": len(table) // 3, "pauses": np.append(table, 0.0), "control": hook}
 
@@ -281,10 +271,10 @@ class NativeCourse(Course):
         over = back is ReturnCode.END and self.s[Slot.END] >= self.span[1]
         if back is not ReturnCode.END and (self._stiff() or self._eased(back, before, done)):
             return None
-        if self.modes is not None and float(self.s[Slot.TIME]) > before:
-            self.modes.gone_on()
+        if back in (ReturnCode.STANDS, ReturnCode.RESTS):
+            return self._turning(back)
         if back is ReturnCode.LOOK:
-            return self._doubt() if self.s[Slot.HELD] and not self.looked else self._look()
+            return self._doubt() if self.s[Slot.HELD] and not self.s[Slot.LOOKED] else self._look()
         changed = self.looked and self._settled()
         told = self._stalled(back, before)
         if told:
@@ -317,12 +307,7 @@ class NativeCourse(Course):
         if changed and unheld(self.stepper):
             self._hand_over(t)
             return
-        if self.landing and self.modes is not None and not changed and back is ReturnCode.END:
-            at = float(self.s[Slot.END])
-            self.modes.turn(self.stepper, at, self.y, self.landing)
-            self._call_anew(at)
-            return
-        if changed or (back is ReturnCode.END and self.modes is not None):
+        if changed:
             self._take_up(t)
         elif back is ReturnCode.END:
             self._begin(t)
@@ -454,28 +439,28 @@ class NativeCourse(Course):
 
     def _decided(self, found: Inspection, start: float, h: float) -> End | None:
         """What follows for the step of length h from `start` that is not taken: it is taken otherwise, or the motion ends."""
-        verdict, modes, which = found.verdict, self.modes, found.which
+        verdict = found.verdict
         self.looked, self.s[Slot.LOOKED] = False, 0.0
-        again = modes is not None and modes.tried.issuperset(
-            which
-        )  # switches that came back from their other side before
         if verdict is Verdict.SHORTER:
             self.s[Slot.STEP] = found.t or h / 2
-        elif verdict is Verdict.UP_TO:
-            self.s[Slot.END], self.landing = found.t, which
         elif verdict is Verdict.TURNED:
             return self._stopped(f"another branch of the closures lies beyond t = {start:.6g}: {found.message}")
         elif verdict is Verdict.MISSED:
             return self._stopped(not_held(self.stepper, start, self.y.copy(), self.span, found.message))
-        elif verdict is Verdict.SINGULAR or (start == self.span[0] and again):
+        else:
             self._hand_over(start)
-            self.for_good = bool(which)
-        elif modes is not None and again:
-            told = standing(self.stepper.now, [modes.quantities[k] for k in which])
-            return self._stopped(f"the motion does not get on beyond t = {start:.6g}: {told}")
-        elif modes is not None:
-            modes.turn(self.stepper, start, self.y, which, tried=True)
-            self._call_anew(start)
+        return None
+
+    def _turning(self, back: ReturnCode) -> End | None:
+        """What follows where no side of a switch leads on: from the beginning, or where its quantity rests, SciPy's steps."""
+        t = float(self.s[Slot.TIME])
+        if back is ReturnCode.STANDS and t > self.span[0]:
+            which = self.now.quantities[int(self.s[Slot.WORST]) - len(self.stepper.eom.events)]
+            return self._stopped(
+                f"the motion does not get on beyond t = {t:.6g}: {standing(self.stepper.now, [which])}"
+            )
+        self._hand_over(t)
+        self.for_good = True
         return None
 
     def _settled(self) -> bool:
@@ -539,13 +524,6 @@ class NativeCourse(Course):
             state: Array = along(np.array([t]))[0]
             return state
 
-        if self.modes is not None:
-            found = self.modes.look(now, dense, start, h, values[:, len(events) :])
-            aimed = found.verdict is Verdict.UP_TO and found.t == start + h and h >= self._left()
-            if found.verdict is not Verdict.TAKEN and not aimed:
-                return self._decided(found, start, h)
-            # what was aimed at is met there, though rounding leaves it on this side
-            self.landing = self.landing or found.which
         s[Slot.LOOKED] = 2.0
         values = values[:, : len(events)]
         noted, end, t = self.meets(now, dense, StepSeen(times, values), largest)

@@ -6,8 +6,8 @@ systems as products with all unit vectors in one native loop, whose code is as l
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -18,9 +18,11 @@ from kane.equations.equations import Equations
 from kane.equations.routines import along, ports, rate_names
 from kane.expr.differentiation import tangent, weighted
 from kane.expr.node import ONE, Expr, postorder
+from kane.expr.piecewise import Piecewise, leaps, on_sides, side_symbol, side_symbols
+from kane.expr.piecewise import switches as switches_of
 from kane.expr.symbols import Symbol, time
 from kane.motion.inputs.breakpoints import Clock, clock
-from kane.motion.inputs.expressions import SharedLaw, law_ports, turning_laws
+from kane.motion.inputs.expressions import Number, SharedLaw, law_ports, turning_laws
 from kane.motion.inputs.feedback import value
 from kane.motion.inputs.functions import following, follows, law_and, law_of
 from kane.motion.switches import switches
@@ -28,11 +30,12 @@ from kane.numeric.arrays import Array, Mask
 from kane.numeric.mass_metric import least_constraint
 from kane.numeric.rank import Mixed
 from kane.program.from_expressions import Bundle, Shaped
-from kane.program.native.compiled_routine import CompiledRoutine
-from kane.program.native.entry import entry, hoisted
+from kane.program.native.compiled_routine import BundleRoutine, CompiledRoutine
+from kane.program.native.entry import entry, hoist_entry, hoisted
 from kane.program.native.machine import Settings
 from kane.program.program import Port
 
+R = TypeVar("R")
 Given = dict[str, Any]
 """Arrays, integers and routines by the names of a kernel's arguments."""
 
@@ -48,10 +51,11 @@ def timed(eom: Equations) -> Clock:
     return clock(rates(eom).task.roots)
 
 
-def watched(eom: Equations) -> Bundle[tuple[Array, ...]]:
-    """The events' quantities."""
-    roots = without_unknowns(eom.solved, [e.quantity for e in eom.events])
-    return Bundle("events", ports(eom.derived), _parts, {"events": roots}, [e.name for e in eom.events])
+def watched(eom: Equations, *more: Expr) -> Bundle[tuple[Array, ...]]:
+    """The events' quantities, and `more` of switches."""
+    roots = [*without_unknowns(eom.solved, [e.quantity for e in eom.events]), *more]
+    names = [*(e.name for e in eom.events), *map(str, range(len(more)))]
+    return Bundle("events", law_ports(eom, more), _parts, {"events": roots}, names)
 
 
 def switched(eom: Equations, *more: Expr) -> Bundle[tuple[Array, ...]]:
@@ -64,6 +68,33 @@ def jumping(eom: Equations, laws: Sequence[Expr] = ()) -> list[Expr]:
     """The quantities at which loads jump, then those at which laws of inputs do."""
     found = [*switches(eom), *switches(eom, laws)] if laws else switches(eom)
     return list(dict.fromkeys(s.quantity for s in found if s.jumps))
+
+
+def quantities(eom: Equations, laws: Sequence[Expr] = ()) -> tuple[Expr, ...]:
+    """The quantities of all switches that the rates hold, then of those of the laws of inputs, but for tables that only bend."""
+    found = [s for roots in (rates(eom).task.roots, laws) for s in switches_of(roots)]
+    return tuple(dict.fromkeys(s.quantity for s in found if not all(map(_bending, s.nodes))))
+
+
+def _bending(node: Expr) -> bool:
+    return isinstance(node.op, Piecewise) and not leaps(node.op)
+
+
+def sided(eom: Equations, count: int, make: Callable[..., Bundle[R]], *arguments: Any) -> Bundle[R]:
+    """A bundle with the switches of `quantities` on their sides, of which there are `count` behind the parameters."""
+    plain, own, memo = make(eom, *arguments), side_symbols(quantities(eom)), dict[Expr, Expr]()
+    groups = {
+        name: Shaped(group.shape, tuple(on_sides(root, own, memo) for root in group.roots))
+        for name, group in plain.groups.items()
+    }
+    own_ports = [replace(p, symbols=_with_sides(p.symbols, count)) if p.name == "p" else p for p in plain.ports]
+    return Bundle(plain.name, own_ports, plain.record, groups, plain.labels)
+
+
+def _with_sides(symbols: Sequence[Symbol], count: int) -> tuple[Symbol, ...]:
+    """So many sides between parameters and the numbers of laws."""
+    first = next((k for k, s in enumerate(symbols) if isinstance(s, Number)), len(symbols))
+    return (*symbols[:first], *map(side_symbol, range(count)), *symbols[first:])
 
 
 def _parts(*parts: Array) -> tuple[Array, ...]:
@@ -89,7 +120,9 @@ def unembedded(eom: Equations) -> Bundle[Unembedded]:
 class Routines:
     """Equations with values `p` of their parameters and `drives`, the inputs as functions of time; `width` counts (q, u, a).
 
-    `numbers` are those of the inputs that are expressions, and of the quantities at which they switch.
+    `numbers` are those of the inputs that are expressions, and of the quantities at which they switch. Where a kernel decides
+    switches, p ends with the sides of `quantities`, and `written` are the inputs on their sides; `turning` are the quantities as
+    routines take them.
     """
 
     eom: Equations
@@ -101,6 +134,19 @@ class Routines:
     events: CompiledRoutine | None
     switches: CompiledRoutine | None = None
     numbers: tuple[float, ...] = ()
+    quantities: tuple[Expr, ...] = ()
+    written: tuple[Callable[[Any], Any], ...] = ()
+    turning: tuple[Expr, ...] = ()
+
+    def routine(self, make: Callable[..., Bundle[R]], *arguments: Any) -> BundleRoutine[R]:
+        """The routine of a bundle, on the sides of switches where a kernel decides these."""
+        numeric, count = self.eom.numeric(self.settings), len(self.quantities)
+        return numeric.routine(sided, count, make, *arguments) if count else numeric.routine(make, *arguments)
+
+    @property
+    def laid(self) -> tuple[Callable[[Any], Any], ...]:
+        """The inputs as kernels take them: on the sides of switches where these are decided there."""
+        return self.written or self.drives
 
     @property
     def laws(self) -> tuple[Expr, ...]:
@@ -121,7 +167,7 @@ class Routines:
 
     def least_rate(self, t: float, y: Array, m: Array, a: Array, reach: Array, mix: Mixed | None = None) -> Array:
         """(q̇, u̇, P) with the u̇ nearest to M⁻¹ f in the mass metric for which A u̇ = −(Ȧ u + ḃ)."""
-        routine = self.eom.numeric(self.settings).routine(unembedded)
+        routine = self.routine(unembedded)
         q_dot, f, drift = routine(t, y[: self.width], self.p, self.inputs(t, y))
         rest = self.rate(t, y)[len(q_dot) + len(f) :]
         return np.concatenate([q_dot, least_constraint(m, a, f, -drift, reach, mix), rest])
@@ -159,7 +205,8 @@ class Routines:
         """A number for every symbol of the equations."""
         eom = self.eom
         symbols = (time, *eom.state, *eom.parameters, *eom.inputs)
-        return dict(zip(symbols, [t, *y[: self.width], *self.p, *self.inputs(t, y)], strict=True))
+        p = self.p[: len(eom.parameters)]
+        return dict(zip(symbols, [t, *y[: self.width], *p, *self.inputs(t, y)], strict=True))
 
     def explain(self, t: float, y: Array) -> str:
         """What is not finite first."""
@@ -283,35 +330,36 @@ def _held(eom: Equations) -> Mask:
 
 def derivatives(now: Routines, t: float, y: Array, law: SharedLaw | None) -> Given:
     """What a kernel is told of J."""
-    numeric, long, p = now.eom.numeric(now.settings), is_long(now), now.p
+    long, p = is_long(now), now.p
     if law is not None and follows(now.drives):
-        routine, p = numeric.routine(closed, *law.values).flat, law.parameters(p)
+        routine, p = now.routine(closed, *law.values).flat, law.parameters(p)
     else:
-        routine = numeric.routine(products if long else entries).flat
+        routine = now.routine(products if long else entries).flat
     at = t, y[: now.width], p, now.inputs(t, y)
     own, none = entry(routine), entry(now.rates)
     given: Given = {"long": int(long), "jac": none if long else own, "along": own if long else none}
-    return given | {"hj": hoisted(routine, *at, *([np.zeros(now.width)] if long else []))}
+    h = hoisted(routine, *at, *([np.zeros(now.width)] if long else []))
+    return given | {"hj": h, "hoist_hj": hoist_entry(routine)}
 
 
 def exact(now: Routines) -> Callable[[float, Array], Array]:
     """J(t, y). What has no derivative at a state, as a root that ends there, counts as not changing: steps are judged without J."""
-    eom, n = now.eom, now.width
-    numeric, unit = eom.numeric(now.settings), np.eye(n)
+    n = now.width
+    unit = np.eye(n)
     long = is_long(now)
 
     def by_entries(t: float, x: Array) -> Array:
-        return numeric.routine(entries)(t, x, now.p, now.inputs(t, x))
+        return now.routine(entries)(t, x, now.p, now.inputs(t, x))
 
     def by_products(t: float, x: Array) -> Array:
-        return numeric.routine(products)(t, x, now.p, now.inputs(t, x), unit).T
+        return now.routine(products)(t, x, now.p, now.inputs(t, x), unit).T
 
     def by_law(t: float, x: Array) -> Array:
         return by_values(t, x, p, now.inputs(t, x))
 
-    law = None if long or not follows(now.drives) else law_of(now.drives, now.eom.inputs)
+    law = None if long or not follows(now.drives) else law_of(now.laid, now.eom.inputs)
     if law is not None:
-        by_values, p = numeric.routine(closed, *law.values), law.parameters(now.p)
+        by_values, p = now.routine(closed, *law.values), law.parameters(now.p)
     by_law_alone = not law and following(now.drives)
 
     def j(t: float, y: Array) -> Array:

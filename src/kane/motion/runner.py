@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Motions that a kernel runs in one call, bound once to its arrays: what `simulate` keeps for the next call, and `prepare` gives.
 
-They are those in which Python is not asked between two steps: without constraints, switches, breakpoints and inputs that change, with
-events that a kernel decides. A start, parameters and the end are judged by sure bounds in compiled code; whatever these leave open is
-judged as ever, by a motion from its beginning on (`loop.py`).
+They are those in which Python is not asked between two steps: without constraints, breakpoints and inputs that change, with events
+and switches that a kernel decides. A start, parameters and the end are judged by sure bounds in compiled code; whatever these leave
+open is judged as ever, by a motion from its beginning on (`loop.py`).
 """
 
 import time
@@ -23,16 +23,16 @@ from kane.expr.node import ONE, Expr
 from kane.model.beams.beam import Beam
 from kane.model.declarations import Event
 from kane.motion.arguments import Arguments
-from kane.motion.course import Method
+from kane.motion.course import HELD, MANY_STEPS, RECENT, Method
 from kane.motion.hybrid.automaton import asks, evaluated, stands_beside
 from kane.motion.hybrid.events import check_witnesses, ended_by
-from kane.motion.hybrid.modes import MANY_STEPS
+from kane.motion.hybrid.sides import on_their_sides, unfit
 from kane.motion.inputs.functions import constant
 from kane.motion.inputs.smooth import check_prescribed
 from kane.motion.integrators import spelled
 from kane.motion.interrupts import is_noted, noted
 from kane.motion.loop import continued
-from kane.motion.methods import cornered
+from kane.motion.methods import kernel_of
 from kane.motion.native import LOOKS, Stiffness, first_slots
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Routines, only, timed
@@ -41,14 +41,13 @@ from kane.motion.solution.phases import Phase
 from kane.motion.solution.solution import Solution, some_of
 from kane.motion.start import POSITIVE, check_masses, moves_pivots
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
-from kane.motion.steppers.table import INTEGRATORS, compiled
+from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import Stepper
-from kane.motion.switches import switches
+from kane.motion.switches import has_jumps, switches
 from kane.numeric.arrays import Array
 from kane.numeric.scale import SURELY_REGULAR
 from kane.program.from_expressions import Bundle
 from kane.program.native.entry import hoisted
-from kane.program.native.machine import Settings
 from kane.progress import working
 
 _PATIENCE = 0.05
@@ -124,7 +123,7 @@ def is_plain(stepper: Stepper, method: Method) -> bool:
         and not method.breakpoints
         and not is_constrained(eom)
         and not (bool(eom.events) and eom.numeric().value(asks))
-        and not switches(eom)
+        and (not switches(eom) or (has_jumps(eom) and not unfit(eom)))
         and not moves_pivots(eom)
         and not any(eom.numeric().value(timed))
         and not any(isinstance(b, Beam) for b in eom.system.bodies)
@@ -161,19 +160,20 @@ class Runner:
         self.few = some_of(len(self.t))
         self.some = self.states if len(self.few) == len(self.t) else np.zeros((len(self.few), n))
         self.verdict = np.zeros((len(self.few), 3))
+        self.plain = stepper.now
         self._bind(stepper.now)
 
     def _bind(self, now: Routines) -> None:
         """The kernel is called with these values of the parameters from now on."""
-        self.now, name = now, self.method.name
+        name, now = self.method.name, on_their_sides(now)
         self.r = now.inputs(self.span[0], self.y)
         arguments = Arguments(name, now, self.span[0], self.s, self.y)
+        self.now = arguments.now
         more = {"times": self.times, "rows": self.rows, "samples": len(self.rows)}
         self.given = arguments.given | more
         places = (self.t[self.few], 1), (self.some, len(self.y)), (self.given["p"], 0), (self.given["r"], 0)
         self.judge = now.eom.numeric(now.settings).routine(judged).flat.on_rows(*places, out=self.verdict)
-        kernel = compiled(name, now.settings or Settings(), watched=now.events is not None, cornered=cornered(now))
-        self.kernel = kernel.bound(self.given | {"limit": 0})
+        self.kernel = kernel_of(name, now).bound(self.given | {"limit": 0})
 
     def take(self, eom: Equations, constants: Mapping[Expr, float]) -> None:
         """The next motions have these values of the parameters, which are checked.
@@ -188,13 +188,12 @@ class Runner:
         if told == self.told:
             return
         check_values(eom, p, self.span)
-        now = replace(self.now, p=p)
         if INTEGRATORS[self.method.name].implicit:
-            self._bind(now)
+            self._bind(replace(self.plain, p=p))
         else:
-            self.now = now
-            self.given["p"][: len(p)] = p
-            at = self.span[0], self.y[:-1], p, self.r
+            now = self.now
+            now.p[: len(p)] = p
+            at = self.span[0], self.y[:-1], now.p, self.r
             self.given["h"][:] = hoisted(now.rates, *at)
             for name, routine in ({} if now.events is None else evaluated(now)).items():
                 self.given[f"h{name[0]}"][:] = hoisted(routine, *at)
@@ -236,8 +235,12 @@ class Runner:
     def _steps(self, begun: float) -> tuple[ReturnCode, Stiffness]:
         """The kernel's steps up to the end, or as long as there is nothing to look at; and what was told of stiffness before that."""
         stiffness, most = Stiffness(False), self.method.max_steps
+        limit = RECENT if self.now.quantities else LOOKS
         while True:
-            back = ReturnCode(self.kernel(limit=min(LOOKS, most - int(self.s[Slot.STEPS]))))
+            t = self.s[Slot.TIME]
+            back = ReturnCode(self.kernel(limit=min(limit, most - int(self.s[Slot.STEPS]))))
+            if self.now.quantities and back is ReturnCode.LIMIT and self.s[Slot.TIME] - t < HELD * self.s[Slot.SPAN]:
+                return ReturnCode.STANDS, stiffness
             before = copy(stiffness)
             if back is ReturnCode.FULL:
                 self._met()
@@ -251,7 +254,8 @@ class Runner:
     def _continued(self, eom: Equations, x: Array, phase: Phase, begun: float, stiffness: Stiffness) -> Solution:
         """A motion of many steps."""
         with working("Simulating"), noted():
-            stepper = Stepper(eom, self.now.p, self.now.drives, self.now.settings)
+            p = self.now.p[: len(eom.parameters)]
+            stepper = Stepper(eom, p, self.now.drives, self.now.settings)
             way = self.span, np.append(x, 0.0), self.times[:-1]
             return continued(stepper, self.method, way, phase, (self.given, stiffness), begun)
 

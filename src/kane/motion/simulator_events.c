@@ -11,7 +11,7 @@ static void report(double *s, const double *times, const double *rows, int64_t *
         for (; noted < ends; noted++) {
             const int event = (int)at_log[2 * noted + 1];
             fprintf(stderr, "%s at t = %.17g\n", at_names[event], at_log[2 * noted]);
-            acts = acts || at_kinds[event * KINDS] > 1;
+            acts = acts || at_kinds[event * KINDS] > 2;
         }
         if (last) break;
         print_row(row[0], row + 2);

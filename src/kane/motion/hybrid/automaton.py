@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Events and switches as a kernel takes them: routines of their quantities, tables of what they do and how they leave thresholds.
 
-A kernel decides what follows from numbers: passages of events that are noted or end the motion, and actions that set the state of
-systems without constraints to expressions. Pivots of W, actions that are functions of Python, set parameters or inputs, or act under
-constraints, and all events beside loads that switch are asked of Python.
+A kernel decides what follows from numbers: passages of events that are noted or end the motion, switches, and actions that set the
+state of systems without constraints to expressions. Pivots of W, actions that are functions of Python, set parameters or inputs, or
+act under constraints are asked of Python.
 """
 
 from typing import Any
@@ -13,7 +13,7 @@ import numpy as np
 from kane.dynamics.poles import SLIPS, KinematicsEnd, SlipEnd
 from kane.equations.equations import Equations
 from kane.model.declarations import Event
-from kane.motion.hybrid.event_routines import actions, bundles, decided, glance, tendency, values_set
+from kane.motion.hybrid.event_routines import actions, bundles, glance, tendency, values_set
 from kane.motion.hybrid.events import Fresh, Leaves, leaves_row
 from kane.motion.right_hand_side import Given, Routines
 from kane.motion.steppers.crossings import KINDS, LEAVES, Kind
@@ -23,7 +23,7 @@ from kane.numeric.arrays import Array
 from kane.numeric.scale import ROUNDED_TERMS
 from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.native.compiled_routine import CompiledRoutine
-from kane.program.native.entry import aligned, entry, hoisted, wide_entry
+from kane.program.native.entry import aligned, entry, hoist_entry, hoisted, wide_entry
 
 
 def kind(eom: Equations, event: Event, acting: bool) -> Kind:
@@ -36,15 +36,12 @@ def kind(eom: Equations, event: Event, acting: bool) -> Kind:
 def tables(eom: Equations, n: int, switches: int = 0) -> Given:
     """What is the same for all motions of n components: counts, what events do, at which thresholds, and room."""
     events, count, own = eom.events, len(eom.events) + switches, {e.name for e in eom.system.events}
-    decides = decided(eom) and not switches
-    values = values_set(eom) if decides else []
+    values = values_set(eom)
     acting, none = {k for k, _, _ in values}, [0.0] * switches
     shared = np.array([isinstance(e, SlipEnd) and e.by_share for e in events], dtype=bool)
-    kinds = np.full((count, KINDS), float(Kind.ASKED))
+    kinds = np.array([[float(Kind.TURNS), 0.0, 0.0, 0.0]] * count).reshape(-1, KINDS)
     for k, event in enumerate(events):
-        if decides:
-            kinds[k, 0] = kind(eom, event, k in acting)
-        kinds[k, 1:] = event.direction, event.name in own, bool(event.terminal)
+        kinds[k] = kind(eom, event, k in acting), event.direction, event.name in own, bool(event.terminal)
     lengths = rooms(count, len(events), len(values), n)
     return {
         "events": count,
@@ -61,17 +58,19 @@ def tables(eom: Equations, n: int, switches: int = 0) -> Given:
     }
 
 
-def automaton(now: Routines, t: float, y: Array, fresh: Fresh, switches: int = 0, wide: bool = True) -> Given:
-    """What tells a kernel of events, and of so many switches behind them, from t on."""
+def automaton(now: Routines, t: float, y: Array, fresh: Fresh, wide: bool = True) -> Given:
+    """What tells a kernel of events, and of switches behind them, from t on."""
     assert now.events is not None
     numeric, seen, at = now.eom.numeric(now.settings), now.watch(t, y), (t, y[: now.width])
-    given = {name: _own(what) for name, what in numeric.value(tables, len(y), switches).items()}
-    given |= {"seen": seen, "largest": np.nan_to_num(np.abs(seen))}
+    given = {name: _own(what) for name, what in numeric.value(tables, len(y), len(now.quantities)).items()}
+    given |= {"seen": seen, "largest": np.nan_to_num(np.abs(seen)), "sides_at": len(now.eom.parameters)}
     given["watch"] = wide_entry(now.events, PARTS) if wide else entry(now.events)
     begin_at(given, now.eom.events, fresh)
-    for name, routine in evaluated(now, switches).items():
+    for name, routine in evaluated(now).items():
         own = {} if name == "watch" else {name: entry(routine)}
-        given |= own | {f"h{name[0]}": hoisted(routine, *at, now.parameters(routine), now.inputs(t, y))}
+        h = f"h{name[0]}"
+        given |= own | {h: hoisted(routine, *at, now.parameters(routine), now.inputs(t, y))}
+        given[f"hoist_{h}"] = hoist_entry(routine)
     return given
 
 
@@ -84,29 +83,31 @@ def _own(what: Any) -> Any:
     return copy
 
 
-def evaluated(now: Routines, switches: int = 0) -> dict[str, CompiledRoutine]:
+def evaluated(now: Routines) -> dict[str, CompiledRoutine]:
     """What a kernel evaluates of events, by the names of its arguments; the rates stand for what it does not."""
     assert now.events is not None
-    numeric, decides = now.eom.numeric(now.settings), decided(now.eom) and not switches
-    numeric.compile(*bundles(now.eom))
-    acting = decides and bool(numeric.value(values_set))
-    wanted = (("glance", glance, decides), ("tendency", tendency, acting), ("act", actions, acting))
-    return {"watch": now.events} | {
-        name: numeric.routine(bundle).flat if needed else now.rates for name, bundle, needed in wanted
+    numeric = now.eom.numeric(now.settings)
+    if not now.quantities:
+        numeric.compile(*bundles(now.eom))
+    acting = bool(numeric.value(values_set))
+    found = {"watch": now.events, "glance": now.routine(glance, *now.turning).flat}
+    return found | {
+        name: now.routine(bundle).flat if acting else now.rates
+        for name, bundle in (("tendency", tendency), ("act", actions))
     }
 
 
 def asks(eom: Equations) -> bool:
-    """Whether Python is asked wherever there is an event: for actions that kernels do not take, and beside loads that switch."""
+    """Whether Python is asked wherever there is an event: for actions that kernels do not take."""
     acting = {k for k, _, _ in values_set(eom)}
-    return not decided(eom) or any(e.then is not None and k not in acting for k, e in enumerate(eom.events))
+    return any(e.then is not None and k not in acting for k, e in enumerate(eom.events))
 
 
 def stands_beside(now: Routines, given: Given, t: float, y: Array) -> bool:
     """Whether no quantity is at its threshold at a start, which `given` then tells of; they are finite."""
-    count = len(now.eom.events)
-    routine = now.eom.numeric(now.settings).routine(glance).flat
-    found = routine(t, y[: now.width], now.p, now.inputs(t, y) if now.drives else None)
+    count = len(given["seen"])
+    routine = now.routine(glance, *now.turning).flat
+    found = routine(t, y[: now.width], now.parameters(routine), now.inputs(t, y) if now.drives else None)
     given["seen"][:], given["largest"][:], given["leaves"][:] = found[:count], np.abs(found[:count]), 0.0
     own = given["kinds"].reshape(-1, KINDS)[:count, 2] > 0
     away = np.abs(found[:count] - given["least"][:count]) > ROUNDED_TERMS * found[count:]

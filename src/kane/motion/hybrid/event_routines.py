@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What kernels evaluate to decide events: their quantities, the sizes of the terms, their rates, the values that actions set."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,20 +13,20 @@ from kane.errors import ExpressionError
 from kane.expr.build import add
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ZERO, Expr, as_expr
-from kane.expr.regular import size
+from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Rate, Reaction
 from kane.model.declarations import Event, target
+from kane.motion.inputs.expressions import law_ports
 from kane.motion.projection import is_constrained
-from kane.motion.right_hand_side import jumping
 from kane.motion.start import moves_pivots
 from kane.numeric.arrays import Array
 from kane.program.from_expressions import Bundle
 
 
-def glance(eom: Equations) -> Bundle[tuple[Array, ...]]:
-    """The events' quantities, then the sizes of their terms, thresholds among them; 0 where nothing is known of these."""
-    roots = without_unknowns(eom.solved, [e.quantity for e in eom.events])
-    return _bundle(eom, "glance", [*roots, *map(_size, eom.events)])
+def glance(eom: Equations, *more: Expr) -> Bundle[tuple[Array, ...]]:
+    """The quantities of events, and `more` of switches, then the sizes of their terms and thresholds; 0 where nothing is known."""
+    roots, memo = [*without_unknowns(eom.solved, [e.quantity for e in eom.events]), *more], Sizes()
+    return _bundle(eom, "glance", [*roots, *map(_size, eom.events), *(size(c, memo) for c in more)], more)
 
 
 def _size(event: Event) -> Expr:
@@ -56,8 +56,8 @@ def actions(eom: Equations) -> Bundle[tuple[Array, ...]]:
     return _bundle(eom, "act", [value for _, _, value in values_set(eom)])
 
 
-def _bundle(eom: Equations, name: str, roots: list[Expr]) -> Bundle[tuple[Array, ...]]:
-    return Bundle(name, ports(eom.derived), _parts, {name: roots}, list(map(str, range(len(roots)))))
+def _bundle(eom: Equations, name: str, roots: list[Expr], laws: Sequence[Expr] = ()) -> Bundle[tuple[Array, ...]]:
+    return Bundle(name, law_ports(eom, laws), _parts, {name: roots}, list(map(str, range(len(roots)))))
 
 
 def _parts(*parts: Array) -> tuple[Array, ...]:
@@ -66,7 +66,7 @@ def _parts(*parts: Array) -> tuple[Array, ...]:
 
 def values_set(eom: Equations) -> list[tuple[int, int, Expr]]:
     """Of the events that act in a kernel: which one, the place in the state that it sets, to what."""
-    if is_constrained(eom) or moves_pivots(eom) or jumping(eom):
+    if is_constrained(eom) or moves_pivots(eom):
         return []
     place, known = {s: k for k, s in enumerate(eom.state)}, {s for port in ports(eom.derived) for s in port.symbols}
     found = []
@@ -84,13 +84,8 @@ def _is_value(what: object) -> bool:
     return isinstance(what, Expr | int | float | np.number) and not isinstance(what, bool)
 
 
-def decided(eom: Equations) -> bool:
-    """Whether a kernel decides at all: there are events, and no loads that switch."""
-    return bool(eom.events) and not jumping(eom)
-
-
 def bundles(eom: Equations) -> list[Callable[[Equations], Bundle[Any]]]:
     """What a kernel needs besides the quantities."""
-    if not decided(eom):
+    if not eom.events:
         return []
     return [glance, *([tendency, actions] if values_set(eom) else [])]

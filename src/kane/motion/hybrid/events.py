@@ -126,14 +126,13 @@ def met_along(
     The motion is to lead to `end`, and since the time `since` no action was taken.
     """
     events, (times, values) = now.eom.events, step
-    routine = now.eom.numeric(now.settings).routine(glance).flat
-    sizes = [0.0] * len(events)
+    routine, count = now.routine(glance, *now.turning).flat, len(events)
 
     def look(t: float) -> Array:
         state = dense(t)
         x = state[: now.width]
-        rounding = routine(t, x, now.p, now.inputs(t, state) if now.drives else None)[len(sizes) :]
-        return np.concatenate([now.watch(t, state)[: len(sizes)], rounding])
+        found = routine(t, x, now.parameters(routine), now.inputs(t, state) if now.drives else None)
+        return np.concatenate([now.watch(t, state)[:count], found[count + len(now.turning) :][:count]])
 
     found = crossings(events, look, times, values, thresholds(events, largest), fresh, steps_since(times, since, end))
     found += vanishing(events, now.watch, dense, times, values, largest, rtol)

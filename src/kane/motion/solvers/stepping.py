@@ -15,9 +15,8 @@ from kane.dynamics.constraints.manifold import manifold
 from kane.dynamics.poles import KinematicsEnd
 from kane.expr.evaluation import free_symbols
 from kane.expr.symbols import input_of, time
-from kane.motion.course import Course, Method
+from kane.motion.course import Course, Method, chattering
 from kane.motion.hybrid.events import PARTS, End, Fresh, Met, StepSeen, leapt
-from kane.motion.hybrid.modes import chattering
 from kane.motion.inputs.breakpoints import next_end, on_from, told_apart
 from kane.motion.inputs.feedback import controllers
 from kane.motion.projection import Numbers

@@ -18,7 +18,8 @@ class ReturnCode(IntEnum):
     """Why a kernel returns: at the end; after as many steps as it may take; as no step is short enough, or a number is not finite.
 
     LOOK means that the next step may hold an event: it was not gone on from, and is taken again. EVENT means that an event ended the
-    motion, FULL that what was noted of events is to be collected.
+    motion, FULL that what was noted of events is to be collected. STANDS means that no side of a switch leads on, RESTS that its
+    quantity stays at zero.
     """
 
     ON = 0
@@ -29,6 +30,8 @@ class ReturnCode(IntEnum):
     LOOK = 5
     EVENT = 6
     FULL = 7
+    STANDS = 8
+    RESTS = 9
 
 
 class Slot(IntEnum):
@@ -38,7 +41,8 @@ class Slot(IntEnum):
     BREAKPOINT counts breakpoints that are behind, SMOOTH steps along which the solution hardly bends, LIMITED those that nothing but
     stability or convergence made short. LOOKED is 1 where Python has looked at the constraints of the step, 2 at its events too. SPAN
     is the length of the motion, PHASE when an action was last taken, SINCE how long after the one before; LOGGED events
-    and JUMPS are noted; `control` may have it STOPPED.
+    and JUMPS are noted; `control` may have it STOPPED. SIDED is 0 where the sides of switches are not known, 2 where some turn. Where
+    END is a place at which a switch turns, TURNING is 1 and BEYOND the end behind it.
     """
 
     TIME = 0
@@ -69,6 +73,9 @@ class Slot(IntEnum):
     JUMPS = 25
     STOPPED = 26
     SINCE = 27
+    SIDED = 28
+    TURNING = 29
+    BEYOND = 30
 
 
 SIZE = len(Slot)
@@ -83,7 +90,10 @@ _STILL, _NEAR, _CONSTANT = 1e-5, 1e-6, 1e-15
 
 
 class StepperContext:
-    """The arguments of a stepper's kernel, its cell `back`, and `asks`: with what it comes back instead of going on from a step."""
+    """The arguments of a stepper's kernel, its cell `back`, and `asks`: with what it comes back instead of going on from a step.
+
+    `turned` tells whether a switch turns at the end of the step; `hoists` are the arrays of what is hoisted of each routine.
+    """
 
     def __init__(self, name: str) -> None:
         self.writer = w = Writer(name)
@@ -97,16 +107,26 @@ class StepperContext:
         self.back = w.variable("back", INT)
         self.taken, self.arrived = w.variable("taken", INT), w.variable("arrived", INT)
         self.asks: Variable | None = None
+        self.turned: Variable | None = None
+        self.hoists: list[tuple[str, Array]] = [("h", self.h)]
         self.cursor, self.prepared = w.variable("cursor", INT), w.variable("prepared", INT)
 
-    def steps(self, begin: Callable[[], None], step: Callable[[Term, Term], None], fixed: bool = False) -> Kernel:
+    def steps(
+        self,
+        begin: Callable[[], None],
+        step: Callable[[Term, Term], None],
+        fixed: bool = False,
+        settle: Callable[[], None] | None = None,
+    ) -> Kernel:
         """The kernel: step(h, last) after step until there is a reason to come back, `begin()` before one that is FRESH.
 
-        Steps that are `fixed` are of one length.
+        Steps that are `fixed` are of one length; `settle()` gives switches their sides.
         """
         w = self.writer
         with w.repeat(lambda: self.back.get() < 1):
             with w.when(self.get(Slot.FRESH) > 0.0):
+                if settle is not None:
+                    settle()
                 begin()
             step(*self.length())
             with w.when(self.arrived.get() > 0):
@@ -127,6 +147,8 @@ class StepperContext:
         if not fixed:
             self.put(Slot.STEP, 0.0)
         self.put(Slot.FRESH, 1.0)
+        if self.turned is not None:
+            self.put(Slot.SIDED, 0.0)
         self.more(Slot.BREAKPOINT, 1.0)
         with w.when(self.pauses[place + 2] > 0.0):
             self.control(self.get(Slot.TIME), self.y.at(0), self.p.at(0), self.r.at(0), self.h.at(0), self.r.at(0))
@@ -158,6 +180,12 @@ class StepperContext:
     def drives(self, *takes: Literal["float", "array"]) -> None:
         """The argument that gives r at a time, which a motion has whose inputs are `driven`; it takes what the rates take."""
         self._drive = self.writer.callee("drive", *takes)
+        self.hoists.append(("hd", self.hd))
+
+    def rehoist(self) -> None:
+        """What is hoisted of all routines for the parameters as they are now."""
+        for name, array in self.hoists:
+            self.writer.callee(f"hoist_{name}", "array", "array")(self.p.at(0), array.at(0))
 
     def drive(self, t: Term | Address, x: Address) -> None:
         """The inputs at a time."""
@@ -294,9 +322,22 @@ class StepperContext:
         self.more(Slot.STEPS, 1.0)
         self.count_taken()
         with w.when(last):
-            ahead = self.get(Slot.BREAKPOINT) < w.compute("float", self.breakpoints)
-            self.arrived.put(w.select(ahead, w.integer(1), w.integer(0)))
-            self.back.put(w.select(ahead, self.back.get(), w.integer(ReturnCode.END)))
+            if self.turned is None:
+                self.arrive()
+            else:
+                with w.when(self.get(Slot.TURNING) > 0.0):
+                    self.put(Slot.END, self.get(Slot.BEYOND))
+                    self.put(Slot.TURNING, 0.0)
+                    self.turned.put(1)
+                with w.otherwise():
+                    self.arrive()
+
+    def arrive(self) -> None:
+        """At a breakpoint, or at the end, where the kernel comes back."""
+        w = self.writer
+        ahead = self.get(Slot.BREAKPOINT) < w.compute("float", self.breakpoints)
+        self.arrived.put(w.select(ahead, w.integer(1), w.integer(0)))
+        self.back.put(w.select(ahead, self.back.get(), w.integer(ReturnCode.END)))
 
     def count_taken(self) -> None:
         """One more step is taken; the kernel comes back after as many as it may take."""

@@ -20,12 +20,13 @@ from kane.program.kernel.writer import Array, Term, Variable, Writer
 
 
 class Kind(IntEnum):
-    """What an event does: it is noted; it ends the motion; it changes the state; or Python decides, as it does of switches."""
+    """What an event does: it is noted; a switch turns; the motion ends; its state changes; or Python decides."""
 
     NOTED = 0
-    ENDS = 1
-    ACTS = 2
-    ASKED = 3
+    TURNS = 1
+    ENDS = 2
+    ACTS = 3
+    ASKED = 4
 
 
 KINDS = 4

@@ -9,7 +9,7 @@ import numpy as np
 from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext, add_exactly, dyadic_power
 from kane.motion.steppers.held import Held
 from kane.motion.steppers.tableau import Row, Tableau
-from kane.motion.steppers.watched import Watched, go_on_or_jump
+from kane.motion.steppers.watched import Watched, go_on_or_jump, settling
 from kane.numeric.arrays import Array as Numbers
 from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.kernel.language import INT, Kernel
@@ -22,14 +22,15 @@ _STABLE = 4.0
 _TINY, _HUGE = 2.0**-1000, 1e300
 
 
-def explicit_kernel(tableau: Tableau, held: bool = False, watched: bool = False) -> Kernel:
+def explicit_kernel(tableau: Tableau, held: bool = False, watched: bool = False, sided: bool = False) -> Kernel:
     """The kernel that goes on by adaptive steps: each component's error is held to rtol |y| + atol by itself.
 
-    Where constraints are `held`, the end of each step and each sample are moved onto them; one that is `watched` looks for events.
+    Where constraints are `held`, the end of each step and each sample are moved onto them; one that is `watched` looks for events, and
+    for switches where it is `sided`.
 
     `work` holds `rows(tableau)` rows of n: the k, the state of a stage, y' and what rounding leaves of it, dense output.
     """
-    return _Explicit(tableau, held, watched).kernel()
+    return _Explicit(tableau, held, watched, sided).kernel()
 
 
 def rows(tableau: Tableau) -> int:
@@ -61,13 +62,15 @@ def explicit_dense(tableau: Tableau, given: Mapping[str, Any], h: float, start: 
 class _Explicit:
     """A kernel while it is written."""
 
-    def __init__(self, tableau: Tableau, held: bool, watched: bool) -> None:
+    def __init__(self, tableau: Tableau, held: bool, watched: bool, sided: bool) -> None:
         self.tableau, self.context = tableau, StepperContext(tableau.name)
         self.writer = self.context.writer
         self.rhs = self.writer.callee("rhs", *RATE)
         self.context.drives(*RATE)
         self.held = Held(self.context) if held else None
-        self.watched = Watched(self.context, wide=False, dense=self.dense, held=self.held) if watched else None
+        self.watched = (
+            Watched(self.context, wide=False, dense=self.dense, held=self.held, sided=sided) if watched else None
+        )
         last = tableau.stages + 1 + len(tableau.later)
         self.state, self.after, self.after_lag = (self.context.row(last + k) for k in range(3))
         self.weights = last + 3
@@ -89,7 +92,7 @@ class _Explicit:
             self.stages(h)
             self.decide(h, last, self.error(h), shorter)
 
-        return o.steps(begin, step, fixed=not self.tableau.errors)
+        return o.steps(begin, step, fixed=not self.tableau.errors, settle=settling(self.watched))
 
     def stages(self, h: Term) -> None:
         """k_1, …, y' and k_S."""

@@ -21,7 +21,7 @@ import numpy as np
 from kane.motion.steppers.collocation import Along, defects, events, gauss, weights
 from kane.motion.steppers.context import WIDE, ReturnCode, Slot, StepperContext, add_exactly, dyadic_power
 from kane.motion.steppers.held import Held
-from kane.motion.steppers.watched import Watched, go_on_or_jump
+from kane.motion.steppers.watched import Watched, go_on_or_jump, settling
 from kane.numeric.arrays import Array as Numbers
 from kane.numeric.legendre import legendre
 from kane.program.kernel.language import INT, Kernel, Type
@@ -44,6 +44,7 @@ def gauss_kernel(
     rounds: int = _ITERATIONS,
     held: bool = False,
     watched: bool = False,
+    sided: bool = False,
     cornered: bool = False,
 ) -> Kernel:
     """The kernel: besides what all steppers take, `pairs` holds the (i, j) with q_i' = u_j, `free` the other components but the last.
@@ -52,9 +53,9 @@ def gauss_kernel(
     along each step. `work` holds 35 n + 8 doubles: K, its extrapolation, the states and rates
     of the stages, their times, h over the components' sizes, the end of the step. Steps are taken whose error is `accepted` times the
     one that is wanted, after `rounds` iterations at most. Where constraints are `held`, the end of each step and each sample are moved
-    onto them; where it is `watched`, events are looked for.
+    onto them; where it is `watched`, events are looked for, and switches where it is `sided`.
     """
-    return _Gauss(accepted, rounds, held, watched, cornered).kernel()
+    return _Gauss(accepted, rounds, held, watched, sided, cornered).kernel()
 
 
 def gauss_end(n: int) -> int:
@@ -109,7 +110,7 @@ def along(theta: Numbers) -> tuple[Numbers, Numbers]:
 class _Gauss:
     """The kernel while it is written; places in `work` are terms."""
 
-    def __init__(self, accepted: float, rounds: int, held: bool, watched: bool, cornered: bool) -> None:
+    def __init__(self, accepted: float, rounds: int, held: bool, watched: bool, sided: bool, cornered: bool) -> None:
         self.accepted, self.rounds, self.cornered = accepted, rounds, cornered
         self.context = o = StepperContext("gauss16")
         self.writer = w = o.writer
@@ -118,7 +119,7 @@ class _Gauss:
         self.pairs, self.free = w.array("pairs"), w.array("free")
         self.pair_count, self.free_count = w.number("pair_count"), w.number("free_count")
         self.held = Held(o, wide=True) if held else None
-        self.watched = Watched(o, wide=True, dense=self.along, held=self.held) if watched else None
+        self.watched = Watched(o, wide=True, dense=self.along, held=self.held, sided=sided) if watched else None
         n8 = o.n * STAGES
         self.k, self.next, self.states, self.rates = w.integer(0), n8, n8 * 2, n8 * 3
         self.clock, self.weight = n8 * 4, n8 * 4 + STAGES
@@ -171,7 +172,7 @@ class _Gauss:
             self.iterate(h)
             self.decide(h, last)
 
-        return self.context.steps(self.begin, step)
+        return self.context.steps(self.begin, step, settle=settling(self.watched))
 
     def begin(self) -> None:
         """The rates at the beginning of the step, in the place of K."""

@@ -83,6 +83,7 @@ class Held:
         arrays = [w.array(f"held_{name}") for name in names]
         self.h, self.entries, self.weights, self.w_at, self.chosen, self.dependent = arrays[:6]
         self.row_sizes, self.column_sizes, self.sphere_at = arrays[6:]
+        context.hoists.append(("held_h", self.h))
         self.reach, self.marks, self.room = (w.array(f"held_{name}") for name in ("reach", "marks", "room"))
         self._places()
         self.doubt, self.rounds, self.open = (w.variable(f"held_{name}", INT) for name in ("doubt", "rounds", "open"))

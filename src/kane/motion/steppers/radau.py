@@ -20,7 +20,7 @@ from kane.motion.steppers.collocation import radau_stages
 from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext, add_exactly, dyadic_power
 from kane.motion.steppers.dense import decompose, substitute
 from kane.motion.steppers.held import Held
-from kane.motion.steppers.watched import Watched, go_on_or_jump
+from kane.motion.steppers.watched import Watched, go_on_or_jump, settling
 from kane.numeric.arrays import Array as Numbers
 from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.kernel.language import INT, Kernel
@@ -49,12 +49,13 @@ def radau_work(n: int) -> int:
     return _ROWS * n + n * n * (2 + 4 * _PAIRS) + n * (1 + 2 * _PAIRS) + 3
 
 
-def radau_kernel(held: bool = False, watched: bool = False) -> Kernel:
+def radau_kernel(held: bool = False, watched: bool = False, sided: bool = False) -> Kernel:
     """The kernel: besides what all steppers take, `jac` gives J without its last column, which is zero, or where `long` `along` J v.
 
-    Where constraints are `held`, the end of each step and each sample are moved onto them; one that is `watched` looks for events.
+    Where constraints are `held`, the end of each step and each sample are moved onto them; one that is `watched` looks for events, and
+    for switches where it is `sided`.
     """
-    return _Radau(held, watched).kernel()
+    return _Radau(held, watched, sided).kernel()
 
 
 def radau_end(n: int) -> int:
@@ -80,15 +81,16 @@ def radau_dense(given: Mapping[str, Any], h: float, start: float) -> Callable[[N
 class _Radau:
     """The kernel while it is written; places in `work` are terms."""
 
-    def __init__(self, held: bool, watched: bool) -> None:
+    def __init__(self, held: bool, watched: bool, sided: bool) -> None:
         self.context = o = StepperContext("radau9")
         self.writer = w = o.writer
         self.rhs, self.jac = (w.callee(name, *RATE) for name in ("rhs", "jac"))
         self.along = w.callee("along", *LONG)
         self.long, self.hj = w.number("long"), w.array("hj")
+        o.hoists.append(("hj", self.hj))
         o.drives(*RATE)
         self.held = Held(o) if held else None
-        self.watched = Watched(o, wide=False, dense=self.dense, held=self.held) if watched else None
+        self.watched = Watched(o, wide=False, dense=self.dense, held=self.held, sided=sided) if watched else None
         self._places()
         self.status, self.round = w.variable("status", INT), w.variable("round", INT)
         self.change, self.before = w.variable("change"), w.variable("before_last")
@@ -131,7 +133,7 @@ class _Radau:
             self.iterate(h)
             self.decide(h, last)
 
-        return o.steps(begin, step)
+        return o.steps(begin, step, settle=settling(self.watched))
 
     def linearize(self, h: Term) -> None:
         """J, where it is not kept, and the factors of λ/h − J, where h or J are others."""

@@ -29,8 +29,9 @@ class Integrator:
     It calls for rates at so many states at once as `width` says, and looks for events where it `watches`. Where it is `driven`
     inputs may be functions in Python, which it asks at each stage: none lies behind the step, where they may jump or end. The
     steps of a `fixed` one are as long as `max_step`. One that `holds` constraints has another kernel for that:
-    `kernel(held=True)`, one that watches for events: `kernel(watched=True)`; one that `collocates` has another one for rates with
-    corners, which its stages alone may miss: `kernel(cornered=True)`. An `implicit` one takes derivatives of the rates. One that
+    `kernel(held=True)`, one that watches for events: `kernel(watched=True)`, and for switches too: `kernel(watched=True, sided=True)`;
+    one that `collocates` has another one for rates with corners, which its stages alone may miss: `kernel(cornered=True)`. An
+    `implicit` one takes derivatives of the rates. One that
     watches tells of the step that it has found: `dense(given, h, start)` is the state along it, and `end(n)` says where in `work` its
     end stands.
     """
@@ -99,8 +100,13 @@ INTEGRATORS = {i.name: i for i in (GAUSS16, *map(_explicit, EXPLICIT), MIDPOINT,
 
 @cache
 def compiled(
-    name: str, settings: Settings, held: bool = False, watched: bool = False, cornered: bool = False
+    name: str,
+    settings: Settings,
+    held: bool = False,
+    watched: bool = False,
+    cornered: bool = False,
+    sided: bool = False,
 ) -> CompiledKernel:
-    """An integrator in machine code: one for all models, others for those with constraints, events, and rates that may jump."""
-    asked = {"held": held, "watched": watched, "cornered": cornered and INTEGRATORS[name].collocates}
+    """An integrator in machine code: one for all models, others for those with constraints, events, switches, and corners."""
+    asked = {"held": held, "watched": watched, "sided": sided, "cornered": cornered and INTEGRATORS[name].collocates}
     return CompiledKernel(INTEGRATORS[name].kernel(**{what: True for what, so in asked.items() if so}), settings)

@@ -5,6 +5,10 @@ A quantity that surely keeps its sign is passed by. Passages of the others are l
 that ends the motion or changes its state ends the step there: the state before it, and after its actions, are a row of `jumps`. What
 the kernel does not decide (`Kind.ASKED`, what rests at its threshold, sides that no first derivative tells, one more event at the
 instant of an action) is looked at by Python, with the tests that say so for all methods (`hybrid.events`).
+
+The side of each switch is a number among the parameters, −1 or 1, on which its quantity is smooth across zero. A step that would pass
+zero is taken again up to there; then the switch turns. What comes back at once turns back, and where it does not lead on there either
+there is no side that does.
 """
 
 from collections.abc import Callable
@@ -12,7 +16,7 @@ from collections.abc import Callable
 from kane.motion.steppers.context import RATE, WIDE, ReturnCode, Slot, StepperContext
 from kane.motion.steppers.crossings import KINDS, LEAVES, MET, Crossings, Kind, bounds
 from kane.motion.steppers.held import Held
-from kane.numeric.scale import EPS, EQUAL, LATER, NEAR_TIME, ROUNDED_TERMS, SAME_TIME, UNRELATED
+from kane.numeric.scale import EPS, EQUAL, LATER, NEAR_TIME, ROUNDED, ROUNDED_TERMS, SAME_TIME, SOON, UNRELATED
 from kane.numeric.sign_changes import CLOSE, SHARES, SMALL
 from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.kernel.language import INT
@@ -28,6 +32,8 @@ LOG, JUMPS = 1024, 64
 """So many events, and actions, are noted until Python collects them."""
 Dense = Callable[[Term, Array, Term], None]
 """Writes the state at a share of the step into an array from a place on."""
+_AIMED, _SHORTER, _BACK = 1, 2, 3
+"""Why a step is taken again: it is to end where a switch turns; it is too long to tell how one leads on; switches turn back."""
 
 
 class Watched:
@@ -39,9 +45,12 @@ class Watched:
     and the sizes of their terms, `tendency` the rates of the `own` ones along the motion, and `act` the values that actions set:
     of each, `actions` says by which event, and at which place of the state.
     `dense` is the state along the step, `held` what moves it onto constraints.
+
+    Where it is `sided` the quantities behind those of events are of switches, whose sides stand in p from `sides_at` on. `turns` holds
+    of each whether it turns, whether it came back, and what it was.
     """
 
-    def __init__(self, context: StepperContext, wide: bool, dense: Dense, held: Held | None) -> None:
+    def __init__(self, context: StepperContext, wide: bool, dense: Dense, held: Held | None, sided: bool) -> None:
         self.context, self.dense, self.held = context, dense, held
         self.writer = w = context.writer
         context.looks(wide)
@@ -51,10 +60,27 @@ class Watched:
         names = ("hw", "seen", "largest", "least", "shares", "pivots", "values", "doubts", "probe", "hg", "ht", "ha")
         self.h, self.seen, self.largest, self.least, self.shares, self.pivots, self.values = map(w.array, names[:7])
         self.doubts, self.probe, self.glance_h, self.tendency_h, self.act_h = map(w.array, names[7:])
-        self.actions, self.log, self.jumps, self.sides = map(w.array, ("actions", "log", "jumps", "sides"))
-        self.doubtful = w.variable("doubtful", INT)
+        self.actions, self.log, self.jumps, self.instant = map(w.array, ("actions", "log", "jumps", "instant"))
+        self.doubtful, self.rests = w.variable("doubtful", INT), w.variable("asked_before", INT)
         self.crossings = Crossings(w, self.count, self.ask)
+        context.hoists += [
+            ("hw", self.h), ("hg", self.glance_h), ("ht", self.tendency_h), ("ha", self.act_h)
+        ]  # fmt: skip
+        self.sided = sided
+        if sided:
+            context.turned = w.variable("turned", INT)
+            self.turns, self.sides_at = w.array("turns"), w.number("sides_at")
+            self.again, self.rounds, self.verdict = (
+                w.variable(name, INT) for name in ("sides_again", "sides_round", "verdict")
+            )
+            self.first_turn = w.variable("first_turn")
         self.begin, self.length = w.variable("step_begin"), w.variable("step_length")
+        # in `instant`: the quantities and sizes after actions, how they leave, rates before and after, all of it before, what is set
+        self.rows = self.count * 2
+        self.before_rates = self.rows + self.own * LEAVES
+        self.after_rates = self.before_rates + self.own
+        self.was = self.after_rates + self.own
+        self.set_at = self.was + self.count * 2
 
     # ---------------------------------------------------------------------------------------------------- the look
 
@@ -139,6 +165,8 @@ class Watched:
         """Of a step of length h from t that was looked at the passages; `asks` why it is not gone on from, if it is not."""
         w, o, c = self.writer, self.context, self.crossings
         c.clear()
+        if self.sided:
+            self.verdict.put(0)
         with w.when((self.doubtful.get() > 0) & (o.get(Slot.LOOKED) < 2.0)):
             self.begin.put(t + o.get(Slot.TIME_LAG))
             self.length.put(h)
@@ -147,13 +175,178 @@ class Watched:
                 with w.when(c.kind(e) >= float(Kind.ASKED)):
                     c.put("asked", 1)
                 with w.otherwise():
+                    if self.sided:
+                        with w.when(self.turning(e) & (c.leaf(e, 0) > 0.0)):
+                            self.leave_zero(e, h)
+                    self.rests.put(c.get("asked"))
+                    c.put("asked", 0)
                     c.search(e, (self.seen[e], self.at_places(e)), self.threshold(e), self.steps_since(t, h))
+                    if self.sided:
+                        with w.when(self.turning(e) & (c.get("asked") > 0)):
+                            self.decided(int(ReturnCode.RESTS), e)
+                            c.put("asked", 0)
+                    with w.when(self.rests.get() > 0):
+                        c.put("asked", 1)
             c.sort(2 * SAME_TIME + 4 * EPS * w.compute("abs", t) / h)
+            if self.sided:
+                self.turn(h)
             full = o.get(Slot.LOGGED) + w.compute("float", c.get("found")) > float(LOG)
-            with w.when(full | (o.get(Slot.JUMPS) + 1.0 > float(JUMPS))):
+            with w.when(self.goes_on & (full | (o.get(Slot.JUMPS) + 1.0 > float(JUMPS)))):
                 o.ask(ReturnCode.FULL)
-            with w.when((c.get("asked") > 0) | (c.get("full") > 0)):
+            with w.when(self.goes_on & ((c.get("asked") > 0) | (c.get("full") > 0))):
                 o.ask(ReturnCode.LOOK)
+
+    # -------------------------------------------------------------------------------------------------- switches
+
+    def turning(self, e: Term) -> Term:
+        """Whether a quantity is that of a switch."""
+        kind = self.crossings.kind(e)
+        return (kind >= float(Kind.TURNS)) & (kind < float(Kind.ENDS))
+
+    def side_place(self, e: Term) -> Term:
+        """Where in p the side of a switch stands."""
+        return self.sides_at + e - self.own
+
+    def mark(self, row: int, e: Term) -> Term:
+        """A place in `turns`: 0 whether a switch turns, 1 whether it came back, 2 what its quantity was."""
+        return self.count * row + e
+
+    def decided(self, verdict: int, e: Term) -> None:
+        """A verdict on the step, for a switch, unless there is one that weighs more."""
+        with self.writer.when(self.verdict.get() < verdict):
+            self.verdict.put(verdict)
+            if verdict > _BACK:
+                self.context.put(Slot.WORST, self.writer.compute("float", e))
+
+    def leave_zero(self, e: Term, h: Term) -> None:
+        """Whether a quantity that is zero at the beginning of the step leaves it to its side."""
+        w, o, c = self.writer, self.context, self.crossings
+        c.put("threshold", 0.0)
+        side = -c.direction(e)
+        largest = w.compute(
+            "max", w.compute("abs", self.seen[e]), w.compute("largest", w.compute("abs", self.at_places(e)))
+        )
+        soon, later = side * c.gap(e, w.constant(LATER)), side * c.gap(e, w.constant(SOON))
+        rests = ~(largest > 0.0) | (w.compute("abs", soon) <= ROUNDED * largest)
+        with w.when(rests):
+            self.decided(int(ReturnCode.RESTS), e)
+        with w.otherwise(), w.when(soon < 0.0):
+            with w.when((later > 0.0) & (h * LATER > 2.0 * o.shortest())):
+                self.decided(_SHORTER, e)
+            with w.otherwise():
+                with w.when((later > 0.0) | (self.turns[self.mark(1, e)] > 0.0)):
+                    self.decided(int(ReturnCode.STANDS), e)
+                with w.otherwise():
+                    self.turns[self.mark(0, e)] = 2.0
+                    self.decided(_BACK, e)
+
+    def turn(self, h: Term) -> None:
+        """What becomes of a step in which switches turn."""
+        w, o, c = self.writer, self.context, self.crossings
+        self.first_turn.put(2.0)
+        with w.few(c.get("found")) as k:
+            turns = self.turning(w.compute("int", c.met[k * 2 + 1])) & (c.met[k * 2] < self.first_turn.get())
+            self.first_turn.put(w.select(turns, c.met[k * 2], self.first_turn.get()))
+        with w.when((self.first_turn.get() < 1.0 - NEAR_TIME) & (self.first_turn.get() <= c.get("broken"))):
+            self.decided(_AIMED, w.integer(0))
+        with w.when((self.verdict.get() > 0) & (self.verdict.get() <= _BACK)):
+            self.take_again(h)
+        with w.when(self.verdict.get() > _BACK):
+            with w.when(self.verdict.get() > int(ReturnCode.STANDS)):
+                o.ask(ReturnCode.RESTS)
+            with w.otherwise():
+                o.ask(ReturnCode.STANDS)
+
+    def take_again(self, h: Term) -> None:
+        """The step is shortened, or begins on other sides, or is to end where switches turn."""
+        w, o, c = self.writer, self.context, self.crossings
+        back, aimed = self.verdict.get() >= _BACK, self.verdict.get() < _SHORTER
+        with w.when(~aimed):
+            self.no_end()
+            o.put(Slot.STEP, w.select(back, 0.0, h * LATER))
+        with w.few(self.count) as e:
+            returned = back & (self.turns[self.mark(0, e)] > 1.5)
+            self.turns[self.mark(0, e)] = w.select(returned, 1.0, 0.0)
+            self.turns[self.mark(1, e)] = w.select(returned, 1.0, self.turns[self.mark(1, e)])
+        with w.when(back):
+            self.begin_on_other_sides()
+            o.put(Slot.LOOKED, 0.0)
+        with w.when(aimed):
+            with w.few(c.get("found")) as k:
+                which = w.compute("int", c.met[k * 2 + 1])
+                with w.when(self.turning(which) & (c.met[k * 2] <= self.first_turn.get() + NEAR_TIME)):
+                    self.turns[self.mark(0, which)] = 1.0
+            with w.when(self.first_turn.get() * h <= o.shortest()):
+                self.no_end()
+                self.begin_on_other_sides()
+            with w.otherwise():
+                with w.when(o.get(Slot.TURNING) < 1.0):
+                    o.put(Slot.BEYOND, o.get(Slot.END))
+                    o.put(Slot.TURNING, 1.0)
+                o.put(Slot.END, self.begin.get() + self.first_turn.get() * h)
+
+    def begin_on_other_sides(self) -> None:
+        """A step begins anew in which the marked switches have turned."""
+        o = self.context
+        o.put(Slot.FRESH, 1.0)
+        o.put(Slot.SIDED, 2.0)
+        o.put(Slot.STEP, 0.0)
+
+    def no_end(self) -> None:
+        """The end is no place at which a switch turns."""
+        o = self.context
+        with self.writer.when(o.get(Slot.TURNING) > 0.0):
+            o.put(Slot.END, o.get(Slot.BEYOND))
+            o.put(Slot.TURNING, 0.0)
+
+    def settle(self) -> None:
+        """The switches have the sides of the state at hand, or turn where they are to, with those that leap across zero then."""
+        w, o, c = self.writer, self.context, self.crossings
+        values, turned = self.was, o.get(Slot.SIDED) > 1.0
+        known = (o.get(Slot.SIDED) > 0.0) & ~turned
+        self.again.put(w.select(known, w.integer(0), w.integer(1)))
+        self.rounds.put(0)
+        with w.repeat(lambda: (self.again.get() > 0) & (self.rounds.get() < self.count + 2)):
+            self.again.put(0)
+            t = o.get(Slot.TIME)
+            self.at_state(self.glance, self.glance_h, t, (o.y, w.integer(0)), (self.instant, values))
+            with w.few(self.count, self.own) as e:
+                value, side, before = self.instant[values + e], -c.direction(e), self.turns[self.mark(2, e)]
+                size = w.compute("max", w.compute("abs", value), w.compute("abs", before))
+                leapt = (w.compute("abs", value - before) > EQUAL * size) & (value * side < 0.0)
+                marked = self.turns[self.mark(0, e)] > 0.0
+                turns = (
+                    w.select(self.rounds.get() < 1, w.select(marked, 1.0, 0.0), w.select(~marked & leapt, 1.0, 0.0))
+                    > 0.0
+                )
+                new = w.select(turned, w.select(turns, -side, side), w.select(value < 0.0, -1.0, 1.0))
+                self.turns[self.mark(2, e)] = value
+                with w.when((new * side < 0.0) | ((self.rounds.get() < 1) & ~turned)):
+                    self.again.put(1)
+                    self.p_side(e, new)
+            with w.when(self.again.get() > 0):
+                o.rehoist()
+            self.rounds.put(self.rounds.get() + 1)
+        with w.few(self.count) as e, w.when(~known):
+            value = self.instant[values + e]
+            self.seen[e] = value
+            with w.when(self.turning(e)):
+                fresh = w.select(turned, self.turns[self.mark(0, e)] > 0.0, w.compute("abs", value) <= 0.0)
+                with w.when(fresh):
+                    self.seen[e] = 0.0
+                for k, x in enumerate(
+                    (w.constant(1.0), -c.direction(e), w.constant(1.0), w.constant(0.0), w.constant(LATER))
+                ):
+                    c.leaves[e * LEAVES + k] = w.select(fresh, x, 0.0)
+                self.turns[self.mark(0, e)] = 0.0
+                with w.when(~turned):
+                    self.turns[self.mark(1, e)] = 0.0
+        o.put(Slot.SIDED, 1.0)
+
+    def p_side(self, e: Term, side: Term) -> None:
+        """The side of a switch becomes this one: its quantity counts where it leaves it."""
+        self.context.p[self.side_place(e)] = side
+        self.crossings.kinds[e * KINDS + 1] = -side
 
     def steps_since(self, t: Term, h: Term) -> Term:
         """Of how many steps like this one the motion is since it began, or an action was taken; without end for the shortest ones."""
@@ -161,18 +354,29 @@ class Watched:
         return self.writer.select(h < o.get(Slot.SPAN) * NEAR_TIME, 2 / NEAR_TIME, (t - o.get(Slot.PHASE)) / h + 2.0)
 
     @property
+    def goes_on(self) -> Term:
+        """Whether the step is not taken again."""
+        return self.verdict.get() < 1 if self.sided else self.writer.integer(0) < 1
+
+    @property
     def breaks(self) -> Term:
         """Whether an event ends the step."""
         return self.crossings.get("broken") <= 1.0
 
     def note(self) -> None:
-        """The passages that were found are noted."""
+        """The passages that were found are noted; those of switches at the end of the step turn there."""
         w, o, c = self.writer, self.context, self.crossings
         with w.few(c.get("found")) as k:
-            at = (w.compute("int", o.get(Slot.LOGGED)) + k) * 2
-            self.log[at] = self.begin.get() + c.met[k * 2] * self.length.get()
-            self.log[at + 1] = c.met[k * 2 + 1]
-        o.more(Slot.LOGGED, w.compute("float", c.get("found")))
+            which = w.compute("int", c.met[k * 2 + 1])
+            with w.when(which < self.own):
+                at = w.compute("int", o.get(Slot.LOGGED)) * 2
+                self.log[at] = self.begin.get() + c.met[k * 2] * self.length.get()
+                self.log[at + 1] = c.met[k * 2 + 1]
+                o.more(Slot.LOGGED, 1.0)
+            if self.sided and o.turned is not None:
+                with w.when(self.turning(which)):
+                    self.turns[self.mark(0, which)] = 1.0
+                    o.turned.put(1)
 
     def keep(self) -> None:
         """What was seen at the end of the step is what there is at the beginning of the next one."""
@@ -185,7 +389,18 @@ class Watched:
                 for k in range(LEAVES):
                     self.crossings.leaves[e * LEAVES + k] = 0.0
             self.seen[e] = last
+            if self.sided:
+                self.turns[self.mark(1, e)] = 0.0
         self.note()
+
+    def turned(self) -> None:
+        """After a step that was gone on from: where it ended at a place at which switches turn, a new one begins."""
+        o = self.context
+        if self.sided and o.turned is not None:
+            with self.writer.when(o.turned.get() > 0):
+                o.turned.put(0)
+                o.put(Slot.SINCE, 0.0)
+                self.begin_on_other_sides()
 
     # ------------------------------------------------------------------------------------------------ what it does
 
@@ -222,10 +437,10 @@ class Watched:
             o.more(Slot.JUMPS, 1.0)
             self.begin_anew(t, after, fixed)
             with w.when(acting.get() > 0), w.count(self.own) as e:
-                self.seen[e] = self.sides[e]
-                self.largest[e] = w.compute("abs", self.sides[e])
+                self.seen[e] = self.instant[e]
+                self.largest[e] = w.compute("abs", self.instant[e])
                 for j in range(LEAVES):
-                    c.leaves[e * LEAVES + j] = self.sides[self.own * 3 + e * LEAVES + j]
+                    c.leaves[e * LEAVES + j] = self.instant[self.rows + e * LEAVES + j]
             with w.when(ends.get() > 0):
                 o.back.put(int(ReturnCode.EVENT))
 
@@ -253,18 +468,22 @@ class Watched:
         with w.count(o.n) as i:
             o.y[i] = self.jumps[after + i]
             o.lag[i] = 0.0
+        if self.sided and o.turned is not None:
+            self.no_end()
+            o.turned.put(0)
+            o.put(Slot.SIDED, 0.0)
         o.pass_samples(t)
 
     def take_actions(self, t: Term, before: Term, after: Term) -> None:
         """The state after the actions, all from the state before; what is not sure is `asked`.
 
-        `sides` takes the quantities after, those before with the sizes of their terms, and the rows of `leaves` from then on.
+        `instant` takes the quantities before and after, with the sizes of their terms, and the rows of `leaves` from then on. Where a
+        switch would turn too it is asked about.
         """
         w, o, c = self.writer, self.context, self.crossings
         own = self.own
-        self.at_state(self.tendency, self.tendency_h, t, (self.jumps, before), (self.sides, own * 8))
-        self.at_state(self.glance, self.glance_h, t, (self.jumps, before), (self.sides, own * 10))
-        was = own * 10
+        self.at_state(self.tendency, self.tendency_h, t, (self.jumps, before), (self.instant, self.before_rates))
+        self.at_state(self.glance, self.glance_h, t, (self.jumps, before), (self.instant, self.was))
         with w.count(o.n) as i:
             self.jumps[after + i] = self.jumps[before + i]
         # by their doubts the events of this instant are told from now on: 2, and 3 where they act
@@ -279,10 +498,13 @@ class Watched:
 
             self.at_once(k, mark, c.kind(which) < float(Kind.ASKED))
         self.set_values(t, before, after)
-        self.at_state(self.glance, self.glance_h, t, (self.jumps, after), (self.sides, w.integer(0)))
-        self.at_state(self.tendency, self.tendency_h, t, (self.jumps, after), (self.sides, own * 9))
+        self.at_state(self.glance, self.glance_h, t, (self.jumps, after), (self.instant, w.integer(0)))
+        self.at_state(self.tendency, self.tendency_h, t, (self.jumps, after), (self.instant, self.after_rates))
         with w.few(own) as e:
-            self.leave(e, self.sides[was + e] - self.least[e], t)
+            self.leave(e, self.instant[self.was + e] - self.least[e], t)
+        if self.sided:
+            with w.few(self.count, own) as e, w.when(self.instant[e] * c.direction(e) >= 0.0):
+                c.put("asked", 1)
         short = t - o.get(Slot.PHASE) <= SAME_TIME * w.compute("max", w.compute("abs", t), o.get(Slot.SPAN))
         late = o.get(Slot.END) - t <= 10.0 * o.shortest()
         with w.when(short | late):
@@ -291,29 +513,29 @@ class Watched:
     def set_values(self, t: Term, before: Term, after: Term) -> None:
         """The values that the events of this instant set; two for one place are asked about."""
         w, c = self.writer, self.crossings
-        place = self.own * 12
-        self.at_state(self.act, self.act_h, t, (self.jumps, before), (self.sides, place))
+        place = self.set_at
+        self.at_state(self.act, self.act_h, t, (self.jumps, before), (self.instant, place))
         with w.few(self.acts) as k:
             event, slot = (w.compute("int", self.actions[k * 2 + j]) for j in (0, 1))
-            value = self.sides[place + k]
+            value = self.instant[place + k]
             with w.when(self.doubts[event] > 2.5):
                 self.jumps[after + slot] = value
                 with w.when(~(value * 0.0 <= 0.0)):
                     c.put("asked", 1)
                 with w.few(self.acts) as j:
                     other, same = (w.compute("int", self.actions[j * 2 + i]) for i in (0, 1))
-                    apart = (value < self.sides[place + j]) | (value > self.sides[place + j])
+                    apart = (value < self.instant[place + j]) | (value > self.instant[place + j])
                     with w.when((self.doubts[other] > 2.5) & (same <= slot) & (slot <= same) & apart):
                         c.put("asked", 1)
 
     def leave(self, e: Term, a: Term, t: Term) -> None:
         """How a quantity, over its threshold a before the actions, leaves it after them, or that it is leapt across."""
-        w, c, own = self.writer, self.crossings, self.own
-        b, size = self.sides[e] - self.least[e], self.sides[own + e]
-        old, new = self.sides[own * 8 + e], self.sides[own * 9 + e]
-        way, row = c.direction(e), own * 3 + e * LEAVES
+        w, c = self.writer, self.crossings
+        b, size = self.instant[e] - self.least[e], self.instant[self.count + e]
+        old, new = self.instant[self.before_rates + e], self.instant[self.after_rates + e]
+        way, row = c.direction(e), self.rows + e * LEAVES
         for k in range(LEAVES):
-            self.sides[row + k] = 0.0
+            self.instant[row + k] = 0.0
         mine = c.kinds[e * KINDS + 2] > 0.0
         there, finite = self.doubts[e] > 1.5, (b * 0.0 <= 0.0)
         side = w.variable(f"leaving{len(w.cells)}")
@@ -330,9 +552,9 @@ class Watched:
             c.met[at * 2 + 1] = w.compute("float", e)
             c.put("found", at + 1)
         with w.when(mine & (there | leapt)):
-            self.sides[row + 1] = side.get()
+            self.instant[row + 1] = side.get()
             for k, value in ((0, 1.0), (2, 1.0), (4, LATER)):
-                self.sides[row + k] = value
+                self.instant[row + k] = value
         goes_on = (c.kind(e) < float(Kind.ENDS)) & ~(w.compute("abs", new) > 0.0)
         unsure = (there & ~moving) | (leapt & ((c.kind(e) >= float(Kind.ACTS)) | goes_on)) | beside
         with w.when((mine & unsure) | ~finite):
@@ -357,10 +579,16 @@ def go_on_or_jump(
         if watched is None:
             go_on()
         else:
-            with w.when(watched.breaks):
+            with w.when(watched.goes_on & watched.breaks):
                 watched.jump(sampled, fixed)
-            with w.otherwise():
+            with w.otherwise(), w.when(watched.goes_on):
                 go_on()
+                watched.turned()
+
+
+def settling(watched: Watched | None) -> Callable[[], None] | None:
+    """What gives switches their sides before a step that begins anew."""
+    return watched.settle if watched is not None and watched.sided else None
 
 
 def rooms(count: int, own: int, acts: int, n: int) -> dict[str, int]:
@@ -372,5 +600,6 @@ def rooms(count: int, own: int, acts: int, n: int) -> dict[str, int]:
         "met": 2 * (MET + own),
         "log": 2 * (LOG + own),
         "jumps": (2 * n + 2) * JUMPS,
-        "sides": 12 * own + 2 * count + acts + 1,
+        **({"turns": 3 * count} if count > own else {}),
+        "instant": 7 * own + 4 * count + acts + 1,
     }

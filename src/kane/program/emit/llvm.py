@@ -270,7 +270,7 @@ def emit_kernel_llvm(kernel: Kernel, contract: bool = True) -> str:
 
 def hoists(programs: Sequence[Program]) -> list[str]:
     """The names of the functions that hoist, one a Program."""
-    return [f"hoist{k or ''}" for k in range(len(programs))]  # its pieces are hoist.0, hoist.1, …
+    return [f"{program.routines[0].name}.hoist" for program in programs]
 
 
 def wide_name(routine: str, width: int) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from kane.errors import ProgramError
 from kane.numeric.arrays import Array
-from kane.program.emit.llvm import block, emit_kernel_llvm, emit_wide, wide_name
+from kane.program.emit.llvm import block, emit_kernel_llvm, emit_wide, hoists, wide_name
 from kane.program.kernel.language import Argument, ArrayOf, Integer, Kernel
 from kane.program.native.compiled_routine import CompiledRoutine, new_block
 from kane.program.native.machine import Library, Settings, compile_text, target
@@ -68,6 +68,11 @@ def doubles(address: int, count: int) -> Array:
 def entry(routine: CompiledRoutine) -> Entry:
     """The function of one evaluation, which takes its ports, h and what the results are written to."""
     return Entry(routine.library, routine.name)
+
+
+def hoist_entry(routine: CompiledRoutine) -> Entry:
+    """The function that writes h of the routine's program, of its ports of the tier "parameter" and h."""
+    return Entry(routine.library, hoists([routine.program])[0])
 
 
 def wide_entry(routine: CompiledRoutine, width: int) -> Entry:
