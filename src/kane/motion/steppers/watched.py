@@ -187,9 +187,9 @@ class Watched:
                             c.put("asked", 0)
                     with w.when(self.rests.get() > 0):
                         c.put("asked", 1)
-            c.sort(2 * SAME_TIME + 4 * EPS * w.compute("abs", t) / h)
-            if self.sided:
+            if self.sided:  # beyond a switch nothing is known of other quantities
                 self.turn(h)
+            c.sort(2 * SAME_TIME + 4 * EPS * w.compute("abs", t) / h)
             full = o.get(Slot.LOGGED) + w.compute("float", c.get("found")) > float(LOG)
             with w.when(self.goes_on & (full | (o.get(Slot.JUMPS) + 1.0 > float(JUMPS)))):
                 o.ask(ReturnCode.FULL)
@@ -247,7 +247,7 @@ class Watched:
         with w.few(c.get("found")) as k:
             turns = self.turning(w.compute("int", c.met[k * 2 + 1])) & (c.met[k * 2] < self.first_turn.get())
             self.first_turn.put(w.select(turns, c.met[k * 2], self.first_turn.get()))
-        with w.when((self.first_turn.get() < 1.0 - NEAR_TIME) & (self.first_turn.get() <= c.get("broken"))):
+        with w.when(self.first_turn.get() < 1.0 - NEAR_TIME):
             self.decided(_AIMED, w.integer(0))
         with w.when((self.verdict.get() > 0) & (self.verdict.get() <= _BACK)):
             self.take_again(h)
