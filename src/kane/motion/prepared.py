@@ -36,8 +36,8 @@ def prepare(
     """`run = kn.prepare(eom, span, …)`: then `run(q=…, u=…, parameters=…)` is the motion that `kn.simulate` gives, bit for bit.
 
     What is the same for all starts is done once: options checked, machine code compiled and bound to its arrays. A call then costs the
-    steps and some 40 µs, where a kernel runs the motion by itself: without constraints, events, loads that switch, breakpoints and
-    inputs that change (`run.in_one_call` says so). Other motions are simulated as by `kn.simulate`.
+    steps and some 40 µs, where a kernel runs the motion by itself: without constraints, breakpoints and inputs that change
+    (`run.in_one_call` says so). Other motions are simulated as by `kn.simulate`.
 
     Parameters
     ----------

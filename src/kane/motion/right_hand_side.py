@@ -55,7 +55,7 @@ def watched(eom: Equations, *more: Expr) -> Bundle[tuple[Array, ...]]:
     """The events' quantities, and `more` of switches."""
     roots = [*without_unknowns(eom.solved, [e.quantity for e in eom.events]), *more]
     names = [*(e.name for e in eom.events), *map(str, range(len(more)))]
-    return Bundle("events", law_ports(eom, more), _parts, {"events": roots}, names)
+    return Bundle("events", law_ports(eom, more) if more else ports(eom.derived), _parts, {"events": roots}, names)
 
 
 def switched(eom: Equations, *more: Expr) -> Bundle[tuple[Array, ...]]:

@@ -57,7 +57,8 @@ def actions(eom: Equations) -> Bundle[tuple[Array, ...]]:
 
 
 def _bundle(eom: Equations, name: str, roots: list[Expr], laws: Sequence[Expr] = ()) -> Bundle[tuple[Array, ...]]:
-    return Bundle(name, law_ports(eom, laws), _parts, {name: roots}, list(map(str, range(len(roots)))))
+    given = law_ports(eom, laws) if laws else ports(eom.derived)
+    return Bundle(name, given, _parts, {name: roots}, list(map(str, range(len(roots)))))
 
 
 def _parts(*parts: Array) -> tuple[Array, ...]:
