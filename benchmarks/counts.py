@@ -13,8 +13,8 @@ from pathlib import Path
 
 import kane as kn
 from benchmarks.systems import COUNTED
-from kane.equations.routines import program
-from kane.expr.forms.count import price
+from kane.equations.compiled import program
+from kane.expr.evaluation import price
 from kane.program.from_expressions import receipt
 
 HERE = Path(__file__).parent

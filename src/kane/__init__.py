@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from kane.attitude import *
     from kane.beams import *
     from kane.equations.compiled import Compiled, Handle
-    from kane.equations.derive import derive
-    from kane.equations.equations import Equations, compile
+    from kane.equations.equations import Equations, compile, derive
     from kane.equations.jacobian import Jacobian
     from kane.equations.state import OperatingPoint as OperatingPoint
     from kane.equations.state import State
@@ -82,12 +81,11 @@ if TYPE_CHECKING:
     from kane.present.provenance import show_versions
     from kane.program.native.machine import Settings
     from kane.solids import *
-    from kane.space.frame import Frame
-    from kane.space.point import Point
+    from kane.space.frame import Frame, Point
     from kane.space.vector import Dyadic, Vector
     from kane.units.rules import unit_of
+    from kane.write.arrange import to_text
     from kane.write.latex import to_latex
-    from kane.write.text import to_text
 
 __version__ = "0.1.0.dev0"
 
@@ -108,17 +106,15 @@ _NAMES = {
     "dynamics.readings.contributions": "Noncontributing",
     "dynamics.readings.joint_reactions": "JointReaction",
     "equations.compiled": "Compiled Handle",
-    "equations.derive": "derive",
-    "equations.equations": "Equations compile",
+    "equations.equations": "Equations compile derive",
     "equations.jacobian": "Jacobian",
     "equations.state": "Guess OperatingPoint State guess",
     "errors":
         "ArgumentError CornerError ExpressionError KaneError KaneWarning MissingAttributeError ModelError "
         "ModesWarning NotAffineError NotFiniteError PotentialError ProgramError ReactionError SimulationError "
         "SingularError SolutionFileError SpaceError SpeedsError StiffeningWarning UnitError ValueMissingError",
-    "expr.forms.count": "Operations count_operations",
     "expr.differentiation": "diff gradient jacobian time_derivative affine",
-    "expr.evaluation": "evaluate free_symbols",
+    "expr.evaluation": "Operations count_operations evaluate free_symbols",
     "expr.matrix": "Matrix",
     "expr.node": "Expr pi",
     "expr.operators":
@@ -177,12 +173,11 @@ _NAMES = {
     "present.report": "report",
     "program.native.machine": "Settings",
     "space.attitude": "Rotation small_rotation",
-    "space.frame": "Frame",
-    "space.point": "Point",
+    "space.frame": "Frame Point",
     "space.vector": "Dyadic Vector",
     "units.rules": "unit_of",
+    "write.arrange": "to_text",
     "write.latex": "to_latex",
-    "write.text": "to_text",
 }  # fmt: skip
 """The public names of each module, and families, which are modules themselves."""
 

@@ -2,7 +2,7 @@
 """How things show themselves: tables by type, which those who write fill from above.
 
 An expression knows its `str` and its picture in a notebook, but what writes them stands above it. So the things ask here, and the
-writers enter themselves here, when they are first asked for: `kane.write.text`, and for notebooks `kane.present.notebook`.
+writers enter themselves here, when they are first asked for: `kane.write.arrange`, and for notebooks `kane.present.notebook`.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,7 +24,7 @@ HTML: Writers = {}
 def text(thing: object) -> str:
     """`thing` as a line of text."""
     if not TEXT:
-        import_module("kane.write.text")
+        import_module("kane.write.arrange")
     return _writer(TEXT, thing)(thing)
 
 

@@ -226,7 +226,7 @@ def test_long_sums_are_one_sum() -> None:
 
 @pytest.mark.slow
 def test_sympy_is_imported_only_when_used() -> None:
-    code = "import sys, kane.interop.sympy, kane.write.text; sys.exit('sympy' in sys.modules)"
+    code = "import sys, kane.interop.sympy, kane.write.arrange; sys.exit('sympy' in sys.modules)"
     assert subprocess.run([sys.executable, "-W", "error", "-c", code], check=False).returncode == 0
 
 

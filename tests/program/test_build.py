@@ -79,8 +79,8 @@ class TestBuild:
     def test_text_is_the_same_under_any_hash_seed(self):
         code = (
             "import hashlib, kane as kn\nfrom kane.gallery.pendulums import system as chain\n"
-            "from kane.equations import routines\nfrom kane.program import emit_llvm\n"
-            "p = routines.program(kn.derive(chain(4)).solved)\n"
+            "from kane.equations import program\nfrom kane.program import emit_llvm\n"
+            "p = program(kn.derive(chain(4)).solved)\n"
             "print(hashlib.sha256(emit_llvm([p]).encode()).hexdigest())"
         )
         found = {

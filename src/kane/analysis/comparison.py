@@ -17,8 +17,7 @@ from kane.dynamics.formulation.candidates import divisors
 from kane.dynamics.formulation.table import ASKED
 from kane.dynamics.methods.base import Formulation
 from kane.dynamics.methods.table import METHODS
-from kane.equations.derive import derive
-from kane.equations.equations import Equations
+from kane.equations.equations import Equations, derive
 from kane.errors import Attributes, KaneError, ModelError, SpeedsError, alike, cut, none_of
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.matrix import Matrix

@@ -20,16 +20,15 @@ from typing import Any, Unpack
 import numpy as np
 
 from kane import expect
-from kane.equations.derive import derive
-from kane.equations.equations import Equations, check_equations
+from kane.equations.equations import Equations, check_equations, derive
 from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import ArgumentError, Attributes, SimulationError, cut
 from kane.expr.symbols import Reaction, Speed
 from kane.model.constraints import Constraint, check_unit, constraint_of, reaction
 from kane.numeric.arrays import Array
-from kane.numeric.named import finite_number
+from kane.numeric.sampling import finite_number
 from kane.numeric.scale import EQUAL, LAST_DIGIT, ROUNDED_CHAIN, SOLVE_RANK
-from kane.space.point import Point
+from kane.space.frame import Point
 from kane.space.vector import Vector
 
 

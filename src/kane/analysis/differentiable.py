@@ -27,7 +27,7 @@ from kane.errors import CornerError, SingularError, ValueMissingError, cut, warn
 from kane.expr.node import Expr, postorder
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array
-from kane.numeric.named import finite_number
+from kane.numeric.sampling import finite_number
 from kane.numeric.scale import EPS
 
 _TOLD = 3

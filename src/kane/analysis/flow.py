@@ -24,7 +24,7 @@ from kane.dynamics.constraints.partition import quality
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations
 from kane.numeric.arrays import Array, Mask, pace
-from kane.numeric.mass_metric import least_squares, mobility, sizes
+from kane.numeric.rank import least_squares, mobility, sizes
 from kane.numeric.scale import GIVEN, POOR, ROUNDED, ROUNDED_ROOT, UNRELATED
 
 _REMOTE = 1e-4

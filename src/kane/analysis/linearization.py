@@ -37,8 +37,7 @@ from kane.expr.solve import solve_lu
 from kane.expr.symbols import Symbol
 from kane.expr.visit import substituted
 from kane.numeric.arrays import Array, Entries
-from kane.numeric.named import named_values
-from kane.numeric.sampling import SEED, values_of
+from kane.numeric.sampling import SEED, named_values, values_of
 from kane.numeric.scale import GIVEN
 from kane.program.native.machine import Settings
 from kane.progress import working

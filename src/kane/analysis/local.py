@@ -18,9 +18,8 @@ from kane.dynamics.readings.quantities import asked
 from kane.dynamics.readings.regularity import undirected
 from kane.dynamics.readings.unsolved import Unsolved, partials, unsolved
 from kane.dynamics.slopes import residual_slopes
-from kane.equations.compiled import Numeric
+from kane.equations.compiled import Numeric, ports
 from kane.equations.equations import Equations
-from kane.equations.routines import ports
 from kane.errors import ArgumentError, SingularError, ValueMissingError, cut
 from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.matrix import Matrix, dot
@@ -31,8 +30,7 @@ from kane.expr.symbols import Symbol, time
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited
 from kane.numeric.arrays import Array
-from kane.numeric.mass_metric import mobility
-from kane.numeric.rank import balanced, singular
+from kane.numeric.rank import balanced, mobility, singular
 from kane.numeric.scale import NEAR_SINGULAR, SOLVE_RANK, SURE_RANK
 from kane.program.from_expressions import Bundle
 from kane.program.program import Port

@@ -17,8 +17,8 @@ from kane.analysis.local import at_false_pole, independent_rows
 from kane.analysis.state_checks import StateArrays, check_branch, check_configuration
 from kane.dynamics.readings.quantities import parameter_values
 from kane.dynamics.readings.unsolved import Unsolved, unsolved
+from kane.equations.compiled import ports
 from kane.equations.equations import Equations, check_equations
-from kane.equations.routines import ports
 from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import Attributes, NotAffineError, SimulationError, SingularError, ValueMissingError, cut
 from kane.expr.differentiation import affine_forms
@@ -28,8 +28,8 @@ from kane.expr.node import ZERO, Expr
 from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Symbol, rate, time
 from kane.numeric.arrays import Array
-from kane.numeric.named import named_values, symbol_named
 from kane.numeric.rank import balance, singular
+from kane.numeric.sampling import named_values, symbol_named
 from kane.numeric.scale import INVERSE_RANK, STATE_RANK, TAKES_PART
 from kane.program.from_expressions import Bundle
 from kane.program.native.machine import Settings

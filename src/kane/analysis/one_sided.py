@@ -20,9 +20,8 @@ from kane.analysis.flow import Flow, flow_at, output_slopes
 from kane.analysis.local import Outputs, Run, SwitchValues, all_switches, turning, unknowns
 from kane.analysis.state_checks import StateArrays
 from kane.dynamics.readings.unsolved import unsolved
-from kane.equations.compiled import Numeric
+from kane.equations.compiled import Numeric, ports
 from kane.equations.equations import Equations
-from kane.equations.routines import ports
 from kane.errors import CornerError, SingularError, cut
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import Expr, postorder

@@ -18,9 +18,9 @@ from kane.errors import warn
 from kane.expr.node import Expr
 from kane.model.beams.beam import Beam, across, doubts
 from kane.numeric.arrays import Array
-from kane.numeric.mass_metric import least_squares, of_unit_length, row_sizes
-from kane.numeric.named import finite_number, named_values
 from kane.numeric.newton import improved
+from kane.numeric.rank import least_squares, of_unit_length, row_sizes
+from kane.numeric.sampling import finite_number, named_values
 from kane.numeric.scale import LAST_DIGIT
 
 _ROUNDS = 4

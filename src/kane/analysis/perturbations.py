@@ -19,7 +19,7 @@ from kane.equations.equations import Equations
 from kane.expr.evaluation import free_symbols
 from kane.expr.symbols import Coordinate, Time
 from kane.numeric.arrays import Array, Entries
-from kane.numeric.mass_metric import sizes
+from kane.numeric.rank import sizes
 
 
 class Perturbations(NamedTuple):

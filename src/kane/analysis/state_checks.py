@@ -16,7 +16,7 @@ from kane.errors import SimulationError, ValueMissingError
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array, first_place
-from kane.numeric.named import finite_number, named_values
+from kane.numeric.sampling import finite_number, named_values
 from kane.numeric.scale import GIVEN
 
 _TINY = np.finfo(float).tiny

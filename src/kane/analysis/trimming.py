@@ -27,10 +27,9 @@ from kane.errors import SimulationError, ValueMissingError
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.named import named_values
 from kane.numeric.newton import Closed, close, closest, starts
 from kane.numeric.rank import level, singular
-from kane.numeric.sampling import SEED, draw
+from kane.numeric.sampling import SEED, draw, named_values
 from kane.numeric.scale import ROUNDED_CHAIN, SOLVED, STATE_RANK, TAKES_PART, UNRELATED
 from kane.program.native.machine import Settings
 from kane.progress import working

@@ -21,14 +21,14 @@ from kane.cli.simulate import Start, start
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.poles import AdmittedSpeeds, moving_pivots
 from kane.dynamics.readings.quantities import parameter_values
-from kane.equations.derive import repartition
-from kane.equations.routines import rate_names
+from kane.equations.compiled import rate_names
+from kane.equations.equations import repartition
 from kane.errors import KaneError, KaneWarning, ModelError, SingularError
 from kane.motion.inputs.functions import input_functions
 from kane.motion.inputs.smooth import check_prescribed
 from kane.motion.start import check_masses, check_regular, regular_otherwise
-from kane.numeric.named import finite_number
 from kane.numeric.rank import null_direction
+from kane.numeric.sampling import finite_number
 from kane.numeric.scale import SOLVE_RANK, TAKES_PART
 from kane.present.overview import DECLARED
 from kane.space.rotation import in_degrees

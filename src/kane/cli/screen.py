@@ -23,7 +23,7 @@ import typer
 from typer.core import TyperGroup
 
 from kane.errors import ArgumentError, KaneError, KaneWarning
-from kane.expr.forms.count import Operations
+from kane.expr.evaluation import Operations
 from kane.present.formula_list import WIDTH
 from kane.whole import exchange, refusal
 

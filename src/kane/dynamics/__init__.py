@@ -24,15 +24,13 @@ __getattr__ = offered(
         "readings.regularity": "concerned guarded",
         "readings.seven_steps": "Kind shown_speeds",
         "formulation.": "candidates table",
-        "formulation.block_solution": "block_solution",
         "formulation.carried": "regrouped",
         "formulation.reactions": "LARGE",
         "formulation.recursive": "WAYS by_recursion carrying",
-        "formulation.shortest": "shortest_in_given_speeds",
+        "formulation.table": "shortest_in_given_speeds tree_with_reactions",
         "formulation.speeds": "absolute by_mass_centre",
-        "formulation.trees": "tree_with_reactions",
         "formulation.equations": (
-            "about_points_at_rest classical embedded embedded_motions holds_reactions homogeneous power squares "
+            "about_points_at_rest block_solution classical embedded embedded_motions holds_reactions homogeneous power squares "
             "unguarded_classical"
         ),
         "slopes": "acceleration_slopes closed_slopes forward",

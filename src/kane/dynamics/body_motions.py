@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.errors import ModelError
-from kane.expr.evaluation import evaluate, free_symbols, is_constant_in_time
-from kane.expr.forms.count import price
+from kane.expr.evaluation import evaluate, free_symbols, is_constant_in_time, price
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Parameter

@@ -31,8 +31,7 @@ from kane.expr.symbols import QuasiRate, Rate, Reaction
 from kane.kinematics.speeds import Speeds
 from kane.kinematics.velocities import Kinematics, Motion, acceleration_form
 from kane.model.loads import Load, Slip
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.vector import Parts, Vector
 
 

@@ -31,8 +31,7 @@ from kane.model.bodies import Part, parts_of
 from kane.model.constraints import Constraint
 from kane.model.variables import constraint_rate
 from kane.numeric.sampling import SEED, values_of
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
 Exprs = tuple[Expr, ...]

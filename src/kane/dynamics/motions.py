@@ -21,8 +21,7 @@ from kane.dynamics.derivation import Derived, Exprs, derived
 from kane.dynamics.lazy import read
 from kane.dynamics.readings.quantities import without_rates
 from kane.errors import SpaceError, SpeedsError, cut
-from kane.expr.evaluation import free_symbols
-from kane.expr.forms.count import price
+from kane.expr.evaluation import free_symbols, price
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import Immutable
@@ -30,8 +29,7 @@ from kane.expr.symbols import Coordinate, Speed, Symbols
 from kane.kinematics.velocities import Kinematics, Motion, acceleration_form, velocity_form
 from kane.model.declarations import geometry, places
 from kane.model.system import placed, scaffold
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
 Partials = Mapping[Speed, Vector]

@@ -15,7 +15,7 @@ from kane.dynamics.solved import Solved
 from kane.errors import SingularError
 from kane.expr.build import add, neg, sub
 from kane.expr.differentiation import tangent, weighted
-from kane.expr.forms.count import Prices
+from kane.expr.evaluation import Prices
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.solve import ldl, sparse_order

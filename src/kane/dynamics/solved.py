@@ -13,9 +13,8 @@ from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.forcing import generalized_by_motion, mass_rows
 from kane.dynamics.lazy import Lately, LazyMapping, read
 from kane.expr.build import add, neg, sub
-from kane.expr.evaluation import Walk, free_symbols, is_constant_in_time
+from kane.expr.evaluation import Operations, Walk, count_operations, free_symbols, is_constant_in_time, price
 from kane.expr.forms.collect import joined
-from kane.expr.forms.count import Operations, count_operations, price
 from kane.expr.forms.shorter import shortened
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
@@ -25,8 +24,7 @@ from kane.expr.symbols import Speed, Symbols, rate
 from kane.expr.visit import substituting
 from kane.kinematics.velocities import Motion
 from kane.model.constraints import Constraint
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
 _READINGS = 64

@@ -3,4 +3,4 @@
 
 from kane.lazy_imports import offered
 
-__getattr__ = offered(__name__, {"derive": "repartition", "routines": "program"})
+__getattr__ = offered(__name__, {"equations": "repartition", "compiled": "program"})

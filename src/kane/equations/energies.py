@@ -16,7 +16,7 @@ from kane.dynamics.solved import Solved
 from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate
 from kane.model.loads import Load
-from kane.space.point import Point
+from kane.space.frame import Point
 from kane.space.vector import Vector
 
 

@@ -20,7 +20,7 @@ from kane.dynamics.slopes import slopes
 from kane.dynamics.solved import Solved
 from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import ArgumentError, CornerError, cut
-from kane.expr.forms.count import Operations, count_operations
+from kane.expr.evaluation import Operations, count_operations
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.ops import GONE, Immutable
@@ -28,7 +28,7 @@ from kane.expr.piecewise import SwitchedQuantity, on, switches
 from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Symbol, rate, time
 from kane.numeric.arrays import Array, first_place
-from kane.numeric.named import symbols_named
+from kane.numeric.sampling import symbols_named
 from kane.numeric.scale import EQUAL
 
 

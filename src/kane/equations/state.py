@@ -10,7 +10,7 @@ import numpy as np
 from kane import expect
 from kane.errors import ArgumentError, Attributes, ValueMissingError, cut
 from kane.expr.symbols import Symbol
-from kane.numeric.named import finite_number, named_values, symbol_named
+from kane.numeric.sampling import finite_number, named_values, symbol_named
 
 GROUPS = {"q": "coordinates", "u": "speeds", "states": "states", "inputs": "inputs", "parameters": "parameters"}
 """The groups of values, by what `Equations` call their symbols."""

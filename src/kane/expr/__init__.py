@@ -8,8 +8,7 @@ from kane.lazy_imports import offered as _offered
 
 if TYPE_CHECKING:
     from kane.expr.differentiation import affine, diff, gradient, jacobian, time_derivative
-    from kane.expr.evaluation import evaluate, free_symbols
-    from kane.expr.forms.count import Operations, count_operations
+    from kane.expr.evaluation import Operations, count_operations, evaluate, free_symbols
     from kane.expr.forms.taylor_series import taylor
     from kane.expr.matrix import Matrix
     from kane.expr.node import Expr
@@ -34,9 +33,10 @@ __getattr__ = _offered(
         "build": "NODE_BUILDERS add cos div mul sin sub sum_of",
         "constants": "correctly_rounded error_of weight",
         "differentiation": "diff gradient jacobian time_derivative weighted affine affine_forms",
-        "evaluation": "Walk compile_reference evaluate free_symbols is_constant_in_time FLOAT",
+        "evaluation": (
+            "Walk compile_reference evaluate free_symbols is_constant_in_time FLOAT Operations count_operations price"
+        ),
         "forms.collect": "collected factored combined joined",
-        "forms.count": "Operations count_operations price",
         "forms.expand": "MOST expanded",
         "forms.integration": "antiderivative",
         "forms.scales": "scaled",

@@ -5,6 +5,8 @@ A graph as a list of instructions in Python's floats: for one state, many times 
 
 Nodes of one kind that do not wait for each other stand in one batch, and a product that only one sum or difference holds is computed
 within it; each operation still rounds by itself, so that the numbers are NumPy's bit by bit, infinity and NaN included.
+
+What an evaluation costs is counted in operations, by tier and by operation.
 """
 
 import math
@@ -12,13 +14,14 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from functools import cached_property
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
 
-from kane.errors import ExpressionError, ValueMissingError, alike, cut
+from kane.errors import Attributes, ExpressionError, ValueMissingError, alike, cut
 from kane.expr.matrix import Matrix
-from kane.expr.node import Expr, as_expr, as_exprs, constant_value, postorder
+from kane.expr.node import Expr, as_expr, as_exprs, constant_value, nodes, postorder
 from kane.expr.ops import ADD, DIV, GONE, LESS, MUL, NEG, OPS, PI, REGULAR, SQRT, SUB, SYMBOL, WHERE, Op
 from kane.expr.symbols import Parameter, StateVariable, Symbol, Symbols, declared
 
@@ -131,9 +134,9 @@ def in_batches(
     kinds, arguments = _kinds(order, roots)
     place = {leaf: i for i, leaf in enumerate(leaves)}
     program: list[tuple[Batch, Rows]] = []
-    for kind, nodes in _batched(kinds, arguments):
-        place.update(zip(nodes, range(len(place), len(place) + len(nodes)), strict=True))
-        program.append((_BATCHES[kind], [tuple([place[a] for a in arguments[n]]) for n in nodes]))
+    for kind, batch in _batched(kinds, arguments):
+        place.update(zip(batch, range(len(place), len(place) + len(batch)), strict=True))
+        program.append((_BATCHES[kind], [tuple([place[a] for a in arguments[n]]) for n in batch]))
     start = [0.0 if value is None else value for value in leaves.values()]
     given = [(place[leaf], leaf) for leaf, value in leaves.items() if value is None]
     outputs = [place[r] for r in roots]
@@ -426,3 +429,81 @@ def is_constant_in_time(exprs: Iterable[Expr]) -> bool:
             seen.add(node)
             waiting.extend(node.args)
     return True
+
+
+@dataclass(frozen=True, slots=True)
+class Operations(Attributes):
+    """What one evaluation costs: + − × ÷ √ and each transcendental count 1; changes of sign, |x|, comparisons and choices 0.
+
+    `parameter` holds what depends on parameters alone and can be computed once; `state` the rest. Nodes of constants
+    only are folded before counting.
+    """
+
+    parameter: int
+    state: int
+    by_operation: tuple[tuple[str, int], ...]
+
+    @property
+    def total(self) -> int:
+        """Parameter and state tier together: what every limit binds."""
+        return self.parameter + self.state
+
+    def __str__(self) -> str:
+        kinds = ", ".join(f"{n} {k}" for k, n in self.by_operation)
+        told = f"{self.total} operations: {self.state} with the state, {self.parameter} of parameters"
+        return f"{told} ({kinds})" if kinds else told
+
+
+_CONSTANT, _PARAMETER, _STATE = range(3)
+
+
+def count_operations(roots: Iterable[Expr] | Expr) -> Operations:
+    """Operations of one evaluation of all `roots` together, each shared node once."""
+    wanted = [roots] if isinstance(roots, Expr) else as_exprs("what is counted", roots)
+    tier: dict[Expr, int] = {}
+    totals = [0, 0, 0]
+    kinds: Counter[str] = Counter()
+    for node in postorder(wanted):
+        if isinstance(node, Symbol):
+            tier[node] = _PARAMETER if isinstance(node, Parameter) else _STATE
+            continue
+        tier[node] = max((tier[a] for a in node.args), default=_CONSTANT)
+        if tier[node] and node.op.cost:
+            totals[tier[node]] += node.op.cost
+            kinds[node.op.name] += node.op.cost
+    return Operations(totals[_PARAMETER], totals[_STATE], tuple(sorted(kinds.items())))
+
+
+def price(roots: Iterable[Expr]) -> int:
+    """What `count_operations` gives in total, sooner; to compare ways by. Operations on constants alone, which are rare, count."""
+    return _cost(nodes(roots))
+
+
+class Prices:
+    """The `price` of expressions beside others that are there in any case, which are walked once."""
+
+    def __init__(self, known: Iterable[Expr]) -> None:
+        self._known = nodes(known)
+        self._own = _cost(self._known)
+
+    def __call__(self, roots: Iterable[Expr]) -> int:
+        """Of the known ones and `roots` together."""
+        return self._own + _cost(nodes(roots, self._known))
+
+
+def exceeds(roots: Iterable[Expr], most: int) -> bool:
+    """Whether the `price` of `roots` is more than `most`: no further nodes are looked at than tells that."""
+    front, seen, total = set(roots), set[Expr](), 0
+    while front and total <= most:
+        seen |= front
+        total += _cost(front)
+        front = set[Expr]().union(*map(_args_of, front)) - seen
+    return total > most
+
+
+_args_of = attrgetter("args")
+_cost_of = attrgetter("op.cost")
+
+
+def _cost(of: Iterable[Expr]) -> int:
+    return sum(map(_cost_of, of))

@@ -240,7 +240,7 @@ def _several(kind: type[S], text: str | Iterable[str], *declaration: Any) -> tup
     unit = declaration[1]
     if unit and _is_text(unit):
         try:
-            import_module("kane.units.parser").parse(unit)  # units stand above expressions
+            import_module("kane.units.rules").parse(unit)  # units stand above expressions
         except UnitError as error:
             listed = f"{' '.join(names(text))} {unit}"
             raise UnitError(

@@ -10,7 +10,7 @@ __getattr__ = offered(
         "velocity_constraints": "placed_form constraint_rows rows_along_tree",
         "definitions": "generalized_speeds turned",
         "freedoms": "Unsuited",
-        "matching": "Matching Sample",
+        "speeds": "Matching Sample",
         "velocities": "Following Kinematics",
         "links": "links_of",
     },

@@ -19,8 +19,7 @@ from kane.kinematics.aligned import Aligned, aligned_bases
 from kane.model.bodies import Part, deforming, parts_of
 from kane.model.joints.joint import Joint, Twist
 from kane.model.system import System
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.rotation import Basis
 from kane.space.vector import Parts, Vector, angular_velocity
 

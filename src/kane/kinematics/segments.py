@@ -22,9 +22,9 @@ from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ONE, ZERO, Expr
 from kane.kinematics.freedoms import Forms, Freedom, Shift, Stages, Unsuited, are_coupled, by_rates, is_single
 from kane.kinematics.links import Link, Tree, homes_of, turn_alike
-from kane.kinematics.matching import measured
+from kane.kinematics.speeds import measured
 from kane.kinematics.velocities import Kinematics
-from kane.space.point import Point
+from kane.space.frame import Point
 from kane.space.rotation import NOTHING, AlignedBasis, Basis, Triple, about_axis, path
 from kane.space.vector import Parts, Vector
 from kane.tree.sweeps import Segment, Stage

@@ -17,10 +17,9 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import CONST
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Speed, Symbol, Time, input_of, rate
 from kane.kinematics.aligned import AS_DECLARED, Aligned
-from kane.kinematics.matching import Matching, Sample
-from kane.kinematics.speeds import ScalarForm, Speeds
+from kane.kinematics.speeds import Matching, Sample, ScalarForm, Speeds
 from kane.model.constraints import cut_of
-from kane.space.point import Point
+from kane.space.frame import Point
 from kane.space.rotation import NOTHING, Basis, Triple
 from kane.space.vector import Vector
 from kane.tree.triples import triple

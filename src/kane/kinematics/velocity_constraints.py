@@ -19,9 +19,8 @@ from typing import NamedTuple
 from kane.errors import ModelError, NotAffineError, cut
 from kane.expr.build import add, mul, neg
 from kane.expr.differentiation import affine_forms, time_derivative
-from kane.expr.evaluation import free_symbols, is_constant_in_time
+from kane.expr.evaluation import exceeds, free_symbols, is_constant_in_time, price
 from kane.expr.forms.collect import collected
-from kane.expr.forms.count import exceeds, price
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.regular import Sizes, size
@@ -34,8 +33,7 @@ from kane.kinematics.speeds import ScalarForm
 from kane.kinematics.velocities import Kinematics
 from kane.model.constraints import Constraint, constraint_of
 from kane.numeric.scale import GIVEN, vanish
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.rotation import NOTHING, Triple, cross3
 from kane.space.vector import Vector
 from kane.tree.sweeps import Carry, inward

@@ -24,8 +24,7 @@ from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol
 from kane.model.solids import central_inertia
 from kane.numeric.sampling import SEED, SEEDS, draw, sample
 from kane.numeric.scale import DECLARED
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.rotation import Basis
 from kane.space.vector import Dyadic, angular_velocity, check_connected
 

@@ -33,11 +33,9 @@ from kane.expr.ops import Immutable
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Rate, Reaction, Speed, Time, input_of
 from kane.numeric.sampling import SEED, sample
 from kane.numeric.scale import DECLARED
-from kane.space.frame import Frame, frames_of
-from kane.space.point import Point
+from kane.space.frame import Frame, Point, frames_of
 from kane.space.vector import Parts, Vector
-from kane.units.parser import parse
-from kane.units.rules import unit_of
+from kane.units.rules import parse, unit_of
 
 
 def length(v: Vector) -> float:

@@ -31,8 +31,7 @@ from kane.model.constraints import Constraint, cut_of
 from kane.model.joints.joint import Joint
 from kane.model.loads import Gravity, Load
 from kane.model.variables import EulerParameters
-from kane.space.frame import Frame, frames_of
-from kane.space.point import Point
+from kane.space.frame import Frame, Point, frames_of
 from kane.space.vector import Vector
 
 

@@ -28,9 +28,8 @@ from kane.model.constraints import check_unit
 from kane.model.joints.gears import length_along
 from kane.model.loads import Load
 from kane.model.mass import parts_listed
-from kane.numeric.legendre import gauss
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.numeric.polynomials import gauss
+from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
 

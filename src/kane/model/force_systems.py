@@ -24,8 +24,7 @@ from kane.model.loads import Gravity, Load
 from kane.model.mass import parts_listed
 from kane.numeric.sampling import SEEDS, draw
 from kane.numeric.scale import ROUNDED_SUM
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
 

@@ -16,8 +16,7 @@ from kane.expr.ops import Immutable
 from kane.expr.symbols import QuasiRate, Rate, Reaction, Speed, Symbol, input_of
 from kane.model.bodies import Body
 from kane.model.constraints import check_unit
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
 _MOVING = Rate | QuasiRate | Speed | Reaction

@@ -29,8 +29,7 @@ from kane.model.bodies import Body, Part, RigidBody, parts_of
 from kane.model.constraints import check_unit
 from kane.model.solids import parallel_axis, unit_dyadic
 from kane.numeric.scale import DECLARED
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.vector import Dyadic, Vector
 
 

@@ -54,10 +54,9 @@ from kane.model.variables import (
     ordered_coordinates,
     speed_definitions,
 )
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.vector import Vector, axes
-from kane.units.parser import parse
+from kane.units.rules import parse
 
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)

@@ -31,8 +31,7 @@ from kane.model.loads import Gravity, Load
 from kane.model.variables import EulerParameters
 from kane.numeric.sampling import SEEDS, sample, value_of
 from kane.numeric.scale import DECLARED
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.rotation import Basis
 from kane.space.vector import Dyadic, Vector, angular_velocity
 

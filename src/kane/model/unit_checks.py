@@ -17,10 +17,8 @@ from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction, Symbol,
 from kane.model.bodies import deforming, parts_of
 from kane.model.constraints import cut_of
 from kane.model.declarations import Declarations, Event, target
-from kane.space.point import Point
-from kane.units.algebra import ANY, NUMBER, ONE, Unit, conflict
-from kane.units.parser import parse
-from kane.units.rules import Known, infer, spelled, unit_of
+from kane.space.frame import Point
+from kane.units.rules import ANY, NUMBER, ONE, Known, Unit, conflict, infer, parse, spelled, unit_of
 
 _QUANTITIES = ("kg", "m", "s", "N", "J", "kg*m^2", "m/s^2")
 MASS, LENGTH, TIME, FORCE, ENERGY, INERTIA, ACCELERATION = map(parse, _QUANTITIES)

@@ -11,8 +11,8 @@ import numpy as np
 
 from kane.dynamics.constraints.manifold import branches
 from kane.dynamics.constraints.partition import quality
+from kane.equations.compiled import ports
 from kane.equations.equations import Equations
-from kane.equations.routines import ports
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO
 from kane.expr.regular import Sizes, size

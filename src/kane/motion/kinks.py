@@ -14,9 +14,8 @@ import numpy as np
 from kane.analysis.one_sided import SidedBundles
 from kane.analysis.state_checks import open_shares
 from kane.dynamics.readings.quantities import without_unknowns
-from kane.equations.compiled import Numeric
+from kane.equations.compiled import Numeric, ports
 from kane.equations.equations import Equations
-from kane.equations.routines import ports
 from kane.errors import SimulationError, cut
 from kane.expr.node import Expr, postorder
 from kane.expr.ops import GONE
@@ -25,9 +24,9 @@ from kane.expr.regular import Sizes, size
 from kane.expr.symbols import time
 from kane.motion.projection import Numbers, Tolerances, constraint_numbers
 from kane.numeric.arrays import Array
+from kane.numeric.polynomials import DEGREE as PARTS
+from kane.numeric.polynomials import zero_of
 from kane.numeric.scale import LAST_DIGIT, LEAPS, SOON
-from kane.numeric.sign_changes import DEGREE as PARTS
-from kane.numeric.sign_changes import zero_of
 from kane.program.from_expressions import Bundle
 from kane.program.native.compiled_routine import BundleRoutine
 

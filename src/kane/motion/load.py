@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from kane.dynamics.constraints.partition import Partition
-from kane.equations.derive import derive, repartition
-from kane.equations.equations import Equations
+from kane.equations.equations import Equations, derive, repartition
 from kane.errors import ArgumentError, KaneError, SimulationError, SolutionFileError, cut
 from kane.expr.node import ZERO, Expr
 from kane.model.declarations import Event

@@ -29,7 +29,7 @@ from kane.motion.solvers.stepping import STEPPED
 from kane.motion.steppers.table import INTEGRATORS, Integrator, compiled
 from kane.motion.steps import Stepper
 from kane.motion.switches import has_jumps
-from kane.program.emit.llvm_forms import LIBRARY
+from kane.program.emit.llvm_printer import LIBRARY
 from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.entry import CompiledKernel
 from kane.program.native.machine import Settings, target

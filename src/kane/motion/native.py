@@ -31,9 +31,9 @@ from kane.motion.steppers.watched import ROOM
 from kane.motion.steps import Stepper
 from kane.motion.switches import switches
 from kane.numeric.arrays import Array
+from kane.numeric.polynomials import DEGREE as PARTS
+from kane.numeric.polynomials import SHARES
 from kane.numeric.scale import EPS, SAME_TIME
-from kane.numeric.sign_changes import DEGREE as PARTS
-from kane.numeric.sign_changes import SHARES
 from kane.program.native.entry import entry
 
 _DOUBLINGS = 80

@@ -35,9 +35,8 @@ import numpy.typing as npt
 from kane.dynamics.constraints.manifold import branch_scalars, branches, turned, turned_closures
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.readings.unsolved import mass_matrix
-from kane.equations.compiled import Numeric
+from kane.equations.compiled import Numeric, ports
 from kane.equations.equations import Equations
-from kane.equations.routines import ports
 from kane.expr.build import mul
 from kane.expr.evaluation import evaluate
 from kane.expr.matrix import Matrix
@@ -45,9 +44,18 @@ from kane.expr.node import Expr
 from kane.expr.regular import Sizes, largest, size
 from kane.model.constraints import ClosureBranch
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.mass_metric import least_change, of_unit_length, row_sizes
 from kane.numeric.newton import improved
-from kane.numeric.rank import Mixed, balance, combinations, mixed, singular, weak_values
+from kane.numeric.rank import (
+    Mixed,
+    balance,
+    combinations,
+    least_change,
+    mixed,
+    of_unit_length,
+    row_sizes,
+    singular,
+    weak_values,
+)
 from kane.numeric.scale import CLOSED, CLOSED_FULLY, MOTION_RANK
 from kane.program.from_expressions import Bundle
 from kane.program.native.compiled_routine import BundleRoutine

@@ -14,8 +14,8 @@ import numpy as np
 from kane.dynamics.readings.quantities import without_unknowns
 from kane.dynamics.readings.regularity import with_regular_rates
 from kane.dynamics.slopes import forward, slopes
+from kane.equations.compiled import along, ports, rate_names
 from kane.equations.equations import Equations
-from kane.equations.routines import along, ports, rate_names
 from kane.expr.differentiation import tangent, weighted
 from kane.expr.node import ONE, Expr, postorder
 from kane.expr.piecewise import Piecewise, leaps, on_sides, side_symbol, side_symbols
@@ -27,8 +27,7 @@ from kane.motion.inputs.feedback import value
 from kane.motion.inputs.functions import following, follows, law_and, law_of
 from kane.motion.switches import switches
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.mass_metric import least_constraint
-from kane.numeric.rank import Mixed
+from kane.numeric.rank import Mixed, least_constraint
 from kane.program.from_expressions import Bundle, Shaped
 from kane.program.native.compiled_routine import BundleRoutine, CompiledRoutine
 from kane.program.native.entry import entry, hoist_entry, hoisted

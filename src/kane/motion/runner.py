@@ -15,9 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane.dynamics.readings.quantities import without_unknowns
-from kane.equations.compiled import Kept
+from kane.equations.compiled import Kept, ports
 from kane.equations.equations import Equations
-from kane.equations.routines import ports
 from kane.expr.build import NODE_BUILDERS, div, mul, sub
 from kane.expr.node import ONE, Expr
 from kane.model.beams.beam import Beam

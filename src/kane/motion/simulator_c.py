@@ -16,10 +16,8 @@ from typing import NamedTuple, cast
 import numpy as np
 
 from kane.dynamics.readings.quantities import without_unknowns
-from kane.equations.compiled import Compiled
-from kane.equations.derive import repartition
-from kane.equations.equations import Equations
-from kane.equations.routines import ports, program, rate_names
+from kane.equations.compiled import Compiled, ports, program, rate_names
+from kane.equations.equations import Equations, repartition
 from kane.errors import KaneError, ProgramError
 from kane.expr.node import ZERO, Expr
 from kane.motion.constraint_kernels import holding, structure

@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane.dynamics.poles import AdmittedSpeeds, SlipEnd
-from kane.equations.derive import repartition
-from kane.equations.equations import Equations
+from kane.equations.equations import Equations, repartition
 from kane.errors import SimulationError, cut
 from kane.expr.evaluation import evaluate, free_symbols, is_constant_in_time
 from kane.expr.matrix import Matrix
@@ -25,9 +24,8 @@ from kane.model.beams.beam import Beam
 from kane.model.bodies import largest_moment, least_moment, parts_of
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
-from kane.numeric.named import finite_number
 from kane.numeric.rank import balance, null_direction, singular
-from kane.numeric.sampling import SEED, sample
+from kane.numeric.sampling import SEED, finite_number, sample
 from kane.numeric.scale import EPS, MOTION_RANK, SOLVE_RANK, TAKES_PART, UNRELATED
 
 

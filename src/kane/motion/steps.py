@@ -14,8 +14,7 @@ import numpy as np
 from kane.dynamics.constraints.partition import Partition, choose, quality
 from kane.dynamics.poles import AdmittedSpeeds, moving_pivots
 from kane.equations.compiled import Numeric
-from kane.equations.derive import repartition
-from kane.equations.equations import Equations
+from kane.equations.equations import Equations, repartition
 from kane.errors import ReactionError, SimulationError
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
@@ -37,8 +36,7 @@ from kane.motion.right_hand_side import exact, pattern, routines
 from kane.motion.solution.solution import Segment
 from kane.motion.start import regular_otherwise
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.mass_metric import mobility, sizes
-from kane.numeric.rank import Mixed, balanced, combinations, sure_rows
+from kane.numeric.rank import Mixed, balanced, combinations, mobility, sizes, sure_rows
 from kane.numeric.scale import BETTER, MOTION_RANK, POOR, UNUSABLE
 from kane.program.native.machine import Settings
 

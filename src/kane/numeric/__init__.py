@@ -7,13 +7,13 @@ __getattr__ = offered(
     __name__,
     {
         "scale": "bounded vanish DECLARED DERIVE_RANK SOLVE_RANK",
-        "legendre": "gauss",
-        "sign_changes": "SHARES passages zero_of",
-        "named": "finite_number named_values symbol_named symbols_named",
-        "sampling": "HIGH LOW draw sample value_of values_of",
+        "polynomials": "SHARES gauss passages zero_of",
+        "sampling": ("HIGH LOW draw sample value_of values_of finite_number named_values symbol_named symbols_named"),
         "newton": "NaturalSizes close close_many close_most closest improved sizes starts",
-        "mass_metric": "least_change least_constraint metric mobility of_unit_length reflected",
-        "rank": "balance balanced dependencies indeterminate null_direction singular sure_rows within",
+        "rank": (
+            "balance balanced dependencies indeterminate null_direction singular sure_rows within "
+            "least_change least_constraint metric mobility of_unit_length reflected"
+        ),
         "arrays": "zxz pace",
     },
 )

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.mass_metric import least_squares
+from kane.numeric.rank import least_squares
 from kane.numeric.scale import CLOSED, CLOSED_FULLY, FIXED_SHARE, ROUNDED, ROUNDED_CHAIN
 
 T = TypeVar("T")

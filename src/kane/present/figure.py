@@ -24,7 +24,7 @@ from kane.present.motion_plots import label_of
 from kane.space.vector import Vector
 from kane.units.rules import unit_text
 from kane.whole import exchange, path_of
-from kane.write.text import to_text
+from kane.write.arrange import to_text
 
 FORMATS: dict[str, dict[str, str | None]] = {
     ".png": {"Software": "kane"},

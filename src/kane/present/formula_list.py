@@ -18,10 +18,9 @@ from kane.expr.ops import ADD, NEG, SUB
 from kane.space.frame import Frame
 from kane.space.rotation import Basis
 from kane.space.vector import Vector
-from kane.write.arrange import Notation, layout
+from kane.write.arrange import TEXT, Notation, layout
 from kane.write.display import Minus, Tree
 from kane.write.latex import LATEX, latex_name, place_latex
-from kane.write.text import TEXT
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from kane.model.bodies import parts_of
 from kane.model.constraints import cut_of
 from kane.motion.solution.solution import Solution
-from kane.space.point import Point
+from kane.space.frame import Point
 from kane.units.rules import unit_text
 from kane.write.latex import latex_name, place_latex
 

@@ -17,8 +17,7 @@ from kane.model.constraints import Constraint, constraint_of, cut_of
 from kane.model.loads import Load
 from kane.model.system import System
 from kane.present.formula_list import formulas
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.rotation import Orientation
 from kane.space.vector import Vector
 from kane.units.rules import unit_text

@@ -17,7 +17,7 @@ from kane.model.loads import Load
 from kane.present.formula_list import DisplayedFormula, formulas, quantity_latex
 from kane.present.overview import Cell, PageTable, Tex
 from kane.program.native import machine, store
-from kane.space.point import Point
+from kane.space.frame import Point
 from kane.write.latex import latex_name, place_latex
 
 _PACKAGES = ("kane", "numpy", "scipy", "llvmlite", "sympy", "matplotlib", "rich", "typer", "jinja2", "platformdirs")

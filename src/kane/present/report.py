@@ -17,7 +17,7 @@ from kane.dynamics.readings.contributions import Contributions
 from kane.dynamics.readings.seven_steps import STATES, Kind, Quantity, Result, Step, moving_places, shown_speeds
 from kane.equations.equations import Equations, check_equations
 from kane.errors import ArgumentError, cut
-from kane.expr.forms.count import count_operations
+from kane.expr.evaluation import count_operations
 from kane.expr.node import Expr, postorder
 from kane.expr.symbols import Parameter, Symbol, rate
 from kane.motion.solution.solution import Solution
@@ -26,8 +26,7 @@ from kane.present.formula_list import DisplayedFormula, formulas, quantity_latex
 from kane.present.overview import DECLARED, PageTable, Tex, declared_tables, page_table
 from kane.present.provenance import Provenance, force_provenance, mass_provenance, noncontributing
 from kane.progress import working
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.units.rules import unit_text
 from kane.whole import exchange, path_of
 from kane.write.latex import latex_name

@@ -10,7 +10,7 @@ __getattr__ = offered(
         "emit.": "targets",
         "emit.c": "emit_c emit_header emit_kernel_c",
         "emit.llvm": "emit_llvm",
-        "emit.llvm_forms": "REACH pointed",
+        "emit.llvm_printer": "REACH pointed",
         "emit.names": "is_free_in_c local_names",
         "emit.numpy": "emit_kernel_numpy emit_numpy",
         "emit.sincos": "C_SINCOS CONSTANTS LIMIT llvm_sincos sine_cosine",

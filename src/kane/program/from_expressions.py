@@ -16,8 +16,7 @@ import numpy as np
 
 from kane.errors import ProgramError, ValueMissingError, none_of
 from kane.expr.constants import value_of_numbers
-from kane.expr.evaluation import compile_reference
-from kane.expr.forms.count import Operations
+from kane.expr.evaluation import Operations, compile_reference
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr, constant_value, postorder
 from kane.expr.ops import CONST, PI, REGULAR, SYMBOL, Op

@@ -13,8 +13,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Hashable, Iterable
 from typing import Any, ClassVar
 
-from kane.rewrite.graph import ONE, Cube, Graph, common, over
-from kane.rewrite.price import Price
+from kane.rewrite.graph import ONE, Cube, Graph, Price, common, over
 
 MOST = 32
 """Terms of a sum, and literals of a cube, up to which pairs are looked at."""

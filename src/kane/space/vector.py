@@ -35,8 +35,7 @@ from kane.space.rotation import (
     single,
 )
 from kane.space.rotation import Basis as Frame  # public signatures say Frame: a vector needs no more of one
-from kane.write.arrange import layout
-from kane.write.text import TEXT
+from kane.write.arrange import TEXT, layout
 
 Parts = tuple[tuple[Frame, Triple], ...]
 _MANY = 12

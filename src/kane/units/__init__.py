@@ -3,6 +3,4 @@
 
 from kane.lazy_imports import offered
 
-__getattr__ = offered(
-    __name__, {"algebra": "conflict unit PLAIN PREFIXED", "parser": "parse", "rules": "RULES unit_text"}
-)
+__getattr__ = offered(__name__, {"rules": "conflict unit PLAIN PREFIXED parse RULES unit_text"})

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import kane as kn
 from kane import coordinates, parameter
-from kane.equations import routines
+from kane.equations import program
 from kane.expr import compile_reference
 from kane.gallery import rolling_disk
 from kane.program import Program, Task, build_program, emit_c, emit_header, is_free_in_c
@@ -284,7 +284,7 @@ def test_no_function_of_a_long_program_is_long():
 
 @pytest.fixture(scope="module")
 def disk() -> Program:
-    return routines.program(kn.derive(rolling_disk.system()).solved, name="rolling disk")
+    return program(kn.derive(rolling_disk.system()).solved, name="rolling disk")
 
 
 MAIN = """

@@ -19,9 +19,8 @@ from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol, input_of, time
 from kane.model.system import System
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.named import finite_number, named_values
 from kane.numeric.newton import Indices
-from kane.numeric.sampling import HIGH, LOW, SEED, values_of
+from kane.numeric.sampling import HIGH, LOW, SEED, finite_number, named_values, values_of
 from kane.numeric.scale import CLOSED_NEARLY
 
 _TRIES = (12, 60, 300, 1500)

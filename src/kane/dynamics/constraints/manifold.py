@@ -21,7 +21,7 @@ from kane.expr.evaluation import Reference, compile_reference, free_symbols, is_
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Speed, Symbol
-from kane.kinematics.matching import Sample
+from kane.kinematics.speeds import Sample
 from kane.kinematics.velocities import ContactPoint, Kinematics
 from kane.model.constraints import ClosureBranch, Constraint
 from kane.model.system import System
@@ -29,7 +29,7 @@ from kane.numeric.arrays import Array, Mask
 from kane.numeric.newton import Closed, ClosedMany, Indices, NaturalSizes, close, close_many, close_most, sizes
 from kane.numeric.sampling import ASSEMBLY_SEED, SEEDS
 from kane.numeric.scale import CLOSED, CLOSED_NEARLY, LAST_DIGIT, ROUNDED_CHAIN, bounded
-from kane.space.point import Point
+from kane.space.frame import Point
 from kane.space.rotation import Basis
 from kane.space.vector import Vector
 

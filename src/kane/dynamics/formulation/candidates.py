@@ -38,8 +38,7 @@ from kane.dynamics.formulation.shorten import short_forms
 from kane.dynamics.formulation.speeds import ConstraintRates, by_definitions, twins
 from kane.dynamics.solved import Solved
 from kane.expr.build import NODE_BUILDERS, neg
-from kane.expr.evaluation import free_symbols, is_constant_in_time
-from kane.expr.forms.count import Prices, price
+from kane.expr.evaluation import Prices, free_symbols, is_constant_in_time, price
 from kane.expr.node import ZERO, Expr, nodes
 from kane.expr.ops import DIV, OPS, REGULAR
 from kane.expr.regular import factors
@@ -49,7 +48,7 @@ from kane.expr.visit import substituting
 from kane.kinematics.velocities import ContactPoint, Following
 from kane.kinematics.velocity_constraints import drift_of
 from kane.model.variables import constraint_rate
-from kane.space.point import Point
+from kane.space.frame import Point
 
 _TAN = OPS["tan"]
 

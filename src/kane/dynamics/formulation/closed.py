@@ -29,8 +29,7 @@ from kane.kinematics.freedoms import resolved, transposed
 from kane.kinematics.segments import JointTree, Segments
 from kane.kinematics.velocity_constraints import Placed, placed, stands, together
 from kane.model.constraints import Constraint
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.rotation import NOTHING, Triple, cross3
 from kane.space.vector import Vector
 from kane.tree.articulated import Articulated, Pressed

@@ -17,8 +17,7 @@ from kane.kinematics.aligned import Aligned
 from kane.kinematics.links import Link, Tree, tree_of
 from kane.kinematics.segments import Segments
 from kane.model.constraints import Cut, constraint_of, cut_of
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.rotation import Basis, Triple, cross3
 from kane.space.vector import Vector
 from kane.tree.triples import turned_down

@@ -26,8 +26,7 @@ from kane.kinematics.freedoms import Shift, Stages, Unsuited
 from kane.kinematics.links import Carried, Link
 from kane.kinematics.segments import Elastic, Segments
 from kane.model.bodies import deforming
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.rotation import NOTHING, Triple, cross3
 from kane.space.vector import Vector, angular_velocity
 from kane.tree.triples import as_rows, centripetal, mirrored, skew, summed, times, triple

@@ -16,18 +16,16 @@ import numpy as np
 from kane.dynamics.constraints.embed import embedding
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived
-from kane.dynamics.formulation.block_solution import solved_reactions
 from kane.dynamics.formulation.carried import falling, regrouped, rigid_bodies
 from kane.dynamics.formulation.closed import Holding, products
 from kane.dynamics.formulation.crossings import Crossing, crossings, parted
 from kane.dynamics.formulation.elastic import Bent, bending_bodies, bent_frames, gauged, shared_rates
-from kane.dynamics.formulation.equations import evident, holds_reactions
+from kane.dynamics.formulation.equations import evident, holds_reactions, solved_reactions
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
 from kane.expr.build import add, mul, neg
 from kane.expr.differentiation import affine_forms
-from kane.expr.evaluation import Walk
-from kane.expr.forms.count import price
+from kane.expr.evaluation import Walk, price
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr, nodes
 from kane.expr.regular import guards

@@ -18,8 +18,8 @@ from kane.dynamics.derivation import Derived
 from kane.dynamics.solved import Solved
 from kane.expr.build import add, div, mul, sum_of
 from kane.expr.differentiation import affine_forms
+from kane.expr.evaluation import Prices, exceeds, price
 from kane.expr.forms.collect import collected, combined
-from kane.expr.forms.count import Prices, exceeds, price
 from kane.expr.forms.scales import scaled
 from kane.expr.forms.shorter import named, shared
 from kane.expr.forms.shorter import with_short_quotients as shortened

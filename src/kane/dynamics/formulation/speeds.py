@@ -29,11 +29,9 @@ from typing import NamedTuple
 from kane.dynamics.constraints.embed import DependentSpeeds, Embedding, embedding
 from kane.dynamics.constraints.manifold import Touch, contacts
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.derivation import Derived, by_other_speeds
-from kane.dynamics.derivation_checks import check_mass
+from kane.dynamics.derivation import Derived, by_other_speeds, check_mass
 from kane.dynamics.forcing import blocks, generalized_by_motion, mass_rows
-from kane.dynamics.formulation.block_solution import block_solution
-from kane.dynamics.formulation.equations import classical
+from kane.dynamics.formulation.equations import block_solution, classical
 from kane.dynamics.solved import Solved
 from kane.errors import KaneError
 from kane.expr.build import add, mul, neg, sub
@@ -47,7 +45,7 @@ from kane.expr.visit import substituted, substituting
 from kane.kinematics.velocities import velocity_form
 from kane.kinematics.velocity_constraints import ConstraintRows, constraint_rows
 from kane.model.variables import constraint_rate
-from kane.space.point import Point
+from kane.space.frame import Point
 from kane.space.vector import Vector
 
 Exprs = tuple[Expr, ...]

@@ -1,19 +1,250 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The routes by name, and the equations solved by one of them."""
+"""The routes by name, and the search for the shortest of them.
 
-from collections.abc import Callable
+Of the `candidates` the shortest is taken that divides by nothing of W by which the classical route does not. One price,
+`kane.expr.evaluation.price`, compares them all. Candidates are priced by q̇ and u̇ of the independent speeds first; few are
+followed to the other accelerations, and to the reactions.
+ Recursions are tried of trees from a few bodies on, and from one more on alone. There they are shorter and sooner found, and M
+and f are assembled when they are read. Of trees that constraints close they are tried from a few bodies more on, and alone where
+there are many freedoms for each constraint.
+"""
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from kane.dynamics.constraints.embed import Embedding, embedding
+from kane.dynamics.constraints.manifold import touches
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.derivation import Derived
-from kane.dynamics.derivation_checks import check_reactions_independent
-from kane.dynamics.formulation.equations import classical
-from kane.dynamics.formulation.held_forces import without_held_forces
-from kane.dynamics.formulation.recursive import WAYS
-from kane.dynamics.formulation.shortest import shortest
-from kane.dynamics.formulation.speeds import constraint_speeds
-from kane.dynamics.formulation.trees import forced
+from kane.dynamics.derivation import Derived, Exprs, check_reactions_independent
+from kane.dynamics.formulation.candidates import (
+    Candidate,
+    Poles,
+    all_speeds,
+    by_rates,
+    divisors,
+    in_declared_speeds,
+    of_embedding,
+    with_dependent,
+    with_reactions,
+)
+from kane.dynamics.formulation.equations import classical, holds_reactions, unguarded_classical
+from kane.dynamics.formulation.reactions import LARGE, without_held_forces
+from kane.dynamics.formulation.recursive import BENT, WAYS, by_recursion, carrying, recursions
+from kane.dynamics.formulation.shorten import (
+    SHORT,
+    with_half_speeds,
+    with_short_forms,
+    with_short_quotients,
+    with_short_rates,
+)
+from kane.dynamics.formulation.speeds import absolute, by_mass_centre, constraint_speeds
 from kane.dynamics.solved import Solved
-from kane.errors import ReactionError, SingularError
+from kane.errors import KaneError, ModelError, ReactionError, SingularError
+from kane.expr.evaluation import Prices, exceeds
+from kane.expr.node import Expr
+from kane.kinematics.freedoms import Unsuited
+from kane.model.bodies import deforming
+
+_TREE, _GROWN = 5, 6
+"""Bodies from which on recursions are tried, and from which on nothing else is."""
+_LOOP, _WIDE, _SPEEDS_A_ROW = 6, 12, 3
+"""The same under constraints, the latter with so many speeds for each row."""
+
+
+def recursive(derived: Derived, partition: Partition | None) -> list[Solved]:
+    """The solutions by recursion, of trees large enough or flexible, that divide by nothing of W by which velocities do not."""
+    if len(derived.inertias) < (_TREE if partition is None else _LOOP) and not deforming(derived.system.bodies):
+        return []
+    return [_finished(derived, s) for s in recursions(derived, partition) if has_no_poles(derived, s)]
+
+
+def _finished(derived: Derived, s: Solved) -> Solved:
+    """With the reactions, and guards or short q̇."""
+    whole = tree_with_reactions(derived, s)
+    return with_half_speeds(whole) if s.embedding is None else whole.guarded()
+
+
+def has_no_poles(derived: Derived, s: Solved) -> bool:
+    """Whether it divides by nothing of W by which velocities do not."""
+    return Poles(lambda: _of_velocities(derived)).fewer(derived, s.accelerations)
+
+
+def _of_velocities(derived: Derived) -> set[Expr]:
+    """What partial velocities of bodies divide by, and with them every route."""
+    motions = [m for b in derived.bodies for m in (b.center, b.rotation and b.rotation.motion) if m]
+    return divisors([x for m in motions for v in m.partials.values() for x in v.scalars()])
+
+
+def is_grown(derived: Derived, partition: Partition | None) -> bool:
+    """Whether a tree has so many bodies that recursion is shorter than any M of theirs."""
+    if deforming(derived.system.bodies):
+        return partition is None and len(derived.speeds) >= BENT
+    if partition is None:
+        return len(derived.inertias) >= _GROWN
+    return len(derived.inertias) >= _WIDE and len(derived.speeds) >= _SPEEDS_A_ROW * len(partition.rows)
+
+
+def tree_with_reactions(derived: Derived, s: Solved) -> Solved:
+    """A solution of a tree with the reactions."""
+    if len(s.reactions) == len(derived.reactions):
+        return s
+    motions = all_speeds(derived) if derived.reactions else None
+    return with_reactions(Candidate(s, motions), s.accelerations, derived, s.embedding)
+
+
+def compared(found: Sequence[Solved]) -> Solved:
+    """The solution with the fewest operations, the first of several, with the operations of all of them by route.
+
+    Those of one alone are counted when they are read.
+    """
+    if len(found) == 1:
+        return found[0]
+    costs = [s.price for s in found]
+    by_route: dict[str, int] = {}
+    for s, cost in zip(found, costs, strict=True):
+        by_route[s.route] = min(cost, by_route.get(s.route, cost))
+    return replace(found[costs.index(min(costs))], routes=by_route)
+
+
+def forced(route: str) -> Callable[[Derived, Partition | None], Solved]:
+    """u̇ by one of the recursions, and the reactions; a ModelError where the system is no tree of joint speeds."""
+
+    def solve(derived: Derived, partition: Partition | None) -> Solved:
+        try:
+            found = by_recursion(derived, carrying(derived, flexible=True, shared=True), route, partition)
+            if not has_no_poles(derived, found):
+                raise Unsuited("speeds whose W has poles that velocities in these speeds have not")
+            return compared([_finished(derived, found)])
+        except Unsuited as why:
+            raise ModelError(
+                f"Expected a tree of joint speeds for route={route!r}, got {why}. Leave out route=, or take "
+                "route='classical'."
+            ) from None
+
+    return solve
+
+
+_FEW = 2
+"""Candidates that are followed."""
+_LONG = 400
+"""Operations of q̇ and A, times the bodies, from which on rates of constraints as speeds are shorter than the classical route."""
+
+
+def shortest(derived: Derived, partition: Partition | None) -> Solved:
+    """u̇ and the reactions by the route with the fewest operations, by absolute rates where links turn about parallel axes."""
+    found = recursive(derived, partition)
+    if found and is_grown(derived, partition):
+        return compared(found)
+    usual = with_short_forms(with_short_rates(with_short_quotients(_by_speeds(derived, partition)))).guarded()
+    return compared([usual, *found]) if found else usual
+
+
+def _by_speeds(derived: Derived, partition: Partition | None) -> Solved:
+    other = absolute(derived, partition)
+    if other is not None:
+        try:
+            return other.declared(shortest_in_given_speeds(other.derived, partition), derived, partition)
+        except KaneError:  # what is wrong is said of the declared speeds
+            pass
+    return shortest_in_given_speeds(derived, partition)
+
+
+def shortest_in_given_speeds(derived: Derived, partition: Partition | None) -> Solved:
+    """The shortest solution in the speeds of `derived`."""
+    e = None if partition is None else embedding(derived.constraints, partition)
+    return _Search(derived, e, holds_reactions(derived)).shortest()
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """The candidates of a system whose dependent speeds are those of `e`, if any; `coupled` where loads hold reactions."""
+
+    derived: Derived
+    e: Embedding | None
+    coupled: bool
+
+    @cached_property
+    def usual(self) -> Candidate:
+        """The classical route."""
+        solution = unguarded_classical(self.derived, None if self.e is None else self.e.partition, self.e)
+        return Candidate(solution, None if self.coupled else all_speeds(self.derived))
+
+    def of_usual(self) -> set[Expr]:
+        """What that divides by."""
+        return divisors((*self.usual.solution.accelerations, *self.usual.solution.reactions))
+
+    def without_constraints(self) -> list[Candidate]:
+        """By velocities of the mass centre, where one body is free to translate, and assembled, unless those are short already."""
+        by_centre = by_mass_centre(self.derived)
+        if by_centre is not None:
+            twin, solution = by_centre
+            solved = (*solution.accelerations, *solution.reactions)
+            if Poles(self.of_usual).fewer(twin, solved):
+                own = Candidate(solution, None if self.coupled else all_speeds(self.derived))
+                return [self.usual, own] if exceeds(solved, SHORT) else [own]
+        return [self.usual]
+
+    @cached_property
+    def price(self) -> Prices:
+        """Of what stands beside q̇."""
+        return Prices(self.derived.rates)
+
+    def candidates(self, e: Embedding, cost: Callable[[Candidate], int]) -> tuple[list[Candidate], bool]:
+        """Solutions for u̇ of the independent speeds, and whether they are long, so that fewer are tried.
+
+        Where rates of constraints as speeds shorten the classical route nothing is shorter than what comes of them.
+        """
+        d, rows = self.derived, self.derived.constraints
+        touching = touches(rows.constraints, e.partition.rows, d.kinematics)
+        if not self.coupled and exceeds((*d.rates, *rows.a.entries), _LONG // len(d.inertias)):
+            every = [c for group in by_rates(d, e, touching, coupled=False, large=True) for c in group]
+            if every:
+                return every, True
+        usual = self.usual.solution
+        large = self.price((*usual.accelerations, *usual.reactions)) > LARGE
+        every, least = [self.usual], cost(self.usual)
+        for group in by_rates(d, e, touching, self.coupled, large):
+            every += group
+            if min(map(cost, group)) < least:
+                return every, large
+        if not self.coupled and not (large and len(every) > 1):
+            every += in_declared_speeds(d, e, touching, large)
+        return every, large
+
+    def accelerations(self) -> list[tuple[Candidate, Exprs]]:
+        """A few candidates with u̇ of all speeds."""
+        e = self.e
+        if e is None:
+            return [(c, c.solution.accelerations) for c in self.without_constraints()]
+
+        def cost(c: Candidate) -> int:
+            return self.price(c.solution.accelerations[i] for i in e.independent)
+
+        every, large = self.candidates(e, cost)
+        poles = Poles(lambda: of_embedding(e), lambda: divisors(e.a_n.entries), self.of_usual)
+        priced = [(cost(c), c) for c in every] if len(every) > 1 else [(0, every[0])]
+        pairs: list[tuple[int, int, Candidate, Exprs]] = []
+        for least, c in sorted(priced, key=lambda pair: pair[0])[:_FEW]:
+            if pairs and least >= min(pairs)[0]:
+                break
+            for u_dot in with_dependent(self.derived, e, c, large):
+                if poles.fewer(c.solution.derived, u_dot):
+                    pairs.append((self.price(u_dot), len(pairs), c, u_dot))
+        return [(c, u_dot) for _, _, c, u_dot in sorted(pairs)[:_FEW]]
+
+    def shortest(self) -> Solved:
+        """The shortest with its reactions, which are looked for in all ways beside the u̇ that is best with the usual ones."""
+        every, d, e = self.accelerations(), self.derived, self.e
+        if e is not None and (not every or (d.reactions and all(c is not self.usual for c, _ in every))):
+            every.append((self.usual, self.usual.solution.accelerations))
+        whole = [(with_reactions(c, u_dot, d, e), c, u_dot) for c, u_dot in every]
+        best, candidate, u_dot = min(whole, key=lambda each: each[0].price) if len(whole) > 1 else whole[0]
+        if self.coupled or not d.reactions:
+            return best
+        known = candidate._replace(solution=replace(candidate.solution, reactions=best.reactions))
+        return with_reactions(known, u_dot, d, e, differentiated=True)
+
 
 Route = Callable[[Derived, Partition | None], Solved]
 """From what is derived, and a choice of dependent speeds where there are constraints, to u̇ and the reactions."""

@@ -19,7 +19,7 @@ from kane.dynamics.lazy import read
 from kane.errors import ModelError, SingularError
 from kane.expr.build import add, neg, sub
 from kane.expr.differentiation import affine_forms
-from kane.expr.forms.count import Operations, count_operations
+from kane.expr.evaluation import Operations, count_operations
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ZERO, Expr
 from kane.expr.ops import Immutable

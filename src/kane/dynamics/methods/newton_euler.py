@@ -27,8 +27,7 @@ from kane.expr.node import ZERO, Expr, as_expr, constant
 from kane.expr.symbols import Reaction, word
 from kane.expr.visit import substituting
 from kane.model.bodies import Part
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.rotation import Triple
 from kane.space.vector import Vector
 

@@ -29,7 +29,7 @@ from kane.expr.node import ZERO, Expr, postorder
 from kane.expr.piecewise import Piecewise
 from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Coordinate, Parameter, QuasiRate, Rate, Reaction, Speed, Symbol
-from kane.kinematics.matching import Sample
+from kane.kinematics.speeds import Sample
 from kane.model.bodies import Body
 from kane.model.constraints import Cut, constraint_of, cut_of
 from kane.model.force_systems import ForceSystem
@@ -37,8 +37,7 @@ from kane.model.loads import Load
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.sampling import SEED, SEEDS, draw
 from kane.numeric.scale import ROUNDED_SUM, UNRELATED
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
 Source = TypeVar("Source", Load, Body)

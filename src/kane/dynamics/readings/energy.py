@@ -38,8 +38,7 @@ from kane.kinematics.velocities import Motion, acceleration_form, velocity_form
 from kane.model.declarations import geometry
 from kane.model.loads import Load
 from kane.model.system import total_mass
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
 _LARGE = 16

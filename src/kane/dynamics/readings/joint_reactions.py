@@ -18,8 +18,7 @@ from typing import Any
 import numpy as np
 
 from kane.dynamics.body_motions import Moving
-from kane.dynamics.derivation import Derived
-from kane.dynamics.derivation_checks import check_placed
+from kane.dynamics.derivation import Derived, check_placed
 from kane.dynamics.readings.quantities import without_unknowns
 from kane.dynamics.solved import Solved
 from kane.errors import Attributes, ReactionError, cut, none_of
@@ -33,8 +32,7 @@ from kane.model.system import System
 from kane.numeric.rank import balance, dependencies
 from kane.numeric.sampling import values_of
 from kane.numeric.scale import ROUNDED_ROOT
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.rotation import Basis
 from kane.space.vector import Vector
 

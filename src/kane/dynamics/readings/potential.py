@@ -28,9 +28,8 @@ from kane.dynamics.readings.contributions import Place, by_rates, differs, measu
 from kane.errors import KaneError, PotentialError, cut, warn
 from kane.expr.build import add, mul, neg, sub, sum_of
 from kane.expr.differentiation import diff, gradient
-from kane.expr.evaluation import free_symbols
+from kane.expr.evaluation import free_symbols, price
 from kane.expr.forms.collect import factored
-from kane.expr.forms.count import price
 from kane.expr.forms.expand import expanded
 from kane.expr.forms.integration import antiderivative
 from kane.expr.node import ONE, ZERO, Expr, constant
@@ -41,7 +40,7 @@ from kane.expr.symbols import Coordinate, QuasiRate, Rate, Reaction, Speed, Symb
 from kane.expr.visit import substituted
 from kane.model.loads import Load
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.legendre import gauss
+from kane.numeric.polynomials import gauss
 from kane.numeric.scale import ROUNDED_CHAIN, ROUNDED_ROOT, SIX_DIGITS, STATE_RANK, bounded
 
 NODES = 20

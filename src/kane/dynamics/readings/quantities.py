@@ -44,7 +44,7 @@ from kane.expr.symbols import (
 )
 from kane.expr.visit import substituting
 from kane.model.system import System
-from kane.numeric.named import finite_number, named_values, symbol_named
+from kane.numeric.sampling import finite_number, named_values, symbol_named
 from kane.space.vector import Dyadic, Vector
 
 Exprs = tuple[Expr, ...]

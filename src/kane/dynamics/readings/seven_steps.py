@@ -14,8 +14,7 @@ from kane.expr.symbols import Speed, Symbol
 from kane.kinematics.velocities import Motion, acceleration_form, velocity_form
 from kane.model.constraints import Constraint, constraint_of
 from kane.model.system import System
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 
 
 class Kind(Enum):

@@ -22,16 +22,15 @@ from typing import Any, TypeVar
 
 from kane.dynamics import inverse_dynamics as trees
 from kane.dynamics.derivation import Derived, Exprs
-from kane.dynamics.formulation.block_solution import solved_reactions
+from kane.dynamics.formulation.equations import solved_reactions
 from kane.dynamics.formulation.recursive import BENT, WAYS
 from kane.dynamics.readings.energy import linear_momentum, mass_center
 from kane.dynamics.solved import Solved
 from kane.errors import ArgumentError, ExpressionError, ModelError, SingularError, ValueMissingError, alike, cut
 from kane.expr.build import add, neg, sub
 from kane.expr.differentiation import tangent, weighted
-from kane.expr.evaluation import free_symbols
+from kane.expr.evaluation import free_symbols, price
 from kane.expr.forms.collect import collected
-from kane.expr.forms.count import price
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.solve import ldl, solve_lu, sparse_order
@@ -39,8 +38,7 @@ from kane.expr.symbols import Reaction, Symbol, Time, input_of, rate
 from kane.expr.visit import substituted, substituting
 from kane.kinematics.freedoms import Unsuited
 from kane.model.bodies import deforming
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
 

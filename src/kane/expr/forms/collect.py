@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 from kane.expr.build import add, div, mul, neg, sub
 from kane.expr.constants import number_of
-from kane.expr.forms.count import price
+from kane.expr.evaluation import price
 from kane.expr.node import ONE, ZERO, Expr, Number, constant, postorder, precedes
 from kane.expr.ops import ADD, CONST, DIV, MUL, NEG, SUB
 from kane.expr.surd import times

@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from kane.expr.build import NODE_BUILDERS
+from kane.expr.evaluation import price
 from kane.expr.forms.collect import Powers, Term, factored, ordered
-from kane.expr.forms.count import price
 from kane.expr.node import Expr, Number, constant_value
 from kane.expr.ops import ADD, COS, DIV, MUL, NEG, SIN, SUB, TAN
 from kane.expr.surd import times

@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence, Set
 
 from kane.expr.build import NODE_BUILDERS, div, mul, neg
-from kane.expr.forms.count import price
+from kane.expr.evaluation import price
 from kane.expr.node import ONE, Expr, postorder
 from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
 from kane.expr.symbols import Parameter

@@ -37,9 +37,8 @@ from kane.model.beams.shapes import ModeShapes, mode_shapes
 from kane.model.bodies import Part
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
-from kane.numeric.legendre import gauss
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.numeric.polynomials import gauss
+from kane.space.frame import Frame, Point
 from kane.space.vector import Vector, check_connected
 
 _FORMS = ("linearized", "nonlinear")

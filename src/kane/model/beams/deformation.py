@@ -28,7 +28,7 @@ from kane.expr.node import ZERO, Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Parameter
 from kane.model.beams.shapes import ModeShapes, together
 from kane.numeric.arrays import Array
-from kane.numeric.legendre import Rule, gauss
+from kane.numeric.polynomials import Rule, gauss
 from kane.numeric.scale import EQUAL, STATE_RANK, TAKES_PART
 from kane.space.frame import Frame
 from kane.space.vector import Vector

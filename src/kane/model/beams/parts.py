@@ -53,8 +53,7 @@ from kane.model.bodies import Part
 from kane.model.loads import Load
 from kane.numeric.arrays import Array, product
 from kane.numeric.scale import ROUNDED, ROUNDED_CHAIN
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.vector import Dyadic, Vector
 
 

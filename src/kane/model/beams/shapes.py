@@ -20,7 +20,7 @@ from kane import expect
 from kane.errors import ModelError, alike, cut
 from kane.expr.ops import Immutable
 from kane.numeric.arrays import Array, Mask, product
-from kane.numeric.legendre import gauss
+from kane.numeric.polynomials import gauss
 from kane.numeric.scale import ROUNDED, SIX_DIGITS
 from kane.program.emit.sincos import sine_cosine
 

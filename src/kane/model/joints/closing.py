@@ -15,8 +15,7 @@ from kane.expr.build import cos, sin
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.model.constraints import ClosureBranch, Constraint, Constraints, coincident, perpendicular
 from kane.model.joints.joint import across, check_place, fixed, mirrored, perpendicular_axes
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
 

@@ -26,11 +26,9 @@ from kane.expr.symbols import Reaction
 from kane.model.constraints import Constraint, check_unit, cut_of, home_of, rolling, touching
 from kane.model.joints.joint import Joint, check_place, fixed
 from kane.model.loads import Force, Load, Slip, action_reaction, torque_pair
-from kane.numeric.named import finite_number
-from kane.numeric.sampling import SEEDS, sample
+from kane.numeric.sampling import SEEDS, finite_number, sample
 from kane.numeric.scale import DECLARED
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.rotation import single
 from kane.space.vector import Vector
 

@@ -24,8 +24,7 @@ from kane.expr.ops import NEG
 from kane.model.constraints import Constraint, check_unit, no_slip
 from kane.model.joints.joint import Joint, is_along, numbers
 from kane.numeric.scale import DECLARED
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
 Gear = Joint | tuple[Frame, Point]

@@ -20,11 +20,9 @@ from kane.expr.symbols import names as _names
 from kane.model.constraints import check_unit
 from kane.numeric.sampling import SEED, sample
 from kane.numeric.scale import DECLARED
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
-from kane.units.parser import parse
-from kane.units.rules import unit_of
+from kane.units.rules import parse, unit_of
 
 Names = str | Coordinate | Sequence[str | Coordinate] | None
 SpeedNames = str | Speed | Sequence[str | Speed] | Mapping[Speed, Any] | None

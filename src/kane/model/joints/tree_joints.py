@@ -7,8 +7,7 @@ from kane import expect
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Coordinate
 from kane.model.joints.joint import Called, Joint, Seat, Twist, across, mirrored, perpendicular_axes
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
 _called = expect.keywords(*Called.__annotations__)

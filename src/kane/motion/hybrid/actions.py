@@ -22,7 +22,7 @@ from kane.motion.solution.phases import Phase
 from kane.motion.solution.resumed import inherited_inputs
 from kane.motion.start import check_masses
 from kane.numeric.arrays import Array
-from kane.numeric.named import finite_number
+from kane.numeric.sampling import finite_number
 from kane.numeric.scale import EQUAL
 
 

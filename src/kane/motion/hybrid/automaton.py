@@ -20,8 +20,8 @@ from kane.motion.steppers.crossings import KINDS, LEAVES, Kind
 from kane.motion.steppers.crossings import room as zoomed
 from kane.motion.steppers.watched import rooms
 from kane.numeric.arrays import Array
+from kane.numeric.polynomials import DEGREE as PARTS
 from kane.numeric.scale import ROUNDED_TERMS
-from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.entry import aligned, entry, hoist_entry, hoisted, wide_entry
 

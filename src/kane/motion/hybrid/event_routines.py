@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from kane.dynamics.readings.quantities import time_derivative, without_unknowns
+from kane.equations.compiled import ports
 from kane.equations.equations import Equations
-from kane.equations.routines import ports
 from kane.errors import ExpressionError
 from kane.expr.build import add
 from kane.expr.evaluation import free_symbols

@@ -34,8 +34,8 @@ from kane.motion.right_hand_side import Given, Routines
 from kane.motion.steppers.crossings import KINDS, LEAVES, MET, inspection_kernel, room
 from kane.motion.steppers.watched import LOOSE
 from kane.numeric.arrays import Array
+from kane.numeric.polynomials import SMALL
 from kane.numeric.scale import LATER, NEAR_TIME, ROUNDED_TERMS, SAME_TIME, SOON, UNRELATED
-from kane.numeric.sign_changes import SMALL
 from kane.program.from_expressions import Task, build_program
 from kane.program.native.entry import CompiledKernel, Hook, aligned, doubles
 from kane.program.native.machine import Settings

@@ -21,8 +21,8 @@ from kane.expr.ops import ADD, SUB, WHERE
 from kane.expr.piecewise import Data, Piecewise, switches, turning_on
 from kane.expr.symbols import Parameter, Symbol, Time, time
 from kane.numeric.arrays import Array
+from kane.numeric.polynomials import SHARES, left, passages, zero_of
 from kane.numeric.scale import LEAPS, NEAR_TIME
-from kane.numeric.sign_changes import SHARES, left, passages, zero_of
 
 PLACES = 2049
 """At so many times of a span an expression is looked at: a pulse shorter than between two of them is not seen."""

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kane.equations.compiled import ports
 from kane.equations.equations import Equations
-from kane.equations.routines import ports
 from kane.errors import SimulationError, cut
 from kane.expr.build import NODE_BUILDERS, add, neg
 from kane.expr.differentiation import tangent

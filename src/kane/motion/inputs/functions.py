@@ -23,7 +23,7 @@ from kane.motion.inputs.feedback import Held, HeldInput, Law, LawInput, Sampled,
 from kane.motion.inputs.smooth import check_smooth
 from kane.motion.interrupts import heed
 from kane.numeric.arrays import Array
-from kane.numeric.named import finite_number, named_values
+from kane.numeric.sampling import finite_number, named_values
 from kane.numeric.scale import NEAR_TIME
 
 Function = Callable[..., Any]

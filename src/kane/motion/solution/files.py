@@ -33,8 +33,7 @@ from kane.motion.inputs.feedback import along
 from kane.motion.inputs.functions import constant
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EQUAL, ROUNDED_CHAIN
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.vector import Dyadic, Vector
 from kane.whole import exchange, opened
 

@@ -23,7 +23,7 @@ from kane.motion.inputs.functions import Recorded, constant
 from kane.motion.solution.phases import Phase, check_motion
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
-from kane.numeric.named import named_values
+from kane.numeric.sampling import named_values
 from kane.numeric.scale import SIX_DIGITS
 
 _COMPARED = 25

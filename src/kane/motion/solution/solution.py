@@ -13,8 +13,7 @@ from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.lazy import LazyMapping
 from kane.dynamics.readings.joint_reactions import Place, unsolved
 from kane.dynamics.readings.quantities import asked, evaluate_along
-from kane.equations.derive import repartition
-from kane.equations.equations import Equations
+from kane.equations.equations import Equations, repartition
 from kane.errors import ArgumentError, Attributes
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr

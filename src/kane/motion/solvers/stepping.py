@@ -24,8 +24,8 @@ from kane.motion.solvers.cvode import CVODE, CvodeSolver
 from kane.motion.start import nearly_singular
 from kane.motion.steps import Stepper, share_of_rank
 from kane.numeric.arrays import Array
+from kane.numeric.polynomials import SHARES
 from kane.numeric.scale import CLOSED_FULLY, CLOSED_NEARLY, LATER, POOR, SAME_TIME
-from kane.numeric.sign_changes import SHARES
 
 STEPPED = "DOP853"
 """What "auto" is where a motion does not run in machine code."""

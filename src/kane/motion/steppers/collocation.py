@@ -22,8 +22,7 @@ from decimal import localcontext
 from functools import cache
 from math import comb, cos, factorial, pi, prod
 
-from kane.numeric.legendre import DIGITS, D, gauss_nodes, legendre, root
-from kane.numeric.sign_changes import SHARES
+from kane.numeric.polynomials import DIGITS, SHARES, D, gauss_nodes, legendre, root
 from kane.program.kernel.writer import Term, Writer
 
 Vector = tuple[float, ...]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where in a step quantities cross their thresholds: every passage that the bounds of `numeric.sign_changes` tell, located and sorted.
+"""Where in a step quantities cross their thresholds: every passage that the bounds of `numeric.polynomials` tell, located and sorted.
 
 An interval whose polynomial leaves a doubt is halved, left half first. Between two places of different sign Chandrupatla's method
 goes down to the resolution of times; a change of sign through infinity is no passage. A quantity that is at its threshold at the
@@ -12,9 +12,9 @@ from collections.abc import Callable
 from enum import IntEnum
 
 from kane.motion.steppers.context import RATE
+from kane.numeric.polynomials import AGREEING, BETWEEN, CLOSE, LEFT, MOST, SHARES, TO_BERNSTEIN, TO_BETWEEN, TO_LAST
+from kane.numeric.polynomials import DEGREE as PARTS
 from kane.numeric.scale import EPS, EQUAL, NEAR_TIME, ROUNDED_TERMS, SAME_TIME
-from kane.numeric.sign_changes import AGREEING, BETWEEN, CLOSE, LEFT, MOST, SHARES, TO_BERNSTEIN, TO_BETWEEN, TO_LAST
-from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Array, Term, Variable, Writer
 

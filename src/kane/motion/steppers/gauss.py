@@ -23,7 +23,7 @@ from kane.motion.steppers.context import WIDE, ReturnCode, Slot, StepperContext,
 from kane.motion.steppers.held import Held
 from kane.motion.steppers.watched import Watched, go_on_or_jump, settling
 from kane.numeric.arrays import Array as Numbers
-from kane.numeric.legendre import legendre
+from kane.numeric.polynomials import legendre
 from kane.program.kernel.language import INT, Kernel, Type
 from kane.program.kernel.writer import Array, Term
 

@@ -22,7 +22,7 @@ from kane.motion.steppers.dense import decompose, substitute
 from kane.motion.steppers.held import Held
 from kane.motion.steppers.watched import Watched, go_on_or_jump, settling
 from kane.numeric.arrays import Array as Numbers
-from kane.numeric.sign_changes import DEGREE as PARTS
+from kane.numeric.polynomials import DEGREE as PARTS
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Array, Term
 

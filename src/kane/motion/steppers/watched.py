@@ -16,9 +16,9 @@ from collections.abc import Callable
 from kane.motion.steppers.context import RATE, WIDE, ReturnCode, Slot, StepperContext
 from kane.motion.steppers.crossings import KINDS, LEAVES, MET, Crossings, Kind, bounds
 from kane.motion.steppers.held import Held
+from kane.numeric.polynomials import CLOSE, SHARES, SMALL
+from kane.numeric.polynomials import DEGREE as PARTS
 from kane.numeric.scale import EPS, EQUAL, LATER, NEAR_TIME, ROUNDED, ROUNDED_TERMS, SAME_TIME, SOON, UNRELATED
-from kane.numeric.sign_changes import CLOSE, SHARES, SMALL
-from kane.numeric.sign_changes import DEGREE as PARTS
 from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Array, Term
 

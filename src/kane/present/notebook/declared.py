@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from kane.equations.equations import Equations
-from kane.expr.forms.count import count_operations
+from kane.expr.evaluation import count_operations
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
 from kane.model.bodies import Part
@@ -38,8 +38,7 @@ from kane.present.notebook.typeset import (
     vector,
 )
 from kane.present.overview import DECLARED, Row
-from kane.space.frame import Frame
-from kane.space.point import Point
+from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 from kane.units.rules import unit_text
 from kane.write.arrange import layout

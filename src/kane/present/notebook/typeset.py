@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from kane.errors import cut
 from kane.expr.build import add, mul
-from kane.expr.forms.count import count_operations
+from kane.expr.evaluation import count_operations
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.space.rotation import Basis

@@ -26,9 +26,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from kane.program.emit import walk
-from kane.program.emit.llvm_forms import Lanes, Near, pointed, typed
 from kane.program.emit.llvm_limbs import limbs_body
-from kane.program.emit.llvm_printer import FEW, Calls, LlvmPrinter, vector
+from kane.program.emit.llvm_printer import FEW, Calls, Lanes, LlvmPrinter, Near, pointed, typed, vector
 from kane.program.emit.sincos import llvm_sincos
 from kane.program.kernel.language import ArrayOf, Compute, Integer, Kernel, Read, SinCos, Statement, Write
 from kane.program.passes.tiers import WHOLE

@@ -9,8 +9,7 @@ from typing import TypeAlias
 
 from kane.expr.ops import ADD, COS, DIV, MUL, SIN, Op
 from kane.program.emit import walk
-from kane.program.emit.llvm_forms import Lanes
-from kane.program.emit.llvm_printer import LlvmPrinter, vector
+from kane.program.emit.llvm_printer import Lanes, LlvmPrinter, vector
 from kane.program.kernel.language import FLOAT, Read, Type, Write
 from kane.program.program import Operand, Pack, Program
 

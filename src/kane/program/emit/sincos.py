@@ -18,7 +18,7 @@ from collections.abc import Collection
 import numpy as np
 
 from kane.numeric.arrays import Array
-from kane.program.emit.llvm_forms import Lanes
+from kane.program.emit.llvm_printer import Lanes
 
 LIMIT = 262144.0
 """The largest |x| in rad of the short reduction: 2¹⁸."""

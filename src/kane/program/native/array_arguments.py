@@ -9,7 +9,7 @@ import numpy as np
 from kane.errors import ArgumentError, ValueMissingError, cut
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array
-from kane.numeric.named import finite_number, named_values
+from kane.numeric.sampling import finite_number, named_values
 from kane.program.program import Port
 
 _REAL = "biuf"

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Fewer operations: code is read as a graph of sums and products, rewritten there, and written in an order that waits little.
 
-There are two starts: the sums and products as they are, and multiplied out (`rewrite/normal.py`). Of short code both are tried, else
-the one that promises more, and the other where that gains nothing. Of these and the code itself the shortest is taken.
+There are two starts: the sums and products as they are, and multiplied out (`rewrite/node_rows.py`). Of short code both are tried,
+else the one that promises more, and the other where that gains nothing. Of these and the code itself the shortest is taken.
 
 Results change by rounding errors, so that the pass belongs to compilation with contraction. Taking out a factor never raises the
 running error bound; sums in another order may, where terms cancel. So the bounds of both are compared at several points, and a form
@@ -37,10 +37,8 @@ from kane.program.passes.graphs import joined, read, written
 from kane.program.passes.tiers import verified
 from kane.program.program import Code, Routine
 from kane.rewrite.divisors import Search
-from kane.rewrite.graph import Graph
-from kane.rewrite.node_rows import sweep
-from kane.rewrite.normal import normal
-from kane.rewrite.price import Price, cost
+from kane.rewrite.graph import Graph, Price, cost
+from kane.rewrite.node_rows import normal, sweep
 
 
 def rounding(code: Code, values: Sequence[float]) -> list[tuple[float, float]]:
