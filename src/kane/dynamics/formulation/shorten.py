@@ -53,7 +53,7 @@ def short_forms(exprs: Sequence[Expr], derived: Derived, e: Embedding | None) ->
     given = _given(derived, e)
     kept = frozenset(e.guards_in_use) if e else frozenset()
     final: dict[str, tuple[Expr, ...]] = {}
-    for rewritten in (lambda x, same: named(x, given, same), combined, shared, scaled, shared):
+    for rewritten in (lambda x, same: named(x, given, same), shared, combined, scaled, shared):
         if final.get(rewritten.__name__) is best:  # nothing has changed since
             continue
         found = rewritten(best, kept)

@@ -251,8 +251,7 @@ def combined(roots: Sequence[Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr
     for (x, y), sums in _alike(roots).items():
         if 1 < len(sums) <= _MOST_SUMS:
             replaced |= _chain(x, y, sums)
-    found = replaced_in(roots, replaced, kept)
-    return found if replaced and price(found) < price(roots) else tuple(roots)
+    return min((tuple(roots), replaced_in(roots, replaced, kept)), key=price) if replaced else tuple(roots)
 
 
 def joined(roots: Sequence[Expr]) -> tuple[Expr, ...]:

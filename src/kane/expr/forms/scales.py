@@ -8,8 +8,9 @@ sums whose terms have the same k. Elsewhere a term is multiplied by p, or the pa
 """
 
 import heapq
+from bisect import bisect_left
 from collections import Counter
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Iterable, Iterator, Sequence, Set
 
 from kane.expr.build import NODE_BUILDERS, div, mul, neg
 from kane.expr.evaluation import price
@@ -52,14 +53,26 @@ class _Graph:
             for a in args:
                 self.users[a].append(i)
         self.kinds = [_kind(node, kept) for node in self.order] + [_ELSE] * len(roots)
+        self.others = {i for i, kind in enumerate(self.kinds) if kind == _OTHER}
         self.costs = [node.op.cost for node in self.order] + [0] * len(roots)
+        self.cost = sum(self.costs)
         self.states: list[_State] = []  # without powers
         for i, kind in enumerate(self.kinds):
             self.states.append((self.states[self.args[i][0]][0] if kind == _NEGATIVE else i, 0, self.costs[i], ()))
 
+    def above(self, places: Iterable[int]) -> list[int]:
+        """These places and those of all that is made of them, in order."""
+        found, waiting = set(places), list(places)
+        while waiting:
+            for user in self.users[waiting.pop()]:
+                if user not in found:
+                    found.add(user)
+                    waiting.append(user)
+        return sorted(found)
 
-def _chosen(graph: _Graph, p: Parameter) -> dict[Expr, int]:
-    """The powers of other parameters, and of sums where it is not the least one of their terms."""
+
+def _chosen(graph: _Graph, p: Parameter) -> dict[int, int]:
+    """The powers of other parameters, and of sums where it is not the least one of their terms, by place."""
     powers = _Powers(graph, p)
     for _ in range(_ROUNDS):
         before = powers.cost
@@ -67,7 +80,7 @@ def _chosen(graph: _Graph, p: Parameter) -> dict[Expr, int]:
             powers.attempt(i, choice)
         if powers.cost == before:
             break
-    return {graph.order[i]: choice for i, choice in powers.choices.items()}
+    return {i: choice for i, choice in powers.choices.items() if choice is not None}
 
 
 class _Powers:
@@ -75,66 +88,59 @@ class _Powers:
 
     def __init__(self, graph: _Graph, p: Parameter) -> None:
         self.order, self.args, self.users, self.costs = graph.order, graph.args, graph.users, graph.costs
-        self.kinds, self.states, place = graph.kinds.copy(), graph.states.copy(), graph.place[p]
-        self.kinds[place] = _SCALE
-        self.choices: dict[int, int] = {}
+        self.kinds, self.states, self.others = graph.kinds.copy(), graph.states.copy(), graph.others
+        self.kinds[graph.place[p]] = _SCALE
+        self.choices: dict[int, int | None] = {}
         self.taken = 0
         self.refused: dict[tuple[int, int | None], int] = {}
         self.asked: dict[tuple[int, int], int] = {}
-        powered = set[int]()
-        for i in range(place, len(self.args)):
-            if (i == place or not powered.isdisjoint(self.args[i])) and (state := self._state(i)) != self.states[i]:
-                self.states[i] = state
-                powered.add(i)
-        below = [self.args[i][1] for i, node in enumerate(self.order) if node.op is DIV]
+        self.cost = graph.cost
+        self.moved = set[int]()  # places whose states have been others than without powers
+        above = graph.above([graph.place[p]])
+        for i in above:
+            old, new = self.states[i], self._state(i)
+            if new != old:
+                self.cost += new[2] - old[2]
+                self.states[i] = new
+                self.moved.add(i)
+        below = [self.args[i][1] for i in above if i < len(self.order) and self.order[i].op is DIV]
         self.divides = any(self.states[i][1] > 0 for i in below)
-        for state in self.states:
-            for key in state[3]:
-                self.asked[key] = self.asked.get(key, 0) + 1
-        self.cost = sum([state[2] for state in self.states]) + sum([self._cost(*key) for key in self.asked])
+        self.cost += self._asked((), tuple([key for i in self.moved for key in self.states[i][3]]))
         self.later = self._later()
 
-    def _later(self) -> list[int]:
-        """What each node and those after it ask for: no more can be saved there."""
-        seen, total, found = set[tuple[int, int]](), 0, []
-        for state in reversed(self.states):
-            total += sum([self._cost(*key) for key in state[3] if key not in seen])
-            seen.update(state[3])
+    def _later(self) -> tuple[list[int], list[int]]:
+        """Places that ask for powers, in order, and what each and those after it ask for, 0 at the end: no more can be saved there."""
+        places = sorted([i for i in self.moved if self.states[i][3]])
+        seen, total, found = set[tuple[int, int]](), 0, [0]
+        for i in reversed(places):
+            asked = self.states[i][3]
+            total += sum([self._cost(*key) for key in asked if key not in seen])
+            seen.update(asked)
             found.append(total)
-        return found[::-1]
+        return places, found[::-1]
 
     def options(self) -> Iterator[tuple[int, int | None]]:
-        """Choices to try: of parameters beside p, of sums whose terms have other powers, of what is used more than once."""
-        states = self.states
-        for i, kind in enumerate(self.kinds[: len(self.order)]):
-            if kind in (_LEAF, _SCALE):
-                continue
-            if kind == _OTHER:
-                yield from ((i, k) for k in (*self._met(i), None))
-                continue
-            if self._uneven(i):
-                yield i, max([states[a][1] for a in self.args[i]])
-                yield i, None
-            if len(self.users[i]) > 1 and states[i][1]:
-                yield i, WHOLE
-                yield i, None
+        """Choices to try: of parameters beside p, of sums whose terms have other powers, of what is used more than once.
 
-    def _met(self, i: int) -> Iterator[int]:
-        """Powers of another parameter to try: −1 as a factor of what has some, 1 as a term, or a factor of one, beside what has."""
-        users = [k for k in self.users[i] if k < len(self.order)]
-        if any(self.order[k].op is MUL and self.states[k][1] for k in users):
-            yield -1
-        terms = [k for user in users for k in (user, *(self.users[user] if self.order[user].op is MUL else ()))]
-        if any(k < len(self.order) and self._uneven(k) for k in terms):
-            yield 1
-
-    def _uneven(self, i: int) -> bool:
-        """Whether a sum's terms have other powers."""
-        op = self.order[i].op
-        if op is not ADD and op is not SUB:
-            return False
-        a, b = self.args[i]
-        return self.states[a][1] != self.states[b][1]
+        Of another parameter −1 as a factor of what has some power, 1 as a term, or a factor of one, beside what has.
+        """
+        states, kinds, args, users = self.states, self.kinds, self.args, self.users
+        powered = {i for i in self.moved if states[i][1]}
+        factors = {a for i in powered if kinds[i] == _PRODUCT for a in args[i]}
+        uneven = {k for i in powered for k in users[i] if kinds[k] == _SUM and len({states[a][1] for a in args[k]}) > 1}
+        terms = {a for k in uneven for a in args[k]}
+        terms |= {a for k in terms if self.order[k].op is MUL for a in args[k]}
+        for i in sorted(powered | uneven | (self.others & (factors | terms | self.choices.keys()))):
+            if kinds[i] == _OTHER:
+                yield from [(i, k) for k, found in ((-1, factors), (1, terms)) if i in found]
+                yield i, None
+            elif kinds[i] != _SCALE:
+                if i in uneven:
+                    yield i, max([states[a][1] for a in args[i]])
+                    yield i, None
+                if len(users[i]) > 1 and i in powered:
+                    yield i, WHOLE
+                    yield i, None
 
     def attempt(self, i: int, choice: int | None) -> None:
         """Make a choice, and take it back unless everything costs less then; not again where nothing else has changed since."""
@@ -142,9 +148,10 @@ class _Powers:
         if choice == usual or self.refused.get((i, choice)) == self.taken:
             return
         states, users, cost, before = self.states, self.users, self.cost, {}
-        self._set(i, choice)
+        self.choices[i] = choice
         waiting, listed = [i], {i}
-        while waiting and (choice is None or self.cost - self.later[waiting[0]] < cost):
+        places, saved = self.later
+        while waiting and (choice is None or self.cost - saved[bisect_left(places, waiting[0])] < cost):
             k = heapq.heappop(waiting)
             old, new = states[k], self._state(k)
             if new != old:
@@ -160,21 +167,16 @@ class _Powers:
                             heapq.heappush(waiting, user)
         if self.cost < cost:
             self.taken += 1
+            self.moved.update(before)
             self.later = self._later()
             return
         self.refused[i, choice] = self.taken
-        self._set(i, usual)
+        self.choices[i] = usual
         for k, old in before.items():
             if states[k][3] != old[3]:
                 self._asked(states[k][3], old[3])
             states[k] = old
         self.cost = cost
-
-    def _set(self, i: int, choice: int | None) -> None:
-        if choice is None:
-            self.choices.pop(i, None)
-        else:
-            self.choices[i] = choice
 
     def _asked(self, old: _Asked, new: _Asked) -> int:
         """What it costs more to ask for other numbers times powers."""
@@ -246,13 +248,7 @@ _Image = tuple[Expr, int]
 
 
 def scaled(roots: Sequence[Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr, ...]:
-    """`roots` with parameters' powers where all of them together take fewer operations; by no other parameter than before is divided.
-
-    Parameters
-    ----------
-    roots : what is computed together
-    kept : expressions in them that stay as they are
-    """
+    """`roots` with parameters' powers, `kept` ones apart, where all take fewer operations; by no other parameter is divided."""
     best, least = tuple(roots), price(roots)
     graph = _Graph(best, kept)
     for p in _frequent(graph.order):
@@ -272,17 +268,19 @@ def _frequent(order: Sequence[Expr]) -> list[Parameter]:
     return [p for p, n in uses.most_common() if n > 1]
 
 
-def _rewritten(graph: _Graph, p: Parameter, choices: dict[Expr, int]) -> tuple[Expr, ...]:
+def _rewritten(graph: _Graph, p: Parameter, choices: dict[int, int]) -> tuple[Expr, ...]:
     images: dict[Expr, _Image] = {p: (ONE, 1)}  # of what changes
-    for node in graph.order:
-        args, choice = node.args, choices.get(node)
-        if not args or node in graph.kept:
-            if choice:
-                images[node] = _times(node, p, -choice), choice
-        elif choice is not None or not images.keys().isdisjoint(args):
-            image = _image(node, p, [images.get(a) or (a, 0) for a in args], choice)
-            if image[1] or image[0] is not node:
-                images[node] = image
+    for i in graph.above((graph.place[p], *choices)):
+        if i < len(graph.order):
+            node, choice = graph.order[i], choices.get(i)
+            args = node.args
+            if not args or node in graph.kept:
+                if choice:
+                    images[node] = _times(node, p, -choice), choice
+            elif choice is not None or not images.keys().isdisjoint(args):
+                image = _image(node, p, [images.get(a) or (a, 0) for a in args], choice)
+                if image[1] or image[0] is not node:
+                    images[node] = image
     return tuple([_times(e, p, k) for e, k in [images.get(r) or (r, 0) for r in graph.roots]])
 
 

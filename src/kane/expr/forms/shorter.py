@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from fractions import Fraction
 from itertools import chain, combinations
+from operator import itemgetter
 from typing import NamedTuple
 
 from kane.expr.build import div, mul, neg
@@ -21,14 +22,7 @@ from kane.expr.visit import replaced_in
 
 
 def named(roots: Sequence[Expr], given: Mapping[Expr, Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr, ...]:
-    """`roots` with names in the places of what is known.
-
-    Parameters
-    ----------
-    roots : what is computed
-    given : names by what they stand for, which is found as it is, or as factors of products
-    kept : expressions in the roots that stay as they are
-    """
+    """`roots` with the names of what is `given`, which is found as it is, or as factors of products; what is `kept` stays as it is."""
     known = [(_factors(e), e, name) for e, name in given.items() if e.args]
     replaced: dict[Expr, Expr] = {}
     held: dict[Expr, frozenset[Expr]] = {}  # by products, also of the products that they divide
@@ -103,12 +97,20 @@ def shared(roots: Sequence[Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr, 
         products = search.within(best, order)
         found = False
         for replaced in search.together(products):
-            trial = replaced_in(best, replaced, search.kept, order)
+            trial = replaced_in(best, _settled(replaced, kept), kept, order)
             cost = price(trial)
             if cost < least:
                 best, least, found = trial, cost, True
                 break
     return best
+
+
+def _settled(replaced: dict[Expr, Expr], kept: Set[Expr]) -> dict[Expr, Expr]:
+    """The same, with no expression that is replaced left in what comes in the places of others."""
+    own = tuple(replaced.values())
+    found = replaced_in(own, replaced, kept)
+    changed = any(x is not y for x, y in zip(own, found, strict=True))
+    return _settled(dict(zip(replaced, found, strict=True)), kept) if changed else replaced
 
 
 _Replacement = tuple[int, tuple[Expr, ...], dict[Expr, Expr]]
@@ -212,21 +214,22 @@ def _times(a: Number, b: Number, sign: int) -> Number:
 
 
 def _by_others(products: dict[Expr, _Product]) -> list[_Replacement]:
-    """Products made of another one, what saves most first."""
-    by_factor: dict[Expr, list[tuple[Expr, _Product]]] = {}
-    for node, product in products.items():
+    """Products made of another one, what saves most first; of two that are alike but for their numbers the later one by the other."""
+    by_factor: dict[Expr, list[tuple[int, Expr, _Product]]] = {}
+    for place, (node, product) in enumerate(products.items()):
         if product.powers:
-            by_factor.setdefault(next(iter(product.powers)), []).append((node, product))
-    found: list[_Replacement] = []
-    for node, product in products.items():
+            by_factor.setdefault(next(iter(product.powers)), []).append((place, node, product))
+    found: list[tuple[tuple[int, bool], _Replacement]] = []
+    for place, (node, product) in enumerate(products.items()):
         least = product.degree - product.own
         for f in product.powers if product.own > 1 else ():
-            for other, part in by_factor.get(f, ()):
+            for other_place, other, part in by_factor.get(f, ()):
                 if part.degree > least and other is not node and _holds(product.powers, part.powers):
                     gain = _gain(product, part)
                     if gain > 0:
-                        found.append((gain, (other,), {node: _made(product, other, part)}))
-    return sorted(found, key=lambda r: -r[0])
+                        late = other_place > place and part.degree == product.degree and part.number != product.number
+                        found.append(((-gain, late), (gain, (other,), {node: _made(product, other, part)})))
+    return [replacement for _, replacement in sorted(found, key=itemgetter(0))]
 
 
 def _gain(product: _Product, part: _Product) -> int:
