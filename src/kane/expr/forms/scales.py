@@ -11,6 +11,7 @@ import heapq
 from bisect import bisect_left
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence, Set
+from functools import reduce
 
 from kane.expr.build import NODE_BUILDERS, div, mul, neg
 from kane.expr.evaluation import price
@@ -103,8 +104,8 @@ class _Powers:
                 self.cost += new[2] - old[2]
                 self.states[i] = new
                 self.moved.add(i)
-        below = [self.args[i][1] for i in above if i < len(self.order) and self.order[i].op is DIV]
-        self.divides = any(self.states[i][1] > 0 for i in below)
+        ratios = [i for i in above if i < len(self.order) and self.order[i].op is DIV]
+        self.divides = any(self.states[self.args[i][1]][1] > 0 for i in ratios)
         self.cost += self._asked((), tuple([key for i in self.moved for key in self.states[i][3]]))
         self.later = self._later()
 
@@ -263,8 +264,8 @@ def scaled(roots: Sequence[Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr, 
 
 def _frequent(order: Sequence[Expr]) -> list[Parameter]:
     """Parameters that are factors more than once, the most frequent first."""
-    factors = [a for node in order if node.op is MUL or node.op is DIV for a in node.args]
-    uses = Counter(a for a in factors if isinstance(a, Parameter))
+    products = [node for node in order if node.op is MUL or node.op is DIV]
+    uses = Counter(a for node in products for a in node.args if isinstance(a, Parameter))
     return [p for p, n in uses.most_common() if n > 1]
 
 
@@ -300,9 +301,5 @@ def _image(node: Expr, p: Parameter, args: list[_Image], choice: int | None) -> 
 
 def _times(e: Expr, p: Parameter, k: int) -> Expr:
     """p^k e."""
-    if not k:
-        return e
-    factor = ONE
-    for _ in range(abs(k)):
-        factor = mul(factor, p)
-    return mul(e, factor) if k > 0 else div(e, factor)
+    factor = reduce(mul, [p] * abs(k), ONE)
+    return e if not k else mul(e, factor) if k > 0 else div(e, factor)

@@ -106,11 +106,14 @@ def shared(roots: Sequence[Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr, 
 
 
 def _settled(replaced: dict[Expr, Expr], kept: Set[Expr]) -> dict[Expr, Expr]:
-    """The same, with no expression that is replaced left in what comes in the places of others."""
-    own = tuple(replaced.values())
-    found = replaced_in(own, replaced, kept)
-    changed = any(x is not y for x, y in zip(own, found, strict=True))
-    return _settled(dict(zip(replaced, found, strict=True)), kept) if changed else replaced
+    """The same, with no expression that is replaced left in what comes in the places of others, unless these hold each other."""
+    settled = replaced
+    for _ in replaced:
+        found = dict(zip(replaced, replaced_in(tuple(settled.values()), replaced, kept), strict=True))
+        if all(found[e] is x for e, x in settled.items()):
+            return settled
+        settled = found
+    return replaced
 
 
 _Replacement = tuple[int, tuple[Expr, ...], dict[Expr, Expr]]
