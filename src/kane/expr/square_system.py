@@ -46,6 +46,8 @@ def _of(node: Expr, memo: Contents) -> Powers | None:
         a, b = memo[args[0]], memo[args[1]]
         if a is None or b is None:
             return None
+        if not b or (not a and op is DIV):
+            return a
         sign = 1 if op is MUL else -1
         total = {p: a.get(p, 0) + sign * b.get(p, 0) for p in (*a, *b)}
         return {p: k for p, k in total.items() if k > 0}

@@ -106,7 +106,7 @@ def _numbered(
 
 def _key(value: float) -> tuple[float, bool]:
     """0.0 and −0.0 are equal and not the same."""
-    return value, bool(np.signbit(value))
+    return value, math.copysign(1.0, value) < 0.0
 
 
 def _refuse_unknown(order: Iterable[Expr], inputs: Sequence[Symbol], ports: Sequence[Port]) -> None:
@@ -125,7 +125,7 @@ def _fold(order: Iterable[Expr]) -> dict[Expr, float]:
             values[node] = float(constant_value(node) or 0)
         elif node.op is PI:
             values[node] = float(np.pi)
-        elif node.args and all(a in values for a in node.args):
+        elif node.args and node.args[0] in values and values.keys() >= {*node.args}:
             value = value_of_numbers(node.op, *(values[a] for a in node.args))
             if np.isfinite(value):
                 values[node] = value

@@ -244,10 +244,12 @@ class Search:
             lone[u] -= 1
             if owner[u] >= 0:
                 for row in self.rows:
-                    self._put(row, row.further(u, x, lone, often))
+                    if found := row.further(u, x, lone, often):
+                        self._put(row, found)
         lone[t] = alone
         for row in self.rows:
-            self._put(row, row.shown(t, lone, often))
+            if found := row.shown(t, lone, often):
+                self._put(row, found)
 
     def _put(self, row: Row, shown: Iterable[tuple[Hashable, Any]]) -> None:
         fresh, places, lone = row.fresh, row.places, row.lone

@@ -39,7 +39,7 @@ class Graph:
     """Nodes by number and terms by number; of a term that is gone the owner is −1.
 
     A sum knows its terms by their cubes without constants, `rest`: like terms are one. `factor` is a term's constant. `changed` are
-    the sums whose terms came or went, `place` their places in the last order of arguments first.
+    the sums whose terms came or went, `place` their places in the last order of arguments first, `numbers` the literals of constants.
     """
 
     def __init__(self) -> None:
@@ -60,7 +60,7 @@ class Graph:
         self.place: dict[int, int] = {}
         self.listener: Listener | None = None
         self._constants: dict[float, int] = {}
-        self._numbers = set[int]()
+        self.numbers = set[int]()
         self._functions: dict[tuple[Op, tuple[Signed, ...]], int] = {}
         self._sums: dict[tuple[tuple[Cube, int], ...], int] = {}
         self._needed: dict[int, int] = {}
@@ -79,7 +79,7 @@ class Graph:
         if v is None:
             v = self._constants[value] = self._node(False)
             self.number[v] = value
-            self._numbers |= {2 * v, 2 * v + 1}
+            self.numbers |= {2 * v, 2 * v + 1}
         return v
 
     def function(self, op: Op, args: tuple[Signed, ...]) -> int:
@@ -167,7 +167,7 @@ class Graph:
         """Add a term to a sum; like terms are joined."""
         own = self.terms[v]
         assert own is not None
-        rest, value = (cube, 1.0) if self._numbers.isdisjoint(cube) else self.parted(cube)
+        rest, value = (cube, 1.0) if self.numbers.isdisjoint(cube) else self.parted(cube)
         like = own.get(rest)
         if like is not None:
             total = self.sign[like] * self.factor[like] + sign * value
@@ -226,7 +226,7 @@ class Graph:
 
     def parted(self, cube: Cube) -> tuple[Cube, float]:
         """A cube without its constant, and that."""
-        numbers = self._numbers
+        numbers = self.numbers
         if numbers.isdisjoint(cube):
             return cube, 1.0
         x = next(x for x in cube if x in numbers)
@@ -243,9 +243,9 @@ class Graph:
         if not a or not b:
             return a or b
         m = n = 1.0
-        if not self._numbers.isdisjoint(a):
+        if not self.numbers.isdisjoint(a):
             a, m = self.parted(a)
-        if not self._numbers.isdisjoint(b):
+        if not self.numbers.isdisjoint(b):
             b, n = self.parted(b)
         left = list(a)
         for x in b:
@@ -416,7 +416,7 @@ def over(cube: Cube, base: Cube) -> Cube:
 class Price:
     """Prices of one graph, in operations with the state and of parameters at their weights."""
 
-    def __init__(self, graph: Graph, state: int = 1, parameter: int = 1) -> None:
+    def __init__(self, graph: Graph, state: int, parameter: int) -> None:
         self.graph, self.state, self.parameter = graph, state, parameter
         self._products: dict[Cube, tuple[int, int]] = {}
         self._varies = graph.varies
@@ -470,15 +470,15 @@ class Price:
 
 def cost(graph: Graph) -> int:
     """Operations of all that the results need; divisions with the state count twice."""
-    price = Price(graph)
     total = 0
     divided: dict[int, int] = {}
     for v in graph.order():
-        op = graph.op[v]
+        op, own = graph.op[v], graph.terms[v]
         if op is not None:
             total += op.cost
-        cubes = [graph.cube[t] for t in graph.of(v)]
-        total += price.sum(cubes) if cubes else 0
-        for x in {x for cube in cubes for x in cube if x & 1}:
-            divided[x] = divided.get(x, 0) + 1
+        elif own:
+            cubes = [graph.cube[t] for t in own.values()]
+            total += sum(map(len, cubes)) + cubes.count(ONE) - 1
+            for x in {x for cube in cubes for x in cube if x & 1}:
+                divided[x] = divided.get(x, 0) + 1
     return total + sum([(n > 1) + graph.varies[x >> 1] for x, n in divided.items()])

@@ -180,7 +180,7 @@ class _Search:
         if by_centre is not None:
             twin, solution = by_centre
             solved = (*solution.accelerations, *solution.reactions)
-            if Poles(self.of_usual).fewer(twin, solved):
+            if Poles(lambda: divisors(self.derived.blocks.forcing), self.of_usual).fewer(twin, solved):
                 own = Candidate(solution, None if self.coupled else all_speeds(self.derived))
                 return [self.usual, own] if exceeds(solved, SHORT) else [own]
         return [self.usual]

@@ -264,8 +264,7 @@ def scaled(roots: Sequence[Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr, 
 
 def _frequent(order: Sequence[Expr]) -> list[Parameter]:
     """Parameters that are factors more than once, the most frequent first."""
-    products = [node for node in order if node.op is MUL or node.op is DIV]
-    uses = Counter(a for node in products for a in node.args if isinstance(a, Parameter))
+    uses = Counter(a for x in order if x.op is MUL or x.op is DIV for a in x.args if isinstance(a, Parameter))
     return [p for p, n in uses.most_common() if n > 1]
 
 
@@ -282,7 +281,7 @@ def _rewritten(graph: _Graph, p: Parameter, choices: dict[int, int]) -> tuple[Ex
                 image = _image(node, p, [images.get(a) or (a, 0) for a in args], choice)
                 if image[1] or image[0] is not node:
                     images[node] = image
-    return tuple([_times(e, p, k) for e, k in [images.get(r) or (r, 0) for r in graph.roots]])
+    return tuple([_times(e, p, k) if k else e for e, k in [images.get(r) or (r, 0) for r in graph.roots]])
 
 
 def _image(node: Expr, p: Parameter, args: list[_Image], choice: int | None) -> _Image:
@@ -295,11 +294,11 @@ def _image(node: Expr, p: Parameter, args: list[_Image], choice: int | None) -> 
     else:
         sum_ = op is ADD or op is SUB
         power = (min([k for _, k in args]) if choice is None or choice == WHOLE else choice) if sum_ else 0
-        e = NODE_BUILDERS[op.name](*[_times(x, p, k - power) for x, k in args])
-    return (_times(e, p, power), 0) if choice == WHOLE else (e, power)
+        e = NODE_BUILDERS[op.name](*[_times(x, p, k - power) if k != power else x for x, k in args])
+    return (_times(e, p, power), 0) if choice == WHOLE and power else (e, power)
 
 
 def _times(e: Expr, p: Parameter, k: int) -> Expr:
     """p^k e."""
     factor = reduce(mul, [p] * abs(k), ONE)
-    return e if not k else mul(e, factor) if k > 0 else div(e, factor)
+    return mul(e, factor) if k > 0 else div(e, factor)

@@ -16,7 +16,7 @@ from kane.expr.constants import number_of
 from kane.expr.evaluation import price
 from kane.expr.forms.collect import collected, factored
 from kane.expr.forms.expand import expanded
-from kane.expr.node import ONE, Expr, Number, constant, postorder
+from kane.expr.node import ONE, Expr, Number, constant, nodes, postorder
 from kane.expr.ops import CONST, DIV, MUL, NEG
 from kane.expr.visit import replaced_in
 
@@ -109,10 +109,10 @@ def _settled(replaced: dict[Expr, Expr], kept: Set[Expr]) -> dict[Expr, Expr]:
     """The same, with no expression that is replaced left in what comes in the places of others, unless these hold each other."""
     settled = replaced
     for _ in replaced:
-        found = dict(zip(replaced, replaced_in(tuple(settled.values()), replaced, kept), strict=True))
-        if all(found[e] is x for e, x in settled.items()):
+        own = tuple(settled.values())
+        if nodes(own, kept).isdisjoint(replaced):
             return settled
-        settled = found
+        settled = dict(zip(replaced, replaced_in(own, replaced, kept), strict=True))
     return replaced
 
 

@@ -241,9 +241,7 @@ class _Reader:
     def _joined(self, terms: Terms) -> Terms:
         """The terms, like ones as one."""
         g = self.g
-        if len({c for _, c in terms}) == len(terms) and not any(
-            g.number[x >> 1] is not None for _, c in terms for x in c
-        ):
+        if len({c for _, c in terms}) == len(terms) and g.numbers.isdisjoint([x for _, c in terms for x in c]):
             return terms
         total = Coefficients(g)
         for s, c in terms:
@@ -324,6 +322,8 @@ class _Flattening:
     def _product(self, cube: Cube) -> int:
         """A cube as a part: parameters together, then the rest; what this cube alone divides by divides once."""
         g = self.g
+        if len({(g.varies[x >> 1], x & 1) for x in cube}) == 1 and not cube[0] & 1:
+            return self._one_of([self.part[x >> 1] for x in cube])
         groups: dict[tuple[bool, bool], list[int]] = {}
         for x in cube:
             below = bool(x & 1) and self.divides[x >> 1] == 1
@@ -347,6 +347,8 @@ class _Flattening:
 
     def _powers(self, parts: list[int]) -> int:
         """A product; of a power half is squared."""
+        if len(parts) == 2 and parts[0] != parts[1]:
+            return self._known(parts)
         counts: dict[int, int] = {}
         for p in parts:
             counts[p] = counts.get(p, 0) + 1
@@ -378,7 +380,7 @@ class _Flattening:
         flat = self.flat
         for p in parts:
             flat.uses[p >> 1] += 1
-        varies = any(flat.varies[p >> 1] for p in parts)
+        varies = True in [flat.varies[p >> 1] for p in parts]
         return 2 * flat.add(kind, parts, varies, 0)  # type: ignore[arg-type]
 
 
@@ -387,9 +389,8 @@ def _divisors(g: Graph, order: list[int]) -> dict[int, int]:
     found: dict[int, int] = {}
     for v in order:
         for t in g.of(v):
-            for x in dict.fromkeys(g.cube[t]):
-                if x & 1:
-                    found[x >> 1] = found.get(x >> 1, 0) + 1
+            for x in {x for x in g.cube[t] if x & 1}:
+                found[x >> 1] = found.get(x >> 1, 0) + 1
     return found
 
 
