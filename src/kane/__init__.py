@@ -70,7 +70,7 @@ if TYPE_CHECKING:
     )
     from kane.model.declarations import Event
     from kane.model.system import System
-    from kane.motion.inputs.feedback import sampled
+    from kane.motion.inputs.expressions import sampled
     from kane.motion.inputs.functions import Signal, signal
     from kane.motion.load import load_solution
     from kane.motion.prepared import Prepared as Prepared
@@ -115,11 +115,10 @@ _NAMES = {
         "SingularError SolutionFileError SpaceError SpeedsError StiffeningWarning UnitError ValueMissingError",
     "expr.differentiation": "diff gradient jacobian time_derivative affine",
     "expr.evaluation": "Operations count_operations evaluate free_symbols",
-    "expr.matrix": "Matrix",
+    "expr.matrix": "Matrix solve_linear",
     "expr.node": "Expr pi",
     "expr.operators":
         "Rational abs acos asin atan atan2 cos cosh exp less log max min sign sin sinh sqrt tan tanh where",
-    "expr.solve": "solve_linear",
     "expr.visit": "substitute",
     "expr.symbols":
         "AuxiliarySpeed Coordinate Input Parameter Rate Reaction Speed StateVariable Symbol coordinate "
@@ -158,7 +157,7 @@ _NAMES = {
     "model.system": "System",
     "motion.solution.accuracy": "Accuracy",
     "motion.inputs.functions": "Signal signal",
-    "motion.inputs.feedback": "sampled",
+    "motion.inputs.expressions": "sampled",
     "motion.load": "load_solution",
     "motion.integrators":
         "AdaptiveStep Auto Cvode Dop853 FixedStep Gauss16 Lsoda Midpoint Radau9 Rk4 ScipyBDF ScipyDOP853 ScipyRK23 "

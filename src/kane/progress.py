@@ -1,24 +1,29 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What takes long says so: a line on a terminal's stderr with what is being done, how far it is and since when; gone when it is done.
+"""What takes long says so on a terminal, and a motion ends at Ctrl-C.
 
-Where stderr is no terminal nothing is written, nor with `KANE_PROGRESS=off`.
+A line on stderr says what is being done, how far it is and since when; it is gone when that is done. Where stderr is no terminal
+nothing is written, nor with `KANE_PROGRESS=off`.
 
-Work that makes many nodes and drops few lets Python's collector of cycles run seldom.
+Work that makes many nodes and drops few lets Python's collector of cycles run seldom. A derivation makes hundreds of thousands
+of tuples and nodes that stay, and hardly a cycle. At its usual thresholds the collector goes through all of them again and again,
+and through all that the process holds: a third of the time of large systems, and more than in proportion to them.
 
-A derivation makes hundreds of thousands of tuples and nodes that stay, and hardly a cycle. At its usual thresholds the collector goes
-through all of them again and again, and through all that the process holds: a third of the time of large systems, and more than in
-proportion to them.
+At Ctrl-C a motion ends after the step at hand, and what there is of it is returned. The signal is noted and looked at between
+steps and where Python's functions are asked, since an exception at any place could not pass through machine code. Another one
+within a second interrupts the program, so that a loop of many motions can be left.
 """
 
 from __future__ import annotations
 
 import gc
 import os
+import signal
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 PATIENCE = 1.0
 """Seconds after which it is said that something takes long."""
@@ -146,3 +151,60 @@ def collecting_seldom() -> Iterator[None]:
             before = _before.pop()
             if not _before and gc.get_threshold() == SELDOM:
                 gc.set_threshold(*before)
+
+
+# Interrupts ----------------------------------------------------------------------------------------------------------
+
+
+_SECOND = 1.0
+"""Time (s) within which a second signal is not for the motion."""
+MESSAGE = "interrupted by Ctrl-C at t = "
+"""How the message of such a motion begins."""
+
+_here = threading.local()
+"""Signals are the main thread's: motions of other threads see none."""
+
+
+class Interrupted(BaseException):
+    """A motion is to end: raised where the user's functions are asked, and caught by what runs it."""
+
+
+@contextmanager
+def noted() -> Iterator[None]:
+    """Within, the first Ctrl-C is noted; unless the program has a handler of its own, or an outer motion notes it."""
+    plain = threading.current_thread() is threading.main_thread()
+    if not plain or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield
+        return
+    _here.noted = False
+    signal.signal(signal.SIGINT, _note)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        _here.noted = False
+
+
+def _note(number: int, frame: Any) -> None:
+    last, _here.last = getattr(_here, "last", -_SECOND), time.monotonic()
+    if is_noted() or _here.last - last < _SECOND:
+        signal.default_int_handler(number, frame)
+    _here.noted = True
+
+
+def is_noted() -> bool:
+    """Whether the motion is to end."""
+    return getattr(_here, "noted", False)
+
+
+def heed() -> None:
+    """An `Interrupted` if the motion is to end."""
+    if getattr(_here, "noted", False):
+        raise Interrupted
+
+
+def check_whole(solution: Any) -> Any:
+    """The solution; the KeyboardInterrupt that ended it, where a part of it is of no use."""
+    if solution.status == "stopped" and solution.message.startswith(MESSAGE):
+        raise KeyboardInterrupt
+    return solution

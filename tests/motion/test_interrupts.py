@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.motion import interrupts
+from kane import progress
 
 N = kn.Frame("N")
 x, v, F = kn.coordinate("x"), kn.speed("v"), kn.input("F")
@@ -24,7 +24,7 @@ START = {"q": [1], "u": [0]}
 def handler():
     """Python's own one, which processes of tests need not have; every test begins long after the last signal."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    interrupts._here.last = -10.0
+    progress._here.last = -10.0
     yield
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     signal.signal(signal.SIGINT, before)
@@ -115,7 +115,7 @@ def test_another_one_soon_after_interrupts_the_program():
 
     with pytest.raises(KeyboardInterrupt):
         kn.simulate(EOM, (0, 9), inputs={F: law}, **START)
-    interrupts._here.last = -10.0
+    progress._here.last = -10.0
     assert kn.simulate(EOM, (0, 9), inputs={F: once}, **START).status == "stopped"
     with pytest.raises(KeyboardInterrupt):  # as in a loop over many motions
         kn.simulate(EOM, (0, 9), inputs={F: once}, **START)
@@ -133,7 +133,7 @@ def test_a_part_is_no_answer_to_another_question():
     sol = kn.simulate(EOM, (0, 3), inputs={F: law}, samples=4, **START)
     armed.append(True)
     for question in (sol.accuracy, lambda: sol.at([0.5, 2.5])):
-        interrupts._here.last = -10.0
+        progress._here.last = -10.0
         with pytest.raises(KeyboardInterrupt):
             question()
 

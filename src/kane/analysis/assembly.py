@@ -31,7 +31,7 @@ from kane.expr.matrix import dot
 from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate, Speed, rate, time
 from kane.expr.visit import substituted
-from kane.model.variables import constraint_rate
+from kane.model.declarations import constraint_rate
 from kane.numeric.arrays import Array
 from kane.numeric.newton import Closed
 from kane.numeric.rank import balance, least_squares, singular

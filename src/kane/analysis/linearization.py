@@ -30,10 +30,9 @@ from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import Attributes, CornerError, SimulationError, ValueMissingError, cut
 from kane.expr.differentiation import tangent
 from kane.expr.evaluation import evaluate, free_symbols
-from kane.expr.matrix import Matrix
+from kane.expr.matrix import Matrix, solve_lu
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.piecewise import on_sides, side_symbols, switches
-from kane.expr.solve import solve_lu
 from kane.expr.symbols import Symbol
 from kane.expr.visit import substituted
 from kane.numeric.arrays import Array, Entries

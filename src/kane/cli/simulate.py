@@ -19,9 +19,8 @@ from kane.cli.models import KINDS, AsJson, End, Force, Inputs, Name, NamedModel,
 from kane.cli.screen import Misuse, own_code
 from kane.dynamics.poles import KinematicsEnd
 from kane.errors import ModelError, ValueMissingError, alike
-from kane.motion.interrupts import check_whole
 from kane.present.check_figures import energy_check
-from kane.progress import working
+from kane.progress import check_whole, working
 
 _OPTIONS = dict(zip(KINDS, ("--q", "--u", "--parameter", "--input", "--state"), strict=True))
 _WHAT = dict(zip(KINDS, ("coordinate", "speed", "parameter", "input", "further state"), strict=True))

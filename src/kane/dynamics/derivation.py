@@ -10,10 +10,9 @@ from typing import Any, TypeVar
 import numpy as np
 
 from kane.dynamics import forcing
-from kane.dynamics.body_motions import Inertias, Moving, homes, inertias_of, moving_parts
 from kane.dynamics.constraints.manifold import Manifold, manifold
 from kane.dynamics.constraints.partition import Compared, compared
-from kane.dynamics.forcing import Blocks, blocks, mass_rows
+from kane.dynamics.forcing import Blocks, Inertias, Moving, blocks, homes, inertias_of, mass_rows, moving_parts
 from kane.dynamics.lazy import LazyMapping, read
 from kane.errors import ModelError, NotAffineError, ReactionError, cut
 from kane.expr.build import add, sub, sum_of

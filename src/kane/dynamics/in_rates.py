@@ -29,7 +29,7 @@ from kane.kinematics.speeds import twice_g
 from kane.kinematics.velocity_constraints import ConstraintRows
 from kane.model.bodies import Part, parts_of
 from kane.model.constraints import Constraint
-from kane.model.variables import constraint_rate
+from kane.model.declarations import constraint_rate
 from kane.numeric.sampling import SEED, values_of
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector

@@ -22,15 +22,13 @@ from kane.dynamics.derivation import Derived
 from kane.dynamics.solved import Solved
 from kane.expr.build import div
 from kane.expr.evaluation import evaluate, free_symbols, is_constant_in_time
-from kane.expr.matrix import dot
+from kane.expr.matrix import determinant, dot
 from kane.expr.node import ONE, Expr, as_expr
-from kane.expr.solve import determinant
 from kane.expr.symbols import Coordinate, Reaction, Speed
 from kane.expr.visit import substituted
 from kane.kinematics.speeds import Speeds
-from kane.model.declarations import Event
+from kane.model.declarations import Event, constraint_rate
 from kane.model.loads import Load
-from kane.model.variables import constraint_rate
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.rank import balance, balanced, level, singular
 from kane.numeric.sampling import SEED, sample, values_of

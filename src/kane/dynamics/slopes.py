@@ -16,9 +16,8 @@ from kane.errors import SingularError
 from kane.expr.build import add, neg, sub
 from kane.expr.differentiation import tangent, weighted
 from kane.expr.evaluation import Prices
-from kane.expr.matrix import Matrix, dot
+from kane.expr.matrix import Matrix, dot, ldl, sparse_order
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.solve import ldl, sparse_order
 from kane.expr.symbols import Symbol, rate
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited, resolved

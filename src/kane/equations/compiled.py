@@ -29,8 +29,16 @@ from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol, rate, time
 from kane.numeric.arrays import Array
 from kane.program.from_expressions import Bundle, Receipt, Shaped, Task, build_program, receipt
-from kane.program.native import array_arguments
-from kane.program.native.compiled_routine import ALL, BundleRoutine, CompiledRoutine, NotFinite, new_block
+from kane.program.native.compiled_routine import (
+    ALL,
+    BundleRoutine,
+    CompiledRoutine,
+    NotFinite,
+    new_block,
+    port_defaults,
+    port_values,
+    replaced_values,
+)
 from kane.program.native.machine import Settings, build_library
 from kane.program.program import Note, Port, Program
 
@@ -387,7 +395,7 @@ class Compiled(Attributes):
     def parameters(self, values: Mapping[Any, Any] | None = None) -> Array:
         """The vector p: values by symbol or name, the others at their defaults."""
         port = self.rhs.program.port("p")
-        return array_arguments.values(port, values or {}, self.default)
+        return port_values(port, values or {}, self.default)
 
     @cached_property
     def program(self) -> Program:
@@ -440,7 +448,7 @@ def compiled(
     if not isinstance(name, str):
         raise ArgumentError(f"Expected a text as name, got {name!r}.")
     port = ports(equations.solved.derived)[2]
-    default = array_arguments.replaced(port, parameters or {}, array_arguments.defaults(port))
+    default = replaced_values(port, parameters or {}, port_defaults(port))
     bundle = output_bundle(equations.solved, outputs or {})
     return Compiled(equations, settings, name, default, bundle, not_finite)
 

@@ -1,21 +1,28 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Energies, power, momenta and integrals, as attributes of equations."""
+"""Energies, power, momenta and integrals, as attributes of equations; and whether declared potentials are those of their forces."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from kane.dynamics.derivation import Exprs
+import numpy as np
+
+from kane.dynamics.derivation import Derived, Exprs
+from kane.dynamics.in_rates import InRates
 from kane.dynamics.lazy import read
 from kane.dynamics.readings import energy
+from kane.dynamics.readings.contributions import by_rates, states
 from kane.dynamics.readings.energy import Impulse, KineticParts
 from kane.dynamics.readings.integrals import Integral, integrals
 from kane.dynamics.readings.potential import FoundPotential, find_potential
 from kane.dynamics.solved import Solved
+from kane.errors import warn
+from kane.expr.differentiation import gradient
 from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate
 from kane.model.loads import Load
+from kane.numeric.scale import SIX_DIGITS, bounded
 from kane.space.frame import Point
 from kane.space.vector import Vector
 
@@ -107,3 +114,34 @@ class Energies:
     def angular_momentum(self, about: Point) -> Vector:
         """Σ I·ω + r × m v about a point fixed in the inertial frame."""
         return energy.angular_momentum(self.solved.derived.as_declared.bodies, about)
+
+
+def check_potentials(derived: Derived) -> None:
+    """Warn of each load whose potential is not that of its forces: its work would be wrong, and so the energy."""
+    for load in derived.system.loads:
+        if load.potential is not None and _differs(derived, load, load.potential):
+            warn(
+                f"Expected the potential of {load.name!r} to be that of its forces, F·v + T·ω = −dV/dt, got another one: they differ "
+                "at random states. The motion is right, its energy and work are not. Correct the potential's sign or factor, or leave "
+                "it out: the work of the forces then counts as power."
+            )
+
+
+def _differs(derived: Derived, load: Load, v: Expr) -> bool:
+    """Whether −∂V/∂q are others than the load's forces at some state, but for what is along a constraint's force."""
+    q, rows = derived.system.coordinates, InRates(derived).rows
+    exprs = [*by_rates(derived, [load]), *gradient(v, q), *rows.entries]
+    at = states(derived, exprs, varied=False)
+    values = {x: np.array([place[x] for place in at]) for x in at[0]}
+    found = [[np.broadcast_to(x, len(at)) for x in pair] for pair in bounded(exprs, values)]
+    for numbers, errors in np.moveaxis(np.array(found), -1, 0).swapaxes(1, 2):
+        (pushed, steep), c = numbers[: 2 * len(q)].reshape(2, -1), numbers[2 * len(q) :].reshape(rows.shape)
+        gap, whole = pushed + steep, SIX_DIGITS * (np.abs(pushed) + np.abs(steep))
+        whole += np.nan_to_num(errors[: 2 * len(q)].reshape(2, -1).sum(axis=0), posinf=0.0)
+        if not np.isfinite(numbers).all():
+            continue
+        if len(c):
+            gap, whole = gap - np.linalg.lstsq(c.T, gap, rcond=None)[0] @ c, whole.max(initial=0)
+        if (np.abs(gap) > whole).any():
+            return True
+    return False

@@ -13,11 +13,11 @@ import numpy as np
 import numpy.typing as npt
 
 from kane import expect, show
-from kane.dynamics.body_motions import Moving
 from kane.dynamics.constraints.configurations import place
 from kane.dynamics.constraints.embed import Embedding, first_partition
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived, derived
+from kane.dynamics.forcing import Moving
 from kane.dynamics.formulation.table import ASKED, solved
 from kane.dynamics.lazy import LazyMapping, read
 from kane.dynamics.methods.base import Formulation
@@ -34,12 +34,11 @@ from kane.dynamics.readings.contributions import (
     noncontributing,
 )
 from kane.dynamics.readings.joint_reactions import JointReaction, Place, reaction
-from kane.dynamics.readings.potential import check_potentials
 from kane.dynamics.readings.quantities import evaluate_along, speeds_from_rates, time_derivative, without_rates
 from kane.dynamics.readings.seven_steps import Step, seven_steps
 from kane.dynamics.solved import Solved
 from kane.equations.compiled import Compiled, Numeric, compiled
-from kane.equations.energies import Energies
+from kane.equations.energies import Energies, check_potentials
 from kane.equations.jacobian import Jacobian, jacobian
 from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import ArgumentError, ModelError, SimulationError, none_of

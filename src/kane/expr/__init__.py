@@ -10,10 +10,9 @@ if TYPE_CHECKING:
     from kane.expr.differentiation import affine, diff, gradient, jacobian, time_derivative
     from kane.expr.evaluation import Operations, count_operations, evaluate, free_symbols
     from kane.expr.forms.taylor_series import taylor
-    from kane.expr.matrix import Matrix
+    from kane.expr.matrix import Matrix, solve_linear
     from kane.expr.node import Expr
     from kane.expr.piecewise import Table
-    from kane.expr.solve import solve_linear
     from kane.expr.symbols import (
         AuxiliarySpeed,
         Coordinate,
@@ -42,13 +41,12 @@ __getattr__ = _offered(
         "forms.scales": "scaled",
         "forms.shorter": "named shared shortened with_short_quotients",
         "forms.taylor_series": "taylor",
-        "matrix": "Matrix dot",
+        "matrix": "Matrix dot ldl lu matched_columns solve_linear sparse_order structural_rank",
         "visit": "remembered remembering fold imaged rebuilt substitute substituted",
         "node": "BUILDERS Expr ONE ZERO as_expr constant constant_value digest intern_node postorder precedes sweep",
         "ops": "ADD CONST COS DIV GONE MUL OPS SIN SUB",
         "piecewise": "Table leaps lowered on_sides switches table",
         "regular": "denominators guarding guards unguarded",
-        "solve": "ldl lu matched_columns solve_linear sparse_order structural_rank",
         "square_system": "Adjugate InOrder Triangular content divider over_number square",
         "surd": "Surd root",
         "symbols": (

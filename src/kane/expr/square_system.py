@@ -14,11 +14,10 @@ from typing import NamedTuple, Protocol
 
 from kane.errors import SingularError
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub, where
-from kane.expr.matrix import dot
+from kane.expr.matrix import LU, Rows, back, cofactor, dot, in_order, lu
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import ADD, CONST, DIV, MUL, NEG, SUB
 from kane.expr.regular import Sizes, denominator, is_unbounded, largest, never_zero, size
-from kane.expr.solve import LU, Rows, back, cofactor, in_order, lu
 from kane.expr.symbols import Parameter
 from kane.expr.visit import fold
 

@@ -26,14 +26,13 @@ from kane.errors import SingularError, SpeedsError, cut
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.differentiation import affine_forms
 from kane.expr.evaluation import Walk, evaluate, free_symbols
-from kane.expr.matrix import Matrix, dot
+from kane.expr.matrix import Matrix, blocks, dot, invert, matched_columns, structural_rank
 from kane.expr.node import ONE, ZERO, Expr, constant
-from kane.expr.solve import blocks, invert, matched_columns, structural_rank
 from kane.expr.symbols import Coordinate, QuasiRate, Rate, Speed, Symbols, input_of, rate
 from kane.expr.visit import substituted
 from kane.kinematics.speeds import Row, Speeds, is_rate
+from kane.model.declarations import EulerParameters, basic_rates, rates_by_quasi
 from kane.model.system import System
-from kane.model.variables import EulerParameters, basic_rates, rates_by_quasi
 from kane.numeric.arrays import Array
 from kane.numeric.rank import null_direction
 from kane.numeric.sampling import SEED, SEEDS, draw, unit, values_of

@@ -40,20 +40,26 @@ from kane.expr.visit import substituted
 from kane.model import system_checks
 from kane.model.bodies import Body, Part, RigidBody, brought_loads, check_turning, deforming, extended, parts_of, rigid
 from kane.model.constraints import Constraint, as_constraints
-from kane.model.declarations import Declarations, Event, check_actions, contents, expressions, geometry, places
-from kane.model.joints.joint import Joint, with_joints
-from kane.model.loads import Gravity, Load
-from kane.model.system_checks import check_states, listed, state_rates, warn_of_doubts
-from kane.model.unit_checks import check_units
-from kane.model.variables import (
+from kane.model.declarations import (
+    Declarations,
+    Event,
     by_name,
+    check_actions,
     completed,
+    contents,
     euler_sets,
+    expressions,
+    geometry,
     inputs_with_rates,
     moved,
     ordered_coordinates,
+    places,
     speed_definitions,
 )
+from kane.model.joints.joint import Joint, Moves
+from kane.model.loads import Gravity, Load
+from kane.model.system_checks import check_states, listed, state_rates, warn_of_doubts
+from kane.model.unit_checks import check_units
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector, axes
 from kane.units.rules import parse
@@ -109,7 +115,7 @@ class System(Declarations):
         system_checks.check_loads(loads)
         joints = listed("joints", joints, Joint, "kn.pin, kn.slider, …", named=True)
         movers = (*joints, *deforming(bodies))
-        told, first = with_joints(speeds, movers), (q for mover in movers for q in mover.coordinates)
+        told, first = _with_joints(speeds, movers), (q for mover in movers for q in mover.coordinates)
         own = with_forces((x for x in (*loads, *brought_loads(bodies)) if isinstance(x, Load)), inertial, bodies, told)
         gravities = tuple(x for x in loads if isinstance(x, Gravity))
         reactions = listed("reactions", reactions, Reaction, "kn.reaction")
@@ -356,3 +362,19 @@ def _placed(load: Load, pulls: Pulls, inertial: Frame, bodies: Sequence[Body]) -
         else:
             torques.append((inertial.rotate(name, q, inertial.x), inertial.x * pull))
     return replace(load, forces=tuple(forces), torques=tuple(torques))
+
+
+def _with_joints(speeds: Mapping[Speed, Any] | str | None, joints: Sequence[Moves]) -> Mapping[Speed, Any] | str:
+    """The definitions of the speeds: the joints' own, or those of their rates in `speeds`, joint by joint, then the others."""
+    if isinstance(speeds, str) or not (speeds is None or isinstance(speeds, Mapping)):
+        return speeds  # what is no mapping is refused where the definitions are read
+    if speeds is None and not joints:
+        raise ModelError('Expected speeds={u: definition, …}, "rates", or joints= with speeds of their own, got none.')
+    definitions = dict(speeds or {})
+    scalars = {u: as_expr(e) for u, e in definitions.items() if not isinstance(e, Vector)}
+    own: dict[Speed, Any] = {}
+    for joint in joints:
+        others = {u: definitions[u] for u, e in scalars.items() if joint.defined_by({u: e})}
+        for u, e in (others or joint.speeds).items():
+            own.setdefault(u, e)
+    return own | definitions

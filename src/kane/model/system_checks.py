@@ -26,9 +26,8 @@ from kane.expr.symbols import (
 )
 from kane.model.bodies import Body, Part, Particle, RigidBody
 from kane.model.constraints import Constraint, constraint_of, cut_of
-from kane.model.declarations import Declarations, geometry
+from kane.model.declarations import Declarations, EulerParameters, geometry
 from kane.model.loads import Gravity, Load
-from kane.model.variables import EulerParameters
 from kane.numeric.sampling import SEEDS, sample, value_of
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame, Point

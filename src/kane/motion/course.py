@@ -17,12 +17,11 @@ from kane.expr.evaluation import evaluate
 from kane.expr.node import Expr
 from kane.model.declarations import Event
 from kane.motion.hybrid.events import End, Fresh, StepSeen, met_along, still_there, thresholds
-from kane.motion.interrupts import MESSAGE
-from kane.motion.right_hand_side import Routines
+from kane.motion.right_hand_side import Routines, Switch, switches
 from kane.motion.steps import Stepper
-from kane.motion.switches import Switch, switches
 from kane.numeric.arrays import Array
 from kane.numeric.scale import CHANGES_SIDE
+from kane.progress import MESSAGE
 
 
 @dataclass(frozen=True, slots=True)

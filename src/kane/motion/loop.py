@@ -21,10 +21,8 @@ from kane.motion.course import Method
 from kane.motion.hybrid.actions import Instant, acting, after_actions
 from kane.motion.hybrid.events import End, at_start, ended_by, up_to_a_break
 from kane.motion.inputs.breakpoints import bumps_of
-from kane.motion.inputs.expressions import Formula
-from kane.motion.inputs.feedback import HeldInput, controllers
+from kane.motion.inputs.expressions import Formula, HeldInput, controllers
 from kane.motion.inputs.functions import Asked, Function, Signal, warn_of_jumps
-from kane.motion.interrupts import MESSAGE, Interrupted, is_noted
 from kane.motion.methods import AUTO, check_method, chosen
 from kane.motion.native import NativeCourse, Stiffness
 from kane.motion.right_hand_side import Given, timed
@@ -48,7 +46,7 @@ from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
 from kane.numeric.scale import SAME_TIME
-from kane.progress import far
+from kane.progress import MESSAGE, Interrupted, far, is_noted
 
 _MOST_STEPS = 1_000_000
 _ASKED = 1025

@@ -11,7 +11,6 @@ import numpy as np
 
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
-from kane.motion.arguments import Arguments
 from kane.motion.constraint_kernels import Holding, regular, unheld
 from kane.motion.course import HELD, RECENT, Course, Method, chattering, standing
 from kane.motion.hybrid.actions import leapt_over
@@ -19,22 +18,21 @@ from kane.motion.hybrid.automaton import leaving
 from kane.motion.hybrid.events import End, Fresh, Inspection, StepSeen, Verdict, ended_by, up_to_a_break
 from kane.motion.hybrid.sides import on_their_sides
 from kane.motion.inputs.breakpoints import next_end, on_from, told_apart
-from kane.motion.inputs.feedback import Held, controllers
-from kane.motion.interrupts import is_noted
-from kane.motion.methods import implicit, kernel_of
-from kane.motion.right_hand_side import Given, Routines, exact
+from kane.motion.inputs.expressions import Held, controllers
+from kane.motion.methods import Arguments, implicit, kernel_of
+from kane.motion.right_hand_side import Given, Routines, exact, switches
 from kane.motion.solvers.stepping import STEPPED, ScipyCourse, not_held
 from kane.motion.start import nearly_singular
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steppers.watched import ROOM
 from kane.motion.steps import Stepper
-from kane.motion.switches import switches
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import DEGREE as PARTS
 from kane.numeric.polynomials import SHARES
 from kane.numeric.scale import EPS, SAME_TIME
 from kane.program.native.entry import entry
+from kane.progress import is_noted
 
 _DOUBLINGS = 80
 

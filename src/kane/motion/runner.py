@@ -21,7 +21,6 @@ from kane.expr.build import NODE_BUILDERS, div, mul, sub
 from kane.expr.node import ONE, Expr
 from kane.model.beams.beam import Beam
 from kane.model.declarations import Event
-from kane.motion.arguments import Arguments
 from kane.motion.course import HELD, MANY_STEPS, RECENT, Method
 from kane.motion.hybrid.automaton import asks, evaluated, stands_beside
 from kane.motion.hybrid.events import check_witnesses, ended_by
@@ -29,12 +28,11 @@ from kane.motion.hybrid.sides import on_their_sides, unfit
 from kane.motion.inputs.functions import constant
 from kane.motion.inputs.smooth import check_prescribed
 from kane.motion.integrators import spelled
-from kane.motion.interrupts import is_noted, noted
 from kane.motion.loop import continued
-from kane.motion.methods import kernel_of
+from kane.motion.methods import Arguments, kernel_of
 from kane.motion.native import LOOKS, Stiffness, first_slots
 from kane.motion.projection import is_constrained
-from kane.motion.right_hand_side import Routines, only, timed
+from kane.motion.right_hand_side import Routines, has_jumps, only, switches, timed
 from kane.motion.solution.checks import keeps_sharply
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.solution import Solution, some_of
@@ -42,12 +40,11 @@ from kane.motion.start import POSITIVE, check_masses, moves_pivots
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import Stepper
-from kane.motion.switches import has_jumps, switches
 from kane.numeric.arrays import Array
 from kane.numeric.scale import SURELY_REGULAR
 from kane.program.from_expressions import Bundle
 from kane.program.native.entry import hoisted
-from kane.progress import working
+from kane.progress import is_noted, noted, working
 
 _PATIENCE = 0.05
 """Seconds after which the general loop looks at clock and signals."""

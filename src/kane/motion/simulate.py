@@ -20,7 +20,6 @@ from kane.model.beams.beam import Beam, doubts
 from kane.motion.inputs.expressions import own_parameters
 from kane.motion.inputs.functions import input_functions
 from kane.motion.integrators import AdaptiveStep, FixedStep
-from kane.motion.interrupts import check_whole, noted
 from kane.motion.loop import STEPS_ASKED, breakpoints_of, run, solver
 from kane.motion.methods import AUTO, chosen
 from kane.motion.runner import Plan, Runner, Runners, check_values, is_plain
@@ -41,7 +40,7 @@ from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
 from kane.numeric.scale import SAME_TIME
 from kane.program.native.machine import Settings
-from kane.progress import working
+from kane.progress import check_whole, noted, working
 
 
 def simulate(

@@ -27,12 +27,11 @@ from kane.motion.inputs.breakpoints import MOST, PLACES, SHARE, ULPS, Clock, Tur
 from kane.motion.inputs.smooth import pieces_prescribed
 from kane.motion.methods import needs
 from kane.motion.projection import is_constrained
-from kane.motion.right_hand_side import Given, timed, watched
+from kane.motion.right_hand_side import Given, has_jumps, timed, watched
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.crossings import KINDS, Kind
 from kane.motion.steppers.held import POORER, regularity_kernel
 from kane.motion.steppers.table import INTEGRATORS
-from kane.motion.switches import has_jumps
 from kane.numeric.scale import BETTER, LEAPS, POOR, UNUSABLE
 from kane.program.emit.c import emit_c, emit_kernel_c
 from kane.program.emit.names import c_number, c_string

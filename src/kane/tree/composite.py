@@ -28,9 +28,8 @@ from functools import cached_property
 from typing import NamedTuple, TypeVar
 
 from kane.expr.build import add, mul, neg, sub, sum_of
-from kane.expr.matrix import dot
+from kane.expr.matrix import LDL, dot, ldl, sparse_order
 from kane.expr.node import ONE, TWO, ZERO, Expr
-from kane.expr.solve import LDL, ldl, sparse_order
 from kane.space.rotation import NOTHING, Triple, cross3, product
 from kane.tree.articulated import Passed, Pressed, Wrenches
 from kane.tree.sweeps import Carry, Driven, Forces, Rates, Tree, forces, inward, outward, rates

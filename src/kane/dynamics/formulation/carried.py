@@ -13,8 +13,8 @@ at two additions, and m r* of the link vanishes where it is along the arm.
 from collections.abc import Collection, Sequence
 from itertools import chain
 
-from kane.dynamics.body_motions import ConstantInertia
 from kane.dynamics.derivation import Derived, free_fall
+from kane.dynamics.forcing import ConstantInertia
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.forms.collect import collected, quotient

@@ -43,19 +43,17 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from kane.dynamics import forcing
-from kane.dynamics.body_motions import Moving, PartRotation, moving_parts
 from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived, check_mass, free_fall
-from kane.dynamics.forcing import Blocks, blocks, mass_rows, primitive
+from kane.dynamics.forcing import Blocks, Moving, PartRotation, blocks, mass_rows, moving_parts, primitive
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
 from kane.expr.build import add, div, mul, neg, sub
 from kane.expr.evaluation import Prices, free_symbols, is_constant_in_time, price
 from kane.expr.forms.collect import collected
-from kane.expr.matrix import Matrix, dot
+from kane.expr.matrix import Matrix, dot, ldl, solve_lu, sparse_order
 from kane.expr.node import ONE, ZERO, Expr, constant
-from kane.expr.solve import ldl, solve_lu, sparse_order
 from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed
 from kane.kinematics.speeds import ScalarForm
 from kane.kinematics.velocities import ContactPoint, Kinematics, Motion

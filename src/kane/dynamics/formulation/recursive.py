@@ -26,10 +26,9 @@ from kane.errors import SingularError
 from kane.expr.build import add, mul, neg
 from kane.expr.differentiation import affine_forms
 from kane.expr.evaluation import Walk, price
-from kane.expr.matrix import Matrix
+from kane.expr.matrix import Matrix, ldl
 from kane.expr.node import ZERO, Expr, nodes
 from kane.expr.regular import guards
-from kane.expr.solve import ldl
 from kane.expr.symbols import Symbol
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited, resolved
@@ -38,7 +37,7 @@ from kane.kinematics.segments import JointStep, JointTree, Segments, joint_tree,
 from kane.kinematics.velocity_constraints import placed, together
 from kane.model.bodies import deforming
 from kane.model.constraints import constraint_of
-from kane.model.variables import EulerParameters
+from kane.model.declarations import EulerParameters
 from kane.numeric.sampling import SEEDS, draws, unit, value_of
 from kane.numeric.scale import bounded
 from kane.tree.articulated import Articulated, Passed, Wrenches

@@ -37,14 +37,13 @@ from kane.errors import KaneError
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.differentiation import affine_forms
 from kane.expr.evaluation import holds_any, is_constant_in_time
-from kane.expr.matrix import Matrix, dot
+from kane.expr.matrix import Matrix, determinant, dot
 from kane.expr.node import ONE, ZERO, Expr, constant_value
-from kane.expr.solve import determinant
 from kane.expr.symbols import Speed, rate
 from kane.expr.visit import substituted, substituting
 from kane.kinematics.velocities import velocity_form
 from kane.kinematics.velocity_constraints import ConstraintRows, constraint_rows
-from kane.model.variables import constraint_rate
+from kane.model.declarations import constraint_rate
 from kane.space.frame import Point
 from kane.space.vector import Vector
 

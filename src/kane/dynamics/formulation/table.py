@@ -18,6 +18,7 @@ from kane.dynamics.constraints.manifold import touches
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived, Exprs, check_reactions_independent
 from kane.dynamics.formulation.candidates import (
+    LARGE,
     Candidate,
     Poles,
     all_speeds,
@@ -27,9 +28,9 @@ from kane.dynamics.formulation.candidates import (
     of_embedding,
     with_dependent,
     with_reactions,
+    without_held_forces,
 )
 from kane.dynamics.formulation.equations import classical, holds_reactions, unguarded_classical
-from kane.dynamics.formulation.reactions import LARGE, without_held_forces
 from kane.dynamics.formulation.recursive import BENT, WAYS, by_recursion, carrying, recursions
 from kane.dynamics.formulation.shorten import (
     SHORT,

@@ -20,10 +20,9 @@ from kane.errors import ModelError, SingularError
 from kane.expr.build import add, neg, sub
 from kane.expr.differentiation import affine_forms
 from kane.expr.evaluation import Operations, count_operations
-from kane.expr.matrix import Matrix, dot
+from kane.expr.matrix import Matrix, dot, ldl
 from kane.expr.node import ZERO, Expr
 from kane.expr.ops import Immutable
-from kane.expr.solve import ldl
 
 Exprs = tuple[Expr, ...]
 

@@ -16,8 +16,8 @@ force depends on q_s or acts along it (sec. 7.4).
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from kane.dynamics.body_motions import ConstantInertia, Moving
 from kane.dynamics.derivation import Derived, Exprs
+from kane.dynamics.forcing import ConstantInertia, Moving
 from kane.dynamics.formulation.recursive import WAYS
 from kane.dynamics.in_rates import InRates
 from kane.dynamics.inverse_dynamics import kinetic_energy_along_tree

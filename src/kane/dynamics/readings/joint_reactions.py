@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.body_motions import Moving
 from kane.dynamics.derivation import Derived, check_placed
+from kane.dynamics.forcing import Moving
 from kane.dynamics.readings.quantities import without_unknowns
 from kane.dynamics.solved import Solved
 from kane.errors import Attributes, ReactionError, cut, none_of

@@ -31,9 +31,8 @@ from kane.expr.build import add, neg, sub
 from kane.expr.differentiation import tangent, weighted
 from kane.expr.evaluation import free_symbols, price
 from kane.expr.forms.collect import collected
-from kane.expr.matrix import Matrix, dot
+from kane.expr.matrix import Matrix, dot, ldl, solve_lu, sparse_order
 from kane.expr.node import ONE, ZERO, Expr, as_expr
-from kane.expr.solve import ldl, solve_lu, sparse_order
 from kane.expr.symbols import Reaction, Symbol, Time, input_of, rate
 from kane.expr.visit import substituted, substituting
 from kane.kinematics.freedoms import Unsuited

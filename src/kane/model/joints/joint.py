@@ -256,19 +256,3 @@ class Moves(Protocol):
 
     def defined_by(self, definitions: Mapping[Speed, Expr]) -> bool:
         """Whether some of the definitions hold a rate of it."""
-
-
-def with_joints(speeds: Mapping[Speed, Any] | str | None, joints: Sequence[Moves]) -> Mapping[Speed, Any] | str:
-    """The definitions of the speeds: the joints' own, or those of their rates in `speeds`, joint by joint, then the others."""
-    if isinstance(speeds, str) or not (speeds is None or isinstance(speeds, Mapping)):
-        return speeds  # what is no mapping is refused where the definitions are read
-    if speeds is None and not joints:
-        raise ModelError('Expected speeds={u: definition, …}, "rates", or joints= with speeds of their own, got none.')
-    definitions = dict(speeds or {})
-    scalars = {u: as_expr(e) for u, e in definitions.items() if not isinstance(e, Vector)}
-    own: dict[Speed, Any] = {}
-    for joint in joints:
-        others = {u: definitions[u] for u, e in scalars.items() if joint.defined_by({u: e})}
-        for u, e in (others or joint.speeds).items():
-            own.setdefault(u, e)
-    return own | definitions

@@ -16,7 +16,7 @@ from kane.errors import KaneError, SimulationError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import Input, Symbol, input_of
 from kane.model.declarations import Event, target
-from kane.motion.inputs.feedback import value
+from kane.motion.inputs.expressions import value
 from kane.motion.inputs.functions import Function, input_functions
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.resumed import inherited_inputs

@@ -27,8 +27,7 @@ from kane.expr.symbols import Rate, Reaction
 from kane.expr.visit import substituted
 from kane.model.declarations import Event
 from kane.motion.hybrid.event_routines import glance
-from kane.motion.inputs.expressions import Formula
-from kane.motion.inputs.feedback import HeldInput
+from kane.motion.inputs.expressions import Formula, HeldInput
 from kane.motion.inputs.functions import constant
 from kane.motion.right_hand_side import Given, Routines
 from kane.motion.steppers.crossings import KINDS, LEAVES, MET, inspection_kernel, room

@@ -18,8 +18,7 @@ from kane.expr.piecewise import switches as switches_of
 from kane.motion.hybrid.event_routines import glance
 from kane.motion.inputs.expressions import Formula
 from kane.motion.inputs.functions import law_and
-from kane.motion.right_hand_side import Routines, quantities, rates, sided, watched
-from kane.motion.switches import has_jumps
+from kane.motion.right_hand_side import Routines, has_jumps, quantities, rates, sided, watched
 
 
 def unfit(eom: Equations, laws: Sequence[Expr] = ()) -> bool:

@@ -18,13 +18,24 @@ from kane.expr.node import Expr, as_expr
 from kane.expr.piecewise import Table
 from kane.expr.symbols import Input, input_of, time
 from kane.motion.inputs.breakpoints import MANY
-from kane.motion.inputs.expressions import Formula, SharedLaw, formula, law, with_gains
-from kane.motion.inputs.feedback import Held, HeldInput, Law, LawInput, Sampled, along
+from kane.motion.inputs.expressions import (
+    Formula,
+    Held,
+    HeldInput,
+    Law,
+    LawInput,
+    Sampled,
+    SharedLaw,
+    along,
+    formula,
+    law,
+    with_gains,
+)
 from kane.motion.inputs.smooth import check_smooth
-from kane.motion.interrupts import heed
 from kane.numeric.arrays import Array
 from kane.numeric.sampling import finite_number, named_values
 from kane.numeric.scale import NEAR_TIME
+from kane.progress import heed
 
 Function = Callable[..., Any]
 Ends = Literal["not-a-knot", "natural", "clamped", "periodic"]

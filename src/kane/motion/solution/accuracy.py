@@ -15,11 +15,9 @@ import numpy as np
 from kane.equations.equations import Equations
 from kane.errors import ArgumentError, Attributes, SimulationError, cut, none_of
 from kane.motion.inputs.breakpoints import next_end, on_from
-from kane.motion.inputs.expressions import turning_laws
-from kane.motion.inputs.feedback import controllers
-from kane.motion.right_hand_side import Routines, exact, routines
+from kane.motion.inputs.expressions import controllers, turning_laws
+from kane.motion.right_hand_side import Routines, exact, has_jumps, routines
 from kane.motion.solution.phases import Parts
-from kane.motion.switches import has_jumps
 from kane.numeric.arrays import Array
 from kane.numeric.scale import NEAR_TIME, ROUNDED
 from kane.program.native.machine import Settings

@@ -29,7 +29,7 @@ from kane.expr.piecewise import lowered
 from kane.expr.symbols import Symbol
 from kane.model.bodies import parts_of
 from kane.model.system import System
-from kane.motion.inputs.feedback import along
+from kane.motion.inputs.expressions import along
 from kane.motion.inputs.functions import constant
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EQUAL, ROUNDED_CHAIN

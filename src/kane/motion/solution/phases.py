@@ -12,8 +12,7 @@ import numpy.typing as npt
 from kane.errors import SimulationError, cut
 from kane.expr.node import Expr
 from kane.model.declarations import Event
-from kane.motion.inputs.expressions import Formula
-from kane.motion.inputs.feedback import HeldInput
+from kane.motion.inputs.expressions import Formula, HeldInput
 from kane.motion.inputs.functions import constant
 from kane.numeric.arrays import Array
 from kane.numeric.scale import SAME_TIME

@@ -17,8 +17,7 @@ from kane.equations.equations import Equations
 from kane.errors import SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import Input, input_of
-from kane.motion.inputs.expressions import Formula
-from kane.motion.inputs.feedback import Held, HeldInput, value
+from kane.motion.inputs.expressions import Formula, Held, HeldInput, value
 from kane.motion.inputs.functions import Recorded, constant
 from kane.motion.solution.phases import Phase, check_motion
 from kane.motion.solution.solution import Solution

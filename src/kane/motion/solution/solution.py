@@ -21,14 +21,14 @@ from kane.expr.symbols import Reaction
 from kane.model.constraints import Constraint
 from kane.model.declarations import Event
 from kane.model.loads import Load
-from kane.motion.inputs.feedback import along
+from kane.motion.inputs.expressions import along
 from kane.motion.inputs.functions import recorded
+from kane.motion.right_hand_side import sides
 from kane.motion.solution.accuracy import REPEATED, Accuracy, accuracy, between
 from kane.motion.solution.checks import Drift, EnergyCheck, checking_functions, drifts, energy_check, work_of
 from kane.motion.solution.files import contents, write
 from kane.motion.solution.phases import Indices, Jump, Phase, breaks, check_follows, joined, leaps
 from kane.motion.solution.tables import dataframe, dataset
-from kane.motion.switches import sides
 from kane.numeric.arrays import Array, Mask
 from kane.space.frame import Frame
 from kane.whole import path_of

@@ -18,7 +18,7 @@ from kane.expr.symbols import input_of, time
 from kane.motion.course import Course, Method, chattering
 from kane.motion.hybrid.events import PARTS, End, Fresh, Met, StepSeen, leapt
 from kane.motion.inputs.breakpoints import next_end, on_from, told_apart
-from kane.motion.inputs.feedback import controllers
+from kane.motion.inputs.expressions import controllers
 from kane.motion.projection import Numbers
 from kane.motion.solvers.cvode import CVODE, CvodeSolver
 from kane.motion.start import nearly_singular

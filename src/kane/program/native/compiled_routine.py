@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What Python calls: one compiled routine, with an argument for each port of its program."""
+"""What Python calls: one compiled routine, with an argument for each port of its program.
+
+Arguments are arrays of doubles of the right length, or there is an error that says which is not.
+"""
 
 import ctypes
 import math
@@ -12,13 +15,14 @@ from typing import Any, Generic, Literal, TypeAlias, TypeVar
 import numpy as np
 from numpy import vdot
 
-from kane.errors import ArgumentError, Attributes, NotFiniteError, warn
+from kane.errors import ArgumentError, Attributes, NotFiniteError, ValueMissingError, cut, warn
+from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array
+from kane.numeric.sampling import finite_number, named_values
 from kane.program.emit.llvm import block
 from kane.program.from_expressions import Bundle
-from kane.program.native import array_arguments
 from kane.program.native.machine import Library, Settings, build_library
-from kane.program.program import Program, Routine, explain
+from kane.program.program import Port, Program, Routine, explain
 
 R = TypeVar("R")
 NotFinite = Literal["warn", "raise", "ignore"]
@@ -115,7 +119,7 @@ class CompiledRoutine(Attributes):
             raise ArgumentError(f'Expected not_finite to be "warn", "raise" or "ignore", got {not_finite!r}.')
         self.program, self.routine, self.settings = program, program.routine(name), settings
         self.not_finite = not_finite
-        own = {port.name: array_arguments.defaults(port) for port in program.hoisted_ports} | dict(defaults or {})
+        own = {port.name: port_defaults(port) for port in program.hoisted_ports} | dict(defaults or {})
         self._defaults = {name: np.array(values) for name, values in own.items()}
         self._free: list[Block] = []
         self._named: dict[tuple[Any, ...], tuple[tuple[int, ...], Callable[..., None] | None]] = {}
@@ -298,10 +302,10 @@ class CompiledRoutine(Attributes):
         self._free.append(own)
         for port, value in zip(ports, inputs, strict=True):
             if value is None and port.hoisted:
-                array_arguments.complete(port, self._defaults[port.name])
+                check_complete(port, self._defaults[port.name])
         if self.not_finite != "ignore":
             for port, values in zip(ports, met, strict=True):
-                array_arguments.finite(port, values)
+                check_finite(port, values)
             self._tell([float(v) for a in met for v in a.flat], "")
         return results
 
@@ -329,13 +333,13 @@ class CompiledRoutine(Attributes):
             raise ArgumentError(f"Expected leading axes that broadcast, got {shapes}.") from error
         if self.not_finite != "ignore":
             for port, a in zip(ports, arrays, strict=True):
-                array_arguments.finite(port, a)
+                check_finite(port, a)
         return self._rows(rows, leading, arrays)
 
     def _arrays(self, inputs: tuple[Any, ...]) -> list[Array]:
         """The arguments as arrays of doubles, the parameters complete."""
         return [
-            array_arguments.values(port, value, self._defaults.get(port.name))
+            port_values(port, value, self._defaults.get(port.name))
             for port, value in zip(self.program.ports, inputs, strict=True)
         ]
 
@@ -393,3 +397,103 @@ class BundleRoutine(Generic[R]):
     def __call__(self, *values: Any) -> R:
         """The record at these values of the ports."""
         return self.bundle.split(self.flat(*values))
+
+
+# Arguments -----------------------------------------------------------------------------------------------------------
+
+
+_REAL = "biuf"
+
+
+def port_values(port: Port, argument: Any, base: Array | None = None) -> Array:
+    """The values of a port: a number or an array of numbers where it is scalar, else (…, n), or by symbol or name.
+
+    `base` fills in what is left out.
+
+    Raises
+    ------
+    ArgumentError
+        if the shape or the type is wrong
+    ValueMissingError
+        if a name is unknown or a value is missing
+    """
+    if argument is None and port.scalar and base is not None:
+        return check_complete(port, base)[:1].reshape(())
+    if argument is None and (port.optional or base is not None or not port.symbols) and not port.scalar:
+        argument = {}
+    if isinstance(argument, Mapping) and not port.scalar:
+        return _by_name(port, argument, base)
+    array = _real(port.name, argument)
+    if not port.scalar and (array.ndim < 1 or array.shape[-1] != len(port.symbols)):
+        raise ArgumentError(
+            f"Expected {port.name} of shape (…, {len(port.symbols)}), got shape {array.shape}. The order is {listed(port.symbols)}."
+        )
+    return array
+
+
+def port_defaults(port: Port) -> Array:
+    """The default of every parameter, NaN where there is none."""
+    return np.array([np.nan if s.default is None else float(s.default) for s in port.symbols])
+
+
+def replaced_values(port: Port, argument: Mapping[Any, Any], base: Array) -> Array:
+    """`base` with the values given by symbol or name."""
+    own = named_values(port.nouns, port.symbols, argument)
+    pairs = zip(port.symbols, base, strict=True)
+    return np.array([finite_number("value", s.name, own[s]) if s in own else b for s, b in pairs])
+
+
+def check_complete(port: Port, values: Array) -> Array:
+    """`values`, none of which may be missing (NaN)."""
+    missing = [s.name for s, v in zip(port.symbols, values, strict=True) if np.isnan(v)]
+    if missing:
+        by_name = f", {{{', '.join(f'{n!r}: value' for n in missing)}}}"
+        cure = ", or declare a default, kn.parameter(name, default)" if port.hoisted else by_name * port.optional
+        raise ValueMissingError(
+            f"Expected a value for every one of the {port.nouns}, got none for {', '.join(missing)}: pass them as "
+            f"{port.name}{cure}."
+        )
+    return values
+
+
+def check_finite(port: Port, values: Array) -> None:
+    """Refuse NaN and infinity, by name."""
+    if np.isfinite(values).all():
+        return
+    bad = np.argwhere(~np.isfinite(values))
+    first = tuple(bad[0])
+    name = port.symbols[0 if port.scalar else first[-1]].name
+    row = first if port.scalar else first[:-1]
+    where = f" at {tuple(map(int, row))}" if row else ""
+    raise ArgumentError(f"Expected finite {port.nouns}, got {name} = {values[first]}{where}.")
+
+
+def listed(symbols: tuple[Symbol, ...]) -> str:
+    """Names in order, the middle of long lists left out."""
+    names = [s.name for s in symbols]
+    return ", ".join(names if len(names) <= 12 else [*names[:6], "…", *names[-3:]]) or "none"
+
+
+def _real(name: str, value: Any) -> Array:
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise ArgumentError(f"Expected {name} without masked values, got a masked array: fill or drop them.")
+    try:
+        array = np.asarray(value)
+        if array.dtype.kind not in _REAL:
+            raise TypeError
+        return array.astype(np.float64, copy=False)
+    except (TypeError, ValueError, OverflowError) as error:
+        got = type(value).__name__ if not isinstance(value, np.ndarray) else f"an array of {value.dtype}"
+        raise ArgumentError(f"Expected real numbers as {name}, got {got}: {cut(repr(value))}.") from error
+
+
+def _by_name(port: Port, argument: Mapping[Any, Any], base: Array | None) -> Array:
+    values = named_values(port.nouns, port.symbols, argument)
+    filled = np.full(len(port.symbols), np.nan) if base is None else base
+    columns = [_real(s.name, values[s]) if s in values else b for s, b in zip(port.symbols, filled, strict=True)]
+    check_complete(port, np.array([0.0 if s in values else b for s, b in zip(port.symbols, filled, strict=True)]))
+    try:
+        return np.stack(np.broadcast_arrays(*columns), axis=-1) if columns else np.zeros(0)
+    except ValueError as error:
+        shapes = ", ".join(f"{s.name} {np.shape(c)}" for s, c in zip(port.symbols, columns, strict=True) if np.ndim(c))
+        raise ArgumentError(f"Expected {port.nouns} whose shapes broadcast, got {shapes}.") from error
