@@ -83,6 +83,8 @@ def same_product(a: Expr, b: Expr) -> bool:
     """Whether x·(y·z) and y·(x·z) are at hand: the same three factors, grouped otherwise."""
     p, q = a.args
     r, s = b.args
+    if (p.op is not MUL and q.op is not MUL) or (r.op is not MUL and s.op is not MUL):
+        return False
     for x, y in ((p, q), (q, p)):
         if y.op is not MUL:
             continue

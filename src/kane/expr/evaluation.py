@@ -14,7 +14,6 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from functools import cached_property
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -493,17 +492,18 @@ class Prices:
 
 def exceeds(roots: Iterable[Expr], most: int) -> bool:
     """Whether the `price` of `roots` is more than `most`: no further nodes are looked at than tells that."""
-    front, seen, total = set(roots), set[Expr](), 0
-    while front and total <= most:
-        seen |= front
-        total += _cost(front)
-        front = set[Expr]().union(*map(_args_of, front)) - seen
-    return total > most
-
-
-_args_of = attrgetter("args")
-_cost_of = attrgetter("op.cost")
+    seen, total = set(roots), 0
+    found = list(seen)
+    for node in found:  # which grows meanwhile
+        total += node.op.cost
+        if total > most:
+            return True
+        for a in node.args:
+            if a not in seen:
+                seen.add(a)
+                found.append(a)
+    return False
 
 
 def _cost(of: Iterable[Expr]) -> int:
-    return sum(map(_cost_of, of))
+    return sum([node.op.cost for node in of])

@@ -16,7 +16,6 @@ import sys
 import threading
 from collections.abc import Callable, Iterable, Mapping, Set
 from fractions import Fraction
-from operator import attrgetter
 from types import GeneratorType
 from typing import TYPE_CHECKING, Any, NoReturn, Protocol, TypeVar, overload
 
@@ -162,7 +161,6 @@ class Constant(Expr):
     error: float
 
 
-_args_of = attrgetter("args")
 BUILDERS: dict[str, Callable[..., Expr]] = {}
 """Builder of each operation by name; filled by expr.operators."""
 
@@ -473,12 +471,13 @@ def postorder(roots: Iterable[Expr]) -> list[Expr]:
 
 def nodes(roots: Iterable[Expr], known: Set[Expr] = frozenset()) -> set[Expr]:
     """Every node below `roots`, sooner than in order; without those that are `known`, with all below them."""
-    front = set(roots) - known
-    seen: set[Expr] = set()
-    while front:  # a layer at a time, as sets do most of it
-        seen |= front
-        front = set[Expr]().union(*map(_args_of, front)) - seen
-        front -= known
+    seen = set(roots) - known
+    found = list(seen)
+    for node in found:  # which grows meanwhile
+        for a in node.args:
+            if a not in seen and a not in known:
+                seen.add(a)
+                found.append(a)
     return seen
 
 

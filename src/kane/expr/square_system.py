@@ -62,7 +62,7 @@ def _of(node: Expr, memo: Contents) -> Powers | None:
 def _both(a: Powers | None, b: Powers | None) -> Powers | None:
     if a is None or b is None:
         return b if a is None else a
-    return {p: min(k, b[p]) for p, k in a.items() if p in b}
+    return {p: min(k, b[p]) for p, k in a.items() if p in b} if a and b else _NOTHING
 
 
 def divider(memo: Contents) -> Callable[[Expr, Powers], Expr]:

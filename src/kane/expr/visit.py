@@ -71,8 +71,9 @@ def replaced_in(
     """`substituted` of several `roots`, whose nodes are listed in `order`, arguments first; what is `kept` stays as it is."""
     given = {*kept, *replacements}
     images = {e: image for e, image in replacements.items() if image is not e and e not in kept}
+    unchanged = images.keys().isdisjoint
     for node in () if not images else postorder(roots) if order is None else order:
-        if not images.keys().isdisjoint(node.args) and node not in given:
+        if not unchanged(node.args) and node not in given:
             image = NODE_BUILDERS[node.op.name](*[images.get(x, x) for x in node.args])
             if image is not node:
                 images[node] = image

@@ -247,12 +247,14 @@ class Graph:
             a, m = self.parted(a)
         if not self.numbers.isdisjoint(b):
             b, n = self.parted(b)
-        left = list(a)
-        for x in b:
-            if x ^ 1 in left:
-                left.remove(x ^ 1)
-            else:
-                left.append(x)
+        left = [*a, *b]
+        if not {*a}.isdisjoint([x ^ 1 for x in b]):
+            left = list(a)
+            for x in b:
+                if x ^ 1 in left:
+                    left.remove(x ^ 1)
+                else:
+                    left.append(x)
         left.sort()
         return self.scaled(m * n, tuple(left))
 

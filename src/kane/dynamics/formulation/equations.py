@@ -55,6 +55,7 @@ from kane.expr.forms.collect import collected
 from kane.expr.matrix import Matrix, dot, ldl, solve_lu, sparse_order
 from kane.expr.node import ONE, ZERO, Expr, constant
 from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed
+from kane.expr.visit import remembered
 from kane.kinematics.speeds import ScalarForm
 from kane.kinematics.velocities import ContactPoint, Kinematics, Motion
 from kane.model.bodies import Part
@@ -250,6 +251,7 @@ def about_points_at_rest(bodies: Sequence[Moving], kinematics: Kinematics) -> tu
     return (tuple(inertial), tuple(forced)) if some else None
 
 
+@remembered
 def _about_point(m: Moving, kinematics: Kinematics) -> PartRotation | None:
     """The rotation with the inertia about a point of the body at rest."""
     turning, arm = m.rotation, _arm(m.part, kinematics)
