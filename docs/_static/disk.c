@@ -53,7 +53,9 @@ enum {
 
 /* `value` is the default of a parameter, NAN where there is none. A null pointer follows the last name. */
 typedef struct {
-    const char *name, *unit, *description;
+    const char *name;
+    const char *unit;
+    const char *description;
     double value;
 } disk_quantity;
 extern const disk_quantity disk_parameters[DISK_PARAMETERS + 1];
@@ -115,44 +117,49 @@ static void kane_sincos(double x, double *s, double *c)
         *c = cos(x);
         return;
     }
-    const double t = x * 0x1.45f306dc9c883p-1 + 6755399441055744.0;
+    const double t = (x * 0x1.45f306dc9c883p-1) + 6755399441055744.0;
     const double n = t - 6755399441055744.0;
-    const double a = n * -0x1.921fb54440000p+0 + x;
-    const double r = n * -0x1.68c234c4c0000p-39 + a;
+    const double a = (n * -0x1.921fb54440000p+0) + x;
+    const double r = (n * -0x1.68c234c4c0000p-39) + a;
     const double d = r - a;
-    const double e = n * 0x1.68c234c4c0000p-39 + d;
-    const double tail = n * 0x1.98a2e03707345p-77 + e;
+    const double e = (n * 0x1.68c234c4c0000p-39) + d;
+    const double tail = (n * 0x1.98a2e03707345p-77) + e;
     const double z = r * r;
     const double z2 = z * z;
-    const double s56 = z * -0x1.5d93a5acfd57cp-33 + 0x1.ae5e68a2b9cebp-26;
-    const double s34 = z * -0x1.71de357b1fe7dp-19 + 0x1.a01a019c161d5p-13;
-    const double s12 = z * -0x1.111111110f8a6p-7 + 0x1.5555555555549p-3;
-    const double s36 = z2 * s56 + s34;
-    const double ps = z2 * s36 + s12;
-    const double c56 = z * -0x1.8fae9be8838d4p-37 + 0x1.1ee9ebdb4b1c4p-29;
-    const double c34 = z * -0x1.27e4f809c52adp-22 + 0x1.a01a019cb1590p-16;
-    const double c12 = z * -0x1.6c16c16c15177p-10 + 0x1.555555555554cp-5;
-    const double c36 = z2 * c56 + c34;
-    const double pc = z2 * c36 + c12;
-    const double w = z * -0.5 + 1.0;
+    const double s56 = (z * -0x1.5d93a5acfd57cp-33) + 0x1.ae5e68a2b9cebp-26;
+    const double s34 = (z * -0x1.71de357b1fe7dp-19) + 0x1.a01a019c161d5p-13;
+    const double s12 = (z * -0x1.111111110f8a6p-7) + 0x1.5555555555549p-3;
+    const double s36 = (z2 * s56) + s34;
+    const double ps = (z2 * s36) + s12;
+    const double c56 = (z * -0x1.8fae9be8838d4p-37) + 0x1.1ee9ebdb4b1c4p-29;
+    const double c34 = (z * -0x1.27e4f809c52adp-22) + 0x1.a01a019cb1590p-16;
+    const double c12 = (z * -0x1.6c16c16c15177p-10) + 0x1.555555555554cp-5;
+    const double c36 = (z2 * c56) + c34;
+    const double pc = (z2 * c36) + c12;
+    const double w = (z * -0.5) + 1.0;
     const double f = 1.0 - w;
-    const double g = z * -0.5 + f;
-    const double h = r * tail + g;
-    const double i = z2 * pc + h;
+    const double g = (z * -0.5) + f;
+    const double h = (r * tail) + g;
+    const double i = (z2 * pc) + h;
     const double cosine = w + i;
     const double r3 = r * z;
     const double j = tail * w;
-    const double k = r3 * ps + j;
+    const double k = (r3 * ps) + j;
     const double sine = r - k;
-    uint64_t n_bits, s_bits, c_bits, change;
-    memcpy(&n_bits, &t, sizeof t);
-    memcpy(&s_bits, &sine, sizeof sine);
-    memcpy(&c_bits, &cosine, sizeof cosine);
-    change = ((s_bits ^ c_bits) & (0 - (n_bits & 1))) ^ ((n_bits & 2) << 62);
+    uint64_t n_bits;
+    uint64_t s_bits;
+    uint64_t c_bits;
+    (void)memcpy((unsigned char *)&n_bits, (const unsigned char *)&t, sizeof t);
+    (void)memcpy((unsigned char *)&s_bits, (const unsigned char *)&sine, sizeof sine);
+    (void)memcpy((unsigned char *)&c_bits, (const unsigned char *)&cosine, sizeof cosine);
+    const uint64_t odd = n_bits & UINT64_C(1);
+    const uint64_t mask = (~odd) + UINT64_C(1);
+    const uint64_t flip = (n_bits & UINT64_C(2)) << 62U;
+    const uint64_t change = ((s_bits ^ c_bits) & mask) ^ flip;
     s_bits ^= change;
-    c_bits ^= change ^ ((n_bits & 1) << 63);
-    memcpy(s, &s_bits, sizeof *s);
-    memcpy(c, &c_bits, sizeof *c);
+    c_bits ^= change ^ (odd << 63U);
+    (void)memcpy((unsigned char *)s, (const unsigned char *)&s_bits, sizeof *s);
+    (void)memcpy((unsigned char *)c, (const unsigned char *)&c_bits, sizeof *c);
 }
 
 /* What depends on parameters alone; 1 operations. */
@@ -179,9 +186,10 @@ void disk_rhs(double t, const double *x, const double *p, const double *r, const
     const double R = p[0];
     const double mu_k = p[2];
     const double h0 = h[0];
-    double z6, z1;
+    double z6;
+    double z1;
     kane_sincos(q2, &z6, &z1);
-    const double z2 = fabs(z1) > 1.1368683772161603e-13 * 1.0 ? z1 : (double)NAN;
+    const double z2 = (fabs(z1) > (1.1368683772161603e-13 * 1.0)) ? z1 : (double)NAN;
     const double z3 = 1.0 / z2;
     const double z4 = u2 * z3;
     const double z5 = -u1;
@@ -189,7 +197,8 @@ void disk_rhs(double t, const double *x, const double *p, const double *r, const
     const double z8 = u2 * z7;
     const double z9 = u3 - z8;
     const double z10 = R * z9;
-    double z11, z15;
+    double z11;
+    double z15;
     kane_sincos(q1, &z11, &z15);
     const double z12 = z11 * z10;
     const double z13 = u5 + z12;

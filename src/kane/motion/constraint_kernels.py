@@ -140,7 +140,7 @@ class Holding:
         self, dense: Callable[[Array], Array], start: float, end: float, narrow: float, tolerances: Tolerances
     ) -> Inspection:
         """A step that may lead where constraints are singular or cannot be kept; no step is made shorter than `narrow`."""
-        stepper = self.stepper
+        stepper, reach = self.stepper, self.stepper.reach
         kept, numbers = stepper.keep(end, dense(np.array([end]))[0])
         assert numbers is not None
         turned, missed = stepper.turned(numbers), stepper.missed(end, kept, numbers, tolerances)
@@ -158,7 +158,9 @@ class Holding:
         if not numbers.finite or self._poor(numbers):
             return Inspection(Verdict.SINGULAR)
         if not (stepper.jumped(numbers) or stepper.crosses(states, start, end)):
-            self.measure()  # the kernel moves the step's end by them: entries may have grown from nothing
+            # the kernel moves the step's end by them: entries may have grown from nothing, as it has noted
+            stepper.reach = reach
+            self.measure()
             return Inspection(Verdict.TAKEN)
         # where speeds alone are poor others are taken, nearby: `settle`
         lost = end - start <= narrow or stepper.crosses(states, start, end, rank_alone=True)

@@ -24,6 +24,7 @@ from kane.motion.right_hand_side import Given, Routines, exact, switches
 from kane.motion.solvers.stepping import STEPPED, ScipyCourse, not_held
 from kane.motion.start import nearly_singular
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
+from kane.motion.steppers.held import POORER
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steppers.watched import ROOM
 from kane.motion.steps import Stepper
@@ -468,9 +469,10 @@ class NativeCourse(Course):
         self.looked = False
         holding.taken(self.s)
         kept, numbers = self.stepper.keep(t, self.y)
-        self.given["lag"][kept != self.y] = 0.0
-        self.y[:] = kept
-        changed = self.stepper.settle(t, kept, numbers)
+        if self.s[Slot.HELD] > POORER:  # else the kernel has moved it there
+            self.given["lag"][kept != self.y] = 0.0
+            self.y[:] = kept
+        changed = self.stepper.settle(t, self.y, numbers)
         holding.measure()
         return changed
 

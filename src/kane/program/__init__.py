@@ -8,7 +8,8 @@ __getattr__ = offered(
     {
         "from_expressions": "Task build_program Bundle shaped receipt",
         "emit.": "targets",
-        "emit.c": "emit_c emit_header emit_kernel_c",
+        "emit.c": "emit_c emit_header",
+        "emit.c_kernels": "emit_kernel_c",
         "emit.llvm": "emit_llvm",
         "emit.llvm_printer": "REACH pointed",
         "emit.names": "is_free_in_c local_names",

@@ -254,7 +254,8 @@ void small_f(double t, const double *x, const double *p, const double *r, const 
     (void)h;
     const double theta = x[0];
     const double m = p[0];
-    double z1, z4;
+    double z1;
+    double z4;
     kane_sincos(theta, &z1, &z4);
     const double z2 = z1 * m;
     const double z3 = -z2;

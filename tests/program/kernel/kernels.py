@@ -12,7 +12,7 @@ from kane import Settings
 from kane.program import ArrayOf, CompiledKernel, Integer, Kernel, emit_kernel_c, emit_kernel_numpy
 from tests.program.emitted import library, module
 
-HEAD = "#include <math.h>\n#include <stdint.h>\n"
+HEAD = "#include <math.h>\n#include <stdbool.h>\n#include <stdint.h>\n"
 C = ("-std=c99", "-O2", "-march=native", "-ffp-contract=off")
 EXACT = Settings(contract=False)
 

@@ -2,24 +2,19 @@
 """A Program as one file of C99 and its header, to be built into other programs: it needs nothing but <math.h>.
 
 Its functions are `<system>_hoist(parameters, h)` and `<system>_<routine>(ports, h, out)`; its tables give what the ports hold and
-what the results are. One operation a statement; z12 is the twelfth value of its routine. Kernels are one function each.
-
-Statements as lines of C99, one operation each; values side by side are arrays, and an operation on them a loop over the lanes.
+what the results are. One operation a statement; z12 is the twelfth value of its routine.
 """
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from kane.expr import ops
-from kane.expr.ops import COS, OPS, SIN, Op
+from kane.program.emit.c_printer import CPrinter
 from kane.program.emit.names import (
-    ARITHMETIC,
     Names,
     c_comment,
     c_number,
     c_string,
-    decimal,
     distinct,
     identifier,
     is_free_in_c,
@@ -32,168 +27,14 @@ from kane.program.emit.walk import (
     RESULTS,
     VECTORS,
     Function,
-    NamedPrinter,
     Style,
     function_of,
     hoisting,
     pieces,
-    shared,
     statements,
 )
-from kane.program.kernel import language
-from kane.program.kernel.language import Argument, ArrayOf, Compute, Integer, Kernel, Read, SinCos, Statement, Write
+from kane.program.kernel.language import Compute, Read, SinCos, Statement, Write
 from kane.program.program import Port, Program
-
-KINDS = {"float": "double", "int": "int64_t", "bool": "int"}
-_FORMS: Mapping[Op | str, str] = {
-    **shared(ARITHMETIC),
-    **shared({n: f"{f}({{0}})" for n, f in (("sqrt", "sqrt"), ("abs", "fabs"))}),
-    **shared({n: f"{{0}} {sign} {{1}} || {{0}} != {{0}} ? {{0}} : {{1}}" for n, sign in (("min", "<"), ("max", ">"))}),
-    **shared({"less": "{0} < {1}"}),
-    "at_most": "{0} <= {1}",
-    "and": "{0} & {1}",
-    "or": "{0} | {1}",
-    "not": "!{0}",
-    "select": "{0} ? {1} : {2}",
-    "float": "(double){0}",
-    "int": "(int64_t){0}",
-    **{OPS[n]: f"{n}({{0}})" for n in ("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log", "floor")},
-    **{OPS[n]: f"{n}({{0}}, {{1}})" for n in ("pow", "atan2")},
-    OPS["sign"]: "{0} != {0} ? {0} : ({0} > 0.0) - ({0} < 0.0)",
-    ops.WHERE: "{0} != 0.0 ? {1} : {2}",
-    ops.REGULAR: f"fabs({{0}}) > {ops.GONE!r} * {{1}} ? {{0}} : (double)NAN",
-}
-"""An operation of {0}, {1}, …, in each lane; what is not here takes its operand as it is. Sines and cosines are ours."""
-_FOLDS = {"sum": "add", "largest": "max"}
-
-
-def extent(type_: language.Type) -> str:
-    """What follows the name of a variable in its declaration."""
-    return f"[{type_.width}]" if type_.width > 1 else ""
-
-
-def _each(type_: language.Type) -> str:
-    return f"for (int k = 0; k < {type_.width}; k++) " if type_.width > 1 else ""
-
-
-class CPrinter(NamedPrinter):
-    """The lines of one function; `helpers` are the functions of angles that it calls."""
-
-    def __init__(self, names: Mapping[int, str] | None = None, vectors: Mapping[str, str] | None = None) -> None:
-        super().__init__(1, names, vectors)
-        self.folds = 0
-        self.helpers: set[str] = set()
-
-    def within(self, head: str, block: language.Block) -> None:
-        """A block in braces."""
-        self.add(f"{head} {{")
-        self.indented(block)
-        self.add("}")
-
-    def text(self, operand: language.Operand, lane: str = "k") -> str:
-        """A scalar operand, or the lane of another one."""
-        if isinstance(operand, int):
-            return self.names[operand]
-        if not isinstance(operand, language.Immediate):
-            return f"v{operand}{f'[{lane}]' * (operand.type.width > 1)}"
-        if isinstance(operand.value, tuple):
-            numbers = ", ".join(decimal(v, "NAN", "INFINITY") for v in operand.value)
-            return f"((const double[]){{{numbers}}})[{lane}]"
-        if operand.type.kind == "int":
-            return f"INT64_C({operand.value})" if operand.value >= 0 else f"(-INT64_C({-operand.value}))"
-        return decimal(float(operand.value), "(double)NAN", "(double)INFINITY")
-
-    def define(self, value: language.Operand, text: str) -> None:
-        """A value, of a text that holds the lane k where it has several."""
-        type_, name = language.type_of(value), self.text(value)
-        if type_.width == 1:
-            self.add(f"const {KINDS[type_.kind]} {name} = {text};")
-        else:
-            self.add(f"{KINDS[type_.kind]} v{value}{extent(type_)};", f"{_each(type_)}{name} = {text};")
-
-    def at(self, s: language.Address | language.Read | language.Write, type_: language.Type) -> str:
-        """A number of an array, or the lane k of several."""
-        index = str(s.offset) if isinstance(s.offset, int) else self.text(s.offset)
-        return f"{self.vectors.get(s.base, s.base)}[{index}{' + k' * (type_.width > 1)}]"
-
-    def compute(self, s: language.Compute) -> None:
-        """An operation, in each lane."""
-        op, first = s.op, s.arguments[0]
-        if op in _FOLDS:
-            self.define(s.value, self.fold(_FORMS[_FOLDS[str(op)]], first))
-        elif op == "any":
-            self.define(s.value, " | ".join(self.text(first, str(k)) for k in range(language.type_of(first).width)))
-        else:
-            lane = str(s.lane) if op == "lane" else "k"
-            self.define(s.value, _FORMS.get(op, "{0}").format(*(self.text(a, lane) for a in s.arguments)))
-
-    def fold(self, form: str, operand: language.Operand) -> str:
-        """The halves combined, in names of their own."""
-        names: Sequence[str] = [self.text(operand, str(k)) for k in range(language.type_of(operand).width)]
-        self.folds += 1
-        while len(names) > 1:
-            half = len(names) // 2
-            pairs = list(zip(names[:half], names[half:], strict=True))
-            names = [f"f{self.folds}_{half}_{k}" for k in range(half)]
-            self.add(*(f"const double {n} = {form.format(*pair)};" for n, pair in zip(names, pairs, strict=True)))
-        return names[0]
-
-    def sincos(self, s: language.SinCos) -> None:
-        """Sine, cosine or both of one angle."""
-        ((angle,), (own,)) = s.angles, s.values
-        names = {op.name: self.names[i] for op, i in own.items()}
-        if len(names) == 1:
-            ((function, name),) = names.items()
-            self.add(f"const double {name} = kane_{function}({self.names[angle]});")
-        else:
-            function, (sine, cosine) = "sincos", (names[op.name] for op in (SIN, COS))
-            self.add(f"double {sine}, {cosine};", f"kane_sincos({self.names[angle]}, &{sine}, &{cosine});")
-        self.helpers.add(function)
-
-    def load(self, s: language.Read) -> None:
-        """A value from an array."""
-        self.define(s.value, self.at(s, language.type_of(s.value)))
-
-    def store(self, s: language.Write) -> None:
-        """A value to an array."""
-        type_, comment = language.type_of(s.value), f" /* {c_comment(s.label)} */" if s.label else ""
-        self.add(f"{_each(type_)}{self.at(s, type_)} = {self.text(s.value)};{comment}")
-
-    def get(self, s: language.Get) -> None:
-        """A value from a cell."""
-        self.define(s.value, f"cell_{s.cell.name}{'[k]' * (s.cell.type.width > 1)}")
-
-    def put(self, s: language.Put) -> None:
-        """A value to a cell."""
-        lane = "[k]" * (s.cell.type.width > 1)
-        self.add(f"{_each(s.cell.type)}cell_{s.cell.name}{lane} = {self.text(s.value)};")
-
-    def call(self, s: language.CallRoutine) -> None:
-        """A routine that the kernel was given."""
-        given = [
-            f"&{self.at(a, language.INT)}" if isinstance(a, language.Address) else self.text(a) for a in s.arguments
-        ]
-        self.add(f"{s.callee.name}({', '.join(given)});")
-
-    def choice(self, s: language.If) -> None:
-        """One of two blocks."""
-        self.within(f"if ({self.text(s.condition)})", s.then)
-        if s.other:
-            self.within("else", s.other)
-
-    def loop(self, s: language.While) -> None:
-        """A block as long as a condition holds."""
-        self.add("for (;;) {")
-        self.indented(s.head)
-        self.add(f"    if (!{self.text(s.condition)}) break;")
-        self.indented(s.body)
-        self.add("}")
-
-    def count(self, s: language.Count) -> None:
-        """A block for each integer."""
-        index, start, stop = (self.text(x) for x in (s.counter, s.start, s.stop))
-        self.within(f"for (int64_t {index} = {start}; {index} < {stop}; {index}++)", s.body)
-
 
 _NO_FAST_MATH = """\
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__) \\
@@ -233,17 +74,19 @@ LONGEST = 2000
 """Instructions in one function at most: compilers take more than twice as long for one of twice the length."""
 
 
-def emit_c(program: Program, *, contract: bool = True, version: str = "", longest: int = LONGEST) -> str:
+def emit_c(
+    program: Program, *, contract: bool = True, version: str = "", longest: int = LONGEST, headers: str = ""
+) -> str:
     """The text of a file of C99, complete in itself; a routine of more than `longest` instructions becomes several functions.
 
     Without `contract` every operation is rounded by itself: the results of + − × ÷ √ are those of NumPy bit by bit. With it the
-    compiler may round a·b + c once, where its options say so.
+    compiler may round a·b + c once, where its options say so. `headers` are lines that include more of them.
     """
     file = _file(program)
     style = Style(lanes=1, whole=longest, piece=longest)
     called: set[str] = set()
     functions = [_definition(file, f, style, called) for f in file.functions]
-    headers = "#include <math.h>\n" + (_FOR_SINCOS if called else "")
+    headers = "#include <math.h>\n" + (_FOR_SINCOS if called else "") + headers
     parts = [
         _head(file, contract, version),
         _NO_FAST_MATH + ("" if contract else _NO_CONTRACTION) + headers,
@@ -261,28 +104,6 @@ def emit_header(program: Program, *, contract: bool = True, version: str = "") -
     file = _file(program)
     title = f"/* {c_comment(f'{program.name}: declarations. {made_by(version)}')} */"
     return f"{title}\n#ifndef {file.guard}\n#define {file.guard}\n\n{_declarations(file)}\n#endif\n"
-
-
-def emit_kernel_c(kernel: Kernel) -> str:
-    """The text of the function `int64_t <name>(arguments)`; it needs <math.h> and <stdint.h>."""
-    printer = CPrinter()
-    for c in kernel.cells:
-        zero = "{0}" if c.type.width > 1 else "0"
-        printer.add(f"{KINDS[c.type.kind]} cell_{c.name}{extent(c.type)} = {zero};")
-    printer.block(kernel.body)
-    arguments = ", ".join(map(_argument, kernel.arguments))
-    unused = [f"    (void){a.name};" for a in kernel.arguments if not isinstance(a, Integer)]
-    unused += [f"    (void)v{a.value};" for a in kernel.arguments if isinstance(a, Integer)]
-    back = f"    return cell_{kernel.result.name};"
-    return "\n".join([f"int64_t {kernel.name}({arguments})", "{", *unused, *printer.lines, back, "}", ""])
-
-
-def _argument(a: Argument) -> str:
-    if isinstance(a, Integer):
-        return f"int64_t v{a.value}"
-    if isinstance(a, ArrayOf):
-        return f"double *restrict {a.name}"
-    return f"void (*{a.name})({', '.join('double' if t == 'float' else 'double *' for t in a.takes)})"
 
 
 # ------------------------------------------------------------------------------------------------------- functions
@@ -440,7 +261,10 @@ def _declarations(file: CFile) -> str:
         f"enum {{\n{sizes}\n}};",
         "",
         "/* `value` is the default of a parameter, NAN where there is none. A null pointer follows the last name. */",
-        f"typedef struct {{\n    const char *name, *unit, *description;\n    double value;\n}} {file.record};",
+        "typedef struct {",
+        *(f"    const char *{name};" for name in ("name", "unit", "description")),
+        "    double value;",
+        f"}} {file.record};",
         *(f"extern const {file.record} {table}[{size} + 1];" for _, table, size in file.tables),
         *(f"extern const char *const {f.labels}[{f.size} + 1];" for f in file.functions if f.labels),
         "",

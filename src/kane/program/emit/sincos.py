@@ -236,7 +236,7 @@ def _llvm_operand(operand: str, lanes: Lanes) -> str:
 
 # ---------------------------------------------------------------------------------------------------------------- C
 
-_STEP = {"mul": "{0} * {1}", "add": "{0} + {1}", "sub": "{0} - {1}", "mul_add": "{0} * {1} + {2}"}
+_STEP = {"mul": "{0} * {1}", "add": "{0} + {1}", "sub": "{0} - {1}", "mul_add": "({0} * {1}) + {2}"}
 
 _SINCOS = """\
 /* Sine and cosine of x, below 1 ulp for |x| <= {limit:.0f}; the library's beyond. */
@@ -248,15 +248,20 @@ static void kane_sincos(double x, double *s, double *c)
         return;
     }}
 {steps}
-    uint64_t n_bits, s_bits, c_bits, change;
-    memcpy(&n_bits, &t, sizeof t);
-    memcpy(&s_bits, &sine, sizeof sine);
-    memcpy(&c_bits, &cosine, sizeof cosine);
-    change = ((s_bits ^ c_bits) & (0 - (n_bits & 1))) ^ ((n_bits & 2) << 62);
+    uint64_t n_bits;
+    uint64_t s_bits;
+    uint64_t c_bits;
+    (void)memcpy((unsigned char *)&n_bits, (const unsigned char *)&t, sizeof t);
+    (void)memcpy((unsigned char *)&s_bits, (const unsigned char *)&sine, sizeof sine);
+    (void)memcpy((unsigned char *)&c_bits, (const unsigned char *)&cosine, sizeof cosine);
+    const uint64_t odd = n_bits & UINT64_C(1);
+    const uint64_t mask = (~odd) + UINT64_C(1);
+    const uint64_t flip = (n_bits & UINT64_C(2)) << 62U;
+    const uint64_t change = ((s_bits ^ c_bits) & mask) ^ flip;
     s_bits ^= change;
-    c_bits ^= change ^ ((n_bits & 1) << 63);
-    memcpy(s, &s_bits, sizeof *s);
-    memcpy(c, &c_bits, sizeof *c);
+    c_bits ^= change ^ (odd << 63U);
+    (void)memcpy((unsigned char *)s, (const unsigned char *)&s_bits, sizeof *s);
+    (void)memcpy((unsigned char *)c, (const unsigned char *)&c_bits, sizeof *c);
 }}
 """
 
@@ -275,7 +280,8 @@ C_SINCOS = _SINCOS.format(limit=LIMIT, steps=_STEPS)
 _LONE = """\
 static double kane_{name}(double x)
 {{
-    double s, c;
+    double s;
+    double c;
     kane_sincos(x, &s, &c);
     return {value};
 }}

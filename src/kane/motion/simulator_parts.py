@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a motion as a program in C looks after besides steps: events and constraints, as tables, routines and texts."""
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from kane.equations.equations import Equations, repartition
+from kane.errors import KaneError
+from kane.motion.constraint_kernels import holding, structure
+from kane.motion.hybrid.automaton import tables
+from kane.motion.hybrid.event_routines import bundles
+from kane.motion.projection import is_constrained
+from kane.motion.right_hand_side import Given, rates, watched
+from kane.motion.steppers.crossings import KINDS, Kind
+from kane.motion.steppers.held import regularity_kernel
+from kane.program.emit.names import c_string
+from kane.program.from_expressions import Task
+from kane.program.kernel.language import Kernel
+
+_CHOICES = 6
+"""So many choices of dependent speeds a program has at most."""
+TAKES = "double t, const double *x, const double *p, const double *r, const double *h, double *out"
+"""The arguments of a routine."""
+
+
+class Part(NamedTuple):
+    """What a program looks after besides steps: tables, the routines that a kernel calls by their arguments' names, texts.
+
+    Tables of two axes have a row for each choice of dependent speeds. `hoisted` are what routines take as h: copies of one
+    array, as arguments of kernels do not overlap. What is `shown` `main` alone needs.
+    """
+
+    name: str
+    given: Given
+    tasks: Sequence[Task]
+    routines: Mapping[str, str]
+    hoisted: Sequence[str]
+    lines: Sequence[str]
+    shown: str
+    undecided: Sequence[str] = ()
+    kernels: Sequence[Kernel] = ()
+
+
+def events(eom: Equations) -> list[Part]:
+    """Events, and those that Python would have to decide, in words."""
+    if not eom.events:
+        return []
+    given = tables(eom, len(eom.state) + 1)
+    kinds = given["kinds"].reshape(-1, KINDS)[:, 0]
+    asked = [e for e, kind in zip(eom.events, kinds, strict=True) if kind >= Kind.ASKED and e.then is not None]
+    made = [watched, *bundles(eom)]
+    names = ", ".join(c_string(e.name) for e in eom.events)
+    return [
+        Part(
+            "events",
+            given | {name: np.zeros(len(eom.events)) for name in ("seen", "largest")},
+            [make(eom).task for make in made],
+            dict(zip(("watch", "glance", "tendency", "act"), (make(eom).name for make in made), strict=False)),
+            ("hw", "hg", "ht", "ha"),
+            [f"enum {{ EVENTS = {len(eom.events)}, KINDS = {KINDS}, LEAVING = {len(given['leaves'])} }};"],
+            f"static const char *const at_names[] = {{{names}}};",
+            [f"the event {e.name!r} asks for more than numbers tell" for e in asked],
+        )
+    ]
+
+
+def constraints(eom: Equations) -> list[Part]:
+    """Constraints, with all choices of dependent speeds where these are few."""
+    if not is_constrained(eom):
+        return []
+    choices = _choices(eom)
+    given, *others = (structure(one, len(eom.state) + 1) for one in choices)
+    for name in ("held_entry_at", "held_chosen_at", "held_dependent"):
+        given[name] = np.array([given[name], *(other[name] for other in others)])
+    tasks = [holding(eom).task]
+    for k, one in enumerate(choices):
+        tasks.append(replace(rates(one).task, name=f"rates_{k}"))
+    rows = [c.name for c in eom.derived.constraints.constraints]
+    return [
+        Part(
+            "constraints",
+            given,
+            tasks,
+            {"constraints": "holding"},
+            ("held_h",),
+            [
+                f"enum {{ CHOICES = {len(choices)}, CLOSURES = {given['held_closures']}, ROWS = {given['held_rows']}, "
+                f"BRANCHES = {given['held_branches']}, ENTRIES = {given['held_entries']}, SPEEDS = {len(eom.speeds)}, "
+                f"COORDINATES = {len(eom.coordinates)} }};",
+                "static int at_choice = 0;",
+                f"static double at_known[{given['held_entries'] + 1}];",
+                *_dispatched(len(choices)),
+            ],
+            f"static const char *const at_constraints[] = {{{', '.join(map(c_string, rows))}}};",
+            [f"{text}" for text in ([] if eom.solved.twin is None else ["W has poles that the motion has not"])],
+            [regularity_kernel()],
+        )
+    ]
+
+
+def _choices(eom: Equations) -> list[Equations]:
+    """The equations with all dependent speeds of the same rows, theirs first; they alone, where these are many."""
+    if eom.embedding is None:
+        return [eom]
+    own = eom.embedding.partition
+    others = [c for c in combinations(range(len(eom.speeds)), len(own.dependent)) if set(c) != set(own.dependent)]
+    found = [eom]
+    if len(others) < _CHOICES:
+        for columns in others:
+            with suppress(KaneError):
+                found.append(eom.numeric().value(repartition, replace(own, dependent=columns)))
+    return found
+
+
+def _dispatched(count: int) -> list[str]:
+    """The rates by the choice of dependent speeds."""
+    call = "        @NAME@_rates_{0}(t, x, p, r, h, out);\n        break;"
+    cases = [f"    case {k}:\n{call.format(k)}" for k in range(count - 1)]
+    cases.append(f"    default:\n{call.format(count - 1)}")
+    body = cases if count > 1 else ["    @NAME@_rates_0(t, x, p, r, h, out);"]
+    if count > 1:
+        body = ["    switch (at_choice) {", *body, "    }"]
+    return [f"static void rates({TAKES})", "{", *body, "}", ""]

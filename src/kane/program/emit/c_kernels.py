@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Kernels as functions of C99: one, and one more for each block within it that is long.
+
+The cells are a record that the functions share. Every loop has a counter and ends: at the latest after `TURNS` turns, which no kernel
+needs. There is no recursion, and nothing is allocated. Arrays that a kernel does not write are constant.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from kane.program.emit.c_printer import KINDS, CPrinter, each, extent
+from kane.program.kernel import language
+from kane.program.kernel.language import Argument, ArrayOf, Callee, Integer, Kernel, Value
+
+TURNS = 1_000_000_000
+"""No loop has more turns."""
+LONGEST = 40
+"""Lines of a block above which it is a function of its own."""
+
+
+def emit_kernel_c(kernel: Kernel, routines: Mapping[str, str] | None = None, linkage: str = "") -> str:
+    """The text of the function `int64_t <name>(arguments)`; it needs <math.h>, <stdbool.h> and <stdint.h>.
+
+    Without `routines` those that the kernel calls are arguments, pointers to functions; with them they are the C functions of these
+    names, and no arguments. `linkage` stands before the function.
+    """
+    printer = _KernelPrinter(kernel, routines)
+    printer.block(kernel.body)
+    record = f"{kernel.name}_cells"
+    cells = [f"    {KINDS[c.type.kind]} cell_{c.name}{extent(c.type)};" for c in kernel.cells]
+    zeros = [f"    {each(c.type, f'{_cell(c)} = {_ZEROS[c.type.kind]};')}" for c in kernel.cells]
+    arguments = [a for a in kernel.arguments if routines is None or not isinstance(a, Callee)]
+    unused = [
+        f"    (void){_name(a)};"
+        for a in arguments
+        if not printer.scope.names.keys() & {_name(a)} and not isinstance(a, Callee)
+    ]
+    parts = [
+        "\n".join(["typedef struct {", *cells, f"}} {record};", ""]),
+        *printer.functions,
+        "\n".join(
+            [
+                f"{linkage}int64_t {kernel.name}({', '.join(map(printer.declared, arguments))})",
+                "{",
+                f"    {record} cells;",
+                f"    {record} *const c = &cells;",
+                *unused,
+                *zeros,
+                *printer.lines,
+                f"    return {_cell(kernel.result)};",
+                "}",
+                "",
+            ]
+        ),
+    ]
+    return "\n".join(parts)
+
+
+_ZEROS = {"float": "0.0", "int": "0", "bool": "false"}
+
+
+def _cell(cell: language.Cell) -> str:
+    return f"c->cell_{cell.name}{'[k]' * (cell.type.width > 1)}"
+
+
+def _name(a: Argument) -> str:
+    return f"v{a.value}" if isinstance(a, Integer) else a.name
+
+
+@dataclass(frozen=True, slots=True)
+class _Scope:
+    """What a block names: by names what declares them as arguments; the values that it defines."""
+
+    names: dict[str, str] = field(default_factory=dict)
+    defined: set[str] = field(default_factory=set)
+
+    def note(self, name: str, declared: str) -> None:
+        """A name; what is written anywhere is not constant."""
+        if name not in self.names or self.names[name].startswith("const "):
+            self.names[name] = declared
+
+    def outer(self) -> dict[str, str]:
+        """What it has from outside."""
+        return {name: declared for name, declared in self.names.items() if name not in self.defined}
+
+
+class _KernelPrinter(CPrinter):
+    """The lines of a kernel, and the `functions` of its long blocks."""
+
+    def __init__(self, kernel: Kernel, routines: Mapping[str, str] | None) -> None:
+        super().__init__()
+        self.kernel, self.routines = kernel, routines
+        self.functions: list[str] = []
+        self.scope = _Scope()
+        self.turns = 0
+
+    def declared(self, a: Argument) -> str:
+        """The declaration of an argument."""
+        if isinstance(a, Integer):
+            return f"int64_t v{a.value}"
+        if isinstance(a, ArrayOf):
+            return self.scope.names.get(a.name, f"const double *{a.name}")
+        last = len(a.takes) - 1
+        takes = (
+            "double" if t == "float" else "double *" if k == last else "const double *" for k, t in enumerate(a.takes)
+        )
+        return f"void (*{a.name})({', '.join(takes)})"
+
+    # ------------------------------------------------------------------------------------------------------ names
+
+    def text(self, operand: language.Operand, lane: str = "k") -> str:
+        """An operand, which is noted."""
+        if isinstance(operand, Value):
+            kind = KINDS[operand.type.kind]
+            wide = operand.type.width > 1
+            self.scope.note(f"v{operand}", f"const {kind} *v{operand}" if wide else f"{kind} v{operand}")
+        return super().text(operand, lane)
+
+    def define(self, value: language.Operand, text: str) -> None:
+        """A value, which is noted."""
+        self.scope.defined.add(f"v{value}")
+        super().define(value, text)
+
+    def at(self, s: language.Address | language.Read | language.Write, type_: language.Type) -> str:
+        """A number of an array, which is noted."""
+        self.scope.note(s.base, f"{'' if isinstance(s, language.Write) else 'const '}double *{s.base}")
+        return super().at(s, type_)
+
+    def cell(self, s: language.Get | language.Put) -> str:
+        """A cell, which is noted."""
+        self.scope.note("c", f"{'const ' if isinstance(s, language.Get) else ''}{self.kernel.name}_cells *c")
+        return _cell(s.cell)
+
+    # ------------------------------------------------------------------------------------------------- statements
+
+    def get(self, s: language.Get) -> None:
+        """A value from a cell."""
+        self.define(s.value, self.cell(s))
+
+    def put(self, s: language.Put) -> None:
+        """A value to a cell."""
+        self.add(each(s.cell.type, f"{self.cell(s)} = {self.text(s.value)};"))
+
+    def call(self, s: language.CallRoutine) -> None:
+        """A routine that the kernel was given; the last address that it takes is what it writes to."""
+        for a in [a for a in s.arguments if isinstance(a, language.Address)][-1:]:
+            self.scope.note(a.base, f"double *{a.base}")
+        given = [
+            f"&{self.at(a, language.INT)}" if isinstance(a, language.Address) else self.text(a) for a in s.arguments
+        ]
+        name = s.callee.name
+        if self.routines is None:
+            self.scope.note(name, self.declared(s.callee))
+        else:
+            name = self.routines[name]
+        self.add(f"{name}({', '.join(given)});")
+
+    def choice(self, s: language.If) -> None:
+        """One of two blocks."""
+        self.add(f"if ({self.text(s.condition)}) {{")
+        self.within(s.then)
+        if s.other:
+            self.add("} else {")
+            self.within(s.other)
+        self.add("}")
+
+    def loop(self, s: language.While) -> None:
+        """A block as long as a condition holds."""
+        self.turns += 1
+        turn = f"turn{self.turns}"
+        self.add(f"for (int64_t {turn} = 0; {turn} < {TURNS}; {turn}++) {{")
+        self.indented(s.head)
+        self.add(f"    if (!{self.text(s.condition)}) {{", "        break;", "    }")
+        self.within(s.body)
+        self.add("}")
+
+    def count(self, s: language.Count) -> None:
+        """A block for each integer."""
+        start, stop, index = (self.text(x) for x in (s.start, s.stop, s.counter))
+        self.scope.defined.add(index)
+        self.add(f"for (int64_t {index} = {start}; {index} < {stop}; {index}++) {{")
+        self.within(s.body)
+        self.add("}")
+
+    def within(self, block: language.Block) -> None:
+        """A block in braces: its lines, or the call of a function of them where they are many."""
+        lines, depth, scope = self.lines, self.depth, self.scope
+        self.lines, self.scope = [], _Scope()
+        self.depth = depth + 1
+        self.block(block)
+        own, inner = self.lines, self.scope
+        self.lines, self.depth, self.scope = lines, depth, scope
+        given = inner.outer()
+        if len(own) <= LONGEST:
+            self.lines += own
+        else:
+            name = f"{self.kernel.name}_part{len(self.functions) + 1}"
+            indent = "    " * depth
+            text = [f"static void {name}({', '.join(given.values())})", "{", *(x[len(indent) :] for x in own), "}", ""]
+            self.functions.append("\n".join(text))
+            self.lines.append(f"{indent}    {name}({', '.join(given)});")
+        for name, declared in given.items():
+            scope.note(name, declared)
