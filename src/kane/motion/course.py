@@ -158,7 +158,10 @@ class Course:
     ) -> None:
         self.stepper, self.method, self.span, self.times, self.fresh = stepper, method, span, times, fresh
         self.t = [span[0]]
-        self.rows: list[tuple[Array, Equations]] = [stepper.sample(span[0], start)]
+        reach = stepper.reach
+        # the start is on the constraints: what is left of them is rounding, and nothing of it counts
+        self.rows: list[tuple[Array, Equations]] = [(start.copy(), stepper.sample(span[0], start)[1])]
+        stepper.reach = reach
         self.events: list[tuple[Event, float]] = []
         self.jumps: list[tuple[int, tuple[Event, ...]]] = []
         self.pace = Pace(span, method.max_seconds, method.bounded)

@@ -62,7 +62,7 @@ def emit_simulator(compiled: Compiled, method: str = "dop853", period: float | N
     name; rtol, atol and max_step too.
 
     All but `main` allocates nothing, calls no function of itself, has no loop without a bound and prints nothing; with
-    `<NAME>_NO_MAIN` defined there is no `main`. It keeps rules of MISRA C:2012 (`docs/reference/emitted_c.md`).
+    `<NAME>_NO_MAIN` defined there is no `main`. It keeps rules of MISRA C:2012 (`docs/howto/emitted_c.md`).
 
     Raises
     ------

@@ -38,7 +38,8 @@ static bool told(const char *text, double *number)
     char *end;
     errno = 0;
     *number = strtod(text, &end);
-    return ((errno == 0) || isfinite(*number)) && (end != text) && (*end == '\0') && isfinite(*number);
+    const bool whole = (errno == 0) && (end != text);
+    return whole && (*end == '\0') && isfinite(*number);
 }
 
 static void print_row(double t, const double *y)

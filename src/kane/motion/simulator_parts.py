@@ -96,7 +96,7 @@ def constraints(eom: Equations) -> list[Part]:
                 f"static double at_known[{given['held_entries'] + 1}];",
                 *_dispatched(len(choices)),
             ],
-            f"static const char *const at_constraints[] = {{{', '.join(map(c_string, rows))}}};",
+            f"static const char *const at_constraints[] = {{{', '.join(map(c_string, [*rows, '']))}}};",
             [f"{text}" for text in ([] if eom.solved.twin is None else ["W has poles that the motion has not"])],
             [regularity_kernel()],
         )
