@@ -274,7 +274,6 @@ def _equations(compiled: Compiled, clock: Clock, parts: Sequence[Part], held: bo
 _HEADERS = """#include <stdbool.h>
 #include <stdint.h>
 #ifndef @CAPS@_NO_MAIN
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
