@@ -74,7 +74,7 @@ def test_the_motion_of_a_driven_pendulum_is_that_of_simulate(tmp_path, method):
     agree(sol, rows(program, 3.0, 31, values(eom, sol, [("F", 0.5)])))
 
 
-@pytest.mark.slow
+@pytest.mark.grows
 @pytest.mark.parametrize("first", range(0, RANDOM, 10))
 def test_random_motions_are_those_of_simulate(tmp_path, first):
     """Open chains, loops, wheels and joints at random."""
