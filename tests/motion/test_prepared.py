@@ -2,16 +2,20 @@
 """Motions prepared once, and those of which `simulate` keeps what it needs: the same motion, bit for bit, as one begun anew."""
 
 import pickle
+import sys
 import threading
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import kane as kn
-from kane.gallery import chaplygin_sleigh, pendulums, rolling_disk
+from kane.gallery import chaplygin_sleigh, four_bar, pendulums, rolling_disk, slider_crank
+from kane.program import Bound
 
 TWO = kn.derive(pendulums.system(2))
+FOUR = kn.derive(four_bar.system())
 START = {"q": [1.57, 1.67], "u": [0, 0]}
 SPAN = (0, 3)
 
@@ -114,6 +118,37 @@ def test_inputs_that_are_numbers_stay_and_others_are_asked():
         assert same(controller([1], [0], parameters={"k": 3}), anew(eom, q=[1], u=[0], **given))
 
 
+@pytest.mark.parametrize("method", ["gauss16", "dop853", "radau9"])
+@pytest.mark.parametrize(
+    "law",
+    [
+        -2 * x - 3 * v,
+        kn.table([0, 0.7, 1.9], [2, -1, 3], "steps")(kn.time),
+        kn.sin(3 * kn.time) - v,
+        -kn.sign(x - 0.3) - 0.2 * v,
+    ],
+    ids=["feedback", "steps", "time and state", "relay"],
+)
+def test_inputs_that_are_expressions_are_known_beforehand(law, method):
+    eom = block(F - k * x)
+    run = kn.prepare(eom, SPAN, inputs={F: law}, method=method)
+    assert run.in_one_call
+    for start in ({"q": [1], "u": [0]}, {"q": [0.2], "u": [-1]}):
+        for value in (3, 5):
+            given = start | {"parameters": {"k": value}}
+            assert same(run(**given), anew(eom, **given, inputs={F: law}, method=method))
+
+
+def test_inputs_that_hold_parameters_follow_these():
+    """Gains may be other ones in each call."""
+    eom, gain = block(F - k * x), kn.parameter("gain", 1.0)
+    run = kn.prepare(eom, SPAN, inputs={F: -gain * v})
+    assert not run.in_one_call
+    for value in (0.5, 2.0):
+        given = {"q": [1], "u": [0], "parameters": {k: 3, gain: value}}
+        assert same(run(**given), anew(eom, **given, inputs={F: -gain * v}))
+
+
 def test_repeated_motions_differ_by_their_inputs():
     eom = block(F - k * x)
     ends = [
@@ -123,18 +158,61 @@ def test_repeated_motions_differ_by_their_inputs():
     assert ends[0] == ends[2] == ends[4] != ends[1] == ends[3] == ends[5]
 
 
-@pytest.mark.parametrize(
-    "system",
-    [chaplygin_sleigh.system(), BALL.replace(events=[kn.Event("rest", x, then=lambda **now: {v: 0.0})])],
-    ids=["constraints", "an event that Python decides"],
-)
-def test_what_is_looked_after_on_the_way_is_simulated(system):
-    eom = kn.derive(system)
+def test_an_event_that_python_decides_is_looked_after_on_the_way():
+    eom = kn.derive(BALL.replace(events=[kn.Event("rest", x, then=lambda **now: {v: 0.0})]))
     run = kn.prepare(eom, (0, 0.5))
     assert not run.in_one_call
-    q = 0.3 * np.ones(len(eom.coordinates))
-    start = kn.assemble(eom, q=dict(zip(eom.coordinates, q, strict=True)), u=dict.fromkeys(eom.independent_speeds, 0.4))
-    assert same(run(start.q, start.u), anew(eom, (0, 0.5), q=start.q, u=start.u))
+    assert same(run([1], [0.4]), anew(eom, (0, 0.5), q=[1], u=[0.4]))
+
+
+@pytest.mark.parametrize("system", [chaplygin_sleigh, four_bar, slider_crank], ids=lambda m: m.__name__.split(".")[-1])
+@pytest.mark.parametrize("method", ["gauss16", "dop853"])
+def test_constraints_are_kept_in_one_call(system, method):
+    """Starts that are sought, and known ones, other parameters, and other dependent speeds on the way: as anew, to the bit."""
+    eom = kn.derive(system.system())
+    run = kn.prepare(eom, (0, 1.5), method=method, samples=31)
+    assert run.in_one_call
+    start = getattr(
+        system, "START", {"q": [0.3] * len(eom.coordinates), "u": dict.fromkeys(eom.independent_speeds, 0.4)}
+    )
+    heavier = {"parameters": {eom.parameters[-1]: 1.5 * eom.parameters[-1].default}}
+    for given in (start, start, start | heavier, start):
+        one, other = run(**given), anew(eom, (0, 1.5), **given, method=method, samples=31)
+        # a step is taken again where dependent speeds are compiled that it wants for the first time
+        assert same(replace(one, evaluations=other.evaluations), other)
+        places = [[(s.start, s.equations.dependent_speeds) for s in motion.segments] for motion in (one, other)]
+        assert str(places[0]) == str(places[1])
+        assert [e.dependent_speeds for e in one.samples] == [e.dependent_speeds for e in other.samples]
+
+
+def test_between_start_and_end_no_python_is_called(monkeypatch):
+    """A linkage with dry friction in its crank's pin, driven by a table of steps, its dead centres noted: one call of machine code."""
+    linkage = FOUR.system
+    T, q1, speed = kn.input("T"), FOUR.coordinates[0], FOUR.speeds[0]
+    crank = next(b for b in linkage.bodies if b.name == "crank")
+    loads = [*linkage.loads, kn.Torque(crank.frame, (T - 0.3 * kn.sign(speed)) * crank.frame.z)]
+    events = [kn.Event("dead centre", kn.sin(q1), terminal=False)]
+    eom = kn.derive(linkage.replace(loads=loads, events=events))
+    given = four_bar.START | {"inputs": {T: kn.table([0, 0.5, 1, 1.5], [2, -6, 3, 1], "steps")(kn.time)}, "samples": 41}
+    first, calls = kn.simulate(eom, (0, 1.8), **given), []
+    call = Bound.__call__
+
+    def watched(self, **integers):
+        seen = []
+        sys.setprofile(lambda frame, event, what: seen.append(event))
+        try:
+            return call(self, **integers)
+        finally:
+            sys.setprofile(None)
+            calls.append(seen.count("call"))
+
+    monkeypatch.setattr(Bound, "__call__", watched)
+    again = kn.simulate(eom, (0, 1.8), **given)
+    assert first.status == again.status == "finished"
+    assert len({np.sign(u) for u in first[speed]}) > 1
+    assert len(first.events) > 3
+    assert np.array_equal(first.states, again.states)
+    assert calls == [1]  # that of the kernel itself
 
 
 def test_what_is_wrong_is_said_as_ever():

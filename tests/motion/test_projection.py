@@ -91,7 +91,9 @@ def test_a_step_onto_another_branch_is_halved_and_named_where_none_is_short_enou
         return "'G' with its frame turned by 120°" if len(seen) <= turned else ""
 
     monkeypatch.setattr(ConstraintProjection, "turned", told)
-    monkeypatch.setattr(Holding, "begin", lambda self, s: s.__setitem__(Slot.QUIET, 1e-300))  # so that a kernel asks
+    # so that a kernel asks: all dependent speeds are poor to it, and it knows no others
+    monkeypatch.setattr(Holding, "begin", lambda self, s: s.__setitem__(Slot.QUIET, 1e-300))
+    monkeypatch.setattr(Holding, "choose_among", lambda self: None)
     start = kn.assemble(eom, q={q: kn.guess(v) for q, v in zip(eom.coordinates, (0, 0, 0, 1, 0, 0, 0), strict=True)})
     sol = kn.simulate(eom, (0, 1), q=start.q, u=start.u, method=method)
     assert sol.status == status

@@ -6,30 +6,37 @@ doubt is judged here, as those of SciPy's solvers are.
 """
 
 from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 
 from kane.dynamics.constraints.manifold import branches
-from kane.dynamics.constraints.partition import quality
+from kane.dynamics.constraints.partition import Partition, quality
 from kane.equations.compiled import ports
-from kane.equations.equations import Equations
+from kane.equations.equations import Equations, repartition
+from kane.errors import KaneError
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO
 from kane.expr.regular import Sizes, size
+from kane.motion.arguments import Arguments, by_kind
 from kane.motion.hybrid.events import Inspection, Verdict
+from kane.motion.hybrid.sides import on_their_sides
 from kane.motion.projection import Numbers, Tolerances
-from kane.motion.right_hand_side import Given
+from kane.motion.right_hand_side import Given, Routines, routines
 from kane.motion.steppers.context import Slot
-from kane.motion.steppers.held import COUNTS, room
+from kane.motion.steppers.held import CHANGES, COUNTS, POORLY, room
 from kane.motion.steps import Stepper, better
 from kane.numeric.arrays import Array
 from kane.numeric.rank import balance
 from kane.numeric.scale import POOR
 from kane.program.from_expressions import Bundle
-from kane.program.native.entry import aligned, entry, hoist_entry, hoisted
+from kane.program.native.entry import Selection, aligned, entry, hoist_entry, hoisted
+from kane.program.native.machine import Settings
 
-_WELL, _POORLY = 2.5, 0.25
-"""Quality over the least one at which kernels take up a motion again, and below which they give it up."""
+_WELL = 2.5
+"""Quality over the least one at which kernels take up a motion again."""
 Pairs = tuple[tuple[int, int], ...]
 
 
@@ -105,22 +112,120 @@ def structure(eom: Equations, n: int) -> Given:
     arrays = {name: np.append(np.array(where, dtype=float).reshape(-1), 0.0) for name, where in at.items()}
     lengths = {"weights": len(places), "reach": len(places), "row_sizes": len(eom.b), "column_sizes": len(eom.speeds)}
     arrays |= {name: np.zeros(count + 1) for name, count in lengths.items()}
-    arrays["room"] = aligned(room(n, counted))
+    arrays |= {"room": aligned(room(n, counted)), "ready": np.ones(1), "log": np.zeros(2 * CHANGES + 3)}
+    counted |= {"choices": 1, "choice_at": 0}
     return {f"held_{name}": value for name, value in (counted | arrays).items()}
 
 
-class Holding:
-    """The constraints as a kernel takes them, for the dependent speeds that are stepped now."""
+_CHOICES = 6
+"""So many choices of dependent speeds are compared in a kernel at most."""
 
-    def __init__(self, stepper: Stepper, t: float, y: Array) -> None:
+
+def choices(eom: Equations) -> tuple[Partition, ...]:
+    """All choices of dependent speeds of the same rows, the present one first; it alone where these are many."""
+    if eom.embedding is None:
+        return ()
+    own = eom.embedding.partition
+    others = [c for c in combinations(range(len(eom.speeds)), len(own.dependent)) if set(c) != set(own.dependent)]
+    return (own, *(replace(own, dependent=c) for c in others)) if len(others) < _CHOICES else (own,)
+
+
+def wanted(eom: Equations) -> set[Partition]:
+    """The choices of dependent speeds that motions of the equations have wanted so far."""
+    return set()
+
+
+class Holding:
+    """The constraints as a kernel takes them that has some `arguments`, and the choices of dependent speeds among which it chooses.
+
+    The present one is stepped first; the others are compiled when the kernel first wants them.
+    """
+
+    def __init__(self, stepper: Stepper, arguments: Arguments, t: float, y: Array) -> None:
         self.stepper, now, eom = stepper, stepper.now, stepper.eom
+        self.arguments, self.at = arguments, (t, y.copy())
         self.places = entries(eom)
         routine = eom.numeric(now.settings).routine(holding).flat
         self.given = structure(eom, len(y))
         self.given["held_h"] = hoisted(routine, t, y[: now.width], now.p, now.inputs(t, y))
         self.given["hoist_held_h"] = hoist_entry(routine)
         self.given["constraints"] = entry(routine)
+        self.choices, self.steppable = choices(eom), dict[int, Routines]({0: now})
+        self.hoisted = {0: (arguments.now.rates, arguments.given["h"])}
+        if len(self.choices) > 1 and not arguments.integrator.implicit:
+            self.choose_among()
         self.measure()
+
+    def choose_among(self) -> None:
+        """The kernel steps the choice that a number behind all parameters says."""
+        given, count = self.arguments.given, len(self.choices)
+        place = len(given["p"]) - 1
+        self.rates = Selection(count, place, self.arguments.integrator.width, self.stepper.now.settings or Settings())
+        self.rates.put(0, self.arguments.now.rates, given["h"])
+        dependent = [j for choice in self.choices for j in sorted(choice.dependent)]
+        self.given |= {
+            "rhs": self.rates.call,
+            "h": self.rates.table,
+            "hoist_h": self.rates.hoist,
+            "held_choices": count,
+            "held_choice_at": place,
+            "held_ready": np.array([1.0] + [0.0] * (count - 1)),
+            "held_dependent": np.array([*dependent, 0.0], dtype=float),
+        }
+        for k in range(1, count):
+            if self.choices[k] in self.stepper.numeric.value(wanted):
+                self.compile(k)
+
+    def compile(self, k: int) -> None:
+        """The kth choice is compiled, or is none of this kernel's."""
+        stepper, now = self.stepper, self.arguments.now
+        ready = self.given["held_ready"]
+        ready[k] = -1.0
+        stepper.numeric.value(wanted).add(self.choices[k])
+        with suppress(KaneError):
+            eom = stepper.numeric.value(repartition, self.choices[k])
+            plain = routines(eom, stepper.now.p, stepper.now.drives, stepper.now.settings)
+            found = on_their_sides(plain)
+            if self._is_alike(found):
+                t, y = self.at
+                h = hoisted(found.rates, t, y[: found.width], now.p, now.inputs(t, y))
+                self.rates.put(k, found.rates, h)
+                self.steppable[k], self.hoisted[k], ready[k] = plain, (found.rates, h), 1.0
+
+    def _is_alike(self, other: Routines) -> bool:
+        """Whether all that the kernel takes besides the rates is that of other dependent speeds, too."""
+        own = self.stepper.eom
+        turning = zip(other.quantities, self.arguments.now.quantities, strict=False)
+        same = len(other.quantities) == len(self.arguments.now.quantities) and all(a is b for a, b in turning)
+        same = same and other.eom.solved.twin is None
+        if self.arguments.integrator.width > 1:
+            one, two = (e.numeric(other.settings).value(by_kind) for e in (own, other.eom))
+            same = same and all(np.array_equal(one[name], two[name]) for name in one)
+        return same and entries(other.eom) == self.places and turns(other.eom) == turns(own)
+
+    def changes(self) -> list[tuple[float, Routines]]:
+        """When the kernel has gone over to other dependent speeds since it was last asked, and to which."""
+        log = self.given["held_log"]
+        rows = log[1 : 1 + 2 * int(log[0])].reshape(-1, 2).tolist()
+        log[0] = 0.0
+        return [(t, self.steppable[int(k)]) for t, k in rows]
+
+    def restart(self, stepper: Stepper) -> None:
+        """Another motion begins, whose start is known."""
+        self.stepper, stepper.segments = stepper, []
+        self.given["held_reach"][:] = self.given["held_log"][0] = 0.0
+        self.arguments.given["p"][-1] = 0.0
+        self.measure()
+
+    def hoist(self) -> None:
+        """What is hoisted follows from the parameters as they are now."""
+        t, y = self.at
+        now, eom = self.arguments.now, self.stepper.eom
+        at = t, y[: now.width]
+        for rates, h in self.hoisted.values():
+            h[:] = hoisted(rates, *at, now.p, now.inputs(t, y))
+        routine = eom.numeric(now.settings).routine(holding).flat
+        self.given["held_h"][:] = hoisted(routine, *at, now.p[: len(eom.parameters)], now.inputs(t, y))
 
     def measure(self) -> None:
         """The sizes of rows and columns of A are those that entries have had by now."""
@@ -134,7 +239,7 @@ class Holding:
 
     def begin(self, s: Array) -> None:
         """What the kernel is told before its first step."""
-        s[Slot.QUIET] = 1 / POOR
+        s[Slot.QUIET], s[Slot.CHOICE] = 1 / POOR, 0.0
 
     def look(
         self, dense: Callable[[Array], Array], start: float, end: float, narrow: float, tolerances: Tolerances
@@ -169,7 +274,7 @@ class Holding:
     def _poor(self, numbers: Numbers) -> bool:
         """Whether dependent speeds hardly follow, and no others do better."""
         stepper = self.stepper
-        if regular(stepper, numbers, _POORLY):
+        if regular(stepper, numbers, POORLY):
             return False
         assert stepper.eom.embedding is not None
         return better(numbers.a, stepper.eom.embedding.partition, stepper.reach, False, stepper.mixes[1]) is None

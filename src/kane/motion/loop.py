@@ -169,7 +169,7 @@ def _phase(
     times, settings, begun = more
     constants, drives = phase.parameters, phase.inputs
     stepper = Stepper(eom, np.array([constants[p] for p in eom.parameters]), tuple(drives.values()), settings)
-    start = _begun(stepper, begin, constants, span[0])
+    start = admitted_start(stepper, begin, constants, span[0])
     if not first:
         solver = replace(solver, first=None)
     else:
@@ -234,7 +234,7 @@ def solver(options: Mapping[str, Any], bounds: Mapping[str, Any]) -> Method:
     )
 
 
-def _begun(stepper: Stepper, begin: Begin, constants: Mapping[Expr, float], t0: float) -> Array:
+def admitted_start(stepper: Stepper, begin: Begin, constants: Mapping[Expr, float], t0: float) -> Array:
     """The start, whole and admissible; sampled controllers have been asked there."""
     drives = dict(zip(stepper.first.inputs, stepper.now.drives, strict=True))
     given = {"parameters": dict(constants), "inputs": {s: _at_start(f, t0) for s, f in drives.items()}}

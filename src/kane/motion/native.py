@@ -11,6 +11,7 @@ import numpy as np
 
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
+from kane.motion.arguments import Arguments
 from kane.motion.constraint_kernels import Holding, regular, unheld
 from kane.motion.course import HELD, RECENT, Course, Method, chattering, standing
 from kane.motion.hybrid.actions import leapt_over
@@ -19,7 +20,7 @@ from kane.motion.hybrid.events import End, Fresh, Inspection, StepSeen, Verdict,
 from kane.motion.hybrid.sides import on_their_sides
 from kane.motion.inputs.breakpoints import next_end, on_from, told_apart
 from kane.motion.inputs.expressions import Held, controllers
-from kane.motion.methods import Arguments, implicit, kernel_of
+from kane.motion.methods import implicit, kernel_of
 from kane.motion.right_hand_side import Given, Routines, exact, switches
 from kane.motion.solvers.stepping import STEPPED, ScipyCourse, not_held
 from kane.motion.start import nearly_singular
@@ -187,7 +188,7 @@ class NativeCourse(Course):
         self.arguments = Arguments(self.method.name, now, t, self.s, self.y, self.fresh)
         self.now = self.arguments.now
         self.given = self.arguments.given | {"times": self.times, "rows": self.out, "samples": len(self.out)}
-        self.holding = Holding(stepper, t, self.y) if stepper.projection else None
+        self.holding = Holding(stepper, self.arguments, t, self.y) if stepper.projection else None
         if self.holding is not None:
             self.given |= self.holding.given | {"held_marks": self.marks}
             self.holding.begin(self.s)
@@ -371,7 +372,10 @@ class NativeCourse(Course):
         return f"the motion does not get on beyond t = {t:.6g}: {told}" if told else ""
 
     def _collect(self) -> None:
-        """The samples that were taken, and the events that were met, with what they did."""
+        """The samples that were taken, changes of dependent speeds, and the events that were met, with what they did."""
+        for t, now in self.holding.changes() if self.holding is not None else ():
+            self._sample_to(t)
+            self.stepper.go_over(now, t)
         if self.now.events is not None:
             events, s, n = self.stepper.eom.events, self.s, len(self.y)
             log, done = self.given["log"].reshape(-1, 2), 0
@@ -427,6 +431,9 @@ class NativeCourse(Course):
         """The constraints of the step that is taken next, in which they may be singular or not be kept."""
         s, holding = self.s, self.holding
         assert holding is not None
+        if s[Slot.HELD] == POORER and s[Slot.WORST] >= 0:
+            holding.compile(int(s[Slot.WORST]))
+            return None
         start, h = float(s[Slot.TIME]), self._next()
         dense = self._dense(start, h)
         narrow = SAME_TIME * max(abs(start + h), self.span[1] - self.span[0])

@@ -8,7 +8,7 @@ from kane.equations.equations import Equations, check_equations
 from kane.errors import Attributes
 from kane.motion.integrators import AdaptiveStep, FixedStep
 from kane.motion.runner import Plan, Runners
-from kane.motion.simulate import are_numbers, repeated, runner_of, simulate
+from kane.motion.simulate import are_fixed, repeated, runner_of, simulate
 from kane.motion.solution.checks import checking_functions
 from kane.motion.solution.solution import Solution
 from kane.motion.start import check_span
@@ -36,8 +36,9 @@ def prepare(
     """`run = kn.prepare(eom, span, …)`: then `run(q=…, u=…, parameters=…)` is the motion that `kn.simulate` gives, bit for bit.
 
     What is the same for all starts is done once: options checked, machine code compiled and bound to its arrays. A call then costs the
-    steps and some 40 µs, where a kernel runs the motion by itself: without constraints, breakpoints and inputs that change
-    (`run.in_one_call` says so). Other motions are simulated as by `kn.simulate`.
+    steps and some 40 µs, where a kernel runs the motion by itself: inputs are numbers, or expressions without parameters, and no event
+    acts by a function of Python (`run.in_one_call` says so). Starts on constraints are sought by iteration, which takes some
+    milliseconds the first time. Other motions are simulated as by `kn.simulate`.
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ class Prepared(Attributes):
         self.equations, self.span = eom, check_span(plan.span)
         self._plan, self._inputs, self._settings, self._check = plan, inputs, settings, check
         self._runners = Runners()
-        runner = runner_of(eom, plan, inputs, settings) if are_numbers(inputs) else None
+        runner = runner_of(eom, plan, inputs, settings) if are_fixed(inputs) else None
         self._runners.is_plain = runner is not None
         if runner is not None:
             self._runners.give_back(runner)

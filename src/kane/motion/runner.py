@@ -1,41 +1,48 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Motions that a kernel runs in one call, bound once to its arrays: what `simulate` keeps for the next call, and `prepare` gives.
 
-They are those in which Python is not asked between two steps: without constraints, breakpoints and inputs that change, with events
-and switches that a kernel decides. A start, parameters and the end are judged by sure bounds in compiled code; whatever these leave
-open is judged as ever, by a motion from its beginning on (`loop.py`).
+They are those in which Python is not asked between two steps: with constraints, events and switches that a kernel decides, and inputs
+that are numbers or expressions without parameters. A start, parameters and the end are judged by sure bounds in compiled code;
+whatever these leave open is judged as ever, by a motion from its beginning on (`loop.py`).
 """
 
 import time
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import replace
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from kane.analysis.state_checks import start_state
 from kane.dynamics.readings.quantities import without_unknowns
 from kane.equations.compiled import Kept, ports
 from kane.equations.equations import Equations
 from kane.expr.build import NODE_BUILDERS, div, mul, sub
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, Expr
 from kane.model.beams.beam import Beam
 from kane.model.declarations import Event
+from kane.motion.arguments import Arguments
+from kane.motion.constraint_kernels import Holding, unheld
 from kane.motion.course import HELD, MANY_STEPS, RECENT, Method
 from kane.motion.hybrid.automaton import asks, evaluated, stands_beside
 from kane.motion.hybrid.events import check_witnesses, ended_by
 from kane.motion.hybrid.sides import on_their_sides, unfit
-from kane.motion.inputs.functions import constant
+from kane.motion.inputs.breakpoints import next_end
+from kane.motion.inputs.functions import asked, constant
 from kane.motion.inputs.smooth import check_prescribed
 from kane.motion.integrators import spelled
-from kane.motion.loop import continued
-from kane.motion.methods import Arguments, kernel_of
-from kane.motion.native import LOOKS, Stiffness, first_slots
+from kane.motion.loop import admitted_start, continued
+from kane.motion.methods import kernel_of
+from kane.motion.native import LOOKS, Stiffness, first_slots, pauses
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Routines, has_jumps, only, switches, timed
 from kane.motion.solution.checks import keeps_sharply
 from kane.motion.solution.phases import Phase
-from kane.motion.solution.solution import Solution, some_of
+from kane.motion.solution.resumed import Begin
+from kane.motion.solution.solution import Segment, Solution, some_of
 from kane.motion.start import POSITIVE, check_masses, moves_pivots
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS
@@ -71,6 +78,20 @@ def _least_pivot(m: list[list[Expr]]) -> Expr:
             for j in range(i, len(m)):
                 m[i][j] = m[j][i] = sub(m[i][j], mul(share, m[j][k]))
     return least
+
+
+_STARTS = 64
+"""So many starts of constrained motions are kept, which are sought by iteration."""
+
+
+def _key(at: tuple[Any, Any, Any]) -> Any:
+    """What is the same of equal start values; None of what does not tell."""
+    found = tuple(tuple(x.items()) if isinstance(x, Mapping) else None if x is None else tuple(x) for x in at)
+    try:
+        hash(found)
+    except TypeError:
+        return None
+    return found
 
 
 class Plan(NamedTuple):
@@ -111,19 +132,25 @@ def _admitted(eom: Equations) -> Kept[bool]:
     return Kept()
 
 
+def _reads_inputs(eom: Equations) -> bool:
+    """Whether what a motion is judged by depends on inputs."""
+    return not set(eom.inputs).isdisjoint(free_symbols(eom.numeric().value(judged).groups["judged"].roots))
+
+
 def is_plain(stepper: Stepper, method: Method) -> bool:
     """Whether a kernel runs the motion with nothing to be asked between two steps, and with nothing to be asked before it."""
     eom = stepper.eom
     return (
         method.name in INTEGRATORS
-        and not method.breakpoints
-        and not is_constrained(eom)
+        and not unheld(stepper)
+        and not (is_constrained(eom) and INTEGRATORS[method.name].implicit)
         and not (bool(eom.events) and eom.numeric().value(asks))
         and (not switches(eom) or (has_jumps(eom) and not unfit(eom)))
         and not moves_pivots(eom)
         and not any(eom.numeric().value(timed))
         and not any(isinstance(b, Beam) for b in eom.system.bodies)
-        and all(constant(f) is not None for f in stepper.now.drives)
+        and (all(constant(f) is not None for f in stepper.now.drives) or not _reads_inputs(eom))
+        and not asked(stepper.now.drives)
     )
 
 
@@ -142,6 +169,9 @@ class Runner:
         self.method, self.span, self.drives, self.options = method, span, drives, options
         self.usual: dict[Expr, float] = {}
         self.told = b""
+        self.starts: dict[Any, tuple[Array, Array]] = {}
+        self.holding: Holding | None = None
+        self.marks = np.zeros(len(times) + 1)
         self.noted: list[tuple[Array, Array]] = []
         later = times[times > span[0]]
         ends = [] if later.size and later[-1] == span[1] else [span[1]]
@@ -150,26 +180,30 @@ class Runner:
         self.s, self.y, self.states = np.zeros(SIZE), np.zeros(n), np.zeros((len(self.t), n))
         self.rows = self.states[1 : len(later) + 1]
         self.slots = np.zeros(SIZE)
-        self.slots[: Slot.FRESH + 1] = first_slots(method, span, *span)
+        self.slots[: Slot.FRESH + 1] = first_slots(method, span, span[0], next_end(method.breakpoints, *span))
         self.slots[Slot.SPAN], self.slots[Slot.PHASE] = span[1] - span[0], span[0]
         self.times = np.append(later, np.inf)
         self.few = some_of(len(self.t))
         self.some = self.states if len(self.few) == len(self.t) else np.zeros((len(self.few), n))
         self.verdict = np.zeros((len(self.few), 3))
         self.plain = stepper.now
-        self._bind(stepper.now)
+        self._bind(stepper.now, stepper)
 
-    def _bind(self, now: Routines) -> None:
+    def _bind(self, now: Routines, stepper: Stepper) -> None:
         """The kernel is called with these values of the parameters from now on."""
         name, now = self.method.name, on_their_sides(now)
         self.r = now.inputs(self.span[0], self.y)
         arguments = Arguments(name, now, self.span[0], self.s, self.y)
         self.now = arguments.now
+        table = pauses(self.method.breakpoints, self.span, ())
         more = {"times": self.times, "rows": self.rows, "samples": len(self.rows)}
-        self.given = arguments.given | more
-        places = (self.t[self.few], 1), (self.some, len(self.y)), (self.given["p"], 0), (self.given["r"], 0)
+        self.given = arguments.given | more | {"breakpoints": len(table) // 3, "pauses": np.append(table, 0.0)}
+        if is_constrained(stepper.eom):
+            self.holding = Holding(stepper, arguments, self.span[0], self.y)
+            self.given |= self.holding.given | {"held_marks": self.marks}
+        places = (self.t[self.few], 1), (self.some, len(self.y)), (self.given["p"], 0), (self.given["single_r"], 0)
         self.judge = now.eom.numeric(now.settings).routine(judged).flat.on_rows(*places, out=self.verdict)
-        self.kernel = kernel_of(name, now).bound(self.given | {"limit": 0})
+        self.kernel = kernel_of(name, now, self.holding is not None).bound(self.given | {"limit": 0})
 
     def take(self, eom: Equations, constants: Mapping[Expr, float]) -> None:
         """The next motions have these values of the parameters, which are checked.
@@ -185,15 +219,45 @@ class Runner:
             return
         check_values(eom, p, self.span)
         if INTEGRATORS[self.method.name].implicit:
-            self._bind(replace(self.plain, p=p))
+            now = replace(self.plain, p=p)
+            self._bind(now, Stepper(eom, p, now.drives, now.settings))
         else:
             now = self.now
             now.p[: len(p)] = p
             at = self.span[0], self.y[:-1], now.p, self.r
-            self.given["h"][:] = hoisted(now.rates, *at)
+            if self.holding is None:
+                self.given["h"][:] = hoisted(now.rates, *at)
+            else:
+                self.holding.hoist()
             for name, routine in ({} if now.events is None else evaluated(now)).items():
-                self.given[f"h{name[0]}"][:] = hoisted(routine, *at)
+                self.given[f"h{name[0]}"][:] = hoisted(routine, *at[:2], now.parameters(routine), self.r)
         self.told = told
+
+    def begin(self, eom: Equations, at: tuple[Any, Any, Any], constants: Mapping[Expr, float]) -> Array | None:
+        """(q, u, a) from start values; None where a motion from there has to be judged otherwise.
+
+        Raises
+        ------
+        ValueMissingError
+            if one is missing or unknown
+        SimulationError
+            if there is no such start
+        """
+        if self.holding is None:
+            return start_state(eom, *at)
+        p, key = self.now.p[: len(eom.parameters)], _key(at)
+        known = self.starts.get((key, p.tobytes())) if key else None
+        stepper = Stepper(eom, p.copy(), self.now.drives, self.now.settings)
+        if known is None:
+            y = admitted_start(stepper, Begin(at[0], at[1], None, at[2]), constants, self.span[0])
+            if unheld(stepper) or stepper.eom is not self.holding.stepper.eom or stepper.changes:
+                return None
+            if len(self.starts) >= _STARTS:
+                self.starts.clear()
+            known = self.starts[key, p.tobytes()] = y, stepper.reach
+        stepper.reach = known[1].copy()
+        self.holding.restart(stepper)
+        return known[0][:-1]
 
     def run(
         self, eom: Equations, x: Array, constants: dict[Expr, float], again: Callable[..., Any]
@@ -203,13 +267,19 @@ class Runner:
         `constants` are what was taken, and `again` takes the motion once more.
         """
         begun = time.monotonic()
-        self.s[:], self.y[:-1], self.y[-1] = self.slots, x, 0.0
+        self.s[:], self.y[:-1], self.y[-1], self.marks[:] = self.slots, x, 0.0, 0.0
+        if self.holding is not None:
+            self.holding.begin(self.s)
         self.states[0] = self.y
         self.given["lag"][:] = 0.0
         self.noted.clear()
         if self.now.events is not None and not stands_beside(self.now, self.given, self.span[0], self.y):
             return None, False
         back, stiffness = self._steps(begun)
+        if self.holding is not None and (
+            back is not ReturnCode.END or self.marks.any() or len(self.t) > len(self.rows) + 1
+        ):
+            return None, False
         if back in _REACHED and not is_noted() and not (self.noted and back is ReturnCode.LIMIT):
             self.states[len(self.rows) + 1 :] = self.y  # at the end, where it is no sample
             if self.some is not self.states:
@@ -225,7 +295,9 @@ class Runner:
                 if back is ReturnCode.EVENT or any(len(jumps) for _, jumps in met):
                     return self._with_jumps(eom, phase, again, back), False
                 k, e, _ = self.verdict.T
-                return self._finished(eom, phase, again), keeps_sharply(k, e, self.some[:, -1], self.method.rtol)
+                return self._held(self._finished(eom, phase, again)), keeps_sharply(
+                    k, e, self.some[:, -1], self.method.rtol
+                )
         return None, False
 
     def _steps(self, begun: float) -> tuple[ReturnCode, Stiffness]:
@@ -309,6 +381,19 @@ class Runner:
             phases=(phase, *(replace(phase, by=acting) for acting in by)),
             phase=np.cumsum(number),
         )
+
+    def _held(self, motion: Solution) -> Solution:
+        """The motion with the dependent speeds that were stepped."""
+        if self.holding is None:
+            return motion
+        stepper = self.holding.stepper
+        for t, now in self.holding.changes():
+            stepper.go_over(now, t)
+        segments = (Segment(self.span[0], motion.equations), *stepper.segments) if motion.equations.embedding else ()
+        at = np.searchsorted([s.start for s in segments], motion.t, side="right") if segments else ()
+        samples = tuple(segments[max(k - 1, 0)].equations for k in at)
+        events = tuple(sorted([*motion.events, *stepper.changes], key=itemgetter(1)))
+        return replace(motion, segments=segments, samples=samples, events=events)
 
     def _finished(self, eom: Equations, phase: Phase, again: Callable[..., Any]) -> Solution:
         s, t, states = self.s, self.t, self.states.copy()

@@ -9,15 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from kane.analysis.state_checks import start_state
 from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.compiled import Kept
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import State, state_of
 from kane.errors import KaneWarning, SimulationError, warn
-from kane.expr.evaluation import evaluate
+from kane.expr.evaluation import evaluate, free_symbols
+from kane.expr.node import Expr
+from kane.expr.symbols import Parameter
 from kane.model.beams.beam import Beam, doubts
-from kane.motion.inputs.expressions import own_parameters
+from kane.motion.inputs.expressions import Formula, own_parameters
 from kane.motion.inputs.functions import input_functions
 from kane.motion.integrators import AdaptiveStep, FixedStep
 from kane.motion.loop import STEPS_ASKED, breakpoints_of, run, solver
@@ -37,7 +38,7 @@ from kane.motion.solution.resumed import (
 from kane.motion.solution.solution import Solution
 from kane.motion.start import check_span, sample_times
 from kane.motion.steps import Stepper
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, distinct
 from kane.numeric.scale import SAME_TIME
 from kane.program.native.machine import Settings
 from kane.progress import check_whole, noted, working
@@ -146,7 +147,7 @@ def simulate(
 
 def _kept(eom: Equations, plan: Plan, inputs: Any, settings: Settings | None) -> Runners | None:
     """What is kept on the equations of the motions of a plan with these inputs, where they are numbers; from the second motion on."""
-    if not are_numbers(inputs):
+    if not are_fixed(inputs):
         return None
     try:
         if type(plan.samples) is not int:
@@ -164,9 +165,15 @@ def _plans(eom: Equations) -> Kept[Runners]:
     return Kept()
 
 
-def are_numbers(inputs: Any) -> bool:
-    """Whether inputs are numbers, one each."""
-    return not inputs or (isinstance(inputs, dict) and all(isinstance(v, int | float) for v in inputs.values()))
+def are_fixed(inputs: Any) -> bool:
+    """Whether inputs are numbers, or expressions that hold no parameters, one each."""
+    return not inputs or (isinstance(inputs, dict) and all(map(_is_fixed, inputs.values())))
+
+
+def _is_fixed(value: Any) -> bool:
+    if isinstance(value, Expr):
+        return not any(isinstance(s, Parameter) for s in free_symbols([value]))
+    return isinstance(value, int | float)
 
 
 def repeated(
@@ -191,7 +198,8 @@ def repeated(
         constants = dict(runner.usual) if parameters is None else parameter_values(eom.system, parameters)
         runner.take(eom, constants)
         again = repeating(None, _given(parameters, inputs, plan.first_step, runner.options))
-        solution, kept = runner.run(eom, start_state(eom, q, u, states), constants, again)
+        x = runner.begin(eom, (q, u, states), constants)
+        solution, kept = (None, False) if x is None else runner.run(eom, x, constants, again)
     finally:
         runners.give_back(runner)
     if solution is None:
@@ -216,7 +224,10 @@ def runner_of(eom: Equations, plan: Plan, inputs: Any, settings: Settings | None
     p = np.array([1.0 if s.default is None else s.default for s in eom.parameters])
     stepper = Stepper(eom, p, tuple(drives.values()), settings)
     name = chosen(method.name, stepper, stepper.now.drives, method.rtol, method.max_step)
-    method = replace(method, name=name, free=method.name == AUTO)
+    places = tuple(t for f in drives.values() if isinstance(f, Formula) for t in f.breakpoints(span))
+    method = replace(
+        method, name=name, free=method.name == AUTO, breakpoints=tuple(sorted({*method.breakpoints, *places}))
+    )
     if not is_plain(stepper, method):
         return None
     return Runner(stepper, method, span, sample_times(plan.samples, span), drives, options)
@@ -262,7 +273,7 @@ def _again(
     begin: dict[str, Any] = (
         {"q": solution.q[0], "u": solution.u[0], "states": solution.a[0]} if start is None else {"start": start}
     )
-    times = np.unique(solution.t if samples is None else samples).tolist()
+    times = distinct(solution.t if samples is None else samples).tolist()
     with warnings.catch_warnings():  # of what is wrong with the motion it has warned
         warnings.simplefilter("ignore", KaneWarning)
         span = float(solution.t[0]), float(solution.t[-1])

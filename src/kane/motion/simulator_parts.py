@@ -4,14 +4,13 @@
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 
 from kane.equations.equations import Equations, repartition
 from kane.errors import KaneError
-from kane.motion.constraint_kernels import holding, structure
+from kane.motion.constraint_kernels import choices, holding, structure
 from kane.motion.hybrid.automaton import tables
 from kane.motion.hybrid.event_routines import bundles
 from kane.motion.projection import is_constrained
@@ -22,8 +21,6 @@ from kane.program.emit.names import c_string
 from kane.program.from_expressions import Task
 from kane.program.kernel.language import Kernel
 
-_CHOICES = 6
-"""So many choices of dependent speeds a program has at most."""
 TAKES = "double t, const double *x, const double *p, const double *r, const double *h, double *out"
 """The arguments of a routine."""
 
@@ -105,15 +102,10 @@ def constraints(eom: Equations) -> list[Part]:
 
 def _choices(eom: Equations) -> list[Equations]:
     """The equations with all dependent speeds of the same rows, theirs first; they alone, where these are many."""
-    if eom.embedding is None:
-        return [eom]
-    own = eom.embedding.partition
-    others = [c for c in combinations(range(len(eom.speeds)), len(own.dependent)) if set(c) != set(own.dependent)]
     found = [eom]
-    if len(others) < _CHOICES:
-        for columns in others:
-            with suppress(KaneError):
-                found.append(eom.numeric().value(repartition, replace(own, dependent=columns)))
+    for choice in choices(eom)[1:]:
+        with suppress(KaneError):
+            found.append(eom.numeric().value(repartition, choice))
     return found
 
 

@@ -23,7 +23,7 @@ from kane.expr.symbols import Coordinate
 from kane.model.beams.beam import Beam
 from kane.model.bodies import largest_moment, least_moment, parts_of
 from kane.motion.steppers.table import INTEGRATORS
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, distinct
 from kane.numeric.rank import balance, null_direction, singular
 from kane.numeric.sampling import SEED, finite_number, sample
 from kane.numeric.scale import EPS, MOTION_RANK, SOLVE_RANK, TAKES_PART, UNRELATED
@@ -339,7 +339,7 @@ def check_first_step(first: Any, longest: Any, method: str) -> float | None:
 def check_breakpoints(times: Any) -> tuple[float, ...]:
     """Times at which steps must end, in order."""
     try:
-        found = np.unique(np.asarray(times, dtype=float).ravel())
+        found = distinct(np.asarray(times, dtype=float).ravel())
     except (TypeError, ValueError) as error:
         raise SimulationError(
             f"Expected breakpoints as times, got {cut(repr(times))}. Give a sequence of times in s."

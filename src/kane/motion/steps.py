@@ -32,7 +32,7 @@ from kane.motion.projection import (
     missed,
     mixes,
 )
-from kane.motion.right_hand_side import exact, pattern, routines
+from kane.motion.right_hand_side import Routines, exact, pattern, routines
 from kane.motion.solution.solution import Segment
 from kane.motion.start import regular_otherwise
 from kane.numeric.arrays import Array, Mask
@@ -241,9 +241,17 @@ class Stepper:
     def _take(self, eom: Equations, t: float) -> None:
         """Equations with other dependent speeds are stepped from here on."""
         others = [constraint_numbers] if eom.solved.twin is not self.eom.solved.twin else []
-        self.now = routines(eom, self.now.p, self.now.drives, self.now.settings, *others)
+        now = routines(eom, self.now.p, self.now.drives, self.now.settings, *others)
         if others:
             self.projection = constraint_projection(eom.numeric(self.now.settings))
+        self.go_over(now, t, begun=False)
+
+    def go_over(self, now: Routines, t: float, begun: bool = True) -> None:
+        """Equations with other dependent speeds, compiled, are stepped from here on, and have `begun` with that."""
+        self.now = now
+        if begun:
+            self.side = 0.0
+            self.segments.append(Segment(t, self.eom))
         names = ", ".join(u.name for u in self.eom.dependent_speeds)
         self._note(t, f"dependent speeds {names}", "the dependent speeds were changed")
 

@@ -104,3 +104,9 @@ def pace(a: Array) -> float:
         return 0.0
     means = [(chains[-1][ends] - chain[ends]) / (n - k) for k, chain in enumerate(chains[:-1])]
     return float(np.exp(np.min(means, axis=0).max()))
+
+
+def distinct(x: npt.ArrayLike) -> npt.NDArray[Any]:
+    """The values of an array in order, each once, as np.unique gives them, which first imports numpy.ma."""
+    found = np.sort(np.asarray(x), axis=None)
+    return found[np.append(True, found[1:] != found[:-1])] if found.size else found

@@ -70,8 +70,7 @@ class Verdict(Enum):
 
     TAKEN = "taken"
     SHORTER = "taken again, shorter"
-    UP_TO = "taken again, up to a switch"
-    OTHER_SIDE = "taken again, on the other side of a switch"
+
     SINGULAR = "left to SciPy's solver, which passes singular states"
     TURNED = "not taken: another branch of a closure lies there"
     MISSED = "not taken: a constraint does not hold there"

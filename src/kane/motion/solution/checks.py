@@ -27,7 +27,7 @@ from kane.expr.ops import Immutable
 from kane.expr.regular import Sizes, size
 from kane.model.loads import Load
 from kane.motion.solution.phases import Indices, leaps
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, distinct
 from kane.numeric.scale import EPS
 
 _PARTS = 10
@@ -126,7 +126,7 @@ def _ratio(drift: Array, scale: Array) -> Array:
 def _usual(kinetic: Array, potential: Array) -> Array:
     """The median of the largest of K and |V − its median| about each instant (n)."""
     n = len(kinetic)
-    centers = np.unique(np.linspace(0, n - 1, min(n, _WINDOWS)).astype(int))
+    centers = distinct(np.linspace(0, n - 1, min(n, _WINDOWS)).astype(int))
     half = max(2, n // _PARTS)
     sizes = np.empty(len(centers))
     for k, i in enumerate(centers):

@@ -21,7 +21,7 @@ from kane.motion.inputs.expressions import Formula, Held, HeldInput, value
 from kane.motion.inputs.functions import Recorded, constant
 from kane.motion.solution.phases import Phase, check_motion
 from kane.motion.solution.solution import Solution
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, distinct
 from kane.numeric.sampling import named_values
 from kane.numeric.scale import SIX_DIGITS
 
@@ -151,7 +151,7 @@ def check_fits(eom: Equations, start: Solution, drives: Mapping[Expr, Any], para
                 f"Expected start= of a motion with the {kind} {', '.join(own)}, got one with {', '.join(came)}. It is of another "
                 "system: go on with its own equations, or give q= and u=."
             )
-    at = np.unique(np.linspace(0, len(start) - 1, min(len(start), _COMPARED)).astype(int))
+    at = distinct(np.linspace(0, len(start) - 1, min(len(start), _COMPARED)).astype(int))
     there = np.array(start[[*other.rates, other.kinetic_energy]])[:, at]
     here = np.array([_here(eom, start, k, drives, parameters) for k in at.tolist()]).T
     off = np.abs(here - there) > SIX_DIGITS * np.nanmax(np.abs(there), axis=1, initial=0.0, keepdims=True)

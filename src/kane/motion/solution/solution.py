@@ -29,7 +29,7 @@ from kane.motion.solution.checks import Drift, EnergyCheck, checking_functions, 
 from kane.motion.solution.files import contents, write
 from kane.motion.solution.phases import Indices, Jump, Phase, breaks, check_follows, joined, leaps
 from kane.motion.solution.tables import dataframe, dataset
-from kane.numeric.arrays import Array, Mask
+from kane.numeric.arrays import Array, Mask, distinct
 from kane.space.frame import Frame
 from kane.whole import path_of
 
@@ -360,7 +360,7 @@ class Solution(Attributes):
     @property
     def keeps_energy(self) -> bool:
         """Whether the energy check passes by its own limit; where a few samples show it, the others are not asked."""
-        at = np.unique(np.concatenate([some_of(len(self)), self.begins, self.begins - 1]))
+        at = distinct(np.concatenate([some_of(len(self)), self.begins, self.begins - 1]))
         few = self._only(at)
         kinetic, total = few._energies(lambda eom: [eom.kinetic_energy, eom.energy])
         sure = energy_check(few.t, kinetic, total, few.work + leaps(total, few.begins), np.zeros(len(at)))
@@ -375,7 +375,7 @@ class Solution(Attributes):
 
     def _open(self) -> Array:
         """Σ |E(x ± atol eᵢ) − E(x)| over x = (q, u), computed at a few of the samples."""
-        at = np.unique(np.linspace(0, len(self) - 1, min(len(self), _FEW)).astype(int))
+        at = distinct(np.linspace(0, len(self) - 1, min(len(self), _FEW)).astype(int))
         width = self.states.shape[1]
         shifts = self.atol * np.concatenate([np.zeros((1, width)), np.eye(width), -np.eye(width)])
         few = self._only(np.tile(at, len(shifts)))

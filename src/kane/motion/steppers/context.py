@@ -19,7 +19,7 @@ class ReturnCode(IntEnum):
 
     LOOK means that the next step may hold an event: it was not gone on from, and is taken again. EVENT means that an event ended the
     motion, FULL that what was noted of events is to be collected. STANDS means that no side of a switch leads on, RESTS that its
-    quantity stays at zero.
+    quantity stays at zero. With AGAIN it does not return, but takes the step once more.
     """
 
     ON = 0
@@ -32,6 +32,7 @@ class ReturnCode(IntEnum):
     FULL = 7
     STANDS = 8
     RESTS = 9
+    AGAIN = 10
 
 
 class Slot(IntEnum):
@@ -42,7 +43,7 @@ class Slot(IntEnum):
     stability or convergence made short. LOOKED is 1 where Python has looked at the constraints of the step, 2 at its events too. SPAN
     is the length of the motion, PHASE when an action was last taken, SINCE how long after the one before; LOGGED events
     and JUMPS are noted; `control` may have it STOPPED. SIDED is 0 where the sides of switches are not known, 2 where some turn. Where
-    END is a place at which a switch turns, TURNING is 1 and BEYOND the end behind it.
+    END is a place at which a switch turns, TURNING is 1 and BEYOND the end behind it. CHOICE is which dependent speeds are stepped.
     """
 
     TIME = 0
@@ -76,6 +77,7 @@ class Slot(IntEnum):
     SIDED = 28
     TURNING = 29
     BEYOND = 30
+    CHOICE = 31
 
 
 SIZE = len(Slot)
@@ -92,7 +94,8 @@ _STILL, _NEAR, _CONSTANT = 1e-5, 1e-6, 1e-15
 class StepperContext:
     """The arguments of a stepper's kernel, its cell `back`, and `asks`: with what it comes back instead of going on from a step.
 
-    `turned` tells whether a switch turns at the end of the step; `hoists` are the arrays of what is hoisted of each routine.
+    `turned` tells whether a switch turns at the end of the step, `renewed` whether other equations hold there; `hoists` are the
+    arrays of what is hoisted of each routine.
     """
 
     def __init__(self, name: str) -> None:
@@ -108,6 +111,7 @@ class StepperContext:
         self.taken, self.arrived = w.variable("taken", INT), w.variable("arrived", INT)
         self.asks: Variable | None = None
         self.turned: Variable | None = None
+        self.renewed, self.fixed = w.variable("renewed", INT), False
         self.hoists: list[tuple[str, Array]] = [("h", self.h)]
         self.cursor, self.prepared = w.variable("cursor", INT), w.variable("prepared", INT)
 
@@ -122,7 +126,7 @@ class StepperContext:
 
         Steps that are `fixed` are of one length; `settle()` gives switches their sides.
         """
-        w = self.writer
+        w, self.fixed = self.writer, fixed
         with w.repeat(lambda: self.back.get() < 1):
             with w.when(self.get(Slot.FRESH) > 0.0):
                 if settle is not None:
@@ -130,10 +134,16 @@ class StepperContext:
                 begin()
             step(*self.length())
             with w.when(self.arrived.get() > 0):
-                self.pass_breakpoint(fixed)
+                self.pass_breakpoint()
         return w.finished(self.back)
 
-    def pass_breakpoint(self, fixed: bool) -> None:
+    def begin_step_anew(self) -> None:
+        """The next step begins from its rates, and chooses its length, if steps are not of one length."""
+        self.put(Slot.FRESH, 1.0)
+        if not self.fixed:
+            self.put(Slot.STEP, 0.0)
+
+    def pass_breakpoint(self) -> None:
         """From just before a breakpoint to just after it, where sampled controllers are asked.
 
         `pauses` has three numbers for each of the `breakpoints`: the time after it, the next end, and whether `control` writes r.
@@ -144,9 +154,7 @@ class StepperContext:
         self.put(Slot.TIME, self.pauses[place])
         self.put(Slot.TIME_LAG, 0.0)
         self.put(Slot.END, self.pauses[place + 1])
-        if not fixed:
-            self.put(Slot.STEP, 0.0)
-        self.put(Slot.FRESH, 1.0)
+        self.begin_step_anew()
         if self.turned is not None:
             self.put(Slot.SIDED, 0.0)
         self.more(Slot.BREAKPOINT, 1.0)
@@ -200,7 +208,7 @@ class StepperContext:
             self._drive_single = self.writer.callee("single_drive", *RATE) if wide else self._drive
 
     def ask(self, code: ReturnCode) -> None:
-        """With what the kernel comes back instead of going on from the step; `ON` where it goes on."""
+        """With what the kernel comes back instead of going on from the step, or takes it again; `ON` where it goes on."""
         if self.asks is not None:
             self.asks.put(int(code))
 

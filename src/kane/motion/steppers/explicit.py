@@ -147,7 +147,7 @@ class _Explicit:
         with w.when(error <= 1.0):
             self.look_at(h, last)
             longer = h * w.compute("min", factor, w.select(shorter.get() > 0, 1.0, _MOST))
-            go_on_or_jump(o, self.watched, lambda: self.go_on(h, last, longer), self.sampled, not self.tableau.errors)
+            go_on_or_jump(o, self.watched, self.held, lambda: self.go_on(h, last, longer), self.sampled)
             shorter.put(0)
         with w.otherwise():
             shorter.put(1)

@@ -346,7 +346,7 @@ class _Gauss:
         found = (self.status.get() < _DIVERGED) & (error <= self.accepted)
         with w.when(found):
             self.look_at(h, last)
-            go_on_or_jump(o, self.watched, lambda: self.go_on(h, last, factor), self.sampled)
+            go_on_or_jump(o, self.watched, self.held, lambda: self.go_on(h, last, factor), self.sampled)
         with w.when((self.status.get() >= _DIVERGED) & finite):
             o.more(Slot.LIMITED, 1.0)
         with w.when(~found):

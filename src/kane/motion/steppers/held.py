@@ -15,13 +15,17 @@ from collections.abc import Callable
 
 from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext
 from kane.motion.steppers.dense import factor, invert, solve, total
-from kane.numeric.scale import POOR, ROUNDED_SUM, UNUSABLE
+from kane.numeric.scale import BETTER, POOR, ROUNDED_SUM, UNUSABLE
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Array, Term
 
 _ROUNDS = 6
 _CLOSED, _LEVEL = 2.0**-46, 2.0**-49
 """Shares of the terms of f, and of A u + b, that rounding leaves."""
+POORLY = 0.25
+"""Share of the quality that is wanted, below which dependent speeds are given up though no others are better."""
+CHANGES = 64
+"""So many changes of dependent speeds are noted until Python collects them."""
 _GROWN = 2.0
 """Entries of Ã above which sizes are taken anew."""
 _FAR, _CURVED, _FIRST, _SHORTEST = 0.25, 1.5, 1 / 8, 2.0**-10
@@ -41,6 +45,7 @@ def regularity_kernel() -> Kernel:
     o = StepperContext("regularity")
     o.drives(*RATE)
     held = Held(o)
+    held.present()
     held.numbers(o.get(Slot.TIME), o.y, o.writer.integer(0))
     held.matrix()
     held.regularity()
@@ -85,6 +90,10 @@ class Held:
         self.row_sizes, self.column_sizes, self.sphere_at = arrays[6:]
         context.hoists.append(("held_h", self.h))
         self.reach, self.marks, self.room = (w.array(f"held_{name}") for name in ("reach", "marks", "room"))
+        self.choices, self.choice_at = w.number("held_choices"), w.number("held_choice_at")
+        self.ready, self.log = w.array("held_ready"), w.array("held_log")
+        self.offset, self.next = w.variable("held_offset", INT), w.variable("held_next", INT)
+        self.best = w.variable("held_best")
         self._places()
         self.doubt, self.rounds, self.open = (w.variable(f"held_{name}", INT) for name in ("doubt", "rounds", "open"))
         self.grown = w.variable("held_grown", INT)
@@ -105,6 +114,14 @@ class Held:
     def index(self, array: Array, at: Term) -> Term:
         """An index that is kept as a double."""
         return self.writer.compute("int", array[at])
+
+    def dependent_at(self, j: Term) -> Term:
+        """The jth dependent speed of the choice at hand."""
+        return self.index(self.dependent, self.offset.get() + j)
+
+    def present(self) -> None:
+        """The choice of dependent speeds that is stepped is at hand."""
+        self.offset.put(self.writer.compute("int", self.context.get(Slot.CHOICE)) * self.d)
 
     # --------------------------------------------------------------------------------------------- at a state
 
@@ -199,7 +216,7 @@ class Held:
         w, room, d = self.writer, self.room, self.d
         with w.few(d) as i, w.few(d) as j:
             at = self.block + i * d * 2 + j
-            room[at] = room[self.rows + i * self.s + self.index(self.dependent, j)]
+            room[at] = room[self.rows + i * self.s + self.dependent_at(j)]
             room[at + d] = w.select((i < j) | (j < i), 0.0, 1.0)
         invert(room, self.block, d)
 
@@ -245,12 +262,51 @@ class Held:
     def look(self, begin: Term, h: Term, end: Term, to: tuple[Array, Term], dense: Dense) -> None:
         """The `end` of a step is projected at its place; where there is a doubt that Python has not looked at, the kernel `asks`."""
         w, o = self.writer, self.context
+        self.present()
         self.end(end, *to)
         poor = (self.d > 0) & ~(self.share.get() <= o.get(Slot.QUIET))
+        chooses = (self.choices > 1) & (o.get(Slot.LOOKED) < 1.0)
+        self.next.put(-1)
+        with w.when(poor & chooses):
+            self.choose()
+        self.open.put(self.doubt.get())
         self.passage(begin, h, dense)
+        passed = self.doubt.get() > self.open.get()
+        with w.when(passed & chooses):
+            self.choose()
+        next_, own = self.next.get(), w.compute("int", o.get(Slot.CHOICE))
+        shorter = passed & (next_ >= 0) & ((next_ < own) | (own < next_)) & (h > 4.0 * o.shortest())
+        unknown = (next_ < 0) | (self.ready[w.select(next_ < 0, w.integer(0), next_)] < 1.0)
         o.put(Slot.HELD, w.select(self.doubt.get() > 0, DOUBTFUL, w.select(poor, POORER, 0.0)))
+        with w.when(self.log[0] >= float(CHANGES)):
+            o.ask(ReturnCode.FULL)
         with w.when((o.get(Slot.HELD) > 0.0) & (o.get(Slot.LOOKED) < 1.0)):
-            o.ask(ReturnCode.LOOK)
+            with w.when(shorter):  # as others do, these alone do not follow there
+                o.put(Slot.STEP, h * 0.5)
+                o.ask(ReturnCode.AGAIN)
+            with w.otherwise(), w.when((self.doubt.get() > 0) | unknown):
+                o.put(Slot.WORST, w.compute("float", next_))
+                o.ask(ReturnCode.LOOK)
+
+    def choose(self) -> None:
+        """`next` becomes the choice of dependent speeds that follow best at the state at hand, if they follow much better; else −1.
+
+        It is the present one where no other one is better and these follow well enough.
+        """
+        w, o = self.writer, self.context
+        own = w.compute("int", o.get(Slot.CHOICE))
+        self.best.put(self.share.get() * (1 / BETTER))
+        self.next.put(-1)
+        with w.few(self.choices) as k, w.when((self.ready[k] >= 0.0) & ((k < own) | (own < k))):
+            self.offset.put(k * self.d)
+            self.regularity()
+            with w.when(self.share.get() < self.best.get()):
+                self.best.put(self.share.get())
+                self.next.put(k)
+        self.present()
+        self.regularity()
+        with w.when((self.next.get() < 0) & (self.share.get() <= 1 / (POORLY * POOR))):
+            self.next.put(own)
 
     def end(self, t: Term, array: Array, place: Term) -> None:
         """The state at the end of a step projected; what entries of A have been is noted."""
@@ -273,6 +329,7 @@ class Held:
     def sample(self, k: Term, t: Term, array: Array, place: Term) -> None:
         """A sample projected, and marked where Python has to."""
         w = self.writer
+        self.present()
         self.project(t, array, place)
         self.regularity()
         with w.when((self.d > 0) & ~(self.share.get() <= 1 / UNUSABLE)):
@@ -285,7 +342,7 @@ class Held:
         done, ahead, before = (w.variable(name) for name in ("done", "ahead", "least_before"))
 
         def entry(i: Term, j: Term) -> Term:
-            return room[self.rows + i * self.s + self.index(self.dependent, j)]
+            return room[self.rows + i * self.s + self.dependent_at(j)]
 
         def last(i: Term, j: Term) -> Term:
             return room[self.last + i * self.d + j]
@@ -322,7 +379,25 @@ class Held:
                     self.doubt.put(1)
 
     def kept(self) -> None:
-        """The step was gone on from: poor speeds that Python has seen are looked at again where they become poorer by a quarter."""
+        """The step was gone on from, by other dependent speeds from there on, or poor ones, until they become poorer by a quarter."""
         w, o = self.writer, self.context
-        most = w.compute("min", o.get(Slot.QUIET), o.get(Slot.SHARE) * 1.25)
+        quarter = o.get(Slot.SHARE) * 1.25
+        own = w.compute("float", self.next.get()) >= o.get(Slot.CHOICE)
+        stays = (self.next.get() >= 0) & own & (w.compute("float", self.next.get()) <= o.get(Slot.CHOICE))
+        most = w.select(
+            stays, w.compute("max", o.get(Slot.QUIET), quarter), w.compute("min", o.get(Slot.QUIET), quarter)
+        )
         o.put(Slot.QUIET, w.compute("max", most, 1 / POOR))
+        o.renewed.put(w.select((self.next.get() >= 0) & ~stays, w.integer(1), w.integer(0)))
+
+    def change_speeds(self) -> None:
+        """Other dependent speeds are stepped from here on."""
+        w, o = self.writer, self.context
+        new = w.compute("float", self.next.get())
+        at = w.compute("int", self.log[0]) * 2 + 1
+        self.log[at] = o.get(Slot.TIME)
+        self.log[at + 1] = new
+        self.log[0] = self.log[0] + 1.0
+        o.put(Slot.CHOICE, new)
+        o.p[self.choice_at] = new
+        o.put(Slot.QUIET, 1 / POOR)

@@ -328,7 +328,7 @@ class _Radau:
             with w.when(error <= 1.0):
                 self.look_at(h, last)
                 most = w.compute("min", factor, w.select(self.shorter.get() > 0, 1.0, _MOST))
-                go_on_or_jump(o, self.watched, lambda: self.go_on(h, last, most), self.sampled)
+                go_on_or_jump(o, self.watched, self.held, lambda: self.go_on(h, last, most), self.sampled)
                 self.shorter.put(0)
             with w.otherwise():
                 self.shorter.put(1)

@@ -191,10 +191,11 @@ class Watched:
                 self.turn(h)
             c.sort(2 * SAME_TIME + 4 * EPS * w.compute("abs", t) / h)
             full = o.get(Slot.LOGGED) + w.compute("float", c.get("found")) > float(LOG)
-            with w.when(self.goes_on & (full | (o.get(Slot.JUMPS) + 1.0 > float(JUMPS)))):
-                o.ask(ReturnCode.FULL)
-            with w.when(self.goes_on & ((c.get("asked") > 0) | (c.get("full") > 0))):
-                o.ask(ReturnCode.LOOK)
+            with w.when(~o.asked()):
+                with w.when(full | (o.get(Slot.JUMPS) + 1.0 > float(JUMPS))):
+                    o.ask(ReturnCode.FULL)
+                with w.when((c.get("asked") > 0) | (c.get("full") > 0)):
+                    o.ask(ReturnCode.LOOK)
 
     # -------------------------------------------------------------------------------------------------- switches
 
@@ -260,10 +261,12 @@ class Watched:
     def take_again(self, h: Term) -> None:
         """The step is shortened, or begins on other sides, or is to end where switches turn."""
         w, o, c = self.writer, self.context, self.crossings
+        o.ask(ReturnCode.AGAIN)
         back, aimed = self.verdict.get() >= _BACK, self.verdict.get() < _SHORTER
         with w.when(~aimed):
             self.no_end()
-            o.put(Slot.STEP, w.select(back, 0.0, h * LATER))
+            if not o.fixed:
+                o.put(Slot.STEP, w.select(back, 0.0, h * LATER))
         with w.few(self.count) as e:
             returned = back & (self.turns[self.mark(0, e)] > 1.5)
             self.turns[self.mark(0, e)] = w.select(returned, 1.0, 0.0)
@@ -287,10 +290,8 @@ class Watched:
 
     def begin_on_other_sides(self) -> None:
         """A step begins anew in which the marked switches have turned."""
-        o = self.context
-        o.put(Slot.FRESH, 1.0)
-        o.put(Slot.SIDED, 2.0)
-        o.put(Slot.STEP, 0.0)
+        self.context.put(Slot.SIDED, 2.0)
+        self.context.begin_step_anew()
 
     def no_end(self) -> None:
         """The end is no place at which a switch turns."""
@@ -354,11 +355,6 @@ class Watched:
         return self.writer.select(h < o.get(Slot.SPAN) * NEAR_TIME, 2 / NEAR_TIME, (t - o.get(Slot.PHASE)) / h + 2.0)
 
     @property
-    def goes_on(self) -> Term:
-        """Whether the step is not taken again."""
-        return self.verdict.get() < 1 if self.sided else self.writer.integer(0) < 1
-
-    @property
     def breaks(self) -> Term:
         """Whether an event ends the step."""
         return self.crossings.get("broken") <= 1.0
@@ -404,7 +400,7 @@ class Watched:
 
     # ------------------------------------------------------------------------------------------------ what it does
 
-    def jump(self, sampled: Callable[[Term, Term], None], fixed: bool) -> None:
+    def jump(self, sampled: Callable[[Term, Term], None]) -> None:
         """The step ends at the first event that ends the motion or changes its state, which goes on from there."""
         w, o, c = self.writer, self.context, self.crossings
         share = c.get("broken")
@@ -435,7 +431,7 @@ class Watched:
             self.note()
             self.jumps[row + 1] = o.get(Slot.LOGGED)
             o.more(Slot.JUMPS, 1.0)
-            self.begin_anew(t, after, fixed)
+            self.begin_anew(t, after)
             with w.when(acting.get() > 0), w.count(self.own) as e:
                 self.seen[e] = self.instant[e]
                 self.largest[e] = w.compute("abs", self.instant[e])
@@ -451,15 +447,13 @@ class Watched:
         with self.writer.when((c.met[k * 2] >= c.get("broken") - near) & condition):
             do()
 
-    def begin_anew(self, t: Term, after: Term, fixed: bool) -> None:
+    def begin_anew(self, t: Term, after: Term) -> None:
         """The motion goes on from a time and a state."""
         w, o = self.writer, self.context
         o.put(Slot.TIME, t)
         o.put(Slot.TIME_LAG, 0.0)
         o.put(Slot.LAST_STEP, self.crossings.get("broken") * self.length.get())
-        if not fixed:
-            o.put(Slot.STEP, 0.0)
-        o.put(Slot.FRESH, 1.0)
+        o.begin_step_anew()
         o.put(Slot.SINCE, t - o.get(Slot.PHASE))
         o.put(Slot.PHASE, t)
         o.put(Slot.LOOKED, 0.0)
@@ -564,9 +558,9 @@ class Watched:
 def go_on_or_jump(
     context: StepperContext,
     watched: Watched | None,
+    held: Held | None,
     go_on: Callable[[], None],
     sampled: Callable[[Term, Term], None],
-    fixed: bool = False,
 ) -> None:
     """A step that was found is gone on from, ended at an event, or left to Python."""
     w = context.writer
@@ -574,16 +568,22 @@ def go_on_or_jump(
         go_on()
         return
     with w.when(context.asked()):
-        context.back.put(context.asks.get())
+        again = context.asks.get() >= int(ReturnCode.AGAIN)
+        context.back.put(w.select(again, w.integer(ReturnCode.ON), context.asks.get()))
     with w.otherwise():
         if watched is None:
             go_on()
         else:
-            with w.when(watched.goes_on & watched.breaks):
-                watched.jump(sampled, fixed)
-            with w.otherwise(), w.when(watched.goes_on):
+            with w.when(watched.breaks):
+                watched.jump(sampled)
+            with w.otherwise():
                 go_on()
                 watched.turned()
+        if held is not None:
+            with w.when(context.renewed.get() > 0):
+                context.renewed.put(0)
+                held.change_speeds()
+                context.begin_step_anew()
 
 
 def settling(watched: Watched | None) -> Callable[[], None] | None:

@@ -267,6 +267,62 @@ def emit_kernel_llvm(kernel: Kernel, contract: bool = True) -> str:
     return "\n".join([*sorted(calls.declared), head, *printer.lines, *back, *FEW, ""])
 
 
+def selection() -> str:
+    """The module of `select.one` and `select.wide`, which call one of several routines of the same ports, and of their `select.hoist`.
+
+    Their h is a table: the place of a number in p, how many routines there are, and of each where it, its hoisting and its h begin.
+    The number says which one is called.
+    """
+    take = """  %place = load i64, ptr %h
+  %at = getelementptr double, ptr %p, i64 %place
+  %number = load double, ptr %at
+  %which = fptosi double %number to i64
+  %three = mul i64 %which, 3
+  %row = add i64 %three, 2
+  %routine.at = getelementptr i64, ptr %h, i64 %row
+  %routine = load ptr, ptr %routine.at
+  %own.at = getelementptr i64, ptr %routine.at, i64 2
+  %own = load ptr, ptr %own.at
+"""
+    calls = "".join(
+        f"""
+define void @select.{name}({time} %t, ptr %x, ptr %p, ptr %r, ptr %h, ptr %out) nounwind {{
+{take}  call void %routine({time} %t, ptr %x, ptr %p, ptr %r, ptr %own, ptr %out)
+  ret void
+}}
+"""
+        for name, time in (("one", "double"), ("wide", "ptr"))
+    )
+    return f"""{calls}
+define void @select.hoist(ptr %p, ptr %h) nounwind {{
+  %count.at = getelementptr i64, ptr %h, i64 1
+  %count = load i64, ptr %count.at
+  br label %head
+head:
+  %k = phi i64 [0, %0], [%next, %done]
+  %on = icmp slt i64 %k, %count
+  br i1 %on, label %row, label %end
+row:
+  %three = mul i64 %k, 3
+  %place = add i64 %three, 3
+  %hoist.at = getelementptr i64, ptr %h, i64 %place
+  %hoist = load ptr, ptr %hoist.at
+  %known = icmp ne ptr %hoist, null
+  br i1 %known, label %call, label %done
+call:
+  %own.at = getelementptr i64, ptr %hoist.at, i64 1
+  %own = load ptr, ptr %own.at
+  call void %hoist(ptr %p, ptr %own)
+  br label %done
+done:
+  %next = add i64 %k, 1
+  br label %head
+end:
+  ret void
+}}
+"""
+
+
 def hoists(programs: Sequence[Program]) -> list[str]:
     """The names of the functions that hoist, one a Program."""
     return [f"{program.routines[0].name}.hoist" for program in programs]

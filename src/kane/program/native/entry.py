@@ -10,7 +10,7 @@ import numpy as np
 
 from kane.errors import ProgramError
 from kane.numeric.arrays import Array
-from kane.program.emit.llvm import block, emit_kernel_llvm, emit_wide, hoists, wide_name
+from kane.program.emit.llvm import block, emit_kernel_llvm, emit_wide, hoists, selection, wide_name
 from kane.program.kernel.language import Argument, ArrayOf, Integer, Kernel
 from kane.program.native.compiled_routine import CompiledRoutine, new_block
 from kane.program.native.machine import Library, Settings, compile_text, target
@@ -84,6 +84,40 @@ def wide_entry(routine: CompiledRoutine, width: int) -> Entry:
         on = target(settings.cpu, settings.features)
         routine.more[symbol] = compile_text(text, on, [symbol], settings.cache)
     return Entry(routine.more[symbol], symbol)
+
+
+class Selection:
+    """Several routines of the same ports as one, of which a number in p says which is called; `table` is what it takes as h.
+
+    At first none of the `count` is known; `put` gives one. `at` is the place of the number in p.
+    """
+
+    def __init__(self, count: int, at: int, width: int, settings: Settings) -> None:
+        self.table, self.width = np.zeros(2 + 3 * count), width
+        self._rows = self.table.view(np.int64)
+        self._rows[:2] = at, count
+        self._kept: dict[int, tuple[Entry, Entry, Array]] = {}
+        on = target(settings.cpu, settings.features)
+        self._library = compile_text(selection(), on, _SELECTION, settings.cache)
+
+    @property
+    def call(self) -> Entry:
+        """The routine."""
+        return Entry(self._library, _SELECTION[self.width > 1])
+
+    @property
+    def hoist(self) -> Entry:
+        """What hoists for all that are known."""
+        return Entry(self._library, _SELECTION[2])
+
+    def put(self, k: int, routine: CompiledRoutine, h: Array) -> None:
+        """The kth routine, and what is hoisted for it."""
+        own = entry(routine) if self.width == 1 else wide_entry(routine, self.width)
+        self._kept[k] = own, hoist_entry(routine), h
+        self._rows[2 + 3 * k : 5 + 3 * k] = own.address, hoist_entry(routine).address, h.ctypes.data
+
+
+_SELECTION = ("select.one", "select.wide", "select.hoist")
 
 
 def aligned(count: int) -> Array:

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a kernel is called with: state, right-hand side, inputs, events, samples."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from kane.dynamics.readings.quantities import without_unknowns
+from kane.equations.equations import Equations
+from kane.expr.node import Expr
+from kane.motion.hybrid.automaton import automaton
+from kane.motion.hybrid.events import Fresh
+from kane.motion.inputs.expressions import Formula, HeldInput, Law, LawInput, driving
+from kane.motion.inputs.functions import asked, constant, following, follows, law_of
+from kane.motion.right_hand_side import Given, Routines, derivatives, exact
+from kane.motion.steppers.context import Slot
+from kane.motion.steppers.table import INTEGRATORS
+from kane.numeric.arrays import Array
+from kane.program.native.compiled_routine import CompiledRoutine
+from kane.program.native.entry import Hook, aligned, doubles, entry, hoist_entry, hoisted, wide_entry
+
+Fill = Callable[[float, Array, Array], None]
+"""It writes the inputs at a time and state."""
+
+
+def filling(now: Routines) -> Fill:
+    """What writes the inputs, in as little time as Python leaves beside the user's functions."""
+    laws: dict[Law, list[tuple[int, int]]] = {}
+    others: list[tuple[int, Callable[[Any], Any]]] = []
+    written = any(isinstance(f, Formula) for f in now.drives)
+    for k, f in enumerate(list[Any](now.drives)):
+        if isinstance(f, LawInput):
+            laws.setdefault(f.law, []).append((k, f.place))
+        elif not isinstance(f, Formula):
+            others.append((k, f))
+    each = list(laws.items())
+    law = law_of(now.laid, now.eom.inputs, functions=True) if written else None
+    routine = now.routine(driving, *law.values).flat if law else None
+    numbers = law.numbers if law else ()
+
+    def fill(t: float, x: Array, r: Array) -> None:
+        for law, places in each:
+            answer = law.at(t, x)
+            for k, place in places:
+                r[k] = answer[place]
+        for k, f in others:
+            r[k] = f(t)
+        if routine is not None:
+            r[:] = routine(t, x, np.append(now.p, numbers), r)
+
+    return fill
+
+
+def by_kind(eom: Equations) -> dict[str, Array | int]:
+    """`pairs`: the (i, j) of coordinates i whose rate is the speed at place j of the state; `free`: the places of the others."""
+    place: dict[Expr, int] = {u: len(eom.coordinates) + k for k, u in enumerate(eom.speeds)}
+    roots = without_unknowns(eom.solved, eom.right_hand_side)
+    pairs = [(i, place[root]) for i, root in enumerate(roots[: len(eom.coordinates)]) if root in place]
+    paired = {i for i, _ in pairs}
+    free = [i for i in range(len(roots)) if i not in paired]
+    # one more, so that no array is empty
+    arrays = {"pairs": np.array([*pairs, (0, 0)], dtype=float).reshape(-1), "free": np.array([*free, 0], dtype=float)}
+    return {**arrays, "pair_count": len(pairs), "free_count": len(free)}
+
+
+class Arguments:
+    """The arguments by name, as `given`, and the `hooks` through which Python is asked for inputs.
+
+    `now` are the equations from time t on, s, y and `lag` what a kernel reads and writes; events are `fresh` where the motion is at
+    their thresholds. The parameters of `now` are then those of the kernel, sides of switches among them.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        now: Routines,
+        t: float,
+        s: Array,
+        y: Array,
+        fresh: Fresh = MappingProxyType({}),
+    ) -> None:
+        p = np.append(now.p, [*now.numbers, 0.0])  # the last one says which dependent speeds are stepped
+        now = replace(now, p=p[: len(now.p)])
+        self.integrator, self.now, self.s, self.y = INTEGRATORS[name], now, s, y
+        self.hooks: list[Hook] = []
+        self.controlled = [(k, f) for k, f in enumerate(now.drives) if isinstance(f, HeldInput)]
+        self.law = law_of(now.laid, now.eom.inputs)
+        work, r = aligned(self.integrator.work(len(y))), now.inputs(t, y)
+        h = hoisted(now.rates, t, y[: now.width], now.p, r)
+        self.given: Given = {
+            "n": len(y),
+            "s": s,
+            "y": y,
+            "lag": np.zeros_like(y),
+            "work": work,
+            "p": p,
+            "h": h,
+            "hoist_h": hoist_entry(now.rates),
+            "breakpoints": 0,
+            "pauses": np.zeros(1),
+            "control": entry(now.rates),
+        }
+        self.given |= self._driving(t)
+        if now.events is not None:
+            self.given |= automaton(now, t, y, fresh, self.integrator.width > 1)
+        if self.integrator.implicit:
+            self.given |= derivatives(now, t, y, self.law)
+            if following(now.drives) and asked(now.drives):
+                self.given["jac"] = self._slopes()
+        if self.integrator.width == 1:
+            self.given["rhs"] = entry(now.rates)
+        else:
+            self.given["rhs"] = wide_entry(now.rates, self.integrator.width)
+            self.given |= now.eom.numeric(now.settings).value(by_kind)
+
+    def _driving(self, t: float) -> Given:
+        """r, and what gives it where an input is a function of time."""
+        now, width = self.now, self.integrator.width
+        single = np.append(now.inputs(t, self.y), 0.0)
+        r = single if width == 1 else np.repeat(single, width)
+        none, hoist = entry(now.rates), hoist_entry(now.rates)
+        h = hoisted(now.rates, t, self.y[: now.width], now.p, r[: len(now.drives)])
+        inputs: Given = {"r": r, "single_r": single, "driven": 0, "hd": h, "hoist_hd": hoist}
+        if all(_held(f) for f in now.drives):
+            return inputs | {"drive": none, "single_drive": none}
+        given = self._formulas()
+        if given is None:
+            hook = self._hook(single)
+            return inputs | {"driven": 1, "drive": hook if width == 1 else self._hook(r), "single_drive": hook}
+        h = hoisted(given, t, self.y[: now.width], now.parameters(given), r[: len(now.drives)])
+        own = entry(given)
+        inputs |= {"driven": 2 if follows(now.drives) else 1, "hd": h, "hoist_hd": hoist_entry(given)}
+        return inputs | {"drive": own if width == 1 else wide_entry(given, width), "single_drive": own}
+
+    def hold(self) -> None:
+        """What sampled controllers have given last."""
+        width = self.integrator.width
+        for k, one in self.controlled:
+            value = one.now
+            self.given["r"][k * width : (k + 1) * width] = value
+            if width > 1:
+                self.given["single_r"][k] = value
+
+    def _formulas(self) -> CompiledRoutine | None:
+        """The inputs as a routine, where all are expressions; those that are held stay as they are."""
+        return None if self.law is None else self.now.routine(driving, *self.law.values).flat
+
+    def _hook(self, r: Array) -> Hook:
+        """What asks Python for the inputs and writes them to r."""
+        s, width, fill, follow = self.s, self.now.width, filling(self.now), following(self.now.drives)
+        here, own = self.y[:width], r[:-1]
+
+        def drive(t: float, x: int, out: int) -> None:
+            try:  # rounding may lead beyond the end
+                fill(min(t, float(s[Slot.END])), doubles(x, width) if follow else here, own)
+            except BaseException:
+                own[:] = np.nan
+                raise
+
+        return self.hooked(drive)
+
+    def _slopes(self) -> Hook:
+        """What asks Python for J, of inputs that are its functions of the state."""
+        s, width, j = self.s, self.now.width, exact(self.now)
+
+        def slopes(t: float, x: int, out: int) -> None:
+            found = doubles(out, (width + 1) * width)
+            found[:] = 0.0
+            found[:] = j(min(t, float(s[Slot.END])), np.append(doubles(x, width), 0.0))[:, :width].reshape(-1)
+
+        return self.hooked(slopes)
+
+    def hooked(self, function: Callable[[float, int, int], None]) -> Hook:
+        """A function that a kernel calls; what it raises is kept for `check`."""
+        self.hooks.append(Hook(function))
+        return self.hooks[-1]
+
+    def check(self) -> None:
+        """What went wrong in an input is raised."""
+        for hook in self.hooks:
+            if hook.raised is not None:
+                raise hook.raised
+
+
+def _held(drive: Any) -> bool:
+    """Whether an input is a number from one breakpoint to the next."""
+    return constant(drive) is not None or isinstance(drive, HeldInput)
