@@ -24,10 +24,10 @@ __getattr__ = offered(
         "readings.regularity": "concerned guarded",
         "readings.seven_steps": "Kind shown_speeds",
         "formulation.": "candidates table",
-        "formulation.candidates": "LARGE",
+        "formulation.candidates": "LARGE TRIED",
         "formulation.carried": "regrouped",
         "formulation.recursive": "WAYS by_recursion carrying",
-        "formulation.table": "shortest_in_given_speeds tree_with_reactions",
+        "formulation.table": "FINISHES shortest shortest_in_given_speeds tree_with_reactions",
         "formulation.speeds": "absolute by_mass_centre",
         "formulation.equations": (
             "about_points_at_rest block_solution classical embedded embedded_motions holds_reactions homogeneous power squares "

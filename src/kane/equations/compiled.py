@@ -40,6 +40,7 @@ from kane.program.native.compiled_routine import (
     replaced_values,
 )
 from kane.program.native.machine import Settings, build_library
+from kane.program.passes.optimize import RULES, Rules
 from kane.program.program import Note, Port, Program
 
 
@@ -155,12 +156,13 @@ def program(
     name: str = "model",
     reciprocals: bool = True,
     optimize: bool = True,
+    rules: Rules = RULES,
 ) -> Program:
     """The Program of the named routines, of "outputs" where there are any, and of `more` that are given.
 
     "rhs" gives ẋ = (q̇, u̇, ȧ), "mass_matrix" M, "forcing" f of M u̇ = f with the reactions at their solved values, "reactions" those
     values; those of `ON_DEMAND` are asked for by name. `reciprocals` lets divisions by one divisor share its reciprocal, which
-    rounds differently, `optimize` rewrites to fewer operations.
+    rounds differently, `optimize` rewrites to fewer operations by `rules`.
     """
     own = ", ".join([*ROUTINES, *(["outputs"] if outputs else []), *ON_DEMAND])
     unknown = (repr(r) for r in routines if r not in ROUTINES and r not in ON_DEMAND)
@@ -177,7 +179,7 @@ def program(
 
     t, x, *given = ports(solved.derived)
     every = (t, x, *direction_ports(solved.derived, routines), *given)
-    return build_program(name, every, tasks, reciprocals, SUBJECT, note, optimize)
+    return build_program(name, every, tasks, reciprocals, SUBJECT, note, optimize, rules)
 
 
 def rate_names(derived: Derived) -> list[str]:

@@ -35,8 +35,7 @@ __getattr__ = _offered(
         "evaluation": (
             "Walk compile_reference evaluate free_symbols is_constant_in_time FLOAT Operations count_operations price"
         ),
-        "forms.collect": "collected factored combined joined",
-        "forms.expand": "MOST expanded",
+        "forms.collect": "MOST collected combined expanded factored joined",
         "forms.integration": "antiderivative",
         "forms.scales": "scaled",
         "forms.shorter": "named shared shortened with_short_quotients",

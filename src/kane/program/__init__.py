@@ -27,7 +27,7 @@ __getattr__ = offered(
         "passes.": "limbs optimize",
         "passes.limbs": "gathered",
         "passes.graphs": "written",
-        "passes.optimize": "optimized rewritten starts rounding",
+        "passes.optimize": "RULES optimized rewritten starts rounding",
         "passes.tiers": "split assembled live_ranges verified",
         "program": "Code Port Program Routine explain values",
     },

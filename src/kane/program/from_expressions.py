@@ -24,7 +24,7 @@ from kane.expr.piecewise import lowered
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array
 from kane.program.passes.limbs import beside
-from kane.program.passes.optimize import optimized, with_reciprocals
+from kane.program.passes.optimize import RULES, Rules, optimized, with_reciprocals
 from kane.program.passes.tiers import assembled, verified
 from kane.program.program import Code, Note, Port, Program, Routine
 from kane.progress import collecting_seldom
@@ -49,11 +49,12 @@ def build_program(
     subject: str = "expressions",
     note: Callable[[Expr], Note] | None = None,
     optimize: bool = False,
+    rules: Rules = RULES,
 ) -> Program:
     """The Program of the routines in `wanted`; `reciprocals` lets divisions by one divisor share its reciprocal.
 
-    `optimize` rewrites to fewer operations, which round in another order, or leaves identical limbs as they are, side by side. `note`
-    says of a guard what its NaN means.
+    `optimize` rewrites to fewer operations by `rules`, which round in another order, or leaves identical limbs as they are, side by
+    side. `note` says of a guard what its NaN means.
 
     Raises
     ------
@@ -72,8 +73,8 @@ def build_program(
     code = with_reciprocals(code) if reciprocals else code
     if not optimize:
         return assembled(code)
-    limbs = beside(code)
-    return assembled(optimized(code) if limbs is None else limbs)
+    limbs = beside(code) if rules.limbs else None
+    return assembled(optimized(code, rules) if limbs is None else limbs)
 
 
 def _numbered(

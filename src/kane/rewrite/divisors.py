@@ -213,10 +213,13 @@ class CubePair(Row):
         return changed
 
 
+DIVISORS: tuple[type[Row], ...] = (Factor, Pair, CubePair)
+
+
 class Search:
     """The divisors of all rows with their gains, kept while terms come and go."""
 
-    def __init__(self, graph: Graph, price: Price, rows: Iterable[type[Row]] = (Factor, Pair, CubePair)) -> None:
+    def __init__(self, graph: Graph, price: Price, rows: Iterable[type[Row]] = DIVISORS) -> None:
         self.graph = graph
         self.rows = [row(graph, price) for row in rows]
         self._lone: dict[int, int] = {}

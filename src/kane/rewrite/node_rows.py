@@ -7,7 +7,7 @@ is found again by divisors; that of what was written in several ways is found fo
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from kane.expr.ops import OPS
 from kane.rewrite.graph import ONE, Coefficients, Cube, Graph, Price, common, over
@@ -117,10 +117,12 @@ def resum(g: Graph, price: Price, v: int) -> int:
     return 0
 
 
-ROWS: tuple[Callable[[Graph, Price, int], int], ...] = (squares, content, resum)
+NodeRow = Callable[[Graph, Price, int], int]
+"""It gives what is gained at a sum."""
+ROWS: tuple[NodeRow, ...] = (squares, content, resum)
 
 
-def sweep(g: Graph, price: Price, rows: tuple[Callable[[Graph, Price, int], int], ...] = ROWS) -> int:
+def sweep(g: Graph, price: Price, rows: Iterable[NodeRow] = ROWS) -> int:
     """Each row once at each sum that changed since the last time; gives how often one gained."""
     order = g.order()
     g.place = {v: i for i, v in enumerate(order)}

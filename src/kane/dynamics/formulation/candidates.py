@@ -21,19 +21,22 @@ Reactions follow from the accelerations, as one writes them by hand once u̇ is 
 with a and α of each body put together first: the products with partial velocities are then as many as there are reactions, not as
 many as entries of M_a. Where no load holds a reaction.
 
-Loads along what constraints hold contribute nothing: u̇ is solved without them, so that none of them is left there to cancel. A
-force X e on a particle whose velocity along e is given, or X e and −X e on two that have it in common, is part of what holds them
-(Kane & Levinson 1985, sec. 4.5). Without it λ + X takes the place of the multiplier λ, and nothing else changes.
+In the end equations are written short, where q̇, u̇ and the reactions together take fewer operations so. What is known has its
+name, what is alike is made once, lengths go by parameters; long equations stay, for in them the ways differ by little:
+
+    Ṙ s₁ + R s s₁  →  … u₅ where the constraints give u₅ = R s s₁;   g sin q + R w,  R x  →  R ((g/R) sin q + w),  R x
+    q̇ collected: ẋ = R (u₂ tan q₂ − u₃) cos q₁ for R u₂ cos q₁ tan q₂ − R u₃ cos q₁
+    short quotients: I Ω u/(m R² + I) for I Ω u/(R² (m + I/R²))
+    ė = ½ Gᵀ ω with ω/2: three halves in the place of four, for each set of Euler parameters
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Literal, NamedTuple
 
 from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.manifold import Touch, contacts
-from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.forcing import LoadTerm, Moving, generalized_by_motion, moving_parts
 from kane.dynamics.formulation.equations import (
@@ -41,34 +44,33 @@ from kane.dynamics.formulation.equations import (
     about_points_at_rest,
     embedded,
     embedded_motions,
-    holds_reactions,
     homogeneous,
     power,
     solved_reactions,
     squares,
     unguarded_classical,
 )
-from kane.dynamics.formulation.shorten import short_forms
 from kane.dynamics.formulation.speeds import ConstraintRates, by_definitions, twins
 from kane.dynamics.solved import Solved
-from kane.expr.build import NODE_BUILDERS, mul, neg, sub, sum_of
-from kane.expr.differentiation import Affine
+from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sum_of
+from kane.expr.differentiation import affine_forms
 from kane.expr.evaluation import Prices, exceeds, free_symbols, is_constant_in_time, price
-from kane.expr.forms.collect import collected
+from kane.expr.forms.collect import collected, combined
+from kane.expr.forms.scales import scaled
+from kane.expr.forms.shorter import named, shared
+from kane.expr.forms.shorter import with_short_quotients as shortened
 from kane.expr.matrix import Matrix
-from kane.expr.node import ONE, ZERO, Expr, nodes
-from kane.expr.ops import DIV, OPS, REGULAR
-from kane.expr.regular import factors
+from kane.expr.node import TWO, ZERO, Expr, nodes
+from kane.expr.ops import ADD, DIV, MUL, NEG, OPS, REGULAR, SUB
+from kane.expr.regular import extended, factors
 from kane.expr.square_system import square
 from kane.expr.symbols import QuasiRate, rate
 from kane.expr.visit import remembered, substituting
 from kane.kinematics.velocities import ContactPoint, Following, Kinematics, Motion
 from kane.kinematics.velocity_constraints import drift_of
-from kane.model.constraints import Constraint, constraint_of
 from kane.model.declarations import constraint_rate
-from kane.model.loads import Load
 from kane.space.frame import Point
-from kane.space.rotation import UNITS, Basis, single
+from kane.space.rotation import Basis
 from kane.space.vector import Vector
 
 LARGE = 800
@@ -190,119 +192,6 @@ def _dot_along(partial: Vector, v: Vector) -> Expr:
     return partial.dot(v.express(partial.parts[0][0]) if len(partial.parts) == 1 else v)
 
 
-# Loads along what constraints hold -----------------------------------------------------------------------------------
-
-
-Route = Callable[[Derived, Partition | None], Solved]
-Forces = dict[Point, Vector]
-
-
-def without_held_forces(route: Route) -> Route:
-    """The route taken with what is left of the loads."""
-
-    def solved(derived: Derived, partition: Partition | None) -> Solved:
-        held, loads = _held(derived, partition) if partition is not None else ({}, ())
-        if not held:
-            return route(derived, partition)
-        light = replace(derived, system=derived.system.with_loads(loads))
-        found = route(light, partition)
-        if found.twin is not None or found.derived is not light:
-            return route(derived, partition)
-        memo: dict[Expr, Affine] = {}
-        reactions, constraints = list(found.reactions), derived.constraints.constraints
-        for i, r in enumerate(derived.reactions):
-            c = constraint_of(r)
-            if c is not None and c in held:
-                reactions[i] = sub(reactions[i], derived.kinematical.in_speeds(held[c], memo))
-        of_rows = found.of_rows and {
-            r: sub(x, derived.kinematical.in_speeds(held[c], memo)) if (c := constraints[r]) in held else x
-            for r, x in found.of_rows.items()
-        }
-        return replace(found, derived=derived, lightened=light, reactions=tuple(reactions), of_rows=of_rows)
-
-    return solved
-
-
-def _held(derived: Derived, partition: Partition) -> tuple[Mapping[Constraint, Expr], Sequence[Load]]:
-    """The loads' measure numbers along constraints that do not follow from others, and the loads without them."""
-    constraints = [derived.constraints.constraints[r] for r in sorted(partition.rows)]
-    loaded = _plain(derived.system.loads, {p for c in constraints for p, _ in c.forces})
-    left = dict(loaded)
-    held: dict[Constraint, Expr] = {}
-    waiting = [
-        c for c in constraints if not c.torques and len(c.forces) in (1, 2) and all(p in left for p, _ in c.forces)
-    ]
-    while waiting:  # the plainest force first: what is left is plainer for the others
-        found = [(c, *_components(c, left)) for c in waiting]
-        c, x, after = min(found, key=lambda each: (each[1] is ZERO, price([each[1]])))
-        if x is ZERO:
-            break
-        held[c] = x
-        left |= after
-        waiting.remove(c)
-    if not held or holds_reactions(derived):
-        return {}, ()
-    changed = {p: v for p, v in left.items() if v is not loaded[p]}
-    kept = [_elsewhere(load, changed) for load in derived.system.loads]
-    rests = [Load(f"rest at {p.name}", ((p, v),)) for p, v in changed.items() if not v.is_zero]
-    return held, [*(load for load in kept if load.forces or load.torques), *rests]
-
-
-def _is_plain(load: Load) -> bool:
-    return load.potential is None and load.slip is None
-
-
-def _plain(loads: Iterable[Load], points: set[Point]) -> Forces:
-    """The forces of plain loads at points, all of one point together."""
-    total: Forces = {}
-    for load in loads:
-        for p, v in load.forces if _is_plain(load) else ():
-            if p in points:
-                total[p] = total[p] + v if p in total else v
-    return total
-
-
-def _elsewhere(load: Load, points: Mapping[Point, Vector]) -> Load:
-    """The load without its forces at points that are told anew."""
-    if not _is_plain(load) or not any(p in points for p, _ in load.forces):
-        return load
-    return Load(load.name, tuple((p, v) for p, v in load.forces if p not in points), load.torques)
-
-
-def _components(c: Constraint, loaded: Forces) -> tuple[Expr, Forces]:
-    """X of the forces X e, or X e and −X e, along the constraint, and what is left at its points, where that is less."""
-    places: list[tuple[Point, Basis, int, Expr]] = []
-    for p, e in c.forces:
-        frame, axis = e.parts[0]
-        i = single(axis)
-        if len(e.parts) > 1 or i is None or not (axis[i] is ONE or neg(axis[i]) is ONE):
-            return ZERO, {}
-        places.append((p, frame, i, axis[i]))
-    least = (*_scalars(loaded[p] for p, *_ in places), 0)
-    best: tuple[Expr, Forces] = ZERO, {}
-    for p, frame, i, sign in places:
-        own = sum_of([v[i] for f, v in loaded[p].parts if f is frame])
-        for number in (own, loaded[p].components(frame)[i]):
-            x = mul(sign, number)
-            left = {p: _less(loaded[p], frame, i, mul(sign, x)) for p, frame, i, sign in places}
-            found = (*_scalars(left.values()), price([x]))
-            if x is not ZERO and found < least:
-                best, least = (x, left), found
-    return best
-
-
-def _less(v: Vector, frame: Basis, i: int, x: Expr) -> Vector:
-    """v without x along an axis, over its own frames or along that of the axis."""
-    rest = (v - Vector(((frame, UNITS[i]),)) * x).map(collected)
-    return min((rest, rest.express(frame).map(collected)), key=lambda w: _scalars([w]))
-
-
-def _scalars(vectors: Iterable[Vector]) -> tuple[int, int]:
-    """Measure numbers that there are, and what they cost."""
-    scalars = [x for v in vectors for x in v.scalars() if x is not ZERO]
-    return len(scalars), price(scalars)
-
-
 _TAN = OPS["tan"]
 
 
@@ -324,6 +213,24 @@ BY_RATES = (Choice("after"), Choice("before", bias="momenta"), Choice("before", 
 """With rates of constraints as speeds."""
 
 
+SPEEDS = ("mass centre", "rates of constraints", "absolute")
+"""Speeds beside the declared ones: velocities of the mass centre, rates of constraints, rates of absolute angles."""
+DEPENDENT = ("A_n", "definitions", "tree", "rates")
+"""Ways to the dependent u̇: by A_n and c_D, by definitions, and differentiated at once, along the tree or from rates as written."""
+
+
+class Tried(NamedTuple):
+    """What the search tries: without an entry of a table it shows what that entry brings (`benchmarks/ablation.py`)."""
+
+    speeds: tuple[str, ...] = SPEEDS
+    declared: tuple[Choice, ...] = DECLARED
+    by_rates: tuple[Choice, ...] = BY_RATES
+    dependent: tuple[str, ...] = DEPENDENT
+
+
+TRIED = Tried()
+
+
 class Candidate(NamedTuple):
     """A solution in the speeds of its own `derived`, the motions that it is made with, and which of these speeds vanish."""
 
@@ -333,10 +240,12 @@ class Candidate(NamedTuple):
 
 
 def by_rates(
-    derived: Derived, e: Embedding, touching: Sequence[Touch], coupled: bool, large: bool
+    derived: Derived, e: Embedding, touching: Sequence[Touch], coupled: bool, large: bool, tried: Tried = TRIED
 ) -> Iterator[list[Candidate]]:
     """Candidates with rates of constraints as speeds, for each choice of these."""
-    choices = ASSEMBLED if coupled else LONG if large else BY_RATES
+    if "rates of constraints" not in tried.speeds:
+        return
+    choices = ASSEMBLED if coupled else LONG if large else tried.by_rates
     for twin, w in twins(derived, e.partition, touching):
         own = embedding(twin.constraints, e.partition)
         own = own.guarded() if large and not coupled else own  # of what is long next to nothing cancels
@@ -345,9 +254,11 @@ def by_rates(
         yield [Candidate(w.solution(c.solution), c.moving, w) for c in every]
 
 
-def in_declared_speeds(derived: Derived, e: Embedding, touching: Sequence[Touch], large: bool) -> Iterator[Candidate]:
+def in_declared_speeds(
+    derived: Derived, e: Embedding, touching: Sequence[Touch], large: bool, tried: Tried = TRIED
+) -> Iterator[Candidate]:
     """Candidates in the declared speeds, through the particles that constraints hold."""
-    return _candidates(LONG if large else DECLARED, derived, e, contacts(touching, {}, derived.kinematics), False)
+    return _candidates(LONG if large else tried.declared, derived, e, contacts(touching, {}, derived.kinematics), False)
 
 
 def _candidates(
@@ -375,19 +286,21 @@ def all_speeds(derived: Derived) -> Motions:
 # Dependent speeds --------------------------------------------------------------------------------------------------------
 
 
-def with_dependent(derived: Derived, e: Embedding, candidate: Candidate, large: bool) -> Iterator[Exprs]:
+def with_dependent(
+    derived: Derived, e: Embedding, candidate: Candidate, large: bool, ways: Sequence[str] = DEPENDENT
+) -> Iterator[Exprs]:
     """u̇ with those of the dependent speeds, which follow from those of the independent ones."""
     solution, w = candidate.solution, candidate.w
     own = [solution.accelerations[i] for i in e.independent]
-    if w is None or not large or candidate.moving is None:
+    if "A_n" in ways and (w is None or not large or candidate.moving is None):
         yield e.every(own)
-    if w is not None:
+    if w is not None and "definitions" in ways:
         yield by_definitions(derived, solution.derived, solution.accelerations, w)
     if not large:
-        yield from _differentiated(derived, e, own)
+        yield from _differentiated(derived, e, own, ways)
 
 
-def _differentiated(derived: Derived, e: Embedding, u_dot: Sequence[Expr]) -> Iterator[Exprs]:
+def _differentiated(derived: Derived, e: Embedding, u_dot: Sequence[Expr], ways: Sequence[str]) -> Iterator[Exprs]:
     """u̇ of all speeds along the tree and from the rates of coordinates, `u_dot` being those of the independent ones."""
     own = dict(zip(e.independent, u_dot, strict=True))
     usual = derived.kinematics
@@ -399,9 +312,10 @@ def _differentiated(derived: Derived, e: Embedding, u_dot: Sequence[Expr]) -> It
         values = own | dict(zip(e.partition.dependent, solver.solve(list(map(neg, right))), strict=True))
         return tuple(values[i] for i in range(len(values)))
 
-    yield solved([drift_of(c, given, usual) for c in held])
+    if "tree" in ways:
+        yield solved([drift_of(c, given, usual) for c in held])
     rates = [constraint_rate(c) for c in held]
-    if not any(isinstance(s, QuasiRate) for s in free_symbols(rates)):
+    if "rates" in ways and not any(isinstance(s, QuasiRate) for s in free_symbols(rates)):
         by_speeds: dict[Expr, Expr] = {
             rate(q): x for q, x in zip(derived.system.coordinates, derived.rates, strict=True)
         }
@@ -483,3 +397,98 @@ class Poles:
         while self._open and not divided <= self._known:
             self._known |= self._open.pop(0)()
         return divided <= self._known
+
+
+# Short forms ---------------------------------------------------------------------------------------------------------
+
+
+SHORT = 200
+"""Operations above which equations stay as they are."""
+
+
+def with_short_forms(s: Solved) -> Solved:
+    """The same with shorter u̇, reactions and q̇; before it is guarded."""
+    n, rates = len(s.accelerations), s.rates
+    found = short_forms((*s.accelerations, *s.reactions, *rates), s.derived, s.embedding)
+    own = found[len(found) - len(rates) :]
+    return replace(
+        s,
+        accelerations=found[:n],
+        reactions=found[n : len(found) - len(rates)],
+        shorter_rates=s.shorter_rates if all(x is y for x, y in zip(own, rates, strict=True)) else own,
+    )
+
+
+def short_forms(exprs: Sequence[Expr], derived: Derived, e: Embedding | None) -> tuple[Expr, ...]:
+    """Expressions that are computed together in fewer operations; themselves where they are long."""
+    best = tuple(exprs)
+    if exceeds(best, SHORT):
+        return best
+    least = price(best)
+    given = _by_constraints(derived, e)
+    kept = frozenset(e.guards_in_use) if e else frozenset()
+    final: dict[str, tuple[Expr, ...]] = {}
+    for rewritten in (lambda x, same: named(x, given, same), shared, combined, scaled, shared):
+        if final.get(rewritten.__name__) is best:  # nothing has changed since
+            continue
+        found = rewritten(best, kept)
+        cost = price(found)
+        if cost < least:
+            best, least = found, cost
+        final[rewritten.__name__] = best
+    return best
+
+
+def _by_constraints(derived: Derived, e: Embedding | None) -> dict[Expr, Expr]:
+    """Dependent speeds by what the constraints give them as."""
+    if e is None:
+        return {}
+    own = [derived.speeds[i] for i in e.independent]
+    given = map(add, e.a_n @ own, e.b_n)
+    return {collected(x): derived.speeds[d] for x, d in zip(given, e.partition.dependent, strict=True) if x.args}
+
+
+_SUMS = {ADD, SUB, MUL, NEG}
+
+
+def with_short_rates(s: Solved) -> Solved:
+    """The same with each q̇ in the form that takes the fewest operations beside u̇, the reactions and the other q̇."""
+    rates, price = list(s.rates), None
+    sums = [i for i, x in enumerate(rates) if x.op in _SUMS and any(a.args for a in x.args)]
+    for i in sums:
+        found = collected(rates[i])
+        if found is not rates[i]:
+            price = price or Prices((*s.accelerations, *s.reactions))
+            tried = [*rates[:i], found, *rates[i + 1 :]]
+            rates = tried if price(tried) < price(rates) else rates
+    changed = any(x is not y for x, y in zip(rates, s.rates, strict=True))
+    return replace(s, shorter_rates=tuple(rates)) if changed else s
+
+
+def with_short_quotients(s: Solved) -> Solved:
+    """The same, where u̇, reactions and q̇ then take fewer operations, or as many and each of them fewer; before it is guarded."""
+    solved = (*s.accelerations, *s.reactions)
+    found = shortened(solved, s.shorter_rates or s.derived.rates)
+    if all(x is y for x, y in zip(solved, found, strict=True)):
+        return s
+    n, e = len(s.accelerations), s.embedding
+    if e is not None:
+        e = e.watching(extended(e.guards_in_use, found))
+    return replace(s, accelerations=found[:n], reactions=found[n:], embedding=e)
+
+
+def with_half_speeds(s: Solved) -> Solved:
+    """The same, where q̇ then takes fewer operations beside u̇."""
+    if not s.derived.system.euler_parameters:
+        return s
+    place: dict[Expr, int] = {q: i for i, q in enumerate(s.derived.system.coordinates)}
+    rates = list(s.rates)
+    for group in s.derived.system.euler_parameters:
+        own = [place[e] for e in group.coordinates]
+        forms = affine_forms([mul(TWO, rates[i]) for i in own], s.derived.speeds)
+        if any(rest is not ZERO for _, rest in forms):
+            continue
+        for i, (form, _) in zip(own, forms, strict=True):
+            rates[i] = sum_of(mul(c, div(u, TWO)) for u, c in form.items())
+    beside = (*s.accelerations, *s.reactions)
+    return replace(s, shorter_rates=tuple(rates)) if price((*rates, *beside)) < price((*s.rates, *beside)) else s

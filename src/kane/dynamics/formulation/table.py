@@ -4,14 +4,19 @@
 Of the `candidates` the shortest is taken that divides by nothing of W by which the classical route does not. One price,
 `kane.expr.evaluation.price`, compares them all. Candidates are priced by q̇ and u̇ of the independent speeds first; few are
 followed to the other accelerations, and to the reactions.
- Recursions are tried of trees from a few bodies on, and from one more on alone. There they are shorter and sooner found, and M
+
+Recursions are tried of trees from a few bodies on, and from one more on alone. There they are shorter and sooner found, and M
 and f are assembled when they are read. Of trees that constraints close they are tried from a few bodies more on, and alone where
 there are many freedoms for each constraint.
+
+Loads along what constraints hold contribute nothing: u̇ is solved without them, so that none of them is left there to cancel. A
+force X e on a particle whose velocity along e is given, or X e and −X e on two that have it in common, is part of what holds them
+(Kane & Levinson 1985, sec. 4.5). Without it λ + X takes the place of the multiplier λ, and nothing else changes.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, reduce
 
 from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.manifold import touches
@@ -19,33 +24,48 @@ from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived, Exprs, check_reactions_independent
 from kane.dynamics.formulation.candidates import (
     LARGE,
+    SHORT,
+    TRIED,
     Candidate,
     Poles,
+    Tried,
     all_speeds,
     by_rates,
     divisors,
     in_declared_speeds,
     of_embedding,
     with_dependent,
-    with_reactions,
-    without_held_forces,
-)
-from kane.dynamics.formulation.equations import classical, holds_reactions, unguarded_classical
-from kane.dynamics.formulation.recursive import BENT, WAYS, by_recursion, carrying, recursions
-from kane.dynamics.formulation.shorten import (
-    SHORT,
     with_half_speeds,
+    with_reactions,
     with_short_forms,
     with_short_quotients,
     with_short_rates,
 )
-from kane.dynamics.formulation.speeds import absolute, by_mass_centre, constraint_speeds
+from kane.dynamics.formulation.equations import (
+    classical,
+    holds_reactions,
+    unguarded_classical,
+)
+from kane.dynamics.formulation.recursive import BENT, WAYS, by_recursion, carrying, recursions
+from kane.dynamics.formulation.speeds import (
+    absolute,
+    by_mass_centre,
+    constraint_speeds,
+)
 from kane.dynamics.solved import Solved
 from kane.errors import KaneError, ModelError, ReactionError, SingularError
-from kane.expr.evaluation import Prices, exceeds
-from kane.expr.node import Expr
+from kane.expr.build import mul, neg, sub, sum_of
+from kane.expr.differentiation import Affine
+from kane.expr.evaluation import Prices, exceeds, price
+from kane.expr.forms.collect import collected
+from kane.expr.node import ONE, ZERO, Expr
 from kane.kinematics.freedoms import Unsuited
 from kane.model.bodies import deforming
+from kane.model.constraints import Constraint, constraint_of
+from kane.model.loads import Load
+from kane.space.frame import Point
+from kane.space.rotation import UNITS, Basis, single
+from kane.space.vector import Vector
 
 _TREE, _GROWN = 5, 6
 """Bodies from which on recursions are tried, and from which on nothing else is."""
@@ -132,29 +152,38 @@ _LONG = 400
 """Operations of q̇ and A, times the bodies, from which on rates of constraints as speeds are shorter than the classical route."""
 
 
-def shortest(derived: Derived, partition: Partition | None) -> Solved:
+FINISHES = (with_short_quotients, with_short_rates, with_short_forms)
+"""What shortens the solution that was found, one after the other."""
+
+
+def shortest(
+    derived: Derived,
+    partition: Partition | None,
+    tried: Tried = TRIED,
+    finishes: Sequence[Callable[[Solved], Solved]] = FINISHES,
+) -> Solved:
     """u̇ and the reactions by the route with the fewest operations, by absolute rates where links turn about parallel axes."""
     found = recursive(derived, partition)
     if found and is_grown(derived, partition):
         return compared(found)
-    usual = with_short_forms(with_short_rates(with_short_quotients(_by_speeds(derived, partition)))).guarded()
+    usual = reduce(lambda s, finish: finish(s), finishes, _by_speeds(derived, partition, tried)).guarded()
     return compared([usual, *found]) if found else usual
 
 
-def _by_speeds(derived: Derived, partition: Partition | None) -> Solved:
-    other = absolute(derived, partition)
+def _by_speeds(derived: Derived, partition: Partition | None, tried: Tried) -> Solved:
+    other = absolute(derived, partition) if "absolute" in tried.speeds else None
     if other is not None:
         try:
-            return other.declared(shortest_in_given_speeds(other.derived, partition), derived, partition)
+            return other.declared(shortest_in_given_speeds(other.derived, partition, tried), derived, partition)
         except KaneError:  # what is wrong is said of the declared speeds
             pass
-    return shortest_in_given_speeds(derived, partition)
+    return shortest_in_given_speeds(derived, partition, tried)
 
 
-def shortest_in_given_speeds(derived: Derived, partition: Partition | None) -> Solved:
+def shortest_in_given_speeds(derived: Derived, partition: Partition | None, tried: Tried = TRIED) -> Solved:
     """The shortest solution in the speeds of `derived`."""
     e = None if partition is None else embedding(derived.constraints, partition)
-    return _Search(derived, e, holds_reactions(derived)).shortest()
+    return _Search(derived, e, holds_reactions(derived), tried).shortest()
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,6 +193,7 @@ class _Search:
     derived: Derived
     e: Embedding | None
     coupled: bool
+    tried: Tried
 
     @cached_property
     def usual(self) -> Candidate:
@@ -177,7 +207,7 @@ class _Search:
 
     def without_constraints(self) -> list[Candidate]:
         """By velocities of the mass centre, where one body is free to translate, and assembled, unless those are short already."""
-        by_centre = by_mass_centre(self.derived)
+        by_centre = by_mass_centre(self.derived) if "mass centre" in self.tried.speeds else None
         if by_centre is not None:
             twin, solution = by_centre
             solved = (*solution.accelerations, *solution.reactions)
@@ -199,18 +229,20 @@ class _Search:
         d, rows = self.derived, self.derived.constraints
         touching = touches(rows.constraints, e.partition.rows, d.kinematics)
         if not self.coupled and exceeds((*d.rates, *rows.a.entries), _LONG // len(d.inertias)):
-            every = [c for group in by_rates(d, e, touching, coupled=False, large=True) for c in group]
+            every = [
+                c for group in by_rates(d, e, touching, coupled=False, large=True, tried=self.tried) for c in group
+            ]
             if every:
                 return every, True
         usual = self.usual.solution
         large = self.price((*usual.accelerations, *usual.reactions)) > LARGE
         every, least = [self.usual], cost(self.usual)
-        for group in by_rates(d, e, touching, self.coupled, large):
+        for group in by_rates(d, e, touching, self.coupled, large, self.tried):
             every += group
             if min(map(cost, group)) < least:
                 return every, large
         if not self.coupled and not (large and len(every) > 1):
-            every += in_declared_speeds(d, e, touching, large)
+            every += in_declared_speeds(d, e, touching, large, self.tried)
         return every, large
 
     def accelerations(self) -> list[tuple[Candidate, Exprs]]:
@@ -229,7 +261,7 @@ class _Search:
         for least, c in sorted(priced, key=lambda pair: pair[0])[:_FEW]:
             if pairs and least >= min(pairs)[0]:
                 break
-            for u_dot in with_dependent(self.derived, e, c, large):
+            for u_dot in with_dependent(self.derived, e, c, large, self.tried.dependent):
                 if poles.fewer(c.solution.derived, u_dot):
                     pairs.append((self.price(u_dot), len(pairs), c, u_dot))
         return [(c, u_dot) for _, _, c, u_dot in sorted(pairs)[:_FEW]]
@@ -247,8 +279,122 @@ class _Search:
         return with_reactions(known, u_dot, d, e, differentiated=True)
 
 
+# Loads along what constraints hold -----------------------------------------------------------------------------------
+
+
 Route = Callable[[Derived, Partition | None], Solved]
 """From what is derived, and a choice of dependent speeds where there are constraints, to u̇ and the reactions."""
+Forces = dict[Point, Vector]
+
+
+def without_held_forces(route: Route) -> Route:
+    """The route taken with what is left of the loads."""
+
+    def solved(derived: Derived, partition: Partition | None) -> Solved:
+        held, loads = _held(derived, partition) if partition is not None else ({}, ())
+        if not held:
+            return route(derived, partition)
+        light = replace(derived, system=derived.system.with_loads(loads))
+        found = route(light, partition)
+        if found.twin is not None or found.derived is not light:
+            return route(derived, partition)
+        memo: dict[Expr, Affine] = {}
+        reactions, constraints = list(found.reactions), derived.constraints.constraints
+        for i, r in enumerate(derived.reactions):
+            c = constraint_of(r)
+            if c is not None and c in held:
+                reactions[i] = sub(reactions[i], derived.kinematical.in_speeds(held[c], memo))
+        of_rows = found.of_rows and {
+            r: sub(x, derived.kinematical.in_speeds(held[c], memo)) if (c := constraints[r]) in held else x
+            for r, x in found.of_rows.items()
+        }
+        return replace(found, derived=derived, lightened=light, reactions=tuple(reactions), of_rows=of_rows)
+
+    return solved
+
+
+def _held(derived: Derived, partition: Partition) -> tuple[Mapping[Constraint, Expr], Sequence[Load]]:
+    """The loads' measure numbers along constraints that do not follow from others, and the loads without them."""
+    constraints = [derived.constraints.constraints[r] for r in sorted(partition.rows)]
+    loaded = _plain(derived.system.loads, {p for c in constraints for p, _ in c.forces})
+    left = dict(loaded)
+    held: dict[Constraint, Expr] = {}
+    waiting = [
+        c for c in constraints if not c.torques and len(c.forces) in (1, 2) and all(p in left for p, _ in c.forces)
+    ]
+    while waiting:  # the plainest force first: what is left is plainer for the others
+        found = [(c, *_components(c, left)) for c in waiting]
+        c, x, after = min(found, key=lambda each: (each[1] is ZERO, price([each[1]])))
+        if x is ZERO:
+            break
+        held[c] = x
+        left |= after
+        waiting.remove(c)
+    if not held or holds_reactions(derived):
+        return {}, ()
+    changed = {p: v for p, v in left.items() if v is not loaded[p]}
+    kept = [_elsewhere(load, changed) for load in derived.system.loads]
+    rests = [Load(f"rest at {p.name}", ((p, v),)) for p, v in changed.items() if not v.is_zero]
+    return held, [*(load for load in kept if load.forces or load.torques), *rests]
+
+
+def _is_plain(load: Load) -> bool:
+    return load.potential is None and load.slip is None
+
+
+def _plain(loads: Iterable[Load], points: set[Point]) -> Forces:
+    """The forces of plain loads at points, all of one point together."""
+    total: Forces = {}
+    for load in loads:
+        for p, v in load.forces if _is_plain(load) else ():
+            if p in points:
+                total[p] = total[p] + v if p in total else v
+    return total
+
+
+def _elsewhere(load: Load, points: Mapping[Point, Vector]) -> Load:
+    """The load without its forces at points that are told anew."""
+    if not _is_plain(load) or not any(p in points for p, _ in load.forces):
+        return load
+    return Load(load.name, tuple((p, v) for p, v in load.forces if p not in points), load.torques)
+
+
+def _components(c: Constraint, loaded: Forces) -> tuple[Expr, Forces]:
+    """X of the forces X e, or X e and −X e, along the constraint, and what is left at its points, where that is less."""
+    places: list[tuple[Point, Basis, int, Expr]] = []
+    for p, e in c.forces:
+        frame, axis = e.parts[0]
+        i = single(axis)
+        if len(e.parts) > 1 or i is None or not (axis[i] is ONE or neg(axis[i]) is ONE):
+            return ZERO, {}
+        places.append((p, frame, i, axis[i]))
+    least = (*_scalars(loaded[p] for p, *_ in places), 0)
+    best: tuple[Expr, Forces] = ZERO, {}
+    for p, frame, i, sign in places:
+        own = sum_of([v[i] for f, v in loaded[p].parts if f is frame])
+        for number in (own, loaded[p].components(frame)[i]):
+            x = mul(sign, number)
+            left = {p: _less(loaded[p], frame, i, mul(sign, x)) for p, frame, i, sign in places}
+            found = (*_scalars(left.values()), price([x]))
+            if x is not ZERO and found < least:
+                best, least = (x, left), found
+    return best
+
+
+def _less(v: Vector, frame: Basis, i: int, x: Expr) -> Vector:
+    """v without x along an axis, over its own frames or along that of the axis."""
+    rest = (v - Vector(((frame, UNITS[i]),)) * x).map(collected)
+    return min((rest, rest.express(frame).map(collected)), key=lambda w: _scalars([w]))
+
+
+def _scalars(vectors: Iterable[Vector]) -> tuple[int, int]:
+    """Measure numbers that there are, and what they cost."""
+    scalars = [x for v in vectors for x in v.scalars() if x is not ZERO]
+    return len(scalars), price(scalars)
+
+
+# Routes by name -------------------------------------------------------------------------------------------------------
+
 
 ROUTES: dict[str, Route] = {
     "classical": classical,

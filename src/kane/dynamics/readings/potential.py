@@ -29,8 +29,7 @@ from kane.errors import KaneError, PotentialError, cut
 from kane.expr.build import add, mul, neg, sub, sum_of
 from kane.expr.differentiation import diff
 from kane.expr.evaluation import free_symbols, price
-from kane.expr.forms.collect import factored
-from kane.expr.forms.expand import expanded
+from kane.expr.forms.collect import expanded, factored
 from kane.expr.forms.integration import antiderivative
 from kane.expr.matrix import invert
 from kane.expr.node import ONE, ZERO, Expr, constant

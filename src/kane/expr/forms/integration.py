@@ -13,8 +13,7 @@ from fractions import Fraction
 from kane.expr.build import NODE_BUILDERS, add, cos, div, mul, neg, sin, sub, sum_of
 from kane.expr.differentiation import affine, diff
 from kane.expr.evaluation import free_symbols
-from kane.expr.forms.collect import Powers, Term, ordered
-from kane.expr.forms.expand import expanded
+from kane.expr.forms.collect import Powers, Term, expanded, ordered
 from kane.expr.node import ONE, ZERO, Expr, constant
 from kane.expr.ops import ADD, COS, DIV, MUL, NEG, OPS, SIN, SQRT, SUB, TAN
 from kane.expr.symbols import Parameter, Symbol

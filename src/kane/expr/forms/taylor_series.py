@@ -13,8 +13,7 @@ from kane.errors import ArgumentError, cut
 from kane.expr.build import add, mul, sub
 from kane.expr.differentiation import leaves, tangent
 from kane.expr.evaluation import price
-from kane.expr.forms.collect import factored
-from kane.expr.forms.expand import expanded
+from kane.expr.forms.collect import expanded, factored
 from kane.expr.node import ZERO, Expr, as_expr, constant
 from kane.expr.symbols import Parameter
 from kane.expr.visit import substituted

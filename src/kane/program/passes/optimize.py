@@ -25,6 +25,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,9 +37,9 @@ from kane.numeric.sampling import draw, value_of
 from kane.program.passes.graphs import joined, read, written
 from kane.program.passes.tiers import verified
 from kane.program.program import Code, Routine
-from kane.rewrite.divisors import Search
+from kane.rewrite.divisors import DIVISORS, Row, Search
 from kane.rewrite.graph import Graph, Price, cost
-from kane.rewrite.node_rows import normal, sweep
+from kane.rewrite.node_rows import ROWS, NodeRow, normal, sweep
 
 
 def rounding(code: Code, values: Sequence[float]) -> list[tuple[float, float]]:
@@ -124,14 +125,30 @@ _WIDE = 2.0
 """States are drawn once as everywhere, then of both signs up to this size."""
 
 
-def optimized(code: Code) -> Code:
+class Rules(NamedTuple):
+    """What rewrites code: what an entry brings shows where it is left out (`benchmarks/ablation.py`).
+
+    `divisors` are taken out of graphs and `rows` rewrite sums, from each of the `starts`; `limbs` that are alike stay side by
+    side, as they are.
+    """
+
+    divisors: tuple[type[Row], ...] = DIVISORS
+    rows: tuple[NodeRow, ...] = ROWS
+    starts: tuple[str, ...] = ("as read", "multiplied out")
+    limbs: bool = True
+
+
+RULES = Rules()
+
+
+def optimized(code: Code, rules: Rules = RULES) -> Code:
     """The code with fewer operations, or as it is where its results would be less exact."""
-    return _each(code, lambda part: next(form for form in _forms(part) if form is part or _as_exact(part, form)))
+    return _each(code, lambda part: next(form for form in _forms(part, rules) if form is part or _as_exact(part, form)))
 
 
-def rewritten(code: Code) -> Code:
+def rewritten(code: Code, rules: Rules = RULES) -> Code:
     """The code with fewer operations."""
-    return _each(code, lambda part: next(_forms(part)))
+    return _each(code, lambda part: next(_forms(part, rules)))
 
 
 def _each(code: Code, rewrite: Callable[[Code], Code]) -> Code:
@@ -153,38 +170,40 @@ def _alone(code: Code, routine: Routine) -> Code:
     return replace(code, routines=(routine,), notes=tuple([(i, note) for i, note in code.notes if i in needed]))
 
 
-def _forms(code: Code) -> Iterator[Code]:
+def _forms(code: Code, rules: Rules) -> Iterator[Code]:
     """Forms of the code of one routine that are no longer, and the code itself, the cheapest first, what was rewritten before it."""
     own = _counts(code)
-    for start in starts(code, own[0]):
+    for start in starts(code, own[0], rules):
         form = written(start, code)
         if (new := _counts(form))[0] <= own[0] and _cost(new) <= _cost(own):
             yield form
     yield code
 
 
-def starts(code: Code, count: int | None = None) -> list[Graph]:
+def starts(code: Code, count: int | None = None, rules: Rules = RULES) -> list[Graph]:
     """The graphs of code, of so many operations, from its starts, rewritten, the cheapest first."""
     graph = read(code)
     count = _counts(code)[0] if count is None else count
-    if count > _LONG:
-        return [_rewritten(graph)]
+    if count > _LONG or "multiplied out" not in rules.starts:
+        return [_rewritten(graph, rules)]
+    if "as read" not in rules.starts:
+        return [_rewritten(normal(graph), rules)]
     before, out = cost(graph), normal(graph)
     first, second = (out, graph) if cost(out) > _LENGTHENED * before else (graph, out)
-    made = _rewritten(first)
+    made = _rewritten(first, rules)
     if count > _SHORT and cost(made) < before:
         return [made]
-    other = _rewritten(second)
+    other = _rewritten(second, rules)
     return sorted([made, other], key=cost)
 
 
-def _rewritten(graph: Graph) -> Graph:
+def _rewritten(graph: Graph, rules: Rules) -> Graph:
     """The graph by all rules, as long as one gains."""
     price = Price(graph, _SELDOM, 1)
-    search = Search(graph, price)
+    search = Search(graph, price, rules.divisors)
     search.run()
     for _ in range(_ROUNDS):
-        if not sweep(graph, price):
+        if not sweep(graph, price, rules.rows):
             break
         search.run()
     return graph
