@@ -130,8 +130,10 @@ def moved(system, scale, start):
             parameters=system.parameters(scale), inputs=system.scaled(inputs, scale),
             atol=(1e-12 if "flexible" in system.module.__name__ else 1e-9) * min(1.0, *factors),  # deflections are small
         )  # fmt: skip
-    # which speeds are dependent is chosen anew where they must be: steps are others in units of which some need a smaller atol
-    events = ["dependent speeds" if e.name.startswith("dependent speeds") else e.name for e, _ in sol.events]
+    # which speeds are dependent is chosen anew where they must be, at the end of a step, once or, of choices that are as good there,
+    # twice: steps are others in units of which some need a smaller atol
+    named = ["dependent speeds" if e.name.startswith("dependent speeds") else e.name for e, _ in sol.events]
+    events = [name for k, name in enumerate(named) if k == 0 or (name, named[k - 1]) != ("dependent speeds",) * 2]
     return (sol.status, events, len(said), sol.keeps_energy), np.hstack([sol.q, sol.u]) / factors
 
 

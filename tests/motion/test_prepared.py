@@ -210,7 +210,7 @@ def test_between_start_and_end_no_python_is_called(monkeypatch):
     again = kn.simulate(eom, (0, 1.8), **given)
     assert first.status == again.status == "finished"
     assert len({np.sign(u) for u in first[speed]}) > 1
-    assert len(first.events) > 3
+    assert sum(event.name == "dead centre" for event, _ in first.events) > 1
     assert np.array_equal(first.states, again.states)
     assert calls == [1]  # that of the kernel itself
 

@@ -43,7 +43,8 @@ class Slot(IntEnum):
     stability or convergence made short. LOOKED is 1 where Python has looked at the constraints of the step, 2 at its events too. SPAN
     is the length of the motion, PHASE when an action was last taken, SINCE how long after the one before; LOGGED events
     and JUMPS are noted; `control` may have it STOPPED. SIDED is 0 where the sides of switches are not known, 2 where some turn. Where
-    END is a place at which a switch turns, TURNING is 1 and BEYOND the end behind it. CHOICE is which dependent speeds are stepped.
+    END is a place at which a switch turns, TURNING is 1 and BEYOND the end behind it. CHOICE is which dependent speeds are stepped,
+    MEASURED whether the sizes of constraints are those of this step.
     """
 
     TIME = 0
@@ -78,6 +79,7 @@ class Slot(IntEnum):
     TURNING = 29
     BEYOND = 30
     CHOICE = 31
+    MEASURED = 32
 
 
 SIZE = len(Slot)

@@ -278,9 +278,14 @@ class Held:
         shorter = passed & (next_ >= 0) & ((next_ < own) | (own < next_)) & (h > 4.0 * o.shortest())
         unknown = (next_ < 0) | (self.ready[w.select(next_ < 0, w.integer(0), next_)] < 1.0)
         o.put(Slot.HELD, w.select(self.doubt.get() > 0, DOUBTFUL, w.select(poor, POORER, 0.0)))
+        first = chooses & (poor | passed) & (o.get(Slot.MEASURED) < 1.0)
+        with w.when(first):  # as entries of A may have grown since their sizes were taken, which projections go by
+            self.measure()
+            o.put(Slot.MEASURED, 1.0)
+            o.ask(ReturnCode.AGAIN)
         with w.when(self.log[0] >= float(CHANGES)):
             o.ask(ReturnCode.FULL)
-        with w.when((o.get(Slot.HELD) > 0.0) & (o.get(Slot.LOOKED) < 1.0)):
+        with w.when((o.get(Slot.HELD) > 0.0) & (o.get(Slot.LOOKED) < 1.0) & ~first):
             with w.when(shorter):  # as others do, these alone do not follow there
                 o.put(Slot.STEP, h * 0.5)
                 o.ask(ReturnCode.AGAIN)
@@ -381,6 +386,7 @@ class Held:
     def kept(self) -> None:
         """The step was gone on from, by other dependent speeds from there on, or poor ones, until they become poorer by a quarter."""
         w, o = self.writer, self.context
+        o.put(Slot.MEASURED, 0.0)
         quarter = o.get(Slot.SHARE) * 1.25
         own = w.compute("float", self.next.get()) >= o.get(Slot.CHOICE)
         stays = (self.next.get() >= 0) & own & (w.compute("float", self.next.get()) <= o.get(Slot.CHOICE))
