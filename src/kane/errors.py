@@ -83,6 +83,10 @@ class SimulationError(KaneError, RuntimeError):
     """A simulation cannot start or cannot go on."""
 
 
+class ContactError(SimulationError):
+    """No forces of contacts agree with the laws of friction, or those of impacts cannot be met."""
+
+
 class CornerError(SimulationError):
     """Equations have no derivative at a state, as a switch (|x|, max, where, …) stands there whose sides differ; or no value.
 

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Directions φ in which contacts in space may begin to slip: all of them, as zeros of trigonometric polynomials.
+
+Of one contact, F = −μ N d(φ), a_n = 0 and d⊥·a_t = 0 make a polynomial of degree 2 in φ, which is a quartic in tan(φ/2). Of two, each
+condition is of degree 2 in the contact's own angle and 1 in the other; their resultant is of degree 10 in the first angle. Zeros are
+those of the polynomial in z = exp(iφ) near to the unit circle, where no direction is at infinity.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kane.numeric.arrays import Array, Complex
+from kane.numeric.scale import ROUNDED
+
+_SAMPLES, _RESULTANT_SAMPLES = 8, 32
+"""Angles at which polynomials of degree 2 and of degree 10 are asked for."""
+_NEAR_CIRCLE = 0.02
+"""How far from |z| = 1 a zero may be: double ones leave the circle by the root of rounding. Newton's method tells which are."""
+
+
+def zeros(coefficients: Complex) -> Array:
+    """The angles at which Σ c_m exp(imφ), m = −n … n, may vanish."""
+    size = np.abs(coefficients)
+    most = size.max()
+    if not most > 0:
+        return np.zeros(0)
+    counts = np.flatnonzero(size > ROUNDED * most)
+    z = np.roots(coefficients[counts[0] : counts[-1] + 1][::-1])
+    z = z[np.abs(z) > 0]
+    return np.sort(np.angle(z[np.abs(np.log(np.abs(z))) < _NEAR_CIRCLE]))
+
+
+def harmonics(samples: Complex | Array, degree: int) -> Complex:
+    """c_m (… × 2n + 1), m = −n … n, of a trigonometric polynomial by its values at equidistant angles (… × s)."""
+    c = np.fft.fft(samples, axis=-1) / samples.shape[-1]
+    return np.concatenate([c[..., -degree:], c[..., : degree + 1]], axis=-1)
+
+
+def unit(angles: Array) -> Array:
+    """Unit vectors (… × 2) by their angles (…)."""
+    return np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+
+
+def across(directions: Array) -> Array:
+    """The vectors (… × 2), a quarter turn on."""
+    return np.stack([-directions[..., 1], directions[..., 0]], axis=-1)
+
+
+def one_direction(w: Array, b: Array, mu: float) -> Array:
+    """Directions (m × 2) in which one contact may begin to slip, by its W (3 × 3) and b (3): four at most, some false."""
+    d = unit(_equidistant(_SAMPLES))
+    condition = (
+        across(d) * (b[1:] * (w[0, 0] - mu * d @ w[0, 1:])[:, None] - b[0] * (w[1:, 0] - mu * d @ w[1:, 1:].T))
+    ).sum(-1)
+    return unit(zeros(harmonics(condition, 2)))
+
+
+def two_directions(w: Array, b: Array, mu: Array) -> Array:
+    """Pairs of directions (m × 2 × 2) in which two contacts may begin to slip together, by W (6 × 6) and b (6), some false."""
+    angles = _equidistant(_RESULTANT_SAMPLES)
+    pairs = np.stack(np.meshgrid(angles, _equidistant(_SAMPLES), indexing="ij"), axis=-1)
+    first, second = np.moveaxis(_conditions(w, b, mu, pairs), -1, 0)
+    scale = np.abs(first).max(), np.abs(second).max()
+    if not min(scale) > 0:
+        return np.zeros((0, 2, 2))
+    quadratic, quartic = harmonics(first / scale[0], 1), harmonics(second / scale[1], 2)
+    resultant = harmonics(_resultant(quadratic, quartic), 10)
+    found = []
+    for angle in zeros(resultant):
+        ring = np.stack(np.broadcast_arrays(angle, _equidistant(_SAMPLES)), axis=-1)
+        low, middle, high = harmonics(_conditions(w, b, mu, ring)[..., 0], 1)
+        z = np.roots([high, middle, low]) if abs(high) > 0 else np.ones(0, complex)
+        found += [(angle, other) for other in np.angle(z)]
+    return unit(np.array(found).reshape(-1, 2))
+
+
+def _equidistant(count: int) -> Array:
+    return 2 * np.pi * np.arange(count) / count
+
+
+def _conditions(w: Array, b: Array, mu: Array, angles: Array) -> Array:
+    """d⊥·a_t of both contacts (… × 2), times the determinant of the equations of their normal forces, at angles (… × 2)."""
+    d = unit(angles)
+    columns = np.zeros((*angles.shape, 6))
+    for i in range(2):
+        columns[..., i, 3 * i] = 1.0
+        columns[..., i, 3 * i + 1 : 3 * i + 3] = -mu[i] * d[..., i, :]
+    rates = columns @ w.T
+    a = rates[..., ::3]  # its place [i, j]: a_n of contact j by a unit of N_i
+    det = a[..., 0, 0] * a[..., 1, 1] - a[..., 0, 1] * a[..., 1, 0]
+    normal = np.stack([b[3] * a[..., 1, 0] - b[0] * a[..., 1, 1], b[0] * a[..., 0, 1] - b[3] * a[..., 0, 0]], axis=-1)
+    accelerations = det[..., None] * b + (normal[..., None] * rates).sum(-2)
+    tangential = accelerations.reshape(*angles.shape, 3)[..., 1:]
+    return np.asarray((across(d) * tangential).sum(-1))
+
+
+def _resultant(quadratic: Complex, quartic: Complex) -> Complex:
+    """Sylvester's determinant of polynomials of degree 2 and 4 (… × 3, … × 5)."""
+    rows = np.zeros((*quadratic.shape[:-1], 6, 6), complex)
+    for i in range(4):
+        rows[..., i, i : i + 3] = quadratic
+    for i in range(2):
+        rows[..., 4 + i, i : i + 5] = quartic
+    return np.asarray(np.linalg.det(rows))

@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which contacts open, stick and slip, with their forces and accelerations, and how many answers there are.
+
+Rounds make μ_s ≥ μ_k definite: all contacts that do not slip have μ_s at first; those found to slip get μ_k for good, and the problem
+is solved again until none is new. One, none and several are said of each round.
+
+Of several the answer is taken that goes on with the modes before, else the one with the least forces, then that with the most
+contacts closed and the most that stick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from kane.contacts.enumeration import Found, canonical, enumerated, few
+from kane.contacts.equations import ModeSolution
+from kane.contacts.iteration import iterated
+from kane.contacts.problem import ContactProblem, Mode
+from kane.errors import ContactError
+from kane.expect import that
+from kane.numeric.arrays import Array
+
+
+class Count(Enum):
+    """How many answers there are, in accelerations; UNKNOWN where not all were looked for, or accelerations are not determined."""
+
+    ONE = "one"
+    SEVERAL = "several"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Choice:
+    """The modes of all contacts.
+
+    Attributes
+    ----------
+    solution : the one taken: modes, directions, forces, accelerations, margins
+    count : how many there are, in the first round that has not just one
+    others : those of that round that were not taken
+    jams : contacts whose friction may press them further in, W_nn < μ |W_tn| (Painlevé): uniqueness and existence may fail there
+    """
+
+    solution: ModeSolution
+    count: Count
+    others: tuple[ModeSolution, ...]
+    jams: tuple[int, ...]
+
+    @property
+    def modes(self) -> tuple[Mode, ...]:
+        """What each contact does."""
+        return self.solution.modes
+
+    @property
+    def directions(self) -> Array:
+        """In which it slips (k × d − 1)."""
+        return self.solution.directions
+
+    @property
+    def forces(self) -> Array:
+        """λ (dk), the least ones where rigid bodies do not determine them."""
+        return self.solution.forces
+
+    @property
+    def accelerations(self) -> Array:
+        """The accelerations a (dk)."""
+        return self.solution.accelerations
+
+    @property
+    def forces_determined(self) -> bool:
+        """Whether the accelerations of rigid bodies determine the forces."""
+        return self.solution.rank == self.solution.unknowns
+
+
+def choose(problem: ContactProblem, before: Sequence[Mode] | None = None) -> Choice:
+    """The consistent modes of contacts that touch, where gaps and their rates are zero.
+
+    Parameters
+    ----------
+    problem : from `contact_problem`
+    before : the modes up to this instant, to go on with where several are consistent
+
+    Raises
+    ------
+    ContactError
+        if no forces agree with the laws of friction, or none were found
+    """
+    that(
+        before is None or len(before) == problem.count,
+        f"the modes before of all {problem.count} contacts",
+        before,
+        "Leave them out where they are not known.",
+        error=ContactError,
+    )
+    met: list[Found] = []
+    path = next(_rounds(problem, problem.static, before, met), None)
+    if path is None:
+        raise ContactError(_none(problem, all(found.complete for found in met)))
+    *_, (_, solution) = path
+    others = next((tuple(s for s in f.solutions if s is not taken) for f, taken in path if len(f.solutions) > 1), ())
+    certain = all(found.complete for found in met) and all(taken.determined for _, taken in path)
+    count = Count.SEVERAL if others else Count.ONE if certain else Count.UNKNOWN
+    return Choice(solution, count, others, jamming(problem))
+
+
+def _rounds(
+    problem: ContactProblem, friction: Array, before: Sequence[Mode] | None, met: list[Found]
+) -> Iterator[tuple[tuple[Found, ModeSolution], ...]]:
+    """What was found in each round, and what was taken of it, what is to be preferred first."""
+    found = _answers(problem.with_friction(friction))
+    met.append(found)
+    for solution in sorted(found.solutions, key=lambda s: _rank(s, before)):
+        slips = np.array([m is Mode.FRESH_SLIP for m in solution.modes])
+        new = slips & (friction > problem.kinetic)
+        if new.any():
+            for later in _rounds(problem, np.where(new, problem.kinetic, friction), before, met):
+                yield (found, solution), *later
+        else:
+            yield ((found, solution),)
+
+
+def _answers(one: ContactProblem) -> Found:
+    """Answers with one coefficient a contact: all of few contacts, one of many."""
+    if few(one):
+        return enumerated(one)
+    solution = iterated(one)
+    return Found(() if solution is None else (canonical(one, solution),), False)
+
+
+def _rank(solution: ModeSolution, before: Sequence[Mode] | None) -> tuple[float, ...]:
+    """Smaller for what is to be preferred."""
+    goes_on = before is not None and all(_continues(m, n) for m, n in zip(solution.modes, before, strict=True))
+    closed = sum(m is not Mode.OPEN for m in solution.modes)
+    sticks = sum(m is Mode.STICK for m in solution.modes)
+    return not goes_on, float(solution.forces @ solution.forces), -closed, -sticks
+
+
+def _continues(mode: Mode, before: Mode) -> bool:
+    """Whether a contact does what it did."""
+    return mode is before or {mode, before} == {Mode.SLIP, Mode.FRESH_SLIP}
+
+
+def wedging(problem: ContactProblem) -> Array:
+    """W_nn − μ W_tn·t of each contact (k), along its slip or in the worst direction: < 0 where friction presses it further in."""
+    k, d = problem.count, problem.dimension
+    blocks = problem.mobility.reshape(k, d, k, d)
+    coupling = np.array([blocks[i, 1:, i, 0] for i in range(k)])
+    along = (coupling * problem.directions).sum(axis=1)
+    worst = np.sqrt((coupling * coupling).sum(axis=1))
+    friction = np.where(problem.slides, problem.kinetic, problem.static)
+    return np.asarray(np.diag(problem.mobility)[::d] - friction * np.where(problem.slides, along, worst))
+
+
+def jamming(problem: ContactProblem) -> tuple[int, ...]:
+    """Contacts that friction may press further in (Painlevé)."""
+    return tuple(np.flatnonzero(wedging(problem) < 0).tolist())
+
+
+def _none(problem: ContactProblem, complete: bool) -> str:
+    factors = wedging(problem)
+    pressed = ", ".join(
+        f"contact {i} {'slides' if problem.slides[i] else 'would slide'} and its friction presses it further in "
+        f"(W_nn − μ W_tn·t = {factors[i]:.3g})"
+        for i in jamming(problem)
+    )
+    why = f": {pressed}, Painlevé's paradox" if pressed else ""
+    if complete:
+        cure = "Go on with an impact without approach (`impact` with v_n = 0), or end the motion."
+    else:
+        cure = "There may be some; give fewer contacts at once, or end the motion."
+    return (
+        f"Expected forces that agree with the laws of friction, got {'none' if complete else 'none found'}{why}. {cure}"
+    )

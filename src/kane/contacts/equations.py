@@ -1,0 +1,259 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The equations of a mode, solved with bounds of their errors, and by which margin its inequalities hold.
+
+Unknowns x are the forces of contacts that stick and the normal forces of those that slip, λ = C x; rows are the accelerations that
+vanish: R a = 0, so A x = −R b with A = R W C. Directions of fresh slip in space come from Newton's method on d⊥·a_t = 0.
+
+Errors: |Δx| ≤ u |A⁻¹| (|A| |x| + terms), |Δa| ≤ u (|W| |λ| + terms + |W C A⁻¹| (…)), u a thousand roundings. A margin is the value
+of an inequality over its error: above 1 it holds, below −1 it does not, between both lies its boundary.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from kane.contacts.angles import across
+from kane.contacts.cones import Block, inside, least_forces
+from kane.contacts.problem import ContactProblem, Mode
+from kane.numeric.arrays import Array
+from kane.numeric.rank import singular
+from kane.numeric.scale import EPS, INVERSE_RANK, LAST_DIGIT, ROUNDED_CHAIN
+
+_U = 1024 * EPS
+"""Rounding granted to a decision, beside the terms that cancel: rows of W and b come through products along chains of bodies."""
+_REDUNDANT = 2 * ROUNDED_CHAIN
+"""Error of forces beside the largest where they are not determined: what comes from the dual of the least ones."""
+_MET = 64.0
+"""Errors up to which an equation counts as met."""
+_DEPENDS = 1e-8
+"""Share of accelerations up to which they do not depend on forces that are not determined."""
+_TURNS, _TURN = 30, 0.7
+"""Newton's steps in the directions of fresh slip, and the longest, in rad."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ModeSolution:
+    """What a mode of all contacts means.
+
+    Attributes
+    ----------
+    modes : of each contact (k)
+    directions : of slip (k × d − 1), zero of contacts that are open or stick
+    forces, accelerations : λ and a (dk)
+    force_errors, acceleration_errors : bounds of their errors (dk)
+    margins : of each contact (k), the least of its inequalities over its error; −∞ where equations are not met
+    rank, unknowns : how many of the unknown forces the equations determine
+    determined : whether the accelerations are, also where forces are not
+    certain : whether it is certain that no forces are within the cones, where they are not
+    """
+
+    modes: tuple[Mode, ...]
+    directions: Array
+    forces: Array
+    accelerations: Array
+    force_errors: Array
+    acceleration_errors: Array
+    margins: Array
+    rank: int
+    unknowns: int
+    determined: bool
+    certain: bool
+
+    @property
+    def consistent(self) -> bool:
+        """Whether every inequality holds, boundaries included."""
+        return bool((self.margins >= -1).all())
+
+
+class Equations(NamedTuple):
+    """`rows` of accelerations that vanish, `columns` C (dk × n), and the `blocks` of x with the contacts they belong to."""
+
+    rows: Array
+    columns: Array
+    blocks: tuple[Block, ...]
+    owners: tuple[int, ...]
+
+
+class Linear(NamedTuple):
+    """x and a, with W C, A, its pseudo-inverse, an orthonormal basis (r × n) of its rows, and the z ≠ 0 (n × m) with A z = 0."""
+
+    x: Array
+    a: Array
+    rates: Array
+    matrix: Array
+    inverse: Array
+    basis: Array
+    null: Array
+
+
+def equations(problem: ContactProblem, modes: Sequence[Mode], directions: Array) -> Equations:
+    """The equations of a mode, in order of contacts."""
+    d, rows, columns, blocks, owners = problem.dimension, list[int](), list[Array](), list[Block](), list[int]()
+    unit = np.eye(d * problem.count)
+    for i, mode in enumerate(modes):
+        if mode is Mode.OPEN:
+            continue
+        size = d if mode is Mode.STICK else 1
+        owners.append(i)
+        blocks.append(Block(len(columns), size, problem.static[i] if size > 1 else 0.0))
+        rows += range(d * i, d * i + size)
+        if size > 1:
+            columns += list(unit[d * i : d * i + d])
+            continue
+        column = unit[d * i].copy()
+        column[d * i + 1 : d * i + d] = -problem.kinetic[i] * directions[i]
+        columns.append(column)
+    stacked = np.array(columns).reshape(-1, d * problem.count).T
+    return Equations(np.array(rows, dtype=np.intp), stacked, tuple(blocks), tuple(owners))
+
+
+def linear(problem: ContactProblem, mode: Equations, near: Array | None = None) -> Linear:
+    """x of the least change from `near` (n), zero unless given, that meets the equations where these can be met."""
+    rates = problem.mobility @ mode.columns
+    a, right = rates[mode.rows], problem.bias[mode.rows]
+    size = np.sqrt(np.diag(problem.mobility))
+    size = np.where(size > LAST_DIGIT * size.max(), size, size.max())[mode.rows]
+    values = singular(a / np.multiply.outer(size, size))
+    rank = values.rank(INVERSE_RANK)
+    left, kept = values.left[:, :rank], values.right[:rank]
+    inverse = (kept.T / size[:, None]) @ ((left / values.values[:rank]).T / size)
+    x = -inverse @ right if near is None else near - inverse @ (right + a @ near)
+    basis, null = np.linalg.qr((kept * size).T)[0].T, values.right[rank:].T / size[:, None]
+    return Linear(x, rates @ x + problem.bias, rates, a, inverse, basis, null)
+
+
+class Turning(NamedTuple):
+    """d⊥·a_t (f) of contacts that begin to slip, its derivative by their angles (f × f), and those of x and a."""
+
+    across: Array
+    slope: Array
+    x: Array
+    a: Array
+
+
+def turning(problem: ContactProblem, mode: Equations, fresh: Sequence[int], directions: Array, at: Linear) -> Turning:
+    """How accelerations change when directions of fresh slip turn."""
+    quarter = across(directions)
+    x_slopes, a_slopes = np.zeros((len(at.x), len(fresh))), np.zeros((len(at.a), len(fresh)))
+    for r, i in enumerate(fresh):
+        force = -problem.kinetic[i] * at.x[mode.blocks[mode.owners.index(i)].first] * quarter[i]
+        direct = problem.mobility[:, 3 * i + 1 : 3 * i + 3] @ force
+        x_slopes[:, r] = -at.inverse @ direct[mode.rows]
+        a_slopes[:, r] = direct + at.rates @ x_slopes[:, r]
+    tangents = [slice(3 * i + 1, 3 * i + 3) for i in fresh]
+    value = np.array([quarter[i] @ at.a[t] for i, t in zip(fresh, tangents, strict=True)])
+    along = np.array([directions[i] @ at.a[t] for i, t in zip(fresh, tangents, strict=True)])
+    slope = np.array([quarter[i] @ a_slopes[t] for i, t in zip(fresh, tangents, strict=True)]) - np.diag(along)
+    return Turning(value, slope, x_slopes, a_slopes)
+
+
+def aligned(problem: ContactProblem, modes: Sequence[Mode], directions: Array, near: Array | None = None) -> Array:
+    """Directions of fresh slip in space along the accelerations that they lead to, by Newton's method from these."""
+    fresh = [i for i, mode in enumerate(modes) if mode is Mode.FRESH_SLIP]
+    directions = directions.copy()
+    for _ in range(_TURNS):
+        mode = equations(problem, modes, directions)
+        start = None if near is None else near[mode.rows]
+        at = turning(problem, mode, fresh, directions, linear(problem, mode, start))
+        try:
+            step = np.linalg.solve(at.slope, -at.across)
+        except np.linalg.LinAlgError:
+            break
+        most = np.abs(step).max()
+        if not np.isfinite(most) or most <= LAST_DIGIT:
+            break
+        step *= min(1.0, _TURN / most)
+        turned = directions[fresh] * np.cos(step)[:, None] + across(directions[fresh]) * np.sin(step)[:, None]
+        directions[fresh] = turned / np.sqrt((turned * turned).sum(axis=1))[:, None]
+    return directions
+
+
+def solve(problem: ContactProblem, modes: Sequence[Mode], directions: Array, near: Array | None = None) -> ModeSolution:
+    """The forces and accelerations of a mode, whether or not its inequalities hold.
+
+    Where rank is lost the forces are the nearest to λ = `near` that the equations and the cones allow.
+    """
+    directions = np.where(np.array([m >= Mode.FRESH_SLIP for m in modes])[:, None], directions, 0.0)
+    fresh = [i for i, m in enumerate(modes) if m is Mode.FRESH_SLIP] if problem.dimension == 3 else []
+    if fresh:
+        directions = aligned(problem, modes, directions, near)
+    mode = equations(problem, modes, directions)
+    start = None if near is None else near[mode.rows]
+    at = linear(problem, mode, start)
+    lost, certain = at.null.shape[1] > 0, True
+    if lost and not inside(mode.blocks, at.x):
+        found = least_forces(mode.blocks, at.basis, at.x, np.zeros(len(at.x)) if start is None else start)
+        certain = found.certain
+        if found.forces is not None:
+            at = at._replace(x=found.forces, a=at.rates @ found.forces + problem.bias)
+    forces = mode.columns @ at.x
+    moved = at.rates @ at.null
+    depends = np.abs(moved) > _DEPENDS * np.abs(at.rates).max(initial=0) * np.abs(at.null).max(initial=0)
+    terms = np.abs(at.matrix) @ np.abs(at.x) + problem.terms[mode.rows]
+    x_errors = _U * (np.abs(at.inverse) @ terms)
+    own = problem.terms + np.abs(problem.mobility) @ np.abs(forces)
+    a_errors = _U * (own + np.abs(at.rates @ at.inverse) @ terms)
+    met = np.abs(at.a[mode.rows]) <= _MET * a_errors[mode.rows]
+    if fresh:
+        turn = turning(problem, mode, fresh, directions, at)
+        limits = np.array([a_errors[3 * i + 1 : 3 * i + 3].max() for i in fresh])
+        met = np.append(met, np.abs(turn.across) <= _MET * limits)
+        angles = np.abs(np.linalg.pinv(turn.slope)) @ limits
+        x_errors, a_errors = x_errors + np.abs(turn.x) @ angles, a_errors + np.abs(turn.a) @ angles
+    force_errors = np.abs(mode.columns) @ x_errors + (_REDUNDANT * np.abs(forces).max(initial=0) if lost else 0.0)
+    margins = np.full(problem.count, -np.inf)
+    if met.all() and np.isfinite(forces).all():
+        margins = _margins(problem, modes, directions, forces, at.a, force_errors, a_errors)
+    unknowns = len(at.x)
+    return ModeSolution(
+        tuple(modes),
+        directions,
+        forces,
+        at.a,
+        force_errors,
+        a_errors,
+        margins,
+        unknowns - at.null.shape[1],
+        unknowns,
+        not depends.any(),
+        certain,
+    )
+
+
+def over(value: Array, error: Array) -> Array:
+    """A value over its error; what is exactly zero lies on the boundary."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(value == 0, 0.0, value / error)
+
+
+def _margins(
+    problem: ContactProblem,
+    modes: Sequence[Mode],
+    directions: Array,
+    forces: Array,
+    a: Array,
+    force_errors: Array,
+    a_errors: Array,
+) -> Array:
+    """The least margin of each contact's inequalities (k)."""
+    kinds = np.array(modes)
+    normal, gap = (over(problem.normals(v), problem.normals(e)) for v, e in ((forces, force_errors), (a, a_errors)))
+    tangential, uncertain = problem.tangents(forces), problem.tangents(force_errors).max(axis=1)
+    room = problem.static * problem.normals(forces) - np.sqrt((tangential * tangential).sum(axis=1))
+    cone = over(room, problem.static * problem.normals(force_errors) + uncertain)
+    along = over((directions * problem.tangents(a)).sum(axis=1), problem.tangents(a_errors).max(axis=1))
+    second = np.where(kinds == Mode.STICK, cone, np.where(kinds == Mode.FRESH_SLIP, along, np.inf))
+    return np.where(kinds == Mode.OPEN, gap, np.minimum(normal, second))
+
+
+def labelled(problem: ContactProblem, solution: ModeSolution) -> tuple[Mode, ...]:
+    """What contacts do by their accelerations, in whatever mode these were found: closed before open, stick before slip."""
+    a, error = solution.accelerations, 8 * solution.acceleration_errors
+    leaves = problem.normals(a) > problem.normals(error)
+    rests = np.abs(problem.tangents(a)).max(axis=1) <= problem.tangents(error).max(axis=1)
+    kinds = np.select([leaves, problem.slides, rests], [Mode.OPEN, Mode.SLIP, Mode.STICK], Mode.FRESH_SLIP)
+    return tuple(map(Mode, kinds.tolist()))

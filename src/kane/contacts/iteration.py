@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Semi-smooth Newton on the true cones in space, from the forces of the facets.
+
+λ_n = (λ_n − r a_n)₊, λ_t = P_{μ(λ_n − r a_n)₊}(λ_t − r a_t), r the reciprocal of a contact's own mobility (Alart & Curnier 1991,
+Comput. Meth. Appl. Mech. Engng 92, 353). Redundant contacts make the derivative singular; then W + ε D, with ε falling, in the
+place of W keeps the forces near to the last ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from kane.contacts.equations import ModeSolution, solve
+from kane.contacts.lemke import faceted
+from kane.contacts.problem import ContactProblem, Mode
+from kane.numeric.arrays import Array
+from kane.numeric.scale import EQUAL, ROUNDED, ROUNDED_CHAIN, ROUNDED_ROOT
+
+_STEPS, _INNER, _OUTER, _HALVINGS = 60, 40, 30, 6
+_FIRST, _LEAST, _LARGEST = 1e-2, 1e-4, 10.0
+"""ε of the proximal steps."""
+
+
+def residual(problem: ContactProblem, forces: Array) -> tuple[Array, Array]:
+    """The equations of Alart and Curnier (dk), in units of force, and their derivative (dk × dk)."""
+    k, d = problem.count, problem.dimension
+    a, unit = problem.mobility @ forces + problem.bias, np.eye(len(forces))
+    value, slope = np.zeros_like(forces), np.zeros_like(problem.mobility)
+    for i in range(k):
+        n, t = d * i, slice(d * i + 1, d * i + d)
+        r = 1.0 / np.linalg.norm(problem.mobility[n : n + d, n : n + d], 2)
+        pressed, moved = forces[n] - r * a[n], forces[t] - r * a[t]
+        by_normal, by_tangents = unit[n] - r * problem.mobility[n], unit[t] - r * problem.mobility[t]
+        length = float(np.sqrt(moved @ moved))
+        radius = problem.static[i] * pressed
+        value[n], slope[n] = forces[n], unit[n]
+        if pressed > 0:
+            value[n], slope[n] = r * a[n], r * problem.mobility[n]
+        if problem.slides[i]:
+            value[t] = forces[t] + problem.kinetic[i] * forces[n] * problem.directions[i]
+            slope[t] = unit[t] + problem.kinetic[i] * np.multiply.outer(problem.directions[i], unit[n])
+        elif pressed <= 0:
+            value[t], slope[t] = forces[t], unit[t]
+        elif length <= radius:
+            value[t], slope[t] = r * a[t], r * problem.mobility[t]
+        else:
+            u = moved / length
+            value[t] = forces[t] - radius * u
+            turned = by_tangents - np.multiply.outer(u, u @ by_tangents)
+            slope[t] = unit[t] - problem.static[i] * np.multiply.outer(u, by_normal) - radius / length * turned
+    return value, slope
+
+
+def newton(problem: ContactProblem, forces: Array, steps: int = _STEPS) -> tuple[Array, float]:
+    """Forces (dk) and what is left of the equations beside them."""
+    size = np.abs(problem.bias).max() / np.diag(problem.mobility).max()
+    value, slope = residual(problem, forces)
+    length = float(np.linalg.norm(value))
+    for _ in range(steps):
+        if length <= ROUNDED * (size + np.abs(forces).max()):
+            break
+        try:
+            step = np.linalg.solve(slope, -value)
+        except np.linalg.LinAlgError:
+            step = np.linalg.lstsq(slope, -value, rcond=ROUNDED_CHAIN)[0]
+        share = 1.0
+        for _ in range(_HALVINGS):
+            value, slope = residual(problem, forces + share * step)
+            if np.linalg.norm(value) < (1 - 0.1 * share) * length:
+                break
+            share /= 2
+        else:  # over a kink without descent
+            share = 1.0
+            value, slope = residual(problem, forces + step)
+        forces, length = forces + share * step, float(np.linalg.norm(value))
+    return forces, length / (size + float(np.abs(forces).max())) if np.isfinite(forces).all() else np.inf
+
+
+def proximal(problem: ContactProblem, forces: Array) -> tuple[Array, float]:
+    """The same for redundant contacts."""
+    weights, share, change = np.diag(np.diag(problem.mobility)), _FIRST, np.inf
+    for _ in range(_OUTER):
+        nearer = replace(
+            problem, mobility=problem.mobility + share * weights, bias=problem.bias - share * (weights @ forces)
+        )
+        found, left = newton(nearer, forces, _INNER)
+        if left > EQUAL:
+            share *= 10
+            if share > _LARGEST:
+                return forces, np.inf
+            continue
+        change = float(np.abs(found - forces).max() / max(np.abs(found).max(), np.finfo(float).tiny))
+        forces, share = found, max(share / 10, _LEAST)
+        if change <= ROUNDED_CHAIN:
+            return forces, 0.0
+    return forces, change
+
+
+def iterated(problem: ContactProblem) -> ModeSolution | None:
+    """A solution of a problem with one coefficient a contact; None where none was found, which does not prove that there is none."""
+    start = faceted(problem)
+    tried = [] if start is None else [start]
+    if problem.dimension == 3:
+        begins = np.zeros(len(problem.bias)) if start is None else start
+        near = (method(problem, begins) for method in (newton, proximal))
+        tried = (forces for forces, left in near if left <= ROUNDED_ROOT)  # type: ignore[assignment]
+    for forces in tried:
+        solution = _exact(problem, forces)
+        if solution is not None:
+            return solution
+    return None
+
+
+def _exact(problem: ContactProblem, forces: Array) -> ModeSolution | None:
+    """The solution in the mode that forces show; where an inequality fails the worst contact goes over to another."""
+    modes, directions = _read(problem, forces)
+    for _ in range(problem.count + 1):
+        solution = solve(problem, modes, directions, forces)
+        if solution.consistent:
+            return solution
+        worst = int(np.argmin(solution.margins))
+        if not np.isfinite(solution.margins[worst]) or modes[worst] is Mode.OPEN:
+            return None
+        if modes[worst] is Mode.FRESH_SLIP:
+            modes[worst] = Mode.STICK
+        elif problem.normals(solution.forces)[worst] < 0:
+            modes[worst] = Mode.OPEN
+        else:
+            return None
+    return None
+
+
+def _read(problem: ContactProblem, forces: Array) -> tuple[list[Mode], Array]:
+    """Modes and directions of slip by forces that are nearly right."""
+    a = problem.mobility @ forces + problem.bias
+    force, acceleration = np.abs(forces).max(initial=0), np.abs(problem.bias).max(initial=0)
+    normal, gap, tangential = problem.normals(forces), problem.normals(a), problem.tangents(a)
+    length = np.sqrt((tangential * tangential).sum(axis=1))
+    leaves = (normal <= ROUNDED_ROOT * force) & (
+        (gap > ROUNDED_ROOT * acceleration) | (normal <= ROUNDED_CHAIN * force)
+    )
+    rests = length <= ROUNDED_ROOT * acceleration
+    kinds = np.select([leaves, problem.slides, rests], [Mode.OPEN, Mode.SLIP, Mode.STICK], Mode.FRESH_SLIP)
+    directions = tangential / np.where(length > 0, length, 1.0)[:, None]
+    return list(map(Mode, kinds.tolist())), np.where(problem.slides[:, None], problem.directions, directions)

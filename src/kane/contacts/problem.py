@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Contacts at one instant as numbers: a = W λ + b with W = J M⁻¹ Jᵀ and b = J M⁻¹ f + J̇ u.
+
+Contact i owns the rows d i … d i + d − 1: its normal, then its d − 1 tangents, d = 2 in the plane and 3 in space. λ = (N, F) are the
+forces on it, a the accelerations of its gap and of its slip. Velocities in the place of accelerations make the same equations of
+impulses: v⁺ = W p + v⁻.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+from kane.errors import ArgumentError
+from kane.expect import refusal, that
+from kane.numeric.arrays import Array, Mask, first_place
+from kane.numeric.scale import DECLARED, GIVEN
+
+
+class Mode(IntEnum):
+    """What a contact does from this instant on.
+
+    OPEN: it leaves, N = 0 and a_n ≥ 0. STICK: a = 0 and |F| ≤ μ_s N. FRESH_SLIP: it begins to slip, a_n = 0 and F = −μ N a_t/|a_t|.
+    SLIP: it slips already, along t, and goes on to: a_n = 0 and F = −μ_k N t.
+    """
+
+    OPEN = 0
+    STICK = 1
+    FRESH_SLIP = 2
+    SLIP = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactProblem:
+    """The numbers of k contacts; `contact_problem` checks what it makes one of.
+
+    Attributes
+    ----------
+    mobility : W (dk × dk)
+    bias : b (dk)
+    terms : magnitudes of the terms that cancel in b (dk): errors are measured by them
+    static, kinetic : μ_s and μ_k (k)
+    slides : which contacts slip already (k)
+    directions : the unit vectors t in which they do (k × d − 1), zero for others
+    """
+
+    mobility: Array
+    bias: Array
+    terms: Array
+    static: Array
+    kinetic: Array
+    slides: Mask
+    directions: Array
+
+    @property
+    def count(self) -> int:
+        """How many contacts there are."""
+        return len(self.static)
+
+    @property
+    def dimension(self) -> int:
+        """Rows of a contact: 2 in the plane, 3 in space."""
+        return int(self.directions.shape[1]) + 1
+
+    def normals(self, values: Array) -> Array:
+        """The normal ones (k) of values of all rows."""
+        return values[:: self.dimension]
+
+    def tangents(self, values: Array) -> Array:
+        """The tangential ones (k × d − 1) of values of all rows."""
+        return values.reshape(self.count, self.dimension)[:, 1:]
+
+    def with_friction(self, friction: Array) -> ContactProblem:
+        """With one coefficient a contact (k); those that slip already keep μ_k."""
+        one = np.where(self.slides, self.kinetic, friction)
+        return replace(self, static=one, kinetic=one)
+
+
+def contact_problem(
+    mobility: Any,
+    bias: Any,
+    friction: Any,
+    *,
+    kinetic: Any = None,
+    sliding: Any = None,
+    terms: Any = None,
+) -> ContactProblem:
+    """The numbers of k contacts, checked.
+
+    Parameters
+    ----------
+    mobility : W (dk × dk), symmetric, with positive normal entries
+    bias : b (dk)
+    friction : μ_s of each contact (k)
+    kinetic : μ_k of each contact (k), from 0 to μ_s; μ_s unless given
+    sliding : directions in which contacts slip already (k × d − 1), of any length; a row of zeros where one does not
+    terms : sums of the magnitudes of the terms of b (dk); |b| unless given
+
+    Raises
+    ------
+    ArgumentError
+        if shapes do not agree, W is not symmetric, something is not finite, or 0 ≤ μ_k ≤ μ_s does not hold
+    """
+    static = numbers(friction, "coefficients of friction, one a contact", 1)
+    k = len(static)
+    b = numbers(bias, "a bias b with the rows of all contacts", 1)
+    d = len(b) // max(k, 1)
+    that(
+        k and d in (2, 3) and len(b) == d * k,
+        f"two or three rows a contact, {2 * k} or {3 * k} of {k}",
+        came=f"{len(b)} of b",
+        cure="Order them by contact: normal, then tangents.",
+        error=ArgumentError,
+    )
+    w = numbers(mobility, f"a mobility W of {d * k} × {d * k} numbers", 2, (d * k, d * k))
+    diagonal = np.diag(w)
+    size = np.sqrt(np.abs(np.multiply.outer(diagonal, diagonal)))
+    for wrong, expected, cure in (
+        (np.abs(w - w.T) > GIVEN * size, "a symmetric mobility W", "W = J M⁻¹ Jᵀ is."),
+        (diagonal < 0, "a mobility W without negative entries on its diagonal", "W = J M⁻¹ Jᵀ has none."),
+        (diagonal[::d] <= 0, "normals along which a force moves something, W_nn > 0", "Leave the contact out."),
+    ):
+        _refuse(wrong, expected, cure)
+    sliding_friction = static if kinetic is None else numbers(kinetic, "coefficients μ_k, one a contact", 1, (k,))
+    _refuse(static < 0, "coefficients of friction μ_s ≥ 0", "Give 0 where it is smooth.")
+    _refuse(sliding_friction < 0, "coefficients of friction μ_k ≥ 0", "Give 0 where it is smooth.")
+    _refuse(sliding_friction > static, "μ_k ≤ μ_s", "Exchange them, or give one for both.")
+    t = np.zeros((k, d - 1))
+    if sliding is not None:
+        t = numbers(sliding, f"directions of slip, {k} × {d - 1} numbers", 2, (k, d - 1))
+    length = np.sqrt((t * t).sum(axis=1))
+    size = np.abs(b) if terms is None else numbers(terms, "terms of b, one a row", 1, (d * k,))
+    _refuse(size < np.abs(b) * (1 - DECLARED), "terms of b that are no smaller than b", "Add up their magnitudes.")
+    slides = length > 0
+    return ContactProblem(
+        (w + w.T) / 2, b, size, static, sliding_friction, slides, t / np.where(slides, length, 1.0)[:, None]
+    )
+
+
+def numbers(given: Any, expected: str, axes: int, shape: tuple[int, ...] | None = None) -> Array:
+    """An array of finite numbers with so many axes, of a shape where one is named."""
+    try:
+        array = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise refusal(ArgumentError, expected, repr(given)) from None
+    right = array.ndim == axes and (shape is None or array.shape == shape)
+    that(right, expected, came=f"an array of the shape {array.shape}", error=ArgumentError)
+    _refuse(~np.isfinite(array), f"{expected}, finite", "Look at the state they come from.")
+    return array
+
+
+def _refuse(wrong: Any, expected: str, cure: str) -> None:
+    """Refuse an array where something is wrong, by its first place."""
+    if np.any(wrong):
+        raise refusal(ArgumentError, expected, f"others at {first_place(wrong)}", cure)

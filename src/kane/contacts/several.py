@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Several contacts in impacts at one instant, by a rule that the result states.
+
+SEQUENTIAL: one after the other by Routh's process, the one that closes fastest first, ties in order, until none closes. SIMULTANEOUS:
+all at once, v_n⁺ ≥ −e v_n⁻ and impulses in their cones against the slip after the impact (Moreau 1988): Newton's law.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kane.contacts.choice import Choice, choose
+from kane.contacts.problem import ContactProblem, contact_problem, numbers
+from kane.contacts.routh import Impact, Law, check_laws, routh, warn_of_gain
+from kane.errors import ArgumentError
+from kane.expect import is_number, that
+from kane.numeric.arrays import Array
+from kane.numeric.scale import ROUNDED, ROUNDED_CHAIN
+
+_MOST = 100
+"""Impacts of a sequence, times k², after which what is left closes without restitution."""
+
+
+class Rule(Enum):
+    """Which impacts come first."""
+
+    SEQUENTIAL = "one after the other, the fastest first"
+    SIMULTANEOUS = "all at once"
+
+
+class Hit(NamedTuple):
+    """An impact of a sequence."""
+
+    contact: int
+    impact: Impact
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Impacts:
+    """What several impacts do.
+
+    Attributes
+    ----------
+    velocity : v⁺ (dk)
+    impulse : p (dk), the sum of all
+    energy : change of the kinetic energy
+    hits : the impacts of a sequence, in order, with the energy of each
+    at_once : the choice of modes where contacts close together: SIMULTANEOUS, or, without restitution, what is left of a sequence that
+        does not end by itself
+    rule, law : by which they were found; `law` is Newton's where all close at once
+    """
+
+    velocity: Array
+    impulse: Array
+    energy: float
+    hits: tuple[Hit, ...]
+    at_once: Choice | None
+    rule: Rule
+    law: Law
+
+
+def impacts(
+    mobility: Any,
+    velocity: Any,
+    friction: Any,
+    restitution: Any,
+    *,
+    law: Law | None = None,
+    rule: Rule = Rule.SEQUENTIAL,
+    terms: Any = None,
+) -> Impacts:
+    """The velocities of k contacts after impacts of those that close; those at rest take part as soon as they do.
+
+    Parameters
+    ----------
+    mobility : W = J M⁻¹ Jᵀ (dk × dk), each contact's normal first
+    velocity : v⁻ = J u (dk)
+    friction : μ of each contact (k)
+    restitution : e of each contact (k), or one for all
+    law : what e means; Stronge's unless given, and Newton's where all close at once
+    rule : which come first
+    terms : sums of the magnitudes of the terms of v (dk); the largest |v| unless given
+
+    Raises
+    ------
+    ArgumentError
+        as `impact` and `contact_problem` do, and for another law than Newton's where all close at once
+    ContactError
+        if no impulses agree with the laws of friction where contacts close together
+
+    Warns
+    -----
+    KaneWarning
+        if energy is gained, as by Newton's law with friction
+    """
+    v = numbers(velocity, "velocities with the rows of all contacts", 1)
+    size = np.full(len(v), np.abs(v).max(initial=0)) if terms is None else terms
+    problem = contact_problem(mobility, v, friction, terms=size)
+    given = np.full(problem.count, restitution) if is_number(restitution) else restitution
+    e = numbers(given, "coefficients of restitution, one a contact", 1, (problem.count,))
+    that(isinstance(rule, Rule), "a rule: Rule.SEQUENTIAL or SIMULTANEOUS", rule, error=ArgumentError)
+    together = rule is Rule.SIMULTANEOUS
+    that(
+        not together or law in (None, Law.NEWTON),
+        "Law.NEWTON where impacts are simultaneous",
+        law,
+        "Take Rule.SEQUENTIAL for the other laws.",
+        error=ArgumentError,
+    )
+    law = law or (Law.NEWTON if together else Law.STRONGE)
+    for mu, share in zip(problem.static, e, strict=True):
+        check_laws(float(mu), float(share), law)
+    found = _together(problem, e) if together else _sequence(problem, e, law)
+    warn_of_gain(found.energy, float(np.abs(found.impulse) @ problem.terms), law)
+    return found
+
+
+def _together(problem: ContactProblem, e: Array) -> Impacts:
+    """All at once; contacts that do not close are kept from closing."""
+    v, asked = problem.bias, problem.bias.copy()
+    asked[:: problem.dimension] += e * np.minimum(problem.normals(v), 0.0)
+    choice = choose(contact_problem(problem.mobility, asked, problem.static, terms=problem.terms + np.abs(asked)))
+    p = choice.forces
+    after = problem.mobility @ p + v
+    return Impacts(after, p, float(p @ (v + after)) / 2, (), choice, Rule.SIMULTANEOUS, Law.NEWTON)
+
+
+def _sequence(problem: ContactProblem, e: Array, law: Law) -> Impacts:
+    """One after the other."""
+    d, k, w = problem.dimension, problem.count, problem.mobility
+    v, p, terms, hits, at_once = problem.bias, np.zeros(d * k), problem.terms, list[Hit](), None
+    for _ in range(_MOST * k * k):
+        closing = np.where(v[::d] < -ROUNDED * terms[::d], -v[::d], 0.0)
+        fastest = closing.max()
+        if fastest <= 0:
+            break
+        i = int(np.flatnonzero(closing >= (1 - ROUNDED_CHAIN) * fastest)[0])
+        rows = slice(d * i, d * i + d)
+        hit = routh(w[rows, rows], v[rows], float(problem.static[i]), float(e[i]), law)
+        v, terms = v + w[:, rows] @ hit.impulse, terms + np.abs(w[:, rows]) @ np.abs(hit.impulse)
+        v[rows] = hit.velocity
+        p[rows] += hit.impulse
+        hits.append(Hit(i, hit))
+    else:
+        at_once = choose(contact_problem(w, v, problem.static, terms=terms))
+        v, p = at_once.accelerations, p + at_once.forces
+    energy = float(p @ (problem.bias + v)) / 2
+    return Impacts(v, p, energy, tuple(hits), at_once, Rule.SEQUENTIAL, law)

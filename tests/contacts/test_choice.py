@@ -1,0 +1,278 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which contacts open, stick and slip: beside a second route, in closed form, in any units; where there is no answer, or several."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from kane.contacts import Count, Mode, choose, contact_problem, enumerated, iterated, jamming
+from kane.errors import ArgumentError, ContactError
+from tests.contacts.states import dense, scene
+from tests.oracles import contact_modes
+from tests.peer import require
+
+NAMES = {Mode.OPEN: "open", Mode.STICK: "stick", Mode.FRESH_SLIP: "begins", Mode.SLIP: "slides"}
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+def problem(state, mass=1.0, length=1.0):
+    """The numbers of a state, in other units of mass and length."""
+    return contact_problem(
+        state.W / mass,
+        state.b * length,
+        state.static,
+        kinetic=state.kinetic,
+        sliding=state.sliding,
+        terms=state.terms * length,
+    )
+
+
+def chosen(state, **units):
+    """A choice, None where there is none; how many answers: 0, 1 or 2 for several, None where they are not counted."""
+    try:
+        choice = choose(problem(state, **units))
+    except ContactError as none:
+        return None, None if "none found" in str(none) else 0
+    return choice, {Count.ONE: 1, Count.SEVERAL: 2, Count.UNKNOWN: None}[choice.count]
+
+
+def labels(solution):
+    return tuple(NAMES[mode] for mode in solution.modes)
+
+
+def beside_enumeration(state):
+    """One, none or several by both, and the same modes and accelerations of the one."""
+    choice, count = chosen(state)
+    expected = contact_modes.rounds(state, contact_modes.enumerated)
+    if choice is not None and not choice.solution.determined:
+        assert count in (None, 2)
+        return
+    assert count == min(len(expected), 2)
+    if count == 1:
+        assert labels(choice) == expected[0][0]
+        np.testing.assert_allclose(choice.accelerations, expected[0][1], rtol=0, atol=1e-9)
+    elif count == 2:
+        for other in choice.others:
+            assert min(np.abs(a - other.accelerations).max() for _, a in expected) < 1e-7
+        assert len(choice.others) == len(expected) - 1
+
+
+def lawful(state, solution, mu, near):
+    """Whether forces and accelerations obey the laws of the modes."""
+    solution_labels, a, forces, directions = solution
+    assert contact_modes.violation(state, solution_labels, mu, a, forces, directions) < near
+
+
+def friction_of(state, kinds):
+    """μ of the last round."""
+    return np.where([kind == "begins" for kind in kinds], state.kinetic, state.static)
+
+
+def beside_cones(state):
+    """Where contacts are too many to count, the answer obeys the laws; that of the conic solver is the same or obeys them too."""
+    choice, _ = chosen(state)
+    assert choice is not None
+    kinds = labels(choice)
+    lawful(state, (kinds, choice.accelerations, choice.forces, choice.directions), friction_of(state, kinds), 1e-8)
+    if state.slides.any():
+        return
+    for kinds, a, forces in contact_modes.rounds(state, contact_modes.conic):
+        if choice.solution.determined and np.abs(a - choice.accelerations).max() > 1e-5:
+            slip = a.reshape(len(kinds), -1)[:, 1:]
+            directions = slip / np.maximum(np.linalg.norm(slip, axis=1, keepdims=True), 1e-12)
+            lawful(state, (kinds, a, forces, directions), friction_of(state, kinds), 1e-5)
+
+
+@pytest.mark.parametrize("drawn", [scene, dense])
+@pytest.mark.parametrize("d", [2, 3])
+@given(seed=SEEDS)
+def test_beside_a_second_route(d, drawn, seed):
+    require("clarabel")
+    rng = np.random.default_rng(seed)
+    for _ in range(4 if d == 2 else 2):
+        state = drawn(rng, d)
+        (beside_enumeration if d == 2 or np.sum(~state.slides) <= 2 else beside_cones)(state)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+@given(seed=SEEDS)
+def test_iteration_finds_one_of_those_enumerated(d, seed):
+    rng = np.random.default_rng(seed)
+    state = (scene if rng.random() < 0.7 else dense)(rng, d)
+    if d == 3 and len(state.static) > 2:
+        return
+    one = problem(state).with_friction(state.static)
+    every, found = enumerated(one), iterated(one)
+    if len(every.solutions) == 1:
+        assert found is not None
+    if found is not None:
+        nearest = min(np.abs(found.accelerations - s.accelerations).max() for s in every.solutions)
+        assert nearest < 1e-9
+
+
+@given(seed=SEEDS, d=st.sampled_from([2, 3]), mass=st.integers(-6, 6), length=st.integers(-6, 6))
+def test_units_change_nothing(seed, d, mass, length):
+    rng = np.random.default_rng(seed)
+    state = (scene if rng.random() < 0.7 else dense)(rng, d)
+    (one, count), units = chosen(state), {"mass": 10.0**mass, "length": 10.0**length}
+    other, again = chosen(state, **units)
+    assert again == count
+    if one is not None:
+        assert labels(other) == labels(one)
+        np.testing.assert_allclose(other.accelerations / units["length"], one.accelerations, rtol=0, atol=1e-9)
+
+
+def rod(theta):
+    """W of a uniform rod's tip, of unit mass and half length, at an angle to the floor."""
+    c, s = np.cos(theta), np.sin(theta)
+    return np.array([[1 + 3 * c * c, -3 * c * s], [-3 * c * s, 1 + 3 * s * s]])
+
+
+def sliding_rod(theta, mu, normal):
+    return contact_problem(rod(theta), [normal, 0.3], [mu], sliding=[[-1.0]])
+
+
+def halved(holds, low, high):
+    """Where something begins to hold."""
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (low, middle) if holds(middle) else (middle, high)
+    return high
+
+
+@pytest.mark.parametrize(("mu", "first", "last"), [(1.4, 55.58581080789, 69.95186698409), (2.0, None, None)])
+def test_painleve_rod(mu, first, last):
+    """Sliding forward it jams where 1 + 3 cos θ (cos θ − μ sin θ) < 0."""
+    # with t = tan θ that is t² − 3 μ t + 4 < 0
+    roots = [np.degrees(np.arctan((3 * mu + sign * np.sqrt(9 * mu * mu - 16)) / 2)) for sign in (-1, 1)]
+    middle = np.radians(sum(roots) / 2)
+
+    def jams(theta):
+        return bool(jamming(sliding_rod(theta, mu, -1.0)))
+
+    found = np.degrees([halved(jams, 0.1, middle), -halved(lambda t: jams(-t), -1.5, -middle)])
+    np.testing.assert_allclose(found, roots, rtol=0, atol=1e-9)
+    if first is not None:
+        np.testing.assert_allclose(found, [first, last], rtol=0, atol=1e-9)
+    assert choose(sliding_rod(np.radians(roots[0] - 1e-9), mu, -1.0)).modes == (Mode.SLIP,)
+    with pytest.raises(ContactError, match=r"contact 0 slides .* Painlevé"):
+        choose(sliding_rod(np.radians(roots[0] + 1e-6), mu, -1.0))
+    both = choose(sliding_rod(middle, mu, 1.0))
+    assert (both.count, both.jams) == (Count.SEVERAL, (0,))
+    assert {both.modes, *(s.modes for s in both.others)} == {(Mode.OPEN,), (Mode.SLIP,)}
+
+
+def test_least_friction_that_jams_a_rod():
+    def jams(theta):
+        return halved(lambda mu: bool(jamming(sliding_rod(theta, mu, -1.0))), 0.1, 5.0)
+
+    theta = np.arctan(2.0)
+    assert jams(theta) == pytest.approx(4 / 3, abs=1e-12)
+    assert min(jams(theta - 1e-3), jams(theta + 1e-3)) > 4 / 3 + 1e-7
+
+
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("slope", [0.1, 0.3, 0.7])
+def test_a_block_on_an_incline(d, slope):
+    """It sticks up to tan α = μ, that included, and slides down with g (sin α − μ cos α) beyond."""
+    g, mass, azimuth = 9.81, 2.0, 0.4
+    down = np.array([1.0]) if d == 2 else np.array([np.cos(azimuth), np.sin(azimuth)])
+    b = np.array([-g * np.cos(slope), *(g * np.sin(slope) * down)])
+    for share, mode in ((1.01, Mode.STICK), (1.0, Mode.STICK), (0.5, Mode.FRESH_SLIP)):
+        mu = share * np.tan(slope)
+        choice = choose(contact_problem(np.eye(d) / mass, b, [mu]))
+        assert (choice.modes, choice.count) == ((mode,), Count.ONE)
+        slides = g * (np.sin(slope) - mu * np.cos(slope)) if mode is Mode.FRESH_SLIP else 0.0
+        np.testing.assert_allclose(choice.accelerations, [0, *(slides * down)], atol=1e-13)
+        assert choice.forces[0] == pytest.approx(mass * g * np.cos(slope))
+
+
+def test_rest_and_slip_have_coefficients_of_their_own():
+    """Between μ_k and μ_s a block that rests goes on to, and one that slides goes on to."""
+    g = 9.81
+    b, w = [-g, 0.5 * g], np.eye(2)
+    assert choose(contact_problem(w, b, [0.6], kinetic=[0.4])).modes == (Mode.STICK,)
+    slides = choose(contact_problem(w, b, [0.6], kinetic=[0.4], sliding=[[2.0]]))
+    assert slides.modes == (Mode.SLIP,)
+    begins = choose(contact_problem(w, b, [0.49], kinetic=[0.4]))
+    assert begins.modes == (Mode.FRESH_SLIP,)
+    for choice in (slides, begins):
+        np.testing.assert_allclose(choice.accelerations, [0, 0.1 * g], atol=1e-14)
+
+
+def box(load):
+    """W, b of a cube of unit mass on its four corners, with a horizontal load at its foot (2)."""
+    normal, inverse = np.array([0.0, 0, 1]), np.diag([1, 1, 1, 6, 6, 6.0])
+    rows = []
+    for x, y in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
+        r = np.array([x, y, -1]) / 2
+        rows += [np.concatenate([t, np.cross(r, t)]) for t in (normal, [1.0, 0, 0], [0, 1.0, 0])]
+    jacobian, force = np.array(rows), np.array([*load, -9.81])
+    return jacobian @ inverse @ jacobian.T, jacobian @ inverse @ [*force, *np.cross([0, 0, -0.5], force)]
+
+
+def test_redundant_contacts_share_the_least_forces():
+    w, b = box([0.0, 0.0])
+    choice = choose(contact_problem(w, b, [0.5] * 4))
+    assert choice.modes == (Mode.STICK,) * 4
+    assert not choice.forces_determined
+    assert choice.solution.determined
+    assert (choice.solution.rank, choice.solution.unknowns) == (6, 12)
+    np.testing.assert_allclose(choice.forces, [9.81 / 4, 0, 0] * 4, atol=1e-12)
+
+
+def test_a_box_that_is_pushed_slides():
+    load, mu = np.array([3.0, 4.0]), 0.3
+    w, b = box(load)
+    choice = choose(contact_problem(w, b, [mu] * 4))
+    assert choice.modes == (Mode.FRESH_SLIP,) * 4
+    slip = load * (1 - mu * 9.81 / 5)
+    np.testing.assert_allclose(choice.accelerations.reshape(4, 3), [[0, *slip]] * 4, atol=1e-12)
+    np.testing.assert_allclose(choice.directions, [load / 5] * 4, atol=1e-12)
+
+
+def test_a_box_between_walls_falls_or_jams():
+    """Both are consistent; without forces is the first choice, to go on with what was is another."""
+    normals, points = ([1.0, 0], [-1.0, 0]), ([-1.0, 0], [1.0, 0])
+    rows = []
+    for n, r in zip(normals, points, strict=True):
+        t = [0.0, 1.0]
+        rows += [[*n, r[0] * n[1] - r[1] * n[0]], [*t, r[0] * t[1] - r[1] * t[0]]]
+    jacobian = np.array(rows)
+    given = jacobian @ jacobian.T, jacobian @ [0, -9.81, 0], [0.5, 0.5]
+    falls = choose(contact_problem(*given))
+    assert falls.count is Count.SEVERAL
+    np.testing.assert_allclose(falls.accelerations[1::2], -9.81)
+    assert not falls.forces.any()
+    assert not falls.solution.determined
+    jams = choose(contact_problem(*given), before=(Mode.STICK, Mode.STICK))
+    assert jams.modes == (Mode.STICK, Mode.STICK)
+    np.testing.assert_allclose(jams.accelerations, 0, atol=1e-12)
+    np.testing.assert_allclose(jams.forces[1::2], 9.81 / 2)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"friction": [-0.1]}, r"coefficients of friction μ_s ≥ 0"),
+        ({"kinetic": [0.7]}, r"μ_k ≤ μ_s"),
+        ({"bias": [1.0]}, r"2 or 3 of 1, got 1 of b.*normal, then tangents"),
+        ({"bias": [np.nan, 1.0]}, r"finite"),
+        ({"mobility": [[1.0, 0.5], [0.1, 1.0]]}, r"a symmetric mobility W"),
+        ({"mobility": [[0.0, 0.0], [0.0, 1.0]]}, r"W_nn > 0.*Leave the contact out"),
+        ({"mobility": np.eye(3)}, r"2 × 2 numbers, got an array of the shape \(3, 3\)"),
+        ({"sliding": [[1.0, 0.0]]}, r"directions of slip, 1 × 1 numbers"),
+        ({"terms": [0.1, 1.0]}, r"terms of b that are no smaller than b"),
+        ({"friction": "much"}, r"coefficients of friction, one a contact, got 'much'"),
+    ],
+)
+def test_what_is_no_problem(given, message):
+    right = {"mobility": np.eye(2), "bias": [-1.0, 0.2], "friction": [0.5]}
+    with pytest.raises(ArgumentError, match=message):
+        contact_problem(**{**right, **given})
+
+
+def test_modes_before_of_other_contacts():
+    with pytest.raises(ContactError, match="modes before of all 1 contacts"):
+        choose(contact_problem(np.eye(2), [-1.0, 0.2], [0.5]), before=(Mode.OPEN, Mode.OPEN))
