@@ -222,6 +222,35 @@ def test_redundant_contacts_share_the_least_forces():
     np.testing.assert_allclose(choice.forces, [9.81 / 4, 0, 0] * 4, atol=1e-12)
 
 
+@pytest.mark.parametrize(("d", "k"), [(2, 1), (2, 5), (3, 1), (3, 2), (3, 4)])
+def test_without_loads_nothing_happens(d, k):
+    """Closed before open, stick before slip; no forces."""
+    choice = choose(contact_problem(np.eye(d * k), np.zeros(d * k), [0.5] * k))
+    assert choice.modes == (Mode.STICK,) * k
+    assert not choice.forces.any()
+    assert not choice.accelerations.any()
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_many_contacts_apart(d, rng):
+    """Of bodies that do not touch each other each contact does what it does alone."""
+    alone = []
+    for _ in range(6):
+        state = dense(rng, d)
+        while len(state.static) > 1 or chosen(state)[1] != 1:
+            state = dense(rng, d)
+        alone.append(state)
+    w = np.zeros((6 * d, 6 * d))
+    for i, state in enumerate(alone):
+        w[d * i : d * i + d, d * i : d * i + d] = state.W
+    joined = [np.concatenate([getattr(s, name) for s in alone]) for name in ("b", "static", "kinetic", "sliding")]
+    together = choose(contact_problem(w, *joined[:2], kinetic=joined[2], sliding=joined[3]))
+    assert together.count is Count.UNKNOWN
+    each = [chosen(state)[0] for state in alone]
+    assert together.modes == sum((choice.modes for choice in each), ())
+    np.testing.assert_allclose(together.forces, np.concatenate([choice.forces for choice in each]), atol=1e-9)
+
+
 def test_a_box_that_is_pushed_slides():
     load, mu = np.array([3.0, 4.0]), 0.3
     w, b = box(load)
@@ -274,5 +303,5 @@ def test_what_is_no_problem(given, message):
 
 
 def test_modes_before_of_other_contacts():
-    with pytest.raises(ContactError, match="modes before of all 1 contacts"):
+    with pytest.raises(ArgumentError, match="modes before of all 1 contacts"):
         choose(contact_problem(np.eye(2), [-1.0, 0.2], [0.5]), before=(Mode.OPEN, Mode.OPEN))

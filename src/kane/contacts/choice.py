@@ -20,7 +20,7 @@ from kane.contacts.enumeration import Found, canonical, enumerated, few
 from kane.contacts.equations import ModeSolution
 from kane.contacts.iteration import iterated
 from kane.contacts.problem import ContactProblem, Mode
-from kane.errors import ContactError
+from kane.errors import ArgumentError, ContactError
 from kane.expect import that
 from kane.numeric.arrays import Array
 
@@ -86,6 +86,8 @@ def choose(problem: ContactProblem, before: Sequence[Mode] | None = None) -> Cho
 
     Raises
     ------
+    ArgumentError
+        if `before` has modes of other contacts
     ContactError
         if no forces agree with the laws of friction, or none were found
     """
@@ -94,7 +96,7 @@ def choose(problem: ContactProblem, before: Sequence[Mode] | None = None) -> Cho
         f"the modes before of all {problem.count} contacts",
         before,
         "Leave them out where they are not known.",
-        error=ContactError,
+        error=ArgumentError,
     )
     met: list[Found] = []
     path = next(_rounds(problem, problem.static, before, met), None)

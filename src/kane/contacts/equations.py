@@ -121,8 +121,10 @@ def linear(problem: ContactProblem, mode: Equations, near: Array | None = None) 
     rank = values.rank(INVERSE_RANK)
     left, kept = values.left[:, :rank], values.right[:rank]
     inverse = (kept.T / size[:, None]) @ ((left / values.values[:rank]).T / size)
-    x = -inverse @ right if near is None else near - inverse @ (right + a @ near)
     basis, null = np.linalg.qr((kept * size).T)[0].T, values.right[rank:].T / size[:, None]
+    if null.size:
+        inverse = basis.T @ (basis @ inverse)  # the least x, not the least in units of the rows
+    x = -inverse @ right if near is None else near - inverse @ (right + a @ near)
     return Linear(x, rates @ x + problem.bias, rates, a, inverse, basis, null)
 
 
@@ -208,19 +210,9 @@ def solve(problem: ContactProblem, modes: Sequence[Mode], directions: Array, nea
     margins = np.full(problem.count, -np.inf)
     if met.all() and np.isfinite(forces).all():
         margins = _margins(problem, modes, directions, forces, at.a, force_errors, a_errors)
-    unknowns = len(at.x)
+    rank, determined = len(at.basis), not depends.any()
     return ModeSolution(
-        tuple(modes),
-        directions,
-        forces,
-        at.a,
-        force_errors,
-        a_errors,
-        margins,
-        unknowns - at.null.shape[1],
-        unknowns,
-        not depends.any(),
-        certain,
+        tuple(modes), directions, forces, at.a, force_errors, a_errors, margins, rank, len(at.x), determined, certain
     )
 
 

@@ -8,6 +8,7 @@ place of W keeps the forces near to the last ones.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -75,7 +76,8 @@ def newton(problem: ContactProblem, forces: Array, steps: int = _STEPS) -> tuple
             share = 1.0
             value, slope = residual(problem, forces + step)
         forces, length = forces + share * step, float(np.linalg.norm(value))
-    return forces, length / (size + float(np.abs(forces).max())) if np.isfinite(forces).all() else np.inf
+    size += float(np.abs(forces).max())
+    return forces, length / (size or 1.0) if np.isfinite(size) else np.inf
 
 
 def proximal(problem: ContactProblem, forces: Array) -> tuple[Array, float]:
@@ -100,17 +102,21 @@ def proximal(problem: ContactProblem, forces: Array) -> tuple[Array, float]:
 
 def iterated(problem: ContactProblem) -> ModeSolution | None:
     """A solution of a problem with one coefficient a contact; None where none was found, which does not prove that there is none."""
+    exact = (_exact(problem, forces) for forces in _nearly(problem))
+    return next((solution for solution in exact if solution is not None), None)
+
+
+def _nearly(problem: ContactProblem) -> Iterator[Array]:
+    """Forces that are nearly right: of the facets in the plane, where these are exact, else by Newton's method from there."""
     start = faceted(problem)
-    tried = [] if start is None else [start]
+    if start is not None and problem.dimension == 2:
+        yield start
     if problem.dimension == 3:
         begins = np.zeros(len(problem.bias)) if start is None else start
-        near = (method(problem, begins) for method in (newton, proximal))
-        tried = (forces for forces, left in near if left <= ROUNDED_ROOT)  # type: ignore[assignment]
-    for forces in tried:
-        solution = _exact(problem, forces)
-        if solution is not None:
-            return solution
-    return None
+        for method in (newton, proximal):
+            forces, left = method(problem, begins)
+            if left <= ROUNDED_ROOT:
+                yield forces
 
 
 def _exact(problem: ContactProblem, forces: Array) -> ModeSolution | None:
