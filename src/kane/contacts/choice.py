@@ -170,10 +170,6 @@ def _none(problem: ContactProblem, complete: bool) -> str:
         for i in jamming(problem)
     )
     why = f": {pressed}, Painlevé's paradox" if pressed else ""
-    if complete:
-        cure = "Go on with an impact without approach (`impact` with v_n = 0), or end the motion."
-    else:
-        cure = "There may be some; give fewer contacts at once, or end the motion."
-    return (
-        f"Expected forces that agree with the laws of friction, got {'none' if complete else 'none found'}{why}. {cure}"
-    )
+    rest = "Go on with an impact without approach (`impact` with v_n = 0)"
+    got, cure = ("none", rest) if complete else ("none found", "There may be some; give fewer contacts at once")
+    return f"Expected forces that agree with the laws of friction, got {got}{why}. {cure}, or end the motion."

@@ -15,6 +15,8 @@ import numpy as np
 from kane.contacts.angles import one_direction, two_directions
 from kane.contacts.equations import ModeSolution, equations, labelled, linear, solve
 from kane.contacts.problem import ContactProblem, Mode
+from kane.errors import ArgumentError
+from kane.expect import that
 from kane.numeric.arrays import Array
 
 _BEGIN = {2: 4, 3: 2}
@@ -40,7 +42,8 @@ def few(problem: ContactProblem) -> bool:
 
 
 def enumerated(problem: ContactProblem) -> Found:
-    """Every solution of a problem with one coefficient a contact (`with_friction`)."""
+    """Every solution of a problem with one coefficient a contact (`with_friction`); an ArgumentError where there are too many."""
+    that(few(problem), "few contacts to count modes of", problem.count, "Take `choose`.", error=ArgumentError)
     found, complete = list[ModeSolution](), True
     for modes, directions in _modes(problem):
         solution = solve(problem, modes, directions)
