@@ -251,6 +251,16 @@ def test_many_contacts_apart(d, rng):
     np.testing.assert_allclose(together.forces, np.concatenate([choice.forces for choice in each]), atol=1e-9)
 
 
+def test_a_ball_in_a_corner_where_any_direction_of_slip_is_aligned():
+    """Two of three contacts slide; in one mode d⊥·a_t is zero whatever d is, and no force there is near its right sign."""
+    rng = np.random.default_rng(357)
+    scene(rng, 3)
+    state = scene(rng, 3)
+    assert (state.name, state.slides.sum()) == ("corner", 2)
+    beside_enumeration(state)
+    assert chosen(state)[1] == 1
+
+
 def test_too_many_to_enumerate():
     one = contact_problem(*box([0.0, 0.0]), [0.5] * 4)
     with pytest.raises(ArgumentError, match=r"few contacts to count modes of, got 4\. Take `choose`"):

@@ -4,7 +4,7 @@
 import numpy as np
 
 
-def stronge(w, v, mu, e, pieces=1500):
+def stronge(w, v, mu, e, pieces=6000):
     """v⁺ (3), to some 1e-8."""
     wn, wc, wt = w[0, 0], w[1:, 0], w[1:, 1:]
     stick = np.linalg.solve(wt, wc)

@@ -21,7 +21,7 @@ from kane.contacts.cones import Block, inside, least_forces
 from kane.contacts.problem import ContactProblem, Mode
 from kane.numeric.arrays import Array
 from kane.numeric.rank import singular
-from kane.numeric.scale import EPS, INVERSE_RANK, LAST_DIGIT, ROUNDED_CHAIN
+from kane.numeric.scale import EPS, INVERSE_RANK, LAST_DIGIT, ROUNDED_CHAIN, SIX_DIGITS
 
 _U = 1024 * EPS
 """Rounding granted to a decision, beside the terms that cancel: rows of W and b come through products along chains of bodies."""
@@ -204,7 +204,7 @@ def solve(problem: ContactProblem, modes: Sequence[Mode], directions: Array, nea
         turn = turning(problem, mode, fresh, directions, at)
         limits = np.array([a_errors[3 * i + 1 : 3 * i + 3].max() for i in fresh])
         met = np.append(met, np.abs(turn.across) <= _MET * limits)
-        angles = np.abs(np.linalg.pinv(turn.slope)) @ limits
+        angles = np.minimum(np.abs(np.linalg.pinv(turn.slope)) @ limits, SIX_DIGITS)  # more where any direction does
         x_errors, a_errors = x_errors + np.abs(turn.x) @ angles, a_errors + np.abs(turn.a) @ angles
     force_errors = np.abs(mode.columns) @ x_errors + (_REDUNDANT * np.abs(forces).max(initial=0) if lost else 0.0)
     margins = np.full(problem.count, -np.inf)
