@@ -141,6 +141,10 @@ class Holding:
     The present one is stepped first; the others are compiled when the kernel first wants them.
     """
 
+    compares = False
+    """Whether kernels choose. Not yet by themselves: they take sizes of rows and columns otherwise than programs in C, which have the
+    bits of `simulate`."""
+
     def __init__(self, stepper: Stepper, arguments: Arguments, t: float, y: Array) -> None:
         self.stepper, now, eom = stepper, stepper.now, stepper.eom
         self.arguments, self.at = arguments, (t, y.copy())
@@ -152,7 +156,7 @@ class Holding:
         self.given["constraints"] = entry(routine)
         self.choices, self.steppable = choices(eom), dict[int, Routines]({0: now})
         self.hoisted = {0: (arguments.now.rates, arguments.given["h"])}
-        if len(self.choices) > 1 and not arguments.integrator.implicit:
+        if self.compares and len(self.choices) > 1 and not arguments.integrator.implicit:
             self.choose_among()
         self.measure()
 

@@ -123,6 +123,10 @@ static int begin_constraints(@NAME@_motion *m)
     }
     at_choice = 0;
     @NAME@_holding(0.0, m->y, m->p, m->r, at_held_h, at_held_room);
+    double fastest = 0.0; /* a row of which all speeds are rounding is judged beside the others */
+    for (int64_t j = 0; j < SPEEDS; j++) {
+        fastest = fmax(fastest, fabs(m->y[COORDINATES + j]));
+    }
     for (int64_t i = 0; i < ROWS; i++) {
         const double b = at_held_room[(2 * CLOSURES) + i];
         const double left = (i < CLOSURES) ? at_held_room[i] : 0.0;
@@ -132,9 +136,9 @@ static int begin_constraints(@NAME@_motion *m)
         for (int64_t e = 0; e < ENTRIES; e++) {
             if ((int64_t)at_held_entry_at[0][(3 * e) + 1] == i) {
                 const int64_t at = COORDINATES + (int64_t)at_held_entry_at[0][(3 * e) + 2];
-                const double part = at_held_room[(2 * CLOSURES) + ROWS + BRANCHES + e] * m->y[at];
-                rate += part;
-                speeds += fabs(part);
+                const double entry = at_held_room[(2 * CLOSURES) + ROWS + BRANCHES + e];
+                rate += entry * m->y[at];
+                speeds += fabs(entry) * fastest;
             }
         }
         if (!(fabs(left) <= (1e-6 * size)) || !(fabs(rate) <= (1e-6 * speeds))) {

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Every integrator gives the same bits through NumPy, machine code and C."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -59,7 +61,8 @@ def test_constraints_are_held_with_the_same_bits(name, tmp_path):
     given, routine = arguments(four_bar.EOM, EXACT, name, x, 9.0, 0.05, 1e-9, np.linspace(0.01, 0.2, 30))
     stepper = Stepper(four_bar.EOM, np.zeros(0), (), EXACT)
     stepper.keep(0.0, given["y"])
-    held = Holding(stepper, 0.0, given["y"])
+    kernel = SimpleNamespace(given=given, now=stepper.now, integrator=INTEGRATORS[name])
+    held = Holding(stepper, kernel, 0.0, given["y"])
     held.begin(given["s"])
     code = held.given.pop("constraints")
     numbers = four_bar.EOM.numeric(EXACT).routine(holding).flat

@@ -405,5 +405,8 @@ class Held:
         self.log[at + 1] = new
         self.log[0] = self.log[0] + 1.0
         o.put(Slot.CHOICE, new)
+        o.put(Slot.TIME_LAG, 0.0)
+        with w.count(o.n) as i:
+            o.lag[i] = 0.0
         o.p[self.choice_at] = new
         o.put(Slot.QUIET, 1 / POOR)
