@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 import kane as kn
+from kane.program.emit.llvm import hoists
 
 Array = npt.NDArray[np.float64]
 
@@ -59,7 +60,7 @@ def kane_kernel(eom: kn.Equations, x: Array, parameters: Mapping[str, float]) ->
     library = rhs._library
     h, out = np.empty(max(1, len(rhs.program.kept))), np.empty(rhs.shape)
     p = compiled.parameters(parameters)
-    hoist = library.address("hoist")
+    hoist = library.address(hoists([rhs.program])[0])
     ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(hoist)(p.ctypes.data, h.ctypes.data)
     return KaneKernel(library.address("rhs"), hoist, x.copy(), p, np.zeros(len(eom.inputs)), h, out, rhs)
 
@@ -69,7 +70,7 @@ def kernel_of(routine: kn.Handle, x: Array) -> Kernel:
     library, program = routine._library, routine.program
     h, out = np.empty(max(1, len(program.kept))), np.empty(routine.shape).ravel()
     p = np.array([0.0 if s.default is None else s.default for s in program.port("p").symbols])
-    hoist = library.address("hoist")
+    hoist = library.address(hoists([program])[0])
     ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(hoist)(p.ctypes.data, h.ctypes.data)
     r = np.zeros(len(program.port("r").symbols))
     return kane_loop(KaneKernel(library.address(routine.name), hoist, x.copy(), p, r, h, out, routine))
