@@ -68,6 +68,7 @@ if TYPE_CHECKING:
         rolling,
         touching,
     )
+    from kane.model.contacts import ContactLaw, ContactMode, clutch, contact, rope, stiction, stop
     from kane.model.declarations import Event
     from kane.model.system import System
     from kane.motion.inputs.expressions import sampled
@@ -110,7 +111,7 @@ _NAMES = {
     "equations.jacobian": "Jacobian",
     "equations.state": "Guess OperatingPoint State guess",
     "errors":
-        "ArgumentError CornerError ExpressionError KaneError KaneWarning MissingAttributeError ModelError "
+        "ArgumentError ContactError CornerError ExpressionError KaneError KaneWarning MissingAttributeError ModelError "
         "ModesWarning NotAffineError NotFiniteError PotentialError ProgramError ReactionError SimulationError "
         "SingularError SolutionFileError SpaceError SpeedsError StiffeningWarning UnitError ValueMissingError",
     "expr.differentiation": "diff gradient jacobian time_derivative affine",
@@ -140,7 +141,9 @@ _NAMES = {
     "model.force_systems": "ForceSystem Wrench force_system",
     "model.joints.closing":
         "close_ball close_cylindrical close_pin close_planar close_screw close_slider close_universal close_weld",
-    "model.joints.contact": "Contact disk_on_plane dry_friction friction sphere_on_plane torus_on_plane",
+    "model.contacts": "ContactLaw ContactMode clutch contact rope stiction stop",
+    "model.joints.contact":
+        "Contact disk_on_plane dry_friction friction point_on_plane sphere_on_plane torus_on_plane",
     "model.joints.gears": "bevel_pair gear_pair rack_and_pinion worm_pair",
     "model.joints.joint": "Joint",
     "model.joints.tree_joints": "ball cylindrical free pin planar screw slider universal weld",
@@ -200,6 +203,7 @@ __all__ = [
     "dry_friction", "loads",
     "Constraint", "coincident", "distance", "perpendicular", "parallel", "no_slip", "touching", "rolling",
     "configuration_constraint", "motion_constraint",
+    "contact", "stop", "rope", "stiction", "clutch",
     "reaction", "auxiliary_speed", "Event", "System",
     "derive", "Equations", "compile", "Compiled", "Jacobian", "Handle", "Settings", "State", "assemble", "guess",
     "signal", "Signal", "sampled", "simulate", "prepare", "integrators", "Solution", "load_solution", "Accuracy",

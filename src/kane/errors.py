@@ -166,6 +166,7 @@ def warn(message: str, category: type[KaneWarning] | None = None) -> None:
 
 __all__ = [
     "ArgumentError",
+    "ContactError",
     "CornerError",
     "ExpressionError",
     "KaneError",

@@ -12,7 +12,7 @@ from kane.model.joints.closing import (
     close_universal,
     close_weld,
 )
-from kane.model.joints.contact import Contact, disk_on_plane, sphere_on_plane, torus_on_plane
+from kane.model.joints.contact import Contact, disk_on_plane, point_on_plane, sphere_on_plane, torus_on_plane
 from kane.model.joints.gears import bevel_pair, gear_pair, rack_and_pinion, worm_pair
 from kane.model.joints.joint import Joint
 from kane.model.joints.tree_joints import ball, cylindrical, free, pin, planar, screw, slider, universal, weld
@@ -37,6 +37,7 @@ __all__ = [
     "gear_pair",
     "pin",
     "planar",
+    "point_on_plane",
     "rack_and_pinion",
     "screw",
     "slider",

@@ -457,6 +457,8 @@ class Declarations(Immutable):
     inputs: tuple[Input | Rate, ...]
     frames: tuple[Frame, ...]
     points: tuple[Point, ...]
+    contacts: tuple[Any, ...] = ()
+    modes: tuple[Any, ...] = ()
 
 
 def places(

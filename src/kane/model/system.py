@@ -40,6 +40,7 @@ from kane.expr.visit import substituted
 from kane.model import system_checks
 from kane.model.bodies import Body, Part, RigidBody, brought_loads, check_turning, deforming, extended, parts_of, rigid
 from kane.model.constraints import Constraint, as_constraints
+from kane.model.contacts import ContactLaw, ContactMode, additions, check_contacts, given_modes
 from kane.model.declarations import (
     Declarations,
     Event,
@@ -89,6 +90,8 @@ class System(Declarations):
         one otherwise, these definitions take their place
     states : further states with their rates, {a: (e - a)/tau}: an activation, a current, the integral of a controller. Loads and
         events may depend on them; rates may hold coordinates, their rates, speeds, states, parameters, inputs and time
+    contacts : contacts with friction and impacts, from `kn.contact`, `kn.stop`, `kn.rope`, …. The system itself is that in which
+        none of them acts; `system.in_modes(…)` is that of other modes
     """
 
     def __init__(
@@ -108,6 +111,7 @@ class System(Declarations):
         dependent_speeds: Sequence[Speed | str] = (),
         joints: Sequence[Joint] = (),
         states: Mapping[StateVariable, Any] = MappingProxyType({}),
+        contacts: Sequence[ContactLaw] = (),
     ) -> None:
         system_checks.check_inertial(inertial)
         bodies, loads = listed("bodies", bodies), listed("loads", loads)
@@ -122,6 +126,9 @@ class System(Declarations):
         auxiliary = listed("auxiliary_speeds", auxiliary_speeds, AuxiliarySpeed, "kn.auxiliary_speed")
         events = listed("events", events, Event, "kn.Event(name, quantity)", named=True)
         constraints = (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
+        contacts = listed("contacts", contacts, ContactLaw, "kn.contact, kn.stop, kn.rope, …", named=True)
+        check_contacts(contacts)
+        touching, rows = [x for c in contacts for x in c.expressions], [row for c in contacts for row in c.rows]
         system_checks.check_constraints(constraints, reactions)
         frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), constraints)
         euler, shape = euler_sets(frames), list(geometry(frames, points))
@@ -129,7 +136,8 @@ class System(Declarations):
         vanishing = completed(definitions := speed_definitions(told, ordered, euler), ordered, euler, constraints)
         definitions |= vanishing
         matter, further = list(contents(bodies, own, gravities)), state_rates(states)
-        watched = [*matter, *expressions(events), *(c.expr for c in constraints), *further, *further.values()]
+        held = (c.expr for c in constraints)
+        watched = [*matter, *expressions(events), *held, *further, *further.values(), *touching]
         symbols = free_symbols([*shape, *definitions.values(), *watched])
         system_checks.check_geometry(free_symbols(shape))
         system_checks.check_no_accelerations(free_symbols(matter))
@@ -141,10 +149,10 @@ class System(Declarations):
         system_checks.check_dependent("coordinates", dependent_q, ordered, constraints, "configuration")
         system_checks.check_dependent("speeds", dependent_u, definitions, constraints, "configuration", "motion")
         parameters = Symbols(s for s in symbols if isinstance(s, Parameter))
-        inputs = Symbols(inputs_with_rates(symbols, shape + list(definitions.values()), constraints))
+        inputs = Symbols(inputs_with_rates(symbols, shape + list(definitions.values()), (*constraints, *rows)))
         Declarations.__init__(
             self, inertial, bodies, definitions, further, own, gravities, Symbols(reactions), Symbols(auxiliary), events,
-            ordered, constraints, dependent_q, dependent_u, joints, euler, parameters, inputs, frames, points,
+            ordered, constraints, dependent_q, dependent_u, joints, euler, parameters, inputs, frames, points, contacts,
         )  # fmt: skip
         check_states(self, symbols)
         check_actions(self)
@@ -172,6 +180,18 @@ class System(Declarations):
         values = self._given()
         expect.none(sorted(changes.keys() - values.keys()), f"some of {', '.join(values)} to replace")
         return System(self.inertial, **(values | changes))
+
+    def in_modes(self, modes: Mapping[ContactLaw | str, ContactMode | str] | Sequence[ContactMode]) -> System:
+        """The system where contacts do what `modes` says: those left out are separated, or stick where they have no gap.
+
+        Its constraints hold what is closed and what sticks, its loads are the friction of what slips, its reactions the forces of
+        both, and its events end the mode.
+        """
+        every = given_modes(self.contacts, modes)
+        added = additions(self.contacts, every)
+        values = self._given() | {"contacts": ()}
+        other = System(self.inertial, **(values | {k: tuple(dict.fromkeys((*values[k], *v))) for k, v in added.items()}))
+        return other._remade(contacts=self.contacts, modes=every)
 
     def __reduce__(self) -> tuple[Callable[..., System], tuple[Any, ...]]:
         return _restored, (self.frames, self.points, self.inertial, self._given())

@@ -18,6 +18,7 @@ from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter
 from kane.model.beams.beam import Beam, doubts
+from kane.motion.contact_motion import run_with_contacts
 from kane.motion.inputs.expressions import Formula, own_parameters
 from kane.motion.inputs.functions import input_functions
 from kane.motion.integrators import AdaptiveStep, FixedStep
@@ -139,7 +140,8 @@ def simulate(
         check_fits(eom, start, drives, constants)
         begin = replace(begin, whole=begin.whole and eom.derived is start.equations.derived)
     with working("Simulating"), noted():
-        solution = run(eom, span, begin, (constants, drives), options, bounds, sample_times(samples, span))
+        over_time = run_with_contacts if eom.system.contacts and not eom.system.modes else run
+        solution = over_time(eom, span, begin, (constants, drives), options, bounds, sample_times(samples, span))
     again = repeating(start, _given(values, law, plan.first_step, options))
     _check_kept(solution := replace(solution, _again=again, _options=options), check)
     return solution

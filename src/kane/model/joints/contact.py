@@ -18,7 +18,7 @@ from typing import Any
 
 from kane import expect
 from kane.errors import ModelError, cut
-from kane.expr.build import NODE_BUILDERS, add, div, mul, sqrt
+from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sqrt
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import Immutable
@@ -69,6 +69,7 @@ def _contact(
     crown: Any | None,
     along: Vector | None,
     down: Vector | None,
+    surface: Vector | None = None,
 ) -> Contact:
     """The contact of a ring (radius, axis) with the radius of its crown on the plane through `plane` across `normal`."""
     radius = _positive(ring[0], f"radius of {name!r}") if ring is not None else ZERO
@@ -83,9 +84,60 @@ def _contact(
     point = center.at(f"{name} point", reach)
     particle = center.fixed_in(wheel, f"{name} particle", reach)
     ground = None if base.parent is None else plane.fixed_in(base, f"{name} ground", point.position(plane))
+    return _placed(name, (point, particle, ground), plane, normal, along, surface)
+
+
+def _placed(
+    name: str,
+    points: tuple[Point, Point, Point | None],
+    plane: Point,
+    normal: Vector,
+    along: Vector | None,
+    surface: Vector | None,
+) -> Contact:
+    """The contact of a particle with a plane, whose surface may run."""
+    point, particle, ground = points
     height = touching(particle, plane, normal=normal, name=f"{name} normal")
     slip = rolling(particle, ground, normal=normal, along=along, name=name)
+    if surface is not None:
+        expect.instance(surface, Vector, f"a velocity as the surface= of {name!r}")
+        slip = tuple(_less(c, surface) for c in slip)
     return Contact(name, point, particle, ground, normal, height, slip)
+
+
+def _less(c: Constraint, surface: Vector) -> Constraint:
+    """No slip on a surface that runs with a velocity of its own."""
+    running = neg(surface.dot(c.forces[0][1]))
+    return replace(c, expr=add(c.expr, running), own=add(c.own, running))
+
+
+def point_on_plane(
+    name: str,
+    point: Point,
+    plane: Point,
+    *,
+    normal: Vector,
+    along: Vector | None = None,
+    surface: Vector | None = None,
+) -> Contact:
+    """A particle, or a corner of a body, on a plane.
+
+    Parameters
+    ----------
+    name : of the contact; its constraints are "name normal", "name 1" and "name 2"
+    point : the particle: made with `fixed_in`, or the place of a `kn.Particle`
+    plane : a point of the plane, fixed in the frame that `normal` is written in
+    normal : of the plane, a unit vector to the side on which the particle is
+    along : the first direction of slip, a unit vector in the plane; by default an axis of the normal's frame
+    surface : the velocity with which the plane's surface runs in its frame, as a belt does
+    """
+    check_unit(normal, f"normal of {name!r}")
+    base = home_of(normal, f"normal of {name!r}")
+    ground = None
+    if base.parent is not None:
+        height = point.position(plane).dot(normal)
+        ground = plane.fixed_in(base, f"{name} ground", point.position(plane) - normal * height)
+    return _placed(name, (point, point, ground), plane, normal, along, surface)
 
 
 def _despun(axis: Vector, wheel: Frame) -> Vector:
@@ -135,6 +187,7 @@ def disk_on_plane(
     normal: Vector,
     along: Vector | None = None,
     down: Vector | None = None,
+    surface: Vector | None = None,
 ) -> Contact:
     """The edge of a disk on a plane: contact at centre + R d, d down the disk's plane; valid for any lean but the flat one.
 
@@ -148,15 +201,24 @@ def disk_on_plane(
     normal : of the plane, a unit vector to the side on which the disk is
     along : the first direction of rolling, a unit vector in the plane; by default an axis of the normal's frame
     down : the unit vector d itself, where frames of the model have it: shorter equations
+    surface : the velocity with which the plane's surface runs in its frame, as a belt does
     """
-    return _contact(name, wheel, center, plane, normal, (radius, axis), None, along, down)
+    return _contact(name, wheel, center, plane, normal, (radius, axis), None, along, down, surface)
 
 
 def sphere_on_plane(
-    name: str, wheel: Frame, center: Point, plane: Point, *, radius: Any, normal: Vector, along: Vector | None = None
+    name: str,
+    wheel: Frame,
+    center: Point,
+    plane: Point,
+    *,
+    radius: Any,
+    normal: Vector,
+    along: Vector | None = None,
+    surface: Vector | None = None,
 ) -> Contact:
-    """A sphere on a plane: contact at centre − r n. Arguments as for `kn.disk_on_plane`."""
-    return _contact(name, wheel, center, plane, normal, None, radius, along, None)
+    """A sphere on a plane: contact at centre − r n. Arguments as for `kn.disk_on_plane`, `surface` as for `point_on_plane`."""
+    return _contact(name, wheel, center, plane, normal, None, radius, along, None, surface)
 
 
 def torus_on_plane(
@@ -171,13 +233,14 @@ def torus_on_plane(
     normal: Vector,
     along: Vector | None = None,
     down: Vector | None = None,
+    surface: Vector | None = None,
 ) -> Contact:
     """A torus-rimmed wheel on a plane: contact at centre + R d − r n; valid for any lean but the flat one.
 
     `radius` R is that of the circle on which the crown's centres lie, `crown` r that of the rounding: upright, the centre is
     R + r high. Other arguments as for `kn.disk_on_plane`.
     """
-    return _contact(name, wheel, center, plane, normal, (radius, axis), crown, along, down)
+    return _contact(name, wheel, center, plane, normal, (radius, axis), crown, along, down, surface)
 
 
 def friction(

@@ -19,6 +19,7 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Reaction
 from kane.model.constraints import Constraint
+from kane.model.contacts import in_mode
 from kane.model.declarations import Event
 from kane.model.loads import Load
 from kane.motion.inputs.expressions import along
@@ -175,8 +176,11 @@ class Solution(Attributes):
     @cached_property
     def lost(self) -> Mask:
         """Samples at which the constraints determine fewer speeds than elsewhere."""
-        ranks = np.array([len(eom.dependent_speeds) for eom in self.samples or (self.equations,) * len(self)])
-        return np.asarray(ranks < max(ranks.max(initial=0), len(self.equations.dependent_speeds)))
+        every = self.samples or (self.equations,) * len(self)
+        most: dict[Any, int] = {}
+        for eom in (self.equations, *every):
+            most[eom.derived] = max(most.get(eom.derived, 0), len(eom.dependent_speeds))
+        return np.array([len(eom.dependent_speeds) < most[eom.derived] for eom in every], dtype=bool)
 
     def by_sample(self, exprs: Callable[[Equations], Any]) -> list[Array]:
         """Values (n each) of the expressions that `exprs` makes of the equations that hold at each sample."""
@@ -197,6 +201,7 @@ class Solution(Attributes):
         """Values (n each) of expressions at times (n) and states (n × (coordinates + speeds + further states)) in a phase."""
         q, u, a = np.split(states.T, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
         inputs = {s: along(f, t, states) for s, f in phase.inputs.items()}
+        exprs = in_mode(eom.system.contacts, eom.system.modes, exprs)
         values = evaluate_along(eom.solved, exprs, list(q), list(u), phase.parameters, inputs, t, list(a), held=False)
         return [np.broadcast_to(v, t.shape) for v in values]
 
@@ -319,7 +324,7 @@ class Solution(Attributes):
             pairs = dict(
                 zip(symbols, zip(self.states[k - 1].tolist(), self.states[k].tolist(), strict=True), strict=True)
             )
-            pairs |= {p: (v, new.parameters[p]) for p, v in old.parameters.items() if p in new.parameters}
+            pairs |= {p: (old.parameters[p], new.parameters[p]) for p in self.parameters}
             changes: dict[Expr, tuple[float, float]] = {s: (a, b) for s, (a, b) in pairs.items() if a != b}
             found.append(Jump(float(self.t[k]), new.by, changes, float(self.energy[k] - self.energy[k - 1])))
         return tuple(found)

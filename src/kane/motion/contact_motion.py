@@ -1,0 +1,373 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A motion of a system with contacts: mode by mode, each with the equations derived of it.
+
+A mode ends by one of its events (`kane.model.contacts.endings`). What comes then follows from the state there alone: an impact where a
+gap closes, then the modes whose accelerations and forces agree with the laws (`kane.contacts`). What is closed, and whether it slips,
+is known by events, never read off a threshold; a start is the one instant at which numbers decide.
+
+Impacts that become ever smaller end at the limit of their series: the n-th comes v_n (1 + e)/a after the one before, with v_n falling
+as eⁿ, so that after a rebound with v the contact rests within 2 v/(a (1 − e)). Where the height v²/2a that is left is less than
+tolerances tell, or a small share of the highest before, it rests then.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from kane.contacts import Choice, Count, Law, Mode, choose, impacts
+from kane.equations.equations import Equations
+from kane.errors import KaneError, SimulationError, warn
+from kane.expr.node import ZERO, Expr
+from kane.model.contacts import ContactMode, Modes, check_numbers
+from kane.model.declarations import Event
+from kane.motion.hybrid.contact_modes import Layout, Touch, contact_modes, contact_numbers, layout
+from kane.motion.inputs.expressions import value
+from kane.motion.inputs.functions import input_functions
+from kane.motion.loop import admitted_start, run, solver, whole
+from kane.motion.solution.phases import Phase
+from kane.motion.solution.resumed import Begin
+from kane.motion.solution.solution import Segment, Solution
+from kane.motion.steps import Stepper
+from kane.numeric.arrays import Array
+from kane.numeric.scale import GIVEN, SAME_TIME
+
+_STARTS, _ENDS = 1e-9, 1e-7
+"""A slip goes straight on over this share of the span from its beginning, and below this share of the slip at a mode's start."""
+_NOTHING = 1e-10
+"""Share of the terms of a velocity that is nothing: what is left where a slip or an approach ends."""
+_FLAT, _LOW = 1e-3, 1e-10
+"""Shares of what tolerances leave open of a gap, and of the highest rebound, up to which rebounds are followed."""
+_MODES = 100_000
+_AT_ONCE = 100
+"""Modes at one instant after which none is consistent in numbers."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Decided:
+    """What contacts do from an instant on: modes, the directions of slip (k × d − 1), N and F are those of `choice`."""
+
+    modes: Modes
+    directions: Array
+    choice: Choice | None
+
+
+class ContactMotion:
+    """A motion with contacts on its way: t, u and what is known of the contacts."""
+
+    def __init__(self, eom: Equations, span: tuple[float, float], given: Any, options: Mapping[str, Any]) -> None:
+        self.eom, self.span, self.options = eom, span, options
+        self.parameters, self.inputs = given
+        self.modes_of = eom.numeric(options["settings"]).value(contact_modes)
+        self.numbers = eom.numeric(options["settings"]).routine(contact_numbers)
+        self.layout: Layout = eom.numeric().value(layout)
+        self.contacts = eom.system.contacts
+        self.p = np.array([given[0][s] for s in self.numbers.bundle.ports[2].symbols])
+        self.q = len(eom.coordinates)
+        self.highest = np.zeros(len(self.contacts))
+
+    def touch(self, t: float, x: Array) -> Touch:
+        """The contacts at an instant."""
+        r = np.array([value(self.inputs[s], t, x) for s in self.numbers.bundle.ports[3].symbols])
+        numbers = self.numbers(t, x, self.p, r)
+        return Touch(self.layout, numbers, x[self.q : self.q + len(self.eom.speeds)])
+
+    # Numbers of an instant ---------------------------------------------------------------------------------------------------
+
+    def _still(self, touch: Touch, closed: set[int], sliding: Array) -> Array:
+        """Directions of slip (k × d − 1), zero where there is none but for rounding."""
+        found = np.zeros_like(sliding)
+        for i in closed:
+            v, size = touch.slips[i], float(np.linalg.norm(touch.slips[i]))
+            if size > _NOTHING * touch.slip_terms[i].max(initial=0.0):
+                found[i] = v / size
+        return found
+
+    def decide(self, t: float, x: Array, closed: set[int], sliding: Array, friction: Array, before: Modes) -> Decided:
+        """The modes from an instant on; `sliding` (k × d − 1) has directions of slip, `friction` (k) the μ_s that hold."""
+        modes = [ContactMode.SEPARATED] * len(self.contacts)
+        directions = np.zeros((len(self.contacts), self.layout.d - 1))
+        if not closed:
+            return Decided(tuple(modes), directions, None)
+        order = sorted(closed)
+        touch = self.touch(t, x)
+        choice = choose(touch.problem(order, sliding, friction), [_mode(before[i], sliding[i]) for i in order])
+        if choice.count is Count.SEVERAL:
+            warn(
+                f"Expected one mode of the contacts at t = {t:.6g}, got {1 + len(choice.others)} that agree with the laws of friction: "
+                f"{_told(self.contacts, order, choice.modes)} was taken, which goes on with what was before or needs least forces. Rigid "
+                "bodies do not tell more; give what yields a stiffness, or less friction."
+            )
+        for n, i in enumerate(order):
+            mode, c = choice.modes[n], self.contacts[i]
+            if mode is Mode.OPEN:
+                if c.gap is None:
+                    raise SimulationError(
+                        f"{c.name} opens, which the coordinates do not let it: go on with a model that has its gap as a coordinate"
+                    )
+                continue
+            if mode is Mode.STICK or not c.slips:
+                modes[i] = ContactMode.STICK
+                continue
+            directions[i] = choice.directions[n]
+            straight = len(c.slips) == 1 or mode is Mode.FRESH_SLIP
+            modes[i] = ContactMode.STRAIGHT if straight else ContactMode.SLIP
+        return Decided(tuple(modes), directions, choice)
+
+    def hit(self, t: float, x: Array, closed: set[int], plastic: frozenset[int] = frozenset()) -> tuple[Array, set[int], float]:
+        """The state after impacts of the contacts that touch, those that stay closed, and when the last of ever smaller ones is over.
+
+        Those that are `plastic` do not rebound.
+        """
+        order, touch = sorted(closed), self.touch(t, x)
+        laws = touch.numbers.laws
+        e = np.array([0.0 if i in plastic else laws[i, 2] for i in order])
+        problem = touch.problem(order, np.zeros((len(self.contacts), self.layout.d - 1)), laws[:, 1], velocities=True)
+        law = Law[self.contacts[order[0]].law.upper()]
+        done = impacts(problem.mobility, problem.bias, problem.static, e, law=law, terms=problem.terms)
+        after = x.copy()
+        after[self.q : self.q + touch.width] += touch.change(order, done.impulse)
+        size = problem.normals(problem.terms + np.abs(problem.mobility) @ np.abs(done.impulse))
+        leaves = problem.normals(done.velocity) > _NOTHING * size
+        stays = {i for i, off in zip(order, leaves, strict=True) if not off}
+        off = [i for i in order if i not in stays]
+        rests, over = self._flat(t, after, stays, [i for i in off if i not in plastic])
+        if not rests:
+            return after, stays, over
+        again, stays, later = self.hit(t, x, closed, plastic | set(rests))
+        return again, stays, max(over, later)
+
+    def _flat(self, t: float, x: Array, closed: set[int], off: Sequence[int]) -> tuple[list[int], float]:
+        """Contacts whose further rebounds are less than tolerances tell, and when they are over."""
+        touch, d = self.touch(t, x), self.layout.d
+        held = np.zeros(len(touch.bias))
+        if closed:
+            order = sorted(closed)
+            sliding = self._still(touch, closed, np.zeros((len(self.contacts), d - 1)))
+            choice = choose(touch.problem(order, sliding, touch.numbers.laws[:, 0]))
+            held[[d * i + j for i in order for j in range(d)]] = choice.forces
+        a = (touch.mobility @ held + touch.bias)[::d]
+        rests, over = [], t
+        for i in off:
+            v, e = touch.gap_rates[i], touch.numbers.laws[i, 2]
+            height = -v * v / (2 * a[i]) if a[i] < 0 else np.inf
+            open_ = self.options["atol"] + self.options["rtol"] * touch.numbers.gap_terms[i]
+            if height < np.inf:
+                self.highest[i] = max(self.highest[i], height)
+            if height <= max(_FLAT * open_, _LOW * self.highest[i]):
+                rests.append(i)
+                over = max(over, t - 2 * v / (a[i] * (1 - e))) if e < 1 else over
+        return rests, over
+
+    # From mode to mode -------------------------------------------------------------------------------------------------------
+
+    def start(self, t: float, x: Array) -> tuple[Array, set[int]]:
+        """The state at the start, after impacts of what closes there, and what is closed.
+
+        Raises
+        ------
+        SimulationError
+            if bodies penetrate
+        """
+        touch, closed = self.touch(t, x), set[int]()
+        for i, c in enumerate(self.contacts):
+            check_numbers(c.name, *touch.numbers.laws[i])
+            g, size = touch.numbers.gaps[i], touch.numbers.gap_terms[i]
+            near = GIVEN * size
+            if c.gap is not None and g < -near:
+                raise SimulationError(
+                    f"Expected a gap of the contact {c.name!r} that is not below zero at the start, got {g:.6g}: the bodies are within "
+                    f"each other. Move one, or close it exactly: kn.assemble(eom.in_modes({{{c.name!r}: 'stick'}}), …)."
+                )
+            if c.gap is None or (g <= near and touch.gap_rates[i] <= GIVEN * touch.velocity_terms[i * self.layout.d]):
+                closed.add(i)
+        hits = [i for i in closed if touch.gap_rates[i] < -GIVEN * touch.velocity_terms[i * self.layout.d]]
+        if hits:
+            x, closed, _ = self.hit(t, x, closed)
+        return x, closed
+
+    def constants(self, now: Decided, t: float, x: Array) -> dict[Expr, float]:
+        """The parameters of a mode: those of the motion, and the directions of its slips."""
+        found = dict(self.parameters)
+        touch: Touch | None = None
+        for i, c in enumerate(self.contacts):
+            if now.modes[i] not in (ContactMode.STRAIGHT, ContactMode.SLIP):
+                continue
+            touch = touch or self.touch(t, x)
+            d = now.directions[i][: len(c.slips)]
+            found |= dict(zip(c.direction, d.tolist(), strict=True))
+            v = float(np.linalg.norm(touch.slips[i]))
+            if now.modes[i] is ContactMode.SLIP:
+                found[c.slowest] = _ENDS * v
+            else:
+                begins = _STARTS * (self.span[1] - self.span[0]) * self._gains(now, i)
+                found[c.slowest] = max(begins, v * (1 + _ENDS))
+        return found
+
+    def _gains(self, now: Decided, i: int) -> float:
+        """|a_t| of a contact."""
+        if now.choice is None:
+            return 0.0
+        order = [k for k, m in enumerate(now.modes) if m is not ContactMode.SEPARATED]
+        rows = now.choice.accelerations.reshape(-1, self.layout.d)
+        return float(np.linalg.norm(rows[order.index(i), 1:])) if i in order and len(order) == len(rows) else 0.0
+
+    def after(self, t: float, x: Array, now: Decided, event: Event) -> tuple[Array, Decided, float]:
+        """The state after an event of a mode, the modes from then on, and when they begin."""
+        k = len(self.contacts)
+        closed = {i for i in range(k) if now.modes[i] is not ContactMode.SEPARATED}
+        slides = {i for i in closed if now.modes[i] in (ContactMode.STRAIGHT, ContactMode.SLIP)}
+        i, kind = self._which(event)
+        begins = t
+        if kind == "turns":
+            modes = tuple(ContactMode.SLIP if n == i else m for n, m in enumerate(now.modes))
+            return x, replace(now, modes=modes), t
+        if kind == "slows":
+            touch, directions = self.touch(t, x), now.directions.copy()
+            directions[i] = touch.slips[i] / np.linalg.norm(touch.slips[i])
+            modes = tuple(ContactMode.STRAIGHT if n == i else m for n, m in enumerate(now.modes))
+            return x, Decided(modes, directions, None), t
+        touch = self.touch(t, x)
+        if kind == "closes":
+            for n in set(range(k)) - closed:
+                g, size = touch.numbers.gaps[n], touch.numbers.gap_terms[n]
+                if n == i or (abs(g) <= SAME_TIME * size and touch.gap_rates[n] < 0):
+                    closed.add(n)
+            x, closed, begins = self.hit(t, x, closed)
+            touch = self.touch(t, x)
+            sliding = self._still(touch, closed, now.directions)
+        else:
+            sliding = self._still(touch, slides, now.directions)
+            if kind == "sticks":
+                sliding[i] = 0.0
+        friction = touch.numbers.laws[:, 0].copy()
+        if kind == "slips":
+            friction[i] = touch.numbers.laws[i, 1]
+            if friction[i] >= touch.numbers.laws[i, 0]:
+                sliding[i] = self._along_force(now, i, t, x)
+        decided = self.decide(t, x, closed, sliding, friction, now.modes)
+        return x, decided, begins
+
+    def _along_force(self, now: Decided, i: int, t: float, x: Array) -> Array:
+        """The direction in which a contact begins to slip whose friction has reached its most: against that force."""
+        closed = [n for n, m in enumerate(now.modes) if m is not ContactMode.SEPARATED]
+        touch, d = self.touch(t, x), self.layout.d
+        sliding = self._still(touch, {n for n in closed if now.modes[n] is not ContactMode.STICK}, now.directions)
+        friction = touch.numbers.laws[:, 0] * (1 + _ENDS)
+        forces = choose(touch.problem(closed, sliding, friction)).forces.reshape(-1, d)[closed.index(i), 1:]
+        return np.asarray(-forces / np.linalg.norm(forces))
+
+    def _which(self, event: Event) -> tuple[int, str]:
+        """The contact whose mode an event ends, and how."""
+        for i, c in enumerate(self.contacts):
+            name, _, kind = event.name.rpartition(" ")
+            if name == c.name and kind in _KINDS:
+                return i, kind
+        return -1, ""
+
+
+_KINDS = ("closes", "opens", "slips", "sticks", "turns", "slows")
+
+
+def _mode(mode: ContactMode, slides: Array) -> Mode:
+    if mode is ContactMode.SEPARATED:
+        return Mode.OPEN
+    return Mode.SLIP if np.any(slides) else Mode.STICK
+
+
+def _told(contacts: Sequence[Any], order: Sequence[int], modes: Sequence[Mode]) -> str:
+    words = {Mode.OPEN: "separates", Mode.STICK: "sticks", Mode.FRESH_SLIP: "slips", Mode.SLIP: "slips"}
+    return ", ".join(f"{contacts[i].name} {words[m]}" for i, m in zip(order, modes, strict=True))
+
+
+def run_with_contacts(
+    eom: Equations,
+    span: tuple[float, float],
+    begin: Begin,
+    given: tuple[Mapping[Expr, float], Mapping[Expr, Any]],
+    options: Mapping[str, Any],
+    bounds: Mapping[str, Any],
+    times: Array,
+) -> Solution:
+    """A motion mode by mode, from values of its parameters and its inputs, `given`, on; see `kane.motion.loop.run`."""
+    method, begun = solver(options, bounds), time.monotonic()
+    at = ContactMotion(eom, span, given, options | {"rtol": method.rtol, "atol": method.atol})
+    p = np.array([given[0][s] for s in eom.parameters])
+    stepper = Stepper(eom, p, tuple(given[1].values()), options["settings"])
+    x, t, pieces = admitted_start(stepper, begin, given[0], span[0])[:-1], span[0], list[Solution]()
+    x, closed = at.start(t, x)
+    k = len(at.contacts)
+    touch = at.touch(t, x)
+    sliding = at._still(touch, closed, np.zeros((k, at.layout.d - 1)))
+    before = tuple(ContactMode.STICK if i in closed else ContactMode.SEPARATED for i in range(k))
+    now = at.decide(t, x, closed, sliding, touch.numbers.laws[:, 0], before)
+    work, by, still = begin.work, (), 0
+    while True:
+        mode = at.modes_of.equations(now.modes)
+        constants = at.constants(now, t, x)
+        q, u, a = np.split(x, np.cumsum([at.q, len(eom.speeds)]))
+        drives = _drives(mode, at.inputs, (t, span[1]), constants)
+        start = Begin(q, u, None, a, work, {}, True, True, since=0.0)
+        try:
+            piece = run(mode, (t, span[1]), start, (constants, drives), options, bounds, times)
+        except KaneError as error:
+            if not pieces:
+                raise
+            return _closed(eom, given, replace(_whole(pieces), status="stopped", event=None, message=f"{_names(by)}: {error}"))
+        piece = _as_mode(piece, mode, t, by)
+        pieces.append(piece)
+        own = piece.event is not None and at._which(piece.event)[0] >= 0
+        if not own or piece.status != "event":
+            return _closed(eom, given, _whole(pieces))
+        last = piece.phases[-1]
+        at.parameters = {s: last.parameters.get(s, v) for s, v in at.parameters.items()}
+        t_end, work = float(piece.t[-1]), float(piece.work[-1])
+        still = still + 1 if t_end <= t else 0
+        event = piece.event
+        assert event is not None
+        try:
+            if still > _AT_ONCE or len(pieces) > _MODES:
+                raise SimulationError(f"{event.name} again and again at one instant: no mode of the contacts lasts")
+            x, now, t = at.after(t_end, piece.states[-1], now, event)
+        except KaneError as error:
+            message = f"the motion does not go on after {event.name!r} at t = {t_end:.9g}: {error}"
+            return _closed(eom, given, replace(_whole(pieces), status="stopped", event=None, message=message))
+        by = (event,)
+        if t >= span[1]:
+            return _closed(eom, given, replace(_whole(pieces), status="finished", event=None, message=f"reached t = {span[1]:g}"))
+
+
+def _names(by: Sequence[Event]) -> str:
+    return " and ".join(e.name for e in by)
+
+
+def _whole(pieces: Sequence[Solution]) -> Solution:
+    return whole(pieces)
+
+
+def _drives(mode: Equations, inputs: Mapping[Expr, Any], span: tuple[float, float], constants: Mapping[Expr, float]) -> Any:
+    """The inputs in a mode's own order."""
+    return {s: inputs[s] for s in mode.inputs}
+
+
+def _as_mode(piece: Solution, mode: Equations, t: float, by: tuple[Event, ...]) -> Solution:
+    """A part of a motion that knows its equations and what began it."""
+    first = replace(piece.phases[0], by=by or piece.phases[0].by)
+    return replace(
+        piece,
+        segments=piece.segments or (Segment(t, mode),),
+        samples=piece.samples or (mode,) * len(piece.t),
+        phases=(first, *piece.phases[1:]),
+    )
+
+
+def _closed(eom: Equations, given: Any, solution: Solution) -> Solution:
+    """The whole motion as one of the system with its contacts."""
+    return replace(solution, equations=eom, parameters=given[0], inputs=given[1])
+
+
+_unused = (Phase, ZERO, input_functions)

@@ -1,0 +1,234 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The modes of a system's contacts: their equations, made when first needed, and the numbers by which modes are chosen.
+
+With all rows of the contacts, J w + …, of speeds w = (u, u_a) that the auxiliary speeds of normal reactions complete,
+
+    M ẇ = f + Jᵀ λ + Pᵀ μ,    P ẇ + ṗ = 0            P the constraints that always hold
+    a = W λ + b               W = J H Jᵀ,  H = M⁻¹ − M⁻¹Pᵀ (P M⁻¹ Pᵀ)⁺ P M⁻¹
+
+which `kane.contacts` solves for the modes. Contacts that do not press by a row of J have a normal of their own: N = size, μ = 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from kane.contacts import ContactProblem, contact_problem
+from kane.dynamics.derivation import Derived, derived
+from kane.dynamics.forcing import mass_rows
+from kane.equations.compiled import ports
+from kane.equations.equations import Equations, derive
+from kane.errors import ModelError
+from kane.expr.matrix import Matrix
+from kane.expr.node import ZERO
+from kane.expr.regular import Sizes, size
+from kane.model.contacts import ContactLaw, Modes
+from kane.model.system import System
+from kane.numeric.arrays import Array
+from kane.numeric.scale import ROUNDED_SUM
+from kane.program.from_expressions import Bundle
+
+
+class ContactNumbers(NamedTuple):
+    """Gaps and the sizes of their terms (k); M, f and its terms; rows of all constraints over w, what their rates have besides.
+
+    `laws` are μ_s, μ_k and e of each contact (k × 3).
+    """
+
+    gaps: Array
+    gap_terms: Array
+    mass: Array
+    forcing: Array
+    forcing_terms: Array
+    rows: Array
+    rest: Array
+    drift: Array
+    drift_terms: Array
+    laws: Array
+
+
+def in_touch(system: System) -> System:
+    """The system with the rows of all contacts, to be read, never to be solved."""
+    gaps = [c.gap for c in system.contacts if c.gap is not None]
+    slips = [v for c in system.contacts for v in c.slips]
+    pressing = [c.normal_force for c in system.contacts if c.gap is None and c.normal_force is not None]
+    return system.replace(
+        contacts=(),
+        events=(),
+        holonomic=(*system.holonomic, *gaps),
+        nonholonomic=(*system.nonholonomic, *slips),
+        reactions=tuple(dict.fromkeys((*system.reactions, *pressing))),
+    )
+
+
+def touching(eom: Equations) -> Derived:
+    """What is derived of that system."""
+    d = derived(in_touch(eom.system), eom.derived.near)
+    if any(x is not ZERO for x in d.blocks.coupling.entries):
+        raise ModelError(
+            "Expected loads without reactions beside contacts, whose modes are chosen by them, got one that holds a reaction. Declare "
+            "friction as a contact: kn.contact(…), kn.stiction(…)."
+        )
+    return d
+
+
+def contact_numbers(eom: Equations) -> Bundle[ContactNumbers]:
+    """The numbers by which modes are chosen."""
+    d, contacts, memo = eom.numeric().value(touching), eom.system.contacts, Sizes()
+    blocks, rows = d.blocks, d.constraints
+    gaps = [ZERO if c.gap is None else c.gap.expr for c in contacts]
+    forcing = [*blocks.forcing, *blocks.forcing_a]
+    groups = {
+        "gaps": gaps,
+        "gap_terms": [size(x, memo) for x in gaps],
+        "mass": Matrix(mass_rows(d.bodies, d.all_speeds, ())),
+        "forcing": forcing,
+        "forcing_terms": [size(x, memo) for x in forcing],
+        "rows": Matrix([[*a, *b] for a, b in zip(rows.a.rows, rows.a_auxiliary.rows, strict=True)]),
+        "rest": list(rows.b),
+        "drift": list(rows.drift),
+        "drift_terms": [size(x, memo) for x in rows.drift],
+        "laws": Matrix([[c.static, c.kinetic, c.restitution] for c in contacts]),
+    }
+    return Bundle("contacts", ports(eom.derived), ContactNumbers, groups)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layout:
+    """Where a contact's rows stand: `d` rows each, its normal first. A place is a row of constraints, or −1 − (auxiliary speed).
+
+    `places` (k × d) has None where a contact has no such row; `always` are those of the constraints that hold in every mode.
+    """
+
+    contacts: tuple[ContactLaw, ...]
+    d: int
+    places: tuple[tuple[int | None, ...], ...]
+    always: tuple[int, ...]
+
+
+def layout(eom: Equations) -> Layout:
+    """The layout of the contacts of equations."""
+    derived_ = eom.numeric().value(touching)
+    row = {c: i for i, c in enumerate(derived_.constraints.constraints)}
+    auxiliary = {r: -1 - k for k, r in enumerate(derived_.reactions)}
+    contacts = eom.system.contacts
+    d = 1 + max(1, *(len(c.slips) for c in contacts))
+    places = []
+    for c in contacts:
+        normal = row[c.gap] if c.gap is not None else None if c.normal_force is None else auxiliary[c.normal_force]
+        slips = [row[v] for v in c.slips]
+        places.append((normal, *slips, *[None] * (d - 1 - len(slips))))
+    taken = {p for own in places for p in own}
+    every = (*range(len(row)), *auxiliary.values())
+    return Layout(contacts, d, tuple(places), tuple(p for p in every if p not in taken))
+
+
+class Touch:
+    """The contacts at an instant: W, b and v of all their rows (kd), and the change H Jᵀ p of the speeds that impulses p make."""
+
+    def __init__(self, where: Layout, numbers: ContactNumbers, u: Array) -> None:
+        self.layout, self.numbers, self.width = where, numbers, len(u)
+        k, d, width = len(where.contacts), where.d, len(numbers.forcing)
+        self.rows = np.zeros((k * d, width))
+        velocity, velocity_terms = np.zeros(k * d), np.zeros(k * d)
+        drift, drift_terms = np.zeros(k * d), np.zeros(k * d)
+        w = np.append(u, np.zeros(width - len(u)))
+        for i, place in enumerate(p for own in where.places for p in own):
+            if place is None:
+                continue
+            self.rows[i] = self._row(place, width)
+            velocity[i], velocity_terms[i] = self.rows[i] @ w, np.abs(self.rows[i]) @ np.abs(w)
+            if place >= 0:
+                velocity[i] += numbers.rest[place]
+                velocity_terms[i] += abs(numbers.rest[place])
+                drift[i], drift_terms[i] = numbers.drift[place], numbers.drift_terms[place]
+        always = [self._row(place, width) for place in where.always]
+        p = np.array(always).reshape(len(always), width)
+        of_p = np.array([numbers.drift[place] if place >= 0 else 0.0 for place in where.always])
+        inverse = np.linalg.inv(numbers.mass)
+        self.spread, free = inverse @ self.rows.T, inverse @ numbers.forcing
+        if len(p):
+            moved = inverse @ p.T
+            back = moved @ np.linalg.pinv(p @ moved, rcond=ROUNDED_SUM, hermitian=True)
+            self.spread = self.spread - back @ (p @ self.spread)
+            free = free - back @ (p @ free + of_p)
+        self.mobility = self.rows @ self.spread
+        self.bias = self.rows @ free + drift
+        self.bias_terms = np.abs(self.rows) @ (np.abs(inverse) @ numbers.forcing_terms) + drift_terms
+        self.bias_terms = np.maximum(self.bias_terms, np.abs(self.bias))
+        self.velocity, self.velocity_terms = velocity, np.maximum(velocity_terms, np.abs(velocity))
+
+    def _row(self, place: int, width: int) -> Array:
+        if place >= 0:
+            return self.numbers.rows[place]
+        row = np.zeros(width)
+        row[self.width + (-1 - place)] = 1.0
+        return row
+
+    @property
+    def gap_rates(self) -> Array:
+        """The velocities of all gaps (k)."""
+        return self.velocity[:: self.layout.d]
+
+    @property
+    def slips(self) -> Array:
+        """The velocities of slip (k × d − 1)."""
+        return self.velocity.reshape(-1, self.layout.d)[:, 1:]
+
+    @property
+    def slip_terms(self) -> Array:
+        """Their terms (k × d − 1)."""
+        return self.velocity_terms.reshape(-1, self.layout.d)[:, 1:]
+
+    def problem(self, closed: Sequence[int], sliding: Array, friction: Array, velocities: bool = False) -> ContactProblem:
+        """The problem of the contacts that are closed; `sliding` (k × d − 1) are directions of slip, zero where there is none.
+
+        `friction` is μ_s of each contact (k). With `velocities` v takes the place of b: the problem of impulses.
+        """
+        d, laws = self.layout.d, self.numbers.laws
+        places = np.array([d * i + j for i in closed for j in range(d)], dtype=int)
+        w = self.mobility[np.ix_(places, places)]
+        given, terms = (self.velocity, self.velocity_terms) if velocities else (self.bias, self.bias_terms)
+        b, size_ = given[places], terms[places]
+        static, kinetic = friction[list(closed)].copy(), laws[list(closed), 1].copy()
+        for n, i in enumerate(closed):
+            usual = max(w[d * n + j, d * n + j] for j in range(d))
+            for j, place in enumerate(self.layout.places[i]):
+                if place is None:
+                    w[d * n + j, d * n + j] = usual or 1.0
+            if self.layout.places[i][0] is None:  # friction of a given size
+                most = laws[i, 0]
+                b[d * n] = 0.0 if velocities else -(usual or 1.0) * most
+                size_[d * n] = abs(b[d * n])
+                static[n], kinetic[n] = (static[n] / most, kinetic[n] / most) if most > 0 else (0.0, 0.0)
+        kinetic = np.minimum(kinetic, static)
+        return contact_problem(w, b, static, kinetic=kinetic, sliding=sliding[list(closed)], terms=size_)
+
+    def change(self, closed: Sequence[int], impulses: Array) -> Array:
+        """Δu by impulses of the closed contacts (d each)."""
+        d = self.layout.d
+        places = [d * i + j for i in closed for j in range(d)]
+        return np.asarray(self.spread[: self.width, places] @ impulses)
+
+
+class ContactModes:
+    """The equations of the modes of a system's contacts, each derived when it is first needed."""
+
+    def __init__(self, eom: Equations) -> None:
+        self._system, self._near = eom.system, eom.derived.near
+        self._made: dict[Modes, Equations] = {}
+
+    def equations(self, modes: Modes) -> Equations:
+        """Those of a mode."""
+        if modes not in self._made:
+            self._made[modes] = derive(self._system.in_modes(modes), near=self._near)
+        return self._made[modes]
+
+
+def contact_modes(eom: Equations) -> ContactModes:
+    """The modes of equations, kept with them."""
+    return ContactModes(eom)
