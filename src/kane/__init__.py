@@ -68,7 +68,9 @@ if TYPE_CHECKING:
         rolling,
         touching,
     )
-    from kane.model.contacts import ContactLaw, ContactMode, clutch, contact, rope, stiction, stop
+    from kane.model.contacts import ContactLaw as ContactLaw
+    from kane.model.contacts import ContactMode as ContactMode
+    from kane.model.contacts import clutch, contact, rope, stiction, stop
     from kane.model.declarations import Event
     from kane.model.system import System
     from kane.motion.inputs.expressions import sampled

@@ -18,6 +18,7 @@ begins or ends. In the plane all slip is straight.
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from itertools import pairwise
 from typing import Any
 
 from kane import expect
@@ -111,7 +112,9 @@ class ContactLaw(Immutable):
     def forces(self, mode: ContactMode) -> dict[Reaction, Expr]:
         """N and F_k in a mode, by their symbols: those that are not unknowns of its equations."""
         if mode is ContactMode.SEPARATED:
-            return dict.fromkeys((*(() if self.normal_force is None else (self.normal_force,)), *self.friction_forces), ZERO)
+            return dict.fromkeys(
+                (*(() if self.normal_force is None else (self.normal_force,)), *self.friction_forces), ZERO
+            )
         if mode is ContactMode.STICK:
             return {}
         size = neg(mul(self.kinetic, self.pressing))
@@ -245,7 +248,7 @@ def rope(name: str, points: Sequence[Point], length: Any, *, restitution: Any = 
     expect.that(len(through) > 1, f"two points or more of the rope {name!r}", came=str(len(through)))
     pulls: dict[Point, Vector] = {}
     left = as_expr(length)
-    for p, q in zip(through, through[1:], strict=False):
+    for p, q in pairwise(through):
         r = q.position(p)
         size = r.magnitude()
         left = sub(left, size)
@@ -262,8 +265,10 @@ def _check_moves(name: str, gap: Expr) -> None:
     expect.that(moving, f"a gap of {name!r} that coordinates change", came=str(gap), cure=cure)
 
 
-def stiction(joint: Joint, size: Any, *, static: Any = None, normal: Reaction | None = None, name: str = "") -> ContactLaw:
-    """Dry friction in a pin or slider that sticks: a torque or force up to `static` that holds the joint, and of `size` against its rate.
+def stiction(
+    joint: Joint, size: Any, *, static: Any = None, normal: Reaction | None = None, name: str = ""
+) -> ContactLaw:
+    """Dry friction in a pin or slider that sticks: up to `static` it holds the joint, and of `size` it is against its rate.
 
     Parameters
     ----------
@@ -279,14 +284,19 @@ def stiction(joint: Joint, size: Any, *, static: Any = None, normal: Reaction | 
     if kind == "pin":
         return clutch(label, joint.frame, joint.parent, joint.axis, size, static=static, normal=normal)
     rate = joint.velocity.dot(joint.axis)
-    row = replace(
-        motion_constraint(label, rate), forces=((joint.point, joint.axis), (joint.at, -joint.axis)), unit="N"
-    )
+    row = replace(motion_constraint(label, rate), forces=((joint.point, joint.axis), (joint.at, -joint.axis)), unit="N")
     return _law(label, None, (row,), normal, (size, static))
 
 
 def clutch(
-    name: str, frame: Frame, other: Frame, axis: Vector, size: Any, *, static: Any = None, normal: Reaction | None = None
+    name: str,
+    frame: Frame,
+    other: Frame,
+    axis: Vector,
+    size: Any,
+    *,
+    static: Any = None,
+    normal: Reaction | None = None,
 ) -> ContactLaw:
     """A clutch, a brake or a belt's pulley: a torque between two frames about an axis, of a given size where they slip.
 
@@ -349,7 +359,7 @@ def additions(contacts: Sequence[ContactLaw], modes: Modes) -> dict[str, list[An
 
 
 def _added(c: ContactLaw, mode: ContactMode) -> Iterator[tuple[str, Iterable[Any]]]:
-    yield "events", [Event(name, *rest, terminal=True) for name, *rest in endings(c, mode)]
+    yield "events", endings(c, mode)
     if mode is ContactMode.SEPARATED:
         return
     yield "holonomic", [c.gap] if c.gap else []
@@ -372,29 +382,32 @@ def friction(c: ContactLaw, mode: ContactMode) -> Load:
     return Load(f"friction of {c.name}", tuple(forces), tuple(torques))
 
 
-def endings(c: ContactLaw, mode: ContactMode) -> Iterator[tuple[str, Expr, float, int]]:
-    """What ends a mode of a contact, as (name, quantity, threshold, direction) of events."""
+def endings(c: ContactLaw, mode: ContactMode) -> Iterator[Event]:
+    """The events that end a mode of a contact."""
+
+    def event(what: str, quantity: Expr, direction: int = -1) -> Event:
+        return Event(f"{c.name} {what}", quantity, 0.0, direction, True)
+
     if mode is ContactMode.SEPARATED:
         assert c.gap is not None
-        yield f"{c.name} closes", c.gap.expr, 0.0, -1
+        yield event("closes", c.gap.expr)
         return
     if c.normal_force is not None:
-        yield f"{c.name} opens", c.normal_force, 0.0, -1
+        yield event("opens", c.normal_force)
     if mode is ContactMode.STICK and c.slips:
         held = mul(c.static, c.pressing)
         square = sum_of(mul(f, f) for f in c.friction_forces)
-        yield f"{c.name} slips", sub(mul(held, held), square), 0.0, -1
+        yield event("slips", sub(mul(held, held), square))
     elif mode is ContactMode.STRAIGHT:
         onward = sum_of(mul(d, v.expr) for d, v in zip(c.direction, c.slips, strict=True))
-        yield f"{c.name} sticks", onward, 0.0, -1
+        yield event("sticks", onward)
         if len(c.slips) > 1:
-            yield f"{c.name} turns", sub(onward, c.slowest), 0.0, 1
+            yield event("turns", sub(onward, c.slowest), 1)
     elif mode is ContactMode.SLIP:
-        yield f"{c.name} slows", sub(sqrt(c.square), c.slowest), 0.0, -1
+        yield event("slows", sub(sqrt(c.square), c.slowest))
 
 
 def in_mode(contacts: Sequence[ContactLaw], modes: Modes, exprs: Sequence[Expr]) -> Sequence[Expr]:
     """Expressions with N and F of the contacts as their modes have them, where these are no unknowns."""
     forces: dict[Expr, Expr] = {s: e for c, m in zip(contacts, modes, strict=False) for s, e in c.forces(m).items()}
     return [substituted(e, forces) for e in exprs] if forces else exprs
-

@@ -130,7 +130,7 @@ class System(Declarations):
         check_contacts(contacts)
         touching, rows = [x for c in contacts for x in c.expressions], [row for c in contacts for row in c.rows]
         system_checks.check_constraints(constraints, reactions)
-        frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), constraints)
+        frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), (*constraints, *rows))
         euler, shape = euler_sets(frames), list(geometry(frames, points))
         ordered = ordered_coordinates(free_symbols([*shape, *moved(told, constraints)]), coordinates, first)
         vanishing = completed(definitions := speed_definitions(told, ordered, euler), ordered, euler, constraints)
@@ -190,7 +190,9 @@ class System(Declarations):
         every = given_modes(self.contacts, modes)
         added = additions(self.contacts, every)
         values = self._given() | {"contacts": ()}
-        other = System(self.inertial, **(values | {k: tuple(dict.fromkeys((*values[k], *v))) for k, v in added.items()}))
+        other = System(
+            self.inertial, **(values | {k: tuple(dict.fromkeys((*values[k], *v))) for k, v in added.items()})
+        )
         return other._remade(contacts=self.contacts, modes=every)
 
     def __reduce__(self) -> tuple[Callable[..., System], tuple[Any, ...]]:

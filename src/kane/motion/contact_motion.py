@@ -12,7 +12,6 @@ tolerances tell, or a small share of the highest before, it rests then.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -22,22 +21,20 @@ import numpy as np
 from kane.contacts import Choice, Count, Law, Mode, choose, impacts
 from kane.equations.equations import Equations
 from kane.errors import KaneError, SimulationError, warn
-from kane.expr.node import ZERO, Expr
+from kane.expr.node import Expr
 from kane.model.contacts import ContactMode, Modes, check_numbers
 from kane.model.declarations import Event
 from kane.motion.hybrid.contact_modes import Layout, Touch, contact_modes, contact_numbers, layout
 from kane.motion.inputs.expressions import value
-from kane.motion.inputs.functions import input_functions
-from kane.motion.loop import admitted_start, run, solver, whole
-from kane.motion.solution.phases import Phase
+from kane.motion.loop import admitted_start, run, whole
 from kane.motion.solution.resumed import Begin
 from kane.motion.solution.solution import Segment, Solution
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
 from kane.numeric.scale import GIVEN, SAME_TIME
 
-_STARTS, _ENDS = 1e-9, 1e-7
-"""A slip goes straight on over this share of the span from its beginning, and below this share of the slip at a mode's start."""
+_STARTS, _ENDS = 1e-8, 1e-10
+"""A slip goes straight on over this share of the span from its beginning, and below this share of its terms before its end."""
 _NOTHING = 1e-10
 """Share of the terms of a velocity that is nothing: what is left where a slip or an approach ends."""
 _FLAT, _LOW = 1e-3, 1e-10
@@ -60,7 +57,8 @@ class ContactMotion:
     """A motion with contacts on its way: t, u and what is known of the contacts."""
 
     def __init__(self, eom: Equations, span: tuple[float, float], given: Any, options: Mapping[str, Any]) -> None:
-        self.eom, self.span, self.options = eom, span, options
+        self.eom, self.span = eom, span
+        self.atol, self.rtol = (float(options[name]) for name in ("atol", "rtol"))
         self.parameters, self.inputs = given
         self.modes_of = eom.numeric(options["settings"]).value(contact_modes)
         self.numbers = eom.numeric(options["settings"]).routine(contact_numbers)
@@ -68,7 +66,7 @@ class ContactMotion:
         self.contacts = eom.system.contacts
         self.p = np.array([given[0][s] for s in self.numbers.bundle.ports[2].symbols])
         self.q = len(eom.coordinates)
-        self.highest = np.zeros(len(self.contacts))
+        self.highest, self.fastest = np.zeros(len(self.contacts)), np.zeros(len(self.contacts))
 
     def touch(self, t: float, x: Array) -> Touch:
         """The contacts at an instant."""
@@ -98,9 +96,9 @@ class ContactMotion:
         choice = choose(touch.problem(order, sliding, friction), [_mode(before[i], sliding[i]) for i in order])
         if choice.count is Count.SEVERAL:
             warn(
-                f"Expected one mode of the contacts at t = {t:.6g}, got {1 + len(choice.others)} that agree with the laws of friction: "
-                f"{_told(self.contacts, order, choice.modes)} was taken, which goes on with what was before or needs least forces. Rigid "
-                "bodies do not tell more; give what yields a stiffness, or less friction."
+                f"Expected one mode of the contacts at t = {t:.6g}, got {1 + len(choice.others)} that agree with the laws of "
+                f"friction. Taken was {_told(self.contacts, order, choice.modes)}, which goes on as before or has least forces: "
+                "rigid bodies do not tell more. Give what yields a stiffness, or less friction."
             )
         for n, i in enumerate(order):
             mode, c = choice.modes[n], self.contacts[i]
@@ -118,7 +116,9 @@ class ContactMotion:
             modes[i] = ContactMode.STRAIGHT if straight else ContactMode.SLIP
         return Decided(tuple(modes), directions, choice)
 
-    def hit(self, t: float, x: Array, closed: set[int], plastic: frozenset[int] = frozenset()) -> tuple[Array, set[int], float]:
+    def hit(
+        self, t: float, x: Array, closed: set[int], plastic: frozenset[int] = frozenset()
+    ) -> tuple[Array, set[int], float]:
         """The state after impacts of the contacts that touch, those that stay closed, and when the last of ever smaller ones is over.
 
         Those that are `plastic` do not rebound.
@@ -155,7 +155,7 @@ class ContactMotion:
         for i in off:
             v, e = touch.gap_rates[i], touch.numbers.laws[i, 2]
             height = -v * v / (2 * a[i]) if a[i] < 0 else np.inf
-            open_ = self.options["atol"] + self.options["rtol"] * touch.numbers.gap_terms[i]
+            open_ = self.atol + self.rtol * touch.numbers.gap_terms[i]
             if height < np.inf:
                 self.highest[i] = max(self.highest[i], height)
             if height <= max(_FLAT * open_, _LOW * self.highest[i]):
@@ -180,8 +180,8 @@ class ContactMotion:
             near = GIVEN * size
             if c.gap is not None and g < -near:
                 raise SimulationError(
-                    f"Expected a gap of the contact {c.name!r} that is not below zero at the start, got {g:.6g}: the bodies are within "
-                    f"each other. Move one, or close it exactly: kn.assemble(eom.in_modes({{{c.name!r}: 'stick'}}), …)."
+                    f"Expected a gap of the contact {c.name!r} at or above zero at the start, got {g:.6g}: one body is within the "
+                    "other. Move one of them."
                 )
             if c.gap is None or (g <= near and touch.gap_rates[i] <= GIVEN * touch.velocity_terms[i * self.layout.d]):
                 closed.add(i)
@@ -201,11 +201,10 @@ class ContactMotion:
             d = now.directions[i][: len(c.slips)]
             found |= dict(zip(c.direction, d.tolist(), strict=True))
             v = float(np.linalg.norm(touch.slips[i]))
-            if now.modes[i] is ContactMode.SLIP:
-                found[c.slowest] = _ENDS * v
-            else:
-                begins = _STARTS * (self.span[1] - self.span[0]) * self._gains(now, i)
-                found[c.slowest] = max(begins, v * (1 + _ENDS))
+            gained = _STARTS * (self.span[1] - self.span[0]) * self._gains(now, i)
+            self.fastest[i] = max(self.fastest[i], v, touch.slip_terms[i].max(), gained)
+            level = _ENDS * self.fastest[i]
+            found[c.slowest] = level if now.modes[i] is ContactMode.SLIP else max(2 * level, gained, v * (1 + _ENDS))
         return found
 
     def _gains(self, now: Decided, i: int) -> float:
@@ -216,12 +215,27 @@ class ContactMotion:
         rows = now.choice.accelerations.reshape(-1, self.layout.d)
         return float(np.linalg.norm(rows[order.index(i), 1:])) if i in order and len(order) == len(rows) else 0.0
 
+    def begin(self, t: float, x: Array) -> tuple[Array, Decided]:
+        """The state and the modes at the start of a motion."""
+        x, closed = self.start(t, x)
+        touch = self.touch(t, x)
+        sliding = self._still(touch, closed, np.zeros((len(self.contacts), self.layout.d - 1)))
+        before = tuple(ContactMode.STICK if i in closed else ContactMode.SEPARATED for i in range(len(self.contacts)))
+        return x, self.decide(t, x, closed, sliding, touch.numbers.laws[:, 0], before)
+
+    def goes_on(self, piece: Solution) -> None:
+        """Take over the parameters and inputs that events have left."""
+        last = piece.phases[-1]
+        self.parameters = {s: last.parameters[s] for s in self.parameters}
+        self.inputs = {**self.inputs, **last.inputs}
+        self.p = np.array([self.parameters[s] for s in self.numbers.bundle.ports[2].symbols])
+
     def after(self, t: float, x: Array, now: Decided, event: Event) -> tuple[Array, Decided, float]:
         """The state after an event of a mode, the modes from then on, and when they begin."""
         k = len(self.contacts)
         closed = {i for i in range(k) if now.modes[i] is not ContactMode.SEPARATED}
         slides = {i for i in closed if now.modes[i] in (ContactMode.STRAIGHT, ContactMode.SLIP)}
-        i, kind = self._which(event)
+        i, kind = self.ends(event) or (-1, "")
         begins = t
         if kind == "turns":
             modes = tuple(ContactMode.SLIP if n == i else m for n, m in enumerate(now.modes))
@@ -261,13 +275,13 @@ class ContactMotion:
         forces = choose(touch.problem(closed, sliding, friction)).forces.reshape(-1, d)[closed.index(i), 1:]
         return np.asarray(-forces / np.linalg.norm(forces))
 
-    def _which(self, event: Event) -> tuple[int, str]:
-        """The contact whose mode an event ends, and how."""
+    def ends(self, event: Event) -> tuple[int, str] | None:
+        """The contact whose mode an event ends, and how; None of any other event."""
         for i, c in enumerate(self.contacts):
             name, _, kind = event.name.rpartition(" ")
             if name == c.name and kind in _KINDS:
                 return i, kind
-        return -1, ""
+        return None
 
 
 _KINDS = ("closes", "opens", "slips", "sticks", "turns", "slows")
@@ -294,67 +308,48 @@ def run_with_contacts(
     times: Array,
 ) -> Solution:
     """A motion mode by mode, from values of its parameters and its inputs, `given`, on; see `kane.motion.loop.run`."""
-    method, begun = solver(options, bounds), time.monotonic()
-    at = ContactMotion(eom, span, given, options | {"rtol": method.rtol, "atol": method.atol})
+    at = ContactMotion(eom, span, given, options)
     p = np.array([given[0][s] for s in eom.parameters])
     stepper = Stepper(eom, p, tuple(given[1].values()), options["settings"])
-    x, t, pieces = admitted_start(stepper, begin, given[0], span[0])[:-1], span[0], list[Solution]()
-    x, closed = at.start(t, x)
-    k = len(at.contacts)
-    touch = at.touch(t, x)
-    sliding = at._still(touch, closed, np.zeros((k, at.layout.d - 1)))
-    before = tuple(ContactMode.STICK if i in closed else ContactMode.SEPARATED for i in range(k))
-    now = at.decide(t, x, closed, sliding, touch.numbers.laws[:, 0], before)
-    work, by, still = begin.work, (), 0
+    x, now = at.begin(span[0], admitted_start(stepper, begin, given[0], span[0])[:-1])
+    t, work, pieces, by = span[0], begin.work, list[Solution](), tuple[Event, ...]()
+    still = 0
+
+    def ended(**told: Any) -> Solution:
+        return replace(whole(pieces), equations=eom, parameters=given[0], inputs=given[1], **told)
+
     while True:
         mode = at.modes_of.equations(now.modes)
-        constants = at.constants(now, t, x)
         q, u, a = np.split(x, np.cumsum([at.q, len(eom.speeds)]))
-        drives = _drives(mode, at.inputs, (t, span[1]), constants)
-        start = Begin(q, u, None, a, work, {}, True, True, since=0.0)
+        drives: dict[Expr, Any] = {s: at.inputs[s] for s in mode.inputs}
+        start = Begin(q, u, None, a, work, {}, True, True)
         try:
-            piece = run(mode, (t, span[1]), start, (constants, drives), options, bounds, times)
+            piece = run(mode, (t, span[1]), start, (at.constants(now, t, x), drives), options, bounds, times)
+            pieces.append(_of_mode(piece, mode, t, by))
+            event = piece.event
+            if event is None or at.ends(event) is None:
+                return ended()
+            at.goes_on(piece)
+            t_end, work = float(piece.t[-1]), float(piece.work[-1])
+            still = still + 1 if t_end <= t else 0
+            if still > _AT_ONCE or len(pieces) > _MODES:
+                raise SimulationError(
+                    f"Expected a mode of the contacts that lasts, got {still or len(pieces)} changes up to t = {t_end:.9g}, the last "
+                    f"by {event.name!r}. Give a restitution below 1, or end the motion before."
+                )
+            x, now, t = at.after(t_end, piece.states[-1], now, event)
         except KaneError as error:
             if not pieces:
                 raise
-            return _closed(eom, given, replace(_whole(pieces), status="stopped", event=None, message=f"{_names(by)}: {error}"))
-        piece = _as_mode(piece, mode, t, by)
-        pieces.append(piece)
-        own = piece.event is not None and at._which(piece.event)[0] >= 0
-        if not own or piece.status != "event":
-            return _closed(eom, given, _whole(pieces))
-        last = piece.phases[-1]
-        at.parameters = {s: last.parameters.get(s, v) for s, v in at.parameters.items()}
-        t_end, work = float(piece.t[-1]), float(piece.work[-1])
-        still = still + 1 if t_end <= t else 0
-        event = piece.event
-        assert event is not None
-        try:
-            if still > _AT_ONCE or len(pieces) > _MODES:
-                raise SimulationError(f"{event.name} again and again at one instant: no mode of the contacts lasts")
-            x, now, t = at.after(t_end, piece.states[-1], now, event)
-        except KaneError as error:
-            message = f"the motion does not go on after {event.name!r} at t = {t_end:.9g}: {error}"
-            return _closed(eom, given, replace(_whole(pieces), status="stopped", event=None, message=message))
+            last = f" after {pieces[-1].event.name!r}" if pieces[-1].event else ""
+            told = f"the motion does not go on{last} at t = {float(pieces[-1].t[-1]):.9g}: {error}"
+            return ended(status="stopped", event=None, message=told)
         by = (event,)
         if t >= span[1]:
-            return _closed(eom, given, replace(_whole(pieces), status="finished", event=None, message=f"reached t = {span[1]:g}"))
+            return ended(status="finished", event=None, message=f"reached t = {span[1]:g}")
 
 
-def _names(by: Sequence[Event]) -> str:
-    return " and ".join(e.name for e in by)
-
-
-def _whole(pieces: Sequence[Solution]) -> Solution:
-    return whole(pieces)
-
-
-def _drives(mode: Equations, inputs: Mapping[Expr, Any], span: tuple[float, float], constants: Mapping[Expr, float]) -> Any:
-    """The inputs in a mode's own order."""
-    return {s: inputs[s] for s in mode.inputs}
-
-
-def _as_mode(piece: Solution, mode: Equations, t: float, by: tuple[Event, ...]) -> Solution:
+def _of_mode(piece: Solution, mode: Equations, t: float, by: tuple[Event, ...]) -> Solution:
     """A part of a motion that knows its equations and what began it."""
     first = replace(piece.phases[0], by=by or piece.phases[0].by)
     return replace(
@@ -363,11 +358,3 @@ def _as_mode(piece: Solution, mode: Equations, t: float, by: tuple[Event, ...]) 
         samples=piece.samples or (mode,) * len(piece.t),
         phases=(first, *piece.phases[1:]),
     )
-
-
-def _closed(eom: Equations, given: Any, solution: Solution) -> Solution:
-    """The whole motion as one of the system with its contacts."""
-    return replace(solution, equations=eom, parameters=given[0], inputs=given[1])
-
-
-_unused = (Phase, ZERO, input_functions)

@@ -37,6 +37,9 @@ _MARKS = (b"Software\0kane", b"<dc:title>kane</dc:title>", b"/Creator (kane)")
 
 _LABELS, _LETTERS, _AXIS = 12, 48, 16
 """Lines beyond which a panel has no legend; letters beyond which a label is cut, or stands above the panel."""
+_STRIP = 0.3
+"""Height of the strip of a contact's modes, in inches."""
+_MODES = {"separated": "#e5e7eb", "stick": "#93c5fd", "slip": "#fdba74"}
 
 
 class Trace(NamedTuple):
@@ -88,14 +91,18 @@ def plot(solution: Solution, *quantities: Any, path: str | Path | None = None, a
         raise ArgumentError(f"Expected a file for the figure that ends in {', '.join(FORMATS)}, got {str(place)!r}.")
     panels = _everything(solution) if not quantities else _panels("", solution, quantities)
     if ax is None:
-        figure: Figure = Picture(figsize=(6.4, 0.5 + 1.9 * len(panels)), layout="constrained")
-        axes = list(figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0])
+        strips = len(solution.modes)
+        heights = [1.9] * len(panels) + ([_STRIP * (strips + 1)] if strips else [])
+        figure: Figure = Picture(figsize=(6.4, 0.5 + sum(heights)), layout="constrained")
+        axes = list(figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0])
+        if strips:
+            _draw_modes(axes[-1], solution)
     else:
         whole = ax.get_figure(root=True)
         assert whole is not None
         figure, axes = whole, [ax]
         panels = [("", [trace for _, traces in panels for trace in traces])]
-    for a, (title, traces) in zip(axes, panels, strict=True):
+    for a, (title, traces) in zip(axes, panels, strict=False):
         _draw(a, title, traces, solution.t)
     axes[-1].set_xlabel("t [s]")
     if place is not None:
@@ -113,6 +120,8 @@ def save(figure: Figure, path: Path) -> None:
 def _everything(solution: Solution) -> list[Panel]:
     eom = solution.equations
     kinds = {"coordinates": eom.coordinates, "speeds": eom.speeds, "states": eom.states, "reactions": eom.reactions}
+    touching = ((c.normal_force, *c.friction_forces) for c in eom.system.contacts)
+    kinds["contacts"] = tuple(f for own in touching for f in own if f is not None)
     kinetic, potential, total = solution[[eom.kinetic_energy, eom.potential_energy, eom.energy]]
     energies = [Trace("K", "J", kinetic), Trace("V", "J", potential), Trace("E = K + V", "J", total)]
     energies.append(Trace("E − ∫P dt", "J", total - solution.work, "--"))
@@ -175,3 +184,21 @@ def _draw(a: Axes, title: str, traces: Sequence[Trace], t: npt.NDArray[np.float6
     if not short and len(traces) <= _LABELS:
         columns = max(1, 2 * _LETTERS // (6 + max(len(trace.label) for trace in traces)))
         a.legend(frameon=False, ncols=min(columns, 6), loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0.1)
+
+
+def _draw_modes(a: Axes, solution: Solution) -> None:
+    """What each contact does, one strip a contact."""
+    used: dict[str, None] = {}
+    for k, (name, words) in enumerate(solution.modes.items()):
+        begins = [0, *(np.flatnonzero(words[1:] != words[:-1]) + 1).tolist()]
+        for first, end in zip(begins, [*begins[1:], len(words) - 1], strict=True):
+            start, word = solution.t[first], str(words[first])
+            label = word if word not in used else None
+            used[word] = None
+            width = solution.t[end] - start
+            a.broken_barh([(start, width)], (-k - 0.4, 0.8), facecolor=_MODES[word], label=label)
+        a.annotate(name, (0, -k), (4, 0), ("axes fraction", "data"), "offset points", va="center", fontsize="small")
+    a.set(yticks=[], ylim=(-len(solution.modes) + 0.5, 0.5))
+    for side in ("left", "right", "top"):
+        a.spines[side].set_visible(False)
+    a.legend(frameon=False, ncols=3, loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0.1, fontsize="small")

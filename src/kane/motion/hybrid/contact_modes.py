@@ -164,7 +164,7 @@ class Touch:
 
     def _row(self, place: int, width: int) -> Array:
         if place >= 0:
-            return self.numbers.rows[place]
+            return np.asarray(self.numbers.rows[place])
         row = np.zeros(width)
         row[self.width + (-1 - place)] = 1.0
         return row
@@ -184,7 +184,9 @@ class Touch:
         """Their terms (k × d − 1)."""
         return self.velocity_terms.reshape(-1, self.layout.d)[:, 1:]
 
-    def problem(self, closed: Sequence[int], sliding: Array, friction: Array, velocities: bool = False) -> ContactProblem:
+    def problem(
+        self, closed: Sequence[int], sliding: Array, friction: Array, velocities: bool = False
+    ) -> ContactProblem:
         """The problem of the contacts that are closed; `sliding` (k × d − 1) are directions of slip, zero where there is none.
 
         `friction` is μ_s of each contact (k). With `velocities` v takes the place of b: the problem of impulses.

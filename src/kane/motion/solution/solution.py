@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any, NoReturn
 
 import numpy as np
+import numpy.typing as npt
 
 from kane import show
 from kane.dynamics.constraints.partition import Partition
@@ -292,6 +293,24 @@ class Solution(Attributes):
         return sides(self)
 
     @cached_property
+    def modes(self) -> Mapping[str, npt.NDArray[np.str_]]:
+        """What each contact does at each sample (n), by its name: "separated", "stick" or "slip"."""
+        every = self.samples or (self.equations,) * len(self)
+        rows = {eom: [m.word for m in eom.system.modes] for eom in dict.fromkeys(every)}
+        names = [c.name for c in self.equations.system.contacts]
+        return {name: np.array([(rows[eom] or [""] * len(names))[k] for eom in every]) for k, name in enumerate(names)}
+
+    @cached_property
+    def mode_history(self) -> tuple[tuple[float, Mapping[str, str]], ...]:
+        """When the contacts changed their modes, and what each does from then on."""
+        found: list[tuple[float, Mapping[str, str]]] = []
+        for k, t in enumerate(self.t.tolist()):
+            now = {name: str(words[k]) for name, words in self.modes.items()}
+            if now and (not found or now != found[-1][1]):
+                found.append((t, now))
+        return tuple(found)
+
+    @cached_property
     def energy(self) -> Array:
         """E = K + V along the motion."""
         return self._energies(lambda eom: [eom.energy])[0]
@@ -324,8 +343,9 @@ class Solution(Attributes):
             pairs = dict(
                 zip(symbols, zip(self.states[k - 1].tolist(), self.states[k].tolist(), strict=True), strict=True)
             )
-            pairs |= {p: (old.parameters[p], new.parameters[p]) for p in self.parameters}
             changes: dict[Expr, tuple[float, float]] = {s: (a, b) for s, (a, b) in pairs.items() if a != b}
+            values = ((p, old.parameters[p], new.parameters[p]) for p in self.parameters)
+            changes |= {p: (a, b) for p, a, b in values if a != b}
             found.append(Jump(float(self.t[k]), new.by, changes, float(self.energy[k] - self.energy[k - 1])))
         return tuple(found)
 
