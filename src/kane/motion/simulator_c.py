@@ -55,11 +55,11 @@ _ARGUMENTS = {
 def emit_simulator(compiled: Compiled, method: str = "dop853", period: float | None = None) -> str:
     """C99 of a program that simulates: `cc -O2 model.c -o model -lm; ./model END SAMPLES name=value …` prints time and state.
 
-    Its steps are those of `simulate` with this method and the settings of `compiled`, bit by bit without `contract`, up to where other
-    dependent speeds lead on. Events are noted on the standard error; one that sets the state has two rows, before and after. With the
-    `period` (s) of a sampled controller the program asks a function `<name>_control(t, x, inputs)`, of another file in C, for the
-    inputs. Values are those of the state at the start, of inputs, constant, and of parameters that are other than their defaults, by
-    name; rtol, atol and max_step too.
+    Its steps are those of `simulate` with this method and the settings of `compiled`, bit by bit without `contract`, up to where
+    that asks Python for dependent speeds. Events are noted on the standard error; one that sets the state has two rows, before and
+    after. With the `period` (s) of a sampled controller the program asks a function `<name>_control(t, x, inputs)`, of another
+    file in C, for the inputs. Values are those of the state at the start, of inputs, constant, and of parameters that are other
+    than their defaults, by name; rtol, atol and max_step too.
 
     All but `main` allocates nothing, calls no function of itself, has no loop without a bound and prints nothing; with
     `<NAME>_NO_MAIN` defined there is no `main`. It keeps rules of MISRA C:2012 (`docs/howto/emitted_c.md`).
