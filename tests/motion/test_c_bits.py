@@ -74,6 +74,33 @@ def test_the_motion_of_a_driven_pendulum_is_that_of_simulate(tmp_path, method):
     agree(sol, rows(program, 3.0, 31, values(eom, sol, [("F", 0.5)])))
 
 
+@pytest.mark.slow
+def test_dependent_speeds_change_more_often_than_is_noted_at_once(tmp_path):
+    """A skate in speeds along fixed axes spins: other speeds follow after each quarter turn; also in a motion of one call."""
+    N = kn.Frame("N")
+    x, y, a = kn.coordinates("x y a")
+    u, v, w = kn.speeds("u v w")
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x + y * N.y)
+    frame = N.rotate("B", a, N.z)
+    body = kn.RigidBody("B", frame=frame, mass_center=P, mass=1, inertia=kn.rod(frame, 1, 1, axis=frame.x))
+    blade = kn.cos(a) * v - kn.sin(a) * u
+    speeds, loads = {u: x.dt, v: y.dt, w: a.dt}, [kn.Force(P, 0.3 * N.x)]
+    eom = kn.derive(kn.System(N, bodies=[body], speeds=speeds, loads=loads, nonholonomic=[blade]))
+    start = {
+        "q": [0, 0, 0.1],
+        "u": {u: 1.0, w: 4.0},
+        "samples": 31,
+        "method": "dop853",
+        "settings": EXACT,
+        **TOLERANCES,
+    }
+    sol, again = (kn.simulate(eom, (0, 30), **start) for _ in range(2))
+    assert len(sol.segments) == len(again.segments) > 70
+    assert np.array_equal(bits(sol.states), bits(again.states))
+    text = emit_simulator(eom.compile(name="skate", contract=False), "dop853")
+    agree(sol, rows(compiled(tmp_path, "skate", text, "-O1"), 30.0, 31, values(eom, sol)))
+
+
 @pytest.mark.grows
 @pytest.mark.parametrize("first", range(0, RANDOM, 10))
 def test_random_motions_are_those_of_simulate(tmp_path, first):

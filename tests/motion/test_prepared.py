@@ -12,7 +12,6 @@ import pytest
 
 import kane as kn
 from kane.gallery import chaplygin_sleigh, four_bar, pendulums, rolling_disk, slider_crank
-from kane.motion import Holding
 from kane.program import Bound
 
 TWO = kn.derive(pendulums.system(2))
@@ -166,12 +165,10 @@ def test_an_event_that_python_decides_is_looked_after_on_the_way():
     assert same(run([1], [0.4]), anew(eom, (0, 0.5), q=[1], u=[0.4]))
 
 
-@pytest.mark.parametrize("chooses", [False, True])
 @pytest.mark.parametrize("system", [chaplygin_sleigh, four_bar, slider_crank], ids=lambda m: m.__name__.split(".")[-1])
 @pytest.mark.parametrize("method", ["gauss16", "dop853"])
-def test_constraints_are_kept_in_one_call(system, method, chooses, monkeypatch):
+def test_constraints_are_kept_in_one_call(system, method):
     """Starts that are sought, and known ones, other parameters, and other dependent speeds on the way: as anew, to the bit."""
-    monkeypatch.setattr(Holding, "compares", chooses)
     eom = kn.derive(system.system())
     run = kn.prepare(eom, (0, 1.5), method=method, samples=31)
     assert run.in_one_call
@@ -190,7 +187,6 @@ def test_constraints_are_kept_in_one_call(system, method, chooses, monkeypatch):
 
 def test_between_start_and_end_no_python_is_called(monkeypatch):
     """A linkage with dry friction in its crank's pin, driven by a table of steps, its dead centres noted: one call of machine code."""
-    monkeypatch.setattr(Holding, "compares", True)
     linkage = FOUR.system
     T, q1, speed = kn.input("T"), FOUR.coordinates[0], FOUR.speeds[0]
     crank = next(b for b in linkage.bodies if b.name == "crank")

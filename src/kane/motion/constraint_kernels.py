@@ -5,7 +5,7 @@ Kernels keep them and tell where they may be singular, may not be held, or need 
 doubt is judged here, as those of SciPy's solvers are.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import combinations
@@ -29,7 +29,6 @@ from kane.motion.steppers.context import Slot
 from kane.motion.steppers.held import CHANGES, COUNTS, POORLY, room
 from kane.motion.steps import Stepper, better
 from kane.numeric.arrays import Array
-from kane.numeric.rank import balance
 from kane.numeric.scale import POOR
 from kane.program.from_expressions import Bundle
 from kane.program.native.entry import Selection, aligned, entry, hoist_entry, hoisted
@@ -85,16 +84,9 @@ def unheld(stepper: Stepper) -> str:
     return "W has poles that the motion has not" if stepper.eom.solved.twin is not None else ""
 
 
-def _rows(eom: Equations) -> tuple[list[int], list[int]]:
-    """The rows that give dependent speeds, closures first, and these speeds."""
-    if eom.embedding is None:
-        return [], []
-    return sorted(eom.embedding.partition.rows), sorted(eom.embedding.partition.dependent)
-
-
 def structure(eom: Equations, n: int) -> Given:
     """What of the constraints is the same for all motions of n components: counts, where what stands, and room."""
-    rows, dependent = _rows(eom)
+    rows = [] if eom.embedding is None else sorted(eom.embedding.partition.rows)  # closures first
     places, turned = entries(eom), turns(eom)
     c, place = len(eom.system.holonomic), {q: i for i, q in enumerate(eom.coordinates)}
     spheres = [place[e] for s in eom.system.euler_parameters for e in s.coordinates]
@@ -105,16 +97,26 @@ def structure(eom: Equations, n: int) -> Given:
         "entry_at": [(slots.get(i, -1), i, j) for i, j in places],
         "turn_at": turned,
         "chosen_at": rows,
-        "dependent": dependent,
         "sphere_at": spheres,
     }
     # one more, so that no array is empty
     arrays = {name: np.append(np.array(where, dtype=float).reshape(-1), 0.0) for name, where in at.items()}
     lengths = {"weights": len(places), "reach": len(places), "row_sizes": len(eom.b), "column_sizes": len(eom.speeds)}
     arrays |= {name: np.zeros(count + 1) for name, count in lengths.items()}
-    arrays |= {"room": aligned(room(n, counted)), "ready": np.ones(1), "log": np.zeros(2 * CHANGES + 3)}
-    counted |= {"choices": 1, "choice_at": 0}
+    arrays |= {"room": aligned(room(n, counted)), "log": np.zeros(2 * CHANGES + 3)}
     return {f"held_{name}": value for name, value in (counted | arrays).items()}
+
+
+def among(choices: Sequence[Partition], place: int) -> Given:
+    """The choices of dependent speeds, the first of which is `ready`; p has at a place which one is stepped."""
+    dependent = [j for choice in choices for j in sorted(choice.dependent)]
+    ready = np.array([1.0] + [0.0] * (len(choices) - 1))
+    return {
+        "held_choices": len(ready),
+        "held_choice_at": place,
+        "held_ready": ready,
+        "held_dependent": np.array([*dependent, 0.0], dtype=float),
+    }
 
 
 _CHOICES = 6
@@ -130,6 +132,11 @@ def choices(eom: Equations) -> tuple[Partition, ...]:
     return (own, *(replace(own, dependent=c) for c in others)) if len(others) < _CHOICES else (own,)
 
 
+def alike(eom: Equations, other: Equations) -> bool:
+    """Whether constraints are the same numbers at the same places with other dependent speeds."""
+    return other.solved.twin is None and entries(other) == entries(eom) and turns(other) == turns(eom)
+
+
 def wanted(eom: Equations) -> set[Partition]:
     """The choices of dependent speeds that motions of the equations have wanted so far."""
     return set()
@@ -141,14 +148,10 @@ class Holding:
     The present one is stepped first; the others are compiled when the kernel first wants them.
     """
 
-    compares = False
-    """Whether kernels choose. Not yet by themselves: they take sizes of rows and columns otherwise than programs in C, which have the
-    bits of `simulate`."""
-
     def __init__(self, stepper: Stepper, arguments: Arguments, t: float, y: Array) -> None:
         self.stepper, now, eom = stepper, stepper.now, stepper.eom
         self.arguments, self.at = arguments, (t, y.copy())
-        self.places = entries(eom)
+        self.rows, self.columns = np.array(entries(eom), dtype=int).reshape(-1, 2).T
         routine = eom.numeric(now.settings).routine(holding).flat
         self.given = structure(eom, len(y))
         self.given["held_h"] = hoisted(routine, t, y[: now.width], now.p, now.inputs(t, y))
@@ -156,9 +159,9 @@ class Holding:
         self.given["constraints"] = entry(routine)
         self.choices, self.steppable = choices(eom), dict[int, Routines]({0: now})
         self.hoisted = {0: (arguments.now.rates, arguments.given["h"])}
-        if self.compares and len(self.choices) > 1 and not arguments.integrator.implicit:
+        self.given |= among(self.choices[:1], 0)
+        if len(self.choices) > 1 and not arguments.integrator.implicit:
             self.choose_among()
-        self.measure()
 
     def choose_among(self) -> None:
         """The kernel steps the choice that a number behind all parameters says."""
@@ -166,16 +169,8 @@ class Holding:
         place = len(given["p"]) - 1
         self.rates = Selection(count, place, self.arguments.integrator.width, self.stepper.now.settings or Settings())
         self.rates.put(0, self.arguments.now.rates, given["h"])
-        dependent = [j for choice in self.choices for j in sorted(choice.dependent)]
-        self.given |= {
-            "rhs": self.rates.call,
-            "h": self.rates.table,
-            "hoist_h": self.rates.hoist,
-            "held_choices": count,
-            "held_choice_at": place,
-            "held_ready": np.array([1.0] + [0.0] * (count - 1)),
-            "held_dependent": np.array([*dependent, 0.0], dtype=float),
-        }
+        self.given |= {"rhs": self.rates.call, "h": self.rates.table, "hoist_h": self.rates.hoist}
+        self.given |= among(self.choices, place)
         for k in range(1, count):
             if self.choices[k] in self.stepper.numeric.value(wanted):
                 self.compile(k)
@@ -201,11 +196,10 @@ class Holding:
         own = self.stepper.eom
         turning = zip(other.quantities, self.arguments.now.quantities, strict=False)
         same = len(other.quantities) == len(self.arguments.now.quantities) and all(a is b for a, b in turning)
-        same = same and other.eom.solved.twin is None
         if self.arguments.integrator.width > 1:
             one, two = (e.numeric(other.settings).value(by_kind) for e in (own, other.eom))
             same = same and all(np.array_equal(one[name], two[name]) for name in one)
-        return same and entries(other.eom) == self.places and turns(other.eom) == turns(own)
+        return same and alike(own, other.eom)
 
     def changes(self) -> list[tuple[float, Routines]]:
         """When the kernel has gone over to other dependent speeds since it was last asked, and to which."""
@@ -217,9 +211,7 @@ class Holding:
     def restart(self, stepper: Stepper) -> None:
         """Another motion begins, whose start is known."""
         self.stepper, stepper.segments = stepper, []
-        self.given["held_reach"][:] = self.given["held_log"][0] = 0.0
-        self.arguments.given["p"][-1] = 0.0
-        self.measure()
+        self.given["held_log"][0] = self.arguments.given["p"][-1] = 0.0
 
     def hoist(self) -> None:
         """What is hoisted follows from the parameters as they are now."""
@@ -231,25 +223,18 @@ class Holding:
         routine = eom.numeric(now.settings).routine(holding).flat
         self.given["held_h"][:] = hoisted(routine, *at, now.p[: len(eom.parameters)], now.inputs(t, y))
 
-    def measure(self) -> None:
-        """The sizes of rows and columns of A are those that entries have had by now."""
-        given, stepper = self.given, self.stepper
-        for place, had in zip(self.places, given["held_reach"], strict=False):
-            stepper.reach[place] = max(stepper.reach[place], had)
-        scaled = balance(stepper.reach, order=(1, 0))
-        rows, columns = 1 / scaled.rows[:, 0], 1 / scaled.columns[0]
-        given["held_row_sizes"][:-1], given["held_column_sizes"][:-1] = rows, columns
-        given["held_weights"][:-1] = [rows[i] * columns[j] for i, j in self.places]
-
     def begin(self, s: Array) -> None:
-        """What the kernel is told before its first step."""
-        s[Slot.QUIET], s[Slot.CHOICE] = 1 / POOR, 0.0
+        """What the kernel is told before its first step: it measures the constraints then."""
+        self.given["held_reach"][:-1] = self.stepper.reach[self.rows, self.columns]
+        s[[Slot.QUIET, Slot.CHOICE, Slot.MEASURED]] = 0.0
 
     def look(
         self, dense: Callable[[Array], Array], start: float, end: float, narrow: float, tolerances: Tolerances
     ) -> Inspection:
         """A step that may lead where constraints are singular or cannot be kept; no step is made shorter than `narrow`."""
-        stepper, reach = self.stepper, self.stepper.reach
+        stepper, rows, columns = self.stepper, self.rows, self.columns
+        stepper.reach[rows, columns] = np.maximum(stepper.reach[rows, columns], self.given["held_reach"][:-1])
+        reach = stepper.reach
         kept, numbers = stepper.keep(end, dense(np.array([end]))[0])
         assert numbers is not None
         turned, missed = stepper.turned(numbers), stepper.missed(end, kept, numbers, tolerances)
@@ -267,9 +252,7 @@ class Holding:
         if not numbers.finite or self._poor(numbers):
             return Inspection(Verdict.SINGULAR)
         if not (stepper.jumped(numbers) or stepper.crosses(states, start, end)):
-            # the kernel moves the step's end by them: entries may have grown from nothing, as it has noted
             stepper.reach = reach
-            self.measure()
             return Inspection(Verdict.TAKEN)
         # where speeds alone are poor others are taken, nearby: `settle`
         lost = end - start <= narrow or stepper.crosses(states, start, end, rank_alone=True)
@@ -282,10 +265,6 @@ class Holding:
             return False
         assert stepper.eom.embedding is not None
         return better(numbers.a, stepper.eom.embedding.partition, stepper.reach, False, stepper.mixes[1]) is None
-
-    def taken(self, s: Array) -> None:
-        """A step that was looked at was taken: as long as speeds are hardly poorer, they are not looked at again."""
-        s[Slot.QUIET] = max(s[Slot.QUIET], 1.25 * s[Slot.SHARE])
 
 
 def regular(stepper: Stepper, numbers: Numbers | None, share: float = _WELL) -> bool:

@@ -471,17 +471,12 @@ class NativeCourse(Course):
 
     def _settled(self) -> bool:
         """After a step that Python has looked at: whether other dependent speeds are stepped from there on, or rank is lost."""
-        holding, t = self.holding, float(self.s[Slot.TIME])
-        assert holding is not None
-        self.looked = False
-        holding.taken(self.s)
+        t, self.looked = float(self.s[Slot.TIME]), False
         kept, numbers = self.stepper.keep(t, self.y)
         if self.s[Slot.HELD] > POORER:  # else the kernel has moved it there
             self.given["lag"][kept != self.y] = 0.0
             self.y[:] = kept
-        changed = self.stepper.settle(t, self.y, numbers)
-        holding.measure()
-        return changed
+        return self.stepper.settle(t, self.y, numbers)
 
     def _hand_over(self, t: float, name: str = STEPPED) -> None:
         """SciPy's steps lead on from here, past where constraints are singular."""

@@ -174,6 +174,7 @@ class Runner:
         self.holding: Holding | None = None
         self.marks = np.zeros(len(times) + 1)
         self.noted: list[tuple[Array, Array]] = []
+        self.changed: list[tuple[float, Routines]] = []
         later = times[times > span[0]]
         ends = [] if later.size and later[-1] == span[1] else [span[1]]
         self.t = np.concatenate([span[:1], later, ends])
@@ -274,6 +275,7 @@ class Runner:
         self.states[0] = self.y
         self.given["lag"][:] = 0.0
         self.noted.clear()
+        self.changed.clear()
         if self.now.events is not None and not stands_beside(self.now, self.given, self.span[0], self.y):
             return None, False
         back, stiffness = self._steps(begun)
@@ -329,8 +331,9 @@ class Runner:
             return continued(stepper, self.method, way, phase, (self.given, stiffness), begun)
 
     def _met(self) -> list[tuple[Array, Array]]:
-        """What was noted of events and actions, part by part: rows (t, event) and rows of `jumps`."""
+        """What was noted of events and actions, part by part: rows (t, event) and rows of `jumps`; and of dependent speeds."""
         s, width = self.s, 2 * len(self.y) + 2
+        self.changed += self.holding.changes() if self.holding is not None else ()
         if s[Slot.LOGGED]:
             log = self.given["log"][: 2 * int(s[Slot.LOGGED])].reshape(-1, 2).copy()
             self.noted.append((log, self.given["jumps"][: width * int(s[Slot.JUMPS])].reshape(-1, width).copy()))
@@ -388,7 +391,7 @@ class Runner:
         if self.holding is None:
             return motion
         stepper = self.holding.stepper
-        for t, now in self.holding.changes():
+        for t, now in (*self.changed, *self.holding.changes()):
             stepper.go_over(now, t)
         segments = (Segment(self.span[0], motion.equations), *stepper.segments) if motion.equations.embedding else ()
         at = np.searchsorted([s.start for s in segments], motion.t, side="right") if segments else ()

@@ -24,11 +24,10 @@ enum {
 enum {
     @CAPS@_LIMIT = 0,
     @CAPS@_NOTED = 1,
-    @CAPS@_CHANGED = 2, /* other dependent speeds lead on */
-    @CAPS@_END = 3,
-    @CAPS@_EVENT = 4, /* an event that ends the motion */
-    @CAPS@_UNDECIDED = 5, /* numbers alone do not tell how the motion goes on */
-    @CAPS@_STUCK = 6 /* no step is short enough, or a rate is not finite */
+    @CAPS@_END = 2,
+    @CAPS@_EVENT = 3, /* an event that ends the motion */
+    @CAPS@_UNDECIDED = 4, /* numbers alone do not tell how the motion goes on */
+    @CAPS@_STUCK = 5 /* no step is short enough, or a rate is not finite */
 };
 
 /* What @NAME@_begin gives. */
@@ -64,7 +63,6 @@ typedef struct {
     double left;
     double rate;
     bool fresh;
-    bool looked;
 } @NAME@_motion;
 
 void @NAME@_defaults(@NAME@_motion *m);
@@ -159,7 +157,6 @@ int @NAME@_begin(@NAME@_motion *m, double end, int64_t samples)
     @STOPS_FOUND@
     m->stop = 0;
     m->asked = 1;
-    m->looked = false;
     m->which = 0;
     m->left = 0.0;
     m->rate = 0.0;
@@ -179,6 +176,7 @@ int @NAME@_go_on(@NAME@_motion *m)
         @ASK_AGAIN@
         aim(m);
     }
+    @FORGET@
     const int64_t back = @CALL@;
     int said = @CAPS@_LIMIT;
     if (back == @FULL@) {
@@ -190,13 +188,11 @@ int @NAME@_go_on(@NAME@_motion *m)
     } else if ((back == @END@) && !(m->s[AT_END] < m->end)) {
         said = @CAPS@_END;
     } else if ((back == @END@) || (back == @LIMIT@)) {
-        const bool changed = @SETTLED@;
         if (back == @END@) {
             m->s[AT_TIME] = m->s[AT_END] + ((4.0 * @ULPS@.0) * spacing(m->s[AT_END]));
             m->s[AT_TIME_LAG] = 0.0;
             m->fresh = true;
         }
-        said = changed ? @CAPS@_CHANGED : @CAPS@_LIMIT;
     } else {
         said = @CAPS@_STUCK;
     }

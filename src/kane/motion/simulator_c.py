@@ -26,10 +26,10 @@ from kane.motion.right_hand_side import has_jumps, rates, timed
 from kane.motion.simulator_parts import TAKES, Part, constraints, events
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.crossings import Kind
-from kane.motion.steppers.held import POORER, regularity_kernel
+from kane.motion.steppers.held import POORER
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
-from kane.numeric.scale import BETTER, EPS, LEAPS, POOR, ROUNDED, ROUNDED_TERMS, SAME_TIME, UNUSABLE
+from kane.numeric.scale import EPS, LEAPS, ROUNDED_TERMS, SAME_TIME, UNUSABLE
 from kane.program.emit.c import emit_c
 from kane.program.emit.c_kernels import emit_kernel_c
 from kane.program.emit.names import c_number
@@ -40,7 +40,7 @@ METHODS = tuple(name for name, i in INTEGRATORS.items() if i.width == 1 and not 
 """Those that a program in C runs: by one state at a time."""
 _ARGUMENTS = {
     "n": "N",
-    "limit": "m->looked ? 1 : m->limit",
+    "limit": "m->limit",
     "samples": "m->samples - 1",
     "driven": "0",
     "breakpoints": "0",
@@ -55,11 +55,11 @@ _ARGUMENTS = {
 def emit_simulator(compiled: Compiled, method: str = "dop853", period: float | None = None) -> str:
     """C99 of a program that simulates: `cc -O2 model.c -o model -lm; ./model END SAMPLES name=value …` prints time and state.
 
-    Its steps are those of `simulate` with this method and the settings of `compiled`, bit by bit without `contract`, up to where other
-    dependent speeds lead on. Events are noted on the standard error; one that sets the state has two rows, before and after. With the
-    `period` (s) of a sampled controller the program asks a function `<name>_control(t, x, inputs)`, of another file in C, for the
-    inputs. Values are those of the state at the start, of inputs, constant, and of parameters that are other than their defaults, by
-    name; rtol, atol and max_step too.
+    Its steps are those of `simulate` with this method and the settings of `compiled`, bit by bit without `contract`, up to where
+    that asks Python for dependent speeds. Events are noted on the standard error; one that sets the state has two rows, before and
+    after. With the `period` (s) of a sampled controller the program asks a function `<name>_control(t, x, inputs)`, of another
+    file in C, for the inputs. Values are those of the state at the start, of inputs, constant, and of parameters that are other
+    than their defaults, by name; rtol, atol and max_step too.
 
     All but `main` allocates nothing, calls no function of itself, has no loop without a bound and prints nothing; with
     `<NAME>_NO_MAIN` defined there is no `main`. It keeps rules of MISRA C:2012 (`docs/howto/emitted_c.md`).
@@ -75,23 +75,22 @@ def emit_simulator(compiled: Compiled, method: str = "dop853", period: float | N
     clock, parts = timed(eom), [*events(eom), *constraints(eom)]
     asked = {"held": is_constrained(eom), "watched": bool(eom.events)}
     kernel = integrator.kernel(**{what: True for what, so in asked.items() if so})
-    kernels = [kernel, *(k for part in parts for k in part.kernels)]
     routines = {"rhs": f"{name}_rates"} | {a: f"{name}_{own}" for part in parts for a, own in part.routines.items()}
-    routines = {a.name: routines.get(a.name, "nothing") for k in kernels for a in k.arguments if isinstance(a, Callee)}
+    routines = {a.name: routines.get(a.name, "nothing") for a in kernel.arguments if isinstance(a, Callee)}
     routines["rhs"] = "rates" if asked["held"] else routines["rhs"]
-    printed = [emit_kernel_c(k, routines, "static ") for k in kernels]
+    printed = emit_kernel_c(kernel, routines, "static ")
     replaced = {
         "@CONSTRAINTS@": _template("constraints") if asked["held"] else "",
         "@EVENTS@": _template("events") if asked["watched"] else "",
         "@REPORT@": _template("report") if asked["watched"] else _REPORT,
-        "@TABLES@": _tables(kernels, printed, parts, name, routines),
+        "@TABLES@": _tables(kernel, printed, parts, name, routines),
         "@SHOWN@": "".join(f"{part.shown}\n" for part in parts),
-        "@KERNEL@": "\n".join(printed),
+        "@KERNEL@": printed,
         "@BEGIN@": _begun(parts),
         "@SAY_BEGIN@": "\n    ".join(_SAY_BEGIN[part.name] for part in parts),
         "@LOOKS@": f"{_HELD_LOOKS if asked['held'] else ''}@CAPS@_UNDECIDED",
-        "@SETTLED@": "m->looked ? settled(m) : false" if asked["held"] else "false",
-        "@REGULARITY@": _call(regularity_kernel(), parts) if asked["held"] else "",
+        "@FORGET@": "at_held_log[0] = 0.0;" if asked["held"] else "",
+        "@SAY_CHANGES@": _SAY_CHANGES if asked["held"] else "",
         **{f"@{what}@": c_number(x) for what, x in _SHARES.items()},
         "@CALL@": _call(kernel, parts),
         **_sampled(period),
@@ -153,13 +152,13 @@ _SAY_BEGIN = {
                       m.left, at_constraints[m.which], m.rate);
     }""",
 }
+_SAY_CHANGES = """for (int64_t k = 0; k < (int64_t)at_held_log[0]; k++) {
+            (void)fprintf(stderr, "other dependent speeds at t = %.17g\\n", at_held_log[(2 * k) + 1]);
+        }"""
 _HELD_LOOKS = "goes_on(m) ? @CAPS@_LIMIT : "
 _SHARES = {
     "POORER": POORER,
-    "BETTER": BETTER,
-    "QUIET": 1 / POOR,
     "UNUSABLE": 1 / UNUSABLE,
-    "ROUNDED": ROUNDED,
     "ROUNDED_TERMS": ROUNDED_TERMS,
     "SHORTEST": EPS**2,
     "TEN_ROUNDINGS": 10 * EPS,
@@ -221,18 +220,13 @@ def _template(name: str) -> str:
 def _call(kernel: Kernel, parts: Sequence[Part]) -> str:
     """The kernel called with what there is."""
     given: dict[str, str] = dict(_ARGUMENTS)
-    if kernel.name == "regularity":  # which reads nothing of the motion but s and y
-        given |= {"s": "there", "samples": "0", "limit": "1"}
     for part in parts:
         given |= {a: str(what) if isinstance(what, int) else f"at_{a}" for a, what in part.given.items()}
-        given |= {a: f"at_{a}[at_choice]" for a, what in part.given.items() if getattr(what, "ndim", 0) == 2}
     own = (a.name for a in kernel.arguments if not isinstance(a, Callee))
     return f"{kernel.name}({', '.join(given.get(a, f'at_{a}') for a in own)})"
 
 
-def _tables(
-    kernels: Sequence[Kernel], printed: Sequence[str], parts: Sequence[Part], name: str, routines: Mapping[str, str]
-) -> str:
+def _tables(kernel: Kernel, printed: str, parts: Sequence[Part], name: str, routines: Mapping[str, str]) -> str:
     """The tables of the parts, room for what is noted and hoisted, and for arrays that the motion does not have."""
     lines = [_NOTHING] * ("nothing" in routines.values())
     known = set(_ARGUMENTS)
@@ -241,19 +235,16 @@ def _tables(
         known |= {*part.given, *part.hoisted}
         lines += [_table(a, what, printed) for a, what in part.given.items() if isinstance(what, np.ndarray)]
         lines += [f"static double at_{h}[{name.upper()}_HOISTED + 1];" for h in part.hoisted]
-    wanted = {a.name: None for k in kernels for a in k.arguments if not isinstance(a, Callee) and a.name not in known}
+    wanted = [a.name for a in kernel.arguments if not isinstance(a, Callee) and a.name not in known]
     lines += [f"static double at_{a}[1];" for a in wanted]
     return "\n".join([*lines, ""])
 
 
-def _table(array: str, what: Array, printed: Sequence[str]) -> str:
-    """One of them; those that kernels and what is around them only read are constant."""
-    takes = [text for text in printed if f"double *{array}," in text or f"double *{array})" in text]
-    constant = all(re.search(rf"^static int64_t .*const double \*{array}[,)]", text, re.MULTILINE) for text in takes)
-    rows = ["{" + ", ".join(map(c_number, row.tolist())) + "}" for row in np.atleast_2d(what)]
-    values = f" = {'{' + ', '.join(rows) + '}' if what.ndim > 1 else rows[0]}" if what.any() or constant else ""
-    size = "".join(f"[{n}]" for n in what.shape)
-    return f"static {'const ' * constant}double at_{array}{size}{values};"
+def _table(array: str, what: Array, printed: str) -> str:
+    """One of them; those that the kernel and what is around it only read are constant."""
+    constant = re.search(rf"(?<!const )double \*{array}[,)]", printed) is None
+    values = f" = {{{', '.join(map(c_number, what.tolist()))}}}" if what.any() or constant else ""
+    return f"static {'const ' * constant}double at_{array}[{len(what)}]{values};"
 
 
 def _equations(compiled: Compiled, clock: Clock, parts: Sequence[Part], held: bool) -> str:

@@ -111,9 +111,7 @@ int main(int count, char **given)
     for (int64_t turn = 0; (turn < 1000000000) && (said < @CAPS@_END); turn++) {
         said = @NAME@_go_on(&m);
         report(&m, &printed);
-        if (said == @CAPS@_CHANGED) {
-            (void)fprintf(stderr, "other dependent speeds at t = %.17g\n", m.s[AT_TIME]);
-        }
+        @SAY_CHANGES@
     }
     (void)printf("\n");
     for (int64_t k = 1; k < m.samples; k++) {

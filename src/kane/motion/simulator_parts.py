@@ -10,16 +10,14 @@ import numpy as np
 
 from kane.equations.equations import Equations, repartition
 from kane.errors import KaneError
-from kane.motion.constraint_kernels import choices, holding, structure
+from kane.motion.constraint_kernels import alike, among, choices, holding, structure
 from kane.motion.hybrid.automaton import tables
 from kane.motion.hybrid.event_routines import bundles
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given, rates, watched
 from kane.motion.steppers.crossings import KINDS, Kind
-from kane.motion.steppers.held import regularity_kernel
 from kane.program.emit.names import c_string
 from kane.program.from_expressions import Task
-from kane.program.kernel.language import Kernel
 
 TAKES = "double t, const double *x, const double *p, const double *r, const double *h, double *out"
 """The arguments of a routine."""
@@ -28,8 +26,8 @@ TAKES = "double t, const double *x, const double *p, const double *r, const doub
 class Part(NamedTuple):
     """What a program looks after besides steps: tables, the routines that a kernel calls by their arguments' names, texts.
 
-    Tables of two axes have a row for each choice of dependent speeds. `hoisted` are what routines take as h: copies of one
-    array, as arguments of kernels do not overlap. What is `shown` `main` alone needs.
+    `hoisted` are what routines take as h: copies of one array, as arguments of kernels do not overlap. What is `shown` `main` alone
+    needs.
     """
 
     name: str
@@ -40,7 +38,6 @@ class Part(NamedTuple):
     lines: Sequence[str]
     shown: str
     undecided: Sequence[str] = ()
-    kernels: Sequence[Kernel] = ()
 
 
 def events(eom: Equations) -> list[Part]:
@@ -70,13 +67,11 @@ def constraints(eom: Equations) -> list[Part]:
     """Constraints, with all choices of dependent speeds where these are few."""
     if not is_constrained(eom):
         return []
-    choices = _choices(eom)
-    given, *others = (structure(one, len(eom.state) + 1) for one in choices)
-    for name in ("held_entry_at", "held_chosen_at", "held_dependent"):
-        given[name] = np.array([given[name], *(other[name] for other in others)])
-    tasks = [holding(eom).task]
-    for k, one in enumerate(choices):
-        tasks.append(replace(rates(one).task, name=f"rates_{k}"))
+    found = _choices(eom)
+    given = structure(eom, len(eom.state) + 1)
+    given |= among([one.embedding.partition for one in found if one.embedding], len(eom.parameters))
+    given["held_ready"][:] = 1.0
+    tasks = [holding(eom).task, *(replace(rates(one).task, name=f"rates_{k}") for k, one in enumerate(found))]
     rows = [c.name for c in eom.derived.constraints.constraints]
     return [
         Part(
@@ -86,16 +81,13 @@ def constraints(eom: Equations) -> list[Part]:
             {"constraints": "holding"},
             ("held_h",),
             [
-                f"enum {{ CHOICES = {len(choices)}, CLOSURES = {given['held_closures']}, ROWS = {given['held_rows']}, "
+                f"enum {{ CLOSURES = {given['held_closures']}, ROWS = {given['held_rows']}, "
                 f"BRANCHES = {given['held_branches']}, ENTRIES = {given['held_entries']}, SPEEDS = {len(eom.speeds)}, "
                 f"COORDINATES = {len(eom.coordinates)} }};",
-                "static int at_choice = 0;",
-                f"static double at_known[{given['held_entries'] + 1}];",
-                *_dispatched(len(choices)),
+                *_dispatched(len(found)),
             ],
             f"static const char *const at_constraints[] = {{{', '.join(map(c_string, [*rows, '']))}}};",
-            [f"{text}" for text in ([] if eom.solved.twin is None else ["W has poles that the motion has not"])],
-            [regularity_kernel()],
+            [] if eom.solved.twin is None else ["W has poles that the motion has not"],
         )
     ]
 
@@ -106,15 +98,15 @@ def _choices(eom: Equations) -> list[Equations]:
     for choice in choices(eom)[1:]:
         with suppress(KaneError):
             found.append(eom.numeric().value(repartition, choice))
-    return found
+    return [one for one in found if one is eom or alike(eom, one)]
 
 
 def _dispatched(count: int) -> list[str]:
-    """The rates by the choice of dependent speeds."""
+    """The rates by the choice of dependent speeds, which stands behind the parameters."""
     call = "        @NAME@_rates_{0}(t, x, p, r, h, out);\n        break;"
     cases = [f"    case {k}:\n{call.format(k)}" for k in range(count - 1)]
     cases.append(f"    default:\n{call.format(count - 1)}")
     body = cases if count > 1 else ["    @NAME@_rates_0(t, x, p, r, h, out);"]
     if count > 1:
-        body = ["    switch (at_choice) {", *body, "    }"]
+        body = ["    switch ((int)p[@CAPS@_PARAMETERS]) {", *body, "    }"]
     return [f"static void rates({TAKES})", "{", *body, "}", ""]

@@ -15,8 +15,8 @@ from collections.abc import Callable
 
 from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext
 from kane.motion.steppers.dense import factor, invert, solve, total
-from kane.numeric.scale import BETTER, POOR, ROUNDED_SUM, UNUSABLE
-from kane.program.kernel.language import INT, Kernel
+from kane.numeric.scale import BETTER, POOR, ROUNDED, ROUNDED_SUM, UNUSABLE
+from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Array, Term
 
 _ROUNDS = 6
@@ -38,19 +38,6 @@ COUNTS = (
 )  # fmt: skip
 """How many rows of f and of A, speeds, rows of B and of those that are closures, entries of A and of W, sets of Euler parameters,
 branches, coordinates."""
-
-
-def regularity_kernel() -> Kernel:
-    """What leaves in SHARE how well the dependent speeds follow at the state at hand."""
-    o = StepperContext("regularity")
-    o.drives(*RATE)
-    held = Held(o)
-    held.present()
-    held.numbers(o.get(Slot.TIME), o.y, o.writer.integer(0))
-    held.matrix()
-    held.regularity()
-    o.put(Slot.SHARE, held.share.get())
-    return o.writer.finished(o.back)
 
 
 def room(n: int, counts: dict[str, int]) -> int:
@@ -97,7 +84,7 @@ class Held:
         self._places()
         self.doubt, self.rounds, self.open = (w.variable(f"held_{name}", INT) for name in ("doubt", "rounds", "open"))
         self.grown = w.variable("held_grown", INT)
-        self.least, self.share = w.variable("held_least"), w.variable("held_share")
+        self.least, self.share, self.most = (w.variable(f"held_{name}") for name in ("least", "share", "most"))
 
     def _places(self) -> None:
         """Where what stands in `room`."""
@@ -232,26 +219,30 @@ class Held:
     # -------------------------------------------------------------------------------------------- along a step
 
     def begin(self) -> None:
-        """Sizes are those of the state at the beginning, where none have been given: QUIET is zero then."""
+        """Sizes are those of the state at the beginning, and what is known of those before: QUIET is zero then."""
         w, o = self.writer, self.context
         with w.when(~(o.get(Slot.QUIET) > 0.0)):
             self.numbers(o.get(Slot.TIME), o.y, w.integer(0))
             with w.few(self.a_count) as e:
-                self.reach[e] = w.compute("abs", self.room[self.a + e])
+                self.reach[e] = w.compute("max", self.reach[e], w.compute("abs", self.room[self.a + e]))
             self.measure()
             o.put(Slot.QUIET, 1 / POOR)
 
     def measure(self) -> None:
-        """R and C are the sizes that entries of A have had: of rows, and of columns whose rows are divided by theirs."""
+        """R and C are the sizes that entries of A have had: of rows, and of columns whose rows are divided by theirs.
+
+        Entries that are rounding of the largest have none.
+        """
         w = self.writer
+        self.most.put(0.0)
+        with w.few(self.a_count) as e:
+            self.most.put(w.compute("max", self.most.get(), self.reach[e]))
         for sizes, count, axis in ((self.row_sizes, self.m, 1), (self.column_sizes, self.s, 2)):
             with w.few(count) as i:
                 sizes[i] = 0.0
-            with w.few(self.a_count) as e:
-                i = self.index(self.entries, e * 3 + axis)
-                size = (
-                    self.reach[e] if axis == 1 else self.reach[e] * self.row_sizes[self.index(self.entries, e * 3 + 1)]
-                )
+            with w.few(self.a_count) as e, w.when(self.reach[e] > self.most.get() * ROUNDED):
+                row, i = (self.index(self.entries, e * 3 + k) for k in (1, axis))
+                size = self.reach[e] if axis == 1 else self.reach[e] * self.row_sizes[row]
                 sizes[i] = w.compute("max", sizes[i], size)
             with w.few(count) as i:
                 sizes[i] = 1.0 / w.select(sizes[i] > 0.0, sizes[i], 1.0)
@@ -260,13 +251,17 @@ class Held:
             self.weights[e] = self.row_sizes[row] * self.column_sizes[column]
 
     def look(self, begin: Term, h: Term, end: Term, to: tuple[Array, Term], dense: Dense) -> None:
-        """The `end` of a step is projected at its place; where there is a doubt that Python has not looked at, the kernel `asks`."""
+        """The `end` of a step is projected at its place; where there is a doubt that was not looked at, the kernel `asks`.
+
+        It measures before that, as entries of A may have grown since their sizes were taken, which projections go by.
+        """
         w, o = self.writer, self.context
         self.present()
         self.end(end, *to)
         poor = (self.d > 0) & ~(self.share.get() <= o.get(Slot.QUIET))
-        chooses = (self.choices > 1) & (o.get(Slot.LOOKED) < 1.0)
-        self.next.put(-1)
+        looked, own = o.get(Slot.LOOKED) > 0.0, w.compute("int", o.get(Slot.CHOICE))
+        chooses = (self.choices > 1) & ~looked
+        self.next.put(w.select(poor & looked, own, w.integer(-1)))
         with w.when(poor & chooses):
             self.choose()
         self.open.put(self.doubt.get())
@@ -274,24 +269,24 @@ class Held:
         passed = self.doubt.get() > self.open.get()
         with w.when(passed & chooses):
             self.choose()
-        next_, own = self.next.get(), w.compute("int", o.get(Slot.CHOICE))
+        next_ = self.next.get()
         shorter = passed & (next_ >= 0) & ((next_ < own) | (own < next_)) & (h > 4.0 * o.shortest())
         unknown = (next_ < 0) | (self.ready[w.select(next_ < 0, w.integer(0), next_)] < 1.0)
         o.put(Slot.HELD, w.select(self.doubt.get() > 0, DOUBTFUL, w.select(poor, POORER, 0.0)))
-        first = chooses & (poor | passed) & (o.get(Slot.MEASURED) < 1.0)
-        with w.when(first):  # as entries of A may have grown since their sizes were taken, which projections go by
-            self.measure()
-            o.put(Slot.MEASURED, 1.0)
-            o.ask(ReturnCode.AGAIN)
         with w.when(self.log[0] >= float(CHANGES)):
             o.ask(ReturnCode.FULL)
-        with w.when((o.get(Slot.HELD) > 0.0) & (o.get(Slot.LOOKED) < 1.0) & ~first):
-            with w.when(shorter):  # as others do, these alone do not follow there
-                o.put(Slot.STEP, h * 0.5)
+        with w.when((o.get(Slot.HELD) > 0.0) & ~looked):
+            with w.when(o.get(Slot.MEASURED) < 1.0):
+                self.measure()
+                o.put(Slot.MEASURED, 1.0)
                 o.ask(ReturnCode.AGAIN)
-            with w.otherwise(), w.when((self.doubt.get() > 0) | unknown):
-                o.put(Slot.WORST, w.compute("float", next_))
-                o.ask(ReturnCode.LOOK)
+            with w.otherwise():
+                with w.when(shorter):  # as others do, these alone do not follow there
+                    o.put(Slot.STEP, h * 0.5)
+                    o.ask(ReturnCode.AGAIN)
+                with w.otherwise(), w.when((self.doubt.get() > 0) | unknown):
+                    o.put(Slot.WORST, w.compute("float", next_))
+                    o.ask(ReturnCode.LOOK)
 
     def choose(self) -> None:
         """`next` becomes the choice of dependent speeds that follow best at the state at hand, if they follow much better; else −1.
@@ -324,8 +319,8 @@ class Held:
                 size = w.compute("abs", room[self.a + e])
                 with w.when(size > self.reach[e]):
                     self.reach[e] = size
-                with w.when((size * self.weights[e] > _GROWN) & (self.entries[e * 3] >= 0.0)):
-                    self.grown.put(1)
+                    with w.when((size * self.weights[e] > _GROWN) & (self.entries[e * 3] >= 0.0)):
+                        self.grown.put(1)
             with w.when(self.grown.get() > 0):
                 self.measure()
         self.regularity()
