@@ -129,6 +129,7 @@ CALLS: list[tuple[Any, tuple[Any, ...], dict[str, Any]]] = [
     (kn.close_ball, ("g", O, N, P, A), {}),
     (kn.sphere_on_plane, ("c", A, Q, O), {"radius": 1, "normal": N.y}),
     (kn.disk_on_plane, ("c", A, Q, O), {"axis": A.z, "radius": 1, "normal": N.y}),
+    (kn.contact, (kn.joints.sphere_on_plane("c", A, Q, O, radius=1, normal=N.x), 0.3), {"restitution": 0.5, "name": "c"}),
     (kn.gear_pair, ("g", PIN, NEXT), {"teeth": (1, 2)}),
     (kn.bevel_pair, ("g", PIN, kn.pin("J3", O, N, axis=N.x)), {"teeth": (1, 2), "radius": 1, "apex": O, "phase": 0}),
     (kn.worm_pair, ("g", PIN, kn.pin("J4", O.at("J4", 2 * N.y), N, axis=N.x)), {"teeth": (40, 2), "radius": 1, "phase": 0}),

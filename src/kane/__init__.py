@@ -68,9 +68,7 @@ if TYPE_CHECKING:
         rolling,
         touching,
     )
-    from kane.model.contacts import ContactLaw as ContactLaw
-    from kane.model.contacts import ContactMode as ContactMode
-    from kane.model.contacts import clutch, contact, rope, stiction, stop
+    from kane.model.contacts import contact
     from kane.model.declarations import Event
     from kane.model.system import System
     from kane.motion.inputs.expressions import sampled
@@ -202,10 +200,9 @@ __all__ = [
     "pin", "slider", "ball", "free", "joints",
     "RigidBody", "Particle", "inertia", "solids", "Beam", "beams",
     "Force", "Torque", "gravity", "linear_spring", "linear_damper", "torsional_spring", "torsional_damper", "friction",
-    "dry_friction", "loads",
+    "loads",
     "Constraint", "coincident", "distance", "perpendicular", "parallel", "no_slip", "touching", "rolling",
-    "configuration_constraint", "motion_constraint",
-    "contact", "stop", "rope", "stiction", "clutch",
+    "configuration_constraint", "motion_constraint", "contact",
     "reaction", "auxiliary_speed", "Event", "System",
     "derive", "Equations", "compile", "Compiled", "Jacobian", "Handle", "Settings", "State", "assemble", "guess",
     "signal", "Signal", "sampled", "simulate", "prepare", "integrators", "Solution", "load_solution", "Accuracy",

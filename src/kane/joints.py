@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Joints as functions over frames and points, loops closed by the same joints, contacts of wheels, and gears."""
+"""Joints as functions over frames and points, loops closed by the same joints, contacts, stops, ropes and clutches, and gears."""
 
 from kane.dynamics.readings.joint_reactions import JointReaction
+from kane.model.contacts import ContactLaw, ContactMode, clutch, rope, stiction, stop
 from kane.model.joints.closing import (
     close_ball,
     close_cylindrical,
@@ -19,6 +20,8 @@ from kane.model.joints.tree_joints import ball, cylindrical, free, pin, planar, 
 
 __all__ = [
     "Contact",
+    "ContactLaw",
+    "ContactMode",
     "Joint",
     "JointReaction",
     "ball",
@@ -31,6 +34,7 @@ __all__ = [
     "close_slider",
     "close_universal",
     "close_weld",
+    "clutch",
     "cylindrical",
     "disk_on_plane",
     "free",
@@ -39,9 +43,12 @@ __all__ = [
     "planar",
     "point_on_plane",
     "rack_and_pinion",
+    "rope",
     "screw",
     "slider",
     "sphere_on_plane",
+    "stiction",
+    "stop",
     "torus_on_plane",
     "universal",
     "weld",

@@ -35,6 +35,7 @@ from kane.model.declarations import Event
 from kane.model.joints.contact import Contact
 from kane.model.joints.joint import Joint
 from kane.model.loads import Load
+from kane.model.system_checks import listed
 from kane.numeric.sampling import SEEDS, sample
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
@@ -95,11 +96,6 @@ class ContactLaw(Immutable):
         return f"ContactLaw({self.name!r}{friction}, e = {self.restitution})"
 
     @property
-    def expressions(self) -> tuple[Expr, ...]:
-        """All that it brings into a system."""
-        return (self.static, self.kinetic, self.restitution, *(c.expr for c in self.rows))
-
-    @property
     def rows(self) -> tuple[Constraint, ...]:
         """Its gap, if it has one, and its slips."""
         return (*(() if self.gap is None else (self.gap,)), *self.slips)
@@ -142,6 +138,7 @@ def _law(
     law: str = LAWS[0],
 ) -> ContactLaw:
     """A law whose numbers are admissible where parameters have their defaults."""
+    expect.that(isinstance(name, str) and name, "a name of a contact, a text that is not empty", name)
     kinetic = as_expr(friction[0])
     static = kinetic if friction[1] is None else as_expr(friction[1])
     e = as_expr(restitution)
@@ -310,8 +307,9 @@ def clutch(
     return _law(name, None, (row,), normal, (size, static))
 
 
-def check_contacts(contacts: Sequence[ContactLaw]) -> None:
+def listed_contacts(given: Any) -> tuple[ContactLaw, ...]:
     """Contacts of different names and places."""
+    contacts: tuple[ContactLaw, ...] = listed("contacts", given, ContactLaw, "kn.contact, kn.stop, …", named=True)
     gaps: dict[Expr, str] = {}
     for c in contacts:
         if c.gap is None:
@@ -321,6 +319,12 @@ def check_contacts(contacts: Sequence[ContactLaw]) -> None:
                 f"Expected contacts at different places, got {gaps[c.gap.expr]!r} and {c.name!r} with one gap. Leave one out."
             )
         gaps[c.gap.expr] = c.name
+    return contacts
+
+
+def laws_of(contacts: Sequence[ContactLaw]) -> list[Expr]:
+    """Their coefficients."""
+    return [x for c in contacts for x in (c.static, c.kinetic, c.restitution)]
 
 
 def given_modes(contacts: Sequence[ContactLaw], given: Any) -> Modes:

@@ -40,7 +40,7 @@ from kane.expr.visit import substituted
 from kane.model import system_checks
 from kane.model.bodies import Body, Part, RigidBody, brought_loads, check_turning, deforming, extended, parts_of, rigid
 from kane.model.constraints import Constraint, as_constraints
-from kane.model.contacts import ContactLaw, ContactMode, additions, check_contacts, given_modes
+from kane.model.contacts import ContactLaw, ContactMode, additions, given_modes, laws_of, listed_contacts
 from kane.model.declarations import (
     Declarations,
     Event,
@@ -115,8 +115,7 @@ class System(Declarations):
     ) -> None:
         system_checks.check_inertial(inertial)
         bodies, loads = listed("bodies", bodies), listed("loads", loads)
-        system_checks.check_bodies(bodies)
-        system_checks.check_loads(loads)
+        system_checks.check_matter(bodies, loads)
         joints = listed("joints", joints, Joint, "kn.pin, kn.slider, …", named=True)
         movers = (*joints, *deforming(bodies))
         told, first = _with_joints(speeds, movers), (q for mover in movers for q in mover.coordinates)
@@ -126,18 +125,17 @@ class System(Declarations):
         auxiliary = listed("auxiliary_speeds", auxiliary_speeds, AuxiliarySpeed, "kn.auxiliary_speed")
         events = listed("events", events, Event, "kn.Event(name, quantity)", named=True)
         constraints = (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
-        contacts = listed("contacts", contacts, ContactLaw, "kn.contact, kn.stop, kn.rope, …", named=True)
-        check_contacts(contacts)
-        touching, rows = [x for c in contacts for x in c.expressions], [row for c in contacts for row in c.rows]
+        contacts = listed_contacts(contacts)
+        rows = [*constraints, *(row for c in contacts for row in c.rows)]
         system_checks.check_constraints(constraints, reactions)
-        frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), (*constraints, *rows))
+        frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), tuple(rows))
         euler, shape = euler_sets(frames), list(geometry(frames, points))
         ordered = ordered_coordinates(free_symbols([*shape, *moved(told, constraints)]), coordinates, first)
         vanishing = completed(definitions := speed_definitions(told, ordered, euler), ordered, euler, constraints)
         definitions |= vanishing
         matter, further = list(contents(bodies, own, gravities)), state_rates(states)
-        held = (c.expr for c in constraints)
-        watched = [*matter, *expressions(events), *held, *further, *further.values(), *touching]
+        laws = [*(c.expr for c in rows), *laws_of(contacts)]
+        watched = [*matter, *expressions(events), *laws, *further, *further.values()]
         symbols = free_symbols([*shape, *definitions.values(), *watched])
         system_checks.check_geometry(free_symbols(shape))
         system_checks.check_no_accelerations(free_symbols(matter))
@@ -149,16 +147,12 @@ class System(Declarations):
         system_checks.check_dependent("coordinates", dependent_q, ordered, constraints, "configuration")
         system_checks.check_dependent("speeds", dependent_u, definitions, constraints, "configuration", "motion")
         parameters = Symbols(s for s in symbols if isinstance(s, Parameter))
-        inputs = Symbols(inputs_with_rates(symbols, shape + list(definitions.values()), (*constraints, *rows)))
+        inputs = Symbols(inputs_with_rates(symbols, shape + list(definitions.values()), rows))
         Declarations.__init__(
             self, inertial, bodies, definitions, further, own, gravities, Symbols(reactions), Symbols(auxiliary), events,
             ordered, constraints, dependent_q, dependent_u, joints, euler, parameters, inputs, frames, points, contacts,
         )  # fmt: skip
-        check_states(self, symbols)
-        check_actions(self)
-        check_units(self, symbols)
-        warn_of_doubts(inertial, tuple(parts_of(bodies)), gravities, constraints)
-        check_turning(inertial, extended(rigid(bodies)))
+        _check_whole(self, symbols)
 
     @property
     def rigid_bodies(self) -> tuple[RigidBody, ...]:
@@ -236,6 +230,15 @@ class System(Declarations):
     def __repr__(self) -> str:
         bodies = ", ".join(b.name for b in self.bodies)
         return f"System({bodies}; {len(self.coordinates)} coordinates, {len(self.speeds)} speeds)"
+
+
+def _check_whole(system: System, symbols: Sequence[Symbol]) -> None:
+    """Further states, actions and units; what is doubtful in what has mass."""
+    check_states(system, symbols)
+    check_actions(system)
+    check_units(system, symbols)
+    warn_of_doubts(system.inertial, tuple(parts_of(system.bodies)), system.gravities, system.constraints)
+    check_turning(system.inertial, extended(rigid(system.bodies)))
 
 
 _ARGUMENTS = tuple(name for name in signature(System).parameters if name != "inertial")
