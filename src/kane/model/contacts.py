@@ -13,6 +13,9 @@ Friction of a given size, as in a clutch, has neither: |F| ≤ size.
 
 In a mode a contact slips either `STRAIGHT`, along a direction d that is a number, or along v itself: v/|v| has no value where a slip
 begins or ends. In the plane all slip is straight.
+
+Where several contacts stick by one row, as the corners of a block, the first has the row and the others are `HELD` with it: rigid
+bodies tell the sum of their friction alone. It is shared in proportion to μ_s N, and holds while |ΣF| ≤ Σ μ_s N.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -23,7 +26,7 @@ from typing import Any
 
 from kane import expect
 from kane.errors import ModelError
-from kane.expr.build import mul, neg, sqrt, sub, sum_of
+from kane.expr.build import div, mul, neg, sqrt, sub, sum_of
 from kane.expr.differentiation import time_derivative
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, ZERO, Expr, as_expr
@@ -45,17 +48,21 @@ LAWS = ("stronge", "poisson", "newton")
 
 
 class ContactMode(IntEnum):
-    """What a contact does in a mode of a system; a contact without friction STICKs where it is closed."""
+    """What a contact does in a mode of a system; a contact without friction STICKs where it is closed.
+
+    HELD: it sticks with the last one before it in the list that has the mode STICK.
+    """
 
     SEPARATED = 0
     STICK = 1
     STRAIGHT = 2
     SLIP = 3
+    HELD = 4
 
     @property
     def word(self) -> str:
         """As it is shown: separated, stick or slip."""
-        return ("separated", "stick", "slip", "slip")[self]
+        return ("separated", "stick", "slip", "slip", "stick")[self]
 
 
 Modes = tuple[ContactMode, ...]
@@ -105,14 +112,13 @@ class ContactLaw(Immutable):
         """N, 1 where friction has a given size."""
         return ONE if self.normal_force is None else self.normal_force
 
-    def forces(self, mode: ContactMode) -> dict[Reaction, Expr]:
-        """N and F_k in a mode, by their symbols: those that are not unknowns of its equations."""
-        if mode is ContactMode.SEPARATED:
-            return dict.fromkeys(
-                (*(() if self.normal_force is None else (self.normal_force,)), *self.friction_forces), ZERO
-            )
-        if mode is ContactMode.STICK:
-            return {}
+    @property
+    def most(self) -> Expr:
+        """μ_s N, up to which it sticks."""
+        return mul(self.static, self.pressing)
+
+    def sliding_friction(self, mode: ContactMode) -> dict[Expr, Expr]:
+        """F_k by their symbols where it slips."""
         size = neg(mul(self.kinetic, self.pressing))
         return {f: mul(size, d) for f, d in zip(self.friction_forces, self.along(mode), strict=True)}
 
@@ -138,7 +144,8 @@ def _law(
     law: str = LAWS[0],
 ) -> ContactLaw:
     """A law whose numbers are admissible where parameters have their defaults."""
-    expect.that(isinstance(name, str) and name, "a name of a contact, a text that is not empty", name)
+    expect.instance(name, str, "a text as the name of a contact")
+    expect.that(name, "a name of a contact", name)
     kinetic = as_expr(friction[0])
     static = kinetic if friction[1] is None else as_expr(friction[1])
     e = as_expr(restitution)
@@ -356,14 +363,30 @@ def resting(c: ContactLaw) -> ContactMode:
 def additions(contacts: Sequence[ContactLaw], modes: Modes) -> dict[str, list[Any]]:
     """What modes add to a system's arguments: constraints, friction, reactions, and events that end them."""
     found: dict[str, list[Any]] = {name: [] for name in ("holonomic", "nonholonomic", "loads", "reactions", "events")}
-    for c, mode in zip(contacts, modes, strict=True):
-        for name, items in _added(c, mode):
+    for c, mode, group in zip(contacts, modes, _groups(contacts, modes), strict=True):
+        for name, items in _added(c, mode, group):
             found[name] += items
     return found
 
 
-def _added(c: ContactLaw, mode: ContactMode) -> Iterator[tuple[str, Iterable[Any]]]:
-    yield "events", endings(c, mode)
+Group = tuple[ContactLaw, ...]
+
+
+def _groups(contacts: Sequence[ContactLaw], modes: Modes) -> list[Group]:
+    """For each contact those that stick by its row, itself first; () of those that are held with another."""
+    found: list[Group] = []
+    leader = 0
+    for k, (c, mode) in enumerate(zip(contacts, modes, strict=True)):
+        found.append(() if mode is ContactMode.HELD else (c,))
+        if mode is ContactMode.STICK:
+            leader = k
+        elif mode is ContactMode.HELD:
+            found[leader] = (*found[leader], c)
+    return found
+
+
+def _added(c: ContactLaw, mode: ContactMode, group: Group) -> Iterator[tuple[str, Iterable[Any]]]:
+    yield "events", _endings(c, mode, group)
     if mode is ContactMode.SEPARATED:
         return
     yield "holonomic", [c.gap] if c.gap else []
@@ -371,13 +394,13 @@ def _added(c: ContactLaw, mode: ContactMode) -> Iterator[tuple[str, Iterable[Any
     if mode is ContactMode.STICK:
         yield "nonholonomic", c.slips
         yield "reactions", c.friction_forces
-    else:
+    elif mode is not ContactMode.HELD:
         yield "loads", [friction(c, mode)]
 
 
 def friction(c: ContactLaw, mode: ContactMode) -> Load:
     """The friction of a contact that slips."""
-    sizes = c.forces(mode)
+    sizes = c.sliding_friction(mode)
     forces: list[tuple[Point, Vector]] = []
     torques: list[tuple[Frame, Vector]] = []
     for row, f in zip(c.slips, c.friction_forces, strict=True):
@@ -386,7 +409,7 @@ def friction(c: ContactLaw, mode: ContactMode) -> Load:
     return Load(f"friction of {c.name}", tuple(forces), tuple(torques))
 
 
-def endings(c: ContactLaw, mode: ContactMode) -> Iterator[Event]:
+def _endings(c: ContactLaw, mode: ContactMode, group: Group) -> Iterator[Event]:
     """The events that end a mode of a contact."""
 
     def event(what: str, quantity: Expr, direction: int = -1) -> Event:
@@ -399,7 +422,7 @@ def endings(c: ContactLaw, mode: ContactMode) -> Iterator[Event]:
     if c.normal_force is not None:
         yield event("opens", c.normal_force)
     if mode is ContactMode.STICK and c.slips:
-        held = mul(c.static, c.pressing)
+        held = sum_of(other.most for other in group)
         square = sum_of(mul(f, f) for f in c.friction_forces)
         yield event("slips", sub(mul(held, held), square))
     elif mode is ContactMode.STRAIGHT:
@@ -413,5 +436,17 @@ def endings(c: ContactLaw, mode: ContactMode) -> Iterator[Event]:
 
 def in_mode(contacts: Sequence[ContactLaw], modes: Modes, exprs: Sequence[Expr]) -> Sequence[Expr]:
     """Expressions with N and F of the contacts as their modes have them, where these are no unknowns."""
-    forces: dict[Expr, Expr] = {s: e for c, m in zip(contacts, modes, strict=False) for s, e in c.forces(m).items()}
+    if not modes:
+        return exprs
+    forces: dict[Expr, Expr] = {}
+    for c, mode, group in zip(contacts, modes, _groups(contacts, modes), strict=True):
+        if mode is ContactMode.SEPARATED:
+            own = (*(() if c.normal_force is None else (c.normal_force,)), *c.friction_forces)
+            forces |= dict.fromkeys(own, ZERO)
+        elif mode in (ContactMode.STRAIGHT, ContactMode.SLIP):
+            forces |= c.sliding_friction(mode)
+        whole = sum_of(other.most for other in group)
+        for other in group if len(group) > 1 else ():
+            pairs = zip(other.friction_forces, c.friction_forces, strict=True)
+            forces |= {f: mul(total, div(other.most, whole)) for f, total in pairs}
     return [substituted(e, forces) for e in exprs] if forces else exprs

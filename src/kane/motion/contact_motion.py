@@ -24,7 +24,7 @@ from kane.errors import KaneError, SimulationError, warn
 from kane.expr.node import Expr
 from kane.model.contacts import ContactMode, Modes, check_numbers
 from kane.model.declarations import Event
-from kane.motion.hybrid.contact_modes import Layout, Touch, contact_modes, contact_numbers, layout
+from kane.motion.hybrid.contact_modes import Layout, Touch, contact_modes, contact_numbers, held_together, layout
 from kane.motion.inputs.expressions import value
 from kane.motion.loop import admitted_start, run, whole
 from kane.motion.solution.resumed import Begin
@@ -66,7 +66,7 @@ class ContactMotion:
         self.contacts = eom.system.contacts
         self.p = np.array([given[0][s] for s in self.numbers.bundle.ports[2].symbols])
         self.q = len(eom.coordinates)
-        self.highest, self.fastest = np.zeros(len(self.contacts)), np.zeros(len(self.contacts))
+        self.highest, self.fastest, self.rebound = np.zeros((3, len(self.contacts)))
 
     def touch(self, t: float, x: Array) -> Touch:
         """The contacts at an instant."""
@@ -81,7 +81,7 @@ class ContactMotion:
         found = np.zeros_like(sliding)
         for i in closed:
             v, size = touch.slips[i], float(np.linalg.norm(touch.slips[i]))
-            if size > _NOTHING * touch.slip_terms[i].max(initial=0.0):
+            if size > _NOTHING * max(touch.slip_terms[i].max(), self.fastest[i]):
                 found[i] = v / size
         return found
 
@@ -114,32 +114,25 @@ class ContactMotion:
             directions[i] = choice.directions[n]
             straight = len(c.slips) == 1 or mode is Mode.FRESH_SLIP
             modes[i] = ContactMode.STRAIGHT if straight else ContactMode.SLIP
-        return Decided(tuple(modes), directions, choice)
+        return Decided(held_together(touch, modes), directions, choice)
 
-    def hit(
-        self, t: float, x: Array, closed: set[int], plastic: frozenset[int] = frozenset()
-    ) -> tuple[Array, set[int], float]:
-        """The state after impacts of the contacts that touch, those that stay closed, and when the last of ever smaller ones is over.
-
-        Those that are `plastic` do not rebound.
-        """
+    def hit(self, t: float, x: Array, closed: set[int]) -> tuple[Array, set[int], float]:
+        """The state after impacts of the contacts that touch, what stays closed, and when the last of ever smaller ones is over."""
         order, touch = sorted(closed), self.touch(t, x)
         laws = touch.numbers.laws
-        e = np.array([0.0 if i in plastic else laws[i, 2] for i in order])
         problem = touch.problem(order, np.zeros((len(self.contacts), self.layout.d - 1)), laws[:, 1], velocities=True)
         law = Law[self.contacts[order[0]].law.upper()]
-        done = impacts(problem.mobility, problem.bias, problem.static, e, law=law, terms=problem.terms)
+        done = impacts(problem.mobility, problem.bias, problem.static, laws[order, 2], law=law, terms=problem.terms)
         after = x.copy()
         after[self.q : self.q + touch.width] += touch.change(order, done.impulse)
         size = problem.normals(problem.terms + np.abs(problem.mobility) @ np.abs(done.impulse))
         leaves = problem.normals(done.velocity) > _NOTHING * size
         stays = {i for i, off in zip(order, leaves, strict=True) if not off}
-        off = [i for i in order if i not in stays]
-        rests, over = self._flat(t, after, stays, [i for i in off if i not in plastic])
-        if not rests:
-            return after, stays, over
-        again, stays, later = self.hit(t, x, closed, plastic | set(rests))
-        return again, stays, max(over, later)
+        rests, over = self._flat(t, after, stays, [i for i in order if i not in stays])
+        if rests:
+            stays |= set(rests)
+            after[self.q : self.q + touch.width] += self.touch(t, after).held(sorted(stays))
+        return after, stays, over
 
     def _flat(self, t: float, x: Array, closed: set[int], off: Sequence[int]) -> tuple[list[int], float]:
         """Contacts whose further rebounds are less than tolerances tell, and when they are over."""
@@ -153,7 +146,9 @@ class ContactMotion:
         a = (touch.mobility @ held + touch.bias)[::d]
         rests, over = [], t
         for i in off:
-            v, e = touch.gap_rates[i], touch.numbers.laws[i, 2]
+            v = touch.gap_rates[i]
+            e = touch.numbers.laws[i, 2] or (v / self.rebound[i] if self.rebound[i] > v else 0.0)
+            self.rebound[i] = v
             height = -v * v / (2 * a[i]) if a[i] < 0 else np.inf
             open_ = self.atol + self.rtol * touch.numbers.gap_terms[i]
             if height < np.inf:
@@ -270,7 +265,8 @@ class ContactMotion:
         """The direction in which a contact begins to slip whose friction has reached its most: against that force."""
         closed = [n for n, m in enumerate(now.modes) if m is not ContactMode.SEPARATED]
         touch, d = self.touch(t, x), self.layout.d
-        sliding = self._still(touch, {n for n in closed if now.modes[n] is not ContactMode.STICK}, now.directions)
+        slides = {n for n in closed if now.modes[n] in (ContactMode.STRAIGHT, ContactMode.SLIP)}
+        sliding = self._still(touch, slides, now.directions)
         friction = touch.numbers.laws[:, 0] * (1 + _ENDS)
         forces = choose(touch.problem(closed, sliding, friction)).forces.reshape(-1, d)[closed.index(i), 1:]
         return np.asarray(-forces / np.linalg.norm(forces))

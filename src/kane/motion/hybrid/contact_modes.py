@@ -22,14 +22,14 @@ from kane.dynamics.derivation import Derived, derived
 from kane.dynamics.forcing import mass_rows
 from kane.equations.compiled import ports
 from kane.equations.equations import Equations, derive
-from kane.errors import ModelError
+from kane.errors import ModelError, SimulationError
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO
 from kane.expr.regular import Sizes, size
-from kane.model.contacts import ContactLaw, Modes
+from kane.model.contacts import ContactLaw, ContactMode, Modes
 from kane.model.system import System
 from kane.numeric.arrays import Array
-from kane.numeric.scale import ROUNDED_SUM
+from kane.numeric.scale import GIVEN, ROUNDED_SUM
 from kane.program.from_expressions import Bundle
 
 
@@ -210,11 +210,75 @@ class Touch:
         kinetic = np.minimum(kinetic, static)
         return contact_problem(w, b, static, kinetic=kinetic, sliding=sliding[list(closed)], terms=size_)
 
+    def held(self, closed: Sequence[int]) -> Array:
+        """Δu, the least, after which the gaps of these contacts have no rates."""
+        normals = [self.layout.d * i for i in closed]
+        w = self.mobility[np.ix_(normals, normals)]
+        impulses = -np.linalg.pinv(w, rcond=ROUNDED_SUM, hermitian=True) @ self.velocity[normals]
+        return np.asarray(self.spread[: self.width, normals] @ impulses)
+
     def change(self, closed: Sequence[int], impulses: Array) -> Array:
         """Δu by impulses of the closed contacts (d each)."""
         d = self.layout.d
         places = [d * i + j for i in closed for j in range(d)]
         return np.asarray(self.spread[: self.width, places] @ impulses)
+
+
+def held_together(touch: Touch, modes: Sequence[ContactMode]) -> Modes:
+    """The modes where contacts that stick by one row are held with the first of them.
+
+    Raises
+    ------
+    SimulationError
+        if rows of contacts depend on each other in another way: rigid bodies do not tell their forces
+    """
+    d, found = touch.layout.d, list(modes)
+    closed = [i for i, m in enumerate(modes) if m is not ContactMode.SEPARATED]
+    scale = np.sqrt(np.maximum(np.diag(touch.mobility), 0.0))
+    kept: list[int] = []
+    for i in closed:
+        if touch.layout.places[i][0] is not None:
+            if _combination(touch, kept, d * i, scale) is not None:
+                raise _undetermined(touch.layout.contacts[i])
+            kept.append(d * i)
+    leader = -1
+    for i in closed:
+        c = touch.layout.contacts[i]
+        if modes[i] is not ContactMode.STICK or not c.slips:
+            continue
+        own = [d * i + 1 + k for k in range(len(c.slips))]
+        combined = [_combination(touch, kept, row, scale) for row in own]
+        if all(x is None for x in combined):
+            kept += own
+            leader = i
+            continue
+        first = [d * leader + 1 + k for k in range(len(c.slips))]
+        for x, row in zip(combined, first, strict=True):
+            shares = {place: share for place, share in (x or {}).items() if place % d}
+            if leader < 0 or set(shares) != {row} or abs(shares[row] - 1) > GIVEN:
+                raise _undetermined(c)
+        found[i] = ContactMode.HELD
+    return tuple(found)
+
+
+def _combination(touch: Touch, kept: Sequence[int], row: int, scale: Array) -> dict[int, float] | None:
+    """The shares of other rows of which a row is made; None where it is independent of them."""
+    if not kept or scale[row] == 0:
+        return None
+    w = touch.mobility / np.where(scale > 0, scale, 1.0) / np.where(scale > 0, scale, 1.0)[:, None]
+    own = w[np.ix_(kept, kept)]
+    shares = np.linalg.solve(own, w[kept, row])
+    if w[row, row] - w[row, kept] @ shares > ROUNDED_SUM:
+        return None
+    real = shares * scale[row] / scale[list(kept)]
+    return {k: float(x) for k, x in zip(kept, real, strict=True) if abs(x) > GIVEN}
+
+
+def _undetermined(c: ContactLaw) -> SimulationError:
+    return SimulationError(
+        f"Expected contacts whose forces rigid bodies determine, got {c.name!r}, whose rows follow from those of others. Leave it "
+        "out, or give what yields a stiffness"
+    )
 
 
 class ContactModes:
