@@ -83,7 +83,8 @@ def _contact(
         reach = reach + _down(name, axis, normal, down) * radius
     point = center.at(f"{name} point", reach)
     particle = center.fixed_in(wheel, f"{name} particle", reach)
-    ground = None if base.parent is None else plane.fixed_in(base, f"{name} ground", point.position(plane))
+    born = plane if plane.body is None or plane.parent is None else plane.parent
+    ground = None if base.parent is None else born.fixed_in(base, f"{name} ground", point.position(born))
     return _placed(name, (point, particle, ground), plane, normal, along, surface)
 
 
@@ -136,7 +137,8 @@ def point_on_plane(
     ground = None
     if base.parent is not None:
         height = point.position(plane).dot(normal)
-        ground = plane.fixed_in(base, f"{name} ground", point.position(plane) - normal * height)
+        born = plane if plane.body is None or plane.parent is None else plane.parent
+        ground = born.fixed_in(base, f"{name} ground", point.position(born) - normal * height)
     return _placed(name, (point, point, ground), plane, normal, along, surface)
 
 
