@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Contacts with friction as numbers: which open, stick and slip, and what impacts do; not yet joined to models."""
+"""Contacts with friction as numbers: which open, stick and slip, and what impacts do."""
 
 from kane.lazy_imports import offered
 
