@@ -329,6 +329,11 @@ def listed_contacts(given: Any) -> tuple[ContactLaw, ...]:
     return contacts
 
 
+def slip_parameters(contacts: Sequence[ContactLaw]) -> tuple[Parameter, ...]:
+    """The numbers that modes of contacts have beside the parameters: directions of slip, and the slowest slips."""
+    return tuple(p for c in contacts if c.slips for p in (*c.direction, c.slowest))
+
+
 def laws_of(contacts: Sequence[ContactLaw]) -> list[Expr]:
     """Their coefficients."""
     return [x for c in contacts for x in (c.static, c.kinetic, c.restitution)]

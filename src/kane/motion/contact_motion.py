@@ -19,12 +19,12 @@ from typing import Any
 import numpy as np
 
 from kane.contacts import Choice, Count, Law, Mode, choose, impacts
+from kane.equations.contact_modes import Layout, Touch, contact_modes, contact_numbers, held_together, layout
 from kane.equations.equations import Equations
 from kane.errors import KaneError, SimulationError, warn
 from kane.expr.node import Expr
 from kane.model.contacts import ContactMode, Modes, check_numbers
 from kane.model.declarations import Event
-from kane.motion.hybrid.contact_modes import Layout, Touch, contact_modes, contact_numbers, held_together, layout
 from kane.motion.inputs.expressions import value
 from kane.motion.loop import admitted_start, run, whole
 from kane.motion.solution.resumed import Begin

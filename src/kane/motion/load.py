@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Solutions out of files, of the equations given, whose system must be the one that was simulated."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -10,14 +10,16 @@ from typing import Any
 import numpy as np
 
 from kane.dynamics.constraints.partition import Partition
+from kane.equations.contact_modes import equations_in
 from kane.equations.equations import Equations, derive, repartition
 from kane.errors import ArgumentError, KaneError, SimulationError, SolutionFileError, cut
 from kane.expr.node import ZERO, Expr
+from kane.model.contacts import ContactMode
 from kane.model.declarations import Event
 from kane.model.system import System
 from kane.motion.inputs.functions import Recorded, a_constant, constant
 from kane.motion.simulate import repeating
-from kane.motion.solution.files import Contents, Declared, check, declared, difference, names, read
+from kane.motion.solution.files import Contents, Declared, check, declared, difference, names, phase_parameters, read
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.solution import Segment, Solution
 from kane.whole import path_of
@@ -112,12 +114,14 @@ def _solution(found: Contents, eom: Equations) -> Solution:
     partitions = [None if p is None else Partition(*map(tuple, p)) for p in header["partitions"]]
     present = eom.embedding and eom.embedding.partition
     first = eom if partitions[0] in (None, present) else repartition(eom, partitions[0])
-    every = [first, *(repartition(first, p) for p in partitions[1:] if p is not None)]
+    modes = [tuple(map(ContactMode, own)) for own in header["modes"]]
+    every = [first, *(equations_in(first, *pair) for pair in zip(modes[1:], partitions[1:], strict=True))]
+    met = {e.name: e for one in every for e in one.events}
     starts, places = arrays["segment_starts"].tolist(), arrays["segments"].tolist()
     t = arrays["t"]
     rtol, atol = arrays["tolerances"].tolist()
     events = [
-        _event(first, name) if told is None else Event(name, ZERO, terminal=False, message=told)
+        _event(met, name) if told is None else Event(name, ZERO, terminal=False, message=told)
         for name, told in header["events"]
     ]
     return Solution(
@@ -129,7 +133,7 @@ def _solution(found: Contents, eom: Equations) -> Solution:
         _inputs(found, first, 0),
         header["status"],
         header["message"],
-        None if header["event"] is None else _event(first, header["event"]),
+        None if header["event"] is None else _event(met, header["event"]),
         tuple(zip(events, arrays["event_times"].tolist(), strict=True)),
         header["steps"],
         header["evaluations"],
@@ -138,18 +142,18 @@ def _solution(found: Contents, eom: Equations) -> Solution:
         rtol=rtol,
         atol=atol,
         method=header["method"],
-        phases=_phases(found, first),
+        phases=_phases(found, first, met),
         phase=arrays["phase"],
     )
 
 
-def _phases(found: Contents, eom: Equations) -> tuple[Phase, ...]:
+def _phases(found: Contents, eom: Equations, met: Mapping[str, Event]) -> tuple[Phase, ...]:
     rows = zip(found.arrays["phase_parameters"].tolist(), found.header["phases"], strict=True)
     return tuple(
         Phase(
-            dict(zip(eom.parameters, values, strict=True)),
+            dict(zip(phase_parameters(eom), values, strict=True)),
             _inputs(found, eom, k),
-            tuple(_event(eom, name) for name in by),
+            tuple(_event(met, name) for name in by),
         )
         for k, (values, by) in enumerate(rows)
     )
@@ -165,11 +169,10 @@ def _inputs(found: Contents, eom: Equations, number: int) -> dict[Expr, Any]:
     }
 
 
-def _event(eom: Equations, name: str) -> Event:
-    for event in eom.events:
-        if event.name == name:
-            return event
+def _event(met: Mapping[str, Event], name: str) -> Event:
+    if name in met:
+        return met[name]
     raise SolutionFileError(
         f"Expected equations with the event {name!r}, which the motion in the file met, got those with "
-        f"{', '.join(repr(e.name) for e in eom.events) or 'none'}. They are of another system: load the file with its own."
+        f"{', '.join(map(repr, met)) or 'none'}. They are of another system: load the file with its own."
     )

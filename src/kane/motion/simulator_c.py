@@ -121,6 +121,7 @@ def _check(compiled: Compiled, method: str, period: float | None) -> None:
     wrong = (
         needs(eom, INTEGRATORS[method])
         + ["loads or inputs jump"] * has_jumps(eom)
+        + ["contacts change their modes"] * bool(eom.system.contacts and not eom.system.modes)
         + [text for part in (*events(eom), *constraints(eom)) for text in part.undecided]
     )
     wrong += [

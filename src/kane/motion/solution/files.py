@@ -26,8 +26,9 @@ from kane.expr.evaluation import Walk
 from kane.expr.node import ZERO, Expr, as_expr, postorder
 from kane.expr.ops import ADD, COS, DIV, MUL, NEG, SIN, SUB
 from kane.expr.piecewise import lowered
-from kane.expr.symbols import Symbol
+from kane.expr.symbols import Parameter, Symbol
 from kane.model.bodies import parts_of
+from kane.model.contacts import slip_parameters
 from kane.model.system import System
 from kane.motion.inputs.expressions import along
 from kane.motion.inputs.functions import constant
@@ -341,9 +342,14 @@ _STATUS = ("finished", "event", "stopped")
 _TYPES = {
     **dict.fromkeys(("kane", "status", "message", "method"), str),
     **dict.fromkeys(("steps", "evaluations"), int),
-    **dict.fromkeys(("events", "partitions", "numbers", "phases", "declared"), list),
+    **dict.fromkeys(("events", "partitions", "numbers", "phases", "declared", "modes"), list),
 }
 """What a header says, and as what."""
+
+
+def phase_parameters(eom: Equations) -> tuple[Parameter, ...]:
+    """The parameters of phases: those of the equations, and what modes of contacts have beside them."""
+    return (*eom.parameters, *slip_parameters(eom.system.contacts))
 
 
 def contents(motion: Any) -> Contents:
@@ -363,6 +369,7 @@ def contents(motion: Any) -> Contents:
         "evaluations": int(motion.evaluations),
         "method": motion.method,
         "partitions": [_partition(one) for one in kept],
+        "modes": [[int(m) for m in one.system.modes] for one in kept],
         "numbers": [[constant(p.inputs[s]) for s in motion.inputs] for p in motion.phases],
         "phases": [[e.name for e in p.by] for p in motion.phases],
         "declared": known.things,
@@ -381,8 +388,8 @@ def contents(motion: Any) -> Contents:
         "samples": np.array([place[one] for one in motion.samples], dtype=np.int64),
         "phase": motion.phase,
         "phase_parameters": np.array(
-            [[float(p.parameters[s]) for s in eom.parameters] for p in motion.phases], dtype=float
-        ).reshape(len(motion.phases), len(eom.parameters)),
+            [[float(p.parameters.get(s, 0.0)) for s in phase_parameters(eom)] for p in motion.phases], dtype=float
+        ).reshape(len(motion.phases), len(phase_parameters(eom))),
         "declared": known.numbers,
     }
     return Contents(header, arrays)
@@ -407,7 +414,7 @@ def check(found: Contents, eom: Equations) -> None:
         "tolerances": (2,),
         "event_times": (len(header["events"]),),
         "segment_starts": (starts,),
-        "phase_parameters": (phases, own),
+        "phase_parameters": (phases, len(phase_parameters(eom))),
     }
     for name, shape in shapes.items():
         _check_array(name, arrays[name], shape, "f")

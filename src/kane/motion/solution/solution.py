@@ -14,13 +14,14 @@ from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.lazy import LazyMapping
 from kane.dynamics.readings.joint_reactions import Place, unsolved
 from kane.dynamics.readings.quantities import asked, evaluate_along
-from kane.equations.equations import Equations, repartition
+from kane.equations.contact_modes import equations_in
+from kane.equations.equations import Equations
 from kane.errors import ArgumentError, Attributes
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Reaction
 from kane.model.constraints import Constraint
-from kane.model.contacts import in_mode
+from kane.model.contacts import Modes, in_mode
 from kane.model.declarations import Event
 from kane.model.loads import Load
 from kane.motion.inputs.expressions import along
@@ -101,7 +102,7 @@ class Solution(Attributes):
         own["segments"] = [(s.start, place[s.equations]) for s in self.segments]
         own["_again"] = own["_options"] = None
         own["samples"] = [place[eom] for eom in self.samples]
-        partitions = [eom.embedding and eom.embedding.partition for eom in kept]
+        partitions = [(eom.system.modes, eom.embedding and eom.embedding.partition) for eom in kept]
         return _restored, (own.pop("equations"), partitions, own)
 
     def __add__(self, other: Any) -> "Solution":
@@ -423,10 +424,9 @@ def some_of(count: int) -> Indices:
     return np.linspace(0, count - 1, min(count, _SOME)).astype(int)
 
 
-def _restored(first: Equations, partitions: Sequence[Partition | None], own: dict[str, Any]) -> Solution:
-    """A solution that was pickled; `first` are its equations, the others differ from them by their partitions."""
-    others = [repartition(first, p) for p in partitions[1:] if p is not None]
-    equations = [first, *others]
+def _restored(first: Equations, partitions: Sequence[tuple[Modes, Partition | None]], own: dict[str, Any]) -> Solution:
+    """A solution that was pickled; `first` are its equations, the others differ from them by their modes and partitions."""
+    equations = [first, *(equations_in(first, *pair) for pair in partitions[1:])]
     own["segments"] = tuple(Segment(start, equations[k]) for start, k in own["segments"])
     own["samples"] = tuple(equations[k] for k in own["samples"])
     return Solution(first, **own)

@@ -18,10 +18,11 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.contacts import ContactProblem, contact_problem
+from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived, derived
 from kane.dynamics.forcing import mass_rows
 from kane.equations.compiled import ports
-from kane.equations.equations import Equations, derive
+from kane.equations.equations import Equations, derive, repartition
 from kane.errors import ModelError, SimulationError
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO
@@ -293,6 +294,13 @@ class ContactModes:
         if modes not in self._made:
             self._made[modes] = derive(self._system.in_modes(modes), near=self._near)
         return self._made[modes]
+
+
+def equations_in(first: Equations, modes: Modes, partition: Partition | None) -> Equations:
+    """The equations of modes of the contacts of `first`, or these themselves, with the dependent speeds of a partition."""
+    eom = first.numeric().value(contact_modes).equations(modes) if modes else first
+    present = eom.embedding and eom.embedding.partition
+    return eom if partition in (None, present) else repartition(eom, partition)
 
 
 def contact_modes(eom: Equations) -> ContactModes:
