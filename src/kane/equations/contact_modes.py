@@ -57,8 +57,7 @@ def in_touch(system: System) -> System:
     gaps = [c.gap for c in system.contacts if c.gap is not None]
     slips = [v for c in system.contacts for v in c.slips]
     pressing = [c.normal_force for c in system.contacts if c.gap is None and c.normal_force is not None]
-    return system.replace(
-        contacts=(),
+    return system.quietly(
         events=(),
         holonomic=(*system.holonomic, *gaps),
         nonholonomic=(*system.nonholonomic, *slips),
@@ -211,12 +210,13 @@ class Touch:
         kinetic = np.minimum(kinetic, static)
         return contact_problem(w, b, static, kinetic=kinetic, sliding=sliding[list(closed)], terms=size_)
 
-    def held(self, closed: Sequence[int]) -> Array:
-        """Δu, the least, after which the gaps of these contacts have no rates."""
-        normals = [self.layout.d * i for i in closed]
-        w = self.mobility[np.ix_(normals, normals)]
-        impulses = -np.linalg.pinv(w, rcond=ROUNDED_SUM, hermitian=True) @ self.velocity[normals]
-        return np.asarray(self.spread[: self.width, normals] @ impulses)
+    def held(self, closed: Sequence[int], stuck: Sequence[int]) -> Array:
+        """Δu, the least, after which the gaps of these contacts have no rates, and those that are stuck no slip."""
+        d = self.layout.d
+        rows = [d * i for i in closed] + [d * i + j for i in stuck for j in range(1, d)]
+        w = self.mobility[np.ix_(rows, rows)]
+        impulses = -np.linalg.pinv(w, rcond=ROUNDED_SUM, hermitian=True) @ self.velocity[rows]
+        return np.asarray(self.spread[: self.width, rows] @ impulses)
 
     def change(self, closed: Sequence[int], impulses: Array) -> Array:
         """Δu by impulses of the closed contacts (d each)."""

@@ -42,7 +42,6 @@ from kane.model.system_checks import listed
 from kane.numeric.sampling import SEEDS, sample
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
-from kane.units.rules import unit_of
 
 LAWS = ("stronge", "poisson", "newton")
 
@@ -152,11 +151,11 @@ def _law(
     check_numbers(name, *(_default(x) for x in (static, kinetic, e)))
     expect.that(law in LAWS, f"law= of {name!r}, one of {', '.join(LAWS)}", law)
     rows = () if kinetic is ZERO and static is ZERO else tuple(c for c in slips if c.expr is not ZERO)
-    label, unit = word(name), unit_of(rows[0].expr) if rows else ""
+    label = word(name)
     if normal is None and gap is not None:
         normal = reaction(f"N_{label}", constraint=gap)
     marks = [""] if len(rows) == 1 else [f"_{k}" for k in range(1, len(rows) + 1)]
-    directions = tuple(Parameter.declare(f"d_{label}{k}", 0.0, "1", f"direction of the slip of {name}") for k in marks)
+    directions = tuple(Parameter.declare(f"d_{label}{k}", 0.0, "", f"direction of the slip of {name}") for k in marks)
     return ContactLaw(
         name,
         gap,
@@ -168,7 +167,7 @@ def _law(
         e,
         law,
         directions,
-        Parameter.declare(f"v_{label}", 0.0, unit, f"slip below which {name} slips straight on"),
+        Parameter.declare(f"v_{label}", 0.0, "", f"slip below which {name} slips straight on"),
     )
 
 

@@ -11,6 +11,7 @@ or a torque on a frame that turns by it.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import reduce
@@ -19,7 +20,7 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from kane import expect, show
-from kane.errors import ModelError, none_of
+from kane.errors import KaneWarning, ModelError, none_of
 from kane.expr.build import add, mul, sub
 from kane.expr.differentiation import diff
 from kane.expr.evaluation import free_symbols, is_constant_in_time
@@ -181,13 +182,16 @@ class System(Declarations):
         Its constraints hold what is closed and what sticks, its loads are the friction of what slips, its reactions the forces of
         both, and its events end the mode.
         """
-        every = given_modes(self.contacts, modes)
+        every, values = given_modes(self.contacts, modes), self._given()
         added = additions(self.contacts, every)
-        values = self._given() | {"contacts": ()}
-        other = System(
-            self.inertial, **(values | {k: tuple(dict.fromkeys((*values[k], *v))) for k, v in added.items()})
-        )
-        return other._remade(contacts=self.contacts, modes=every)
+        own = self.quietly(**{name: tuple(dict.fromkeys((*values[name], *more))) for name, more in added.items()})
+        return own._remade(contacts=self.contacts, modes=every)
+
+    def quietly(self, **changes: Any) -> System:
+        """The same system without its contacts, other arguments changed; of what is doubtful in it the system itself has warned."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", KaneWarning)
+            return self.replace(contacts=(), **changes)
 
     def __reduce__(self) -> tuple[Callable[..., System], tuple[Any, ...]]:
         return _restored, (self.frames, self.points, self.inertial, self._given())

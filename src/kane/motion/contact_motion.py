@@ -112,7 +112,7 @@ class ContactMotion:
                 modes[i] = ContactMode.STICK
                 continue
             directions[i] = choice.directions[n]
-            straight = len(c.slips) == 1 or mode is Mode.FRESH_SLIP
+            straight = len(c.slips) == 1 or not self._still(touch, {i}, directions)[i].any()
             modes[i] = ContactMode.STRAIGHT if straight else ContactMode.SLIP
         return Decided(held_together(touch, modes), directions, choice)
 
@@ -120,6 +120,7 @@ class ContactMotion:
         """The state after impacts of the contacts that touch, what stays closed, and when the last of ever smaller ones is over."""
         order, touch = sorted(closed), self.touch(t, x)
         laws = touch.numbers.laws
+        self.fastest[order] = np.maximum(self.fastest[order], touch.slip_terms[order].max(axis=1))
         problem = touch.problem(order, np.zeros((len(self.contacts), self.layout.d - 1)), laws[:, 1], velocities=True)
         law = Law[self.contacts[order[0]].law.upper()]
         done = impacts(problem.mobility, problem.bias, problem.static, laws[order, 2], law=law, terms=problem.terms)
@@ -130,8 +131,11 @@ class ContactMotion:
         stays = {i for i, off in zip(order, leaves, strict=True) if not off}
         rests, over = self._flat(t, after, stays, [i for i in order if i not in stays])
         if rests:
+            touch = self.touch(t, after)
+            sliding = self._still(touch, stays, np.zeros((len(self.contacts), self.layout.d - 1)))
+            stuck = [i for i in stays if not sliding[i].any()]
             stays |= set(rests)
-            after[self.q : self.q + touch.width] += self.touch(t, after).held(sorted(stays))
+            after[self.q : self.q + touch.width] += touch.held(sorted(stays), stuck)
         return after, stays, over
 
     def _flat(self, t: float, x: Array, closed: set[int], off: Sequence[int]) -> tuple[list[int], float]:
@@ -254,12 +258,33 @@ class ContactMotion:
             if kind == "sticks":
                 sliding[i] = 0.0
         friction = touch.numbers.laws[:, 0].copy()
+        if kind == "opens":
+            apart = self.decide(t, x, closed - {i}, sliding, friction, now.modes)
+            if self._parts(touch, i, apart):
+                return x, apart, t
         if kind == "slips":
             friction[i] = touch.numbers.laws[i, 1]
             if friction[i] >= touch.numbers.laws[i, 0]:
                 sliding[i] = self._along_force(now, i, t, x)
         decided = self.decide(t, x, closed, sliding, friction, now.modes)
         return x, decided, begins
+
+    def _parts(self, touch: Touch, i: int, apart: Decided) -> bool:
+        """Whether a gap does not close again where its contact is taken for open; at N = 0 both are right but for rounding."""
+        d, held = self.layout.d, np.zeros(len(touch.bias))
+        order = [
+            n
+            for n in range(len(self.contacts))
+            if n != i and apart.choice and apart.modes[n] is not ContactMode.SEPARATED
+        ]
+        if apart.choice is not None and len(apart.choice.forces) == d * len(order):
+            held[[d * n + j for n in order for j in range(d)]] = apart.choice.forces
+        if self.contacts[i].gap is None:
+            return False
+        row = touch.mobility[d * i]
+        return bool(
+            row @ held + touch.bias[d * i] >= -_NOTHING * (np.abs(row) @ np.abs(held) + touch.bias_terms[d * i])
+        )
 
     def _along_force(self, now: Decided, i: int, t: float, x: Array) -> Array:
         """The direction in which a contact begins to slip whose friction has reached its most: against that force."""

@@ -169,6 +169,8 @@ def _phase(
     times, settings, begun = more
     constants, drives = phase.parameters, phase.inputs
     stepper = Stepper(eom, np.array([constants[p] for p in eom.parameters]), tuple(drives.values()), settings)
+    if eom.system.modes and eom.embedding is not None:  # where a mode begins an entry of A may be all but zero
+        stepper.reach = np.abs(eom.derived.compared.a).max(axis=0)
     start = admitted_start(stepper, begin, constants, span[0])
     if not first:
         solver = replace(solver, first=None)

@@ -347,8 +347,16 @@ class Solution(Attributes):
             changes: dict[Expr, tuple[float, float]] = {s: (a, b) for s, (a, b) in pairs.items() if a != b}
             values = ((p, old.parameters[p], new.parameters[p]) for p in self.parameters)
             changes |= {p: (a, b) for p, a, b in values if a != b}
+            if all(e.then is None for e in new.by) and not self._leaps(k):
+                continue  # a contact that goes on in another mode
             found.append(Jump(float(self.t[k]), new.by, changes, float(self.energy[k] - self.energy[k - 1])))
         return tuple(found)
+
+    def _leaps(self, k: int) -> bool:
+        """Whether a sample has another state than the one before, beyond what tolerances leave."""
+        before, after = self.states[k - 1], self.states[k]
+        size = np.maximum(np.abs(before), np.abs(after))
+        return bool(np.any(np.abs(after - before) > self.atol + self.rtol * size)) or not self.phases[self.phase[k]].by
 
     @property
     def begins(self) -> Indices:

@@ -284,9 +284,12 @@ class Held:
                 with w.when(shorter):  # as others do, these alone do not follow there
                     o.put(Slot.STEP, h * 0.5)
                     o.ask(ReturnCode.AGAIN)
-                with w.otherwise(), w.when((self.doubt.get() > 0) | unknown):
-                    o.put(Slot.WORST, w.compute("float", next_))
-                    o.ask(ReturnCode.LOOK)
+                with w.otherwise():
+                    with w.when((self.doubt.get() > 0) | unknown):
+                        o.put(Slot.WORST, w.compute("float", next_))
+                        o.ask(ReturnCode.LOOK)
+                    with w.otherwise():  # it goes over by itself: whatever else is asked in this step is no doubt
+                        o.put(Slot.HELD, 0.0)
 
     def choose(self) -> None:
         """`next` becomes the choice of dependent speeds that follow best at the state at hand, if they follow much better; else −1.
