@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.gallery import bouncing_ball, mass_on_belt, skidding_disk, thrown_disk
+from kane.gallery import bouncing_ball, clutch, mass_on_belt, skidding_disk, thrown_disk, winch
 
 g = 9.81
 
@@ -60,17 +60,17 @@ def test_a_mass_on_a_belt_sticks_and_slips() -> None:
 
 def test_the_disk_of_the_article_rolls_in_the_end_and_slips_again() -> None:
     sol = motion(skidding_disk, 4, parameters={"mu_k": 0.1})
-    (_, slides), (rolls, sticks), (again, slips) = changes(sol)
-    assert (slides, sticks, slips) == ("slip", "stick", "slip")
+    (_, first), (rolls, second), (again, third) = changes(sol)
+    assert (first, second, third) == ("slip", "stick", "slip")
     assert rolls == pytest.approx(3.170416, abs=5e-7)
     held = (sol.t > rolls) & (sol.t < again)
-    eom = sol.equations
-    floor = eom.system.contacts[0]
+    slides = (sol.t < rolls) | (sol.t > again)
+    floor = sol.equations.system.contacts[0]
     slip = np.array([sol[c.expr] for c in floor.slips])
     size = np.hypot(*(sol[f] for f in floor.friction_forces))
     np.testing.assert_allclose(slip[:, held], 0, atol=1e-10)
     assert (size[held] < 0.1 * sol[floor.normal_force][held]).all()
-    np.testing.assert_allclose(size[~held], 0.1 * sol[floor.normal_force][~held], rtol=1e-12)
+    np.testing.assert_allclose(size[slides], 0.1 * sol[floor.normal_force][slides], rtol=1e-12)
 
 
 def test_a_ball_bounces_until_it_rests() -> None:
@@ -83,3 +83,28 @@ def test_a_ball_bounces_until_it_rests() -> None:
     rests, mode = changes(sol)[-1]
     assert (rests, mode) == (pytest.approx(8.57894917872889, abs=1e-12), "stick")
     np.testing.assert_array_equal(sol["y"][sol.t > rests], 0)
+
+
+def test_a_clutch_brings_engine_and_load_together_and_slips_again() -> None:
+    J, J_l, T_l = 0.2, 0.8, 40.0
+    sol = motion(clutch, 2, inputs={"P": 3000 - 1000 * kn.time, "T": 80.0})
+    (_, first), (holds, second), (lets, third) = changes(sol)
+    assert (first, second, third) == ("slip", "stick", "slip")
+    # the size is 120 − 40 t, whose mean until then is 120 − 20 t
+    assert ((120 - 20 * holds - 80) / J + (120 - 20 * holds - T_l) / J_l) * holds == pytest.approx(150, rel=1e-10)
+    assert 0.04 * (3000 - 1000 * lets) == pytest.approx((80 * J_l + T_l * J) / (J + J_l), rel=1e-12)
+    momentum = J * sol["u_phi"] + J_l * sol["u_phi_l"]
+    np.testing.assert_allclose(momentum, 150 * J + (80 - T_l) * sol.t, rtol=1e-10)
+
+
+def test_a_winch_jerks_the_crate_off_the_floor() -> None:
+    m, v = 50.0, 0.5
+    sol = motion(winch, 1)
+    assert [list(modes.values()) for _, modes in sol.mode_history] == [["separated", "stick"], ["stick", "separated"]]
+    (jerk,) = sol.jumps
+    assert (jerk.t, jerk.energy) == (pytest.approx(0.2 / v, rel=1e-14), pytest.approx(m * v**2 / 2, rel=1e-14))
+    rope, floor = (c.normal_force for c in sol.equations.system.contacts)
+    hangs = np.arange(len(sol.t)) >= sol.begins[0]
+    np.testing.assert_allclose(sol[rope], np.where(hangs, m * g, 0), rtol=1e-14)
+    np.testing.assert_allclose(sol[floor], np.where(hangs, 0, m * g), rtol=1e-14)
+    np.testing.assert_allclose(sol["y"], np.where(hangs, v * sol.t - 0.2, 0), atol=1e-13)
