@@ -10,6 +10,12 @@ from kane.errors import ModelError, none_of
 from kane.lazy_imports import offered
 
 if TYPE_CHECKING:
+    from kane.gallery.contacts import bouncing_ball as bouncing_ball
+    from kane.gallery.contacts import clutch as clutch
+    from kane.gallery.contacts import mass_on_belt as mass_on_belt
+    from kane.gallery.contacts import skidding_disk as skidding_disk
+    from kane.gallery.contacts import thrown_disk as thrown_disk
+    from kane.gallery.contacts import winch as winch
     from kane.gallery.flexible import flap_lag_blade as flap_lag_blade
     from kane.gallery.flexible import flexible_arm as flexible_arm
     from kane.gallery.flexible import flexible_four_bar as flexible_four_bar
@@ -34,7 +40,8 @@ _PLACES = """
     andrews_squeezer muscle_arm rolling.rolling_disk rolling.pure_rolling_disk rolling.knife_edge rolling.chaplygin_sleigh
     rolling.sphere_on_turntable rolling.snakeboard rolling.car_with_trailer rolling.rattleback flexible.rotating_beam
     flexible.flexible_pendulum flexible.flexible_slider_crank flexible.flexible_four_bar flexible.flexible_spacecraft
-    flexible.flexible_satellite flexible.flap_lag_blade flexible.flexible_arm
+    flexible.flexible_satellite flexible.flap_lag_blade flexible.flexible_arm contacts.bouncing_ball contacts.thrown_disk
+    contacts.mass_on_belt contacts.skidding_disk contacts.clutch contacts.winch
 """
 GALLERY: dict[str, str] = {place.rpartition(".")[2]: f"kane.gallery.{place}" for place in _PLACES.split()}
 """Module path of each system by name, from simple to rich."""
@@ -44,7 +51,7 @@ __getattr__ = offered(
     __name__,
     {
         f"{folder}.": " ".join(name for name, path in GALLERY.items() if path.startswith(f"kane.gallery.{folder}."))
-        for folder in ("rolling", "flexible")
+        for folder in ("rolling", "flexible", "contacts")
     },
 )
 
