@@ -26,7 +26,7 @@ from typing import Any
 
 from kane import expect
 from kane.errors import ModelError
-from kane.expr.build import div, mul, neg, sqrt, sub, sum_of
+from kane.expr.build import add, div, mul, neg, sqrt, sub, sum_of
 from kane.expr.differentiation import time_derivative
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, ZERO, Expr, as_expr
@@ -83,6 +83,7 @@ class ContactLaw(Immutable):
     law : which restitution it is: "stronge" (energetic), "poisson" or "newton"
     direction : the numbers d_k that a straight slip goes along
     slowest : the slip below which it is straight
+    slack : by how much the gap is below zero where it closes: what rounding leaves of one that has opened without speed
     """
 
     name: str
@@ -96,6 +97,7 @@ class ContactLaw(Immutable):
     law: str
     direction: tuple[Parameter, ...]
     slowest: Parameter
+    slack: Parameter
 
     def __repr__(self) -> str:
         friction = f", μ = {self.kinetic}" if self.slips else ""
@@ -168,6 +170,7 @@ def _law(
         law,
         directions,
         Parameter.declare(f"v_{label}", 0.0, "", f"slip below which {name} slips straight on"),
+        Parameter.declare(f"g_{label}", 0.0, "", f"rounding of the gap of {name}"),
     )
 
 
@@ -421,7 +424,7 @@ def _endings(c: ContactLaw, mode: ContactMode, group: Group) -> Iterator[Event]:
 
     if mode is ContactMode.SEPARATED:
         assert c.gap is not None
-        yield event("closes", c.gap.expr)
+        yield event("closes", add(c.gap.expr, c.slack))
         return
     if c.normal_force is not None:
         yield event("opens", c.normal_force)

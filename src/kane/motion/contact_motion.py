@@ -31,7 +31,7 @@ from kane.motion.solution.resumed import Begin
 from kane.motion.solution.solution import Segment, Solution
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
-from kane.numeric.scale import GIVEN, SAME_TIME
+from kane.numeric.scale import GIVEN, ROUNDED, SAME_TIME
 
 _STARTS, _ENDS = 1e-8, 1e-10
 """A slip goes straight on over this share of the span from its beginning, and below this share of its terms before its end."""
@@ -66,7 +66,7 @@ class ContactMotion:
         self.contacts = eom.system.contacts
         self.p = np.array([given[0][s] for s in self.numbers.bundle.ports[2].symbols])
         self.q = len(eom.coordinates)
-        self.highest, self.fastest, self.rebound = np.zeros((3, len(self.contacts)))
+        self.highest, self.fastest, self.rebound, self.slack = np.zeros((4, len(self.contacts)))
 
     def touch(self, t: float, x: Array) -> Touch:
         """The contacts at an instant."""
@@ -191,7 +191,8 @@ class ContactMotion:
 
     def constants(self, now: Decided, t: float, x: Array) -> dict[Expr, float]:
         """The parameters of a mode: those of the motion, and the directions of its slips."""
-        found = dict(self.parameters)
+        found: dict[Expr, float] = dict(self.parameters)
+        found |= {c.slack: float(g) for c, g in zip(self.contacts, self.slack, strict=True)}
         touch: Touch | None = None
         for i, c in enumerate(self.contacts):
             if now.modes[i] not in (ContactMode.STRAIGHT, ContactMode.SLIP):
@@ -222,6 +223,20 @@ class ContactMotion:
         before = tuple(ContactMode.STICK if i in closed else ContactMode.SEPARATED for i in range(len(self.contacts)))
         return x, self.decide(t, x, closed, sliding, touch.numbers.laws[:, 0], before)
 
+    def leaves(self, now: Decided, before: Modes, t: float, x: Array, by: tuple[Event, ...]) -> dict[str, float]:
+        """The events whose thresholds a mode leaves upward at its beginning: a gap that opens or has rebounded, a slip."""
+        found: dict[str, float] = {}
+        hit = {own[0] for own in map(self.ends, by) if own and own[1] == "closes"}
+        touch: Touch | None = None
+        for i, (c, mode) in enumerate(zip(self.contacts, now.modes, strict=True)):
+            if mode is ContactMode.SEPARATED and (i in hit or before[i] is not ContactMode.SEPARATED):
+                found[f"{c.name} closes"] = 1.0
+            elif mode is ContactMode.STRAIGHT and before[i] not in (ContactMode.STRAIGHT, ContactMode.SLIP):
+                touch = touch or self.touch(t, x)
+                if not self._still(touch, {i}, now.directions)[i].any():
+                    found[f"{c.name} sticks"] = 1.0
+        return found
+
     def goes_on(self, piece: Solution) -> None:
         """Take over the parameters and inputs that events have left."""
         last = piece.phases[-1]
@@ -246,6 +261,7 @@ class ContactMotion:
             return x, Decided(modes, directions, None), t
         touch = self.touch(t, x)
         if kind == "closes":
+            self.slack[i] = 0.0
             for n in set(range(k)) - closed:
                 g, size = touch.numbers.gaps[n], touch.numbers.gap_terms[n]
                 if n == i or (abs(g) <= SAME_TIME * size and touch.gap_rates[n] < 0):
@@ -261,6 +277,7 @@ class ContactMotion:
         if kind == "opens":
             apart = self.decide(t, x, closed - {i}, sliding, friction, now.modes)
             if self._parts(touch, i, apart):
+                self.slack[i] = ROUNDED * touch.numbers.gap_terms[i]
                 return x, apart, t
         if kind == "slips":
             friction[i] = touch.numbers.laws[i, 1]
@@ -334,7 +351,7 @@ def run_with_contacts(
     stepper = Stepper(eom, p, tuple(given[1].values()), options["settings"])
     x, now = at.begin(span[0], admitted_start(stepper, begin, given[0], span[0])[:-1])
     t, work, pieces, by = span[0], begin.work, list[Solution](), tuple[Event, ...]()
-    still = 0
+    still, before = 0, now.modes
 
     def ended(**told: Any) -> Solution:
         return replace(whole(pieces), equations=eom, parameters=given[0], inputs=given[1], **told)
@@ -343,7 +360,7 @@ def run_with_contacts(
         mode = at.modes_of.equations(now.modes)
         q, u, a = np.split(x, np.cumsum([at.q, len(eom.speeds)]))
         drives: dict[Expr, Any] = {s: at.inputs[s] for s in mode.inputs}
-        start = Begin(q, u, None, a, work, {}, True, True)
+        start = Begin(q, u, None, a, work, at.leaves(now, before, t, x, by), True, True)
         try:
             piece = run(mode, (t, span[1]), start, (at.constants(now, t, x), drives), options, bounds, times)
             pieces.append(_of_mode(piece, mode, t, by))
@@ -358,6 +375,7 @@ def run_with_contacts(
                     f"Expected a mode of the contacts that lasts, got {still or len(pieces)} changes up to t = {t_end:.9g}, the last "
                     f"by {event.name!r}. Give a restitution below 1, or end the motion before."
                 )
+            before = now.modes
             x, now, t = at.after(t_end, piece.states[-1], now, event)
         except KaneError as error:
             if not pieces:
