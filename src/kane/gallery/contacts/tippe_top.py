@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The tippe top: a ball whose mass centre is off its middle turns over when it spins, by the friction on which it slides.
 
-Jellett's integral: whatever the friction, L·r stays, with L the angular momentum about the mass centre and r from there to the contact.
+Jellett's integral: whatever the friction, L·r stays, L the angular momentum about the mass centre, r from there to the contact.
 """
 
 import math
@@ -12,8 +12,8 @@ TITLE = "tippe top"
 SOURCES = (
     "Cohen, R. J. (1977), The tippe top revisited, Am. J. Phys. 45, 12-17.",
     "Jellett, J. H. (1872), A Treatise on the Theory of Friction, Macmillan, ch. 8.",
-    "Rauch-Wojciechowski, S., Skoldstam, M., Glad, T. (2005), Mathematical analysis of the tippe top, Regular and Chaotic Dynamics 10, "
-    "333-362; the moments of inertia 131/350 and 2/5 m R2 and a = 0.3 R.",
+    "Rauch-Wojciechowski, S., Skoldstam, M., Glad, T. (2005), Mathematical analysis of the tippe top, Regular and Chaotic "
+    "Dynamics 10, 333-362; the moments of inertia 131/350 and 2/5 m R2 and a = 0.3 R.",
 )
 _TILT, _SPIN = 0.1, 100.0
 START = {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A winch that reels in a slack rope and jerks a crate off the floor: as the rope becomes taut the crate takes on its speed at once."""
+"""A winch reels in a slack rope and jerks a crate off the floor: where the rope becomes taut the crate has its speed at once."""
 
 import kane as kn
 
