@@ -9,7 +9,16 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.gallery import bouncing_ball, clutch, mass_on_belt, skidding_disk, thrown_disk, winch
+from kane.gallery import (
+    bouncing_ball,
+    clutch,
+    mass_on_belt,
+    painleve_rod,
+    skidding_disk,
+    thrown_disk,
+    tippe_top,
+    winch,
+)
 
 g = 9.81
 
@@ -58,6 +67,7 @@ def test_a_mass_on_a_belt_sticks_and_slips() -> None:
     np.testing.assert_array_equal(sol["u_x"][sticks], v)
 
 
+@pytest.mark.slow
 def test_the_disk_of_the_article_rolls_in_the_end_and_slips_again() -> None:
     sol = motion(skidding_disk, 4, parameters={"mu_k": 0.1})
     (_, first), (rolls, second), (again, third) = changes(sol)
@@ -108,3 +118,48 @@ def test_a_winch_jerks_the_crate_off_the_floor() -> None:
     np.testing.assert_allclose(sol[rope], np.where(hangs, m * g, 0), rtol=1e-14)
     np.testing.assert_allclose(sol[floor], np.where(hangs, 0, m * g), rtol=1e-14)
     np.testing.assert_allclose(sol["y"], np.where(hangs, v * sol.t - 0.2, 0), atol=1e-13)
+
+
+@pytest.mark.slow
+def test_a_tippe_top_turns_over_and_keeps_jelletts_integral() -> None:
+    """L·r, whatever the friction; in the end it rolls upside down."""
+    sol = motion(tippe_top, 3, rtol=1e-10, atol=1e-12)
+    (_, first), (rolls, second) = changes(sol)
+    assert (first, second) == ("slip", "stick")
+    m, R, a = 0.015, 0.025, 0.0075
+    system = sol.equations.system
+    B, N = system.bodies[0].frame, system.inertial
+    up = np.array([sol[N.z.dot(b)] for b in (B.x, B.y, B.z)])
+    L = m * R**2 * np.array([131 / 350 * sol["w_x"], 131 / 350 * sol["w_y"], 0.4 * sol["w_z"]])
+    r = np.array([[0], [0], [a]]) - R * up
+    slides = sol.t <= rolls
+    jellett = (L * r).sum(axis=0)
+    np.testing.assert_allclose(jellett[slides], jellett[0], rtol=1e-9)
+    np.testing.assert_allclose(jellett[~slides], jellett[0], rtol=1e-9)
+    assert np.degrees(np.arccos(up[2][-1])) > 155
+    assert sol[system.contacts[0].normal_force].min() > 0
+
+
+def test_painleves_rod() -> None:
+    """The factor of N vanishes at two angles; between them no force agrees with the laws, and that is said."""
+    eom = kn.derive(painleve_rod.system())
+    slides = kn.derive(eom.system.in_modes({"floor": "straight"}))
+
+    def state(degrees: float, turns: float = 0.0) -> dict[str, list[float]]:
+        c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+        return {"q": [0, s, np.radians(degrees)], "u": [-3 - s * turns, c * turns, turns]}
+
+    for degrees, turns in ((20, 0), (50, 2), (60, 6), (80, 1)):
+        (N,) = slides.evaluate(list(slides.reactions), **state(degrees, turns), parameters={"d_floor": -1.0})
+        c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+        assert pytest.approx((g - s * turns**2) / (1 + 3 * c * (c - 1.4 * s)), rel=1e-12) == N
+    for degrees, sense in ((55.58581080789, -1), (69.95186698409, 1)):
+        signs = [
+            slides.evaluate(list(slides.reactions), **state(degrees + d), parameters={"d_floor": -1.0})[0]
+            for d in (-1e-10, 1e-10)
+        ]
+        assert np.sign(signs).tolist() == [-sense, sense]
+    for degrees in (50, 75):
+        assert kn.simulate(eom, (0, 0.01), **state(degrees)).status == "finished"
+    with pytest.raises(kn.SimulationError, match="Painlevé's paradox"):
+        kn.simulate(eom, (0, 0.01), **state(60))

@@ -13,8 +13,10 @@ if TYPE_CHECKING:
     from kane.gallery.contacts import bouncing_ball as bouncing_ball
     from kane.gallery.contacts import clutch as clutch
     from kane.gallery.contacts import mass_on_belt as mass_on_belt
+    from kane.gallery.contacts import painleve_rod as painleve_rod
     from kane.gallery.contacts import skidding_disk as skidding_disk
     from kane.gallery.contacts import thrown_disk as thrown_disk
+    from kane.gallery.contacts import tippe_top as tippe_top
     from kane.gallery.contacts import winch as winch
     from kane.gallery.flexible import flap_lag_blade as flap_lag_blade
     from kane.gallery.flexible import flexible_arm as flexible_arm
@@ -41,7 +43,7 @@ _PLACES = """
     rolling.sphere_on_turntable rolling.snakeboard rolling.car_with_trailer rolling.rattleback flexible.rotating_beam
     flexible.flexible_pendulum flexible.flexible_slider_crank flexible.flexible_four_bar flexible.flexible_spacecraft
     flexible.flexible_satellite flexible.flap_lag_blade flexible.flexible_arm contacts.bouncing_ball contacts.thrown_disk
-    contacts.mass_on_belt contacts.skidding_disk contacts.clutch contacts.winch
+    contacts.mass_on_belt contacts.skidding_disk contacts.clutch contacts.winch contacts.tippe_top contacts.painleve_rod
 """
 GALLERY: dict[str, str] = {place.rpartition(".")[2]: f"kane.gallery.{place}" for place in _PLACES.split()}
 """Module path of each system by name, from simple to rich."""
