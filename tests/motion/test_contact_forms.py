@@ -168,7 +168,7 @@ def ball_in_space(mu, ratio=0.4, R=0.1, turning=None, surface=None, e=0.0):
 @pytest.mark.slow
 @pytest.mark.parametrize("ratio", [2 / 5, 2 / 3])
 def test_a_ball_thrown_with_spin_in_space(ratio):
-    """Slip keeps its direction: with s = v + ω × (−R n) it rolls after |s|/(μ g (1 + 1/c)), with v₀ − s/(1 + 1/c) c⁻¹ …, c = I/(m R²)."""
+    """Slip keeps its direction: with s = v + ω × (−R n) it rolls after |s|/(μ g (1 + 1/c)), with v₀ − s c/(1 + c), c = I/(m R²)."""
     R, mu = 0.1, 0.2
     eom, contact = ball_in_space(mu, ratio, R)
     w, v, n = np.array([3.0, -8.0, 5.0]), np.array([0.7, -0.4, 0.0]), np.array([0, 0, 1.0])
