@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Contacts that cannot be: each is refused by name, with what to do."""
+
+import re
+
+import pytest
+
+import kane as kn
+
+
+def ground():
+    N = kn.Frame("N")
+    return N, kn.Point("O", fixed_in=N)
+
+
+def particle(mu=0.3, where=None, **laws):
+    """A particle over a floor, or at `where`."""
+    N, O = ground()
+    x, y = kn.coordinates("x y")
+    P = O.at("P", x * N.x + (y if where is None else where) * N.y)
+    place = kn.joints.point_on_plane("floor", P, O, normal=N.y)
+    return N, P, kn.contact(place, mu, **laws)
+
+
+def system(N, P, *contacts):
+    loads = [kn.gravity(-9.81 * N.y)]
+    return kn.System(N, bodies=[kn.Particle("p", P, 1.0)], speeds="rates", loads=loads, contacts=contacts)
+
+
+COEFFICIENTS = [
+    ({"mu": -0.1}, " ≥ 0 of the contact 'floor'", "-0.1", "Give 0 where it is smooth"),
+    ({"mu": 0.0, "static": -0.1}, "μ_s ≥ 0 of the contact 'floor'", "-0.1", "Give 0 where it is smooth"),
+    ({"mu": 0.4, "static": 0.3}, "μ_k ≤ μ_s of the contact 'floor'", "μ_k = 0.4 and μ_s = 0.3", "Exchange them"),
+    ({"restitution": 1.1}, "a restitution from 0 to 1 of the contact 'floor'", "1.1", "0 is an impact without rebound"),
+    (
+        {"restitution": -0.1},
+        "a restitution from 0 to 1 of the contact 'floor'",
+        "-0.1",
+        "0 is an impact without rebound",
+    ),
+    ({"law": "hertz"}, "law= of 'floor', one of stronge, poisson, newton", "'hertz'", ""),
+]
+
+
+@pytest.mark.parametrize(("given", "expected", "came", "cure"), COEFFICIENTS)
+def test_coefficients_that_are_none(given, expected, came, cure):
+    with pytest.raises(
+        kn.ModelError, match=f"Expected .*{re.escape(expected)}, got .*{re.escape(came)}.*{re.escape(cure)}"
+    ):
+        particle(**given)
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+@pytest.mark.parametrize("what", ["mu", "static", "restitution"])
+def test_coefficients_are_finite(what, value):
+    with pytest.raises(kn.KaneError, match=r"Expected .*(nan|inf)"):
+        particle(**{what: value})
+
+
+@pytest.mark.parametrize("what", ["mu", "static", "restitution"])
+def test_coefficients_are_checked_at_defaults_of_parameters(what):
+    with pytest.raises(kn.ModelError, match="of the contact 'floor', got -1"):
+        particle(**{what: kn.parameter("c", -1.0, "1")})
+
+
+@pytest.mark.parametrize("what", ["mu", "static", "restitution"])
+def test_coefficients_are_numbers_or_expressions(what):
+    with pytest.raises(kn.KaneError, match="Expected"):
+        particle(**{what: "rough"})
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        ({"mu": -0.1}, "μ_k ≥ 0"),
+        ({"mu": 0.6}, "μ_k ≤ μ_s"),
+        ({"e": 1.5}, "a restitution from 0 to 1"),
+        ({"e": -0.5}, "a restitution from 0 to 1"),
+    ],
+)
+def test_coefficients_given_to_a_motion(values, expected):
+    mu, mus, e = kn.parameter("mu", 0.3, "1"), kn.parameter("mus", 0.4, "1"), kn.parameter("e", 0.5, "1")
+    eom = kn.derive(system(*particle(mu, static=mus, restitution=e)))
+    with pytest.raises(kn.KaneError, match=f"Expected {expected} of the contact 'floor', got"):
+        kn.simulate(eom, (0, 1), q=[0, 1], u=[0, 0], parameters=values)
+
+
+def test_nothing_presses():
+    """Where coordinates keep the contact closed the normal force is a reaction to be given."""
+    with pytest.raises(
+        kn.ModelError,
+        match=r"Expected a gap of the contact 'floor' that coordinates change, got 0:.*normal=kn.reaction",
+    ):
+        particle(where=0)
+
+
+@pytest.mark.parametrize("gap", [1.0, kn.parameter("d", 0.2, "m"), kn.sin(kn.time)])
+def test_a_gap_that_no_coordinate_changes(gap):
+    with pytest.raises(
+        kn.ModelError, match="Expected a gap of 'end' that coordinates change, got .* Write what must stay"
+    ):
+        kn.joints.stop("end", gap)
+
+
+def test_a_contact_over_a_floor_that_moves_alone():
+    """The floor comes up by time to a point that no coordinate moves."""
+    N, O = ground()
+    floor = O.at("F", -kn.parameter("A", 0.1, "m") * kn.cos(kn.parameter("w", 1.0, "rad/s") * kn.time) * N.y)
+    x = kn.coordinate("x")
+    P = O.at("P", x * N.x)
+    with pytest.raises(kn.ModelError, match="Expected a gap of the contact 'floor' that coordinates change"):
+        kn.contact(kn.joints.point_on_plane("floor", P, floor, normal=N.y), 0.3)
+
+
+def test_a_rope_between_fixed_points():
+    N, O = ground()
+    with pytest.raises(kn.ModelError, match="Expected a gap of 'rope' that coordinates change"):
+        kn.joints.rope("rope", [O, O.at("Q", N.x)], 1.0)
+    with pytest.raises(kn.ModelError, match="Expected two points or more of the rope 'rope', got 1"):
+        kn.joints.rope("rope", [O], 1.0)
+
+
+def test_two_contacts_with_one_gap():
+    N, P, floor = particle()
+    stop = kn.joints.stop("stop", floor.gap.expr)
+    with pytest.raises(
+        kn.ModelError, match="Expected contacts at different places, got 'floor' and 'stop' with one gap. Leave one out"
+    ):
+        system(N, P, floor, stop)
+
+
+def test_two_contacts_with_one_gap_by_another_expression():
+    """2 y closes where y does: rigid bodies do not tell how they share what presses."""
+    N, P, floor = particle()
+    y = floor.gap.expr
+    eom = kn.derive(system(N, P, floor, kn.joints.stop("stop", 2 * y)))
+    with pytest.raises(kn.SimulationError, match="Expected contacts whose forces rigid bodies determine, got 'stop'"):
+        kn.simulate(eom, (0, 1), q=[0, 0], u=[0, 0])
+
+
+def test_two_contacts_with_one_name():
+    N, P, floor = particle()
+    stop = kn.joints.stop("floor", 1 - floor.gap.expr)
+    with pytest.raises(kn.ModelError, match="'floor'"):
+        system(N, P, floor, stop)
+
+
+def test_a_contact_listed_where_none_is_expected():
+    N, P, floor = particle()
+    with pytest.raises(kn.ModelError, match="Expected"):
+        system(N, P, kn.joints.point_on_plane("place", P, P.root(), normal=N.y))
+    with pytest.raises(kn.ModelError, match="Expected a place of contact, got .* Make one with kn.joints"):
+        kn.contact(floor, 0.3)
+
+
+@pytest.mark.parametrize("gap", [-1e-6, -0.1])
+def test_a_start_in_penetration(gap):
+    """One body within the other is refused, however little, and moving out of it."""
+    eom = kn.derive(system(*particle()))
+    for v in (0, 1):
+        with pytest.raises(
+            kn.SimulationError,
+            match=r"Expected a gap of the contact 'floor' at or above zero at the start, got -.*Move one of them",
+        ):
+            kn.simulate(eom, (0, 1), q=[0, gap], u=[0, v])
+
+
+def test_stiction_in_a_joint_without_a_rate_of_its_own():
+    N, O = ground()
+    ball = kn.ball("ball", O, N)
+    with pytest.raises(kn.ModelError, match="Expected stiction in a pin or slider joint, got .* Use kn.*clutch"):
+        kn.joints.stiction(ball, 1.0)
+
+
+def test_a_clutch_between_frames_that_do_not_turn():
+    N, _ = ground()
+    a = kn.coordinate("a")
+    A = N.rotate("A", a, N.z)
+    B = A.rotate("B", 0.3, A.z)
+    with pytest.raises(kn.ModelError, match="Expected frames of 'clutch' that turn about"):
+        kn.joints.clutch("clutch", A, B, A.z, 1.0)
+    with pytest.raises(kn.ModelError, match="≥ 0 of the contact 'clutch', got -1"):
+        kn.joints.clutch("clutch", A, N, N.z, -1.0)
