@@ -245,7 +245,7 @@ class ContactMotion:
         self.p = np.array([self.parameters[s] for s in self.numbers.bundle.ports[2].symbols])
 
     def after(self, t: float, x: Array, now: Decided, event: Event) -> tuple[Array, Decided, float]:
-        """The state after an event of a mode, the modes from then on, and when they begin."""
+        """The state after an event of a mode, the modes from then on, and when rebounds are over that are not followed."""
         k = len(self.contacts)
         closed = {i for i in range(k) if now.modes[i] is not ContactMode.SEPARATED}
         slides = {i for i in closed if now.modes[i] in (ContactMode.STRAIGHT, ContactMode.SLIP)}
@@ -260,13 +260,10 @@ class ContactMotion:
             modes = tuple(ContactMode.STRAIGHT if n == i else m for n, m in enumerate(now.modes))
             return x, Decided(modes, directions, None), t
         touch = self.touch(t, x)
-        if kind == "closes":
-            self.slack[i] = 0.0
-            for n in set(range(k)) - closed:
-                g, size = touch.numbers.gaps[n], touch.numbers.gap_terms[n]
-                if n == i or (abs(g) <= SAME_TIME * size and touch.gap_rates[n] < 0):
-                    closed.add(n)
-            x, closed, begins = self.hit(t, x, closed)
+        hits = {n for n in set(range(k)) - closed if (n == i and kind == "closes") or self._closes(touch, n)}
+        if hits:
+            self.slack[list(hits)] = 0.0
+            x, closed, begins = self.hit(t, x, closed | hits)
             touch = self.touch(t, x)
             sliding = self._still(touch, closed, now.directions)
         else:
@@ -274,17 +271,24 @@ class ContactMotion:
             if kind == "sticks":
                 sliding[i] = 0.0
         friction = touch.numbers.laws[:, 0].copy()
-        if kind == "opens":
+        if kind == "opens" and not hits:
             apart = self.decide(t, x, closed - {i}, sliding, friction, now.modes)
             if self._parts(touch, i, apart):
                 self.slack[i] = ROUNDED * touch.numbers.gap_terms[i]
                 return x, apart, t
-        if kind == "slips":
+        if kind == "slips" and not hits:
             friction[i] = touch.numbers.laws[i, 1]
             if friction[i] >= touch.numbers.laws[i, 0]:
                 sliding[i] = self._along_force(now, i, t, x)
         decided = self.decide(t, x, closed, sliding, friction, now.modes)
         return x, decided, begins
+
+    def _closes(self, touch: Touch, n: int) -> bool:
+        """Whether a gap that is open closes at this instant, too."""
+        g, rate = touch.numbers.gaps[n] + self.slack[n], touch.gap_rates[n]
+        span = self.span[1] - self.span[0]
+        approaches = rate < -_NOTHING * touch.velocity_terms[n * self.layout.d]
+        return bool(approaches and g <= SAME_TIME * (touch.numbers.gap_terms[n] - rate * span))
 
     def _parts(self, touch: Touch, i: int, apart: Decided) -> bool:
         """Whether a gap does not close again where its contact is taken for open; at N = 0 both are right but for rounding."""
@@ -376,7 +380,11 @@ def run_with_contacts(
                     f"by {event.name!r}. Give a restitution below 1, or end the motion before."
                 )
             before = now.modes
-            x, now, t = at.after(t_end, piece.states[-1], now, event)
+            t = t_end
+            x, now, over = at.after(t, piece.states[-1], now, event)
+            if t < over <= span[1]:
+                rests = Event(f"{event.name.removesuffix(' closes')} rests", event.quantity, terminal=False)
+                pieces[-1] = replace(pieces[-1], events=(*pieces[-1].events, (rests, over)))
         except KaneError as error:
             if not pieces:
                 raise

@@ -83,9 +83,19 @@ def _contact(
         reach = reach + _down(name, axis, normal, down) * radius
     point = center.at(f"{name} point", reach)
     particle = center.fixed_in(wheel, f"{name} particle", reach)
-    born = plane if plane.body is None or plane.parent is None else plane.parent
-    ground = None if base.parent is None else born.fixed_in(base, f"{name} ground", point.position(born))
+    ground = None if _at_rest(plane, base) else _particle(name, plane, base, point, Vector())
     return _placed(name, (point, particle, ground), plane, normal, along, surface)
+
+
+def _at_rest(plane: Point, base: Frame) -> bool:
+    """Whether the plane is: it need not turn to move."""
+    return base.parent is None and plane.velocity(base).is_zero
+
+
+def _particle(name: str, plane: Point, base: Frame, point: Point, below: Vector) -> Point:
+    """The plane's particle below a point."""
+    born = plane if plane.body is None or plane.parent is None else plane.parent
+    return born.fixed_in(base, f"{name} ground", point.position(born) + below)
 
 
 def _placed(
@@ -135,10 +145,9 @@ def point_on_plane(
     check_unit(normal, f"normal of {name!r}")
     base = home_of(normal, f"normal of {name!r}")
     ground = None
-    if base.parent is not None:
+    if not _at_rest(plane, base):
         height = point.position(plane).dot(normal)
-        born = plane if plane.body is None or plane.parent is None else plane.parent
-        ground = born.fixed_in(base, f"{name} ground", point.position(born) - normal * height)
+        ground = _particle(name, plane, base, point, -normal * height)
     return _placed(name, (point, point, ground), plane, normal, along, surface)
 
 
