@@ -140,11 +140,13 @@ def _angles(state, mode, mu, begins):
         a, _ = _linear(state, mode, mu, directions)
         return np.array([directions[i][0] * a[3 * i + 2] - directions[i][1] * a[3 * i + 1] for i in begins])
 
-    count = {1: 360, 2: 36}[len(begins)]
+    count = {1: 360, 2: 36, 3: 8}[len(begins)]
     ring = 2 * np.pi * (np.arange(count) + 0.137) / count
     grid = [np.array(angles) for angles in product(ring, repeat=len(begins))]
     values = np.array([turned(angles) for angles in grid])
-    if len(begins) == 1:
+    if len(begins) == 3:
+        starts, found = range(len(grid)), []
+    elif len(begins) == 1:
         v, last = values[:, 0], np.roll(values[:, 0], 1)
         changes = (v * last < 0) & (np.minimum(np.abs(v), np.abs(last)) > 1e-12)
         found = [

@@ -15,6 +15,8 @@ from kane.numeric.scale import ROUNDED
 
 _SAMPLES, _RESULTANT_SAMPLES = 8, 32
 """Angles at which polynomials of degree 2 and of degree 10 are asked for."""
+_SMOOTH = 0.01
+"""μ below which a contact is also taken for a smooth one: at 1e-6 rounding loses zeros of the resultant, at 1e-3 none was lost."""
 _NEAR_CIRCLE = 0.02
 """How far from |z| = 1 a zero may be: double ones leave the circle by the root of rounding. Newton's method tells which are."""
 
@@ -58,12 +60,13 @@ def one_direction(w: Array, b: Array, mu: float) -> Array:
 
 def two_directions(w: Array, b: Array, mu: Array) -> Array:
     """Pairs of directions (m × 2 × 2) in which two contacts may begin to slip together, by W (6 × 6) and b (6), some false."""
+    smooth = [_beside_smooth(w, b, float(mu[i]), i)[:, [i, 1 - i]] for i in range(2) if mu[1 - i] < _SMOOTH]
     angles = _equidistant(_RESULTANT_SAMPLES)
     pairs = np.stack(np.meshgrid(angles, _equidistant(_SAMPLES), indexing="ij"), axis=-1)
     first, second = np.moveaxis(_conditions(w, b, mu, pairs), -1, 0)
     scale = np.abs(first).max(), np.abs(second).max()
-    if not min(scale) > 0:
-        return np.zeros((0, 2, 2))
+    if not min(*scale, *mu) > 0:
+        return np.concatenate([*smooth, np.zeros((0, 2, 2))])
     quadratic, quartic = harmonics(first / scale[0], 1), harmonics(second / scale[1], 2)
     resultant = harmonics(_resultant(quadratic, quartic), 10)
     found = []
@@ -72,7 +75,20 @@ def two_directions(w: Array, b: Array, mu: Array) -> Array:
         low, middle, high = harmonics(_conditions(w, b, mu, ring)[..., 0], 1)
         z = np.roots([high, middle, low]) if abs(high) > 0 else np.ones(0, complex)
         found += [(angle, other) for other in np.angle(z)]
-    return unit(np.array(found).reshape(-1, 2))
+    return np.concatenate([*smooth, unit(np.array(found).reshape(-1, 2))])
+
+
+def _beside_smooth(w: Array, b: Array, mu: float, i: int) -> Array:
+    """Directions of contact i and of the other (m × 2 × 2), as if that had no friction; little of it turns them but little."""
+    rows, n, t = slice(3 * i, 3 * i + 3), 3 - 3 * i, slice(4 - 3 * i, 6 - 3 * i)
+    if w[n, n] <= ROUNDED * np.diag(w).max():
+        return np.zeros((0, 2, 2))
+    w, b = w - np.multiply.outer(w[:, n], w[n]) / w[n, n], b - w[:, n] * (b[n] / w[n, n])
+    d = one_direction(w[rows, rows], b[rows], mu)
+    rates = np.hstack([np.ones((len(d), 1)), -mu * d]) @ w[:, rows].T
+    a = b[t] * rates[:, 3 * i, None] - b[3 * i] * rates[:, t]  # times the divisor of N_i, of either sign
+    slip = np.arctan2(a[:, 1], a[:, 0]) + np.where(rates[:, 3 * i] < 0, np.pi, 0.0)
+    return np.stack([d, unit(slip)], axis=1)
 
 
 def _equidistant(count: int) -> Array:

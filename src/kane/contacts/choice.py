@@ -17,12 +17,14 @@ from enum import Enum
 import numpy as np
 
 from kane.contacts.enumeration import Found, canonical, enumerated, few
-from kane.contacts.equations import ModeSolution
+from kane.contacts.equations import ModeSolution, solve
 from kane.contacts.iteration import iterated
 from kane.contacts.problem import ContactProblem, Mode
+from kane.contacts.uniqueness import unique
 from kane.errors import ArgumentError, ContactError
 from kane.expect import that
 from kane.numeric.arrays import Array
+from kane.numeric.scale import EQUAL
 
 
 class Count(Enum):
@@ -115,7 +117,7 @@ def _rounds(
     """What was found in each round, and what was taken of it, what is to be preferred first."""
     found = _answers(problem.with_friction(friction))
     met.append(found)
-    for solution in sorted(found.solutions, key=lambda s: _rank(s, before)):
+    for solution in sorted(found.solutions, key=lambda s: _rank(s, before, found.solutions)):
         slips = np.array([m is Mode.FRESH_SLIP for m in solution.modes])
         new = slips & (friction > problem.kinetic)
         if new.any():
@@ -126,19 +128,29 @@ def _rounds(
 
 
 def _answers(one: ContactProblem) -> Found:
-    """Answers with one coefficient a contact: all of few contacts, one of many."""
-    if few(one):
+    """Answers with one coefficient a contact: all of few contacts, one of many or where friction is too small for several."""
+    sole = unique(one)
+    if few(one) and not sole:
         return enumerated(one)
+    if sole:  # all open, or all are closed and none begins to slip?
+        leave = bool((one.normals(one.bias) >= 0).all())
+        modes = [Mode.OPEN if leave else Mode.SLIP if slides else Mode.STICK for slides in one.slides]
+        at_once = solve(one, modes, one.directions)
+        if at_once.consistent:
+            return Found((canonical(one, at_once, least=True),), True)
     solution = iterated(one)
-    return Found(() if solution is None else (canonical(one, solution),), False)
+    if solution is None:
+        return enumerated(one) if few(one) else Found((), False)
+    return Found((canonical(one, solution),), sole)
 
 
-def _rank(solution: ModeSolution, before: Sequence[Mode] | None) -> tuple[float, ...]:
-    """Smaller for what is to be preferred."""
+def _rank(solution: ModeSolution, before: Sequence[Mode] | None, every: Sequence[ModeSolution]) -> tuple[int, ...]:
+    """Smaller for what is to be preferred; forces by how many have less but for rounding."""
     goes_on = before is not None and all(_continues(m, n) for m, n in zip(solution.modes, before, strict=True))
     closed = sum(m is not Mode.OPEN for m in solution.modes)
     sticks = sum(m is Mode.STICK for m in solution.modes)
-    return not goes_on, float(solution.forces @ solution.forces), -closed, -sticks
+    forces = sum(bool((1 + EQUAL) * (s.forces @ s.forces) < solution.forces @ solution.forces) for s in every)
+    return not goes_on, forces, -closed, -sticks
 
 
 def _continues(mode: Mode, before: Mode) -> bool:

@@ -49,7 +49,7 @@ def enumerated(problem: ContactProblem) -> Found:
         solution = solve(problem, modes, directions)
         complete = complete and (solution.certain or solution.consistent)
         if solution.consistent and not any(same(solution, other) for other in found):
-            found.append(canonical(problem, solution))
+            found.append(canonical(problem, solution, least=True))
     return Found(tuple(found), complete)
 
 
@@ -59,13 +59,13 @@ def same(a: ModeSolution, b: ModeSolution) -> bool:
     return bool((np.abs(a.accelerations - b.accelerations) <= error).all())
 
 
-def canonical(problem: ContactProblem, solution: ModeSolution) -> ModeSolution:
-    """The same accelerations in the mode that they show, with the least forces where these are not determined.
+def canonical(problem: ContactProblem, solution: ModeSolution, least: bool = False) -> ModeSolution:
+    """The same accelerations in the mode that they show, with the least forces where these are not determined (`least`: they are).
 
     Where accelerations depend on these, because redundant contacts slip, theirs are taken if they are consistent.
     """
     modes = labelled(problem, solution)
-    if modes == solution.modes and solution.rank == solution.unknowns:
+    if modes == solution.modes and (least or solution.rank == solution.unknowns):
         return solution
     tangential = problem.tangents(solution.accelerations)
     length = np.sqrt((tangential * tangential).sum(axis=1, keepdims=True))

@@ -79,7 +79,7 @@ class Equations(NamedTuple):
 
 
 class Linear(NamedTuple):
-    """x and a, with W C, A, its pseudo-inverse, an orthonormal basis (r × n) of its rows, and the z ≠ 0 (n × m) with A z = 0."""
+    """x and a, with W C, A, its pseudo-inverse, a basis (r × n) of its rows, orthonormal if there are z ≠ 0 (n × m) with A z = 0."""
 
     x: Array
     a: Array
@@ -121,8 +121,9 @@ def linear(problem: ContactProblem, mode: Equations, near: Array | None = None) 
     rank = values.rank(INVERSE_RANK)
     left, kept = values.left[:, :rank], values.right[:rank]
     inverse = (kept.T / size[:, None]) @ ((left / values.values[:rank]).T / size)
-    basis, null = np.linalg.qr((kept * size).T)[0].T, values.right[rank:].T / size[:, None]
+    basis, null = kept, values.right[rank:].T / size[:, None]
     if null.size:
+        basis = np.linalg.qr((kept * size).T)[0].T
         inverse = basis.T @ (basis @ inverse)  # the least x, not the least in units of the rows
     x = -inverse @ right if near is None else near - inverse @ (right + a @ near)
     return Linear(x, rates @ x + problem.bias, rates, a, inverse, basis, null)
@@ -219,7 +220,7 @@ def solve(problem: ContactProblem, modes: Sequence[Mode], directions: Array, nea
 def over(value: Array, error: Array) -> Array:
     """A value over its error; what is exactly zero lies on the boundary."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(value == 0, 0.0, value / error)
+        return np.asarray(np.where(value == 0, 0.0, value / error))
 
 
 def _margins(
@@ -232,14 +233,14 @@ def _margins(
     a_errors: Array,
 ) -> Array:
     """The least margin of each contact's inequalities (k)."""
-    kinds = np.array(modes)
-    normal, gap = (over(problem.normals(v), problem.normals(e)) for v, e in ((forces, force_errors), (a, a_errors)))
-    tangential, uncertain = problem.tangents(forces), problem.tangents(force_errors).max(axis=1)
-    room = problem.static * problem.normals(forces) - np.sqrt((tangential * tangential).sum(axis=1))
-    cone = over(room, problem.static * problem.normals(force_errors) + uncertain)
-    along = over((directions * problem.tangents(a)).sum(axis=1), problem.tangents(a_errors).max(axis=1))
+    kinds, tangential, pressed = np.array(modes), problem.tangents(forces), problem.normals(forces)
+    uncertain, friction = problem.normals(force_errors), np.sqrt((tangential * tangential).sum(axis=1))
+    values = pressed, problem.normals(a), problem.static * pressed - friction, (directions * problem.tangents(a)).sum(1)
+    cones = problem.static * uncertain + problem.tangents(force_errors).max(axis=1)
+    errors = uncertain, problem.normals(a_errors), cones, problem.tangents(a_errors).max(axis=1)
+    normal, gap, cone, along = over(np.array(values), np.array(errors))
     second = np.where(kinds == Mode.STICK, cone, np.where(kinds == Mode.FRESH_SLIP, along, np.inf))
-    return np.where(kinds == Mode.OPEN, gap, np.minimum(normal, second))
+    return np.asarray(np.where(kinds == Mode.OPEN, gap, np.minimum(normal, second)))
 
 
 def labelled(problem: ContactProblem, solution: ModeSolution) -> tuple[Mode, ...]:
