@@ -97,7 +97,7 @@ def test_nothing_presses():
 @pytest.mark.parametrize("gap", [1.0, kn.parameter("d", 0.2, "m"), kn.sin(kn.time)])
 def test_a_gap_that_no_coordinate_changes(gap):
     with pytest.raises(
-        kn.ModelError, match="Expected a gap of 'end' that coordinates change, got .* Write what must stay"
+        kn.ModelError, match=r"Expected a gap of 'end' that coordinates change, got .* Write what must stay"
     ):
         kn.joints.stop("end", gap)
 
@@ -124,7 +124,8 @@ def test_two_contacts_with_one_gap():
     N, P, floor = particle()
     stop = kn.joints.stop("stop", floor.gap.expr)
     with pytest.raises(
-        kn.ModelError, match="Expected contacts at different places, got 'floor' and 'stop' with one gap. Leave one out"
+        kn.ModelError,
+        match=r"Expected contacts at different places, got 'floor' and 'stop' with one gap. Leave one out",
     ):
         system(N, P, floor, stop)
 
@@ -149,7 +150,7 @@ def test_a_contact_listed_where_none_is_expected():
     N, P, floor = particle()
     with pytest.raises(kn.ModelError, match="Expected"):
         system(N, P, kn.joints.point_on_plane("place", P, P.root(), normal=N.y))
-    with pytest.raises(kn.ModelError, match="Expected a place of contact, got .* Make one with kn.joints"):
+    with pytest.raises(kn.ModelError, match=r"Expected a place of contact, got .* Make one with kn.joints"):
         kn.contact(floor, 0.3)
 
 
@@ -168,7 +169,7 @@ def test_a_start_in_penetration(gap):
 def test_stiction_in_a_joint_without_a_rate_of_its_own():
     N, O = ground()
     ball = kn.ball("ball", O, N)
-    with pytest.raises(kn.ModelError, match="Expected stiction in a pin or slider joint, got .* Use kn.*clutch"):
+    with pytest.raises(kn.ModelError, match=r"Expected stiction in a pin or slider joint, got .* Use kn.*clutch"):
         kn.joints.stiction(ball, 1.0)
 
 
