@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Plane bodies on an incline with corners, spheres and stops as contacts, drawn at random; `tests.oracles.planar_contacts` has their laws."""
+"""Plane bodies on an incline with corners, spheres and stops, drawn at random; `tests.oracles.planar_contacts` has their laws."""
 
 from __future__ import annotations
 
