@@ -124,7 +124,8 @@ def test_two_contacts_with_one_gap():
     N, P, floor = particle()
     stop = kn.joints.stop("stop", floor.gap.expr)
     with pytest.raises(
-        kn.ModelError, match="Expected contacts at different places, got 'floor' and 'stop' with one gap. Leave one out"
+        kn.ModelError,
+        match=r"Expected contacts at different places, got 'floor' and 'stop' with one gap. Leave one out",
     ):
         system(N, P, floor, stop)
 

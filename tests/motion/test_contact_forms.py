@@ -379,6 +379,34 @@ def test_an_oscillator_hits_a_wall():
     assert sol["x"].min() > -1e-10
 
 
+@pytest.mark.parametrize("height", [0.3, 0.4, 0.7, 1.0])
+def test_a_ball_hits_a_ceiling_without_rebound(height):
+    """Thrown up with v it stops there after (v − √(v² − 2 g h))/g, and falls from rest at once."""
+    N, O = ground()
+    y = kn.coordinate("y")
+    P = O.at("P", y * N.y)
+    ceiling = kn.joints.stop("ceiling", height - y)
+    bodies, loads = [kn.Particle("ball", P, 1.0)], [kn.gravity(-G * N.y)]
+    eom = kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=loads, contacts=[ceiling]))
+    sol = kn.simulate(eom, (0, 2), q=[0], u=[6], **TIGHT)
+    t = (6 - np.sqrt(36 - 2 * G * height)) / G
+    assert sol.status == "finished"
+    assert times(sol, "ceiling closes") == [pytest.approx(t, abs=1e-11)]
+    assert sol["y"][-1] == pytest.approx(height - G * (2 - t) ** 2 / 2, abs=1e-9)
+
+
+def test_a_puck_stays_at_a_wall_where_nothing_presses():
+    """After an impact without rebound N = 0 and nothing moves: that is no doubtful start."""
+    N, O = ground()
+    x = kn.coordinate("x")
+    P = O.at("P", x * N.x)
+    wall = kn.joints.stop("wall", x)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("puck", P, 1.0)], speeds="rates", contacts=[wall]))
+    sol = kn.simulate(eom, (0, 3), q=[1], u=[-1])
+    assert times(sol, "wall closes") == [pytest.approx(1, abs=1e-12)]
+    assert sol.states[-1] == pytest.approx([0, 0], abs=1e-12)
+
+
 def test_two_stops_at_one_instant():
     """Two balls that fall alike hit at the same times, a third one at its own."""
     N, O = ground()
