@@ -23,22 +23,15 @@ from kane.gallery import (
 g = 9.81
 
 
-def motion(module: Any, end: float, q: dict[str, float] | None = None, u: Any = None, **options: Any) -> kn.Solution:
-    """From where the module starts, with other values by name."""
+def motion(module: Any, end: float, u: Any = None, **options: Any) -> kn.Solution:
+    """From where the module starts, with other speeds by name."""
     start = module.START
-    return kn.simulate(
-        kn.derive(module.system()), (0, end), q=start["q"] | (q or {}), u=start["u"] | (u or {}), **options
-    )
+    return kn.simulate(kn.derive(module.system()), (0, end), q=start["q"], u=start["u"] | (u or {}), **options)
 
 
 def changes(sol: kn.Solution) -> list[tuple[float, str]]:
     """When the mode of the one contact begins, and which it is."""
-    return [(t, *modes.values()) for t, modes in sol.mode_history]
-
-
-def impacts(sol: kn.Solution) -> list[Any]:
-    """Jumps that take energy."""
-    return [j for j in sol.jumps if j.energy]
+    return [(t, next(iter(modes.values()))) for t, modes in sol.mode_history]
 
 
 @pytest.mark.parametrize("spin", [60.0, 30.0, 0.0])
@@ -92,7 +85,8 @@ def test_a_ball_bounces_until_it_rests() -> None:
     assert times[9] == pytest.approx(5.43021800258535, abs=1e-13)
     _, mode = changes(sol)[-1]
     (rests,) = (t for e, t in sol.events if e.name == "floor rests")
-    assert (rests, mode) == (pytest.approx(8.57894917872889, abs=1e-12), "stick")
+    assert mode == "stick"
+    assert rests == pytest.approx(8.57894917872889, abs=1e-12)
     np.testing.assert_array_equal(sol["y"][sol.t > rests], 0)
 
 
@@ -113,7 +107,8 @@ def test_a_winch_jerks_the_crate_off_the_floor() -> None:
     sol = motion(winch, 1)
     assert [list(modes.values()) for _, modes in sol.mode_history] == [["separated", "stick"], ["stick", "separated"]]
     (jerk,) = sol.jumps
-    assert (jerk.t, jerk.energy) == (pytest.approx(0.2 / v, rel=1e-14), pytest.approx(m * v**2 / 2, rel=1e-14))
+    assert jerk.t == pytest.approx(0.2 / v, rel=1e-14)
+    assert jerk.energy == pytest.approx(m * v**2 / 2, rel=1e-14)
     rope, floor = (c.normal_force for c in sol.equations.system.contacts)
     hangs = np.arange(len(sol.t)) >= sol.begins[0]
     np.testing.assert_allclose(sol[rope], np.where(hangs, m * g, 0), rtol=1e-14)
@@ -129,7 +124,9 @@ def test_a_tippe_top_turns_over_and_keeps_jelletts_integral() -> None:
     assert (first, second) == ("slip", "stick")
     m, R, a = 0.015, 0.025, 0.0075
     system = sol.equations.system
-    B, N = system.bodies[0].frame, system.inertial
+    (ball,) = system.bodies
+    assert isinstance(ball, kn.RigidBody)
+    B, N = ball.frame, system.inertial
     up = np.array([sol[N.z.dot(b)] for b in (B.x, B.y, B.z)])
     L = m * R**2 * np.array([131 / 350 * sol["w_x"], 131 / 350 * sol["w_y"], 0.4 * sol["w_z"]])
     r = np.array([[0], [0], [a]]) - R * up
@@ -150,7 +147,7 @@ def test_painleves_rod() -> None:
         c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
         return {"q": [0, s, np.radians(degrees)], "u": [-3 - s * turns, c * turns, turns]}
 
-    for degrees, turns in ((20, 0), (50, 2), (60, 6), (80, 1)):
+    for degrees, turns in ((20.0, 0.0), (50.0, 2.0), (60.0, 6.0), (80.0, 1.0)):
         (N,) = slides.evaluate(list(slides.reactions), **state(degrees, turns), parameters={"d_floor": -1.0})
         c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
         assert pytest.approx((g - s * turns**2) / (1 + 3 * c * (c - 1.4 * s)), rel=1e-12) == N
@@ -160,7 +157,7 @@ def test_painleves_rod() -> None:
             for d in (-1e-10, 1e-10)
         ]
         assert np.sign(signs).tolist() == [-sense, sense]
-    for degrees in (50, 75):
+    for degrees in (50.0, 75.0):
         assert kn.simulate(eom, (0, 0.01), **state(degrees)).status == "finished"
     with pytest.raises(kn.SimulationError, match="Painlevé's paradox"):
         kn.simulate(eom, (0, 0.01), **state(60))
