@@ -45,7 +45,9 @@ def system(plane: Plane, law: str = "stronge") -> kn.System:
     O = kn.Point("O", fixed_in=N)
     I = N.rotate("I", plane.slope, N.z)
     q = list(kn.coordinates(f"q1:{plane.width + 1}"))
-    bodies, frames, centers, angles = [], [], [], []
+    bodies, angles = [], []
+    frames: list[kn.Frame] = []
+    centers: list[kn.Point] = []
     k = 0
     for i, plate in enumerate(plane.plates):
         angle = q[k + 2] if plate.pin is None else q[k]
