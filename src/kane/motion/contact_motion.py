@@ -12,6 +12,7 @@ tolerances tell, or a small share of the highest before, it rests then.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -21,7 +22,7 @@ import numpy as np
 from kane.contacts import Choice, Count, Law, Mode, choose, impacts
 from kane.equations.contact_modes import Layout, Touch, contact_modes, contact_numbers, held_together, layout
 from kane.equations.equations import Equations
-from kane.errors import KaneError, SimulationError, warn
+from kane.errors import KaneError, KaneWarning, SimulationError, warn
 from kane.expr.node import Expr
 from kane.model.contacts import ContactMode, Modes, check_numbers
 from kane.model.declarations import Event
@@ -281,6 +282,9 @@ class ContactMotion:
             if friction[i] >= touch.numbers.laws[i, 0]:
                 sliding[i] = self._along_force(now, i, t, x)
         decided = self.decide(t, x, closed, sliding, friction, now.modes)
+        for n in hits & closed:  # without speed
+            if decided.modes[n] is ContactMode.SEPARATED:
+                self.slack[n] = ROUNDED * touch.numbers.gap_terms[n] + 2 * abs(touch.numbers.gaps[n])
         return x, decided, begins
 
     def _closes(self, touch: Touch, n: int) -> bool:
@@ -366,7 +370,9 @@ def run_with_contacts(
         drives: dict[Expr, Any] = {s: at.inputs[s] for s in mode.inputs}
         start = Begin(q, u, None, a, work, at.leaves(now, before, t, x, by), True, True)
         try:
-            piece = run(mode, (t, span[1]), start, (at.constants(now, t, x), drives), options, bounds, times)
+            with warnings.catch_warnings():  # of forces that are zero throughout: what follows of them is decided here
+                warnings.filterwarnings("ignore", "Expected a start beside the threshold", KaneWarning)
+                piece = run(mode, (t, span[1]), start, (at.constants(now, t, x), drives), options, bounds, times)
             pieces.append(_of_mode(piece, mode, t, by))
             event = piece.event
             if event is None or at.ends(event) is None:
