@@ -191,8 +191,7 @@ class Touch:
 
         `friction` is μ_s of each contact (k). With `velocities` v takes the place of b: the problem of impulses.
         """
-        d, laws = self.layout.d, self.numbers.laws
-        places = np.array([d * i + j for i in closed for j in range(d)], dtype=int)
+        d, laws, places = self.layout.d, self.numbers.laws, self.places(closed)
         w = self.mobility[np.ix_(places, places)]
         given, terms = (self.velocity, self.velocity_terms) if velocities else (self.bias, self.bias_terms)
         b, size_ = given[places], terms[places]
@@ -215,14 +214,20 @@ class Touch:
         d = self.layout.d
         rows = [d * i for i in closed] + [d * i + j for i in stuck for j in range(1, d)]
         w = self.mobility[np.ix_(rows, rows)]
-        impulses = -np.linalg.pinv(w, rcond=ROUNDED_SUM, hermitian=True) @ self.velocity[rows]
+        return self.change(rows, -np.linalg.pinv(w, rcond=ROUNDED_SUM, hermitian=True) @ self.velocity[rows])
+
+    def change(self, rows: Sequence[int], impulses: Array) -> Array:
+        """Δu by impulses of these rows."""
         return np.asarray(self.spread[: self.width, rows] @ impulses)
 
-    def change(self, closed: Sequence[int], impulses: Array) -> Array:
-        """Δu by impulses of the closed contacts (d each)."""
-        d = self.layout.d
-        places = [d * i + j for i in closed for j in range(d)]
-        return np.asarray(self.spread[: self.width, places] @ impulses)
+    def places(self, closed: Sequence[int]) -> list[int]:
+        """The rows of these contacts."""
+        return [self.layout.d * i + j for i in closed for j in range(self.layout.d)]
+
+    def accelerations(self, closed: Sequence[int], forces: Array) -> tuple[Array, Array]:
+        """a = W λ + b of all rows by the forces of these contacts, and the sizes of its terms."""
+        w = self.mobility[:, self.places(closed)]
+        return w @ forces + self.bias, np.abs(w) @ np.abs(forces) + self.bias_terms
 
 
 def held_together(touch: Touch, modes: Sequence[ContactMode]) -> Modes:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A motion of a system with contacts: mode by mode, each with the equations derived of it.
 
-A mode ends by one of its events (`kane.model.contacts.endings`). What comes then follows from the state there alone: an impact where a
+A mode ends by one of its events (`kane.model.contacts`). What comes then follows from the state there alone: an impact where a
 gap closes, then the modes whose accelerations and forces agree with the laws (`kane.contacts`). What is closed, and whether it slips,
 is known by events, never read off a threshold; a start is the one instant at which numbers decide.
 
@@ -47,11 +47,17 @@ _AT_ONCE = 100
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Decided:
-    """What contacts do from an instant on: modes, the directions of slip (k × d − 1), N and F are those of `choice`."""
+    """What contacts do from an instant on: modes, the directions of slip (k × d − 1); `choice` is of those that were `closed`."""
 
     modes: Modes
     directions: Array
-    choice: Choice | None
+    closed: Sequence[int] = ()
+    choice: Choice | None = None
+
+    @property
+    def forces(self) -> Array:
+        """N and F of those that were closed."""
+        return np.zeros(0) if self.choice is None else self.choice.forces
 
 
 class ContactMotion:
@@ -61,12 +67,13 @@ class ContactMotion:
         self.eom, self.span = eom, span
         self.atol, self.rtol = (float(options[name]) for name in ("atol", "rtol"))
         self.parameters, self.inputs = given
-        self.modes_of = eom.numeric(options["settings"]).value(contact_modes)
+        self.modes_of = eom.numeric().value(contact_modes)
         self.numbers = eom.numeric(options["settings"]).routine(contact_numbers)
         self.layout: Layout = eom.numeric().value(layout)
         self.contacts = eom.system.contacts
         self.p = np.array([given[0][s] for s in self.numbers.bundle.ports[2].symbols])
         self.q = len(eom.coordinates)
+        self.none = np.zeros((len(self.contacts), self.layout.d - 1))  # no slip of any contact
         self.highest, self.fastest, self.rebound, self.slack = np.zeros((4, len(self.contacts)))
 
     def touch(self, t: float, x: Array) -> Touch:
@@ -89,9 +96,9 @@ class ContactMotion:
     def decide(self, t: float, x: Array, closed: set[int], sliding: Array, friction: Array, before: Modes) -> Decided:
         """The modes from an instant on; `sliding` (k × d − 1) has directions of slip, `friction` (k) the μ_s that hold."""
         modes = [ContactMode.SEPARATED] * len(self.contacts)
-        directions = np.zeros((len(self.contacts), self.layout.d - 1))
+        directions = self.none.copy()
         if not closed:
-            return Decided(tuple(modes), directions, None)
+            return Decided(tuple(modes), directions)
         order = sorted(closed)
         touch = self.touch(t, x)
         choice = choose(touch.problem(order, sliding, friction), [_mode(before[i], sliding[i]) for i in order])
@@ -115,25 +122,25 @@ class ContactMotion:
             directions[i] = choice.directions[n]
             straight = len(c.slips) == 1 or not self._still(touch, {i}, directions)[i].any()
             modes[i] = ContactMode.STRAIGHT if straight else ContactMode.SLIP
-        return Decided(held_together(touch, modes), directions, choice)
+        return Decided(held_together(touch, modes), directions, order, choice)
 
     def hit(self, t: float, x: Array, closed: set[int]) -> tuple[Array, set[int], float]:
         """The state after impacts of the contacts that touch, what stays closed, and when the last of ever smaller ones is over."""
         order, touch = sorted(closed), self.touch(t, x)
         laws = touch.numbers.laws
         self.fastest[order] = np.maximum(self.fastest[order], touch.slip_terms[order].max(axis=1))
-        problem = touch.problem(order, np.zeros((len(self.contacts), self.layout.d - 1)), laws[:, 1], velocities=True)
+        problem = touch.problem(order, self.none, laws[:, 1], velocities=True)
         law = Law[self.contacts[order[0]].law.upper()]
         done = impacts(problem.mobility, problem.bias, problem.static, laws[order, 2], law=law, terms=problem.terms)
         after = x.copy()
-        after[self.q : self.q + touch.width] += touch.change(order, done.impulse)
+        after[self.q : self.q + touch.width] += touch.change(touch.places(order), done.impulse)
         size = problem.normals(problem.terms + np.abs(problem.mobility) @ np.abs(done.impulse))
         leaves = problem.normals(done.velocity) > _NOTHING * size
         stays = {i for i, off in zip(order, leaves, strict=True) if not off}
         rests, over = self._flat(t, after, stays, [i for i in order if i not in stays])
         if rests:
             touch = self.touch(t, after)
-            sliding = self._still(touch, stays, np.zeros((len(self.contacts), self.layout.d - 1)))
+            sliding = self._still(touch, stays, self.none)
             stuck = [i for i in stays if not sliding[i].any()]
             stays |= set(rests)
             after[self.q : self.q + touch.width] += touch.held(sorted(stays), stuck)
@@ -141,14 +148,11 @@ class ContactMotion:
 
     def _flat(self, t: float, x: Array, closed: set[int], off: Sequence[int]) -> tuple[list[int], float]:
         """Contacts whose further rebounds are less than tolerances tell, and when they are over."""
-        touch, d = self.touch(t, x), self.layout.d
-        held = np.zeros(len(touch.bias))
-        if closed:
-            order = sorted(closed)
-            sliding = self._still(touch, closed, np.zeros((len(self.contacts), d - 1)))
-            choice = choose(touch.problem(order, sliding, touch.numbers.laws[:, 0]))
-            held[[d * i + j for i in order for j in range(d)]] = choice.forces
-        a = (touch.mobility @ held + touch.bias)[::d]
+        touch, order, forces = self.touch(t, x), sorted(closed), np.zeros(0)
+        if order:
+            sliding = self._still(touch, closed, self.none)
+            forces = choose(touch.problem(order, sliding, touch.numbers.laws[:, 0])).forces
+        a = touch.accelerations(order, forces)[0][:: self.layout.d]
         rests, over = [], t
         for i in off:
             v = touch.gap_rates[i]
@@ -210,17 +214,16 @@ class ContactMotion:
 
     def _gains(self, now: Decided, i: int) -> float:
         """|a_t| of a contact."""
-        if now.choice is None:
+        if now.choice is None or i not in now.closed:
             return 0.0
-        order = [k for k, m in enumerate(now.modes) if m is not ContactMode.SEPARATED]
         rows = now.choice.accelerations.reshape(-1, self.layout.d)
-        return float(np.linalg.norm(rows[order.index(i), 1:])) if i in order and len(order) == len(rows) else 0.0
+        return float(np.linalg.norm(rows[now.closed.index(i), 1:]))
 
     def begin(self, t: float, x: Array) -> tuple[Array, Decided]:
         """The state and the modes at the start of a motion."""
         x, closed = self.start(t, x)
         touch = self.touch(t, x)
-        sliding = self._still(touch, closed, np.zeros((len(self.contacts), self.layout.d - 1)))
+        sliding = self._still(touch, closed, self.none)
         before = tuple(ContactMode.STICK if i in closed else ContactMode.SEPARATED for i in range(len(self.contacts)))
         return x, self.decide(t, x, closed, sliding, touch.numbers.laws[:, 0], before)
 
@@ -259,7 +262,7 @@ class ContactMotion:
             touch, directions = self.touch(t, x), now.directions.copy()
             directions[i] = touch.slips[i] / np.linalg.norm(touch.slips[i])
             modes = tuple(ContactMode.STRAIGHT if n == i else m for n, m in enumerate(now.modes))
-            return x, Decided(modes, directions, None), t
+            return x, Decided(modes, directions), t
         touch = self.touch(t, x)
         hits = {n for n in set(range(k)) - closed if (n == i and kind == "closes") or self._closes(touch, n)}
         if hits:
@@ -296,20 +299,10 @@ class ContactMotion:
 
     def _parts(self, touch: Touch, i: int, apart: Decided) -> bool:
         """Whether a gap does not close again where its contact is taken for open; at N = 0 both are right but for rounding."""
-        d, held = self.layout.d, np.zeros(len(touch.bias))
-        order = [
-            n
-            for n in range(len(self.contacts))
-            if n != i and apart.choice and apart.modes[n] is not ContactMode.SEPARATED
-        ]
-        if apart.choice is not None and len(apart.choice.forces) == d * len(order):
-            held[[d * n + j for n in order for j in range(d)]] = apart.choice.forces
         if self.contacts[i].gap is None:
             return False
-        row = touch.mobility[d * i]
-        return bool(
-            row @ held + touch.bias[d * i] >= -_NOTHING * (np.abs(row) @ np.abs(held) + touch.bias_terms[d * i])
-        )
+        a, terms = touch.accelerations(apart.closed, apart.forces)
+        return bool(a[self.layout.d * i] >= -_NOTHING * terms[self.layout.d * i])
 
     def _along_force(self, now: Decided, i: int, t: float, x: Array) -> Array:
         """The direction in which a contact begins to slip whose friction has reached its most: against that force."""
