@@ -23,11 +23,11 @@ from kane.numeric.arrays import Array
 from kane.numeric.rank import singular
 from kane.numeric.scale import EPS, INVERSE_RANK, LAST_DIGIT, ROUNDED_CHAIN, SIX_DIGITS
 
-_U = 1024 * EPS
+U = 1024 * EPS
 """Rounding granted to a decision, beside the terms that cancel: rows of W and b come through products along chains of bodies."""
 _REDUNDANT = 2 * ROUNDED_CHAIN
 """Error of forces beside the largest where they are not determined: what comes from the dual of the least ones."""
-_MET = 64.0
+MET = 64.0
 """Errors up to which an equation counts as met."""
 _DEPENDS = 1e-8
 """Share of accelerations up to which they do not depend on forces that are not determined."""
@@ -197,14 +197,14 @@ def solve(problem: ContactProblem, modes: Sequence[Mode], directions: Array, nea
     moved = at.rates @ at.null
     depends = np.abs(moved) > _DEPENDS * np.abs(at.rates).max(initial=0) * np.abs(at.null).max(initial=0)
     terms = np.abs(at.matrix) @ np.abs(at.x) + problem.terms[mode.rows]
-    x_errors = _U * (np.abs(at.inverse) @ terms)
+    x_errors = U * (np.abs(at.inverse) @ terms)
     own = problem.terms + np.abs(problem.mobility) @ np.abs(forces)
-    a_errors = _U * (own + np.abs(at.rates @ at.inverse) @ terms)
-    met = np.abs(at.a[mode.rows]) <= _MET * a_errors[mode.rows]
+    a_errors = U * (own + np.abs(at.rates @ at.inverse) @ terms)
+    met = np.abs(at.a[mode.rows]) <= MET * a_errors[mode.rows]
     if fresh:
         turn = turning(problem, mode, fresh, directions, at)
         limits = np.array([a_errors[3 * i + 1 : 3 * i + 3].max() for i in fresh])
-        met = np.append(met, np.abs(turn.across) <= _MET * limits)
+        met = np.append(met, np.abs(turn.across) <= MET * limits)
         angles = np.minimum(np.abs(np.linalg.pinv(turn.slope)) @ limits, SIX_DIGITS)  # more where any direction does
         x_errors, a_errors = x_errors + np.abs(turn.x) @ angles, a_errors + np.abs(turn.a) @ angles
     force_errors = np.abs(mode.columns) @ x_errors + (_REDUNDANT * np.abs(forces).max(initial=0) if lost else 0.0)

@@ -26,23 +26,18 @@ from kane.errors import KaneError, KaneWarning, SimulationError, warn
 from kane.expr.node import Expr
 from kane.model.contacts import ContactMode, Modes, check_numbers
 from kane.model.declarations import Event
+from kane.motion.contact_runner import ContactRunner, Went
+from kane.motion.hybrid.contact_automaton import AT_ONCE, ENDS, FLAT, KINDS, LOW, NOTHING, STARTS, Back
 from kane.motion.inputs.expressions import value
-from kane.motion.loop import admitted_start, run, whole
+from kane.motion.inputs.functions import constant
+from kane.motion.loop import admitted_start, run, solver, whole
 from kane.motion.solution.resumed import Begin
 from kane.motion.solution.solution import Segment, Solution
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
 from kane.numeric.scale import GIVEN, ROUNDED, SAME_TIME
 
-_STARTS, _ENDS = 1e-8, 1e-10
-"""A slip goes straight on over this share of the span from its beginning, and below this share of its terms before its end."""
-_NOTHING = 1e-10
-"""Share of the terms of a velocity that is nothing: what is left where a slip or an approach ends."""
-_FLAT, _LOW = 1e-3, 1e-10
-"""Shares of what tolerances leave open of a gap, and of the highest rebound, up to which rebounds are followed."""
 _MODES = 100_000
-_AT_ONCE = 100
-"""Modes at one instant after which none is consistent in numbers."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,7 +84,7 @@ class ContactMotion:
         found = np.zeros_like(sliding)
         for i in closed:
             v, size = touch.slips[i], float(np.linalg.norm(touch.slips[i]))
-            if size > _NOTHING * max(touch.slip_terms[i].max(), self.fastest[i]):
+            if size > NOTHING * max(touch.slip_terms[i].max(), self.fastest[i]):
                 found[i] = v / size
         return found
 
@@ -135,7 +130,7 @@ class ContactMotion:
         after = x.copy()
         after[self.q : self.q + touch.width] += touch.change(touch.places(order), done.impulse)
         size = problem.normals(problem.terms + np.abs(problem.mobility) @ np.abs(done.impulse))
-        leaves = problem.normals(done.velocity) > _NOTHING * size
+        leaves = problem.normals(done.velocity) > NOTHING * size
         stays = {i for i, off in zip(order, leaves, strict=True) if not off}
         rests, over = self._flat(t, after, stays, [i for i in order if i not in stays])
         if rests:
@@ -162,7 +157,7 @@ class ContactMotion:
             open_ = self.atol + self.rtol * touch.numbers.gap_terms[i]
             if height < np.inf:
                 self.highest[i] = max(self.highest[i], height)
-            if height <= max(_FLAT * open_, _LOW * self.highest[i]):
+            if height <= max(FLAT * open_, LOW * self.highest[i]):
                 rests.append(i)
                 over = max(over, t - 2 * v / (a[i] * (1 - e))) if e < 1 else over
         return rests, over
@@ -206,10 +201,10 @@ class ContactMotion:
             d = now.directions[i][: len(c.slips)]
             found |= dict(zip(c.direction, d.tolist(), strict=True))
             v = float(np.linalg.norm(touch.slips[i]))
-            gained = _STARTS * (self.span[1] - self.span[0]) * self._gains(now, i)
+            gained = STARTS * (self.span[1] - self.span[0]) * self._gains(now, i)
             self.fastest[i] = max(self.fastest[i], v, touch.slip_terms[i].max(), gained)
-            level = _ENDS * self.fastest[i]
-            found[c.slowest] = level if now.modes[i] is ContactMode.SLIP else max(2 * level, gained, v * (1 + _ENDS))
+            level = ENDS * self.fastest[i]
+            found[c.slowest] = level if now.modes[i] is ContactMode.SLIP else max(2 * level, gained, v * (1 + ENDS))
         return found
 
     def _gains(self, now: Decided, i: int) -> float:
@@ -294,7 +289,7 @@ class ContactMotion:
         """Whether a gap that is open closes at this instant, too."""
         g, rate = touch.numbers.gaps[n] + self.slack[n], touch.gap_rates[n]
         span = self.span[1] - self.span[0]
-        approaches = rate < -_NOTHING * touch.velocity_terms[n * self.layout.d]
+        approaches = rate < -NOTHING * touch.velocity_terms[n * self.layout.d]
         return bool(approaches and g <= SAME_TIME * (touch.numbers.gap_terms[n] - rate * span))
 
     def _parts(self, touch: Touch, i: int, apart: Decided) -> bool:
@@ -302,7 +297,7 @@ class ContactMotion:
         if self.contacts[i].gap is None:
             return False
         a, terms = touch.accelerations(apart.closed, apart.forces)
-        return bool(a[self.layout.d * i] >= -_NOTHING * terms[self.layout.d * i])
+        return bool(a[self.layout.d * i] >= -NOTHING * terms[self.layout.d * i])
 
     def _along_force(self, now: Decided, i: int, t: float, x: Array) -> Array:
         """The direction in which a contact begins to slip whose friction has reached its most: against that force."""
@@ -310,7 +305,7 @@ class ContactMotion:
         touch, d = self.touch(t, x), self.layout.d
         slides = {n for n in closed if now.modes[n] in (ContactMode.STRAIGHT, ContactMode.SLIP)}
         sliding = self._still(touch, slides, now.directions)
-        friction = touch.numbers.laws[:, 0] * (1 + _ENDS)
+        friction = touch.numbers.laws[:, 0] * (1 + ENDS)
         forces = choose(touch.problem(closed, sliding, friction)).forces.reshape(-1, d)[closed.index(i), 1:]
         return np.asarray(-forces / np.linalg.norm(forces))
 
@@ -318,12 +313,9 @@ class ContactMotion:
         """The contact whose mode an event ends, and how; None of any other event."""
         for i, c in enumerate(self.contacts):
             name, _, kind = event.name.rpartition(" ")
-            if name == c.name and kind in _KINDS:
+            if name == c.name and kind in KINDS:
                 return i, kind
         return None
-
-
-_KINDS = ("closes", "opens", "slips", "sticks", "turns", "slows")
 
 
 def _mode(mode: ContactMode, slides: Array) -> Mode:
@@ -351,48 +343,127 @@ def run_with_contacts(
     p = np.array([given[0][s] for s in eom.parameters])
     stepper = Stepper(eom, p, tuple(given[1].values()), options["settings"])
     x, now = at.begin(span[0], admitted_start(stepper, begin, given[0], span[0])[:-1])
-    t, work, pieces, by = span[0], begin.work, list[Solution](), tuple[Event, ...]()
-    still, before = 0, now.modes
+    way = _Way(at, span, (options, bounds, times), (span[0], x, begin.work), now)
 
     def ended(**told: Any) -> Solution:
-        return replace(whole(pieces), equations=eom, parameters=given[0], inputs=given[1], **told)
+        return replace(whole(way.pieces), equations=eom, parameters=given[0], inputs=given[1], **told)
 
     while True:
-        mode = at.modes_of.equations(now.modes)
-        q, u, a = np.split(x, np.cumsum([at.q, len(eom.speeds)]))
-        drives: dict[Expr, Any] = {s: at.inputs[s] for s in mode.inputs}
-        start = Begin(q, u, None, a, work, at.leaves(now, before, t, x, by), True, True)
         try:
-            with warnings.catch_warnings():  # of forces that are zero throughout: what follows of them is decided here
-                warnings.filterwarnings("ignore", "Expected a start beside the threshold", KaneWarning)
-                piece = run(mode, (t, span[1]), start, (at.constants(now, t, x), drives), options, bounds, times)
-            pieces.append(_of_mode(piece, mode, t, by))
-            event = piece.event
+            event = way.goes()
             if event is None or at.ends(event) is None:
                 return ended()
-            at.goes_on(piece)
-            t_end, work = float(piece.t[-1]), float(piece.work[-1])
-            still = still + 1 if t_end <= t else 0
-            if still > _AT_ONCE or len(pieces) > _MODES:
-                raise SimulationError(
-                    f"Expected a mode of the contacts that lasts, got {still or len(pieces)} changes up to t = {t_end:.9g}, the last "
-                    f"by {event.name!r}. Give a restitution below 1, or end the motion before."
-                )
-            before = now.modes
-            t = t_end
-            x, now, over = at.after(t, piece.states[-1], now, event)
-            if t < over <= span[1]:
-                rests = Event(f"{event.name.removesuffix(' closes')} rests", event.quantity, terminal=False)
-                pieces[-1] = replace(pieces[-1], events=(*pieces[-1].events, (rests, over)))
+            way.follows(event)
         except KaneError as error:
-            if not pieces:
+            if not way.pieces:
                 raise
-            last = f" after {pieces[-1].event.name!r}" if pieces[-1].event else ""
-            told = f"the motion does not go on{last} at t = {float(pieces[-1].t[-1]):.9g}: {error}"
+            last = f" after {way.pieces[-1].event.name!r}" if way.pieces[-1].event else ""
+            told = f"the motion does not go on{last} at t = {float(way.pieces[-1].t[-1]):.9g}: {error}"
             return ended(status="stopped", event=None, message=told)
-        by = (event,)
-        if t >= span[1]:
+        if way.t >= span[1]:
             return ended(status="finished", event=None, message=f"reached t = {span[1]:g}")
+
+
+class _Way:
+    """A motion on its way: its `pieces`, where it is, what began its mode, and the kernel that leads from mode to mode."""
+
+    def __init__(
+        self,
+        at: ContactMotion,
+        span: tuple[float, float],
+        solver_: tuple[Mapping[str, Any], Mapping[str, Any], Array],
+        start: tuple[float, Array, float],
+        now: Decided,
+    ) -> None:
+        self.at, self.span, self.now, self.before = at, span, now, now.modes
+        self.options, self.bounds, self.times = solver_
+        self.t, self.x, self.work = start
+        self.pieces, self.by, self.still, self.count = list[Solution](), tuple[Event, ...](), 0, 0
+        self.method = solver(self.options, self.bounds)
+        self.runner = self._runner()
+
+    def _runner(self) -> ContactRunner | None:
+        """None where inputs change in time, or there are breakpoints."""
+        at = self.at
+        fixed = all(constant(f) is not None for f in at.inputs.values())
+        limited = self.method.first is not None or self.method.max_seconds < np.inf
+        if not fixed or self.method.breakpoints or limited:
+            return None
+        known = {"slack": at.slack, "fastest": at.fastest, "highest": at.highest, "rebound": at.rebound}
+        settings = self.options["settings"]
+        given = dict(at.parameters), at.inputs
+        return ContactRunner(at.eom, self.method, self.span, given, settings, self.times, (at.layout, known))
+
+    def goes(self) -> Event | None:
+        """The event that the motion comes to, past those that kernels decide."""
+        at, mode = self.at, self.at.modes_of.equations(self.now.modes)
+        leaves = at.leaves(self.now, self.before, self.t, self.x, self.by)
+        numbers: Mapping[Expr, float] = at.constants(self.now, self.t, self.x)
+        if self.runner is not None and self.runner.parameters == at.parameters:
+            m = self.runner.place(self.now.modes, mode, at.ends)
+            if m is not None:
+                upward = {own[0] for own in map(at.ends, [e for e in mode.events if e.name in leaves]) if own}
+                went = self.runner.go(
+                    m, (self.t, self.x, self.work), self.now.directions, numbers, sorted(upward), self.by
+                )
+                if went.motion is not None:
+                    self._take(went.motion)
+                if went.back is not Back.TAKE or went.t >= self.span[1]:
+                    return self._led(went)
+                self.now = Decided(went.modes, went.directions)
+                self.t, self.x, self.work, self.by = went.t, went.x, went.work, went.by
+                mode, leaves = at.modes_of.equations(went.modes), dict(went.leaves)
+                numbers = dict(at.parameters) | went.numbers
+        return self._by_python(mode, numbers, leaves)
+
+    def _by_python(self, mode: Equations, numbers: Mapping[Expr, float], leaves: dict[str, float]) -> Event | None:
+        """One mode."""
+        at = self.at
+        q, u, a = np.split(self.x, np.cumsum([at.q, len(at.eom.speeds)]))
+        drives: dict[Expr, Any] = {s: at.inputs[s] for s in mode.inputs}
+        start = Begin(q, u, None, a, self.work, leaves, True, True)
+        with warnings.catch_warnings():  # of forces that are zero throughout: what follows of them is decided here
+            warnings.filterwarnings("ignore", "Expected a start beside the threshold", KaneWarning)
+            piece = run(mode, (self.t, self.span[1]), start, (numbers, drives), self.options, self.bounds, self.times)
+        self._take(_of_mode(piece, mode, self.t, self.by))
+        if piece.event is not None:
+            at.goes_on(piece)
+            self._arrives(float(piece.t[-1]), piece.states[-1], float(piece.work[-1]))
+        return piece.event
+
+    def _take(self, piece: Solution) -> None:
+        self.pieces.append(piece)
+        self.count += len(piece.phases)
+
+    def _arrives(self, t: float, x: Array, work: float) -> None:
+        self.still = self.still + 1 if t <= self.t else 0
+        self.t, self.x, self.work = t, x, work
+
+    def _led(self, went: Went) -> Event | None:
+        """Where the kernel has led, and the event there that Python is to follow."""
+        self.now = Decided(went.modes, went.directions)
+        self._arrives(went.t, went.x, went.work)
+        told = f"reached t = {self.span[1]:g}"
+        if went.event is not None:
+            told = f"{went.event.name} at t = {went.t:.6g}: {went.event.message or 'terminal event'}"
+        status = "finished" if went.event is None else "event"
+        self.pieces[-1] = replace(self.pieces[-1], status=status, event=went.event, message=told)
+        return went.event
+
+    def follows(self, event: Event) -> None:
+        """The state and the modes after an event."""
+        at, t = self.at, self.t
+        if self.still > AT_ONCE or self.count > _MODES:
+            raise SimulationError(
+                f"Expected a mode of the contacts that lasts, got {self.still or self.count} changes up to t = {t:.9g}, the last "
+                f"by {event.name!r}. Give a restitution below 1, or end the motion before."
+            )
+        self.before = self.now.modes
+        self.x, self.now, over = at.after(t, self.x, self.now, event)
+        if t < over <= self.span[1]:
+            rests = Event(f"{event.name.removesuffix(' closes')} rests", event.quantity, terminal=False)
+            self.pieces[-1] = replace(self.pieces[-1], events=(*self.pieces[-1].events, (rests, over)))
+        self.by = (event,)
 
 
 def _of_mode(piece: Solution, mode: Equations, t: float, by: tuple[Event, ...]) -> Solution:

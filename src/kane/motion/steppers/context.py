@@ -38,7 +38,8 @@ class ReturnCode(IntEnum):
 class Slot(IntEnum):
     """Places in the array `s`: what the kernel is told, up to FRESH, and what it leaves for the next call and for Python.
 
-    STEP is the next step; where it is 0 a kernel that is FRESH chooses one, if its steps are not of one length.
+    STEP is the next step; where it is 0 a kernel that is FRESH chooses one, if its steps are not of one length. Where FRESH is 2 the
+    state is moved onto the constraints first.
     BREAKPOINT counts breakpoints that are behind, SMOOTH steps along which the solution hardly bends, LIMITED those that nothing but
     stability or convergence made short. LOOKED is 1 where Python has looked at the constraints of the step, 2 at its events too. SPAN
     is the length of the motion, PHASE when an action was last taken, SINCE how long after the one before; LOGGED events

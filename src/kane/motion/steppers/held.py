@@ -226,6 +226,8 @@ class Held:
             with w.few(self.a_count) as e:
                 self.reach[e] = w.compute("max", self.reach[e], w.compute("abs", self.room[self.a + e]))
             self.measure()
+            with w.when(o.get(Slot.FRESH) > 1.0):
+                self.project(o.get(Slot.TIME), o.y, w.integer(0))
             o.put(Slot.QUIET, 1 / POOR)
 
     def measure(self) -> None:

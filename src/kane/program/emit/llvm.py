@@ -323,6 +323,80 @@ end:
 """
 
 
+def kept_calls(count: int | None = None) -> str:
+    """The module of `kept.make`, `kept.hoist` and `kept.look`, which make one of the calls in a table (`kane.program.native.calls`).
+
+    With a `count` that of `kept.call<count>`, which calls a kernel of so many arguments from a block: who calls, what is called, the
+    arguments; and returns what it returns.
+    """
+    if count is not None:
+        lines = [
+            f"  %at{k} = getelementptr i64, ptr %block, i64 {k + 2}\n  %a{k} = load i64, ptr %at{k}" for k in range(count)
+        ]
+        given = ", ".join(f"i64 %a{k}" for k in range(count))
+        return "\n".join([
+            f"define i64 @kept.call{count}(ptr %block) nounwind {{",
+            "  %own.at = getelementptr i64, ptr %block, i64 1",
+            "  %own = load ptr, ptr %own.at",
+            *lines,
+            f"  %back = call i64 %own({given})",
+            "  ret i64 %back\n}",
+        ])  # fmt: skip
+
+    def part(which: int) -> str:
+        return f"""  %number = load double, ptr %h
+  %k = fptosi double %number to i64
+  %three = mul i64 %k, 3
+  %place = add i64 %three, {2 + which}
+  %row.at = getelementptr i64, ptr %h, i64 %place
+  %row = load ptr, ptr %row.at
+"""
+
+    return f"""
+define void @kept.make(ptr %h) nounwind {{
+{part(0)}  %call = load ptr, ptr %row
+  %back = call i64 %call(ptr %row)
+  %result = sitofp i64 %back to double
+  %result.at = getelementptr double, ptr %h, i64 1
+  store double %result, ptr %result.at
+  ret void
+}}
+
+define void @kept.look(double %t, ptr %x, ptr %r, ptr %h, ptr %out) nounwind {{
+{part(2)}  %own = load ptr, ptr %row
+  %p.at = getelementptr i64, ptr %row, i64 1
+  %p = load ptr, ptr %p.at
+  %own.h.at = getelementptr i64, ptr %row, i64 2
+  %own.h = load ptr, ptr %own.h.at
+  call void %own(double %t, ptr %x, ptr %p, ptr %r, ptr %own.h, ptr %out)
+  ret void
+}}
+
+define void @kept.hoist(ptr %h) nounwind {{
+{part(1)}  %count = load i64, ptr %row
+  %p.at = getelementptr i64, ptr %row, i64 1
+  %p = load ptr, ptr %p.at
+  br label %head
+head:
+  %i = phi i64 [0, %0], [%next, %body]
+  %on = icmp slt i64 %i, %count
+  br i1 %on, label %body, label %end
+body:
+  %two = mul i64 %i, 2
+  %hoist.place = add i64 %two, 2
+  %hoist.at = getelementptr i64, ptr %row, i64 %hoist.place
+  %hoist = load ptr, ptr %hoist.at
+  %own.at = getelementptr i64, ptr %hoist.at, i64 1
+  %own = load ptr, ptr %own.at
+  call void %hoist(ptr %p, ptr %own)
+  %next = add i64 %i, 1
+  br label %head
+end:
+  ret void
+}}
+"""
+
+
 def hoists(programs: Sequence[Program]) -> list[str]:
     """The names of the functions that hoist, one a Program."""
     return [f"{program.routines[0].name}.hoist" for program in programs]

@@ -147,7 +147,7 @@ class CompiledKernel:
     Threads may call it at the same time with arrays of their own; it runs without the interpreter's lock.
     """
 
-    __slots__ = ("_function", "kernel")
+    __slots__ = ("_function", "entry", "kernel")
 
     def __init__(self, kernel: Kernel, settings: Settings) -> None:
         self.kernel = kernel
@@ -155,6 +155,7 @@ class CompiledKernel:
         text = emit_kernel_llvm(kernel, settings.contract)
         library = compile_text(text, on, [kernel.name], settings.cache, loops=True)
         kinds = [_INTEGER if isinstance(a, Integer) else _POINTER for a in kernel.arguments]
+        self.entry = Entry(library, kernel.name)
         self._function = library.function(kernel.name, _INTEGER, *kinds)
 
     def __call__(self, given: Mapping[str, Array | int | Entry | Hook]) -> int:
@@ -181,18 +182,18 @@ class CompiledKernel:
 class Bound:
     """A kernel with its arguments, which it keeps alive: `bound(limit=1000)` calls it, with other integers than were given."""
 
-    __slots__ = ("_function", "_given", "_passed", "_places")
+    __slots__ = ("_function", "_given", "_places", "passed")
 
     def __init__(self, function: Any, kernel: Kernel, given: Mapping[str, Array | int | Entry | Hook]) -> None:
         self._function, self._given = function, given
-        self._passed = [_passed(a, given.get(a.name)) for a in kernel.arguments]
+        self.passed = [_passed(a, given.get(a.name)) for a in kernel.arguments]
         self._places = {a.name: k for k, a in enumerate(kernel.arguments) if isinstance(a, Integer)}
 
     def __call__(self, **integers: int) -> int:
         """What the kernel returns."""
         for name, value in integers.items():
-            self._passed[self._places[name]] = value
-        return int(self._function(*self._passed))
+            self.passed[self._places[name]] = value
+        return int(self._function(*self.passed))
 
 
 def _passed(argument: Argument, given: Array | int | Entry | Hook | None) -> int:

@@ -1,0 +1,362 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Modes of contacts as kernels, and the kernel that leads from one to the next: motions with contacts that Python need not look at.
+
+A mode is taken up when a motion first comes to it. It is left to Python where one of its inputs changes in time, events act, or its
+kernel would ask (`kane.motion.runner.is_plain`).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from kane.equations.contact_modes import Layout, contact_numbers
+from kane.equations.equations import Equations
+from kane.expr.node import Expr
+from kane.model.contacts import Modes
+from kane.model.declarations import Event
+from kane.motion.arguments import Arguments
+from kane.motion.constraint_kernels import Holding
+from kane.motion.course import Method
+from kane.motion.hybrid.contact_automaton import KINDS, LAWS, Back, Row, automaton_kernel
+from kane.motion.hybrid.contact_decisions import NO_PLACE
+from kane.motion.hybrid.event_routines import glance, values_set
+from kane.motion.inputs.functions import constant
+from kane.motion.methods import chosen, kernel_of
+from kane.motion.native import first_slots
+from kane.motion.projection import is_constrained
+from kane.motion.right_hand_side import Given, switches
+from kane.motion.runner import is_plain
+from kane.motion.solution.phases import Phase, joined
+from kane.motion.solution.solution import Segment, Solution
+from kane.motion.steppers.context import SIZE, Slot
+from kane.motion.steppers.crossings import LEAVES
+from kane.motion.steppers.held import CHANGES
+from kane.motion.steppers.watched import rooms
+from kane.motion.steps import Stepper
+from kane.numeric.arrays import Array
+from kane.program.native.calls import KeptCalls
+from kane.program.native.entry import CompiledKernel, entry, hoisted
+from kane.program.native.machine import Settings
+
+_KNOWN, _ROWS, _NOTED, _LIMIT = 32, 1024, 4096, 10_000
+"""Modes that are known at once; modes and events until Python collects them; steps of a mode after which Python takes it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Went:
+    """How far a motion went: the completed modes as a motion, if any, why it came back, and the last event.
+
+    What follows is of the last event, or of the mode that Python is to take: what began that one, and which quantities it `leaves`.
+    """
+
+    motion: Solution | None
+    back: Back
+    event: Event | None
+    t: float
+    x: Array
+    work: float
+    modes: Modes
+    directions: Array
+    numbers: Mapping[Expr, float]
+    by: tuple[Event, ...]
+    leaves: Mapping[str, float]
+
+
+@cache
+def _automaton(settings: Settings) -> CompiledKernel:
+    return CompiledKernel(automaton_kernel(), settings)
+
+
+class ContactRunner:
+    """The kernels of a motion's modes with their arrays."""
+
+    def __init__(
+        self,
+        eom: Equations,
+        method: Method,
+        span: tuple[float, float],
+        given: tuple[Mapping[Expr, float], Mapping[Expr, Any]],
+        settings: Settings | None,
+        times: Array,
+        known: tuple[Layout, Mapping[str, Array]],
+    ) -> None:
+        self.eom, self.method, self.span, self.settings = eom, method, span, settings
+        self.parameters, self.inputs = given
+        self.layout, self.contacts = known[0], eom.system.contacts
+        self.k, self.d, n = len(self.contacts), known[0].d, len(eom.state) + 1
+        later = times[times > span[0]]
+        self.s, self.y, self.lag = np.zeros(SIZE), np.zeros(n), np.zeros(n)
+        self.times, self.rows = np.append(later, np.inf), np.zeros((len(later) + 1, n))
+        self.made: list[tuple[Modes, Equations, str, Any]] = []
+        self.left: set[Modes] = set()
+        count = len(eom.system.events) + 4 * self.k + 16
+        self.width = int(Row.MORE) + self.k * (self.d + 1) + 2 * n
+        room = rooms(count, count, 0, n)
+        self.shared: Given = {name: np.zeros(room[name] + 2 * count) for name in ("log", "jumps")}
+        self.marks, self.held_log = np.zeros(len(later) + 1), np.zeros(2 * CHANGES + 3)
+        self.calls = KeptCalls(_KNOWN, settings or Settings())
+        self.codes = np.full(_KNOWN, -1.0)
+        extra, parameters = self.k * (self.d + 1), len(eom.parameters) + self.k * (self.d + 1) + 8
+        self.counts = {"event_count": count, "p_count": parameters}
+        self.arrays = {
+            "ps": np.zeros((_KNOWN, parameters)),
+            **{name: np.zeros((_KNOWN, count)) for name in ("seen", "largest", "least", "begun")},
+            "leaves": np.zeros((_KNOWN, count * LEAVES)),
+            "meaning": np.full((_KNOWN, count, 2), -1.0),
+            "p_at": np.full((_KNOWN, extra), -1.0),
+            "own_events": np.zeros(_KNOWN),
+            "modes": np.zeros(self.k),
+            "directions": np.zeros((self.k, self.d - 1)),
+            "extra": np.zeros((self.k, self.d + 1)),
+            "leaving": np.zeros(self.k),
+            "records": np.zeros(2 + self.width * (_ROWS + 1)),
+            "noted": np.zeros(2 * (_NOTED + 1)),
+            **known[1],
+        }
+        self.kernel = _automaton(settings or Settings()).bound(self._bound(n))
+        self.symbols = [[*c.direction, *[None] * (self.d - 1 - len(c.direction)), c.slowest, c.slack] for c in self.contacts]
+
+    def _bound(self, n: int) -> Given:
+        """What the automaton is given."""
+        eom, k, d = self.eom, self.k, self.d
+        numbers = eom.numeric(self.settings).routine(contact_numbers)
+        routine = numbers.flat
+        ports = routine.program.ports
+        p = np.array([self.parameters[s] for s in ports[2].symbols] + [0.0])
+        r = np.array([float(constant(self.inputs[s]) or 0.0) for s in ports[3].symbols] + [0.0])
+        x = np.zeros(len(eom.state))
+        places = [NO_PLACE if p is None else float(p) for own in self.layout.places for p in own]
+        sizes = numbers(self.span[0], x, p[:-1], r[:-1])
+        width, m, always = len(sizes.forcing), len(sizes.rest), len(self.layout.always)
+        kd = k * d
+        room = kd * width * 2 + kd * 4 + width * 2 + width * width * 2 + always * (2 * width + 2 * always + 2) + kd * kd
+        room += 8 * k + 14 * kd + kd * kd * 8 + k
+        ints = {
+            "contacts": k, "dimension": d, "width": width, "rows": m, "always_count": always, "speeds": len(eom.speeds),
+            "coordinates": len(eom.coordinates), "n": n, "known": 0, "most": self.method.max_steps, "room_for": _ROWS, "enter": 1,
+        }  # fmt: skip
+        small = {name: np.zeros(k) for name in ("next_modes", "friction", "touching", "hits")}
+        wide = {name: np.zeros(kd) for name in ("next_ways", "sliding", "impulse")}
+        return {
+            **ints,
+            **self.counts,
+            **{name: array.reshape(-1) for name, array in self.arrays.items()},
+            **small,
+            **wide,
+            "kept": np.zeros(4 * k),
+            "touch": entry(routine),
+            "h": hoisted(routine, self.span[0], x, p[:-1], r[:-1]),
+            "p": p,
+            "r": r,
+            "numbers": np.zeros(len(routine.routine.results) + 1),
+            "places": np.array(places),
+            "always": np.array([*self.layout.always, 0.0], dtype=float),
+            "room": np.zeros(room),
+            "s": self.s,
+            "y": self.y,
+            "lag": self.lag,
+            "log": self.shared["log"],
+            "held_log": self.held_log,
+            "glanced": np.zeros(2 * self.counts["event_count"]),
+            "calls": self.calls.table,
+            "codes": self.codes,
+            "tolerances": np.array([self.method.atol, self.method.rtol]),
+            "slip_count": np.array([float(len(c.slips)) for c in self.contacts]),
+            "law": np.array([float(LAWS.index(c.law)) for c in self.contacts]),
+            "make": self.calls.make,
+            "hoist": self.calls.hoist,
+            "look": self.calls.look,
+        }
+
+    # Modes ------------------------------------------------------------------------------------------------------------------
+
+    def place(self, modes: Modes, mode: Equations, ends: Any) -> int | None:
+        """The place of a mode among those that are known; None where it is left to Python. `ends` says what events mean."""
+        for m, one in enumerate(self.made):
+            if one[0] == modes:
+                return m
+        if modes in self.left or len(self.made) == _KNOWN:
+            return None
+        if not self._make(modes, mode, ends):
+            self.left.add(modes)
+            return None
+        return len(self.made) - 1
+
+    def _make(self, modes: Modes, mode: Equations, ends: Any) -> bool:
+        """Whether a mode has become one of those that are known."""
+        m, numbers = len(self.made), dict(self.parameters)
+        numbers |= {s: 0.0 for row in self.symbols for s in row if s is not None}
+        p, drives = np.array([numbers[s] for s in mode.parameters]), tuple(self.inputs[s] for s in mode.inputs)
+        stepper = Stepper(mode, p, drives, self.settings)
+        name = chosen(self.method.name, stepper, stepper.now.drives, self.method.rtol, self.method.max_step)
+        plain = is_plain(stepper, replace(self.method, name=name)) and not switches(mode) and not values_set(mode)
+        if not plain or any(constant(f) is None for f in drives):
+            return False
+        arguments = Arguments(name, stepper.now, self.span[0], self.s, self.y)
+        given = arguments.given | {"times": self.times, "rows": self.rows, "samples": len(self.times) - 1, "limit": _LIMIT}
+        if is_constrained(mode):
+            if mode.embedding is not None:
+                stepper.reach = np.abs(mode.derived.compared.a).max(axis=0)
+            holding = Holding(stepper, arguments, self.span[0], self.y)
+            holding.begin(self.s)
+            given |= holding.given | {"held_marks": self.marks, "held_log": self.held_log}
+        count, own = len(mode.events), {e.name for e in mode.system.events}
+        if count >= self.counts["event_count"] or len(given["p"]) > self.counts["p_count"]:
+            return False
+        arrays = self.arrays
+        for name_, to in (("p", "ps"), ("seen", "seen"), ("largest", "largest"), ("least", "least"), ("leaves", "leaves")):
+            view = arrays[to][m, : len(given[name_])]
+            view[:] = given[name_][: len(view)]
+            given[name_] = view
+        for e, event in enumerate(mode.events):
+            meant = ends(event)
+            arrays["begun"][m, e] = -1.0 if event.name not in own else float(meant is not None and meant[1] in _BEGIN)
+            if meant is not None:
+                arrays["meaning"][m, e] = meant[0], KINDS.index(meant[1])
+        at = {s: k for k, s in enumerate(mode.parameters)}
+        flat = [s for row in self.symbols for s in row]
+        arrays["p_at"][m] = [-1.0 if s is None else float(at.get(s, -1)) for s in flat]
+        arrays["own_events"][m] = count
+        self.codes[m] = _code(modes)
+        given |= self.shared | {"lag": self.lag}
+        hoists = [(given[f"hoist_{name_}"], given[name_]) for name_ in given if f"hoist_{name_}" in given]
+        looked = arguments.now.routine(glance, *arguments.now.turning).flat
+        kernel = kernel_of(name, arguments.now, is_constrained(mode))
+        own_given = {a.name: given[a.name] for a in kernel.kernel.arguments}
+        self.calls.put(m, (kernel, own_given), hoists, (entry(looked), given["hg"]), given["p"])
+        self.made.append((modes, mode, name, (arguments, given)))
+        return True
+
+    # The motion -------------------------------------------------------------------------------------------------------------
+
+    def go(
+        self, m: int, at: tuple[float, Array, float], directions: Array, numbers: Mapping[Expr, float], leaves: Sequence[int], by: Any
+    ) -> Went:
+        """From a mode on, at t, x and the work done; contacts of `leaves` leave the threshold of their event upward."""
+        t, x, work = at
+        arrays, method, pieces = self.arrays, self.method, list[Solution]()
+        self.s[: int(Slot.FRESH) + 1] = first_slots(replace(method, name=self.made[m][2], first=None), self.span, t, self.span[1])
+        self.s[Slot.SPAN], self.s[Slot.TIME], self.s[Slot.SAMPLE] = (
+            self.span[1] - self.span[0],
+            t,
+            np.searchsorted(self.times[:-1], t, side="right"),
+        )
+        self.s[[Slot.STEPS, Slot.RATES]] = 0.0
+        self.y[:] = np.append(x, work)
+        self.held_log[0] = 0.0
+        self.calls.table[0] = m
+        arrays["modes"][:] = self.made[m][0]
+        arrays["directions"][:] = directions
+        arrays["extra"][:] = [[0.0 if s is None else numbers.get(s, 0.0) for s in row] for row in self.symbols]
+        arrays["leaving"][:] = 0.0
+        arrays["leaving"][list(leaves)] = 1.0
+        while True:
+            back = Back(self.kernel(known=len(self.made), enter=1))
+            piece, by = self._collect(by)
+            pieces += piece
+            if back is not Back.FULL:
+                return self._went(back, _one(pieces), by)
+
+    def _rows(self) -> Array:
+        """The records."""
+        return self.arrays["records"][2:].reshape(-1, self.width)
+
+    def _numbers(self, row: Array) -> dict[Expr, float]:
+        """The numbers that a mode had."""
+        values = row[int(Row.MORE) :][: self.k * (self.d + 1)].tolist()
+        flat = (s for own in self.symbols for s in own)
+        return {s: v for s, v in zip(flat, values, strict=True) if s is not None}
+
+    def _went(self, back: Back, motion: Solution | None, by: tuple[Event, ...]) -> Went:
+        count, n = int(self.arrays["records"][0]), len(self.y)
+        taken = back is Back.TAKE
+        row = self._rows()[count if taken else count - 1]
+        modes, mode, _, _ = self.made[int(row[Row.MODE])]
+        numbers = self._numbers(row)
+        more = int(Row.MORE) + self.k * (self.d + 1)
+        states = row[more : more + 2 * n].reshape(2, n)
+        y = states[0 if taken else 1]
+        ways = row[int(Row.MORE) : more].reshape(self.k, self.d + 1)[:, : self.d - 1].copy()
+        event = None if taken or row[Row.EVENT] < 0 else mode.events[int(row[Row.EVENT])]
+        t = float(row[Row.BEGIN if taken else Row.END])
+        pairs = zip(self.contacts, modes, self.arrays["leaving"], strict=True)
+        leaves = {f"{c.name} {'sticks' if m else 'closes'}": 1.0 for c, m, up in pairs if up}
+        return Went(motion, back, event, t, y[:-1].copy(), float(y[-1]), modes, ways, numbers, by, leaves)
+
+    def _collect(self, by: tuple[Event, ...]) -> tuple[list[Solution], tuple[Event, ...]]:
+        """The modes that are completed, as one motion, and what began the next one."""
+        count, n = int(self.arrays["records"][0]), len(self.y)
+        if not count:
+            return [], by
+        rows, more = self._rows()[:count], int(Row.MORE) + self.k * (self.d + 1)
+        begins, ends = rows[:, Row.BEGIN], rows[:, Row.END]
+        first, last = (rows[:, at].astype(int) for at in (Row.FIRST_SAMPLE, Row.SAMPLE))
+        whose = np.repeat(np.arange(count), last - first)
+        which = np.concatenate([np.arange(a, b) for a, b in zip(first, last, strict=True)]) if len(whose) else whose
+        inside = (self.times[which] > begins[whose]) & (self.times[which] < ends[whose])
+        whose, which = whose[inside], which[inside]
+        order = np.argsort(np.concatenate([3 * np.arange(count), 3 * whose + 1, 3 * np.arange(count) + 2]), kind="stable")
+        t = np.concatenate([begins, self.times[which], ends])[order]
+        states = np.concatenate([rows[:, more : more + n], self.rows[which], rows[:, more + n : more + 2 * n]])[order]
+        piece = np.concatenate([np.arange(count), whose, np.arange(count)])[order]
+        modes = [self.made[int(m)] for m in rows[:, Row.MODE]]
+        events, met, done = list[tuple[Event, float]](), self.arrays["noted"][: 2 * int(rows[-1, Row.NOTED])].reshape(-1, 2), 0
+        phases, segments = list[Phase](), list[Segment]()
+        for row, (_, mode, _, _) in zip(rows, modes, strict=True):
+            phases.append(Phase(dict(self.parameters) | self._numbers(row), self.inputs, by))
+            segments.append(Segment(float(row[Row.BEGIN]), mode))
+            own = [(mode.events[int(k)], float(at)) for at, k in met[done : int(row[Row.NOTED])]]
+            done = int(row[Row.NOTED])
+            events += own
+            if row[Row.EVENT] >= 0:
+                by = (mode.events[int(row[Row.EVENT])],)
+                if row[Row.OVER] > row[Row.END]:
+                    rests = Event(f"{by[0].name.removesuffix(' closes')} rests", by[0].quantity, terminal=False)
+                    if row[Row.OVER] <= self.span[1]:
+                        events.append((rests, float(row[Row.OVER])))
+        names = dict.fromkeys(name for _, _, name, _ in modes)
+        steps, rates = int(self.s[Slot.STEPS]), int(self.s[Slot.RATES])
+        self.s[[Slot.STEPS, Slot.RATES]] = 0.0
+        made = Solution(
+            self.eom,
+            t,
+            states[:, :-1],
+            states[:, -1],
+            phases[0].parameters,
+            self.inputs,
+            "event",
+            "",
+            None,
+            tuple(events),
+            steps,
+            rates,
+            tuple(segments),
+            tuple(modes[k][1] for k in piece.tolist()),
+            rtol=self.method.rtol,
+            atol=self.method.atol,
+            method=", ".join(names),
+            phases=tuple(phases),
+            phase=piece,
+        )
+        return [made], by
+
+
+_BEGIN = ("closes", "sticks")
+"""Events whose quantities may leave their thresholds upward where the mode begins."""
+
+
+def _code(modes: Modes) -> float:
+    code = 0.0
+    for m in modes:
+        code = code * 5 + int(m)
+    return code
+
+
+def _one(pieces: list[Solution]) -> Solution | None:
+    if not pieces:
+        return None
+    whole: Solution = joined(pieces) if len(pieces) > 1 else pieces[0]
+    return whole

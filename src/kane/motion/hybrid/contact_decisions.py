@@ -1,0 +1,484 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The modes of contacts, decided in a kernel where there is surely one answer: `kane.contacts` says what an answer is.
+
+With W = J H Jᵀ and b of all rows (`kane.equations.contact_modes`) modes are tried, beginning with those at hand: a contact whose N falls
+below zero opens, one whose |F| exceeds μ N slips against F, one whose slip would go against its friction sticks, one that would close
+is closed. Modes whose inequalities all hold by more than errors are the answer if friction is surely too small for another
+(`kane.contacts.uniqueness`). Whatever is less sure is left to Python: `unsure` says so.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from kane.contacts.equations import MET, U
+from kane.motion.steppers.dense import factor, invert, total
+from kane.numeric.scale import INVERSE_RANK, LAST_DIGIT, SIX_DIGITS
+from kane.program.kernel.language import INT
+from kane.program.kernel.writer import Array, Term, Writer
+
+OPEN, STICK, FRESH, SLIP = 0.0, 1.0, 2.0, 3.0
+"""`kane.contacts.problem.Mode`."""
+NO_PLACE = -1e6
+"""Where a contact has no such row."""
+_TURNS = 60
+"""Trials of modes, and of directions of slip, after which Python decides."""
+_TURNED = 4 * LAST_DIGIT
+_WORST = 1e10
+"""Condition from which on constraints are taken for redundant."""
+
+
+class Decisions:
+    """The arguments that tell of contacts, the numbers at a state, and the choice of modes."""
+
+    def __init__(self, w: Writer) -> None:
+        self.writer = w
+        names = ("contacts", "dimension", "width", "rows", "always_count", "speeds", "coordinates")
+        self.k, self.d, self.width, self.m, self.always_count, self.nu, self.nq = map(w.number, names)
+        self.call = w.callee("touch", "float", "array", "array", "array", "array", "array")
+        arrays = ("h", "p", "r", "numbers", "places", "always", "room")
+        self.h, self.p, self.r, self.numbers, self.places, self.always, self.room = map(w.array, arrays)
+        self.unsure, self.count = w.variable("unsure", INT), w.variable("closed_count", INT)
+        self.unknowns, self.changed, self.again = (w.variable(n, INT) for n in ("unknowns", "changed", "again"))
+        self.trials, self.rounds = w.variable("trials", INT), w.variable("rounds", INT)
+        self.cell, self.other = w.variable("cell"), w.variable("other_cell")
+        self._offsets()
+
+    def _offsets(self) -> None:
+        """Where what stands in `numbers` and in `room`."""
+        k, d, n, m, zero = self.k, self.d, self.width, self.m, self.writer.integer(0)
+
+        def placed(sizes: list[Any]) -> list[Term]:
+            at, found = zero, []
+            for size in sizes:
+                found.append(at)
+                at = at + size
+            return [*found, at]
+
+        sizes = [k, k, n * n, n, n, m * n, m, m, m, k * 3]
+        (
+            self.gaps, self.gap_terms, self.mass, self.forcing, self.forcing_terms,
+            self.constraint_rows, self.rest, self.drift, self.drift_terms, self.laws, _,
+        ) = placed(sizes)  # fmt: skip
+        kd, pa = k * d, self.always_count
+        of_touch = [kd * n, kd, kd, kd * n, n, n * n * 2, pa * n, pa * n, pa * pa * 2, pa, pa, kd * kd, kd, kd, n]
+        of_problem = [k, kd * kd, kd, kd, k, k, k, kd, k, k, kd * kd * 2, kd * kd, kd * kd * 2, kd, kd, kd, kd, kd, kd, kd]
+        places = placed([*of_touch, *of_problem, kd * kd, kd * kd, kd, k])
+        (
+            self.J, self.velocity, self.velocity_terms, self.spread, self.free, self.inverse, self.P, self.moved, self.S,
+            self.z, self.y, self.mobility, self.bias, self.bias_terms, self.spent,
+        ) = places[:15]  # fmt: skip
+        (
+            self.own, self.W, self.b, self.terms, self.static, self.kinetic, self.mu, self.dirs, self.kind, self.slides,
+            self.L, self.G, self.A, self.x, self.x_errors, self.force, self.a, self.a_errors, self.force_errors, self.at_row,
+        ) = places[15:35]  # fmt: skip
+        self.pressing, self.bound, self.along, self.rubs = places[35:39]
+
+    # ------------------------------------------------------------------------------------------------- small helpers
+
+    def index(self, at: Term) -> Term:
+        """An index that is kept in `room`."""
+        return self.writer.compute("int", self.room[at])
+
+    def absolute(self, x: Term) -> Term:
+        """|x|."""
+        return self.writer.compute("abs", x)
+
+    def largest(self, *of: Term | float) -> Term:
+        """The largest of some."""
+        found = of[0]
+        for x in of[1:]:
+            found = self.writer.compute("max", found, x)
+        assert isinstance(found, Term)
+        return found
+
+    def sum(self, count: Any, of: Callable[[Term], Term]) -> Term:
+        """A sum."""
+        return total(self.writer, count, of)
+
+    def doubt(self, condition: Term) -> None:
+        """Python decides where the condition holds."""
+        with self.writer.when(condition):
+            self.unsure.put(1)
+
+    def no_place(self, i: Term, j: Any) -> Term:
+        """Whether contact i lacks its row j."""
+        return self.places[i * self.d + j] < NO_PLACE / 2
+
+    # ------------------------------------------------------------------------------------------------ numbers at a state
+
+    def touch(self, t: Term, y: Array) -> None:
+        """W, b and the velocities of all rows at a time and a state."""
+        w, room, numbers, n = self.writer, self.room, self.numbers, self.width
+        self.call(t, y.at(0), self.p.at(0), self.r.at(0), self.h.at(0), numbers.at(0))
+        with w.few(self.k * self.d) as i:
+            self._row(self.places, i, self.J + i * n)
+            room[self.velocity + i] = self.sum(self.nu, lambda j: room[self.J + i * n + j] * y[self.nq + j])
+            speeds = self.sum(self.nu, lambda j: self.absolute(room[self.J + i * n + j] * y[self.nq + j]))
+            room[self.velocity_terms + i] = speeds
+            room[self.bias + i] = 0.0
+            room[self.bias_terms + i] = 0.0
+            with w.when(self.places[i] > -0.5):
+                row = w.compute("int", self.places[i])
+                room[self.velocity + i] = room[self.velocity + i] + numbers[self.rest + row]
+                room[self.velocity_terms + i] = speeds + self.absolute(numbers[self.rest + row])
+                room[self.bias + i] = numbers[self.drift + row]
+                room[self.bias_terms + i] = numbers[self.drift_terms + row]
+            sized = self.largest(room[self.velocity_terms + i], self.absolute(room[self.velocity + i]))
+            room[self.velocity_terms + i] = sized
+        with w.few(n) as i, w.few(n) as j:
+            at = self.inverse + i * n * 2 + j
+            room[at] = numbers[self.mass + i * n + j]
+            room[at + n] = w.select((i < j) | (j < i), 0.0, 1.0)
+        invert(room, self.inverse, n)
+
+        def by_inverse(i: Term, of: Callable[[Term], Term]) -> Term:
+            return self.sum(n, lambda j: room[self.inverse + i * n * 2 + n + j] * of(j))
+
+        with w.few(self.k * self.d) as i, w.few(n) as j:
+            room[self.spread + i * n + j] = by_inverse(j, lambda l: room[self.J + i * n + l])
+        with w.few(n) as j:
+            room[self.free + j] = by_inverse(j, lambda l: numbers[self.forcing + l])
+            inverse = self.inverse + j * n * 2 + n
+            room[self.spent + j] = self.sum(
+                n, lambda l: self.absolute(room[inverse + l]) * numbers[self.forcing_terms + l]
+            )
+        with w.when(self.always_count > 0):
+            self._keep(by_inverse)
+        with w.few(self.k * self.d) as i:
+            row = self.J + i * n
+            with w.few(self.k * self.d) as j:
+                at = self.mobility + i * self.k * self.d + j
+                room[at] = self.sum(n, lambda l: room[row + l] * room[self.spread + j * n + l])
+            own = self.sum(n, lambda l: room[row + l] * room[self.free + l])
+            room[self.bias + i] = own + room[self.bias + i]
+            spent = self.sum(n, lambda l: self.absolute(room[row + l]) * room[self.spent + l])
+            sized = self.largest(spent + room[self.bias_terms + i], self.absolute(room[self.bias + i]))
+            room[self.bias_terms + i] = sized
+
+    def _row(self, places: Array, i: Term, at: Term) -> None:
+        """The row of constraints, or of an auxiliary speed, that a place says."""
+        w, room, n = self.writer, self.room, self.width
+        with w.few(n) as j:
+            room[at + j] = 0.0
+        with w.when(places[i] > -0.5):
+            row = self.constraint_rows + w.compute("int", places[i]) * n
+            with w.few(n) as j:
+                room[at + j] = self.numbers[row + j]
+        with w.otherwise(), w.when(places[i] > NO_PLACE / 2):
+            room[at + self.nu + w.compute("int", -1.0 - places[i])] = 1.0
+
+    def _keep(self, by_inverse: Callable[[Term, Callable[[Term], Term]], Term]) -> None:
+        """H = M⁻¹ − M⁻¹Pᵀ (P M⁻¹ Pᵀ)⁻¹ P M⁻¹ in the place of M⁻¹, for the constraints P that always hold."""
+        w, room, n, pa = self.writer, self.room, self.width, self.always_count
+        with w.few(pa) as i:
+            self._row(self.always, i, self.P + i * n)
+            with w.few(n) as j:
+                room[self.moved + i * n + j] = by_inverse(j, lambda l: room[self.P + i * n + l])
+        largest = self.cell
+        largest.put(0.0)
+        with w.few(pa) as i, w.few(pa) as j:
+            at = self.S + i * pa * 2 + j
+            value = self.sum(n, lambda l: room[self.P + i * n + l] * room[self.moved + j * n + l])
+            room[at] = value
+            room[at + pa] = w.select((i < j) | (j < i), 0.0, 1.0)
+            largest.put(self.largest(largest.get(), self.absolute(value)))
+        invert(room, self.S, pa)
+        back = self.other
+        back.put(0.0)
+        with w.few(pa) as i, w.few(pa) as j:
+            back.put(self.largest(back.get(), self.absolute(room[self.S + i * pa * 2 + pa + j])))
+        self.doubt(~(back.get() * largest.get() < _WORST))
+
+        def without(of: Term, drift: bool) -> None:
+            with w.few(pa) as i:
+                room[self.y + i] = self.sum(n, lambda l: room[self.P + i * n + l] * room[of + l])
+                if drift:
+                    with w.when(self.always[i] > -0.5):
+                        at = self.drift + w.compute("int", self.always[i])
+                        room[self.y + i] = room[self.y + i] + self.numbers[at]
+            with w.few(pa) as i:
+                room[self.z + i] = self.sum(pa, lambda j: room[self.S + i * pa * 2 + pa + j] * room[self.y + j])
+            with w.few(n) as j:
+                room[of + j] = room[of + j] - self.sum(pa, lambda i: room[self.moved + i * n + j] * room[self.z + i])
+
+        without(self.free, True)
+        with w.few(self.k * self.d) as i:
+            without(self.spread + i * n, False)
+
+    # --------------------------------------------------------------------------------------- the problem of closed contacts
+
+    def problem(self, closed: Callable[[Term], Term], sliding: Array | None, friction: Array | None, b: str) -> None:
+        """W, b and coefficients of the contacts that are `closed`; `b` is "bias" or "velocity".
+
+        `sliding` (k × d − 1) are directions of slip, `friction` (k) the μ_s that hold; μ_k are taken of both where it is left out.
+        """
+        w, room, d = self.writer, self.room, self.d
+        self.count.put(0)
+        with w.few(self.k) as i, w.when(closed(i)):
+            room[self.own + self.count.get()] = w.compute("float", i)
+            self.count.put(self.count.get() + 1)
+        kd, c = self.k * d, self.count
+        of, sizes = (self.bias, self.bias_terms) if b == "bias" else (self.velocity, self.velocity_terms)
+        with w.few(c.get() * d) as i:
+            own = self.index(self.own + self.whole(i)) * d + self.rest_of(i)
+            room[self.b + i] = room[of + own]
+            room[self.terms + i] = room[sizes + own]
+            with w.few(c.get() * d) as j:
+                other = self.index(self.own + self.whole(j)) * d + self.rest_of(j)
+                value = room[self.mobility + own * kd + other] + room[self.mobility + other * kd + own]
+                room[self.W + i * kd + j] = value * 0.5
+        with w.few(c.get()) as n:
+            i = self.index(self.own + n)
+            usual = self.cell
+            usual.put(0.0)
+            with w.few(d) as j:
+                usual.put(self.largest(usual.get(), room[self.W + (n * d + j) * kd + n * d + j]))
+            with w.when(~(usual.get() > 0.0)):
+                usual.put(1.0)
+            room[self.rubs + n] = 0.0
+            with w.few(d) as j:
+                with w.when(self.no_place(i, j)):
+                    room[self.W + (n * d + j) * kd + n * d + j] = usual.get()
+                with w.otherwise(), w.when(j > 0):
+                    room[self.rubs + n] = 1.0
+            kinetic = self.numbers[self.laws + i * 3 + 1]
+            static = kinetic if friction is None else friction[i]
+            room[self.static + n] = static
+            room[self.kinetic + n] = kinetic
+            with w.when(self.no_place(i, 0)):
+                most = self.numbers[self.laws + i * 3]
+                held = w.select(w.compute("float", w.integer(0 if b == "bias" else 1)) > 0.5, 0.0, -(usual.get() * most))
+                room[self.b + n * d] = held
+                room[self.terms + n * d] = self.absolute(held)
+                room[self.static + n] = w.select(most > 0.0, static / most, 0.0)
+                room[self.kinetic + n] = w.select(most > 0.0, kinetic / most, 0.0)
+            room[self.kinetic + n] = w.compute("min", room[self.kinetic + n], room[self.static + n])
+            room[self.slides + n] = 0.0
+            with w.few(d - 1) as j:
+                room[self.dirs + n * d + j] = 0.0
+                if sliding is not None:
+                    way = sliding[i * (d - 1) + j]
+                    room[self.dirs + n * d + j] = way
+                    with w.when(self.absolute(way) > 0.0):
+                        room[self.slides + n] = 1.0
+
+    def whole(self, i: Term) -> Term:
+        """The contact of a row."""
+        w = self.writer  # d is 2 or 3
+        return w.compute("int", (w.compute("float", i) + 0.5) / w.compute("float", self.d))
+
+    def rest_of(self, i: Term) -> Term:
+        """Which of the contact's rows it is."""
+        return i - self.whole(i) * self.d
+
+    # -------------------------------------------------------------------------------------------------------- the choice
+
+    def choose(self) -> None:
+        """`kind`, `dirs`, `force` and `a` of the closed contacts become those of the one answer, or `unsure` is set."""
+        w, room, c = self.writer, self.room, self.count
+        with w.few(c.get()) as n:
+            slides = room[self.slides + n] > 0.0
+            room[self.kind + n] = w.select(slides, SLIP, STICK)
+            room[self.mu + n] = w.select(slides, room[self.kinetic + n], room[self.static + n])
+        self.again.put(1)
+        self.rounds.put(0)
+        with w.repeat(lambda: (self.again.get() > 0) & (self.rounds.get() <= c.get()) & (self.unsure.get() < 1)):
+            self.again.put(0)
+            self.is_unique()
+            self.search()
+            with w.few(c.get()) as n:
+                fresh = (room[self.kind + n] > STICK) & (room[self.kind + n] < SLIP)
+                with w.when(fresh & (room[self.mu + n] > room[self.kinetic + n])):
+                    room[self.mu + n] = room[self.kinetic + n]
+                    self.again.put(1)
+            self.rounds.put(self.rounds.get() + 1)
+        self.doubt(self.again.get() > 0)
+
+    def is_unique(self) -> None:
+        """Unsure unless friction is too small for two answers."""
+        w, room, d, c, kd = self.writer, self.room, self.d, self.count, self.k * self.d
+        size = c.get() * d
+        with w.few(size) as i, w.few(size) as j:
+            room[self.L + i * kd * 2 + j] = room[self.W + i * kd + j]
+        factor(room, self.L, kd * 2, size)
+        with w.few(size) as i:
+            pivot = room[self.L + i * kd * 2 + i]
+            self.doubt(~(pivot * pivot > room[self.W + i * kd + i] * INVERSE_RANK))
+            with w.few(size) as j:
+                room[self.bound + i * kd + j] = w.select((i < j) | (j < i), 0.0, 1.0 - SIX_DIGITS)
+        with w.when(self.unsure.get() < 1), w.few(c.get()) as n, w.when((room[self.mu + n] > 0.0) & (room[self.rubs + n] > 0.0)):
+            self._press(n * d, size)
+            squares = self.sum(size, lambda j: room[self.pressing + j] * room[self.pressing + j])
+            most = self.cell
+            most.put(0.0)
+            slides = room[self.slides + n] > 0.0
+
+            def moves(j: Term, l: Term) -> Term:
+                """The lth entry of the jth row of what moves."""
+                straight = self.sum(d - 1, lambda r: room[self.dirs + n * d + r] * self._lower(n * d + 1 + r, l))
+                return w.select(slides, straight, self._lower(n * d + 1 + j, l))
+
+            rows = w.select(slides, w.integer(1), d - 1)
+            with w.few(rows) as j:
+                most.put(self.largest(most.get(), self.sum(size, lambda l: moves(j, l) * moves(j, l))))
+            s = w.compute("sqrt", most.get() / squares)
+            self.doubt(~(s < 1e300))
+            half = room[self.mu + n] * 0.5
+            with w.few(size) as i, w.few(size) as j:
+                at = self.bound + i * kd + j
+                pressed = half * s * room[self.pressing + i] * room[self.pressing + j]
+                moved = self.sum(rows, lambda r: moves(r, i) * moves(r, j)) * w.select(s > 0.0, half / s, 0.0)
+                room[at] = room[at] - pressed - moved
+        factor(room, self.bound, kd, size)
+        with w.few(size) as i:
+            self.doubt(~(room[self.bound + i * kd + i] > 0.0))
+
+    def _lower(self, i: Term, j: Term) -> Term:
+        """An entry of L."""
+        return self.writer.select(j <= i, self.room[self.L + i * self.k * self.d * 2 + j], 0.0)
+
+    def _press(self, row: Term, size: Term) -> None:
+        """`pressing` becomes L⁻¹ e of a row e: N = pressing · y for λ = L⁻ᵀ y."""
+        w, room, kd = self.writer, self.room, self.k * self.d
+        with w.few(size) as i:
+            right = w.select((i < row) | (row < i), 0.0, 1.0)
+            before = self.sum(i, lambda j: room[self.L + i * kd * 2 + j] * room[self.pressing + j])
+            room[self.pressing + i] = (right - before) / room[self.L + i * kd * 2 + i]
+
+    def search(self) -> None:
+        """Modes are tried until all inequalities hold."""
+        w, room, d, c = self.writer, self.room, self.d, self.count
+        self.changed.put(1)
+        self.trials.put(0)
+        with w.repeat(lambda: (self.changed.get() > 0) & (self.trials.get() < _TURNS) & (self.unsure.get() < 1)):
+            self.changed.put(0)
+            self.solve()
+            with w.few(c.get()) as n, w.when(self.unsure.get() < 1):
+                self._judge(n, n * d)
+            self.trials.put(self.trials.get() + 1)
+        self.doubt(self.changed.get() > 0)
+
+    def _judge(self, n: Term, at: Term) -> None:
+        """Whether the inequalities of a contact hold by more than errors, and what it does else."""
+        w, room, d = self.writer, self.room, self.d
+        kind, slides = room[self.kind + n], room[self.slides + n] > 0.0
+        pressed, error = room[self.force + at], room[self.force_errors + at]
+
+        def becomes(what: Term | float) -> None:
+            room[self.kind + n] = what
+            self.changed.put(1)
+
+        with w.when(kind < STICK):
+            self.doubt(self.absolute(room[self.a + at]) <= room[self.a_errors + at])
+            with w.when(room[self.a + at] < -room[self.a_errors + at]):
+                becomes(w.select(slides, SLIP, STICK))
+        with w.otherwise():
+            self.doubt(self.absolute(pressed) <= error)
+            with w.when(pressed < -error):
+                becomes(OPEN)
+            with w.otherwise(), w.when((kind < SLIP) & (room[self.rubs + n] > 0.0)):
+
+                def dot(a: Term, b: Term) -> Term:
+                    return self.sum(d - 1, lambda j: room[a + j] * room[b + j])
+
+                def most(of: Term) -> Term:
+                    self.cell.put(0.0)
+                    with w.few(d - 1) as j:
+                        self.cell.put(self.largest(self.cell.get(), room[of + at + 1 + j]))
+                    return self.cell.get()
+
+                with w.when(kind < FRESH):
+                    friction = w.compute("sqrt", dot(self.force + at + 1, self.force + at + 1))
+                    left, slack = room[self.mu + n] * pressed - friction, room[self.mu + n] * error + most(self.force_errors)
+                    self.doubt(self.absolute(left) <= slack)
+                    with w.when(left < -slack):
+                        with w.few(d - 1) as j:
+                            room[self.dirs + at + j] = -room[self.force + at + 1 + j] / friction
+                        becomes(FRESH)
+                with w.otherwise():
+                    onward, slack = dot(self.dirs + at, self.a + at + 1), most(self.a_errors)
+                    self.doubt(self.absolute(onward) <= slack)
+                    with w.when(onward < -slack):
+                        with w.few(d - 1) as j:
+                            room[self.dirs + at + j] = 0.0
+                        becomes(STICK)
+                    with w.otherwise():
+                        length = w.compute("sqrt", dot(self.a + at + 1, self.a + at + 1))
+                        with w.few(d - 1) as j:
+                            turned = room[self.a + at + 1 + j] / length
+                            with w.when(self.absolute(turned - room[self.dirs + at + j]) > _TURNED):
+                                self.changed.put(1)
+                            room[self.dirs + at + j] = turned
+
+    def solve(self) -> None:
+        """Forces and accelerations in the modes `kind`, with bounds of their errors."""
+        w, room, d, c, kd = self.writer, self.room, self.d, self.count, self.k * self.d
+        size, nu = c.get() * d, self.unknowns
+        nu.put(0)
+        with w.few(c.get()) as n, w.when(room[self.kind + n] > OPEN):
+            with w.few(w.select(room[self.kind + n] > STICK, w.integer(1), d)) as j:
+                room[self.at_row + nu.get()] = w.compute("float", n * d + j)
+                nu.put(nu.get() + 1)
+        with w.few(nu.get()) as u:
+            row = self.index(self.at_row + u)
+            n = self.whole(row)
+            slips = room[self.kind + n] > STICK
+            with w.few(size) as i:
+                rubbing = self.sum(d - 1, lambda j: room[self.dirs + n * d + j] * room[self.W + i * kd + n * d + 1 + j])
+                along = w.select(slips, room[self.mu + n] * rubbing, 0.0)
+                room[self.G + i * kd + u] = room[self.W + i * kd + row] - along
+        with w.few(nu.get()) as u, w.few(nu.get()) as v:
+            at = self.A + u * nu.get() * 2 + v
+            room[at] = room[self.G + self.index(self.at_row + u) * kd + v]
+            room[at + nu.get()] = w.select((u < v) | (v < u), 0.0, 1.0)
+        invert(room, self.A, nu.get())
+        self._forces(size)
+        self._errors(size)
+
+    def _inverse(self, u: Term, v: Term) -> Term:
+        """An entry of A⁻¹."""
+        count = self.unknowns.get()
+        return self.room[self.A + u * count * 2 + count + v]
+
+    def _forces(self, size: Term) -> None:
+        """x, λ and a."""
+        w, room, d, nu, kd = self.writer, self.room, self.d, self.unknowns, self.k * self.d
+        with w.few(size) as i:
+            room[self.force + i] = 0.0
+        with w.few(nu.get()) as u:
+            room[self.x + u] = -self.sum(nu.get(), lambda v: self._inverse(u, v) * room[self.b + self.index(self.at_row + v)])
+            row = self.index(self.at_row + u)
+            n = self.whole(row)
+            room[self.force + row] = room[self.x + u]
+            with w.when(room[self.kind + n] > STICK), w.few(d - 1) as j:
+                room[self.force + row + 1 + j] = -(room[self.mu + n] * room[self.dirs + n * d + j] * room[self.x + u])
+        with w.few(size) as i:
+            pushed = self.sum(nu.get(), lambda u: room[self.G + i * kd + u] * room[self.x + u])
+            room[self.a + i] = pushed + room[self.b + i]
+            self.doubt(~(self.absolute(room[self.a + i]) < 1e300))
+
+    def _errors(self, size: Term) -> None:
+        """|Δλ| and |Δa|; unsure where equations are not met."""
+        w, room, d, nu, kd = self.writer, self.room, self.d, self.unknowns, self.k * self.d
+        with w.few(nu.get()) as u:  # terms of the equations, in the place of what x was solved for
+            row = self.index(self.at_row + u)
+            of = self.sum(nu.get(), lambda v: self.absolute(room[self.G + row * kd + v] * room[self.x + v]))
+            room[self.x_errors + u] = of + room[self.terms + row]
+        with w.few(size) as i:
+            room[self.force_errors + i] = 0.0
+            own = self.sum(size, lambda j: self.absolute(room[self.W + i * kd + j] * room[self.force + j]))
+
+            def carried(u: Term, i: Term = i) -> Term:
+                through = self.sum(nu.get(), lambda v: room[self.G + i * kd + v] * self._inverse(v, u))
+                return self.absolute(through) * room[self.x_errors + u]
+
+            room[self.a_errors + i] = (room[self.terms + i] + own + self.sum(nu.get(), carried)) * U
+        with w.few(nu.get()) as u:
+            error = self.sum(nu.get(), lambda v: self.absolute(self._inverse(u, v)) * room[self.x_errors + v]) * U
+            row = self.index(self.at_row + u)
+            n = self.whole(row)
+            room[self.force_errors + row] = error
+            with w.when(room[self.kind + n] > STICK), w.few(d - 1) as j:
+                rubbed = self.absolute(room[self.mu + n] * room[self.dirs + n * d + j])
+                room[self.force_errors + row + 1 + j] = rubbed * error
+            self.doubt(~(self.absolute(room[self.a + row]) <= room[self.a_errors + row] * MET))
