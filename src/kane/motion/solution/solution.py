@@ -30,7 +30,7 @@ from kane.motion.right_hand_side import sides
 from kane.motion.solution.accuracy import REPEATED, Accuracy, accuracy, between
 from kane.motion.solution.checks import Drift, EnergyCheck, checking_functions, drifts, energy_check, work_of
 from kane.motion.solution.files import contents, write
-from kane.motion.solution.phases import Indices, Jump, Phase, breaks, check_follows, joined, leaps
+from kane.motion.solution.phases import Indices, Jump, Phase, breaks, check_follows, joined, leaps, merged
 from kane.motion.solution.tables import dataframe, dataset
 from kane.numeric.arrays import Array, Mask, distinct
 from kane.space.frame import Frame
@@ -187,20 +187,20 @@ class Solution(Attributes):
     def by_sample(self, exprs: Callable[[Equations], Any]) -> list[Array]:
         """Values (n each) of the expressions that `exprs` makes of the equations that hold at each sample."""
         places: dict[tuple[Equations, int], list[int]] = {}
-        for k, key in enumerate(zip(self.samples or (self.equations,) * len(self), self.phase.tolist(), strict=True)):
-            places.setdefault(key, []).append(k)
-        parts = [
-            (at, self._along(eom, self.phases[k], exprs(eom), self.t[at], self.states[at]))
-            for (eom, k), at in places.items()
-        ]
+        inputs = [id(phase.inputs) for phase in self.phases]
+        whose = self.phase.tolist()
+        for k, (eom, n) in enumerate(zip(self.samples or (self.equations,) * len(self), whose, strict=True)):
+            places.setdefault((eom, inputs[n]), []).append(k)
+        parts = [(at, self._along(eom, merged(self.phases, self.phase[at]), exprs(eom), at)) for (eom, _), at in places.items()]
         tables = [np.empty(len(self)) for _ in parts[0][1]]
         for at, values in parts:
             for whole, part in zip(tables, values, strict=True):
                 whole[at] = part
         return tables
 
-    def _along(self, eom: Equations, phase: Phase, exprs: Any, t: Array, states: Array) -> list[Array]:
-        """Values (n each) of expressions at times (n) and states (n × (coordinates + speeds + further states)) in a phase."""
+    def _along(self, eom: Equations, phase: Phase, exprs: Any, at: list[int]) -> list[Array]:
+        """Values (n each) of expressions at samples of a phase, whose parameters may have a value for each."""
+        t, states = self.t[at], self.states[at]
         q, u, a = np.split(states.T, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
         inputs = {s: along(f, t, states) for s, f in phase.inputs.items()}
         exprs = in_mode(eom.system.contacts, eom.system.modes, exprs)
