@@ -26,7 +26,7 @@ from kane.errors import KaneError, KaneWarning, SimulationError, warn
 from kane.expr.node import Expr
 from kane.model.contacts import ContactMode, Modes, check_numbers
 from kane.model.declarations import Event
-from kane.motion.contact_runner import ContactRunner, Went
+from kane.motion.contact_runner import KNOWN, ContactRunner, Went, runner
 from kane.motion.hybrid.contact_automaton import AT_ONCE, ENDS, FLAT, KINDS, LOW, NOTHING, STARTS, Back
 from kane.motion.inputs.expressions import value
 from kane.motion.inputs.functions import constant
@@ -344,6 +344,15 @@ def run_with_contacts(
     stepper = Stepper(eom, p, tuple(given[1].values()), options["settings"])
     x, now = at.begin(span[0], admitted_start(stepper, begin, given[0], span[0])[:-1])
     way = _Way(at, span, (options, bounds, times), (span[0], x, begin.work), now)
+    try:
+        return _led(way, eom, given)
+    finally:
+        way.ends()
+
+
+def _led(way: "_Way", eom: Equations, given: tuple[Mapping[Expr, float], Mapping[Expr, Any]]) -> Solution:
+    """The motion to its end."""
+    at, end = way.at, way.span[1]
 
     def ended(**told: Any) -> Solution:
         return replace(whole(way.pieces), equations=eom, parameters=given[0], inputs=given[1], **told)
@@ -360,8 +369,8 @@ def run_with_contacts(
             last = f" after {way.pieces[-1].event.name!r}" if way.pieces[-1].event else ""
             told = f"the motion does not go on{last} at t = {float(way.pieces[-1].t[-1]):.9g}: {error}"
             return ended(status="stopped", event=None, message=told)
-        if way.t >= span[1]:
-            return ended(status="finished", event=None, message=f"reached t = {span[1]:g}")
+        if way.t >= end:
+            return ended(status="finished", event=None, message=f"reached t = {end:g}")
 
 
 class _Way:
@@ -380,6 +389,7 @@ class _Way:
         self.t, self.x, self.work = start
         self.pieces, self.by, self.still, self.count = list[Solution](), tuple[Event, ...](), 0, 0
         self.method = solver(self.options, self.bounds)
+        self.free = list[ContactRunner]()
         self.runner = self._runner()
 
     def _runner(self) -> ContactRunner | None:
@@ -389,10 +399,18 @@ class _Way:
         limited = self.method.first is not None or self.method.max_seconds < np.inf
         if not fixed or self.method.breakpoints or limited:
             return None
-        known = {"slack": at.slack, "fastest": at.fastest, "highest": at.highest, "rebound": at.rebound}
-        settings = self.options["settings"]
         given = dict(at.parameters), at.inputs
-        return ContactRunner(at.eom, self.method, self.span, given, settings, self.times, (at.layout, known))
+        found, self.free = runner(at.eom, self.method, self.span, given, self.options["settings"], self.times)
+        for name in KNOWN:  # from now on the kernel has them, too
+            own = found.arrays[name]
+            own[:] = getattr(at, name)
+            setattr(at, name, own)
+        return found
+
+    def ends(self) -> None:
+        """The kernel is free for another motion."""
+        if self.runner is not None:
+            self.free.append(self.runner)
 
     def goes(self) -> Event | None:
         """The event that the motion comes to, past those that kernels decide."""

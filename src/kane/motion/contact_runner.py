@@ -2,7 +2,7 @@
 """Modes of contacts as kernels, and the kernel that leads from one to the next: motions with contacts that Python need not look at.
 
 A mode is taken up when a motion first comes to it. It is left to Python where one of its inputs changes in time, events act, or its
-kernel would ask (`kane.motion.runner.is_plain`).
+kernel would ask.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,28 +12,29 @@ from typing import Any
 
 import numpy as np
 
-from kane.equations.contact_modes import Layout, contact_numbers
+from kane.equations.contact_modes import contact_numbers, layout
+from kane.equations.compiled import Kept
 from kane.equations.equations import Equations
 from kane.expr.node import Expr
 from kane.model.contacts import Modes
 from kane.model.declarations import Event
 from kane.motion.arguments import Arguments
-from kane.motion.constraint_kernels import Holding
+from kane.motion.constraint_kernels import Holding, unheld
 from kane.motion.course import Method
 from kane.motion.hybrid.contact_automaton import KINDS, LAWS, Back, Row, automaton_kernel
 from kane.motion.hybrid.contact_decisions import NO_PLACE
-from kane.motion.hybrid.event_routines import glance, values_set
+from kane.motion.hybrid.event_routines import glance
 from kane.motion.inputs.functions import constant
 from kane.motion.methods import chosen, kernel_of
 from kane.motion.native import first_slots
 from kane.motion.projection import is_constrained
-from kane.motion.right_hand_side import Given, switches
-from kane.motion.runner import is_plain
+from kane.motion.right_hand_side import Given, has_jumps, timed
 from kane.motion.solution.phases import Phase, joined
 from kane.motion.solution.solution import Segment, Solution
 from kane.motion.steppers.context import SIZE, Slot
 from kane.motion.steppers.crossings import LEAVES
 from kane.motion.steppers.held import CHANGES
+from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steppers.watched import rooms
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
@@ -41,6 +42,8 @@ from kane.program.native.calls import KeptCalls
 from kane.program.native.entry import CompiledKernel, entry, hoisted
 from kane.program.native.machine import Settings
 
+KNOWN = ("slack", "fastest", "highest", "rebound")
+"""What is known of each contact, a number each, as `kane.motion.contact_motion` has it."""
 _KNOWN, _ROWS, _NOTED, _LIMIT = 32, 1024, 4096, 10_000
 """Modes that are known at once; modes and events until Python collects them; steps of a mode after which Python takes it."""
 
@@ -81,12 +84,11 @@ class ContactRunner:
         given: tuple[Mapping[Expr, float], Mapping[Expr, Any]],
         settings: Settings | None,
         times: Array,
-        known: tuple[Layout, Mapping[str, Array]],
     ) -> None:
         self.eom, self.method, self.span, self.settings = eom, method, span, settings
         self.parameters, self.inputs = given
-        self.layout, self.contacts = known[0], eom.system.contacts
-        self.k, self.d, n = len(self.contacts), known[0].d, len(eom.state) + 1
+        self.layout, self.contacts = eom.numeric().value(layout), eom.system.contacts
+        self.k, self.d, n = len(self.contacts), self.layout.d, len(eom.state) + 1
         later = times[times > span[0]]
         self.s, self.y, self.lag = np.zeros(SIZE), np.zeros(n), np.zeros(n)
         self.times, self.rows = np.append(later, np.inf), np.zeros((len(later) + 1, n))
@@ -108,24 +110,38 @@ class ContactRunner:
             "meaning": np.full((_KNOWN, count, 2), -1.0),
             "p_at": np.full((_KNOWN, extra), -1.0),
             "own_events": np.zeros(_KNOWN),
+            **{name: np.zeros(self.k) for name in KNOWN},
             "modes": np.zeros(self.k),
             "directions": np.zeros((self.k, self.d - 1)),
             "extra": np.zeros((self.k, self.d + 1)),
             "leaving": np.zeros(self.k),
             "records": np.zeros(2 + self.width * (_ROWS + 1)),
             "noted": np.zeros(2 * (_NOTED + 1)),
-            **known[1],
         }
-        self.kernel = _automaton(settings or Settings()).bound(self._bound(n))
-        self.symbols = [[*c.direction, *[None] * (self.d - 1 - len(c.direction)), c.slowest, c.slack] for c in self.contacts]
+        self.given = self._bound(n)
+        self.kernel = _automaton(settings or Settings()).bound(self.given)
+        self.symbols = [
+            [*c.direction, *[None] * (self.d - 1 - len(c.direction)), c.slowest, c.slack] for c in self.contacts
+        ]
+
+    def take(self, given: tuple[Mapping[Expr, float], Mapping[Expr, Any]]) -> None:
+        """The next motion has these parameters, and inputs with the same values."""
+        self.parameters, self.inputs = given
+        for name in KNOWN:
+            self.arrays[name][:] = 0.0
+        self.given["p"][:-1] = [self.parameters[s] for s in self.own_p]
+        at = self.span[0], np.zeros(len(self.eom.state)), self.given["p"][:-1], self.given["r"][:-1]
+        self.given["h"][:] = hoisted(self.routine, *at)
+        for row, (_, mode, _, _) in zip(self.arrays["ps"], self.made, strict=False):
+            row[: len(mode.parameters)] = [self.parameters.get(s, 0.0) for s in mode.parameters]
 
     def _bound(self, n: int) -> Given:
         """What the automaton is given."""
         eom, k, d = self.eom, self.k, self.d
         numbers = eom.numeric(self.settings).routine(contact_numbers)
-        routine = numbers.flat
+        routine = self.routine = numbers.flat
         ports = routine.program.ports
-        p = np.array([self.parameters[s] for s in ports[2].symbols] + [0.0])
+        self.own_p, p = ports[2].symbols, np.array([self.parameters[s] for s in ports[2].symbols] + [0.0])
         r = np.array([float(constant(self.inputs[s]) or 0.0) for s in ports[3].symbols] + [0.0])
         x = np.zeros(len(eom.state))
         places = [NO_PLACE if p is None else float(p) for own in self.layout.places for p in own]
@@ -192,8 +208,7 @@ class ContactRunner:
         p, drives = np.array([numbers[s] for s in mode.parameters]), tuple(self.inputs[s] for s in mode.inputs)
         stepper = Stepper(mode, p, drives, self.settings)
         name = chosen(self.method.name, stepper, stepper.now.drives, self.method.rtol, self.method.max_step)
-        plain = is_plain(stepper, replace(self.method, name=name)) and not switches(mode) and not values_set(mode)
-        if not plain or any(constant(f) is None for f in drives):
+        if not _fits(stepper, name):
             return False
         arguments = Arguments(name, stepper.now, self.span[0], self.s, self.y)
         given = arguments.given | {"times": self.times, "rows": self.rows, "samples": len(self.times) - 1, "limit": _LIMIT}
@@ -342,6 +357,45 @@ class ContactRunner:
             phase=piece,
         )
         return [made], by
+
+
+def runner(
+    eom: Equations,
+    method: Method,
+    span: tuple[float, float],
+    given: tuple[Mapping[Expr, float], Mapping[Expr, Any]],
+    settings: Settings | None,
+    times: Array,
+) -> tuple[ContactRunner, list[ContactRunner]]:
+    """A runner that no other motion has at present, and where it is to be put when it is free again."""
+    inputs = tuple(constant(f) for f in given[1].values())
+    kept, key = eom.numeric(settings).value(_runners), (method, span, times.tobytes(), inputs)
+    free = kept.get(key)
+    if free is None:
+        kept.put(key, free := [])
+    try:
+        found = free.pop()
+    except IndexError:
+        found = ContactRunner(eom, method, span, given, settings, times)
+    found.take(given)
+    return found, free
+
+
+def _runners(eom: Equations) -> Kept[list[ContactRunner]]:
+    return Kept()
+
+
+def _fits(stepper: Stepper, name: str) -> bool:
+    """Whether a kernel runs a mode up to an event of its contacts; where it asks for something Python takes the mode."""
+    eom = stepper.eom
+    return (
+        name in INTEGRATORS
+        and not unheld(stepper)
+        and not (is_constrained(eom) and INTEGRATORS[name].implicit)
+        and not has_jumps(eom)
+        and not any(eom.numeric().value(timed))
+        and all(event.then is None for event in eom.events)
+    )
 
 
 _BEGIN = ("closes", "sticks")
