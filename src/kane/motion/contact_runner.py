@@ -149,7 +149,7 @@ class ContactRunner:
         width, m, always = len(sizes.forcing), len(sizes.rest), len(self.layout.always)
         kd = k * d
         room = kd * width * 2 + kd * 4 + width * 2 + width * width * 2 + always * (2 * width + 2 * always + 2) + kd * kd
-        room += 8 * k + 14 * kd + kd * kd * 8 + k
+        room += 9 * k + 15 * kd + kd * kd * 8
         ints = {
             "contacts": k, "dimension": d, "width": width, "rows": m, "always_count": always, "speeds": len(eom.speeds),
             "coordinates": len(eom.coordinates), "n": n, "known": 0, "most": self.method.max_steps, "room_for": _ROWS, "enter": 1,

@@ -95,7 +95,7 @@ class _Automaton:
         self.noted_count, self.still, self.which, self.kind = (
             w.variable(name, INT) for name in ("noted_count", "still", "which", "event_kind")
         )
-        self.hit, self.found, self.steps_before = (w.variable(name, INT) for name in ("hit", "found", "steps_before"))
+        self.hit, self.found, self.last = (w.variable(name, INT) for name in ("hit", "found", "last"))
         self.over, self.code, self.t = (w.variable(name) for name in ("over", "code", "time"))
         self.put = {
             name: w.variable(name)
@@ -225,7 +225,6 @@ class _Automaton:
         k, d = of.k, of.d
         of.touch(self.t.get(), self.y)
         with w.few(k) as i:
-            of.doubt(self.modes[i] >= HELD)
             self.next[i] = self.modes[i]
             with w.few(d - 1) as j:
                 self.next_ways[i * (d - 1) + j] = self.ways[i * (d - 1) + j]
@@ -322,8 +321,17 @@ class _Automaton:
             with w.when(kind < STICK):
                 of.doubt(~(of.places[i * d] > -0.5))  # what the coordinates do not let open
             sticks = (kind >= STICK) & ((kind <= STICK) | ~(self.slip_count[i] > 0.0))
+            held = (kind <= STICK) & (of.room[of.lead + n] < w.compute("float", n))
             with w.when(sticks):
-                self.next[i] = STICKS
+                self.next[i] = w.select(held, HELD, STICKS)
+                with w.when(held):  # by the last one before it that sticks
+                    self.last.put(-1)
+                    with w.few(n) as m:
+                        other = of.index(of.own + m)
+                        leads = (self.next[other] <= STICKS) & (self.next[other] >= STICKS) & (self.slip_count[other] > 0.0)
+                        self.last.put(w.select(leads, m, self.last.get()))
+                    lead = of.index(of.lead + n)
+                    of.doubt((self.last.get() < lead) | (lead < self.last.get()))
             with w.when((kind > STICK) & ~sticks):
                 with w.few(d - 1) as j:
                     self.next_ways[i * (d - 1) + j] = of.room[of.dirs + n * d + j]
@@ -355,13 +363,16 @@ class _Automaton:
             slides = of.room[of.slides + n] > 0.0
             of.room[of.kind + n] = w.select(slides, 3.0, STICK)
             of.room[of.mu + n] = of.room[of.kinetic + n]
+        of.group()
         of.solve()
         with w.few(of.count.get()) as n, w.when(self.here(of.index(of.own + n))):
             at = of.force + n * of.d + 1
             size = w.compute("sqrt", of.sum(of.d - 1, lambda j: of.room[at + j] * of.room[at + j]))
             of.doubt(~(size > 0.0))
-            with w.few(of.d - 1) as j:
-                self.sliding[i * (of.d - 1) + j] = -of.room[at + j] / size
+            with w.few(of.count.get()) as m, w.when(of.leads(m, n)):
+                other = of.index(of.own + m)
+                with w.few(of.d - 1) as j:
+                    self.sliding[other * (of.d - 1) + j] = -of.room[at + j] / size
 
     # ---------------------------------------------------------------------------------------------------------- impacts
 
@@ -574,7 +585,7 @@ class _Automaton:
             )
             self.touching[i] = 1.0
             with w.few(d) as j:
-                own = ~of.no_place(i, j) & (stuck | (j < 1))
+                own = ~of.no_place(i, j) & ((stuck & ~self.is_held(i)) | (j < 1))
                 with w.when(own):
                     of.room[of.at_row + count.get()] = w.compute("float", i * d + j)
                     count.put(count.get() + 1)
@@ -595,6 +606,18 @@ class _Automaton:
                 return room[of.spread + of.index(of.at_row + u) * of.width + j] * room[of.x + u]
 
             self.y[of.nq + j] = self.y[of.nq + j] + of.sum(count.get(), moved)
+
+    def is_held(self, i: Term) -> Term:
+        """Whether a row of an earlier contact that is held is that of contact i, too."""
+        w, of = self.w, self.of
+        kd, d = of.k * of.d, of.d
+        self.last.put(0)
+        with w.few(of.unknowns.get()) as u:
+            a, b = i * d + 1, of.index(of.at_row + u)
+            ab, aa, bb = (of.room[of.mobility + x * kd + y] for x, y in ((a, b), (a, a), (b, b)))
+            with w.when((ab > 0.0) & (ab * ab >= aa * bb * (1 - ROUNDED_SUM)) & (of.rest_of(b) > 0)):
+                self.last.put(1)
+        return self.last.get() > 0
 
     # -------------------------------------------------------------------------------------------------- the next mode begins
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from kane.contacts.equations import MET, U
 from kane.motion.steppers.dense import factor, invert, total
-from kane.numeric.scale import INVERSE_RANK, LAST_DIGIT, SIX_DIGITS
+from kane.numeric.scale import INVERSE_RANK, LAST_DIGIT, ROUNDED_SUM, SIX_DIGITS
 from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Array, Term, Writer
 
@@ -62,7 +62,7 @@ class Decisions:
         kd, pa = k * d, self.always_count
         of_touch = [kd * n, kd, kd, kd * n, n, n * n * 2, pa * n, pa * n, pa * pa * 2, pa, pa, kd * kd, kd, kd, n]
         of_problem = [k, kd * kd, kd, kd, k, k, k, kd, k, k, kd * kd * 2, kd * kd, kd * kd * 2, kd, kd, kd, kd, kd, kd, kd]
-        places = placed([*of_touch, *of_problem, kd * kd, kd * kd, kd, k])
+        places = placed([*of_touch, *of_problem, kd * kd, kd * kd, kd, k, k])
         (
             self.J, self.velocity, self.velocity_terms, self.spread, self.free, self.inverse, self.P, self.moved, self.S,
             self.z, self.y, self.mobility, self.bias, self.bias_terms, self.spent,
@@ -71,7 +71,7 @@ class Decisions:
             self.own, self.W, self.b, self.terms, self.static, self.kinetic, self.mu, self.dirs, self.kind, self.slides,
             self.L, self.G, self.A, self.x, self.x_errors, self.force, self.a, self.a_errors, self.force_errors, self.at_row,
         ) = places[15:35]  # fmt: skip
-        self.pressing, self.bound, self.along, self.rubs = places[35:39]
+        self.pressing, self.bound, self.first, self.rubs, self.lead = places[35:40]
 
     # ------------------------------------------------------------------------------------------------- small helpers
 
@@ -262,6 +262,40 @@ class Decisions:
                     with w.when(self.absolute(way) > 0.0):
                         room[self.slides + n] = 1.0
 
+    def group(self) -> None:
+        """`first` of each contact becomes the first one that slips as it does: their tangential rows of W are equal."""
+        w, room, d, kd, c = self.writer, self.room, self.d, self.k * self.d, self.count
+        with w.few(c.get()) as n:
+            room[self.first + n] = w.compute("float", n)
+            with w.when(room[self.rubs + n] > 0.0), w.few(n) as m:
+                self.cell.put(0.0)
+                with w.few(d - 1) as j, w.few(c.get() * d) as i:
+                    a, b = n * d + 1 + j, m * d + 1 + j
+                    apart = self.absolute(room[self.W + a * kd + i] - room[self.W + b * kd + i])
+                    size = w.compute("sqrt", room[self.W + a * kd + a] * room[self.W + i * kd + i])
+                    self.cell.put(self.largest(self.cell.get(), w.select(apart > size * ROUNDED_SUM, 1.0, 0.0)))
+                same = (self.cell.get() < 0.5) & (room[self.rubs + m] > 0.0)
+                earlier = room[self.first + n] >= w.compute("float", n)
+                with w.when(same & earlier):
+                    room[self.first + n] = w.compute("float", m)
+
+    def lead_of(self, n: Term) -> None:
+        """`lead` of a contact that sticks becomes the first one that sticks by its rows: itself where there is none before it."""
+        w, room = self.writer, self.room
+        room[self.lead + n] = w.compute("float", n)
+        with w.few(n) as m:
+            sticks = (room[self.kind + m] >= STICK) & (room[self.kind + m] <= STICK)
+            one = (room[self.first + m] >= room[self.first + n]) & (room[self.first + m] <= room[self.first + n])
+            alone = room[self.lead + n] >= w.compute("float", n)
+            with w.when(sticks & one & alone & (room[self.rubs + n] > 0.0)):
+                room[self.lead + n] = w.compute("float", m)
+
+    def leads(self, n: Term, m: Term) -> Term:
+        """Whether contact n sticks by the rows of m."""
+        sticks = (self.room[self.kind + n] >= STICK) & (self.room[self.kind + n] <= STICK)
+        at = self.index(self.lead + n)
+        return sticks & (at <= m) & (at >= m)
+
     def whole(self, i: Term) -> Term:
         """The contact of a row."""
         w = self.writer  # d is 2 or 3
@@ -280,6 +314,7 @@ class Decisions:
             slides = room[self.slides + n] > 0.0
             room[self.kind + n] = w.select(slides, SLIP, STICK)
             room[self.mu + n] = w.select(slides, room[self.kinetic + n], room[self.static + n])
+        self.group()
         self.again.put(1)
         self.rounds.put(0)
         with w.repeat(lambda: (self.again.get() > 0) & (self.rounds.get() <= c.get()) & (self.unsure.get() < 1)):
@@ -300,10 +335,8 @@ class Decisions:
         size = c.get() * d
         with w.few(size) as i, w.few(size) as j:
             room[self.L + i * kd * 2 + j] = room[self.W + i * kd + j]
-        factor(room, self.L, kd * 2, size)
+        self._factor(size)
         with w.few(size) as i:
-            pivot = room[self.L + i * kd * 2 + i]
-            self.doubt(~(pivot * pivot > room[self.W + i * kd + i] * INVERSE_RANK))
             with w.few(size) as j:
                 room[self.bound + i * kd + j] = w.select((i < j) | (j < i), 0.0, 1.0 - SIX_DIGITS)
         with w.when(self.unsure.get() < 1), w.few(c.get()) as n, w.when((room[self.mu + n] > 0.0) & (room[self.rubs + n] > 0.0)):
@@ -333,6 +366,22 @@ class Decisions:
         with w.few(size) as i:
             self.doubt(~(room[self.bound + i * kd + i] > 0.0))
 
+    def _factor(self, size: Term) -> None:
+        """L of W = L Lᵀ, with zero columns where a contact slips as one before it; unsure where other rows depend on each other."""
+        w, room, d, kd = self.writer, self.room, self.d, self.k * self.d
+        with w.few(size) as i, w.few(i + 1) as j:
+            row, above = self.L + i * kd * 2, self.L + j * kd * 2
+            rest = room[row + j] - self.sum(j, lambda k: room[row + k] * room[above + k])
+            pivot = room[above + j]
+            with w.when(j < i):
+                room[row + j] = w.select(pivot > 0.0, rest / w.select(pivot > 0.0, pivot, 1.0), 0.0)
+            with w.otherwise():
+                n = self.whole(i)
+                follows = (room[self.first + n] < w.compute("float", n)) & (self.rest_of(i) > 0)
+                self.doubt(~follows & ~(rest > room[self.W + i * kd + i] * INVERSE_RANK))
+                positive = w.select(rest > 0.0, rest, 0.0)
+                room[row + j] = w.select(follows, 0.0, w.compute("sqrt", positive))
+
     def _lower(self, i: Term, j: Term) -> Term:
         """An entry of L."""
         return self.writer.select(j <= i, self.room[self.L + i * self.k * self.d * 2 + j], 0.0)
@@ -343,7 +392,8 @@ class Decisions:
         with w.few(size) as i:
             right = w.select((i < row) | (row < i), 0.0, 1.0)
             before = self.sum(i, lambda j: room[self.L + i * kd * 2 + j] * room[self.pressing + j])
-            room[self.pressing + i] = (right - before) / room[self.L + i * kd * 2 + i]
+            pivot = room[self.L + i * kd * 2 + i]
+            room[self.pressing + i] = w.select(pivot > 0.0, (right - before) / w.select(pivot > 0.0, pivot, 1.0), 0.0)
 
     def search(self) -> None:
         """Modes are tried until all inequalities hold."""
@@ -387,28 +437,48 @@ class Decisions:
                         self.cell.put(self.largest(self.cell.get(), room[of + at + 1 + j]))
                     return self.cell.get()
 
-                with w.when(kind < FRESH):
-                    friction = w.compute("sqrt", dot(self.force + at + 1, self.force + at + 1))
-                    left, slack = room[self.mu + n] * pressed - friction, room[self.mu + n] * error + most(self.force_errors)
-                    self.doubt(self.absolute(left) <= slack)
-                    with w.when(left < -slack):
-                        with w.few(d - 1) as j:
-                            room[self.dirs + at + j] = -room[self.force + at + 1 + j] / friction
-                        becomes(FRESH)
-                with w.otherwise():
-                    onward, slack = dot(self.dirs + at, self.a + at + 1), most(self.a_errors)
-                    self.doubt(self.absolute(onward) <= slack)
-                    with w.when(onward < -slack):
-                        with w.few(d - 1) as j:
-                            room[self.dirs + at + j] = 0.0
-                        becomes(STICK)
-                    with w.otherwise():
-                        length = w.compute("sqrt", dot(self.a + at + 1, self.a + at + 1))
-                        with w.few(d - 1) as j:
-                            turned = room[self.a + at + 1 + j] / length
-                            with w.when(self.absolute(turned - room[self.dirs + at + j]) > _TURNED):
-                                self.changed.put(1)
-                            room[self.dirs + at + j] = turned
+                with w.when((kind < FRESH) & ~(room[self.lead + n] < w.compute("float", n))):
+                    self._judge_cone(n, at, w.compute("sqrt", dot(self.force + at + 1, self.force + at + 1)), most)
+                with w.when(kind >= FRESH):
+                    self._judge_slip(n, at, dot, most)
+
+    def _judge_cone(self, n: Term, at: Term, friction: Term, most: Callable[[Term], Term]) -> None:
+        """Whether contacts that stick by the rows of n keep to |F| ≤ Σ μ N; else they slip against F."""
+        w, room, d, c = self.writer, self.room, self.d, self.count
+
+        def sum_of(what: Term) -> Term:
+            return self.sum(c.get(), lambda m: w.select(self.leads(m, n), room[self.mu + m] * room[what + m * d], 0.0))
+
+        left, slack = sum_of(self.force) - friction, sum_of(self.force_errors) + most(self.force_errors)
+        self.doubt(self.absolute(left) <= slack)
+        with w.when(left < -slack), w.few(c.get()) as m, w.when(self.leads(m, n)):
+            with w.few(d - 1) as j:
+                room[self.dirs + m * d + j] = -room[self.force + at + 1 + j] / friction
+            with w.when((m < n) | (n < m)):
+                room[self.kind + m] = FRESH
+        with w.when(left < -slack):
+            room[self.kind + n] = FRESH
+            self.changed.put(1)
+
+    def _judge_slip(
+        self, n: Term, at: Term, dot: Callable[[Term, Term], Term], most: Callable[[Term], Term]
+    ) -> None:
+        """Whether a contact that begins to slip does so against its friction; else it sticks. Its direction follows."""
+        w, room, d = self.writer, self.room, self.d
+        onward, slack = dot(self.dirs + at, self.a + at + 1), most(self.a_errors)
+        self.doubt(self.absolute(onward) <= slack)
+        with w.when(onward < -slack):
+            with w.few(d - 1) as j:
+                room[self.dirs + at + j] = 0.0
+            room[self.kind + n] = STICK
+            self.changed.put(1)
+        with w.otherwise():
+            length = w.compute("sqrt", dot(self.a + at + 1, self.a + at + 1))
+            with w.few(d - 1) as j:
+                turned = room[self.a + at + 1 + j] / length
+                with w.when(self.absolute(turned - room[self.dirs + at + j]) > _TURNED):
+                    self.changed.put(1)
+                room[self.dirs + at + j] = turned
 
     def solve(self) -> None:
         """Forces and accelerations in the modes `kind`, with bounds of their errors."""
@@ -416,7 +486,9 @@ class Decisions:
         size, nu = c.get() * d, self.unknowns
         nu.put(0)
         with w.few(c.get()) as n, w.when(room[self.kind + n] > OPEN):
-            with w.few(w.select(room[self.kind + n] > STICK, w.integer(1), d)) as j:
+            self.lead_of(n)
+            held = room[self.lead + n] < w.compute("float", n)
+            with w.few(w.select((room[self.kind + n] > STICK) | held, w.integer(1), d)) as j:
                 room[self.at_row + nu.get()] = w.compute("float", n * d + j)
                 nu.put(nu.get() + 1)
         with w.few(nu.get()) as u:
