@@ -129,8 +129,9 @@ class ContactMotion:
         done = impacts(problem.mobility, problem.bias, problem.static, laws[order, 2], law=law, terms=problem.terms)
         after = x.copy()
         after[self.q : self.q + touch.width] += touch.change(touch.places(order), done.impulse)
-        size = problem.normals(problem.terms + np.abs(problem.mobility) @ np.abs(done.impulse))
-        leaves = problem.normals(done.velocity) > NOTHING * size
+        size = problem.terms + np.abs(problem.mobility) @ np.abs(done.impulse)
+        self.fastest[order] = np.maximum(self.fastest[order], problem.tangents(size).max(axis=1))
+        leaves = problem.normals(done.velocity) > NOTHING * problem.normals(size)
         stays = {i for i, off in zip(order, leaves, strict=True) if not off}
         rests, over = self._flat(t, after, stays, [i for i in order if i not in stays])
         if rests:

@@ -405,9 +405,13 @@ class _Automaton:
         self.change(size, lambda c: self.impulse[c])
         with w.few(of.k) as i:
             self.leaving[i] = 0.0
+        with w.few(size) as c:  # sizes of the terms of velocities after the impacts
+            through = of.sum(size, lambda b, c=c: of.absolute(room[of.W + c * kd + b] * self.impulse[b]))
+            room[of.a_errors + c] = room[of.terms + c] + through
         with w.few(of.count.get()) as n:
-            v, terms = room[of.a + n * d], room[of.terms + n * d]
-            terms = terms + of.sum(size, lambda c: of.absolute(room[of.W + n * d * kd + c] * self.impulse[c]))
+            i, v, terms = of.index(of.own + n), room[of.a + n * d], room[of.a_errors + n * d]
+            with w.few(d, 1) as j:
+                self.fastest[i] = of.largest(self.fastest[i], room[of.a_errors + n * d + j])
             with w.when(v > terms * NOTHING):
                 self.leaving[of.index(of.own + n)] = 1.0
                 self.touching[of.index(of.own + n)] = 0.0

@@ -227,8 +227,19 @@ class Held:
                 self.reach[e] = w.compute("max", self.reach[e], w.compute("abs", self.room[self.a + e]))
             self.measure()
             with w.when(o.get(Slot.FRESH) > 1.0):
-                self.project(o.get(Slot.TIME), o.y, w.integer(0))
+                self.admit()
             o.put(Slot.QUIET, 1 / POOR)
+
+    def admit(self) -> None:
+        """The state is moved onto the constraints; speeds that these stop are zero, of which rounding would be left."""
+        w, y, probe = self.writer, self.context.y, self.room
+        with w.few(self.s) as j:
+            probe[self.probe + j] = y[self.coordinates + j]
+        self.project(self.context.get(Slot.TIME), y, w.integer(0))
+        with w.few(self.s) as j:
+            left, was = y[self.coordinates + j], probe[self.probe + j]
+            stopped = w.compute("abs", left) <= w.compute("abs", was - left) * ROUNDED
+            y[self.coordinates + j] = w.select(stopped, 0.0, left)
 
     def measure(self) -> None:
         """R and C are the sizes that entries of A have had: of rows, and of columns whose rows are divided by theirs.
