@@ -29,7 +29,7 @@ from kane.motion.steppers.context import Slot
 from kane.motion.steppers.held import CHANGES, COUNTS, POORLY, room
 from kane.motion.steps import Stepper, better
 from kane.numeric.arrays import Array
-from kane.numeric.scale import POOR
+from kane.numeric.scale import POOR, UNUSABLE
 from kane.program.from_expressions import Bundle
 from kane.program.native.entry import Selection, aligned, entry, hoist_entry, hoisted
 from kane.program.native.machine import Settings
@@ -261,7 +261,9 @@ class Holding:
     def _poor(self, numbers: Numbers) -> bool:
         """Whether dependent speeds hardly follow, and no others do better."""
         stepper = self.stepper
-        if regular(stepper, numbers, POORLY):
+        embedding = stepper.eom.embedding
+        whole = embedding is not None and len(embedding.partition.dependent) == len(stepper.eom.speeds)
+        if regular(stepper, numbers, UNUSABLE / POOR if whole else POORLY):
             return False
         assert stepper.eom.embedding is not None
         return better(numbers.a, stepper.eom.embedding.partition, stepper.reach, False, stepper.mixes[1]) is None

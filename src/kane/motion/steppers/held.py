@@ -273,7 +273,8 @@ class Held:
         self.end(end, *to)
         poor = (self.d > 0) & ~(self.share.get() <= o.get(Slot.QUIET))
         looked, own = o.get(Slot.LOOKED) > 0.0, w.compute("int", o.get(Slot.CHOICE))
-        chooses = (self.choices > 1) & ~looked
+        whole = self.d >= self.s  # all speeds are dependent: there is no other choice
+        chooses = ((self.choices > 1) | whole) & ~looked
         self.next.put(w.select(poor & looked, own, w.integer(-1)))
         with w.when(poor & chooses):
             self.choose()
@@ -321,7 +322,8 @@ class Held:
                 self.next.put(k)
         self.present()
         self.regularity()
-        with w.when((self.next.get() < 0) & (self.share.get() <= 1 / (POORLY * POOR))):
+        least = w.select(self.d >= self.s, 1 / UNUSABLE, 1 / (POORLY * POOR))
+        with w.when((self.next.get() < 0) & (self.share.get() <= least)):
             self.next.put(own)
 
     def end(self, t: Term, array: Array, place: Term) -> None:
