@@ -7,6 +7,8 @@ __getattr__ = offered(
     __name__,
     {
         "constraint_kernels": "Holding holding",
+        "contact_motion": "ContactMotion",
+        "contact_runner": "ContactRunner",
         "hybrid.event_routines": "actions glance tendency",
         "hybrid.automaton": "automaton",
         "hybrid.events": "crossings",

@@ -28,7 +28,7 @@ from kane.model.contacts import ContactMode, Modes, check_numbers
 from kane.model.declarations import Event
 from kane.motion.contact_runner import KNOWN, ContactRunner, Went, runner
 from kane.motion.hybrid.contact_automaton import AT_ONCE, ENDS, FLAT, KINDS, LOW, NOTHING, STARTS, Back
-from kane.motion.inputs.expressions import value
+from kane.motion.inputs.expressions import Formula, value
 from kane.motion.inputs.functions import constant
 from kane.motion.loop import admitted_start, run, solver, whole
 from kane.motion.solution.resumed import Begin
@@ -394,9 +394,12 @@ class _Way:
         self.runner = self._runner()
 
     def _runner(self) -> ContactRunner | None:
-        """None where inputs change in time, or there are breakpoints."""
+        """None where inputs are functions of Python's, or there are breakpoints."""
         at = self.at
-        fixed = all(constant(f) is not None for f in at.inputs.values())
+        fixed = all(
+            constant(f) is not None or (isinstance(f, Formula) and not f.breakpoints(self.span))
+            for f in at.inputs.values()
+        )
         limited = self.method.first is not None or self.method.max_seconds < np.inf
         if not fixed or self.method.breakpoints or limited:
             return None

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Modes of contacts as kernels, and the kernel that leads from one to the next: motions with contacts that Python need not look at.
 
-A mode is taken up when a motion first comes to it. It is left to Python where one of its inputs changes in time, events act, or its
-kernel would ask.
+A mode is taken up when a motion first comes to it. It is left to Python where loads jump, events act, or its kernel would ask; so is
+the motion where inputs are functions of Python's.
 """
 
 from collections.abc import Mapping, Sequence
@@ -142,7 +142,7 @@ class ContactRunner:
         routine = self.routine = numbers.flat
         ports = routine.program.ports
         self.own_p, p = ports[2].symbols, np.array([self.parameters[s] for s in ports[2].symbols] + [0.0])
-        r = np.array([float(constant(self.inputs[s]) or 0.0) for s in ports[3].symbols] + [0.0])
+        r = np.array([constant(self.inputs[s]) or 0.0 for s in ports[3].symbols] + [0.0], dtype=float)
         x = np.zeros(len(eom.state))
         places = [NO_PLACE if p is None else float(p) for own in self.layout.places for p in own]
         sizes = numbers(self.span[0], x, p[:-1], r[:-1])
@@ -185,6 +185,8 @@ class ContactRunner:
             "make": self.calls.make,
             "hoist": self.calls.hoist,
             "look": self.calls.look,
+            "drive": self.calls.drive,
+            "driven": int(any(constant(f) is None for f in self.inputs.values())),
         }
 
     # Modes ------------------------------------------------------------------------------------------------------------------
@@ -208,7 +210,7 @@ class ContactRunner:
         p, drives = np.array([numbers[s] for s in mode.parameters]), tuple(self.inputs[s] for s in mode.inputs)
         stepper = Stepper(mode, p, drives, self.settings)
         name = chosen(self.method.name, stepper, stepper.now.drives, self.method.rtol, self.method.max_step)
-        if not _fits(stepper, name):
+        if not _fits(stepper, name) or tuple(mode.inputs) != tuple(self.eom.inputs):
             return False
         arguments = Arguments(name, stepper.now, self.span[0], self.s, self.y)
         given = arguments.given | {"times": self.times, "rows": self.rows, "samples": len(self.times) - 1, "limit": _LIMIT}
@@ -241,7 +243,8 @@ class ContactRunner:
         looked = arguments.now.routine(glance, *arguments.now.turning).flat
         kernel = kernel_of(name, arguments.now, is_constrained(mode))
         own_given = {a.name: given[a.name] for a in kernel.kernel.arguments}
-        self.calls.put(m, (kernel, own_given), hoists, (entry(looked), given["hg"]), given["p"])
+        drive = given["single_drive"], given["hd"]
+        self.calls.put(m, (kernel, own_given), hoists, ((entry(looked), given["hg"]), drive), given["p"])
         self.made.append((modes, mode, name, (arguments, given)))
         return True
 
@@ -371,7 +374,9 @@ def runner(
     inputs = tuple(constant(f) for f in given[1].values())
     kept, key = eom.numeric(settings).value(_runners), (method, span, times.tobytes(), inputs)
     free = kept.get(key)
-    if free is None:
+    if None in inputs:  # functions of time are those of one motion
+        free = []
+    elif free is None:
         kept.put(key, free := [])
     try:
         found = free.pop()
@@ -392,7 +397,7 @@ def _fits(stepper: Stepper, name: str) -> bool:
         name in INTEGRATORS
         and not unheld(stepper)
         and not (is_constrained(eom) and INTEGRATORS[name].implicit)
-        and not has_jumps(eom)
+        and not has_jumps(eom, stepper.now.laws)
         and not any(eom.numeric().value(timed))
         and all(event.then is None for event in eom.events)
     )

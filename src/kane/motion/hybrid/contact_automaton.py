@@ -90,7 +90,8 @@ class _Automaton:
         self.ps, self.seen, self.largest, self.least, self.own, self.leaves = map(w.array, names[:6])
         self.p_at, self.meaning, self.begun = map(w.array, names[6:])
         self.make, self.hoist = (w.callee(name, "array") for name in ("make", "hoist"))
-        self.look = w.callee("look", "float", "array", "array", "array", "array")
+        self.look, self.drives = (w.callee(name, "float", "array", "array", "array", "array") for name in ("look", "drive"))
+        self.driven = w.number("driven")
         self.back, self.mode, self.rows = (w.variable(name, INT) for name in ("back", "mode", "row_count"))
         self.noted_count, self.still, self.which, self.kind = (
             w.variable(name, INT) for name in ("noted_count", "still", "which", "event_kind")
@@ -192,6 +193,16 @@ class _Automaton:
                 with w.otherwise():
                     self.begin()
 
+    def drive(self) -> None:
+        """The inputs at the state at hand."""
+        with self.w.when(self.driven > 0):
+            self.drives(self.t.get(), self.y.at(0), self.of.r.at(0), self.calls.at(0), self.of.r.at(0))
+
+    def touch(self) -> None:
+        """The contacts at the state at hand."""
+        self.drive()
+        self.of.touch(self.t.get(), self.y)
+
     def keep(self, back: bool) -> None:
         """What is known of the contacts is kept, or is again what was kept, for Python to decide."""
         for k, one in enumerate((self.slack, self.fastest, self.highest, self.rebound)):
@@ -223,7 +234,7 @@ class _Automaton:
         """`next_modes` and `next_ways`; the state after impacts is in y."""
         w, of = self.w, self.of
         k, d = of.k, of.d
-        of.touch(self.t.get(), self.y)
+        self.touch()
         with w.few(k) as i:
             self.next[i] = self.modes[i]
             with w.few(d - 1) as j:
@@ -251,7 +262,7 @@ class _Automaton:
         with w.when(self.hit.get() > 0):
             self.impact()
             with w.when(of.unsure.get() < 1):
-                of.touch(self.t.get(), self.y)
+                self.touch()
                 self.find_slips(lambda i: self.touching[i] > 0.0)
         with w.otherwise():
             self.find_slips(lambda i: self.slipping(i) & ~(self.here(i) & self.is_(_STICKS)))
@@ -544,7 +555,7 @@ class _Automaton:
         """Contacts whose further rebounds are less than tolerances tell rest: `touching`, and when the last of these is over."""
         w, of = self.w, self.of
         room, d, kd = of.room, of.d, of.k * of.d
-        of.touch(self.t.get(), self.y)
+        self.touch()
         self.find_slips(lambda i: self.touching[i] > 0.0)
         with w.few(of.k) as i:
             self.friction[i] = of.numbers[of.laws + i * 3]
@@ -694,6 +705,7 @@ class _Automaton:
         s[int(Slot.TIME)] = self.t.get()
         s[int(Slot.PHASE)] = self.t.get()
         s[int(Slot.FRESH)] = 2.0
+        self.drive()
         self.look(self.t.get(), self.y.at(0), of.r.at(0), self.calls.at(0), self.glanced.at(0))
         self.found.put(0)
         first = mode * self.e

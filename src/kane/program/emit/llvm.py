@@ -324,7 +324,7 @@ end:
 
 
 def kept_calls(count: int | None = None) -> str:
-    """The module of `kept.make`, `kept.hoist` and `kept.look`, which make one of the calls in a table (`kane.program.native.calls`).
+    """The module of `kept.make`, `kept.hoist`, `kept.look` and `kept.drive`, which make one of the calls in a table (`kane.program.native.calls`).
 
     With a `count` that of `kept.call<count>`, which calls a kernel of so many arguments from a block: who calls, what is called, the
     arguments; and returns what it returns.
@@ -352,6 +352,19 @@ def kept_calls(count: int | None = None) -> str:
   %row = load ptr, ptr %row.at
 """
 
+    looks = "\n".join(
+        f"""define void @kept.{name}(double %t, ptr %x, ptr %r, ptr %h, ptr %out) nounwind {{
+{part(2)}  %p = load ptr, ptr %row
+  %own.at = getelementptr i64, ptr %row, i64 {1 + 2 * k}
+  %own = load ptr, ptr %own.at
+  %own.h.at = getelementptr i64, ptr %row, i64 {2 + 2 * k}
+  %own.h = load ptr, ptr %own.h.at
+  call void %own(double %t, ptr %x, ptr %p, ptr %r, ptr %own.h, ptr %out)
+  ret void
+}}
+"""
+        for k, name in enumerate(("look", "drive"))
+    )
     return f"""
 define void @kept.make(ptr %h) nounwind {{
 {part(0)}  %call = load ptr, ptr %row
@@ -362,16 +375,7 @@ define void @kept.make(ptr %h) nounwind {{
   ret void
 }}
 
-define void @kept.look(double %t, ptr %x, ptr %r, ptr %h, ptr %out) nounwind {{
-{part(2)}  %own = load ptr, ptr %row
-  %p.at = getelementptr i64, ptr %row, i64 1
-  %p = load ptr, ptr %p.at
-  %own.h.at = getelementptr i64, ptr %row, i64 2
-  %own.h = load ptr, ptr %own.h.at
-  call void %own(double %t, ptr %x, ptr %p, ptr %r, ptr %own.h, ptr %out)
-  ret void
-}}
-
+{looks}
 define void @kept.hoist(ptr %h) nounwind {{
 {part(1)}  %count = load i64, ptr %row
   %p.at = getelementptr i64, ptr %row, i64 1

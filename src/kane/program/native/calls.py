@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Calls kept in memory, so that a kernel makes one of several: each a kernel with its arguments, what hoists for it, and a routine.
+"""Calls kept in memory, so that a kernel makes one of several: each a kernel with its arguments, what hoists for it, and two routines.
 
-The table has a row for each: where the call of the kernel, the list of hoists and the routine begin. A number before the rows says
+The table has a row for each: where the call of the kernel, the list of hoists and that of routines begin. A number before the rows says
 which one is made, the next one takes what the kernel returns.
 """
 
@@ -16,40 +16,41 @@ from kane.program.native.entry import CompiledKernel, Entry
 from kane.program.native.machine import Settings, compile_text, target
 
 _ROW, _FIRST = 3, 2
+_KEPT = ("make", "hoist", "look", "drive")
 RESULT = 1
 """Where in the table what the kernel returned stands."""
 
 
 class KeptCalls:
-    """Calls that a kernel makes by the routines `make`, `hoist` and `look`, which take the `table` as h."""
+    """Calls that a kernel makes by the routines `make`, `hoist`, `look` and `drive`, which take the `table` as h."""
 
     def __init__(self, most: int, settings: Settings) -> None:
         self.table, self._settings = np.zeros(_FIRST + _ROW * most), settings
         self._rows = self.table.view(np.int64)
         self._kept: list[Any] = []
         on = target(settings.cpu, settings.features)
-        self._library = compile_text(kept_calls(), on, ["kept.make", "kept.hoist", "kept.look"], settings.cache)
-        self.make, self.hoist, self.look = (Entry(self._library, f"kept.{name}") for name in ("make", "hoist", "look"))
+        self._library = compile_text(kept_calls(), on, [f"kept.{name}" for name in _KEPT], settings.cache)
+        self.make, self.hoist, self.look, self.drive = (Entry(self._library, f"kept.{name}") for name in _KEPT)
 
     def put(
         self,
         k: int,
         kernel: tuple[CompiledKernel, Mapping[str, Any]],
         hoists: Sequence[tuple[Entry, Array]],
-        routine: tuple[Entry, Array],
+        routines: Sequence[tuple[Entry, Array]],
         p: Array,
     ) -> None:
-        """The kth call: a kernel with what it is given, the hoists (function, h) of the parameters p, and a routine with its h."""
+        """The kth call: a kernel with what it is given, the hoists (function, h) of the parameters p, and two routines with their h."""
         own, given = kernel
         bound = own.bound(given)
         call = self._call_of(len(bound.passed))
         words = (
             [call.address, own.entry.address, *bound.passed],
             [len(hoists), p.ctypes.data, *(x for f, h in hoists for x in (f.address, h.ctypes.data))],
-            [routine[0].address, p.ctypes.data, routine[1].ctypes.data],
+            [p.ctypes.data, *(x for f, h in routines for x in (f.address, h.ctypes.data))],
         )
         block, listed, looked = (np.array(row, dtype=np.int64) for row in words)
-        self._kept.append((bound, call, hoists, routine, p, block, listed, looked))
+        self._kept.append((bound, call, hoists, routines, p, block, listed, looked))
         at = _FIRST + _ROW * k
         self._rows[at : at + _ROW] = block.ctypes.data, listed.ctypes.data, looked.ctypes.data
 
