@@ -70,7 +70,7 @@ class Went:
 
 @cache
 def _automaton(settings: Settings) -> CompiledKernel:
-    return CompiledKernel(automaton_kernel(), settings)
+    return CompiledKernel(automaton_kernel(), settings, loops=False)
 
 
 class ContactRunner:

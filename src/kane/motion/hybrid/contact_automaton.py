@@ -31,6 +31,9 @@ LAWS = ("newton", "poisson", "stronge")
 SEPARATED, STICKS, STRAIGHT, SLIPS, HELD = 0.0, 1.0, 2.0, 3.0, 4.0
 """`ContactMode`."""
 _CLOSES, _OPENS, _SLIPS, _STICKS, _TURNS, _SLOWS = range(6)
+_FIRST, _HIT, _FORCE, _APART, _REST, _LAST, _DONE = range(7)
+"""What is to be done after an event: to find that out; impacts; the force that slip begins against; the choice without the contact
+that opens, that of those that stay closed for those that rest, and of all."""
 
 Which = Callable[[Term], Term]
 
@@ -93,10 +96,10 @@ class _Automaton:
         self.look, self.drives = (w.callee(name, "float", "array", "array", "array", "array") for name in ("look", "drive"))
         self.driven = w.number("driven")
         self.back, self.mode, self.rows = (w.variable(name, INT) for name in ("back", "mode", "row_count"))
-        self.noted_count, self.still, self.which, self.kind = (
-            w.variable(name, INT) for name in ("noted_count", "still", "which", "event_kind")
-        )
-        self.hit, self.found, self.last = (w.variable(name, INT) for name in ("hit", "found", "last"))
+        names = ("noted_count", "still", "which", "event_kind", "hit", "found", "last", "begins", "task", "next_task")
+        cells = [w.variable(name, INT) for name in names]
+        self.noted_count, self.still, self.which, self.kind, self.hit, self.found, self.last = cells[:7]
+        self.begins, self.task, self.next_task = cells[7:]
         self.over, self.code, self.t = (w.variable(name) for name in ("over", "code", "time"))
         self.put = {
             name: w.variable(name)
@@ -113,10 +116,12 @@ class _Automaton:
         w = self.w
         self.mode.put(w.compute("int", self.calls[0]))
         self.t.put(self.s[int(Slot.TIME)])
-        with w.when(self.enter > 0):
-            self.begin()
+        self.begins.put(self.enter)
         with w.repeat(lambda: self.back.get() < 1):
-            self.one_mode()
+            with w.when(self.begins.get() > 0):
+                self.begin()
+            with w.when(self.back.get() < 1):
+                self.one_mode()
         self.records[0] = w.compute("float", self.rows.get())
         self.records[1] = w.compute("float", self.noted_count.get())
         return w.finished(self.back)
@@ -190,18 +195,12 @@ class _Automaton:
                 self.records[row + int(Row.OVER)] = self.over.get()
                 with w.when(self.rows.get() >= self.room_for):
                     self.back.put(int(Back.FULL))
-                with w.otherwise():
-                    self.begin()
+                self.begins.put(1)
 
     def drive(self) -> None:
         """The inputs at the state at hand."""
         with self.w.when(self.driven > 0):
             self.drives(self.t.get(), self.y.at(0), self.of.r.at(0), self.calls.at(0), self.of.r.at(0))
-
-    def touch(self) -> None:
-        """The contacts at the state at hand."""
-        self.drive()
-        self.of.touch(self.t.get(), self.y)
 
     def keep(self, back: bool) -> None:
         """What is known of the contacts is kept, or is again what was kept, for Python to decide."""
@@ -233,56 +232,87 @@ class _Automaton:
     def decide_after(self) -> None:
         """`next_modes` and `next_ways`; the state after impacts is in y."""
         w, of = self.w, self.of
+        self.task.put(_FIRST)
+        with w.repeat(lambda: (self.task.get() < _DONE) & (of.unsure.get() < 1)):
+            self.drive()
+            of.touch(self.t.get(), self.y)
+            with w.when(self.doing(_FIRST)):
+                self.first()
+            with w.when(self.doing(_REST) | (self.doing(_LAST) & (self.hit.get() > 0))):
+                self.find_slips(lambda i: self.touching[i] > 0.0)
+            with w.when(self.task.get() < _DONE):
+                self.decide_on()
+
+    def doing(self, task: int) -> Term:
+        """Whether it is this task."""
+        return (self.task.get() <= task) & (self.task.get() >= task)
+
+    def first(self) -> None:
+        """What is to be done after an event."""
+        w, of = self.w, self.of
         k, d = of.k, of.d
-        self.touch()
+        self.hit.put(0)
         with w.few(k) as i:
             self.next[i] = self.modes[i]
             with w.few(d - 1) as j:
                 self.next_ways[i * (d - 1) + j] = self.ways[i * (d - 1) + j]
-        with w.when(self.is_(_TURNS)):
-            self.next[self.which.get()] = SLIPS
-        with w.when(self.is_(_SLOWS)):
-            self.next[self.which.get()] = STRAIGHT
-            with w.few(d - 1) as j:
-                i = self.which.get()
-                self.next_ways[i * (d - 1) + j] = of.room[of.velocity + i * d + 1 + j] / self.slip(i)
-        with w.when(~self.is_(_TURNS, _SLOWS)):
-            self.decide_anew()
-
-    def decide_anew(self) -> None:
-        """Where forces are to be found."""
-        w, of = self.w, self.of
-        self.hit.put(0)
-        with w.few(of.k) as i:
             self.touching[i] = w.select(self.modes[i] > SEPARATED, 1.0, 0.0)
+            self.friction[i] = of.numbers[of.laws + i * 3]
             self.hits[i] = 0.0
             with w.when(~(self.modes[i] > SEPARATED) & ((self.here(i) & self.is_(_CLOSES)) | self.closes(i))):
                 self.hits[i] = 1.0
                 self.hit.put(1)
-        with w.when(self.hit.get() > 0):
-            self.impact()
-            with w.when(of.unsure.get() < 1):
-                self.touch()
-                self.find_slips(lambda i: self.touching[i] > 0.0)
-        with w.otherwise():
-            self.find_slips(lambda i: self.slipping(i) & ~(self.here(i) & self.is_(_STICKS)))
-        self.found.put(0)
-        with w.few(of.k) as i:
-            self.friction[i] = of.numbers[of.laws + i * 3]
+        self.find_slips(lambda i: self.slipping(i) & ~(self.here(i) & self.is_(_STICKS)))
+        self.task.put(_LAST)
+        i = self.which.get()
+        with w.when(self.is_(_TURNS, _SLOWS)):
+            self.task.put(_DONE)
+            self.next[i] = w.select(self.is_(_TURNS), SLIPS, STRAIGHT)
+            with w.when(self.is_(_SLOWS)), w.few(d - 1) as j:
+                self.next_ways[i * (d - 1) + j] = of.room[of.velocity + i * d + 1 + j] / self.slip(i)
         with w.when((self.hit.get() < 1) & self.is_(_OPENS)):
-            self.choose(lambda i: (self.touching[i] > 0.0) & ~self.here(i))
-            self.parts()
+            self.task.put(_APART)
         with w.when((self.hit.get() < 1) & self.is_(_SLIPS)):
-            i = self.which.get()
             static, kinetic = (of.numbers[of.laws + i * 3 + j] for j in (0, 1))
-            with w.when(kinetic >= static):
-                self.along_force(i)
             self.friction[i] = kinetic
-        with w.when((self.found.get() < 1) & (of.unsure.get() < 1)):
-            self.choose(lambda i: self.touching[i] > 0.0)
-            with w.few(of.k) as i, w.when((self.hits[i] > 0.0) & (self.touching[i] > 0.0) & ~(self.next[i] > SEPARATED)):
-                gap, terms = of.numbers[of.gaps + i], of.numbers[of.gap_terms + i]
-                self.slack[i] = ROUNDED * terms + 2.0 * of.absolute(gap)
+            with w.when(kinetic >= static):
+                self.task.put(_FORCE)
+        with w.when((self.hit.get() > 0) & (self.task.get() < _DONE)):
+            self.task.put(_HIT)
+            with w.few(k) as i:
+                self.friction[i] = of.numbers[of.laws + i * 3 + 1]
+                with w.few(d - 1) as j:
+                    self.sliding[i * (d - 1) + j] = 0.0
+                with w.when(self.hits[i] > 0.0):
+                    self.slack[i] = 0.0
+                    self.touching[i] = 1.0
+
+    def decide_on(self) -> None:
+        """One task, and which is next."""
+        w, of = self.w, self.of
+        apart = self.doing(_APART)
+        of.problem(
+            lambda i: (self.touching[i] > 0.0) & ~(apart & self.here(i)), self.sliding, self.friction, self.doing(_HIT)
+        )
+        self.next_task.put(_LAST)
+        with w.when(self.doing(_HIT)):
+            self.impact()
+            self.next_task.put(_REST)
+            with w.few(of.k) as i:
+                self.friction[i] = of.numbers[of.laws + i * 3]
+        with w.when(self.doing(_FORCE)):
+            self.along_force(self.which.get())
+        with w.when((self.task.get() >= _APART) & (self.task.get() <= _LAST)):
+            of.choose()
+            self.found.put(0)
+            with w.when(apart):
+                self.parts()
+            with w.when(self.doing(_REST)):
+                self.flat()
+            with w.when(self.doing(_LAST) | (apart & (self.found.get() > 0))):
+                self.settle()
+                self.next_task.put(_DONE)
+        self.task.put(self.next_task.get())
 
     def slip(self, i: Term) -> Term:
         """|v_t| of a contact."""
@@ -316,12 +346,10 @@ class _Automaton:
         has_gap = of.places[i * of.d] > -0.5
         return has_gap & (rate < -(terms * NOTHING)) & (of.numbers[of.gaps + i] + self.slack[i] <= level * SAME_TIME)
 
-    def choose(self, closed: Which) -> None:
-        """The modes of those that are closed; the others are separated."""
+    def settle(self) -> None:
+        """The modes that were chosen are next; contacts that are not among the closed ones are separated."""
         w, of = self.w, self.of
         d = of.d
-        of.problem(closed, self.sliding, self.friction, "bias")
-        of.choose()
         with w.few(of.k) as i:
             self.next[i] = SEPARATED
             with w.few(d - 1) as j:
@@ -348,6 +376,9 @@ class _Automaton:
                     self.next_ways[i * (d - 1) + j] = of.room[of.dirs + n * d + j]
                 slides = self.slip(i) > self.slip_terms(i) * NOTHING
                 self.next[i] = w.select((self.slip_count[i] > 1.5) & slides, SLIPS, STRAIGHT)
+        with w.few(of.k) as i, w.when((self.hits[i] > 0.0) & (self.touching[i] > 0.0) & ~(self.next[i] > SEPARATED)):
+            gap, terms = of.numbers[of.gaps + i], of.numbers[of.gap_terms + i]
+            self.slack[i] = ROUNDED * terms + 2.0 * of.absolute(gap)
 
     def parts(self) -> None:
         """Whether the gap of the event does not close again, its contact taken for open: then that is what follows."""
@@ -369,7 +400,6 @@ class _Automaton:
     def along_force(self, i: Term) -> None:
         """`sliding` of a contact whose friction has reached its most becomes the direction against it."""
         w, of = self.w, self.of
-        of.problem(lambda c: self.touching[c] > 0.0, self.sliding, self.friction, "bias")
         with w.few(of.count.get()) as n:
             slides = of.room[of.slides + n] > 0.0
             of.room[of.kind + n] = w.select(slides, 3.0, STICK)
@@ -391,13 +421,8 @@ class _Automaton:
         """y after the impacts of those that touch, and which of them stay closed: `touching`."""
         w, of = self.w, self.of
         room, d, kd = of.room, of.d, of.k * of.d
-        with w.few(of.k) as i:
-            with w.when(self.hits[i] > 0.0):
-                self.slack[i] = 0.0
-                self.touching[i] = 1.0
         with w.few(of.k) as i, w.when(self.touching[i] > 0.0):
             self.fastest[i] = self.slip_terms(i)
-        of.problem(lambda i: self.touching[i] > 0.0, None, None, "velocity")
         size = of.count.get() * d
         with w.few(size) as c:
             self.impulse[c] = 0.0
@@ -426,8 +451,6 @@ class _Automaton:
             with w.when(v > terms * NOTHING):
                 self.leaving[of.index(of.own + n)] = 1.0
                 self.touching[of.index(of.own + n)] = 0.0
-        with w.when(of.unsure.get() < 1):
-            self.flat()
 
     def change(self, size: Term, impulse: Callable[[Term], Term]) -> None:
         """The speeds after impulses of the rows of the problem."""
@@ -555,14 +578,7 @@ class _Automaton:
         """Contacts whose further rebounds are less than tolerances tell rest: `touching`, and when the last of these is over."""
         w, of = self.w, self.of
         room, d, kd = of.room, of.d, of.k * of.d
-        self.touch()
-        self.find_slips(lambda i: self.touching[i] > 0.0)
-        with w.few(of.k) as i:
-            self.friction[i] = of.numbers[of.laws + i * 3]
-        of.problem(lambda i: self.touching[i] > 0.0, self.sliding, self.friction, "bias")
-        with w.when(of.count.get() > 0):
-            of.choose()
-        rests = self.found
+        rests = self.last
         rests.put(0)
         self.over.put(self.t.get())
         with w.few(of.k) as i, w.when((self.leaving[i] > 0.0) & (of.unsure.get() < 1)):
@@ -591,7 +607,6 @@ class _Automaton:
         """The least change of speeds after which gaps that rest have no rates, and contacts that do not slip no slip."""
         w, of = self.w, self.of
         room, d, kd = of.room, of.d, of.k * of.d
-        self.find_slips(lambda i: self.touching[i] > 0.0)
         count = of.unknowns
         count.put(0)
         with w.few(of.k) as i, w.when((self.touching[i] > 0.0) | (self.hits[i] > 1.5)):
@@ -686,6 +701,7 @@ class _Automaton:
     def begin(self) -> None:
         """A mode begins: its numbers in p, its routines' hoists, its events' quantities."""
         w, s, of, row = self.w, self.s, self.of, self.row()
+        self.begins.put(0)
         mode, extra = self.mode.get(), self.extra_count()
         with w.few(extra) as i:
             self.records[row + int(Row.MORE) + i] = self.extra[i]

@@ -207,10 +207,10 @@ class Decisions:
 
     # --------------------------------------------------------------------------------------- the problem of closed contacts
 
-    def problem(self, closed: Callable[[Term], Term], sliding: Array | None, friction: Array | None, b: str) -> None:
-        """W, b and coefficients of the contacts that are `closed`; `b` is "bias" or "velocity".
+    def problem(self, closed: Callable[[Term], Term], sliding: Array, friction: Array, impulsive: Term) -> None:
+        """W, b and coefficients of the contacts that are `closed`; velocities take the place of b where it is of impulses.
 
-        `sliding` (k × d − 1) are directions of slip, `friction` (k) the μ_s that hold; μ_k are taken of both where it is left out.
+        `sliding` (k × d − 1) are directions of slip, `friction` (k) the μ_s that hold.
         """
         w, room, d = self.writer, self.room, self.d
         self.count.put(0)
@@ -218,7 +218,8 @@ class Decisions:
             room[self.own + self.count.get()] = w.compute("float", i)
             self.count.put(self.count.get() + 1)
         kd, c = self.k * d, self.count
-        of, sizes = (self.bias, self.bias_terms) if b == "bias" else (self.velocity, self.velocity_terms)
+        of = w.select(impulsive, self.velocity, self.bias)
+        sizes = w.select(impulsive, self.velocity_terms, self.bias_terms)
         with w.few(c.get() * d) as i:
             own = self.index(self.own + self.whole(i)) * d + self.rest_of(i)
             room[self.b + i] = room[of + own]
@@ -242,12 +243,12 @@ class Decisions:
                 with w.otherwise(), w.when(j > 0):
                     room[self.rubs + n] = 1.0
             kinetic = self.numbers[self.laws + i * 3 + 1]
-            static = kinetic if friction is None else friction[i]
+            static = friction[i]
             room[self.static + n] = static
             room[self.kinetic + n] = kinetic
             with w.when(self.no_place(i, 0)):
                 most = self.numbers[self.laws + i * 3]
-                held = w.select(w.compute("float", w.integer(0 if b == "bias" else 1)) > 0.5, 0.0, -(usual.get() * most))
+                held = w.select(impulsive, 0.0, -(usual.get() * most))
                 room[self.b + n * d] = held
                 room[self.terms + n * d] = self.absolute(held)
                 room[self.static + n] = w.select(most > 0.0, static / most, 0.0)
@@ -255,12 +256,10 @@ class Decisions:
             room[self.kinetic + n] = w.compute("min", room[self.kinetic + n], room[self.static + n])
             room[self.slides + n] = 0.0
             with w.few(d - 1) as j:
-                room[self.dirs + n * d + j] = 0.0
-                if sliding is not None:
-                    way = sliding[i * (d - 1) + j]
-                    room[self.dirs + n * d + j] = way
-                    with w.when(self.absolute(way) > 0.0):
-                        room[self.slides + n] = 1.0
+                way = sliding[i * (d - 1) + j]
+                room[self.dirs + n * d + j] = way
+                with w.when(self.absolute(way) > 0.0):
+                    room[self.slides + n] = 1.0
 
     def group(self) -> None:
         """`first` of each contact becomes the first one that slips as it does: their tangential rows of W are equal."""

@@ -186,17 +186,22 @@ class Held:
         self.matrix()
         self.rates_left(array, place)
         with w.when(self.is_open(self.d, self.left, self.sizes, _LEVEL)):
-            self.change(self.d, lambda k: -room[self.left + self.index(self.chosen, k)])
-            with w.few(self.s) as j:
-                at = place + self.coordinates + j
-                array[at] = array[at] + room[self.delta + j]
-            self.rates_left(array, place)
+            self.move_speeds(array, place)
         self.doubt.put(0)
         for count, left, sizes, first in ((self.c, self.f, self.terms, 0), (self.m, self.left, self.sizes, self.c)):
             with w.few(count, first) as i, w.when(~(w.compute("abs", room[left + i]) <= room[sizes + i] * ROUNDED_SUM)):
                 self.doubt.put(1)
         with w.few(self.branches) as k, w.when(~(room[self.cosines + k] > 0.0)):
             self.doubt.put(1)
+
+    def move_speeds(self, array: Array, place: Term) -> None:
+        """The speeds of the state at a place become those that the constraints have, by what `left` says of them."""
+        w, room = self.writer, self.room
+        self.change(self.d, lambda k: -room[self.left + self.index(self.chosen, k)])
+        with w.few(self.s) as j:
+            at = place + self.coordinates + j
+            array[at] = array[at] + room[self.delta + j]
+        self.rates_left(array, place)
 
     def regularity(self) -> None:
         """`least`, 1/‖B⁻¹‖, and `share`, ‖Ã‖ over it."""
@@ -236,6 +241,7 @@ class Held:
         with w.few(self.s) as j:
             probe[self.probe + j] = y[self.coordinates + j]
         self.project(self.context.get(Slot.TIME), y, w.integer(0))
+        self.move_speeds(y, w.integer(0))
         with w.few(self.s) as j:
             left, was = y[self.coordinates + j], probe[self.probe + j]
             stopped = w.compute("abs", left) <= w.compute("abs", was - left) * ROUNDED

@@ -144,16 +144,17 @@ def hoisted(routine: CompiledRoutine, *values: Any) -> Array:
 class CompiledKernel:
     """One compiled kernel: `kernel(**given)` with an array, integer or `Entry` for each of its arguments.
 
-    Threads may call it at the same time with arrays of their own; it runs without the interpreter's lock.
+    Threads may call it at the same time with arrays of their own; it runs without the interpreter's lock. `loops` says that it has long
+    ones, which LLVM may make faster.
     """
 
     __slots__ = ("_function", "entry", "kernel")
 
-    def __init__(self, kernel: Kernel, settings: Settings) -> None:
+    def __init__(self, kernel: Kernel, settings: Settings, loops: bool = True) -> None:
         self.kernel = kernel
         on = target(settings.cpu, settings.features)
         text = emit_kernel_llvm(kernel, settings.contract)
-        library = compile_text(text, on, [kernel.name], settings.cache, loops=True)
+        library = compile_text(text, on, [kernel.name], settings.cache, loops)
         kinds = [_INTEGER if isinstance(a, Integer) else _POINTER for a in kernel.arguments]
         self.entry = Entry(library, kernel.name)
         self._function = library.function(kernel.name, _INTEGER, *kinds)

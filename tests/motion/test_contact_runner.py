@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Motions with contacts from mode to mode in a kernel are those that Python decides, and Python is not asked between start and end."""
+
+from __future__ import annotations
+
+import importlib
+import warnings
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import kane as kn
+from kane.gallery.contacts import bouncing_ball, mass_on_belt
+from kane.motion import ContactMotion, ContactRunner
+from tests.examples import examples
+from tests.laws.test_contacts import started
+from tests.systems.planar_contacts import planes, system
+
+TIGHT = {"rtol": 1e-10, "atol": 1e-11}
+SPANS = {"bouncing_ball": 5, "clutch": 5, "mass_on_belt": 20, "painleve_rod": 1, "skidding_disk": 2, "thrown_disk": 3}
+
+
+@pytest.fixture
+def decisions(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The events after which Python has decided."""
+    asked, own = list[str](), ContactMotion.after
+
+    def after(self: Any, t: float, x: Any, now: Any, event: kn.Event) -> Any:
+        asked.append(event.name)
+        return own(self, t, x, now, event)
+
+    monkeypatch.setattr(ContactMotion, "after", after)
+    return asked
+
+
+def by_python(eom: kn.Equations, *args: Any, **options: Any) -> kn.Solution:
+    """The motion with every mode chosen by Python."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ContactRunner, "place", lambda *_: None)
+        return kn.simulate(eom, *args, **options)
+
+
+def agree(one: kn.Solution, other: kn.Solution, exact: float) -> None:
+    """The same modes at the same times, events, samples and states."""
+    assert (one.status, one.message) == (other.status, other.message)
+    assert [m for _, m in one.mode_history] == [m for _, m in other.mode_history]
+    assert [e.name for e, _ in one.events] == [e.name for e, _ in other.events]
+    assert len(one.t) == len(other.t)
+    for a, b in ((one.t, other.t), (one.states, other.states), (one.work, other.work)):
+        np.testing.assert_allclose(a, b, rtol=0, atol=exact * max(1.0, np.abs(b).max()))
+
+
+@pytest.mark.parametrize("name", SPANS)
+def test_the_gallerys_motions_are_those_that_python_decides(name: str, decisions: list[str]) -> None:
+    module = importlib.import_module(f"kane.gallery.contacts.{name}")
+    eom = kn.derive(module.system())
+    options: dict[str, Any] = {**module.START, **TIGHT}
+    wanted = by_python(eom, (0, SPANS[name]), **options)
+    changes = len(decisions)
+    decisions.clear()
+    first = kn.simulate(eom, (0, SPANS[name]), **options)
+    assert len(decisions) <= min(changes, 3)  # of modes that were not known
+    decisions.clear()
+    again = kn.simulate(eom, (0, SPANS[name]), **options)
+    assert decisions == []
+    agree(first, wanted, 1e-9)
+    agree(again, first, 0.0)
+
+
+@examples(0.3)
+@given(planes(), st.integers(0, 2**32), st.sampled_from(["stronge", "poisson", "newton"]))
+def test_random_motions_are_those_that_python_decides(plane: Any, seed: int, law: str) -> None:
+    eom = kn.derive(system(plane, law))
+    q, u = started(plane, eom, np.random.default_rng(seed))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", kn.KaneWarning)  # that Newton's law gains energy, of both
+        one, other = (run(eom, (0, 1.0), q=q, u=u, **TIGHT) for run in (kn.simulate, by_python))
+    assert [m for _, m in one.mode_history] == [m for _, m in other.mode_history]
+    np.testing.assert_allclose(one.states[-1], other.states[-1], rtol=0, atol=1e-6)
+
+
+def test_a_belt_for_a_thousand_seconds(decisions: list[str]) -> None:
+    """1,248 changes of mode by the closed form, of which Python has decided the first alone."""
+    eom = kn.derive(mass_on_belt.system())
+    sol = kn.simulate(eom, (0, 1000), **mass_on_belt.START, **TIGHT)
+    assert decisions == ["belt slips"]
+    k, m, g, v = 25.0, 1.0, 9.81, 0.2
+    delta, w = (0.4 - 0.2) * m * g / k, np.sqrt(k / m)
+    sticks, slips = 2 * delta / v, (np.pi + 2 * np.arctan(v / (w * delta))) / w
+    first = 0.4 * m * g / k / v
+    begins = [t for t, modes in sol.mode_history if modes["belt"] == "slip"]
+    expected = first + (sticks + slips) * np.arange(len(begins))
+    np.testing.assert_allclose(begins, expected, rtol=0, atol=1e-9)
+
+
+def test_other_parameters_and_threads_have_arrays_of_their_own() -> None:
+    from concurrent.futures import ThreadPoolExecutor
+
+    eom = kn.derive(bouncing_ball.system())
+    options: dict[str, Any] = {"q": bouncing_ball.START["q"], "u": bouncing_ball.START["u"], **TIGHT}
+    e = next(p for p in eom.parameters if p.name == "e")
+
+    def end(value: float) -> Any:
+        return kn.simulate(eom, (0, 3), parameters={e: value}, **options).states[-1]
+
+    values = [0.1 * k for k in range(1, 9)] * 3
+    alone = [end(value) for value in values]
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(end, values))
+    assert np.array_equal(alone, together)
+    wanted = [by_python(eom, (0, 3), parameters={e: value}, **options).states[-1] for value in values[:8]]
+    np.testing.assert_allclose(alone[:8], wanted, rtol=0, atol=1e-9)
+
+
+def test_inputs_that_are_expressions(decisions: list[str]) -> None:
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, y = kn.coordinates("x y", "m")
+    m, g, F = kn.parameter("m", 1.0, "kg"), kn.parameter("g", 9.81, "m/s^2"), kn.input("F", "N")
+    P = O.at("P", x * N.x + y * N.y)
+    place = kn.joints.point_on_plane("floor", P, O, normal=N.y)
+    loads = [kn.gravity(-g * N.y), kn.Force(P, F * N.x)]
+    block = kn.System(
+        N,
+        bodies=[kn.Particle("block", P, m)],
+        speeds="rates",
+        loads=loads,
+        contacts=[kn.contact(place, 0.3, static=0.35)],
+    )
+    eom = kn.derive(block)
+    options: dict[str, Any] = {"q": [0, 0], "u": [0, 0], "inputs": {"F": 5 * kn.sin(3 * kn.time)}, **TIGHT}
+    wanted = by_python(eom, (0, 20), **options)
+    decisions.clear()
+    agree(kn.simulate(eom, (0, 20), **options), wanted, 1e-9)
+    assert len(decisions) == 1
+    assert len(wanted.mode_history) > 30
