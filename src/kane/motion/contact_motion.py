@@ -27,7 +27,8 @@ from kane.expr.node import Expr
 from kane.model.contacts import ContactMode, Modes, check_numbers
 from kane.model.declarations import Event
 from kane.motion.contact_runner import KNOWN, ContactRunner, Went, runner
-from kane.motion.hybrid.contact_automaton import AT_ONCE, ENDS, FLAT, KINDS, LOW, NOTHING, STARTS, Back
+from kane.motion.hybrid.contact_automaton import AT_ONCE, ENDS, STARTS, Back
+from kane.motion.hybrid.contact_events import FLAT, KINDS, LOW, NOTHING
 from kane.motion.inputs.expressions import Formula, value
 from kane.motion.inputs.functions import constant
 from kane.motion.loop import admitted_start, run, solver, whole
@@ -351,7 +352,7 @@ def run_with_contacts(
         way.ends()
 
 
-def _led(way: "_Way", eom: Equations, given: tuple[Mapping[Expr, float], Mapping[Expr, Any]]) -> Solution:
+def _led(way: _Way, eom: Equations, given: tuple[Mapping[Expr, float], Mapping[Expr, Any]]) -> Solution:
     """The motion to its end."""
     at, end = way.at, way.span[1]
 
@@ -435,7 +436,7 @@ class _Way:
                 self.now = Decided(went.modes, went.directions)
                 self.t, self.x, self.work, self.by = went.t, went.x, went.work, went.by
                 mode, leaves = at.modes_of.equations(went.modes), dict(went.leaves)
-                numbers = dict(at.parameters) | went.numbers
+                numbers = {**at.parameters, **went.numbers}
         return self._by_python(mode, numbers, leaves)
 
     def _by_python(self, mode: Equations, numbers: Mapping[Expr, float], leaves: dict[str, float]) -> Event | None:

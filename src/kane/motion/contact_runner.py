@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from kane.equations.contact_modes import contact_numbers, layout
 from kane.equations.compiled import Kept
+from kane.equations.contact_modes import contact_numbers, layout
 from kane.equations.equations import Equations
 from kane.expr.node import Expr
 from kane.model.contacts import Modes
@@ -21,8 +21,10 @@ from kane.model.declarations import Event
 from kane.motion.arguments import Arguments
 from kane.motion.constraint_kernels import Holding, unheld
 from kane.motion.course import Method
-from kane.motion.hybrid.contact_automaton import KINDS, LAWS, Back, Row, automaton_kernel
+from kane.motion.hybrid.contact_automaton import Back, Row, automaton_kernel
 from kane.motion.hybrid.contact_decisions import NO_PLACE
+from kane.motion.hybrid.contact_events import KINDS
+from kane.motion.hybrid.contact_impacts import LAWS
 from kane.motion.hybrid.event_routines import glance
 from kane.motion.inputs.functions import constant
 from kane.motion.methods import chosen, kernel_of
@@ -210,10 +212,15 @@ class ContactRunner:
         p, drives = np.array([numbers[s] for s in mode.parameters]), tuple(self.inputs[s] for s in mode.inputs)
         stepper = Stepper(mode, p, drives, self.settings)
         name = chosen(self.method.name, stepper, stepper.now.drives, self.method.rtol, self.method.max_step)
-        if not _fits(stepper, name) or tuple(mode.inputs) != tuple(self.eom.inputs):
+        if not _fits(stepper, name) or any(a is not b for a, b in zip(mode.inputs, self.eom.inputs, strict=True)):
             return False
         arguments = Arguments(name, stepper.now, self.span[0], self.s, self.y)
-        given = arguments.given | {"times": self.times, "rows": self.rows, "samples": len(self.times) - 1, "limit": _LIMIT}
+        given = arguments.given | {
+            "times": self.times,
+            "rows": self.rows,
+            "samples": len(self.times) - 1,
+            "limit": _LIMIT,
+        }
         if is_constrained(mode):
             if mode.embedding is not None:
                 stepper.reach = np.abs(mode.derived.compared.a).max(axis=0)
@@ -224,7 +231,13 @@ class ContactRunner:
         if count >= self.counts["event_count"] or len(given["p"]) > self.counts["p_count"]:
             return False
         arrays = self.arrays
-        for name_, to in (("p", "ps"), ("seen", "seen"), ("largest", "largest"), ("least", "least"), ("leaves", "leaves")):
+        for name_, to in (
+            ("p", "ps"),
+            ("seen", "seen"),
+            ("largest", "largest"),
+            ("least", "least"),
+            ("leaves", "leaves"),
+        ):
             view = arrays[to][m, : len(given[name_])]
             view[:] = given[name_][: len(view)]
             given[name_] = view
@@ -251,12 +264,20 @@ class ContactRunner:
     # The motion -------------------------------------------------------------------------------------------------------------
 
     def go(
-        self, m: int, at: tuple[float, Array, float], directions: Array, numbers: Mapping[Expr, float], leaves: Sequence[int], by: Any
+        self,
+        m: int,
+        at: tuple[float, Array, float],
+        directions: Array,
+        numbers: Mapping[Expr, float],
+        leaves: Sequence[int],
+        by: Any,
     ) -> Went:
         """From a mode on, at t, x and the work done; contacts of `leaves` leave the threshold of their event upward."""
         t, x, work = at
         arrays, method, pieces = self.arrays, self.method, list[Solution]()
-        self.s[: int(Slot.FRESH) + 1] = first_slots(replace(method, name=self.made[m][2], first=None), self.span, t, self.span[1])
+        self.s[: int(Slot.FRESH) + 1] = first_slots(
+            replace(method, name=self.made[m][2], first=None), self.span, t, self.span[1]
+        )
         self.s[Slot.SPAN], self.s[Slot.TIME], self.s[Slot.SAMPLE] = (
             self.span[1] - self.span[0],
             t,
@@ -316,25 +337,14 @@ class ContactRunner:
         which = np.concatenate([np.arange(a, b) for a, b in zip(first, last, strict=True)]) if len(whose) else whose
         inside = (self.times[which] > begins[whose]) & (self.times[which] < ends[whose])
         whose, which = whose[inside], which[inside]
-        order = np.argsort(np.concatenate([3 * np.arange(count), 3 * whose + 1, 3 * np.arange(count) + 2]), kind="stable")
+        order = np.argsort(
+            np.concatenate([3 * np.arange(count), 3 * whose + 1, 3 * np.arange(count) + 2]), kind="stable"
+        )
         t = np.concatenate([begins, self.times[which], ends])[order]
         states = np.concatenate([rows[:, more : more + n], self.rows[which], rows[:, more + n : more + 2 * n]])[order]
         piece = np.concatenate([np.arange(count), whose, np.arange(count)])[order]
         modes = [self.made[int(m)] for m in rows[:, Row.MODE]]
-        events, met, done = list[tuple[Event, float]](), self.arrays["noted"][: 2 * int(rows[-1, Row.NOTED])].reshape(-1, 2), 0
-        phases, segments = list[Phase](), list[Segment]()
-        for row, (_, mode, _, _) in zip(rows, modes, strict=True):
-            phases.append(Phase(dict(self.parameters) | self._numbers(row), self.inputs, by))
-            segments.append(Segment(float(row[Row.BEGIN]), mode))
-            own = [(mode.events[int(k)], float(at)) for at, k in met[done : int(row[Row.NOTED])]]
-            done = int(row[Row.NOTED])
-            events += own
-            if row[Row.EVENT] >= 0:
-                by = (mode.events[int(row[Row.EVENT])],)
-                if row[Row.OVER] > row[Row.END]:
-                    rests = Event(f"{by[0].name.removesuffix(' closes')} rests", by[0].quantity, terminal=False)
-                    if row[Row.OVER] <= self.span[1]:
-                        events.append((rests, float(row[Row.OVER])))
+        phases, segments, events, by = self._parts(rows, modes, by)
         names = dict.fromkeys(name for _, _, name, _ in modes)
         steps, rates = int(self.s[Slot.STEPS]), int(self.s[Slot.RATES])
         self.s[[Slot.STEPS, Slot.RATES]] = 0.0
@@ -360,6 +370,24 @@ class ContactRunner:
             phase=piece,
         )
         return [made], by
+
+    def _parts(
+        self, rows: Array, modes: Sequence[tuple[Modes, Equations, str, Any]], by: tuple[Event, ...]
+    ) -> tuple[list[Phase], list[Segment], list[tuple[Event, float]], tuple[Event, ...]]:
+        """The phases, segments and events of completed modes, and what ended the last one."""
+        phases, segments, events, done = list[Phase](), list[Segment](), list[tuple[Event, float]](), 0
+        met = self.arrays["noted"][: 2 * int(rows[-1, Row.NOTED])].reshape(-1, 2)
+        for row, (_, mode, _, _) in zip(rows, modes, strict=True):
+            phases.append(Phase(dict(self.parameters) | self._numbers(row), self.inputs, by))
+            segments.append(Segment(float(row[Row.BEGIN]), mode))
+            events += [(mode.events[int(k)], float(at)) for at, k in met[done : int(row[Row.NOTED])]]
+            done = int(row[Row.NOTED])
+            if row[Row.EVENT] >= 0:
+                by = (mode.events[int(row[Row.EVENT])],)
+            if row[Row.END] < row[Row.OVER] <= self.span[1]:
+                rests = Event(f"{by[0].name.removesuffix(' closes')} rests", by[0].quantity, terminal=False)
+                events.append((rests, float(row[Row.OVER])))
+        return phases, segments, events, by
 
 
 def runner(

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The modes of contacts, decided in a kernel where there is surely one answer: `kane.contacts` says what an answer is.
 
-With W = J H Jᵀ and b of all rows (`kane.equations.contact_modes`) modes are tried, beginning with those at hand: a contact whose N falls
-below zero opens, one whose |F| exceeds μ N slips against F, one whose slip would go against its friction sticks, one that would close
-is closed. Modes whose inequalities all hold by more than errors are the answer if friction is surely too small for another
+With W = J H Jᵀ and b of all rows (`kane.equations.contact_modes`) modes are tried, first those at hand: a contact whose N falls below
+zero opens, one whose |F| exceeds μ N slips against F, one that would slip along its friction sticks, one that would close is closed.
+Modes whose inequalities all hold by more than errors are the answer if friction is surely too small for another
 (`kane.contacts.uniqueness`). Whatever is less sure is left to Python: `unsure` says so.
 """
 
@@ -61,7 +61,28 @@ class Decisions:
         ) = placed(sizes)  # fmt: skip
         kd, pa = k * d, self.always_count
         of_touch = [kd * n, kd, kd, kd * n, n, n * n * 2, pa * n, pa * n, pa * pa * 2, pa, pa, kd * kd, kd, kd, n]
-        of_problem = [k, kd * kd, kd, kd, k, k, k, kd, k, k, kd * kd * 2, kd * kd, kd * kd * 2, kd, kd, kd, kd, kd, kd, kd]
+        of_problem = [
+            k,
+            kd * kd,
+            kd,
+            kd,
+            k,
+            k,
+            k,
+            kd,
+            k,
+            k,
+            kd * kd * 2,
+            kd * kd,
+            kd * kd * 2,
+            kd,
+            kd,
+            kd,
+            kd,
+            kd,
+            kd,
+            kd,
+        ]
         places = placed([*of_touch, *of_problem, kd * kd, kd * kd, kd, k, k])
         (
             self.J, self.velocity, self.velocity_terms, self.spread, self.free, self.inverse, self.P, self.moved, self.S,
@@ -335,10 +356,13 @@ class Decisions:
         with w.few(size) as i, w.few(size) as j:
             room[self.L + i * kd * 2 + j] = room[self.W + i * kd + j]
         self._factor(size)
-        with w.few(size) as i:
-            with w.few(size) as j:
-                room[self.bound + i * kd + j] = w.select((i < j) | (j < i), 0.0, 1.0 - SIX_DIGITS)
-        with w.when(self.unsure.get() < 1), w.few(c.get()) as n, w.when((room[self.mu + n] > 0.0) & (room[self.rubs + n] > 0.0)):
+        with w.few(size) as i, w.few(size) as j:
+            room[self.bound + i * kd + j] = w.select((i < j) | (j < i), 0.0, 1.0 - SIX_DIGITS)
+        with (
+            w.when(self.unsure.get() < 1),
+            w.few(c.get()) as n,
+            w.when((room[self.mu + n] > 0.0) & (room[self.rubs + n] > 0.0)),
+        ):
             self._press(n * d, size)
             squares = self.sum(size, lambda j: room[self.pressing + j] * room[self.pressing + j])
             most = self.cell
@@ -367,7 +391,7 @@ class Decisions:
 
     def _factor(self, size: Term) -> None:
         """L of W = L Lᵀ, with zero columns where a contact slips as one before it; unsure where other rows depend on each other."""
-        w, room, d, kd = self.writer, self.room, self.d, self.k * self.d
+        w, room, kd = self.writer, self.room, self.k * self.d
         with w.few(size) as i, w.few(i + 1) as j:
             row, above = self.L + i * kd * 2, self.L + j * kd * 2
             rest = room[row + j] - self.sum(j, lambda k: room[row + k] * room[above + k])
@@ -396,7 +420,7 @@ class Decisions:
 
     def search(self) -> None:
         """Modes are tried until all inequalities hold."""
-        w, room, d, c = self.writer, self.room, self.d, self.count
+        w, d, c = self.writer, self.d, self.count
         self.changed.put(1)
         self.trials.put(0)
         with w.repeat(lambda: (self.changed.get() > 0) & (self.trials.get() < _TURNS) & (self.unsure.get() < 1)):
@@ -459,9 +483,7 @@ class Decisions:
             room[self.kind + n] = FRESH
             self.changed.put(1)
 
-    def _judge_slip(
-        self, n: Term, at: Term, dot: Callable[[Term, Term], Term], most: Callable[[Term], Term]
-    ) -> None:
+    def _judge_slip(self, n: Term, at: Term, dot: Callable[[Term, Term], Term], most: Callable[[Term], Term]) -> None:
         """Whether a contact that begins to slip does so against its friction; else it sticks. Its direction follows."""
         w, room, d = self.writer, self.room, self.d
         onward, slack = dot(self.dirs + at, self.a + at + 1), most(self.a_errors)
@@ -517,7 +539,9 @@ class Decisions:
         with w.few(size) as i:
             room[self.force + i] = 0.0
         with w.few(nu.get()) as u:
-            room[self.x + u] = -self.sum(nu.get(), lambda v: self._inverse(u, v) * room[self.b + self.index(self.at_row + v)])
+            room[self.x + u] = -self.sum(
+                nu.get(), lambda v: self._inverse(u, v) * room[self.b + self.index(self.at_row + v)]
+            )
             row = self.index(self.at_row + u)
             n = self.whole(row)
             room[self.force + row] = room[self.x + u]

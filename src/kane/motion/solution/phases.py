@@ -96,17 +96,19 @@ def check_follows(first: Any, second: Any) -> None:
         )
 
 
-def merged(phases: Sequence[Phase], of: Array) -> Phase:
+def merged(phases: Sequence[Phase], of: Indices) -> Phase:
     """Phases with the same inputs as one, whose parameters have a value for each of the samples `of` them (n) where they differ."""
-    first, own = phases[of[0]], sorted(set(of.tolist()))
+    own = sorted(set(of.tolist()))
+    first: Phase = phases[own[0]]
     if len(own) == 1:
         return first
     names = [s for s in first.parameters if all(s in phases[k].parameters for k in own)]
     table = np.array([[phases[k].parameters[s] for s in names] for k in own])
     differs = (table != table[0]).any(axis=0)
     rows = table[np.searchsorted(own, of)]
-    values = {s: rows[:, k] if differs[k] else first.parameters[s] for k, s in enumerate(names)}
-    return replace(first, parameters=values)
+    values: dict[Expr, Any] = {s: rows[:, k] if differs[k] else first.parameters[s] for k, s in enumerate(names)}
+    whole: Phase = replace(first, parameters=values)
+    return whole
 
 
 def joined(pieces: Sequence[Any]) -> Any:

@@ -191,7 +191,10 @@ class Solution(Attributes):
         whose = self.phase.tolist()
         for k, (eom, n) in enumerate(zip(self.samples or (self.equations,) * len(self), whose, strict=True)):
             places.setdefault((eom, inputs[n]), []).append(k)
-        parts = [(at, self._along(eom, merged(self.phases, self.phase[at]), exprs(eom), at)) for (eom, _), at in places.items()]
+        parts = [
+            (at, self._along(eom, merged(self.phases, self.phase[at]), exprs(eom), at))
+            for (eom, _), at in places.items()
+        ]
         tables = [np.empty(len(self)) for _ in parts[0][1]]
         for at, values in parts:
             for whole, part in zip(tables, values, strict=True):

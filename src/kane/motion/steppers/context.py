@@ -39,7 +39,7 @@ class Slot(IntEnum):
     """Places in the array `s`: what the kernel is told, up to FRESH, and what it leaves for the next call and for Python.
 
     STEP is the next step; where it is 0 a kernel that is FRESH chooses one, if its steps are not of one length. Where FRESH is 2 the
-    state is moved onto the constraints first.
+    state is moved onto the constraints, and the kernel comes back before the first step.
     BREAKPOINT counts breakpoints that are behind, SMOOTH steps along which the solution hardly bends, LIMITED those that nothing but
     stability or convergence made short. LOOKED is 1 where Python has looked at the constraints of the step, 2 at its events too. SPAN
     is the length of the motion, PHASE when an action was last taken, SINCE how long after the one before; LOGGED events
@@ -131,13 +131,18 @@ class StepperContext:
         """
         w, self.fixed = self.writer, fixed
         with w.repeat(lambda: self.back.get() < 1):
+            admitted = self.get(Slot.FRESH) > 1.0
             with w.when(self.get(Slot.FRESH) > 0.0):
                 if settle is not None:
                     settle()
                 begin()
-            step(*self.length())
-            with w.when(self.arrived.get() > 0):
-                self.pass_breakpoint()
+            with w.when(admitted):
+                self.put(Slot.FRESH, 1.0)
+                self.back.put(int(ReturnCode.LIMIT))
+            with w.otherwise():
+                step(*self.length())
+                with w.when(self.arrived.get() > 0):
+                    self.pass_breakpoint()
         return w.finished(self.back)
 
     def begin_step_anew(self) -> None:

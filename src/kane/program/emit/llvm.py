@@ -323,28 +323,28 @@ end:
 """
 
 
-def kept_calls(count: int | None = None) -> str:
-    """The module of `kept.make`, `kept.hoist`, `kept.look` and `kept.drive`, which make one of the calls in a table (`kane.program.native.calls`).
+def kept_call(count: int) -> str:
+    """The module of `kept.call<count>`, which calls a kernel of so many arguments, and returns what it returns.
 
-    With a `count` that of `kept.call<count>`, which calls a kernel of so many arguments from a block: who calls, what is called, the
-    arguments; and returns what it returns.
+    They stand in a block: who calls, what is called, the arguments.
     """
-    if count is not None:
-        lines = [
-            f"  %at{k} = getelementptr i64, ptr %block, i64 {k + 2}\n  %a{k} = load i64, ptr %at{k}" for k in range(count)
-        ]
-        given = ", ".join(f"i64 %a{k}" for k in range(count))
-        return "\n".join([
-            f"define i64 @kept.call{count}(ptr %block) nounwind {{",
-            "  %own.at = getelementptr i64, ptr %block, i64 1",
-            "  %own = load ptr, ptr %own.at",
-            *lines,
-            f"  %back = call i64 %own({given})",
-            "  ret i64 %back\n}",
-        ])  # fmt: skip
+    lines = [
+        f"  %at{k} = getelementptr i64, ptr %block, i64 {k + 2}\n  %a{k} = load i64, ptr %at{k}" for k in range(count)
+    ]
+    given = ", ".join(f"i64 %a{k}" for k in range(count))
+    return f"""define i64 @kept.call{count}(ptr %block) nounwind {{
+  %own.at = getelementptr i64, ptr %block, i64 1
+  %own = load ptr, ptr %own.at
+{chr(10).join(lines)}
+  %back = call i64 %own({given})
+  ret i64 %back
+}}
+"""
 
-    def part(which: int) -> str:
-        return f"""  %number = load double, ptr %h
+
+def _kept_row(which: int) -> str:
+    """The beginning of a function that makes a call of the table %h: %row is one of the three of its row."""
+    return f"""  %number = load double, ptr %h
   %k = fptosi double %number to i64
   %three = mul i64 %k, 3
   %place = add i64 %three, {2 + which}
@@ -352,9 +352,12 @@ def kept_calls(count: int | None = None) -> str:
   %row = load ptr, ptr %row.at
 """
 
+
+def kept_calls() -> str:
+    """The module of `kept.make`, `hoist`, `look` and `drive`, which make one of the calls in a table (`kane.program.native.calls`)."""
     looks = "\n".join(
         f"""define void @kept.{name}(double %t, ptr %x, ptr %r, ptr %h, ptr %out) nounwind {{
-{part(2)}  %p = load ptr, ptr %row
+{_kept_row(2)}  %p = load ptr, ptr %row
   %own.at = getelementptr i64, ptr %row, i64 {1 + 2 * k}
   %own = load ptr, ptr %own.at
   %own.h.at = getelementptr i64, ptr %row, i64 {2 + 2 * k}
@@ -367,7 +370,7 @@ def kept_calls(count: int | None = None) -> str:
     )
     return f"""
 define void @kept.make(ptr %h) nounwind {{
-{part(0)}  %call = load ptr, ptr %row
+{_kept_row(0)}  %call = load ptr, ptr %row
   %back = call i64 %call(ptr %row)
   %result = sitofp i64 %back to double
   %result.at = getelementptr double, ptr %h, i64 1
@@ -377,7 +380,7 @@ define void @kept.make(ptr %h) nounwind {{
 
 {looks}
 define void @kept.hoist(ptr %h) nounwind {{
-{part(1)}  %count = load i64, ptr %row
+{_kept_row(1)}  %count = load i64, ptr %row
   %p.at = getelementptr i64, ptr %row, i64 1
   %p = load ptr, ptr %p.at
   br label %head

@@ -263,7 +263,8 @@ class Writer:
     def otherwise(self) -> Iterator[None]:
         """The block where the condition of the `when` just before is false."""
         last = self.blocks[-1].pop()
-        assert isinstance(last, language.If) and not last.other, "a choice has one other block"
+        assert isinstance(last, language.If)
+        assert not last.other, "a choice has one other block"
         with self._block() as other:
             yield
         self.add(language.If(last.condition, last.then, tuple(other)))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Calls kept in memory, so that a kernel makes one of several: each a kernel with its arguments, what hoists for it, and two routines.
+"""Calls kept in memory, so that a kernel makes one of several: each a kernel with arguments, what hoists for it, two routines.
 
-The table has a row for each: where the call of the kernel, the list of hoists and that of routines begin. A number before the rows says
+The table has a row for each: where the call of the kernel, the list of hoists and that of routines begin. The number before them says
 which one is made, the next one takes what the kernel returns.
 """
 
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from kane.numeric.arrays import Array
-from kane.program.emit.llvm import kept_calls
+from kane.program.emit.llvm import kept_call, kept_calls
 from kane.program.native.entry import CompiledKernel, Entry
 from kane.program.native.machine import Settings, compile_text, target
 
@@ -40,7 +40,7 @@ class KeptCalls:
         routines: Sequence[tuple[Entry, Array]],
         p: Array,
     ) -> None:
-        """The kth call: a kernel with what it is given, the hoists (function, h) of the parameters p, and two routines with their h."""
+        """The kth call: a kernel with what it is given, the hoists (function, h) of the parameters p, two routines with their h."""
         own, given = kernel
         bound = own.bound(given)
         call = self._call_of(len(bound.passed))
@@ -57,4 +57,4 @@ class KeptCalls:
     def _call_of(self, count: int) -> Entry:
         """The function that calls one of so many arguments."""
         symbol, on = f"kept.call{count}", target(self._settings.cpu, self._settings.features)
-        return Entry(compile_text(kept_calls(count), on, [symbol], self._settings.cache), symbol)
+        return Entry(compile_text(kept_call(count), on, [symbol], self._settings.cache), symbol)

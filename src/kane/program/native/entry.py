@@ -144,8 +144,8 @@ def hoisted(routine: CompiledRoutine, *values: Any) -> Array:
 class CompiledKernel:
     """One compiled kernel: `kernel(**given)` with an array, integer or `Entry` for each of its arguments.
 
-    Threads may call it at the same time with arrays of their own; it runs without the interpreter's lock. `loops` says that it has long
-    ones, which LLVM may make faster.
+    Threads may call it at the same time with arrays of their own; it runs without the interpreter's lock. `loops` says that
+    it has long ones, which LLVM may make faster.
     """
 
     __slots__ = ("_function", "entry", "kernel")

@@ -1,0 +1,392 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What follows an event of a contact, in a kernel: impacts where a gap closes, then the modes. See `kane.motion.contact_motion`."""
+
+from collections.abc import Callable
+
+from kane.motion.hybrid.contact_decisions import STICK, Decisions
+from kane.motion.hybrid.contact_impacts import Impacts
+from kane.motion.steppers.context import Slot
+from kane.motion.steppers.dense import factor, solve
+from kane.numeric.scale import ROUNDED, ROUNDED_SUM, SAME_TIME
+from kane.program.kernel.language import INT
+from kane.program.kernel.writer import Array, Term, Variable, Writer
+
+NOTHING = 1e-10
+"""Share of the terms of a velocity that is nothing: what is left where a slip or an approach ends."""
+FLAT, LOW = 1e-3, 1e-10
+"""Shares of what tolerances leave open of a gap, and of the highest rebound, up to which rebounds are followed."""
+KINDS = ("closes", "opens", "slips", "sticks", "turns", "slows")
+"""How an event ends the mode of a contact."""
+SEPARATED, STICKS, STRAIGHT, SLIPS, HELD = 0.0, 1.0, 2.0, 3.0, 4.0
+"""`ContactMode`."""
+CLOSES, OPENS, SLIPPING, STICKING, TURNS, SLOWS = range(6)
+_FIRST, _HIT, _FORCE, _APART, _REST, _LAST, _DONE = range(7)
+"""What is to be done after an event: to find that out; impacts; the force that slip begins against; the choice without the contact
+that opens, that of those that stay closed for those that rest, and of all."""
+Which = Callable[[Term], Term]
+
+
+class After:
+    """The arguments that tell of the contacts as they are, a number each, and what follows an event.
+
+    `modes` and, of slips, `directions` now; `slack`, `fastest`, `highest`, `rebound` as `kane.motion.contact_motion` has them;
+    `next_modes` and `next_ways` are decided, `sliding`, `friction`, `touching`, `hits` what a decision is asked.
+    """
+
+    def __init__(self, w: Writer) -> None:
+        self.w, self.of = w, Decisions(w)
+        self.impacts = Impacts(self.of)
+        self.s, self.y, self.calls, self.tolerances = self._arrays("s", "y", "calls", "tolerances")
+        self.modes, self.ways, self.slip_count = self._arrays("modes", "directions", "slip_count")
+        self.slack, self.fastest, self.highest, self.rebound = self._arrays("slack", "fastest", "highest", "rebound")
+        self.next, self.next_ways, self.sliding, self.friction = self._arrays(
+            "next_modes", "next_ways", "sliding", "friction"
+        )
+        self.touching, self.hits, self.leaving, self.kept = self._arrays("touching", "hits", "leaving", "kept")
+        self.drives = w.callee("drive", "float", "array", "array", "array", "array")
+        self.driven = w.number("driven")
+        self.which, self.kind, self.hit, self.found, self.last, self.task, self.next_task = self._cells(
+            "which", "event_kind", "hit", "found", "last", "task", "next_task"
+        )
+        self.over, self.t, self.rate, self.terms = (
+            w.variable(name) for name in ("over", "time", "rate_of", "terms_of")
+        )
+
+    def _arrays(self, *names: str) -> list[Array]:
+        return [self.w.array(name) for name in names]
+
+    def _cells(self, *names: str) -> list[Variable]:
+        return [self.w.variable(name, INT) for name in names]
+
+    def drive(self) -> None:
+        """The inputs at the state at hand."""
+        with self.w.when(self.driven > 0):
+            self.drives(self.t.get(), self.y.at(0), self.of.r.at(0), self.calls.at(0), self.of.r.at(0))
+
+    def keep(self, back: bool) -> None:
+        """What is known of the contacts is kept, or is again what was kept, for Python to decide."""
+        for k, one in enumerate((self.slack, self.fastest, self.highest, self.rebound)):
+            with self.w.few(self.of.k) as i:
+                at = self.of.k * k + i
+                if back:
+                    one[i] = self.kept[at]
+                else:
+                    self.kept[at] = one[i]
+
+    def is_(self, *kinds: int) -> Term:
+        """Whether the event is one of these kinds."""
+        found = (self.kind.get() <= kinds[0]) & (self.kind.get() >= kinds[0])
+        for k in kinds[1:]:
+            found = found | ((self.kind.get() <= k) & (self.kind.get() >= k))
+        return found
+
+    def here(self, i: Term) -> Term:
+        """Whether it is the event of contact i."""
+        return (i <= self.which.get()) & (i >= self.which.get())
+
+    def slipping(self, i: Term) -> Term:
+        """Whether contact i slips."""
+        return (self.modes[i] >= STRAIGHT) & (self.modes[i] <= SLIPS)
+
+    def decide_after(self) -> None:
+        """`next_modes` and `next_ways`; the state after impacts is in y."""
+        w, of = self.w, self.of
+        self.task.put(_FIRST)
+        with w.repeat(lambda: (self.task.get() < _DONE) & (of.unsure.get() < 1)):
+            self.drive()
+            of.touch(self.t.get(), self.y)
+            with w.when(self.doing(_FIRST)):
+                self.first()
+            with w.when(self.doing(_REST) | (self.doing(_LAST) & (self.hit.get() > 0))):
+                self.find_slips(lambda i: self.touching[i] > 0.0)
+            with w.when(self.task.get() < _DONE):
+                self.decide_on()
+
+    def doing(self, task: int) -> Term:
+        """Whether it is this task."""
+        return (self.task.get() <= task) & (self.task.get() >= task)
+
+    def first(self) -> None:
+        """What is to be done after an event."""
+        w, of = self.w, self.of
+        k, d = of.k, of.d
+        self.hit.put(0)
+        with w.few(k) as i:
+            self.next[i] = self.modes[i]
+            with w.few(d - 1) as j:
+                self.next_ways[i * (d - 1) + j] = self.ways[i * (d - 1) + j]
+            self.touching[i] = w.select(self.modes[i] > SEPARATED, 1.0, 0.0)
+            self.friction[i] = of.numbers[of.laws + i * 3]
+            self.hits[i] = 0.0
+            with w.when(~(self.modes[i] > SEPARATED) & ((self.here(i) & self.is_(CLOSES)) | self.closes(i))):
+                self.hits[i] = 1.0
+                self.hit.put(1)
+        self.find_slips(lambda i: self.slipping(i) & ~(self.here(i) & self.is_(STICKING)))
+        self.task.put(_LAST)
+        i = self.which.get()
+        with w.when(self.is_(TURNS, SLOWS)):
+            self.task.put(_DONE)
+            self.next[i] = w.select(self.is_(TURNS), SLIPS, STRAIGHT)
+            with w.when(self.is_(SLOWS)), w.few(d - 1) as j:
+                self.next_ways[i * (d - 1) + j] = of.room[of.velocity + i * d + 1 + j] / self.slip(i)
+        with w.when((self.hit.get() < 1) & self.is_(OPENS)):
+            self.task.put(_APART)
+        with w.when((self.hit.get() < 1) & self.is_(SLIPPING)):
+            static, kinetic = (of.numbers[of.laws + i * 3 + j] for j in (0, 1))
+            self.friction[i] = kinetic
+            with w.when(kinetic >= static):
+                self.task.put(_FORCE)
+        with w.when((self.hit.get() > 0) & (self.task.get() < _DONE)):
+            self.task.put(_HIT)
+            with w.few(k) as i:
+                self.friction[i] = of.numbers[of.laws + i * 3 + 1]
+                with w.few(d - 1) as j:
+                    self.sliding[i * (d - 1) + j] = 0.0
+                with w.when(self.hits[i] > 0.0):
+                    self.slack[i] = 0.0
+                    self.touching[i] = 1.0
+
+    def decide_on(self) -> None:
+        """One task, and which is next."""
+        w, of = self.w, self.of
+        apart = self.doing(_APART)
+        of.problem(
+            lambda i: (self.touching[i] > 0.0) & ~(apart & self.here(i)), self.sliding, self.friction, self.doing(_HIT)
+        )
+        self.next_task.put(_LAST)
+        with w.when(self.doing(_HIT)):
+            self.impact()
+            self.next_task.put(_REST)
+            with w.few(of.k) as i:
+                self.friction[i] = of.numbers[of.laws + i * 3]
+        with w.when(self.doing(_FORCE)):
+            self.along_force(self.which.get())
+        with w.when((self.task.get() >= _APART) & (self.task.get() <= _LAST)):
+            of.choose()
+            self.found.put(0)
+            with w.when(apart):
+                self.parts()
+            with w.when(self.doing(_REST)):
+                self.flat()
+            with w.when(self.doing(_LAST) | (apart & (self.found.get() > 0))):
+                self.settle()
+                self.next_task.put(_DONE)
+        self.task.put(self.next_task.get())
+
+    def slip(self, i: Term) -> Term:
+        """|v_t| of a contact."""
+        of = self.of
+        at = of.velocity + i * of.d + 1
+        return self.w.compute("sqrt", of.sum(of.d - 1, lambda j: of.room[at + j] * of.room[at + j]))
+
+    def slip_terms(self, i: Term) -> Term:
+        """The largest of the terms of its slips, and of what they have been."""
+        w, of = self.w, self.of
+        of.cell.put(self.fastest[i])
+        with w.few(of.d - 1) as j:
+            of.cell.put(of.largest(of.cell.get(), of.room[of.velocity_terms + i * of.d + 1 + j]))
+        return of.cell.get()
+
+    def find_slips(self, of_contact: Which) -> None:
+        """`sliding` becomes the directions of slip of some contacts, zero where there is none but for rounding."""
+        w, of = self.w, self.of
+        with w.few(of.k) as i:
+            size = self.slip(i)
+            moves = of_contact(i) & (size > self.slip_terms(i) * NOTHING)
+            with w.few(of.d - 1) as j:
+                way = of.room[of.velocity + i * of.d + 1 + j] / size
+                self.sliding[i * (of.d - 1) + j] = w.select(moves, way, 0.0)
+
+    def closes(self, i: Term) -> Term:
+        """Whether a gap that is open closes at this instant, too."""
+        of = self.of
+        rate, terms = of.room[of.velocity + i * of.d], of.room[of.velocity_terms + i * of.d]
+        level = of.numbers[of.gap_terms + i] - rate * self.s[int(Slot.SPAN)]
+        has_gap = of.places[i * of.d] > -0.5
+        return has_gap & (rate < -(terms * NOTHING)) & (of.numbers[of.gaps + i] + self.slack[i] <= level * SAME_TIME)
+
+    def settle(self) -> None:
+        """The modes that were chosen are next; contacts that are not among the closed ones are separated."""
+        w, of = self.w, self.of
+        d = of.d
+        with w.few(of.k) as i:
+            self.next[i] = SEPARATED
+            with w.few(d - 1) as j:
+                self.next_ways[i * (d - 1) + j] = 0.0
+        with w.few(of.count.get()) as n:
+            i = of.index(of.own + n)
+            kind = of.room[of.kind + n]
+            with w.when(kind < STICK):
+                of.doubt(~(of.places[i * d] > -0.5))  # what the coordinates do not let open
+            sticks = (kind >= STICK) & ((kind <= STICK) | ~(self.slip_count[i] > 0.0))
+            held = (kind <= STICK) & (of.room[of.lead + n] < w.compute("float", n))
+            with w.when(sticks):
+                self.next[i] = w.select(held, HELD, STICKS)
+                with w.when(held):  # by the last one before it that sticks
+                    self.last.put(-1)
+                    with w.few(n) as m:
+                        other = of.index(of.own + m)
+                        leads = (
+                            (self.next[other] <= STICKS) & (self.next[other] >= STICKS) & (self.slip_count[other] > 0.0)
+                        )
+                        self.last.put(w.select(leads, m, self.last.get()))
+                    lead = of.index(of.lead + n)
+                    of.doubt((self.last.get() < lead) | (lead < self.last.get()))
+            with w.when((kind > STICK) & ~sticks):
+                with w.few(d - 1) as j:
+                    self.next_ways[i * (d - 1) + j] = of.room[of.dirs + n * d + j]
+                slides = self.slip(i) > self.slip_terms(i) * NOTHING
+                self.next[i] = w.select((self.slip_count[i] > 1.5) & slides, SLIPS, STRAIGHT)
+        with w.few(of.k) as i, w.when((self.hits[i] > 0.0) & (self.touching[i] > 0.0) & ~(self.next[i] > SEPARATED)):
+            gap, terms = of.numbers[of.gaps + i], of.numbers[of.gap_terms + i]
+            self.slack[i] = ROUNDED * terms + 2.0 * of.absolute(gap)
+
+    def parts(self) -> None:
+        """Whether the gap of the event does not close again, its contact taken for open: then that is what follows."""
+        w, of = self.w, self.of
+        i, kd = self.which.get(), of.k * of.d
+        row = i * of.d
+        a, terms = self.rate, self.terms
+        a.put(of.room[of.bias + row])
+        terms.put(of.room[of.bias_terms + row])
+        with w.few(of.count.get() * of.d) as c:
+            other = of.index(of.own + of.whole(c)) * of.d + of.rest_of(c)
+            part = of.room[of.mobility + row * kd + other] * of.room[of.force + c]
+            a.put(a.get() + part)
+            terms.put(terms.get() + of.absolute(part))
+        with w.when((of.places[row] > -0.5) & (a.get() >= -(terms.get() * NOTHING))):
+            self.found.put(1)
+            self.slack[i] = ROUNDED * of.numbers[of.gap_terms + i]
+
+    def along_force(self, i: Term) -> None:
+        """`sliding` of a contact whose friction has reached its most becomes the direction against it."""
+        w, of = self.w, self.of
+        with w.few(of.count.get()) as n:
+            slides = of.room[of.slides + n] > 0.0
+            of.room[of.kind + n] = w.select(slides, 3.0, STICK)
+            of.room[of.mu + n] = of.room[of.kinetic + n]
+        of.group()
+        of.solve()
+        with w.few(of.count.get()) as n, w.when(self.here(of.index(of.own + n))):
+            at = of.force + n * of.d + 1
+            size = w.compute("sqrt", of.sum(of.d - 1, lambda j: of.room[at + j] * of.room[at + j]))
+            of.doubt(~(size > 0.0))
+            with w.few(of.count.get()) as m, w.when(of.leads(m, n)):
+                other = of.index(of.own + m)
+                with w.few(of.d - 1) as j:
+                    self.sliding[other * (of.d - 1) + j] = -of.room[at + j] / size
+
+    def impact(self) -> None:
+        """y after the impacts of those that touch, and which of them stay closed: `touching`."""
+        w, of = self.w, self.of
+        room, d, kd = of.room, of.d, of.k * of.d
+        with w.few(of.k) as i, w.when(self.touching[i] > 0.0):
+            self.fastest[i] = self.slip_terms(i)
+        size = of.count.get() * d
+        self.impacts.run(size)
+        impulse = self.impacts.impulse
+        self.change(size, lambda c: impulse[c])
+        with w.few(of.k) as i:
+            self.leaving[i] = 0.0
+        with w.few(size) as c:  # sizes of the terms of velocities after the impacts
+
+            def through(b: Term, c: Term = c) -> Term:
+                return of.absolute(room[of.W + c * kd + b] * impulse[b])
+
+            room[of.a_errors + c] = room[of.terms + c] + of.sum(size, through)
+        with w.few(of.count.get()) as n:
+            i, v, terms = of.index(of.own + n), room[of.a + n * d], room[of.a_errors + n * d]
+            with w.few(d, 1) as j:
+                self.fastest[i] = of.largest(self.fastest[i], room[of.a_errors + n * d + j])
+            with w.when(v > terms * NOTHING):
+                self.leaving[of.index(of.own + n)] = 1.0
+                self.touching[of.index(of.own + n)] = 0.0
+
+    def change(self, size: Term, impulse: Callable[[Term], Term]) -> None:
+        """The speeds after impulses of the rows of the problem."""
+        w, of = self.w, self.of
+        with w.few(of.nu) as j:
+
+            def moved(c: Term, j: Term = j) -> Term:
+                row = of.index(of.own + of.whole(c)) * of.d + of.rest_of(c)
+                return of.room[of.spread + row * of.width + j] * impulse(c)
+
+            self.y[of.nq + j] = self.y[of.nq + j] + of.sum(size, moved)
+
+    def flat(self) -> None:
+        """Contacts whose further rebounds are less than tolerances tell rest: `touching`, and when the last of these is over."""
+        w, of = self.w, self.of
+        room, d, kd = of.room, of.d, of.k * of.d
+        rests = self.last
+        rests.put(0)
+        self.over.put(self.t.get())
+        with w.few(of.k) as i, w.when((self.leaving[i] > 0.0) & (of.unsure.get() < 1)):
+            pushed = of.sum(
+                of.count.get() * d,
+                lambda c: (
+                    room[of.mobility + i * d * kd + of.index(of.own + of.whole(c)) * d + of.rest_of(c)]
+                    * room[of.force + c]
+                ),
+            )
+            a, v, given = pushed + room[of.bias + i * d], room[of.velocity + i * d], of.numbers[of.laws + i * 3 + 2]
+            guessed = w.select(self.rebound[i] > v, v / self.rebound[i], 0.0)
+            e = w.select(given > 0.0, given, guessed)
+            self.rebound[i] = v
+            falls = a < 0.0
+            height = w.select(falls, -(v * v) / (a * 2.0), 1e301)
+            open_ = self.tolerances[0] + self.tolerances[1] * of.numbers[of.gap_terms + i]
+            with w.when(falls):
+                self.highest[i] = of.largest(self.highest[i], height)
+            with w.when(height <= of.largest(open_ * FLAT, self.highest[i] * LOW)):
+                rests.put(1)
+                self.hits[i] = 2.0
+                after = self.t.get() - v * 2.0 / (a * (1.0 - e))
+                self.over.put(w.select(e < 1.0, of.largest(self.over.get(), after), self.over.get()))
+        with w.when((rests.get() > 0) & (of.unsure.get() < 1)):
+            self.hold()
+
+    def hold(self) -> None:
+        """The least change of speeds after which gaps that rest have no rates, and contacts that do not slip no slip."""
+        w, of = self.w, self.of
+        room, d, kd = of.room, of.d, of.k * of.d
+        count = of.unknowns
+        count.put(0)
+        with w.few(of.k) as i, w.when((self.touching[i] > 0.0) | (self.hits[i] > 1.5)):
+            stuck = (self.touching[i] > 0.0) & ~(
+                of.sum(d - 1, lambda j: of.absolute(self.sliding[i * (d - 1) + j])) > 0.0
+            )
+            self.touching[i] = 1.0
+            with w.few(d) as j:
+                own = ~of.no_place(i, j) & ((stuck & ~self.is_held(i)) | (j < 1))
+                with w.when(own):
+                    of.room[of.at_row + count.get()] = w.compute("float", i * d + j)
+                    count.put(count.get() + 1)
+        with w.few(count.get()) as u:
+            row = of.index(of.at_row + u)
+            room[of.x + u] = -room[of.velocity + row]
+            with w.few(count.get()) as v:
+                room[of.bound + u * kd + v] = room[of.mobility + row * kd + of.index(of.at_row + v)]
+        factor(room, of.bound, kd, count.get())
+        with w.few(count.get()) as u:
+            pivot = room[of.bound + u * kd + u]
+            row = of.index(of.at_row + u)
+            of.doubt(~(pivot * pivot > room[of.mobility + row * kd + row] * ROUNDED_SUM))
+        solve(room, of.bound, kd, count.get(), of.x)
+        with w.few(of.nu) as j:
+
+            def moved(u: Term, j: Term = j) -> Term:
+                return room[of.spread + of.index(of.at_row + u) * of.width + j] * room[of.x + u]
+
+            self.y[of.nq + j] = self.y[of.nq + j] + of.sum(count.get(), moved)
+
+    def is_held(self, i: Term) -> Term:
+        """Whether a row of an earlier contact that is held is that of contact i, too."""
+        w, of = self.w, self.of
+        kd, d = of.k * of.d, of.d
+        self.last.put(0)
+        with w.few(of.unknowns.get()) as u:
+            a, b = i * d + 1, of.index(of.at_row + u)
+            ab, aa, bb = (of.room[of.mobility + x * kd + y] for x, y in ((a, b), (a, a), (b, b)))
+            with w.when((ab > 0.0) & (ab * ab >= aa * bb * (1 - ROUNDED_SUM)) & (of.rest_of(b) > 0)):
+                self.last.put(1)
+        return self.last.get() > 0
