@@ -1,0 +1,243 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The exact derivative of a motion that events change.
+
+Between events the variational equations Ψ′ = J Ψ + ∂f/∂p hold along the motion, J = ∂f/∂x. An event that is met where h(x, t) = 0, at
+the rate ḣ = ∇h·f⁻ + ∂h/∂t, is met sooner or later by δτ = −(∇h·δx⁻ + ∂h/∂p δp)/ḣ. With x⁺ = g(x⁻, t, p)
+
+    δx⁺ = G (δx⁻ + f⁻ δτ) + ∂g/∂t δτ + ∂g/∂p δp − f⁺ δτ,      G = ∂g/∂x
+
+which is S δx⁻ with the saltation matrix S = G + (f⁺ − G f⁻ − ∂g/∂t) ∇hᵀ/ḣ (Aizerman & Gantmakher 1958; Leine & Nijmeijer 2004, sec.
+7.5). The event that ends a motion leaves out f⁺ δτ: what is compared are states at that event.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kane.dynamics.slopes import slopes
+from kane.equations.compiled import ports
+from kane.equations.equations import Equations
+from kane.errors import SimulationError
+from kane.expr.symbols import Parameter
+from kane.model.declarations import Event
+from kane.motion.contact_motion import ContactMotion
+from kane.motion.cycles.jumps import JumpSlopes, action, gradients, impact
+from kane.motion.cycles.tangents import Side
+from kane.motion.inputs.breakpoints import next_end, on_from
+from kane.motion.inputs.expressions import controllers, turning_laws
+from kane.motion.loop import breakpoints_of
+from kane.motion.right_hand_side import Routines, exact, has_jumps, only, routines
+from kane.motion.solution.solution import Solution
+from kane.numeric.arrays import Array
+from kane.numeric.scale import UNRELATED
+from kane.program.from_expressions import Bundle, Shaped
+from kane.program.native.machine import Settings
+
+_RTOL, _ATOL = 1e-13, 1e-15
+"""Tolerances of the variational equations, the absolute one a share of the largest size of each component."""
+_STIFF = 1e5
+"""How often the fastest rate fits into a phase where an implicit method takes less time."""
+
+
+class Variation(NamedTuple):
+    """δx = x δ(x₀, p) of the end of a motion (n × n + k), and δT = t δ(x₀, p) of when that is (n + k)."""
+
+    x: Array
+    t: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """A part of a motion with one set of equations, from `t0` and x on to `t1`."""
+
+    now: Routines
+    j: Callable[[float, Array], Array]
+    by: Callable[[float, Array], Array] | None
+    t0: float
+    t1: float
+
+
+def parameter_slopes(eom: Equations, *by: Parameter) -> Bundle[Array]:
+    """∂(q̇, u̇, ȧ)/∂parameters."""
+    return Bundle(
+        "by_parameters", ports(eom.derived), only, {"x": Shaped((len(eom.state), len(by)), slopes(eom.solved, by).entries)}
+    )
+
+
+class Differential:
+    """The derivative of motions of the same equations, by their start and by parameters."""
+
+    def __init__(self, by: Sequence[Parameter], settings: Settings | None, options: Any) -> None:
+        self.by, self.settings, self.options = tuple(by), settings, options
+        self._known: dict[tuple[Any, bytes], tuple[Routines, Any, Any]] = {}
+
+    def _routines(self, motion: Solution, row: int) -> tuple[Routines, Any, Any]:
+        eom = motion.samples[row] if motion.samples else motion.equations
+        phase = motion.phases[int(motion.phase[row])]
+        p = np.array([phase.parameters[s] for s in eom.parameters])
+        drives = tuple(phase.inputs[s] for s in eom.inputs)
+        key = (eom, p.tobytes())
+        if key not in self._known:
+            now = routines(eom, p, drives, self.settings)
+            _check(now)
+            own = now.routine(parameter_slopes, *self.by) if self.by else None
+            by = None if own is None else lambda t, x: own(t, x, now.p, now.inputs(t, x))
+            self._known[key] = now, exact(now), by
+        return self._known[key]
+
+    def side(self, motion: Solution, row: int) -> Side:
+        """The motion at a sample."""
+        now, _, _ = self._routines(motion, row)
+        return Side(now, motion.phases[int(motion.phase[row])], float(motion.t[row]), motion.states[row])
+
+    def __call__(self, motion: Solution, section: Event | None, period_slopes: Array | None = None) -> Variation:
+        """The derivative of the end of a motion at its `section`; without one, at a time with these slopes by the parameters.
+
+        Raises
+        ------
+        SimulationError
+            if the motion has none: it grazes an event, or two events come at one instant
+        """
+        n, k = motion.states.shape[1], len(self.by)
+        self._known = {}
+        psi = np.eye(n, n + k)
+        scale = np.maximum(np.abs(motion.states).max(axis=0), 1e-3 * np.abs(motion.states).max(initial=0) or 1.0)
+        breaks = sorted(breakpoints_of(motion, ()))
+        last = int(motion.phase[-1])
+        for number in range(last + 1):
+            rows = np.flatnonzero(motion.phase == number)
+            for start, end in self._groups(motion, rows):
+                psi = self._along(motion, start, end, psi, scale, breaks)
+            if number < last:
+                psi, dt = self._across(motion, int(rows[-1]), psi, number + 1, section)
+        if section is None:
+            dt = np.append(np.zeros(n), np.zeros(k) if period_slopes is None else period_slopes)
+            return Variation(psi + np.outer(self.side(motion, len(motion) - 1).rate, dt), dt)
+        if section.then is None:
+            psi, dt = self._saltation(self.side(motion, len(motion) - 1), None, section, psi, None)
+        return Variation(psi, dt)
+
+    def _groups(self, motion: Solution, rows: Any) -> list[tuple[int, int]]:
+        """Runs of samples with the same equations, first and last row of each."""
+        found, begin = list[tuple[int, int]](), int(rows[0])
+        for row in map(int, rows[1:]):
+            if motion.samples and motion.samples[row] is not motion.samples[begin] and row != rows[-1]:
+                found.append((begin, row))
+                begin = row
+        found.append((begin, int(rows[-1])))
+        return found
+
+    def _along(self, motion: Solution, start: int, end: int, psi: Array, scale: Array, breaks: Sequence[float]) -> Array:
+        """Ψ over a stretch with the same equations."""
+        from scipy import integrate
+
+        now, j, by = self._routines(motion, start)
+        n, m = psi.shape
+        t, stop = float(motion.t[start]), float(motion.t[end])
+        z = np.concatenate([motion.states[start], psi.reshape(-1)])
+
+        def rates(t: float, z: Array) -> Array:
+            x, own = z[:n], z[n:].reshape(n, m)
+            y = np.append(x, 0.0)
+            change = j(t, y)[:n, :n] @ own
+            if by is not None:
+                change[:, n:] += by(t, x)
+            return np.concatenate([now.rate(t, y)[:n], change.reshape(-1)])
+
+        def twice(t: float, z: Array) -> Array:
+            return _blocks(j(t, np.append(z[:n], 0.0))[:n, :n], m)
+
+        fastest = float(np.abs(np.linalg.eigvals(j(t, np.append(z[:n], 0.0))[:n, :n])).max(initial=0))
+        stiff = fastest * (stop - t) > _STIFF
+        atol = _ATOL * np.concatenate([scale, np.repeat(np.maximum(np.abs(psi).max(axis=1), 1e-3), m)])
+        while t < stop:
+            until = next_end(breaks, t, stop)
+            if until > t:
+                solver: Any = integrate.Radau if stiff else integrate.DOP853
+                more = {"jac": twice} if stiff else {}
+                found = integrate.solve_ivp(rates, (t, until), z, solver, rtol=_RTOL, atol=atol, **more)
+                if not found.success or not np.isfinite(found.y[:, -1]).all():
+                    raise SimulationError(
+                        f"Expected variational equations that can be stepped, got none beyond t = {found.t[-1]:.6g}: {found.message}"
+                    )
+                z = found.y[:, -1]
+            t = on_from(until) if until < stop else stop
+        return np.asarray(z[n:].reshape(n, m))
+
+    def _across(self, motion: Solution, row: int, psi: Array, number: int, section: Event | None) -> tuple[Array, Array]:
+        """Ψ after the events with which a phase begins, and δτ."""
+        phase = motion.phases[number]
+        before, after = self.side(motion, row), self.side(motion, row + 1)
+        if len(phase.by) != 1:
+            names = " and ".join(repr(e.name) for e in phase.by) or "none"
+            raise SimulationError(
+                f"Expected one event at an instant, got {names} at t = {before.t:.9g}: a motion beside it meets one first, then the other, and "
+                "there is no one derivative. Make one event of them, or take values at which they come one by one."
+            )
+        (event,) = phase.by
+        ends = section is not None and event.name == section.name and number == int(motion.phase[-1])
+        return self._saltation(before, after, event, psi, None if ends else after)
+
+    def _saltation(
+        self, before: Side, after: Side | None, event: Event, psi: Array, onward: Side | None
+    ) -> tuple[Array, Array]:
+        """δx⁺ and δτ of an event; `onward` is where the motion goes on, None where it ends there."""
+        n = before.now.width
+        (h,) = gradients(before, [event.quantity], self.by)
+        f = before.rate
+        rate = float(h.x @ f + h.t)
+        if not abs(rate) > UNRELATED * float(np.abs(h.x) @ np.abs(f) + abs(h.t)):
+            raise SimulationError(
+                f"Expected a motion that passes the event {event.name!r} with a rate, got one that grazes it at t = {before.t:.9g}, where "
+                f"its quantity has the rate {rate:.3g}: a motion beside it may miss it, and there is no derivative."
+            )
+        dt = -(h.x @ psi) / rate
+        dt[n:] -= h.p / rate
+        own = self._jump(before, after or before, event)
+        moved = own.x @ (psi + np.outer(f, dt)) + np.outer(own.t, dt)
+        moved[:, n:] += own.p
+        if onward is not None:
+            moved = moved - np.outer(onward.rate, dt)
+        return moved, dt
+
+    def _jump(self, before: Side, after: Side, event: Event) -> JumpSlopes:
+        """What an event does to the state: its action, an impact of contacts, or nothing where a mode of them ends."""
+        system = before.now.eom.system
+        if system.modes:
+            motion = ContactMotion(self.options["contacts"], (before.t, before.t + 1.0), _given(self, before), self.options)
+            ending = motion.ends(event)
+            if ending is not None:
+                if ending[1] != "closes":
+                    return JumpSlopes(np.eye(len(before.x)), np.zeros(len(before.x)), np.zeros((len(before.x), len(self.by))))
+                return impact(motion, before, ending[0], self.by)
+        return action(before, after, event, self.by)
+
+
+def _given(differential: Differential, side: Side) -> tuple[Any, Any]:
+    eom = differential.options["contacts"]
+    return {s: side.phase.parameters[s] for s in eom.parameters}, {s: side.phase.inputs[s] for s in eom.inputs}
+
+
+def _blocks(j: Array, m: int) -> Array:
+    """The derivative of (x′, Ψ′) without second derivatives: it steers iterations alone."""
+    n = len(j)
+    whole = np.zeros((n + n * m, n + n * m))
+    whole[:n, :n] = j
+    whole[n:, n:] = np.kron(j, np.eye(m))
+    return whole
+
+
+def _check(now: Routines) -> None:
+    """Refuse what the variational equations do not know."""
+    met = {
+        "loads or inputs that jump at states": has_jumps(now.eom, turning_laws(now.drives)),
+        "a sampled controller": bool(controllers(now.drives)),
+    }
+    told = [text for text, holds in met.items() if holds]
+    if told:
+        raise SimulationError(
+            f"Expected equations whose rates are smooth between events for the derivative of a motion, got {' and '.join(told)}. Declare dry "
+            "friction as a contact, kn.contact or kn.stiction, and what switches by events that set a further state."
+        )
