@@ -361,7 +361,8 @@ def run_with_contacts(
         mode = at.modes_of.equations(now.modes)
         q, u, a = np.split(x, np.cumsum([at.q, len(eom.speeds)]))
         drives: dict[Expr, Any] = {s: at.inputs[s] for s in mode.inputs}
-        start = Begin(q, u, None, a, work, at.leaves(now, before, t, x, by), True, True)
+        fresh = {**({} if pieces else begin.fresh), **at.leaves(now, before, t, x, by)}
+        start = Begin(q, u, None, a, work, fresh, True, True)
         try:
             with warnings.catch_warnings():  # of forces that are zero throughout: what follows of them is decided here
                 warnings.filterwarnings("ignore", "Expected a start beside the threshold", KaneWarning)

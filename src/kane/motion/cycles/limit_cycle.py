@@ -109,8 +109,8 @@ def limit_cycle(
     within: float = 100.0,
     tolerance: float = 1e-10,
     max_steps: int = 30,
-    rtol: float = 1e-12,
-    atol: float = 1e-12,
+    rtol: float = 1e-13,
+    atol: float = 1e-13,
     settings: Settings | None = None,
     **by_kind: Unpack[StateValues],
 ) -> LimitCycle:
