@@ -2,16 +2,16 @@
 """What events do to a state, to first order: the gradient of what they watch, and the derivative of what they set.
 
 Expressions are differentiated. Impacts of contacts, and actions that are functions of Python, are maps from numbers to numbers: their
-derivative is taken by central differences of sixth order, of the map alone and never of a motion; two lengths of the difference must agree.
+derivative is taken by central differences of sixth order, of the map alone and never of a motion; two lengths of it must agree.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from kane.dynamics.readings.quantities import without_unknowns
-from kane.equations.equations import Equations
 from kane.errors import SimulationError
 from kane.expr.differentiation import weighted
 from kane.expr.evaluation import evaluate
@@ -31,8 +31,8 @@ from kane.numeric.rank import least_squares
 from kane.numeric.scale import SIX_DIGITS
 
 _WEIGHTS = ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
-_LENGTHS = (1e-2, 2.5e-3)
-"""Shares of the size of each component over which a map is differenced; the shorter one counts."""
+_LENGTHS = tuple(1e-2 / 4**k for k in range(7))
+"""Shares of the size of each component over which a map is differenced; the two neighbours that differ least count."""
 
 
 class Gradient(NamedTuple):
@@ -162,7 +162,7 @@ def differenced(map_: Callable[[Array], Array], at: Array, sizes: Array, what: s
     Raises
     ------
     SimulationError
-        if two lengths of the difference disagree
+        if no two lengths of the difference agree
     """
 
     def column(i: int, length: float) -> Array:
@@ -170,14 +170,18 @@ def differenced(map_: Callable[[Array], Array], at: Array, sizes: Array, what: s
         e = np.eye(len(at))[i] * step
         return np.asarray(sum(w * (map_(at + k * e) - map_(at - k * e)) for k, w in _WEIGHTS) / step)
 
-    coarse, fine = (np.column_stack([column(i, h) for i in range(len(at))]) for h in _LENGTHS)
-    apart = np.abs(coarse - fine) * sizes
-    if not np.all(apart <= SIX_DIGITS * np.maximum((np.abs(fine) * sizes).max(axis=1, keepdims=True), sizes.min())):
-        raise SimulationError(
-            f"Expected {what} to be smooth beside the cycle, got one that has corners there: near by another law holds, as where friction just "
-            "holds in an impact. Take other values of the parameters."
-        )
-    return fine
+    found = []
+    for i in range(len(at)):
+        every = [column(i, length) for length in _LENGTHS]
+        apart = [float(np.abs(b - a).max(initial=0)) for a, b in pairwise(every)]
+        best = int(np.argmin(apart))
+        if not apart[best] <= SIX_DIGITS * max(float(np.abs(every[best]).max(initial=0)), 1.0):
+            raise SimulationError(
+                f"Expected {what} to be smooth beside the cycle, got one that has corners there: near by another law holds, as where "
+                "friction just holds in an impact. Take other values of the parameters."
+            )
+        found.append(every[best + 1])
+    return np.column_stack(found)
 
 
 def _sizes(before: Side) -> Array:

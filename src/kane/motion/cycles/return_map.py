@@ -10,8 +10,8 @@ import numpy as np
 from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations, derive
 from kane.errors import SimulationError, cut
-from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.differentiation import diff, weighted
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ONE, Expr
 from kane.expr.symbols import Parameter, Time
 from kane.model.declarations import Event
@@ -135,7 +135,9 @@ class ReturnMap:
         if motion.event is not None and motion.event.name == self.section.name:
             return
         came = (
-            f"none within {self.within:g} s" if motion.status == "finished" else f"one that ended at t = {end:.6g}: {motion.message}"
+            f"none within {self.within:g} s"
+            if motion.status == "finished"
+            else f"one that ended at t = {end:.6g}: {motion.message}"
         )
         raise SimulationError(
             f"Expected a motion that reaches the section {self.section.name!r}, got {came}. Start nearer to the cycle, give the event the "
@@ -156,9 +158,9 @@ class ReturnMap:
     def timed(self) -> bool:
         """Whether time enters the equations."""
         exprs = [*rates(self.eom).task.roots, *(e.quantity for e in self.eom.events)]
-        return any(isinstance(s, Time) for s in free_symbols(exprs)) or bool(self.inputs and self.eom.inputs and any(
-            not isinstance(v, int | float) for v in self.inputs.values()
-        ))
+        return any(isinstance(s, Time) for s in free_symbols(exprs)) or bool(
+            self.inputs and self.eom.inputs and any(not isinstance(v, int | float) for v in self.inputs.values())
+        )
 
 
 def is_same_time(a: float, b: float) -> bool:

@@ -62,7 +62,10 @@ class Piece:
 def parameter_slopes(eom: Equations, *by: Parameter) -> Bundle[Array]:
     """∂(q̇, u̇, ȧ)/∂parameters."""
     return Bundle(
-        "by_parameters", ports(eom.derived), only, {"x": Shaped((len(eom.state), len(by)), slopes(eom.solved, by).entries)}
+        "by_parameters",
+        ports(eom.derived),
+        only,
+        {"x": Shaped((len(eom.state), len(by)), slopes(eom.solved, by).entries)},
     )
 
 
@@ -129,7 +132,9 @@ class Differential:
         found.append((begin, int(rows[-1])))
         return found
 
-    def _along(self, motion: Solution, start: int, end: int, psi: Array, scale: Array, breaks: Sequence[float]) -> Array:
+    def _along(
+        self, motion: Solution, start: int, end: int, psi: Array, scale: Array, breaks: Sequence[float]
+    ) -> Array:
         """Ψ over a stretch with the same equations."""
         from scipy import integrate
 
@@ -166,7 +171,9 @@ class Differential:
             t = on_from(until) if until < stop else stop
         return np.asarray(z[n:].reshape(n, m))
 
-    def _across(self, motion: Solution, row: int, psi: Array, number: int, section: Event | None) -> tuple[Array, Array]:
+    def _across(
+        self, motion: Solution, row: int, psi: Array, number: int, section: Event | None
+    ) -> tuple[Array, Array]:
         """Ψ after the events with which a phase begins, and δτ."""
         phase = motion.phases[number]
         before, after = self.side(motion, row), self.side(motion, row + 1)
@@ -206,11 +213,15 @@ class Differential:
         """What an event does to the state: its action, an impact of contacts, or nothing where a mode of them ends."""
         system = before.now.eom.system
         if system.modes:
-            motion = ContactMotion(self.options["contacts"], (before.t, before.t + 1.0), _given(self, before), self.options)
+            motion = ContactMotion(
+                self.options["contacts"], (before.t, before.t + 1.0), _given(self, before), self.options
+            )
             ending = motion.ends(event)
             if ending is not None:
                 if ending[1] != "closes":
-                    return JumpSlopes(np.eye(len(before.x)), np.zeros(len(before.x)), np.zeros((len(before.x), len(self.by))))
+                    return JumpSlopes(
+                        np.eye(len(before.x)), np.zeros(len(before.x)), np.zeros((len(before.x), len(self.by)))
+                    )
                 return impact(motion, before, ending[0], self.by)
         return action(before, after, event, self.by)
 
