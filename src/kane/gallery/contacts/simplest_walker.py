@@ -26,7 +26,7 @@ START = {
 
 
 def system() -> kn.System:
-    """The hip on its stance leg; the event `strike` exchanges the legs and ends the step."""
+    """The hip on its stance leg; at the event `strike` the legs change their parts."""
     N = kn.Frame("N")
     O = kn.Point("O", fixed_in=N)
     theta = kn.coordinate("theta", "rad", "stance leg off the slope's normal, backwards")
@@ -44,14 +44,9 @@ def system() -> kn.System:
     turn = kn.sin(theta - gamma) * g / l
     swing = turn + kn.sin(phi) * (u**2 - kn.cos(theta - gamma) * g / l)
     c = kn.cos(2 * theta)
-    strike = kn.Event(
-        "strike",
-        kn.min(phi - 2 * theta, kn.parameter("phi_0", -0.05, "rad", "angle before which the feet may pass each other") - phi),
-        direction=1,
-        terminal=True,
-        then={theta: -theta, u: c * u, phi: -2 * theta, w: c * (1 - c) * u},
-        message="the swing foot strikes, and is the stance foot of the next step",
-    )
+    past = kn.less(phi, kn.parameter("phi_0", -0.05, "rad", "angle before which the feet pass each other"))
+    after = {theta: -theta, u: c * u, phi: -2 * theta, w: c * (1 - c) * u}
+    strike = kn.Event("strike", phi - 2 * theta, direction=1, then={x: kn.where(past, y, x) for x, y in after.items()})
     return kn.System(
         N,
         bodies=[kn.Particle("hip", hip, M)],
