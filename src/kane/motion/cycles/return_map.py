@@ -85,8 +85,10 @@ class ReturnMap:
             return float(evaluate(self.period, dict(constants)))
         return float(self.period or 0.0)
 
-    def __call__(self, x: Array, parameters: Mapping[Any, float] | None, samples: Any = ()) -> Solution:
-        """The motion from x on.
+    def __call__(
+        self, x: Array, parameters: Mapping[Any, float] | None, samples: Any = (), begin: float | None = None
+    ) -> Solution:
+        """The motion from x on, from the time `begin` on where one is given.
 
         Raises
         ------
@@ -95,15 +97,16 @@ class ReturnMap:
         """
         eom = self.eom
         constants = parameter_values(eom.system, parameters)
-        span = self.t0, self.t0 + self.length(constants)
+        t0 = self.t0 if begin is None else begin
+        span = t0, t0 + self.length(constants)
         drives = input_functions(eom, self.inputs, span, own_parameters(parameters) | constants)
         rtol, atol = self.tolerances
         options = OPTIONS | {"rtol": rtol, "atol": atol, "settings": self.settings}
         bounds = {"max_steps": None, "max_seconds": None, "first_step": None}
         q, u, a = np.split(x, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
-        begin = Begin(q, u, None, a, fresh=self._fresh(x, constants))
+        first = Begin(q, u, None, a, fresh=self._fresh(x, constants))
         over_time = run_with_contacts if eom.system.contacts and not eom.system.modes else run
-        motion = over_time(eom, span, begin, (constants, drives), options, bounds, sample_times(samples, span))
+        motion = over_time(eom, span, first, (constants, drives), options, bounds, sample_times(samples, span))
         self._check_end(motion, span)
         return motion
 
