@@ -12,7 +12,8 @@ from kane.lazy_imports import offered as _offered
 # A public name is imported when it is first used (PEP 562), so that `import kane` takes next to no time: for type checkers it is
 # imported here, at run time `_NAMES` says from where.
 if TYPE_CHECKING:
-    from kane import analysis, attitude, beams, cycles, errors, expr, figures, integrators, joints, loads, solids
+    from kane import analysis, attitude, beams, errors, expr, figures, integrators, joints, loads, solids
+    from kane import cycles as cycles
     from kane.analysis import *
     from kane.attitude import *
     from kane.beams import *

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The compass gait: two legs with masses and a mass at the hip walk down a slope, without knees and motors.
 
-Both feet are on the slope where θ_ns + θ_s = −2 φ. The strike is plastic: of the whole the angular momentum about the foot that strikes is
+Both feet are on the slope where θ_ns + θ_s = −2 φ. The strike is plastic: of the whole the angular momentum about the foot that
+strikes is
 kept, of the leg that leaves that about the hip. The feet pass each other without touching.
 """
 
@@ -46,7 +47,11 @@ def system() -> kn.System:
     # after the strike the foot stands: the masses turn about it, with the rates of the legs as they were named before
     new_s, new_ns = kn.speed("v_s"), kn.speed("v_ns")
     of_hip = (new_s * N.z).cross(hip.position(foot))
-    new = {swing: (new_s * N.z).cross(swing.position(foot)), hip: of_hip, stance: of_hip + (new_ns * N.z).cross(stance.position(hip))}
+    new = {
+        swing: (new_s * N.z).cross(swing.position(foot)),
+        hip: of_hip,
+        stance: of_hip + (new_ns * N.z).cross(stance.position(hip)),
+    }
     old = {p: p.velocity(N) for p, _ in masses}
 
     def momenta(v: dict[kn.Point, kn.Vector]) -> tuple[kn.Expr, kn.Expr]:

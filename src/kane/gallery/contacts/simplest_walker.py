@@ -6,7 +6,8 @@ time √(l/g), with θ the stance leg off the slope's normal, φ the swing leg o
 
     θ̈ = sin(θ − γ),      φ̈ = θ̈ + sin φ (θ̇² − cos(θ − γ)),      φ = 2θ at the strike
 
-A foot that weighs nothing has no equation of the hip's, and no share in its mass matrix; the swing leg's angle and rate are further states of
+A foot that weighs nothing has no equation of the hip's, and no share in its mass matrix; the swing leg's angle and rate are further
+states of
 the hip's motion. The strike is plastic: along the new stance leg alone the ground acts, so that θ̇⁺ = θ̇ cos 2θ.
 """
 

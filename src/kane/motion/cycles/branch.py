@@ -35,7 +35,8 @@ class CycleChange(Attributes):
     """A multiplier on the unit circle: where a cycle comes to be stable, or to be so no more.
 
     `kind` is "fold" (1, the cycle meets another one), "flip" (−1, a cycle of twice the period branches off) or "torus" (a pair e^±iφ).
-    `value` is that of the parameter, `between` the places of the branch's cycles before and after it; `grows` says whether disturbances
+    `value` is that of the parameter, `between` the places of the branch's cycles before and after it; `grows` says whether
+    disturbances
     grow after it.
     """
 
@@ -55,7 +56,8 @@ class CycleBranch(Attributes):
     """Cycles along a branch, `cycles` at `values` of `symbol`, in order along it.
 
     `multipliers` (cycles × m) keeps each in one column, `turning` holds the places at which the branch turns back, and `changes` says
-    where a multiplier crosses the unit circle. `len(branch)` is how many there are; `kn.figures.root_locus(branch)` draws the exponents.
+    where a multiplier crosses the unit circle. `len(branch)` is how many there are; `kn.figures.root_locus(branch)` draws the
+    exponents.
     """
 
     symbol: Parameter
@@ -83,7 +85,7 @@ class CycleBranch(Attributes):
 
     @property
     def eigenvalues(self) -> npt.NDArray[np.complex128]:
-        """Floquet exponents ln μ/T (1/s), those of multipliers that vanish left out: below zero in the real part where a cycle is stable."""
+        """Floquet exponents ln μ/T (1/s), but of multipliers that vanish; the real part is below zero where a cycle is stable."""
         kept = np.abs(self.multipliers).min(axis=0, initial=np.inf) > 1e-12
         return np.asarray(np.log(self.multipliers[:, kept]) / self.periods[:, None])
 
@@ -94,7 +96,8 @@ class CycleBranch(Attributes):
         turns = ", ".join(f"{v:.6g}" for v in self.turning_points) or "none"
         told = ", ".join(f"{c.kind} at {c.value:.6g}" for c in self.changes) or "none"
         return (
-            f"CycleBranch({len(self)} cycles, {self.symbol.name} = {self.values[0]:.6g} … {self.values[-1]:.6g}; turning points: {turns}; "
+            f"CycleBranch({len(self)} cycles, {self.symbol.name} = {self.values[0]:.6g} … {self.values[-1]:.6g}; turning points: "
+            f"{turns}; "
             f"changes of stability: {told}; {self.message})"
         )
 

@@ -109,12 +109,14 @@ def _check_set(own: Mapping[Symbol, Any], event: Event, by: Sequence[Parameter])
     for s, what in own.items():
         if isinstance(s, Parameter) and (s in set(by) or not isinstance(evaluate_constant(what), float)):
             raise SimulationError(
-                f"Expected actions that set the state, or parameters to numbers, for the derivative of a motion, got {s} := {what} from the "
+                f"Expected actions that set the state, or parameters to numbers, for the derivative of a motion, got {s} := "
+                f"{what} from the "
                 f"event {event.name!r}. Make {s} a further state whose rate is zero: kn.state."
             )
         if isinstance(s, Input):
             raise SimulationError(
-                f"Expected actions that set the state for the derivative of a motion, got the input {s} set by the event {event.name!r}. "
+                f"Expected actions that set the state for the derivative of a motion, got the input {s} set by the event "
+                f"{event.name!r}. "
                 "Let the input depend on a further state, which the event sets: kn.state."
             )
 

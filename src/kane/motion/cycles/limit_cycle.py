@@ -146,14 +146,16 @@ def limit_cycle(
 ) -> LimitCycle:
     """The cycle near a state: x with P(x) = x, by Newton's method with the exact derivative of the motion.
 
-    P leads to the next passage of a `section`, after its action if it has one, or over a `period`. Events on the way may act, contacts may
+    P leads to the next passage of a `section`, after its action if it has one, or over a `period`. Events on the way may act,
+    contacts may
     stick, slip, separate and hit.
 
     Parameters
     ----------
     eom : Equations
     state : `kn.State` of the guess, in place of q, u, states, parameters, inputs and t
-    section : a `kn.Event`, or the name of one of the system, at which the cycle begins and ends. Its `then=` may relabel legs, so that a
+    section : a `kn.Event`, or the name of one of the system, at which the cycle begins and ends. Its `then=` may relabel legs, so
+    that a
         step counts as a cycle
     period : of forced systems, in s: a number or an expression of parameters, `2*kn.pi/omega`
     cyclic : coordinates or states that may go on, and on which nothing else depends: the way that a walker has gone
@@ -171,8 +173,10 @@ def limit_cycle(
 
     Notes
     -----
-    Variational equations with saltation matrices: `kane.motion.cycles.variation`. Parker, T. S., Chua, L. O. (1989), Practical Numerical
-    Algorithms for Chaotic Systems, Springer, ch. 5; Leine, R. I., Nijmeijer, H. (2004), Dynamics and Bifurcations of Non-Smooth Mechanical
+    Variational equations with saltation matrices: `kane.motion.cycles.variation`. Parker, T. S., Chua, L. O. (1989), Practical
+    Numerical
+    Algorithms for Chaotic Systems, Springer, ch. 5; Leine, R. I., Nijmeijer, H. (2004), Dynamics and Bifurcations of Non-Smooth
+    Mechanical
     Systems, Springer, ch. 7.
 
     Examples
@@ -207,7 +211,8 @@ def limit_cycle(
 def _check_kind(section: Any, period: Any) -> None:
     if (section is None) == (period is None):
         raise SimulationError(
-            f"Expected either section= or period=, got {'neither' if section is None else 'both'}. A cycle of an autonomous system ends at a "
+            f"Expected either section= or period=, got {'neither' if section is None else 'both'}. A cycle of an autonomous "
+            "system ends at a "
             "section, kn.Event('passes', q, direction=1); a forced one after the period of its forcing."
         )
 
@@ -219,9 +224,16 @@ def _check_map(map_: ReturnMap, constants: Mapping[Expr, float]) -> None:
             raise SimulationError(
                 f"Expected period > 0, the time in s after which the forcing is the same again, got {length:g}."
             )
+        if not map_.timed:
+            raise SimulationError(
+                "Expected equations in which the time stands for a cycle over a period, got some without: a motion of theirs "
+                "that comes back "
+                "may begin anywhere on its way, and has any multiple of a period of its own. Give section= in the place of period=."
+            )
     elif map_.timed:
         raise SimulationError(
-            f"Expected equations without the time for a cycle that ends at the section {map_.section.name!r}, got some in which it stands: the "
+            f"Expected equations without the time for a cycle that ends at the section {map_.section.name!r}, got some in which "
+            "it stands: the "
             "forcing must be the same again, too. Give period= in the place of section=."
         )
     expect.that(map_.within > 0, "within > 0, a time in s", map_.within, error=SimulationError)
@@ -232,6 +244,7 @@ def _check_on(map_: ReturnMap, x: Array, constants: Mapping[Expr, float]) -> Non
     assert map_.section is not None
     if abs(h) > SIX_DIGITS * terms:
         raise SimulationError(
-            f"Expected a start on the section {map_.section.name!r}, where {map_.section.quantity} = {map_.section.threshold:g}, got one where it "
+            f"Expected a start on the section {map_.section.name!r}, where {map_.section.quantity} = {map_.section.threshold:g}, "
+            "got one where it "
             f"is {h + map_.section.threshold:.6g}. Move the start onto it; the last state of kn.poincare(…) lies there."
         )

@@ -133,7 +133,8 @@ class ReturnMap:
             if motion.status == "finished":
                 return
             raise SimulationError(
-                f"Expected a motion over the whole period, to t = {span[1]:.6g}, got one that ended at t = {end:.6g}: {motion.message}."
+                f"Expected a motion over the whole period, to t = {span[1]:.6g}, got one that ended at t = {end:.6g}: "
+                f"{motion.message}."
             )
         if motion.event is not None and motion.event.name == self.section.name:
             return
@@ -143,7 +144,8 @@ class ReturnMap:
             else f"one that ended at t = {end:.6g}: {motion.message}"
         )
         raise SimulationError(
-            f"Expected a motion that reaches the section {self.section.name!r}, got {came}. Start nearer to the cycle, give the event the "
+            f"Expected a motion that reaches the section {self.section.name!r}, got {came}. Start nearer to the cycle, give the "
+            "event the "
             "direction in which the cycle crosses it, or wait longer: within=…."
         )
 

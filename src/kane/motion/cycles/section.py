@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`poincare`: the states at which a motion passes a section, one after the other."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Unpack
 
@@ -64,7 +63,8 @@ def poincare(
     ----------
     eom : Equations
     state : `kn.State` of the start, in place of q, u, states, parameters, inputs and t
-    section : a `kn.Event`, or the name of one of the system. Of forced systems `kn.Event("period", kn.sin(omega*kn.time/2))` looks once
+    section : a `kn.Event`, or the name of one of the system. Of forced systems `kn.Event("period", kn.sin(omega*kn.time/2))` looks
+    once
         a period 2π/ω
     count : how many passages
     within : how long one is waited for (s)
@@ -85,7 +85,9 @@ def poincare(
     expect.whole(count, "count of passages", error=SimulationError)
     given = state_of(state, **by_kind)
     t0 = float(given.t or 0.0)
-    map_ = ReturnMap.of(eom, section, None, inputs=given.inputs, t0=t0, within=within, tolerances=(rtol, atol), settings=settings)
+    map_ = ReturnMap.of(
+        eom, section, None, inputs=given.inputs, t0=t0, within=within, tolerances=(rtol, atol), settings=settings
+    )
     shooting = Shooting(map_, dict(parameter_values(eom.system, given.parameters)), ())
     x, t, found, message = shooting.admitted(given), t0, list[tuple[float, Array]](), "all that were asked for"
     with working("Passing the section"):

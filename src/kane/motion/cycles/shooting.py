@@ -140,7 +140,8 @@ class Shooting:
         worst = int(np.argmax(np.abs(now.left / now.scale)))
         raise SimulationError(
             f"Expected a cycle near the start, got none by {most} of Newton's steps at most: the nearest motion misses its start by "
-            f"{now.left[worst]:.3g} in {names[worst]}, {now.size:.1e} of its size, after {float(now.motion.t[-1]) - self.map.t0:.6g} s. Start nearer "
+            f"{now.left[worst]:.3g} in {names[worst]}, {now.size:.1e} of its size, after "
+            f"{float(now.motion.t[-1]) - self.map.t0:.6g} s. Start nearer "
             "to it: let the motion settle by kn.simulate first, or follow the cycle from other values of the parameters."
         )
 
@@ -193,8 +194,10 @@ class Linearized:
         values = np.linalg.svd(matrix / scale[:, None], compute_uv=False)
         if not np.isfinite(matrix).all() or values[-1] <= STATE_RANK * values[0]:
             raise SimulationError(
-                "Expected a cycle that stands alone, got one with a multiplier 1: others lie beside it, as where energy is kept or a coordinate "
-                f"may have any value. Give cyclic= for what goes on by itself (of {', '.join(self.names)}), or section= in the place of period= "
+                "Expected a cycle that stands alone, got one with a multiplier 1: others lie beside it, as where energy is kept "
+                "or a coordinate "
+                f"may have any value. Give cyclic= for what goes on by itself (of {', '.join(self.names)}), or section= in the "
+                "place of period= "
                 "where nothing depends on time."
             )
         return np.asarray(np.linalg.solve(matrix, right))

@@ -31,7 +31,7 @@ from kane.motion.loop import breakpoints_of
 from kane.motion.right_hand_side import Routines, exact, has_jumps, only, routines
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
-from kane.numeric.scale import UNRELATED
+from kane.numeric.scale import SIX_DIGITS
 from kane.program.from_expressions import Bundle, Shaped
 from kane.program.native.machine import Settings
 
@@ -75,6 +75,7 @@ class Differential:
     def __init__(self, by: Sequence[Parameter], settings: Settings | None, options: Any) -> None:
         self.by, self.settings, self.options = tuple(by), settings, options
         self._known: dict[tuple[Any, bytes], tuple[Routines, Any, Any]] = {}
+        self.scale, self.length = np.ones(1), 1.0
 
     def _routines(self, motion: Solution, row: int) -> tuple[Routines, Any, Any]:
         eom = motion.samples[row] if motion.samples else motion.equations
@@ -104,15 +105,16 @@ class Differential:
             if the motion has none: it grazes an event, or two events come at one instant
         """
         n, k = motion.states.shape[1], len(self.by)
-        self._known = {}
+        self._known, self.length = {}, float(motion.t[-1] - motion.t[0])
         psi = np.eye(n, n + k)
-        scale = np.maximum(np.abs(motion.states).max(axis=0), 1e-3 * np.abs(motion.states).max(initial=0) or 1.0)
+        size = np.abs(motion.states).max(axis=0)
+        self.scale = np.maximum(size, 1e-3 * size.max(initial=0) or 1.0)
         breaks = sorted(breakpoints_of(motion, ()))
         last = int(motion.phase[-1])
         for number in range(last + 1):
             rows = np.flatnonzero(motion.phase == number)
             for start, end in self._groups(motion, rows):
-                psi = self._along(motion, start, end, psi, scale, breaks)
+                psi = self._along(motion, start, end, psi, breaks)
             if number < last:
                 psi, dt = self._across(motion, int(rows[-1]), psi, number + 1, section)
         if section is None:
@@ -132,9 +134,7 @@ class Differential:
         found.append((begin, int(rows[-1])))
         return found
 
-    def _along(
-        self, motion: Solution, start: int, end: int, psi: Array, scale: Array, breaks: Sequence[float]
-    ) -> Array:
+    def _along(self, motion: Solution, start: int, end: int, psi: Array, breaks: Sequence[float]) -> Array:
         """Ψ over a stretch with the same equations."""
         from scipy import integrate
 
@@ -156,7 +156,7 @@ class Differential:
 
         fastest = float(np.abs(np.linalg.eigvals(j(t, np.append(z[:n], 0.0))[:n, :n])).max(initial=0))
         stiff = fastest * (stop - t) > _STIFF
-        atol = _ATOL * np.concatenate([scale, np.repeat(np.maximum(np.abs(psi).max(axis=1), 1e-3), m)])
+        atol = _ATOL * np.concatenate([self.scale, np.repeat(np.maximum(np.abs(psi).max(axis=1), 1e-3), m)])
         while t < stop:
             until = next_end(breaks, t, stop)
             if until > t:
@@ -180,7 +180,8 @@ class Differential:
         if len(phase.by) != 1:
             names = " and ".join(repr(e.name) for e in phase.by) or "none"
             raise SimulationError(
-                f"Expected one event at an instant, got {names} at t = {before.t:.9g}: a motion beside it meets one first, then the other, and "
+                f"Expected one event at an instant, got {names} at t = {before.t:.9g}: a motion beside it meets one first, then "
+                "the other, and "
                 "there is no one derivative. Make one event of them, or take values at which they come one by one."
             )
         (event,) = phase.by
@@ -195,9 +196,11 @@ class Differential:
         (h,) = gradients(before, [event.quantity], self.by)
         f = before.rate
         rate = float(h.x @ f + h.t)
-        if not abs(rate) > UNRELATED * float(np.abs(h.x) @ np.abs(f) + abs(h.t)):
+        usual = (np.abs(h.x) @ self.scale + abs(h.t) * self.length) / self.length
+        if not abs(rate) > SIX_DIGITS * usual:
             raise SimulationError(
-                f"Expected a motion that passes the event {event.name!r} with a rate, got one that grazes it at t = {before.t:.9g}, where "
+                f"Expected a motion that passes the event {event.name!r} with a rate, got one that grazes it at t = "
+                f"{before.t:.9g}, where "
                 f"its quantity has the rate {rate:.3g}: a motion beside it may miss it, and there is no derivative."
             )
         dt = -(h.x @ psi) / rate
@@ -249,6 +252,7 @@ def _check(now: Routines) -> None:
     told = [text for text, holds in met.items() if holds]
     if told:
         raise SimulationError(
-            f"Expected equations whose rates are smooth between events for the derivative of a motion, got {' and '.join(told)}. Declare dry "
+            f"Expected equations whose rates are smooth between events for the derivative of a motion, got {' and '.join(told)}. "
+            "Declare dry "
             "friction as a contact, kn.contact or kn.stiction, and what switches by events that set a further state."
         )
