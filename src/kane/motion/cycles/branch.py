@@ -7,6 +7,7 @@ variational equations. A cycle loses its stability where a multiplier leaves the
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -201,7 +202,7 @@ def follow(cycle: Any, parameter: Any, to: Any, max_points: int, locate: bool, m
         path = curve.follow(y, values / chart.columns[-1], max_points, where)
         cycles = []
         for k in path.marked if not locate else range(len(path.points)):
-            far(lambda k=k: where(path.points[k]))
+            far(partial(where, path.points[k]))
             cycles.append(chart.cycle(path.points[k]))
         marks = list(path.marked) if locate else list(range(len(cycles)))
         met = _changes(chart, curve, path.points, cycles, marks) if locate else ()

@@ -136,7 +136,7 @@ def _on_constraints(after: Side, raw: JumpSlopes, moved: Sequence[int], by: Sequ
     nq = len(eom.coordinates)
     speeds = [nq + i for i, u in enumerate(eom.speeds) if u in set(eom.dependent_speeds)]
     moved_q = [i for i in moved if i < nq]
-    follow = [nq + eom.speeds.index(u) for u in ()] + [i for i in speeds if i not in moved]
+    follow = [i for i in speeds if i not in set(moved)]
     if moved_q:
         own = {eom.coordinates[i] for i in moved_q}
         free = nq - len(eom.system.holonomic)
@@ -218,7 +218,8 @@ def impact(motion: ContactMotion, before: Side, hits: int, by: Sequence[Paramete
     modes = before.now.eom.system.modes
     closed = {i for i, m in enumerate(modes) if m is not ContactMode.SEPARATED} | {hits}
     n, symbols = before.now.width, motion.numbers.bundle.ports[2].symbols
-    places = [list(symbols).index(p) for p in by]
+    place = {p: i for i, p in enumerate(symbols)}
+    places = [place[p] for p in by]
     own = motion.p.copy()
 
     def after(z: Array) -> Array:

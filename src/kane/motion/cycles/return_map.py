@@ -14,7 +14,8 @@ from kane.expr.differentiation import diff, weighted
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ONE, Expr
 from kane.expr.symbols import Parameter, Time
-from kane.model.declarations import Event
+from kane.model.contacts import laws_of
+from kane.model.declarations import Event, expressions
 from kane.motion.contact_motion import run_with_contacts
 from kane.motion.cycles.variation import Differential, Variation
 from kane.motion.inputs.expressions import own_parameters
@@ -25,7 +26,7 @@ from kane.motion.solution.resumed import OPTIONS, Begin
 from kane.motion.solution.solution import Solution
 from kane.motion.start import sample_times
 from kane.numeric.arrays import Array
-from kane.numeric.scale import SAME_TIME, SIX_DIGITS
+from kane.numeric.scale import SIX_DIGITS
 from kane.program.native.machine import Settings
 
 
@@ -162,12 +163,8 @@ class ReturnMap:
     @property
     def timed(self) -> bool:
         """Whether time enters the equations."""
-        exprs = [*rates(self.eom).task.roots, *(e.quantity for e in self.eom.events)]
-        return any(isinstance(s, Time) for s in free_symbols(exprs)) or bool(
-            self.inputs and self.eom.inputs and any(not isinstance(v, int | float) for v in self.inputs.values())
-        )
-
-
-def is_same_time(a: float, b: float) -> bool:
-    """Whether two times are one."""
-    return abs(a - b) <= SAME_TIME * max(abs(a), abs(b))
+        contacts = self.eom.system.contacts
+        exprs = [*rates(self.eom).task.roots, *expressions(self.eom.events), *laws_of(contacts)]
+        exprs += [row.expr for row in (*self.eom.system.constraints, *(r for c in contacts for r in c.rows))]
+        told = [v for v in (self.inputs or {}).values() if not isinstance(v, int | float)]
+        return any(isinstance(s, Time) for s in free_symbols(exprs)) or bool(told)

@@ -10,6 +10,7 @@ On a section D f = 0 along the flow f of the start: the trivial multiplier is 0 
 """
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,10 @@ class Shot:
     def size(self) -> float:
         """The largest |r| of its component's size."""
         return float(np.abs(self.left / self.scale).max(initial=0.0))
+
+
+def _told(shot: Shot) -> str:
+    return f"a residual of {shot.size:.1e}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,7 +105,7 @@ class Shooting:
         basis, names = basis_of(flow), flow.states
         kept = [k for k, name in enumerate(names) if name not in self.cyclic]
         basis = basis[:, kept]
-        back = np.linalg.pinv(basis)
+        back = np.asarray(np.linalg.pinv(basis), dtype=np.float64)
         n = len(shot.x)
         own = whole.x.copy()
         own[self._cyclic] = 0.0
@@ -124,7 +129,7 @@ class Shooting:
         """
         now = self.shot(x)
         for step in range(most):
-            far(lambda now=now: f"a residual of {now.size:.1e}")
+            far(partial(_told, now))
             linear = self.linear(now)
             if now.size <= ROUNDED_CHAIN:
                 return now, linear, step

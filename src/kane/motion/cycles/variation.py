@@ -161,8 +161,9 @@ class Differential:
             until = next_end(breaks, t, stop)
             if until > t:
                 solver: Any = integrate.Radau if stiff else integrate.DOP853
-                more = {"jac": twice} if stiff else {}
-                found = integrate.solve_ivp(rates, (t, until), z, solver, rtol=_RTOL, atol=atol, **more)
+                more: dict[str, Any] = {"jac": twice} if stiff else {}
+                more |= {"method": solver, "rtol": _RTOL, "atol": atol}
+                found = integrate.solve_ivp(rates, (t, until), z, **more)
                 if not found.success or not np.isfinite(found.y[:, -1]).all():
                     raise SimulationError(
                         f"Expected variational equations that can be stepped, got none beyond t = {found.t[-1]:.6g}: {found.message}"
