@@ -158,7 +158,11 @@ class ReturnMap:
         if self.section is None and isinstance(self.period, Expr):
             values = dict(motion.parameters)
             slopes = np.array([float(evaluate(diff(self.period, p), values)) for p in by])
-        return walk(motion, self.section, slopes)
+
+        def again(samples: Array) -> Solution:
+            return self(motion.states[0], motion.parameters, samples, float(motion.t[0]))
+
+        return walk(motion, again, self.section, slopes)
 
     @property
     def timed(self) -> bool:

@@ -10,6 +10,7 @@ which is S δx⁻ with the saltation matrix S = G + (f⁺ − G f⁻ − ∂g/�
 7.5). The event that ends a motion leaves out f⁺ δτ: what is compared are states at that event.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -25,20 +26,21 @@ from kane.model.declarations import Event
 from kane.motion.contact_motion import ContactMotion
 from kane.motion.cycles.jumps import JumpSlopes, action, gradients, impact
 from kane.motion.cycles.tangents import Side
+from kane.motion.cycles.transition import Stretch, transition
 from kane.motion.inputs.breakpoints import next_end, on_from
 from kane.motion.inputs.expressions import controllers, turning_laws
 from kane.motion.loop import breakpoints_of
-from kane.motion.right_hand_side import Routines, exact, has_jumps, only, routines
+from kane.motion.right_hand_side import Routines, has_jumps, only, routines
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.numeric.scale import SIX_DIGITS
 from kane.program.from_expressions import Bundle, Shaped
 from kane.program.native.machine import Settings
 
-_RTOL, _ATOL = 1e-13, 1e-15
-"""Tolerances of the variational equations, the absolute one a share of the largest size of each component."""
-_STIFF = 1e5
-"""How often the fastest rate fits into a phase where an implicit method takes less time."""
+_AGREES = 1e-9
+"""Change of Ψ by halved steps at which it is known: it is off by 2⁻¹⁶ of it."""
+_HALVINGS = 8
+Again = Callable[[Array], Solution]
 
 
 class Variation(NamedTuple):
@@ -46,17 +48,6 @@ class Variation(NamedTuple):
 
     x: Array
     t: Array
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Piece:
-    """A part of a motion with one set of equations, from `t0` and x on to `t1`."""
-
-    now: Routines
-    j: Callable[[float, Array], Array]
-    by: Callable[[float, Array], Array] | None
-    t0: float
-    t1: float
 
 
 def parameter_slopes(eom: Equations, *by: Parameter) -> Bundle[Array]:
@@ -74,10 +65,10 @@ class Differential:
 
     def __init__(self, by: Sequence[Parameter], settings: Settings | None, options: Any) -> None:
         self.by, self.settings, self.options = tuple(by), settings, options
-        self._known: dict[tuple[Any, bytes], tuple[Routines, Any, Any]] = {}
+        self._known: dict[tuple[Any, bytes], tuple[Routines, Any]] = {}
         self.scale, self.length = np.ones(1), 1.0
 
-    def _routines(self, motion: Solution, row: int) -> tuple[Routines, Any, Any]:
+    def _routines(self, motion: Solution, row: int) -> tuple[Routines, Any]:
         eom = motion.samples[row] if motion.samples else motion.equations
         phase = motion.phases[int(motion.phase[row])]
         p = np.array([phase.parameters[s] for s in eom.parameters])
@@ -87,17 +78,21 @@ class Differential:
             now = routines(eom, p, drives, self.settings)
             _check(now)
             own = now.routine(parameter_slopes, *self.by) if self.by else None
-            by = None if own is None else lambda t, x: own(t, x, now.p, now.inputs(t, x))
-            self._known[key] = now, exact(now), by
+            by = None if own is None else lambda t, x: own(t, x, now.p, now.inputs_all(t, x))
+            self._known[key] = now, by
         return self._known[key]
 
     def side(self, motion: Solution, row: int) -> Side:
         """The motion at a sample."""
-        now, _, _ = self._routines(motion, row)
+        now, _ = self._routines(motion, row)
         return Side(now, motion.phases[int(motion.phase[row])], float(motion.t[row]), motion.states[row])
 
-    def __call__(self, motion: Solution, section: Event | None, period_slopes: Array | None = None) -> Variation:
+    def __call__(
+        self, motion: Solution, again: Again, section: Event | None, period_slopes: Array | None = None
+    ) -> Variation:
         """The derivative of the end of a motion at its `section`; without one, at a time with these slopes by the parameters.
+
+        `again` gives the same motion at other samples.
 
         Raises
         ------
@@ -109,14 +104,18 @@ class Differential:
         psi = np.eye(n, n + k)
         size = np.abs(motion.states).max(axis=0)
         self.scale = np.maximum(size, 1e-3 * size.max(initial=0) or 1.0)
-        breaks = sorted(breakpoints_of(motion, ()))
+        stretches = self._stretches(motion)
+        flows = iter(self._transitions(motion, stretches, again))
+        own = [stretch.phase for stretch in stretches]
         last = int(motion.phase[-1])
         for number in range(last + 1):
-            rows = np.flatnonzero(motion.phase == number)
-            for start, end in self._groups(motion, rows):
-                psi = self._along(motion, start, end, psi, breaks)
+            for _ in range(own.count(number)):
+                flow = next(flows)
+                psi = flow[:, :n] @ psi
+                psi[:, n:] += flow[:, n:]
             if number < last:
-                psi, dt = self._across(motion, int(rows[-1]), psi, number + 1, section)
+                row = int(np.flatnonzero(motion.phase == number)[-1])
+                psi, dt = self._across(motion, row, psi, number + 1, section)
         if section is None:
             dt = np.append(np.zeros(n), np.zeros(k) if period_slopes is None else period_slopes)
             return Variation(psi + np.outer(self.side(motion, len(motion) - 1).rate, dt), dt)
@@ -134,43 +133,55 @@ class Differential:
         found.append((begin, int(rows[-1])))
         return found
 
-    def _along(self, motion: Solution, start: int, end: int, psi: Array, breaks: Sequence[float]) -> Array:
-        """Ψ over a stretch with the same equations."""
-        from scipy import integrate
+    def _stretches(self, motion: Solution) -> list[Stretch]:
+        """The stretches with one set of equations and no breakpoint within."""
+        breaks, found = sorted(breakpoints_of(motion, ())), list[Stretch]()
+        for number in range(int(motion.phase[-1]) + 1):
+            for start, end in self._groups(motion, np.flatnonzero(motion.phase == number)):
+                now, by = self._routines(motion, start)
+                t, stop, x = float(motion.t[start]), float(motion.t[end]), motion.states[start]
+                while t < stop:
+                    until = next_end(breaks, t, stop)
+                    if until > t:
+                        found.append(Stretch(now, by, x, t, until, number))
+                    t = on_from(until) if until < stop else stop
+        return found
 
-        now, j, by = self._routines(motion, start)
-        n, m = psi.shape
-        t, stop = float(motion.t[start]), float(motion.t[end])
-        z = np.concatenate([motion.states[start], psi.reshape(-1)])
+    def _transitions(self, motion: Solution, stretches: list[Stretch], again: Again) -> list[Array]:
+        """Φ of each stretch, with steps halved until it is known."""
+        whole = max(self.length, 1e-300)
+        steps = [max(2, math.ceil(motion.steps * (s.t1 - s.t0) / whole)) for s in stretches]
+        found = self._with(stretches, [*range(len(stretches))], steps, again)
+        open_, done = [*range(len(stretches))], dict(enumerate(found))
+        for _ in range(_HALVINGS):
+            steps = [2 * m for m in steps]
+            finer = self._with(stretches, open_, steps, again)
+            off = [float(np.abs(b - done[i]).max() / np.abs(b).max()) for i, b in zip(open_, finer, strict=True)]
+            done |= dict(zip(open_, finer, strict=True))
+            open_ = [i for i, e in zip(open_, off, strict=True) if not e <= _AGREES]
+            if not open_:
+                return [done[i] for i in range(len(stretches))]
+        at = stretches[open_[0]]
+        raise SimulationError(
+            f"Expected variational equations that can be stepped, got none from t = {at.t0:.6g} to {at.t1:.6g}: their solutions go on "
+            f"changing at {steps[open_[0]]} steps of order 16."
+        )
 
-        def rates(t: float, z: Array) -> Array:
-            x, own = z[:n], z[n:].reshape(n, m)
-            y = np.append(x, 0.0)
-            change = j(t, y)[:n, :n] @ own
-            if by is not None:
-                change[:, n:] += by(t, x)
-            return np.concatenate([now.rate(t, y)[:n], change.reshape(-1)])
-
-        def twice(t: float, z: Array) -> Array:
-            return _blocks(j(t, np.append(z[:n], 0.0))[:n, :n], m)
-
-        fastest = float(np.abs(np.linalg.eigvals(j(t, np.append(z[:n], 0.0))[:n, :n])).max(initial=0))
-        stiff = fastest * (stop - t) > _STIFF
-        atol = _ATOL * np.concatenate([self.scale, np.repeat(np.maximum(np.abs(psi).max(axis=1), 1e-3), m)])
-        while t < stop:
-            until = next_end(breaks, t, stop)
-            if until > t:
-                solver: Any = integrate.Radau if stiff else integrate.DOP853
-                more: dict[str, Any] = {"jac": twice} if stiff else {}
-                more |= {"method": solver, "rtol": _RTOL, "atol": atol}
-                found = integrate.solve_ivp(rates, (t, until), z, **more)
-                if not found.success or not np.isfinite(found.y[:, -1]).all():
-                    raise SimulationError(
-                        f"Expected variational equations that can be stepped, got none beyond t = {found.t[-1]:.6g}: {found.message}"
-                    )
-                z = found.y[:, -1]
-            t = on_from(until) if until < stop else stop
-        return np.asarray(z[n:].reshape(n, m))
+    def _with(self, stretches: list[Stretch], which: list[int], steps: list[int], again: Again) -> list[Array]:
+        """Φ of some stretches by so many steps of each."""
+        times = {i: stretches[i].times(steps[i]) for i in which}
+        resolved = [i for i in which if np.all(np.diff(times[i].reshape(-1)) > 0)]
+        wanted = np.concatenate([times[i].reshape(-1) for i in resolved]) if resolved else np.zeros(0)
+        motion = again(wanted) if len(wanted) else None
+        found = []
+        for i in which:
+            at = stretches[i]
+            guess = np.broadcast_to(at.x, (*times[i].shape, len(at.x)))
+            if motion is not None and i in set(resolved):
+                rows = np.flatnonzero(motion.phase == at.phase)
+                guess = motion.states[rows[np.searchsorted(motion.t[rows], times[i])]]
+            found.append(transition(at, steps[i], guess, self.scale))
+        return found
 
     def _across(
         self, motion: Solution, row: int, psi: Array, number: int, section: Event | None
@@ -233,15 +244,6 @@ class Differential:
 def _given(differential: Differential, side: Side) -> tuple[Any, Any]:
     eom = differential.options["contacts"]
     return {s: side.phase.parameters[s] for s in eom.parameters}, {s: side.phase.inputs[s] for s in eom.inputs}
-
-
-def _blocks(j: Array, m: int) -> Array:
-    """The derivative of (x′, Ψ′) without second derivatives: it steers iterations alone."""
-    n = len(j)
-    whole = np.zeros((n + n * m, n + n * m))
-    whole[:n, :n] = j
-    whole[n:, n:] = np.kron(j, np.eye(m))
-    return whole
 
 
 def _check(now: Routines) -> None:
