@@ -181,19 +181,20 @@ def test_parameter_slopes():
     assert np.allclose(found.x[:, -1], weights @ [m.states[-1] for m in ends], rtol=1e-7)
     assert np.isclose(found.t[-1], weights @ [m.t[-1] for m in ends], rtol=1e-7)
     # an angle alone would leave the feet above each other
-    assert np.allclose(found.x[:, [1, 3]], differenced(cycle)[:, [1, 3]], rtol=0, atol=1e-7)
+    assert np.allclose(found.x[:, [1, 3]], differenced(cycle, 2e-5)[:, [1, 3]], rtol=0, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_a_branch_turns_back():
     """Duffing's oscillator by its forcing: the folds are where the response of first order turns, to a few percent."""
     w = kn.parameter("w", 1.0)
     eom, _, _ = oscillator(lambda x, u: 0.3 * kn.cos(w * kn.time) - 0.1 * u - x - x**3)
     cycle = kn.limit_cycle(eom, q=[0.4], u=[0], period=2 * kn.pi / w)
-    branch = cycle.follow(w, [1.2, 2.2])
+    branch = cycle.follow(w, 2.2)
     assert len(branch.turning_points) == 2
-    assert [c.kind for c in branch.changes] == ["fold", "fold"]
-    assert np.allclose([c.value for c in branch.changes], branch.turning_points, rtol=1e-6)
     high, low = branch.turning_points
+    assert [c.kind for c in branch.changes] == ["fold", "fold"]
+    assert np.allclose([c.value for c in branch.changes], [high, low], rtol=1e-8)
     assert high > low > 1.2
     assert branch.stable.tolist().count(False) > 0
     assert "turning points" in repr(branch)

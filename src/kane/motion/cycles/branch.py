@@ -14,16 +14,14 @@ import numpy as np
 import numpy.typing as npt
 
 from kane import expect
-from kane.analysis.assembly import assemble
 from kane.analysis.solution_branches import changes, tracked
-from kane.analysis.state_checks import start_state
-from kane.equations.state import guess
 from kane.errors import Attributes, SimulationError
 from kane.expr.symbols import Parameter
 from kane.motion.cycles.shooting import Linearized, Shooting, Shot
 from kane.numeric.arclength import Curve
 from kane.numeric.arrays import Array, Complex
 from kane.numeric.sampling import symbols_named
+from kane.numeric.scale import SOLVED
 from kane.progress import far, working
 
 _LEAST = np.exp(-10.0)
@@ -119,20 +117,7 @@ class Chart:
         shooting = replace(own, constants={**own.constants, self.symbol: float(y[-1] * self.columns[-1])})
         x = self.first.x.copy()
         x[list(self.places)] = y[:-1] * self.columns[:-1]
-        eom = own.map.eom
-        if not eom.constraints.constraints:
-            return shooting, x
-        given = set(self.places)
-        names = dict(enumerate(eom.state))
-        nq, n = len(eom.coordinates), len(eom.speeds)
-
-        def told(begin: int, end: int) -> dict[Any, Any]:
-            return {names[i]: float(x[i]) if i in given else guess(float(x[i])) for i in range(begin, end)}
-
-        found = assemble(
-            eom, q=told(0, nq), u=told(nq, nq + n), parameters=shooting.constants, inputs=own.map.inputs, t=own.map.t0
-        )
-        return shooting, start_state(eom, found.q, found.u, x[nq + n :])
+        return shooting, shooting.onto(x, self.first.names)
 
     def shot(self, y: Array) -> tuple[Shooting, Shot, Linearized]:
         """The motion of a point, with its derivative."""
@@ -222,7 +207,10 @@ def follow(cycle: Any, parameter: Any, to: Any, max_points: int, locate: bool, m
 def _changes(chart: Chart, curve: Curve, points: Any, cycles: list[Any], marks: list[int]) -> tuple[CycleChange, ...]:
     """Where a multiplier crosses the unit circle."""
     roots = [logarithms(c.multipliers) for c in cycles]
-    middle: Callable[[Array, Array], Array | None] = curve.middle
+
+    def middle(a: Array, b: Array) -> Array | None:
+        return curve.middle(a, b) if np.linalg.norm(b - a) > SOLVED else None
+
     found = []
     for change in changes(points, roots, middle, chart.exponents):
         cycle = chart.cycle(change.y)

@@ -111,6 +111,12 @@ class ReturnMap:
         self._check_end(motion, span)
         return motion
 
+    @property
+    def inputs_at_start(self) -> dict[Any, float]:
+        """Values of the inputs at the beginning; those that follow from the state move nothing there."""
+        drives = input_functions(self.eom, self.inputs, (self.t0, self.t0 + self.within), {})
+        return {s: 0.0 if getattr(f, "of_state", False) else float(f(self.t0)) for s, f in drives.items()}
+
     def off(self, x: Array, constants: Mapping[Expr, float]) -> tuple[float, float]:
         """How far the state is off the section, and by how much its quantity changes with the largest component of the state."""
         assert self.section is not None

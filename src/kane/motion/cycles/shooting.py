@@ -9,6 +9,7 @@ D = ∂P/∂x by the variational equations and saltation matrices,
 On a section D f = 0 along the flow f of the start: the trivial multiplier is 0 there in the place of 1, and I − D is regular.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -65,33 +66,37 @@ class Shooting:
         eom = self.map.eom
         q, u = given.q, given.u
         if eom.constraints.constraints:
-            found = assemble(eom, q=q, u=u, parameters=given.parameters, inputs=given.inputs, t=self.map.t0)
+            inputs = self.map.inputs_at_start
+            found = assemble(eom, q=q, u=u, parameters=given.parameters, inputs=inputs, t=self.map.t0)
             q, u = found.q, found.u
         return start_state(eom, q, u, given.states)
 
-    def onto(self, x: Array) -> Array:
-        """The state of the constraints nearest to x."""
+    def onto(self, x: Array, names: Sequence[str]) -> Array:
+        """The state of the constraints with the components `names` of x, the others near to it."""
         eom = self.map.eom
         if not eom.constraints.constraints:
             return x
-        q, u, a = np.split(x, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
+        kept = set(names)
+        values = [float(v) if s.name in kept else guess(float(v)) for s, v in zip(eom.state, x, strict=True)]
+        q, u = len(eom.coordinates), len(eom.coordinates) + len(eom.speeds)
+        at: Any = {"parameters": self.constants, "inputs": self.map.inputs_at_start, "t": self.map.t0}
         found = assemble(
-            eom,
-            q={s: guess(float(v)) for s, v in zip(eom.coordinates, q, strict=True)},
-            u={s: guess(float(v)) for s, v in zip(eom.speeds, u, strict=True)},
-            parameters=self.constants,
-            inputs=self.map.inputs,
-            t=self.map.t0,
+            eom, q=dict(zip(eom.coordinates, values, strict=False)), u=dict(zip(eom.speeds, values[q:u], strict=True)), **at
         )
-        return start_state(eom, found.q, found.u, a)
+        return start_state(eom, found.q, found.u, x[u:])
 
     def shot(self, x: Array, samples: Any = ()) -> Shot:
         """The motion from x."""
         motion = self.map(x, self.constants, samples)
         left = motion.states[-1] - x
         left[self._cyclic] = 0.0
-        scale = np.abs(motion.states).max(axis=0)
-        return Shot(x, motion, left, np.maximum(scale, 1e-6 * scale.max(initial=0) or 1.0))
+        return Shot(x, motion, left, self._sizes(np.abs(motion.states).max(axis=0)))
+
+    def _sizes(self, size: Array) -> Array:
+        """By what components are measured: at least a tenth of the largest of their kind."""
+        eom = self.map.eom
+        kinds = np.split(size, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
+        return np.concatenate([np.maximum(k, 0.1 * k.max(initial=0) or 1.0) for k in kinds])
 
     @property
     def _cyclic(self) -> list[int]:
@@ -156,7 +161,7 @@ class Shooting:
         share, failed = 1.0, None
         for _ in range(_HALVINGS):
             try:
-                after = self.shot(self.onto(now.x + share * change))
+                after = self.shot(self.onto(now.x + share * change, linear.names))
             except SimulationError as error:
                 failed = error
             else:
@@ -195,9 +200,9 @@ class Linearized:
             if a multiplier is 1
         """
         matrix = np.eye(len(self.d)) - self.d
-        scale = np.maximum(np.abs(matrix).max(axis=1), 1e-300)
+        scale = 1.0 + np.abs(self.d).max(axis=1, initial=0.0)
         values = np.linalg.svd(matrix / scale[:, None], compute_uv=False)
-        if not np.isfinite(matrix).all() or values[-1] <= STATE_RANK * values[0]:
+        if values.min(initial=1.0) <= STATE_RANK:
             raise SimulationError(
                 "Expected a cycle that stands alone, got one with a multiplier 1: others lie beside it, as where energy is kept "
                 "or a coordinate "
