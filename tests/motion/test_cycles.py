@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Limit cycles: the derivative of motions with events beside differences of motions, constraints, branches, sections, what is refused."""
+"""Limit cycles: derivatives beside differences of whole motions, constraints, branches, sections, what is refused."""
 
 import numpy as np
 import pytest
@@ -84,7 +84,9 @@ def test_impact_with_friction():
     ball = kn.RigidBody("ball", frame=B, mass_center=C, mass=1, inertia=kn.inertia(B, 0.004, 0.004, 0.004))
     table = O.at("table", kn.parameter("A", 0.01, "m") * kn.sin(kn.parameter("W", 40.0, "rad/s") * kn.time) * N.y)
     floor = kn.contact(
-        kn.joints.sphere_on_plane("floor", B, C, table, radius=kn.parameter("R", 0.1, "m"), normal=N.y), 0.3, restitution=0.4
+        kn.joints.sphere_on_plane("floor", B, C, table, radius=kn.parameter("R", 0.1, "m"), normal=N.y),
+        0.3,
+        restitution=0.4,
     )
     pull = kn.Force(C, (-kn.parameter("k", 30.0, "N/m") * x - kn.parameter("c", 4.0, "N*s/m") * x.dt) * N.x)
     brake = kn.Torque(B, -kn.parameter("d", 0.02, "N*m*s") * a.dt * N.z)
@@ -93,9 +95,7 @@ def test_impact_with_friction():
     length = 2 * np.pi / 40
     phase = np.arccos(9.81 * length / 2 * 0.6 / 1.4 / 0.4)
     top = 0.1 + 0.01 * np.sin(phase) + 9.81 * length**2 / 8
-    cycle = kn.limit_cycle(
-        eom, q=[0, top, 0], u=[0, 0, 0], period=length, t=phase / 40 + length / 2, cyclic=[a]
-    )
+    cycle = kn.limit_cycle(eom, q=[0, top, 0], u=[0, 0, 0], period=length, t=phase / 40 + length / 2, cyclic=[a])
     assert abs(cycle.x[1] - top) < 1e-12
     whole = cycle.map.differential(cycle.solution).x
     kept = [0, 1, 3, 4, 5]
@@ -129,7 +129,9 @@ def swing(constrained):
 def test_constraints_leave_the_same_multipliers():
     """By one angle, and by two coordinates on a circle."""
     plain = kn.limit_cycle(swing(False), q=[0.0], u=[0.0], period=np.pi)
-    held = kn.limit_cycle(swing(True), q={"x": kn.guess(0), "y": kn.guess(-1)}, u={"u_x": 0, "u_y": kn.guess(0)}, period=np.pi)
+    held = kn.limit_cycle(
+        swing(True), q={"x": kn.guess(0), "y": kn.guess(-1)}, u={"u_x": 0, "u_y": kn.guess(0)}, period=np.pi
+    )
     assert len(held.names) == len(held.multipliers) == 2
     assert np.allclose(held.multipliers, plain.multipliers, rtol=0, atol=1e-10)
     assert np.isclose(held.x[0], np.sin(plain.x[0]), rtol=0, atol=1e-11)
@@ -138,7 +140,7 @@ def test_constraints_leave_the_same_multipliers():
 def test_actions_under_constraints():
     """A blow that takes 30 % of the speed where the pendulum passes a line, by one angle and by two coordinates."""
     plain, held = swing(False), swing(True)
-    a, = plain.coordinates
+    (a,) = plain.coordinates
     (u,) = plain.speeds
     x, _ = held.coordinates
     v, w = held.speeds
@@ -227,11 +229,22 @@ def test_bad_input():
         (start, {"section": turns(u), "period": 1.0}, "got both"),
         (start, {"section": "no"}, "section= as an event"),
         ({"q": [0.5], "u": [0.0]}, {"section": turns(u), "max_steps": 1}, "misses its start by"),
-        ({"q": [50.0], "u": [0.0]}, {"section": kn.Event("far", x - 50, direction=1), "within": 5}, "reaches the section"),
+        (
+            {"q": [50.0], "u": [0.0]},
+            {"section": kn.Event("far", x - 50, direction=1), "within": 5},
+            "reaches the section",
+        ),
     ]
     for at, given, told in cases:
         with pytest.raises(kn.SimulationError, match=told):
             kn.limit_cycle(eom, **at, **given)
+
+
+def test_a_section_that_is_met_at_once_is_refused():
+    """Feet that are on the slope together, before they have passed each other: a fixed point, and no gait."""
+    eom = kn.derive(simplest_walker.system())
+    with pytest.raises(kn.SimulationError, match="meets it at once|section"):
+        kn.limit_cycle(eom, section="strike", q=[0.2], u=[-0.2], states=[0.399, -0.0158])
 
 
 def test_grazing_is_refused():

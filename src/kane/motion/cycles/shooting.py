@@ -27,7 +27,7 @@ from kane.motion.cycles.tangents import basis_of, flow_of
 from kane.motion.cycles.variation import Differential
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array, Complex
-from kane.numeric.scale import ROUNDED_CHAIN, SAME_TIME, STATE_RANK
+from kane.numeric.scale import ROUNDED_CHAIN, SAME_TIME, SIX_DIGITS, STATE_RANK
 from kane.progress import far
 
 _HALVINGS = 8
@@ -36,12 +36,18 @@ _SAMPLES = 501
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shot:
-    """A motion from x, r = P(x) − x, and the sizes of x along it."""
+    """A motion from x, r = P(x) − x, the sizes of x along it, and how far its first rates lead in T/2π."""
 
     x: Array
     motion: Solution
     left: Array
     scale: Array
+    way: Array
+
+    @property
+    def moves(self) -> bool:
+        """Whether it leads anywhere: a section that is met at once is no end of a cycle."""
+        return bool(np.abs(self.way / self.scale).max(initial=0.0) > SIX_DIGITS)
 
     @property
     def size(self) -> float:
@@ -81,7 +87,10 @@ class Shooting:
         q, u = len(eom.coordinates), len(eom.coordinates) + len(eom.speeds)
         at: Any = {"parameters": self.constants, "inputs": self.map.inputs_at_start, "t": self.map.t0}
         found = assemble(
-            eom, q=dict(zip(eom.coordinates, values, strict=False)), u=dict(zip(eom.speeds, values[q:u], strict=True)), **at
+            eom,
+            q=dict(zip(eom.coordinates, values, strict=False)),
+            u=dict(zip(eom.speeds, values[q:u], strict=True)),
+            **at,
         )
         return start_state(eom, found.q, found.u, x[u:])
 
@@ -90,10 +99,12 @@ class Shooting:
         motion = self.map(x, self.constants, samples)
         left = motion.states[-1] - x
         left[self._cyclic] = 0.0
-        return Shot(x, motion, left, self._sizes(np.abs(motion.states).max(axis=0)))
+        rate = Differential((), self.map.settings, {}).side(motion, 0).rate
+        way = np.abs(rate) * float(motion.t[-1] - motion.t[0]) / (2 * np.pi)
+        return Shot(x, motion, left, self._sizes(np.maximum(np.abs(motion.states).max(axis=0), way)), way)
 
     def _sizes(self, size: Array) -> Array:
-        """By what components are measured: at least a tenth of the largest of their kind."""
+        """By what components are measured: their size, at least a tenth of the largest of their kind."""
         eom = self.map.eom
         kinds = np.split(size, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
         return np.concatenate([np.maximum(k, 0.1 * k.max(initial=0) or 1.0) for k in kinds])

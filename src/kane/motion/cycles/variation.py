@@ -12,7 +12,6 @@ which is S δx⁻ with the saltation matrix S = G + (f⁺ − G f⁻ − ∂g/�
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
