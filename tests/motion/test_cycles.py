@@ -243,7 +243,7 @@ def test_bad_input():
 def test_a_section_that_is_met_at_once_is_refused():
     """Feet that are on the slope together, before they have passed each other: a fixed point, and no gait."""
     eom = kn.derive(simplest_walker.system())
-    with pytest.raises(kn.SimulationError, match="meets it at once|section"):
+    with pytest.raises(kn.SimulationError, match="meets it where it began"):
         kn.limit_cycle(eom, section="strike", q=[0.2], u=[-0.2], states=[0.399, -0.0158])
 
 

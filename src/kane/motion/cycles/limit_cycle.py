@@ -205,14 +205,7 @@ def limit_cycle(
         x = shooting.admitted(guess_)
         if map_.section is not None and map_.section.then is None:
             _check_on(map_, x, constants)
-        shot, linear, steps = shooting.newton(x, tolerance, max_steps)
-        if not shot.moves:
-            raise SimulationError(
-                f"Expected a motion between two passages of the section {map_.section and map_.section.name!r}, got one that "
-                "meets it at once, "
-                f"after {float(shot.motion.t[-1]) - map_.t0:.3g} s, where it began. Start as the section's action leaves the state."
-            )
-        return of_shot(shooting, shot, linear, steps)
+        return of_shot(shooting, *shooting.newton(x, tolerance, max_steps))
 
 
 def _check_kind(section: Any, period: Any) -> None:

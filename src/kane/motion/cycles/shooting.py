@@ -146,6 +146,12 @@ class Shooting:
         now = self.shot(x)
         for step in range(most):
             far(partial(_told, now))
+            if self.map.section is not None and not now.moves:
+                raise SimulationError(
+                    f"Expected a motion between two passages of the section, got one that meets it where it began, after "
+                    f"{float(now.motion.t[-1]) - self.map.t0:.3g} s. Start as the section's action leaves the state, or farther "
+                    "from rest."
+                )
             linear = self.linear(now)
             if now.size <= ROUNDED_CHAIN:
                 return now, linear, step
