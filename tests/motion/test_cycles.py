@@ -6,7 +6,7 @@ import pytest
 from scipy.linalg import expm
 
 import kane as kn
-from kane.gallery import simplest_walker
+from kane.gallery import mass_on_belt, rimless_wheel, simplest_walker
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)
@@ -212,6 +212,33 @@ def test_poincare():
     falls = kn.poincare(eom, section="strike", count=40, q=[0.19], u=[-0.05], states=[0.38, 0.0])
     assert len(falls) < 40
     assert "section" in falls.message
+
+
+def test_a_start_that_sticks():
+    """The cycle of the mass on a belt from a section where it sticks: the constraint leaves one component, which the section takes."""
+    eom = kn.derive(mass_on_belt.system())
+    x, u = eom.coordinates[0], eom.speeds[0]
+    slips = kn.limit_cycle(eom, q=[0.16], u=[0], section=turns(u))
+    sticks = kn.limit_cycle(eom, q=[0.05], u=[0.2], section=kn.Event("passes", x, threshold=0.05, direction=1))
+    assert abs(slips.period - sticks.period) < 1e-11
+    assert sticks.names == ("x",)
+    assert len(sticks.multipliers) == 0
+    assert sticks.stable
+
+
+def test_what_goes_on_is_cyclic():
+    """A rimless wheel that counts its steps."""
+    n = kn.state("n")
+    system = rimless_wheel.system()
+    (strike,) = system.events
+    counted = kn.Event("strike", strike.quantity, direction=1, then={**strike.then, n: n + 1})
+    eom = kn.derive(system.replace(events=[counted], states={n: 0 * n}))
+    cycle = kn.limit_cycle(eom, section="strike", cyclic=["n"], **rimless_wheel.START)
+    assert np.allclose(cycle.multipliers, [0.5], rtol=1e-10)
+    assert cycle.solution["n"][-1] == 1
+    walker = kn.derive(simplest_walker.system())
+    with pytest.raises(kn.SimulationError, match="nothing else depends on"):
+        kn.limit_cycle(walker, section="strike", cyclic=["u_theta"], **simplest_walker.START)
 
 
 # What is refused ------------------------------------------------------------------------------------------------------------

@@ -125,6 +125,7 @@ class Shooting:
         n = len(shot.x)
         own = whole.x.copy()
         own[self._cyclic] = 0.0
+        self._check_cyclic(own, shot.scale)
         return Linearized(
             basis,
             back,
@@ -134,6 +135,18 @@ class Shooting:
             tuple(names[k] for k in kept),
             whole.t,
         )
+
+    def _check_cyclic(self, slopes: Array, scale: Array) -> None:
+        """Nothing else depends on what is cyclic."""
+        names = [s.name for s in self.map.eom.state]
+        for i in self._cyclic:
+            share = np.abs(slopes[:, i]) * scale[i] / scale
+            if share.max(initial=0.0) > SIX_DIGITS:
+                raise SimulationError(
+                    f"Expected cyclic= of what nothing else depends on, got {names[i]}: {names[int(np.argmax(share))]} at the end "
+                    "of the motion "
+                    "depends on it. Leave it out: it must come back."
+                )
 
     def newton(self, x: Array, tolerance: float, most: int) -> tuple[Shot, "Linearized", int]:
         """The cycle near x.
