@@ -255,6 +255,10 @@ def test_bad_input():
         (start, {}, "got neither"),
         (start, {"section": turns(u), "period": 1.0}, "got both"),
         (start, {"section": "no"}, "section= as an event"),
+        (start, {"period": "long"}, "period= as a number"),
+        (start, {"section": turns(u), "within": "long"}, "within as a number"),
+        (start, {"section": turns(u), "rtol": 0.0}, "rtol > 0"),
+        (start, {"section": turns(u), "max_steps": 0.5}, "max_steps"),
         ({"q": [0.5], "u": [0.0]}, {"section": turns(u), "max_steps": 1}, "misses its start by"),
         (
             {"q": [50.0], "u": [0.0]},
@@ -265,6 +269,21 @@ def test_bad_input():
     for at, given, told in cases:
         with pytest.raises(kn.SimulationError, match=told):
             kn.limit_cycle(eom, **at, **given)
+    cycle = kn.limit_cycle(eom, **start, section=turns(u))
+    for parameter, to, told in (("mu", "far", "to= as another value"), ("mu", 1.0, "to= as"), ("nu", 2.0, "nu")):
+        with pytest.raises(kn.KaneError, match=told):
+            cycle.follow(parameter, to)
+    with pytest.raises(kn.KaneError, match="one of x, u"):
+        kn.limit_cycle(eom, **start, section=turns(u), cyclic=["nothing"])
+
+
+def test_parameters_come_back():
+    """A mass that an event has changed is another system."""
+    eom, x, u = van_der_pol()
+    mu = eom.parameters[0]
+    grows = kn.Event("grows", x, direction=1, then={mu: 1.1})
+    with pytest.raises(kn.SimulationError, match="the same at the end"):
+        kn.limit_cycle(kn.derive(eom.system.replace(events=[grows])), q=[2.0], u=[0], section=turns(u))
 
 
 def test_a_section_that_is_met_at_once_is_refused():

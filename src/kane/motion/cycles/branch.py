@@ -159,7 +159,10 @@ def follow(cycle: Any, parameter: Any, to: Any, max_points: int, locate: bool, m
     shooting: Shooting = cycle.shooting
     (symbol,) = symbols_named("a parameter to follow", shooting.map.eom.parameters, [parameter])
     begin = float(shooting.constants[symbol])
-    values = np.atleast_1d(np.asarray(to, dtype=float))
+    try:
+        values = np.atleast_1d(np.asarray(to, dtype=float))
+    except (TypeError, ValueError):
+        values = np.empty(0)
     values = np.append(begin, values[values != begin])
     step = np.diff(values)
     monotonic = len(values) > 1 and np.isfinite(values).all() and (np.all(step > 0) or np.all(step < 0))

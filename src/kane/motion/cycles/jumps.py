@@ -14,7 +14,7 @@ import numpy as np
 from kane.dynamics.readings.quantities import without_unknowns
 from kane.errors import SimulationError
 from kane.expr.differentiation import weighted
-from kane.expr.evaluation import evaluate
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ONE, Expr
 from kane.expr.symbols import Input, Parameter, Symbol, time
 from kane.expr.visit import substituted
@@ -107,7 +107,7 @@ def action(before: Side, after: Side, event: Event, by: Sequence[Parameter]) -> 
 def _check_set(own: Mapping[Symbol, Any], event: Event, by: Sequence[Parameter]) -> None:
     """What an action sets besides the state must be the same each time."""
     for s, what in own.items():
-        if isinstance(s, Parameter) and (s in set(by) or not isinstance(evaluate_constant(what), float)):
+        if isinstance(s, Parameter) and (s in set(by) or free_symbols([what])):
             raise SimulationError(
                 f"Expected actions that set the state, or parameters to numbers, for the derivative of a motion, got {s} := "
                 f"{what} from the "
@@ -119,14 +119,6 @@ def _check_set(own: Mapping[Symbol, Any], event: Event, by: Sequence[Parameter])
                 f"{event.name!r}. "
                 "Let the input depend on a further state, which the event sets: kn.state."
             )
-
-
-def evaluate_constant(what: Any) -> float | None:
-    """The number that an expression without symbols is; None of any other."""
-    try:
-        return float(evaluate([what], {})[0])
-    except Exception:
-        return None
 
 
 def _on_constraints(after: Side, raw: JumpSlopes, moved: Sequence[int], by: Sequence[Parameter]) -> JumpSlopes:

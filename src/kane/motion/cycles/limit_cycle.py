@@ -17,6 +17,7 @@ from kane.motion.cycles.branch import CycleBranch, follow
 from kane.motion.cycles.return_map import ReturnMap
 from kane.motion.cycles.shooting import Linearized, Shooting, Shot
 from kane.motion.solution.solution import Solution
+from kane.motion.start import check_tolerance
 from kane.numeric.arrays import Array, Complex
 from kane.numeric.sampling import symbols_named
 from kane.numeric.scale import SIX_DIGITS
@@ -187,6 +188,7 @@ def limit_cycle(
     check_equations(eom)
     guess_ = state_of(state, **by_kind)
     _check_kind(section, period)
+    _check_numbers(within, tolerance, max_steps, rtol, atol)
     constants = parameter_values(eom.system, guess_.parameters)
     map_ = ReturnMap.of(
         eom,
@@ -209,12 +211,23 @@ def limit_cycle(
 
 
 def _check_kind(section: Any, period: Any) -> None:
+    right = period is None or isinstance(period, Expr) or expect.is_number(period)
+    expect.that(right, "period= as a number, or an expression of parameters", period, error=SimulationError)
     if (section is None) == (period is None):
         raise SimulationError(
             f"Expected either section= or period=, got {'neither' if section is None else 'both'}. A cycle of an autonomous "
             "system ends at a "
             "section, kn.Event('passes', q, direction=1); a forced one after the period of its forcing."
         )
+
+
+def _check_numbers(within: Any, tolerance: Any, max_steps: Any, rtol: Any, atol: Any) -> None:
+    for name, value in (("within", within), ("tolerance", tolerance)):
+        right = expect.is_number(value) and value > 0
+        expect.that(right, f"{name} as a number above zero", value, error=SimulationError)
+    expect.whole(max_steps, "max_steps as a whole number above 0", least=1, error=SimulationError)
+    check_tolerance("rtol", rtol)
+    check_tolerance("atol", atol)
 
 
 def _check_map(map_: ReturnMap, constants: Mapping[Expr, float]) -> None:
@@ -236,7 +249,6 @@ def _check_map(map_: ReturnMap, constants: Mapping[Expr, float]) -> None:
             "it stands: the "
             "forcing must be the same again, too. Give period= in the place of section=."
         )
-    expect.that(map_.within > 0, "within > 0, a time in s", map_.within, error=SimulationError)
 
 
 def _check_on(map_: ReturnMap, x: Array, constants: Mapping[Expr, float]) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from kane import expect
 from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations, derive
 from kane.errors import SimulationError, cut
@@ -135,7 +136,10 @@ class ReturnMap:
         return {self.section.name: float(self.section.direction)} if abs(h) <= SIX_DIGITS * terms else {}
 
     def _check_end(self, motion: Solution, span: tuple[float, float]) -> None:
-        end = float(motion.t[-1])
+        end, last = float(motion.t[-1]), motion.phases[int(motion.phase[-1])].parameters
+        changed = (s.name for s in self.eom.parameters if last[s] != motion.parameters[s])
+        cure = "Let an event set them back, or make them further states: kn.state."
+        expect.none(changed, "parameters that are the same at the end", "others of {}", cure, error=SimulationError)
         if self.section is None:
             if motion.status == "finished":
                 return

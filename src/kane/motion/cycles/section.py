@@ -82,7 +82,7 @@ def poincare(
         if the start is not admissible
     """
     check_equations(eom)
-    expect.whole(count, "count of passages", error=SimulationError)
+    expect.whole(count, "count of passages, a whole number above 0", least=1, error=SimulationError)
     given = state_of(state, **by_kind)
     t0 = float(given.t or 0.0)
     map_ = ReturnMap.of(
