@@ -79,7 +79,19 @@ def test_a_name_loads_what_it_needs():
         }
 
 
-FAMILIES = ("analysis", "attitude", "beams", "errors", "expr", "figures", "integrators", "joints", "loads", "solids")
+FAMILIES = (
+    "analysis",
+    "attitude",
+    "beams",
+    "cycles",
+    "errors",
+    "expr",
+    "figures",
+    "integrators",
+    "joints",
+    "loads",
+    "solids",
+)
 
 
 def test_names_are_imported_for_type_checkers_from_where_they_come():

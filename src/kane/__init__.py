@@ -13,9 +13,11 @@ from kane.lazy_imports import offered as _offered
 # imported here, at run time `_NAMES` says from where.
 if TYPE_CHECKING:
     from kane import analysis, attitude, beams, errors, expr, figures, integrators, joints, loads, solids
+    from kane import cycles as cycles
     from kane.analysis import *
     from kane.attitude import *
     from kane.beams import *
+    from kane.cycles import *
     from kane.equations.compiled import Compiled, Handle
     from kane.equations.equations import Equations, compile, derive
     from kane.equations.jacobian import Jacobian
@@ -93,7 +95,7 @@ __version__ = "0.1.0.dev0"
 logging.getLogger("kane").addHandler(logging.NullHandler())  # a library says nothing unless it is asked to
 
 _NAMES = {
-    "": "analysis attitude beams errors expr figures integrators joints loads solids",
+    "": "analysis attitude beams cycles errors expr figures integrators joints loads solids",
     "analysis.assembly": "Assembled assemble",
     "analysis.comparison": "MethodComparison SpeedComparison SpeedSet compare_methods compare_speeds",
     "analysis.constraint_loads": "ConstraintForces constraint_forces Impact impact",
@@ -158,6 +160,9 @@ _NAMES = {
         "hemisphere inertia parallel_axis rectangular_plate right_triangle ring rod solid_cone solid_cylinder "
         "solid_sphere spherical_shell thin_disk torus triangular_plate",
     "model.system": "System",
+    "motion.cycles.branch": "CycleBranch CycleChange",
+    "motion.cycles.limit_cycle": "LimitCycle limit_cycle",
+    "motion.cycles.section": "SectionPoints poincare",
     "motion.solution.accuracy": "Accuracy",
     "motion.inputs.functions": "Signal signal",
     "motion.inputs.expressions": "sampled",

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
+from kane.gallery import mass_on_belt
 from kane.motion import emit_simulator
 
 G = 9.81
@@ -377,3 +378,15 @@ def test_programs_in_c_refuse_contacts():
     eom, _ = ball()
     with pytest.raises(kn.KaneError, match="contacts change their modes"):
         emit_simulator(eom.compile())
+
+
+def test_a_motion_goes_on_from_an_event_of_its_own():
+    """The event that ended it is not met again at once, in a mode of contacts as anywhere."""
+    system = mass_on_belt.system()
+    (u,) = system.speeds
+    eom = kn.derive(system.replace(events=[kn.Event("turns", u, direction=-1)]))
+    first = kn.simulate(eom, (0, 9), q=[0.16], u=[0.1])
+    second = kn.simulate(eom, 9, start=first)
+    assert second.event is not None
+    assert second.event.name == "turns"
+    assert second.t[-1] > first.t[-1] + 1

@@ -12,8 +12,11 @@ from kane.lazy_imports import offered
 if TYPE_CHECKING:
     from kane.gallery.contacts import bouncing_ball as bouncing_ball
     from kane.gallery.contacts import clutch as clutch
+    from kane.gallery.contacts import compass_gait as compass_gait
     from kane.gallery.contacts import mass_on_belt as mass_on_belt
     from kane.gallery.contacts import painleve_rod as painleve_rod
+    from kane.gallery.contacts import rimless_wheel as rimless_wheel
+    from kane.gallery.contacts import simplest_walker as simplest_walker
     from kane.gallery.contacts import skidding_disk as skidding_disk
     from kane.gallery.contacts import thrown_disk as thrown_disk
     from kane.gallery.contacts import tippe_top as tippe_top
@@ -44,6 +47,7 @@ _PLACES = """
     flexible.flexible_pendulum flexible.flexible_slider_crank flexible.flexible_four_bar flexible.flexible_spacecraft
     flexible.flexible_satellite flexible.flap_lag_blade flexible.flexible_arm contacts.bouncing_ball contacts.thrown_disk
     contacts.mass_on_belt contacts.skidding_disk contacts.clutch contacts.winch contacts.tippe_top contacts.painleve_rod
+    contacts.rimless_wheel contacts.simplest_walker contacts.compass_gait
 """
 GALLERY: dict[str, str] = {place.rpartition(".")[2]: f"kane.gallery.{place}" for place in _PLACES.split()}
 """Module path of each system by name, from simple to rich."""

@@ -345,7 +345,7 @@ def run_with_contacts(
     p = np.array([given[0][s] for s in eom.parameters])
     stepper = Stepper(eom, p, tuple(given[1].values()), options["settings"])
     x, now = at.begin(span[0], admitted_start(stepper, begin, given[0], span[0])[:-1])
-    way = _Way(at, span, (options, bounds, times), (span[0], x, begin.work), now)
+    way = _Way(at, span, (options, bounds, times), (span[0], x, begin.work), now, begin.fresh)
     try:
         return _led(way, eom, given)
     finally:
@@ -385,8 +385,9 @@ class _Way:
         solver_: tuple[Mapping[str, Any], Mapping[str, Any], Array],
         start: tuple[float, Array, float],
         now: Decided,
+        fresh: Mapping[str, float],
     ) -> None:
-        self.at, self.span, self.now, self.before = at, span, now, now.modes
+        self.at, self.span, self.now, self.before, self.fresh = at, span, now, now.modes, fresh
         self.options, self.bounds, self.times = solver_
         self.t, self.x, self.work = start
         self.pieces, self.by, self.still, self.count = list[Solution](), tuple[Event, ...](), 0, 0
@@ -420,9 +421,10 @@ class _Way:
     def goes(self) -> Event | None:
         """The event that the motion comes to, past those that kernels decide."""
         at, mode = self.at, self.at.modes_of.equations(self.now.modes)
-        leaves = at.leaves(self.now, self.before, self.t, self.x, self.by)
+        first, self.fresh = self.fresh, {}
+        leaves = {**first, **at.leaves(self.now, self.before, self.t, self.x, self.by)}
         numbers: Mapping[Expr, float] = at.constants(self.now, self.t, self.x)
-        if self.runner is not None and self.runner.parameters == at.parameters:
+        if self.runner is not None and not first and self.runner.parameters == at.parameters:
             m = self.runner.place(self.now.modes, mode, at.ends)
             if m is not None:
                 upward = {own[0] for own in map(at.ends, [e for e in mode.events if e.name in leaves]) if own}

@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from kane.analysis.solution_branches import Branch
 from kane.errors import ModelError, SimulationError, cut
 from kane.model.beams.beam import Beam
+from kane.motion.cycles.branch import CycleBranch
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EQUAL, ROUNDED_ROOT
@@ -128,7 +129,7 @@ _POINTS = 12
 _LINE, _GUIDE, _TURN, _GROWS = "#1f5fa8", "0.6", "#555555", "#b3261e"
 
 
-def root_locus(branch: Branch, path: str | Path | None = None) -> Figure:
+def root_locus(branch: Branch | CycleBranch, path: str | Path | None = None) -> Figure:
     """The eigenvalues of a branch: their real and imaginary parts against the value that changes, and in the complex plane.
 
     Where a real part is above zero, drawn in red, the motion is unstable. Turning points are marked; in the complex plane the start
@@ -136,7 +137,7 @@ def root_locus(branch: Branch, path: str | Path | None = None) -> Figure:
 
     Parameters
     ----------
-    branch : from `kn.continuation`
+    branch : from `kn.continuation`; or of `cycle.follow`, whose Floquet exponents ln μ/T are drawn
     path : where to write the figure, if anywhere: .svg, .png, .pdf
     """
     label = _label_of(branch)
@@ -225,8 +226,8 @@ def _unit(half: complex, square: float) -> complex:
 
 def _label_of(branch: Any) -> str:
     """What changes along a branch, with its unit; a SimulationError for anything else."""
-    if not isinstance(branch, Branch):
-        raise SimulationError(f"Expected a branch from kn.continuation, got {type(branch).__name__}.")
+    if not isinstance(branch, Branch | CycleBranch):
+        raise SimulationError(f"Expected a branch from kn.continuation or cycle.follow, got {type(branch).__name__}.")
     unit = unit_text(branch.symbol.unit)
     return label_of(branch.symbol.name) + (f" [{unit}]" if unit else "")
 
@@ -251,7 +252,7 @@ def _style(a: Any) -> None:
         a.spines[side].set_visible(False)
 
 
-def _against(a: Axes, branch: Branch, values: Array, parts: Array, label: str) -> None:
+def _against(a: Axes, branch: Branch | CycleBranch, values: Array, parts: Array, label: str) -> None:
     _style(a)
     a.axhline(0, color=_GUIDE, linewidth=0.8)
     a.plot(values, parts, color=_LINE, linewidth=1.4)
@@ -271,7 +272,7 @@ def _grow(a: Axes, values: Array, eigenvalues: Complex) -> None:
         lines[0].set_label("unstable")
 
 
-def _plane(a: Axes, branch: Branch, lines: Complex) -> Any:
+def _plane(a: Axes, branch: Branch | CycleBranch, lines: Complex) -> Any:
     _style(a)
     a.axhline(0, color=_GUIDE, linewidth=0.8)
     a.axvline(0, color=_GUIDE, linewidth=0.8)

@@ -1,0 +1,234 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Cycles followed as a parameter changes, by pseudo-arclength, past values at which they turn back (`kane.numeric.arclength`).
+
+Unknown are the independent components ξ of the start and the parameter: F(ξ, p) = T⁺ (P(x) − x) with ∂F/∂ξ = D − I and ∂F/∂p by the
+variational equations. A cycle loses its stability where a multiplier leaves the unit circle, found by bisection on the branch.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kane import expect
+from kane.analysis.solution_branches import changes, tracked
+from kane.errors import Attributes, SimulationError
+from kane.expr.symbols import Parameter
+from kane.motion.cycles.shooting import Linearized, Shooting, Shot
+from kane.numeric.arclength import Curve
+from kane.numeric.arrays import Array, Complex
+from kane.numeric.sampling import symbols_named
+from kane.numeric.scale import SOLVED
+from kane.progress import far, working
+
+_LEAST = np.exp(-10.0)
+"""Multipliers below count as so large where it is asked which cross the unit circle."""
+_KINDS = {0: "fold", 1: "flip", 2: "torus"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CycleChange(Attributes):
+    """A multiplier on the unit circle: where a cycle comes to be stable, or to be so no more.
+
+    `kind` is "fold" (1, the cycle meets another one), "flip" (−1, a cycle of twice the period branches off) or "torus" (a pair e^±iφ).
+    `value` is that of the parameter, `between` the places of the branch's cycles before and after it; `grows` says whether
+    disturbances
+    grow after it.
+    """
+
+    value: float
+    multiplier: complex
+    kind: str
+    cycle: Any
+    between: tuple[int, int]
+    grows: bool
+
+    def __repr__(self) -> str:
+        return f"CycleChange({self.kind} at {self.value:.9g}, multiplier {self.multiplier:.6g})"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CycleBranch(Attributes):
+    """Cycles along a branch, `cycles` at `values` of `symbol`, in order along it.
+
+    `multipliers` (cycles × m) keeps each in one column, `turning` holds the places at which the branch turns back, and `changes` says
+    where a multiplier crosses the unit circle. `len(branch)` is how many there are; `kn.figures.root_locus(branch)` draws the
+    exponents.
+    """
+
+    symbol: Parameter
+    values: Array
+    cycles: tuple[Any, ...]
+    multipliers: npt.NDArray[np.complex128]
+    turning: tuple[int, ...]
+    changes: tuple[CycleChange, ...]
+    message: str
+
+    @property
+    def periods(self) -> Array:
+        """T of each cycle (s)."""
+        return np.array([c.period for c in self.cycles])
+
+    @property
+    def stable(self) -> npt.NDArray[np.bool_]:
+        """Which cycles are stable."""
+        return np.array([c.stable for c in self.cycles], dtype=bool)
+
+    @property
+    def turning_points(self) -> tuple[float, ...]:
+        """The values at which the branch turns back."""
+        return tuple(self.values[list(self.turning)].tolist())
+
+    @property
+    def eigenvalues(self) -> npt.NDArray[np.complex128]:
+        """Floquet exponents ln μ/T (1/s), but of multipliers that vanish; the real part is below zero where a cycle is stable."""
+        kept = np.abs(self.multipliers).min(axis=0, initial=np.inf) > 1e-12
+        return np.asarray(np.log(self.multipliers[:, kept]) / self.periods[:, None])
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __repr__(self) -> str:
+        turns = ", ".join(f"{v:.6g}" for v in self.turning_points) or "none"
+        told = ", ".join(f"{c.kind} at {c.value:.6g}" for c in self.changes) or "none"
+        return (
+            f"CycleBranch({len(self)} cycles, {self.symbol.name} = {self.values[0]:.6g} … {self.values[-1]:.6g}; turning points: "
+            f"{turns}; "
+            f"changes of stability: {told}; {self.message})"
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chart:
+    """F and ∂F/∂y at y = (ξ, p), each measured by its size: independent components of the start by those of the first cycle."""
+
+    first: Any
+    make: Callable[..., Any]
+    symbol: Parameter
+    places: tuple[int, ...]
+    columns: Array
+
+    def at(self, y: Array) -> tuple[Shooting, Array]:
+        """The values of parameters and the start of a point."""
+        own: Shooting = self.first.shooting
+        shooting = replace(own, constants={**own.constants, self.symbol: float(y[-1] * self.columns[-1])})
+        x = self.first.x.copy()
+        x[list(self.places)] = y[:-1] * self.columns[:-1]
+        return shooting, shooting.onto(x, self.first.names)
+
+    def shot(self, y: Array) -> tuple[Shooting, Shot, Linearized]:
+        """The motion of a point, with its derivative."""
+        shooting, x = self.at(y)
+        shot = shooting.shot(x)
+        return shooting, shot, shooting.linear(shot, (self.symbol,))
+
+    def __call__(self, y: Array) -> tuple[Array, Array]:
+        """F and ∂F/∂y; infinite where there is no motion."""
+        n = len(y) - 1
+        try:
+            _, shot, linear = self.shot(y)
+        except SimulationError:
+            return np.full(n, np.inf), np.zeros((n, n + 1))
+        size = self.columns[:-1]
+        f = linear.back @ shot.left / size
+        j = np.hstack([(linear.d - np.eye(n)) * size, linear.by * self.columns[-1]]) / size[:, None]
+        return f, j
+
+    def cycle(self, y: Array) -> Any:
+        """The cycle at a point of the branch."""
+        shooting, shot, linear = self.shot(y)
+        return self.make(shooting, shot, linear)
+
+    def exponents(self, y: Array) -> Complex:
+        """Logarithms of the multipliers."""
+        _, _, linear = self.shot(y)
+        return logarithms(linear.multipliers(self.first.map.section is not None))
+
+
+def logarithms(multipliers: Complex) -> Complex:
+    """ln μ, of real ones with the angle 0 or π."""
+    angle = np.where(multipliers.imag == 0, np.where(multipliers.real < 0, np.pi, 0.0), np.angle(multipliers))
+    return np.asarray(np.log(np.maximum(np.abs(multipliers), _LEAST)) + 1j * angle)
+
+
+def follow(cycle: Any, parameter: Any, to: Any, max_points: int, locate: bool, make: Callable[..., Any]) -> CycleBranch:
+    """See LimitCycle.follow."""
+    shooting: Shooting = cycle.shooting
+    (symbol,) = symbols_named("a parameter to follow", shooting.map.eom.parameters, [parameter])
+    begin = float(shooting.constants[symbol])
+    try:
+        values = np.atleast_1d(np.asarray(to, dtype=float))
+    except (TypeError, ValueError):
+        values = np.empty(0)
+    values = np.append(begin, values[values != begin])
+    step = np.diff(values)
+    monotonic = len(values) > 1 and np.isfinite(values).all() and (np.all(step > 0) or np.all(step < 0))
+    expected = f"to= as another value than {begin:g}, or several that increase or decrease from there"
+    expect.that(monotonic, expected, to, error=SimulationError)
+    places = [s.name for s in shooting.map.eom.state]
+    unknown = [n for n in cycle.names if n not in places]
+    expect.none(
+        unknown,
+        "coordinates of their own to follow a cycle",
+        "small angles {} of Euler parameters",
+        error=SimulationError,
+    )
+    indices = tuple(places.index(n) for n in cycle.names)
+    span = np.abs(cycle.solution.states).max(axis=0)
+    scale = np.maximum(span, 1e-6 * span.max(initial=0) or 1.0)[list(indices)]
+    chart = Chart(cycle, make, symbol, indices, np.append(scale, abs(values[-1] - begin)))
+    y = np.append(cycle.x[list(indices)], begin) / chart.columns
+    curve = Curve(chart)
+
+    def where(y: Array) -> str:
+        return f"{symbol.name} = {y[-1] * chart.columns[-1]:.6g}"
+
+    with working("Following the cycle"):
+        path = curve.follow(y, values / chart.columns[-1], max_points, where)
+        cycles = []
+        for k in path.marked if not locate else range(len(path.points)):
+            far(partial(where, path.points[k]))
+            cycles.append(chart.cycle(path.points[k]))
+        marks = list(path.marked) if locate else list(range(len(cycles)))
+        met = _changes(chart, curve, path.points, cycles, marks) if locate else ()
+    kept = tuple(cycles[k] for k in marks)
+    ordered = tracked([c.multipliers for c in kept]) if len(kept) else np.zeros((0, 0), dtype=complex)
+    return CycleBranch(
+        symbol,
+        np.array([float(c.start.parameters[symbol]) for c in kept]),
+        kept,
+        ordered,
+        path.turning,
+        tuple(met),
+        path.message,
+    )
+
+
+def _changes(chart: Chart, curve: Curve, points: Any, cycles: list[Any], marks: list[int]) -> tuple[CycleChange, ...]:
+    """Where a multiplier crosses the unit circle."""
+    roots = [logarithms(c.multipliers) for c in cycles]
+
+    def middle(a: Array, b: Array) -> Array | None:
+        return curve.middle(a, b) if np.linalg.norm(b - a) > SOLVED else None
+
+    found = []
+    for change in changes(points, roots, middle, chart.exponents):
+        cycle = chart.cycle(change.y)
+        angle = abs(change.root.imag)
+        near = int(np.argmin(np.abs(logarithms(cycle.multipliers) - change.root)))
+        kind = _KINDS[0 if angle < 1e-3 else 1 if abs(angle - np.pi) < 1e-3 else 2]
+        before = max(k for k, m in enumerate(marks) if m <= change.interval)
+        found.append(
+            CycleChange(
+                float(change.y[-1] * chart.columns[-1]),
+                complex(cycle.multipliers[near]),
+                kind,
+                cycle,
+                (before, min(before + 1, len(marks) - 1)),
+                change.grows,
+            )
+        )
+    return tuple(found)

@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What events do to a state, to first order: the gradient of what they watch, and the derivative of what they set.
+
+Expressions are differentiated. Impacts of contacts, and actions that are functions of Python, are maps from numbers to numbers: their
+derivative is taken by central differences of sixth order, of the map alone and never of a motion; two lengths of it must agree.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kane.dynamics.readings.quantities import without_unknowns
+from kane.errors import SimulationError
+from kane.expr.differentiation import weighted
+from kane.expr.evaluation import evaluate, free_symbols
+from kane.expr.node import ONE, Expr
+from kane.expr.symbols import Input, Parameter, Symbol, time
+from kane.expr.visit import substituted
+from kane.model.contacts import ContactMode
+from kane.model.declarations import Event, target
+from kane.motion.contact_motion import ContactMotion
+from kane.motion.cycles.tangents import Side, allowed
+from kane.motion.hybrid.actions import Instant, acted
+from kane.motion.inputs.expressions import Formula
+from kane.motion.inputs.functions import constant
+from kane.motion.solution.phases import Phase
+from kane.numeric.arrays import Array
+from kane.numeric.rank import least_squares
+from kane.numeric.scale import SIX_DIGITS
+
+_WEIGHTS = ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
+_LENGTHS = tuple(1e-2 / 4**k for k in range(7))
+"""Shares of the size of each component over which a map is differenced; the two neighbours that differ least count."""
+
+
+class Gradient(NamedTuple):
+    """∂e/∂x (n), ∂e/∂t and ∂e/∂p (k) of an expression."""
+
+    x: Array
+    t: float
+    p: Array
+
+
+class JumpSlopes(NamedTuple):
+    """δx⁺ = x δx + t δt + p δp of the action of an event."""
+
+    x: Array
+    t: Array
+    p: Array
+
+
+def gradients(side: Side, exprs: Sequence[Expr], by: Sequence[Parameter]) -> list[Gradient]:
+    """The gradients of expressions, which may hold reactions and accelerations, inputs being what they are.
+
+    Raises
+    ------
+    SimulationError
+        if an expression depends on an input that is a function of Python
+    """
+    eom, n = side.now.eom, side.now.width
+    laws: dict[Expr, Expr] = {}
+    open_: list[Symbol] = []
+    for s, f in zip(eom.inputs, side.now.drives, strict=True):
+        if isinstance(f, Formula):
+            laws[s] = f.expr
+        elif constant(f) is None:
+            open_.append(s)
+    plain = [substituted(e, laws) for e in without_unknowns(eom.solved, [substituted(e, laws) for e in exprs])]
+    symbols = (*eom.state, time, *by, *open_)
+    values = {**{s: v for f in side.now.drives if isinstance(f, Formula) for s, v in f.values.items()}}
+    values |= side.now.values(side.t, side.x)
+    found = []
+    for e in plain:
+        row = np.array([float(v) for v in evaluate(weighted([e], [ONE], symbols), values)])
+        if row[n + 1 + len(by) :].any():
+            names = ", ".join(s.name for s in open_)
+            raise SimulationError(
+                f"Expected inputs that are numbers or expressions where an event depends on them, got functions of Python: {names}. "
+                "Write them as expressions of kn.time and the state."
+            )
+        found.append(Gradient(row[:n], float(row[n]), row[n + 1 : n + 1 + len(by)]))
+    return found
+
+
+def action(before: Side, after: Side, event: Event, by: Sequence[Parameter]) -> JumpSlopes:
+    """The derivative of what an event does, between the state `before` and `after`."""
+    n, k = before.now.width, len(by)
+    if event.then is None:
+        return JumpSlopes(np.eye(n), np.zeros(n), np.zeros((n, k)))
+    if not isinstance(event.then, Mapping):
+        return _of_function(before, event, by)
+    system, eom = before.now.eom.system, before.now.eom
+    own = {target(system, event, key): what for key, what in event.then.items()}
+    _check_set(own, event, by)
+    place = {s: i for i, s in enumerate(eom.state)}
+    moved = {place[s]: what for s, what in own.items() if s in place}
+    x, t, p = np.eye(n), np.zeros(n), np.zeros((n, k))
+    for i, row in zip(moved, gradients(before, list(moved.values()), by), strict=True):
+        x[i], t[i], p[i] = row
+    if not eom.constraints.constraints or not moved:
+        return JumpSlopes(x, t, p)
+    return _on_constraints(after, JumpSlopes(x, t, p), list(moved), by)
+
+
+def _check_set(own: Mapping[Symbol, Any], event: Event, by: Sequence[Parameter]) -> None:
+    """What an action sets besides the state must be the same each time."""
+    for s, what in own.items():
+        if isinstance(s, Parameter) and (s in set(by) or free_symbols([what])):
+            raise SimulationError(
+                f"Expected actions that set the state, or parameters to numbers, for the derivative of a motion, got {s} := "
+                f"{what} from the "
+                f"event {event.name!r}. Make {s} a further state whose rate is zero: kn.state."
+            )
+        if isinstance(s, Input):
+            raise SimulationError(
+                f"Expected actions that set the state for the derivative of a motion, got the input {s} set by the event "
+                f"{event.name!r}. "
+                "Let the input depend on a further state, which the event sets: kn.state."
+            )
+
+
+def _on_constraints(after: Side, raw: JumpSlopes, moved: Sequence[int], by: Sequence[Parameter]) -> JumpSlopes:
+    """Dependent values follow: δx⁺ is a change that the constraints allow, and that in all others is as it was set or kept."""
+    basis, shift_t, shift_p = allowed(after, by)
+    eom = after.now.eom
+    nq = len(eom.coordinates)
+    speeds = [nq + i for i, u in enumerate(eom.speeds) if u in set(eom.dependent_speeds)]
+    moved_q = [i for i in moved if i < nq]
+    follow = [i for i in speeds if i not in set(moved)]
+    if moved_q:
+        own = {eom.coordinates[i] for i in moved_q}
+        free = nq - len(eom.system.holonomic)
+        enough = len(own) >= free or not eom.system.dependent_coordinates
+        follow += [
+            i
+            for i, q in enumerate(eom.coordinates)
+            if q not in own and (enough or q in set(eom.system.dependent_coordinates))
+        ]
+    kept = [i for i in range(len(raw.x)) if i not in set(follow)]
+
+    def on(change: Array, shift: Array) -> Array:
+        return basis @ least_squares(basis[kept], (change - shift)[kept]) + shift
+
+    x = on(raw.x, np.zeros_like(raw.x))
+    return JumpSlopes(x, on(raw.t, shift_t), on(raw.p, shift_p) if len(by) else raw.p)
+
+
+# Maps of numbers -------------------------------------------------------------------------------------------------------------
+
+
+def differenced(map_: Callable[[Array], Array], at: Array, sizes: Array, what: str) -> Array:
+    """∂map/∂z (m × n) by central differences of sixth order.
+
+    Raises
+    ------
+    SimulationError
+        if no two lengths of the difference agree
+    """
+
+    def column(i: int, length: float) -> Array:
+        step = length * sizes[i]
+        e = np.eye(len(at))[i] * step
+        return np.asarray(sum(w * (map_(at + k * e) - map_(at - k * e)) for k, w in _WEIGHTS) / step)
+
+    found = []
+    for i in range(len(at)):
+        every = [column(i, length) for length in _LENGTHS]
+        apart = [float(np.abs(b - a).max(initial=0)) for a, b in pairwise(every)]
+        best = int(np.argmin(apart))
+        if not apart[best] <= SIX_DIGITS * max(float(np.abs(every[best]).max(initial=0)), 1.0):
+            raise SimulationError(
+                f"Expected {what} to be smooth beside the cycle, got one that has corners there: near by another law holds, as where "
+                "friction just holds in an impact. Take other values of the parameters."
+            )
+        found.append(every[best + 1])
+    return np.column_stack(found)
+
+
+def _sizes(before: Side) -> Array:
+    """By what each component is measured: itself, and a share of the largest of its kind."""
+    size = np.abs(before.x)
+    return np.maximum(size, 0.1 * (size.max(initial=0) or 1.0))
+
+
+def _of_function(before: Side, event: Event, by: Sequence[Parameter]) -> JumpSlopes:
+    """Of an action that is a function of Python."""
+    first = before.now.eom
+    n = before.now.width
+
+    def after(z: Array) -> Array:
+        values = dict(before.phase.parameters) | dict(zip(by, z[n + 1 :].tolist(), strict=True))
+        phase = Phase(values, before.phase.inputs)
+        return acted(Instant(first, first, float(z[n]), z[:n], phase), [event], float(z[n]) + 1.0).x
+
+    return _split(after, before, by, f"the action of the event {event.name!r}")
+
+
+def _split(after: Callable[[Array], Array], before: Side, by: Sequence[Parameter], what: str) -> JumpSlopes:
+    n, values = before.now.width, np.array([before.phase.parameters[p] for p in by])
+    z = np.concatenate([before.x, [before.t], values])
+    sizes = np.concatenate([_sizes(before), [max(abs(before.t), 1.0)], np.where(values != 0, np.abs(values), 1.0)])
+    whole = differenced(after, z, sizes, what)
+    return JumpSlopes(whole[:, :n], whole[:, n], whole[:, n + 1 :])
+
+
+def impact(motion: ContactMotion, before: Side, hits: int, by: Sequence[Parameter]) -> JumpSlopes:
+    """Of an impact of contacts, in which contact `hits` closes."""
+    modes = before.now.eom.system.modes
+    closed = {i for i, m in enumerate(modes) if m is not ContactMode.SEPARATED} | {hits}
+    n, symbols = before.now.width, motion.numbers.bundle.ports[2].symbols
+    place = {p: i for i, p in enumerate(symbols)}
+    places = [place[p] for p in by]
+    own = motion.p.copy()
+
+    def after(z: Array) -> Array:
+        motion.p = own.copy()
+        motion.p[places] = z[n + 1 :]
+        motion.fastest[:], motion.highest[:], motion.rebound[:] = 0.0, 0.0, 0.0
+        return motion.hit(float(z[n]), z[:n], set(closed))[0]
+
+    found = _split(after, before, by, f"the impact of the contact {motion.contacts[hits].name!r}")
+    motion.p = own
+    return found

@@ -1,0 +1,262 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`limit_cycle`: a motion that comes back to its start, found by shooting, with its Floquet multipliers."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Unpack
+
+import numpy as np
+
+from kane import expect
+from kane.dynamics.readings.quantities import parameter_values
+from kane.equations.equations import Equations, check_equations
+from kane.equations.state import State, StateValues, by_keyword, state_of
+from kane.errors import Attributes, SimulationError
+from kane.expr.node import Expr
+from kane.motion.cycles.branch import CycleBranch, follow
+from kane.motion.cycles.return_map import ReturnMap
+from kane.motion.cycles.shooting import Linearized, Shooting, Shot
+from kane.motion.solution.solution import Solution
+from kane.motion.start import check_tolerance
+from kane.numeric.arrays import Array, Complex
+from kane.numeric.sampling import symbols_named
+from kane.numeric.scale import SIX_DIGITS
+from kane.program.native.machine import Settings
+from kane.progress import working
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LimitCycle(Attributes):
+    """A motion that comes back to its start.
+
+    Attributes
+    ----------
+    start : State
+        where it begins, with the values of parameters; on a section whose event acts, after its action
+    period : T (s)
+    multipliers : Floquet multipliers (complex), by falling size, without the one that belongs to the flow of an autonomous cycle
+    matrix : D (n × n) over `names`: the derivative of the map to the section, or the monodromy matrix over a period
+    names : the independent perturbations of the start: coordinates, speeds, further states
+    solution : Solution
+        the motion over one period
+    residual : what is left of P(x) − x, the largest share of the size of its component
+    steps : Newton's steps
+    """
+
+    start: State
+    period: float
+    multipliers: Complex
+    matrix: Array
+    names: tuple[str, ...]
+    solution: Solution
+    residual: float
+    steps: int
+    shooting: Shooting
+    x: Array
+
+    @property
+    def stable(self) -> bool:
+        """Whether all multipliers lie within the unit circle: motions beside it come nearer."""
+        return bool(np.all(np.abs(self.multipliers) < 1.0))
+
+    @property
+    def map(self) -> ReturnMap:
+        """P."""
+        return self.shooting.map
+
+    @property
+    def section(self) -> str | None:
+        """The name of the event that is the section; None over a given period."""
+        return None if self.map.section is None else self.map.section.name
+
+    @property
+    def equations(self) -> Equations:
+        """The equations, which watch the section."""
+        return self.map.eom
+
+    def follow(self, parameter: Any, to: Any, *, max_points: int = 200, locate: bool = True) -> CycleBranch:
+        """The cycles as a parameter changes, by pseudo-arclength, past values at which they turn back.
+
+        Parameters
+        ----------
+        parameter : by symbol or name
+        to : the last value, or several that increase or decrease from the present one: the branch has a cycle at each, and at each
+            turning point
+        max_points : steps along the branch at most
+        locate : whether to find where multipliers cross the unit circle
+
+        Returns
+        -------
+        CycleBranch
+            `kn.figures.root_locus(branch)` draws its exponents
+
+        Raises
+        ------
+        SimulationError
+            if the values are none to follow, or the start is told by Euler parameters
+        """
+        return follow(self, parameter, to, max_points, locate, of_shot)
+
+    def __repr__(self) -> str:
+        shown = ", ".join(_number(m) for m in self.multipliers[:6]) or "none"
+        more = f" and {len(self.multipliers) - 6} more" if len(self.multipliers) > 6 else ""
+        at = f"on {self.section!r}" if self.section else "of the forcing"
+        return (
+            f"LimitCycle(T = {self.period:.9g} s {at}, {'stable' if self.stable else 'unstable'}; multipliers {shown}{more}; "
+            f"residual {self.residual:.1e} after {self.steps} steps)"
+        )
+
+
+def _number(m: complex) -> str:
+    return (
+        f"{m.real:.6g}" if abs(m.imag) < 1e-12 * max(abs(m), 1e-300) or m.imag == 0 else f"{m.real:.6g}{m.imag:+.6g}i"
+    )
+
+
+def of_shot(shooting: Shooting, shot: Shot, linear: Linearized, steps: int = 0) -> LimitCycle:
+    """The record of a cycle that was found."""
+    eom, map_ = shooting.map.eom, shooting.map
+    parts = np.split(shot.x, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
+    q, u, a = (
+        dict(zip(own, part.tolist(), strict=True))
+        for own, part in zip((eom.coordinates, eom.speeds, eom.states), parts, strict=True)
+    )
+    start = State(q, u, states=a, parameters=dict(shooting.constants), inputs=map_.inputs, t=map_.t0)
+    found = linear.multipliers(map_.section is not None)
+    length = float(shot.motion.t[-1]) - map_.t0
+    return LimitCycle(
+        start, length, found, linear.d, linear.names, shooting.sampled(shot), shot.size, steps, shooting, shot.x
+    )
+
+
+@by_keyword
+def limit_cycle(
+    eom: Equations,
+    state: State | None = None,
+    *,
+    section: Any = None,
+    period: Any = None,
+    cyclic: Sequence[Any] = (),
+    within: float = 100.0,
+    tolerance: float = 1e-10,
+    max_steps: int = 30,
+    rtol: float = 1e-13,
+    atol: float = 1e-13,
+    settings: Settings | None = None,
+    **by_kind: Unpack[StateValues],
+) -> LimitCycle:
+    """The cycle near a state: x with P(x) = x, by Newton's method with the exact derivative of the motion.
+
+    P leads to the next passage of a `section`, after its action if it has one, or over a `period`. Events on the way may act,
+    contacts may
+    stick, slip, separate and hit.
+
+    Parameters
+    ----------
+    eom : Equations
+    state : `kn.State` of the guess, in place of q, u, states, parameters, inputs and t
+    section : a `kn.Event`, or the name of one of the system, at which the cycle begins and ends. Its `then=` may relabel legs, so
+    that a
+        step counts as a cycle
+    period : of forced systems, in s: a number or an expression of parameters, `2*kn.pi/omega`
+    cyclic : coordinates or states that may go on, and on which nothing else depends: the way that a walker has gone
+    within : how long the section is waited for (s)
+    tolerance : up to which P(x) − x counts as zero, a share of the largest size of each component along the motion
+    max_steps : Newton's steps at most
+    rtol, atol : tolerances of the motions
+    q, u, states, parameters, inputs, t : the guess; under constraints it is assembled
+
+    Raises
+    ------
+    SimulationError
+        if neither or both of section and period are given, or period ≤ 0; if the start is off a section that does not act, the
+        section is not reached, the cycle grazes an event, a multiplier is 1, or Newton's method does not converge
+
+    Notes
+    -----
+    Variational equations with saltation matrices: `kane.motion.cycles.variation`. Parker, T. S., Chua, L. O. (1989), Practical
+    Numerical
+    Algorithms for Chaotic Systems, Springer, ch. 5; Leine, R. I., Nijmeijer, H. (2004), Dynamics and Bifurcations of Non-Smooth
+    Mechanical
+    Systems, Springer, ch. 7.
+
+    Examples
+    --------
+    >>> cycle = kn.limit_cycle(eom, q=[2.0], u=[0.0], section=kn.Event("turns", u, direction=-1))
+    >>> cycle.period, cycle.multipliers, cycle.stable
+    """
+    check_equations(eom)
+    guess_ = state_of(state, **by_kind)
+    _check_kind(section, period)
+    _check_numbers(within, tolerance, max_steps, rtol, atol)
+    constants = parameter_values(eom.system, guess_.parameters)
+    map_ = ReturnMap.of(
+        eom,
+        section,
+        period,
+        inputs=guess_.inputs,
+        t0=float(guess_.t or 0.0),
+        within=within,
+        tolerances=(rtol, atol),
+        settings=settings,
+    )
+    _check_map(map_, constants)
+    free = tuple(s.name for s in symbols_named("cyclic", eom.state, list(cyclic)))
+    with working("Closing the cycle"):
+        shooting = Shooting(map_, dict(constants), free)
+        x = shooting.admitted(guess_)
+        if map_.section is not None and map_.section.then is None:
+            _check_on(map_, x, constants)
+        return of_shot(shooting, *shooting.newton(x, tolerance, max_steps))
+
+
+def _check_kind(section: Any, period: Any) -> None:
+    right = period is None or isinstance(period, Expr) or expect.is_number(period)
+    expect.that(right, "period= as a number, or an expression of parameters", period, error=SimulationError)
+    if (section is None) == (period is None):
+        raise SimulationError(
+            f"Expected either section= or period=, got {'neither' if section is None else 'both'}. A cycle of an autonomous "
+            "system ends at a "
+            "section, kn.Event('passes', q, direction=1); a forced one after the period of its forcing."
+        )
+
+
+def _check_numbers(within: Any, tolerance: Any, max_steps: Any, rtol: Any, atol: Any) -> None:
+    for name, value in (("within", within), ("tolerance", tolerance)):
+        right = expect.is_number(value) and value > 0
+        expect.that(right, f"{name} as a number above zero", value, error=SimulationError)
+    expect.whole(max_steps, "max_steps as a whole number above 0", least=1, error=SimulationError)
+    check_tolerance("rtol", rtol)
+    check_tolerance("atol", atol)
+
+
+def _check_map(map_: ReturnMap, constants: Mapping[Expr, float]) -> None:
+    if map_.section is None:
+        length = map_.length(constants)
+        if not (np.isfinite(length) and length > 0):
+            raise SimulationError(
+                f"Expected period > 0, the time in s after which the forcing is the same again, got {length:g}."
+            )
+        if not map_.timed:
+            raise SimulationError(
+                "Expected equations in which the time stands for a cycle over a period, got some without: a motion of theirs "
+                "that comes back "
+                "may begin anywhere on its way, and has any multiple of a period of its own. Give section= in the place of period=."
+            )
+    elif map_.timed:
+        raise SimulationError(
+            f"Expected equations without the time for a cycle that ends at the section {map_.section.name!r}, got some in which "
+            "it stands: the "
+            "forcing must be the same again, too. Give period= in the place of section=."
+        )
+
+
+def _check_on(map_: ReturnMap, x: Array, constants: Mapping[Expr, float]) -> None:
+    h, terms = map_.off(x, constants)
+    assert map_.section is not None
+    if abs(h) > SIX_DIGITS * terms:
+        raise SimulationError(
+            f"Expected a start on the section {map_.section.name!r}, where {map_.section.quantity} = {map_.section.threshold:g}, "
+            "got one where it "
+            f"is {h + map_.section.threshold:.6g}. Move the start onto it; the last state of kn.poincare(…) lies there."
+        )

@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The motion from a state to a section, or over a period: x ↦ P(x), and its derivative."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from kane import expect
+from kane.dynamics.readings.quantities import parameter_values
+from kane.equations.equations import Equations, derive
+from kane.errors import SimulationError, cut
+from kane.expr.differentiation import diff, weighted
+from kane.expr.evaluation import evaluate, free_symbols
+from kane.expr.node import ONE, Expr
+from kane.expr.symbols import Parameter, Time
+from kane.model.contacts import laws_of
+from kane.model.declarations import Event, expressions
+from kane.motion.contact_motion import run_with_contacts
+from kane.motion.cycles.variation import Differential, Variation
+from kane.motion.inputs.expressions import own_parameters
+from kane.motion.inputs.functions import input_functions
+from kane.motion.loop import run
+from kane.motion.right_hand_side import rates
+from kane.motion.solution.resumed import OPTIONS, Begin
+from kane.motion.solution.solution import Solution
+from kane.motion.start import sample_times
+from kane.numeric.arrays import Array
+from kane.numeric.scale import SIX_DIGITS
+from kane.program.native.machine import Settings
+
+
+def with_section(eom: Equations, section: Event) -> Equations:
+    """The equations that watch the section, and end there."""
+    own = [e for e in eom.system.events if e.name != section.name]
+    return derive(eom.system.replace(events=[*own, section]), near=eom.derived.near, route=eom.solved.asked)
+
+
+def named(eom: Equations, section: Any) -> Event:
+    """The section, an event or the name of one that the system has."""
+    if isinstance(section, Event):
+        return section
+    for e in eom.system.events:
+        if e.name == section:
+            return e
+    names = ", ".join(repr(e.name) for e in eom.system.events) or "none"
+    raise SimulationError(
+        f"Expected section= as an event, or the name of one of the system ({names}), got {cut(repr(section))}. Make one: "
+        "kn.Event('passes', q, direction=1)."
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReturnMap:
+    """P of equations: up to the `section`, or over a `period`, an expression of parameters or a number.
+
+    `within` is how long the section is waited for, `t0` when motions begin.
+    """
+
+    eom: Equations
+    section: Event | None
+    period: Expr | float | None
+    inputs: Mapping[Any, Any] | None
+    t0: float
+    within: float
+    tolerances: tuple[float, float]
+    settings: Settings | None = None
+
+    @staticmethod
+    def of(eom: Equations, section: Any, period: Any, **given: Any) -> "ReturnMap":
+        """The map of a section, named or given, or of a period."""
+        if section is None:
+            return ReturnMap(eom, None, period, **given)
+        found = replace(named(eom, section), terminal=True)
+        if not any(e.name == found.name and e.terminal and e.quantity is found.quantity for e in eom.system.events):
+            eom = eom.numeric(given.get("settings")).value(with_section, found)
+        else:
+            found = next(e for e in eom.system.events if e.name == found.name)
+        return ReturnMap(eom, found, None, **given)
+
+    def length(self, constants: Mapping[Expr, float]) -> float:
+        """The period, or how long the section is waited for."""
+        if self.section is not None:
+            return self.within
+        if isinstance(self.period, Expr):
+            return float(evaluate(self.period, dict(constants)))
+        return float(self.period or 0.0)
+
+    def __call__(
+        self, x: Array, parameters: Mapping[Any, float] | None, samples: Any = (), begin: float | None = None
+    ) -> Solution:
+        """The motion from x on, from the time `begin` on where one is given.
+
+        Raises
+        ------
+        SimulationError
+            if the section is not reached, or the motion ends before
+        """
+        eom = self.eom
+        constants = parameter_values(eom.system, parameters)
+        t0 = self.t0 if begin is None else begin
+        span = t0, t0 + self.length(constants)
+        drives = input_functions(eom, self.inputs, span, own_parameters(parameters) | constants)
+        rtol, atol = self.tolerances
+        options = OPTIONS | {"rtol": rtol, "atol": atol, "settings": self.settings}
+        bounds = {"max_steps": None, "max_seconds": None, "first_step": None}
+        q, u, a = np.split(x, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
+        first = Begin(q, u, None, a, fresh=self._fresh(x, constants))
+        over_time = run_with_contacts if eom.system.contacts and not eom.system.modes else run
+        motion = over_time(eom, span, first, (constants, drives), options, bounds, sample_times(samples, span))
+        self._check_end(motion, span)
+        return motion
+
+    @property
+    def inputs_at_start(self) -> dict[Any, float]:
+        """Values of the inputs at the beginning; those that follow from the state move nothing there."""
+        drives = input_functions(self.eom, self.inputs, (self.t0, self.t0 + self.within), {})
+        return {s: 0.0 if getattr(f, "of_state", False) else float(f(self.t0)) for s, f in drives.items()}
+
+    def off(self, x: Array, constants: Mapping[Expr, float]) -> tuple[float, float]:
+        """How far the state is off the section, and by how much its quantity changes with the largest component of the state."""
+        assert self.section is not None
+        values: dict[Expr, Any] = dict(zip(self.eom.state, x.tolist(), strict=True)) | dict(constants)
+        quantity = self.section.quantity
+        if any(s not in values for s in free_symbols([quantity])):
+            return 0.0, 1.0
+        h = float(evaluate(quantity, values)) - self.section.threshold
+        slopes = evaluate(weighted([quantity], [ONE], self.eom.state), values)
+        return h, float(np.abs(slopes).sum() * np.abs(x).max(initial=0)) or 1.0
+
+    def _fresh(self, x: Array, constants: Mapping[Expr, float]) -> dict[str, float]:
+        if self.section is None:
+            return {}
+        h, terms = self.off(x, constants)
+        return {self.section.name: float(self.section.direction)} if abs(h) <= SIX_DIGITS * terms else {}
+
+    def _check_end(self, motion: Solution, span: tuple[float, float]) -> None:
+        end, last = float(motion.t[-1]), motion.phases[int(motion.phase[-1])].parameters
+        changed = (s.name for s in self.eom.parameters if last[s] != motion.parameters[s])
+        cure = "Let an event set them back, or make them further states: kn.state."
+        expect.none(changed, "parameters that are the same at the end", "others of {}", cure, error=SimulationError)
+        if self.section is None:
+            if motion.status == "finished":
+                return
+            raise SimulationError(
+                f"Expected a motion over the whole period, to t = {span[1]:.6g}, got one that ended at t = {end:.6g}: "
+                f"{motion.message}."
+            )
+        if motion.event is not None and motion.event.name == self.section.name:
+            return
+        came = (
+            f"none within {self.within:g} s"
+            if motion.status == "finished"
+            else f"one that ended at t = {end:.6g}: {motion.message}"
+        )
+        raise SimulationError(
+            f"Expected a motion that reaches the section {self.section.name!r}, got {came}. Start nearer to the cycle, give the "
+            "event the "
+            "direction in which the cycle crosses it, or wait longer: within=…."
+        )
+
+    def differential(self, motion: Solution, by: tuple[Parameter, ...] = ()) -> Variation:
+        """The derivative of the end of a motion."""
+        options = OPTIONS | {"rtol": self.tolerances[0], "atol": self.tolerances[1], "settings": self.settings}
+        walk = Differential(by, self.settings, options | {"contacts": self.eom})
+        slopes = None
+        if self.section is None and isinstance(self.period, Expr):
+            values = dict(motion.parameters)
+            slopes = np.array([float(evaluate(diff(self.period, p), values)) for p in by])
+
+        def again(samples: Array) -> Solution:
+            return self(motion.states[0], motion.parameters, samples, float(motion.t[0]))
+
+        return walk(motion, again, self.section, slopes)
+
+    @property
+    def timed(self) -> bool:
+        """Whether time enters the equations."""
+        contacts = self.eom.system.contacts
+        exprs = [*rates(self.eom).task.roots, *expressions(self.eom.events), *laws_of(contacts)]
+        exprs += [row.expr for row in (*self.eom.system.constraints, *(r for c in contacts for r in c.rows))]
+        told = [v for v in (self.inputs or {}).values() if not isinstance(v, int | float)]
+        return any(isinstance(s, Time) for s in free_symbols(exprs)) or bool(told)

@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Shooting: Newton's method on r(x) = P(x) − x.
+
+P is the map to the section or over a period (Parker & Chua 1989, ch. 5). With T the changes of the start that constraints allow, and
+D = ∂P/∂x by the variational equations and saltation matrices,
+
+    (I − T⁺ D T) ξ = T⁺ r,      x ← x + T ξ
+
+On a section D f = 0 along the flow f of the start: the trivial multiplier is 0 there in the place of 1, and I − D is regular.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from kane.analysis.assembly import assemble
+from kane.analysis.state_checks import start_state
+from kane.equations.state import State, guess
+from kane.errors import SimulationError
+from kane.expr.node import Expr
+from kane.expr.symbols import Parameter
+from kane.motion.cycles.return_map import ReturnMap
+from kane.motion.cycles.tangents import basis_of, flow_of
+from kane.motion.cycles.variation import Differential
+from kane.motion.solution.solution import Solution
+from kane.numeric.arrays import Array, Complex
+from kane.numeric.scale import ROUNDED_CHAIN, SAME_TIME, SIX_DIGITS, STATE_RANK
+from kane.progress import far
+
+_HALVINGS = 8
+_SAMPLES = 501
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shot:
+    """A motion from x, r = P(x) − x, the sizes of x along it, and how far its first rates lead in T/2π."""
+
+    x: Array
+    motion: Solution
+    left: Array
+    scale: Array
+    way: Array
+
+    @property
+    def moves(self) -> bool:
+        """Whether it leads anywhere: a section that is met at once is no end of a cycle."""
+        return bool(np.abs(self.way / self.scale).max(initial=0.0) > SIX_DIGITS)
+
+    @property
+    def size(self) -> float:
+        """The largest |r| of its component's size."""
+        return float(np.abs(self.left / self.scale).max(initial=0.0))
+
+
+def _told(shot: Shot) -> str:
+    return f"a residual of {shot.size:.1e}"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shooting:
+    """Newton's method on P(x) = x at values of the parameters; components `cyclic` may be others at the end."""
+
+    map: ReturnMap
+    constants: dict[Expr, float]
+    cyclic: tuple[str, ...]
+
+    def admitted(self, given: State) -> Array:
+        """(q, u, a) of the guess, on the constraints."""
+        eom = self.map.eom
+        q, u = given.q, given.u
+        if eom.constraints.constraints:
+            inputs = self.map.inputs_at_start
+            found = assemble(eom, q=q, u=u, parameters=given.parameters, inputs=inputs, t=self.map.t0)
+            q, u = found.q, found.u
+        return start_state(eom, q, u, given.states)
+
+    def onto(self, x: Array, names: Sequence[str]) -> Array:
+        """The state of the constraints with the components `names` of x, the others near to it."""
+        eom = self.map.eom
+        if not eom.constraints.constraints:
+            return x
+        kept = set(names)
+        values = [float(v) if s.name in kept else guess(float(v)) for s, v in zip(eom.state, x, strict=True)]
+        q, u = len(eom.coordinates), len(eom.coordinates) + len(eom.speeds)
+        at: Any = {"parameters": self.constants, "inputs": self.map.inputs_at_start, "t": self.map.t0}
+        found = assemble(
+            eom,
+            q=dict(zip(eom.coordinates, values, strict=False)),
+            u=dict(zip(eom.speeds, values[q:u], strict=True)),
+            **at,
+        )
+        return start_state(eom, found.q, found.u, x[u:])
+
+    def shot(self, x: Array, samples: Any = ()) -> Shot:
+        """The motion from x."""
+        motion = self.map(x, self.constants, samples)
+        left = motion.states[-1] - x
+        left[self._cyclic] = 0.0
+        rate = Differential((), self.map.settings, {}).side(motion, 0).rate
+        way = np.abs(rate) * float(motion.t[-1] - motion.t[0]) / (2 * np.pi)
+        return Shot(x, motion, left, self._sizes(np.maximum(np.abs(motion.states).max(axis=0), way)), way)
+
+    def _sizes(self, size: Array) -> Array:
+        """By what components are measured: their size, at least a tenth of the largest of their kind."""
+        eom = self.map.eom
+        kinds = np.split(size, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
+        return np.concatenate([np.maximum(k, 0.1 * k.max(initial=0) or 1.0) for k in kinds])
+
+    @property
+    def _cyclic(self) -> list[int]:
+        return [i for i, s in enumerate(self.map.eom.state) if s.name in self.cyclic]
+
+    def linear(self, shot: Shot, by: tuple[Parameter, ...] = ()) -> "Linearized":
+        """The derivative of P at a shot, in independent perturbations."""
+        whole = self.map.differential(shot.motion, by)
+        walk = Differential((), self.map.settings, {})
+        flow = flow_of(walk.side(shot.motion, 0))
+        basis, names = basis_of(flow), flow.states
+        kept = [k for k, name in enumerate(names) if name not in self.cyclic]
+        basis = basis[:, kept]
+        back = np.asarray(np.linalg.pinv(basis), dtype=np.float64)
+        n = len(shot.x)
+        own = whole.x.copy()
+        own[self._cyclic] = 0.0
+        self._check_cyclic(own, shot.scale)
+        return Linearized(
+            basis,
+            back,
+            back @ own[:, :n] @ basis,
+            back @ own[:, n:],
+            flow.rest[kept],
+            tuple(names[k] for k in kept),
+            whole.t,
+        )
+
+    def _check_cyclic(self, slopes: Array, scale: Array) -> None:
+        """Nothing else depends on what is cyclic."""
+        names = [s.name for s in self.map.eom.state]
+        for i in self._cyclic:
+            share = np.abs(slopes[:, i]) * scale[i] / scale
+            if share.max(initial=0.0) > SIX_DIGITS:
+                raise SimulationError(
+                    f"Expected cyclic= of what nothing else depends on, got {names[i]}: {names[int(np.argmax(share))]} at the end "
+                    "of the motion "
+                    "depends on it. Leave it out: it must come back."
+                )
+
+    def newton(self, x: Array, tolerance: float, most: int) -> tuple[Shot, "Linearized", int]:
+        """The cycle near x.
+
+        Raises
+        ------
+        SimulationError
+            if steps do not converge
+        """
+        now = self.shot(x)
+        for step in range(most):
+            far(partial(_told, now))
+            if self.map.section is not None and not now.moves:
+                raise SimulationError(
+                    f"Expected a motion between two passages of the section, got one that meets it where it began, after "
+                    f"{float(now.motion.t[-1]) - self.map.t0:.3g} s. Start as the section's action leaves the state, or farther "
+                    "from rest."
+                )
+            linear = self.linear(now)
+            if now.size <= ROUNDED_CHAIN:
+                return now, linear, step
+            after = self._step(now, linear)
+            if now.size <= tolerance and (after is None or after.size > 0.5 * now.size):
+                return now, linear, step
+            if after is None:
+                break
+            now = after
+        if now.size <= tolerance:
+            return now, self.linear(now), most
+        names = [s.name for s in self.map.eom.state]
+        worst = int(np.argmax(np.abs(now.left / now.scale)))
+        raise SimulationError(
+            f"Expected a cycle near the start, got none by {most} of Newton's steps at most: the nearest motion misses its start by "
+            f"{now.left[worst]:.3g} in {names[worst]}, {now.size:.1e} of its size, after "
+            f"{float(now.motion.t[-1]) - self.map.t0:.6g} s. Start nearer "
+            "to it: let the motion settle by kn.simulate first, or follow the cycle from other values of the parameters."
+        )
+
+    def _step(self, now: Shot, linear: "Linearized") -> Shot | None:
+        """The shot of a step that helps; None where none does."""
+        change = linear.basis @ linear.solve(linear.back @ now.left)
+        share, failed = 1.0, None
+        for _ in range(_HALVINGS):
+            try:
+                after = self.shot(self.onto(now.x + share * change, linear.names))
+            except SimulationError as error:
+                failed = error
+            else:
+                if after.size < (1 - 0.1 * share) * now.size:
+                    return after
+                failed = None
+            share /= 2
+        if failed is not None:
+            raise failed
+        return None
+
+    def sampled(self, shot: Shot) -> Solution:
+        """The motion of a shot at many times."""
+        length = float(shot.motion.t[-1]) - self.map.t0
+        return self.shot(shot.x, np.linspace(self.map.t0, self.map.t0 + length * (1 - SAME_TIME), _SAMPLES)).motion
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Linearized:
+    """D over independent perturbations, by state and by parameters; the rates of these at the start; δT."""
+
+    basis: Array
+    back: Array
+    d: Array
+    by: Array
+    rest: Array
+    names: tuple[str, ...]
+    t: Array
+
+    def solve(self, right: Array) -> Array:
+        """ξ of (I − D) ξ = right.
+
+        Raises
+        ------
+        SimulationError
+            if a multiplier is 1
+        """
+        matrix = np.eye(len(self.d)) - self.d
+        scale = 1.0 + np.abs(self.d).max(axis=1, initial=0.0)
+        values = np.linalg.svd(matrix / scale[:, None], compute_uv=False)
+        if values.min(initial=1.0) <= STATE_RANK:
+            raise SimulationError(
+                "Expected a cycle that stands alone, got one with a multiplier 1: others lie beside it, as where energy is kept "
+                "or a coordinate "
+                f"may have any value. Give cyclic= for what goes on by itself (of {', '.join(self.names)}), or section= in the "
+                "place of period= "
+                "where nothing depends on time."
+            )
+        return np.asarray(np.linalg.solve(matrix, right))
+
+    def multipliers(self, on_section: bool) -> Complex:
+        """By falling size; on a section without that of the flow."""
+        d = self.d
+        if on_section and len(d):
+            across = np.linalg.svd(self.rest[None, :])[2][1:].T
+            d = across.T @ d @ across
+        found = np.asarray(np.linalg.eigvals(d), dtype=complex) if len(d) else np.zeros(0, dtype=complex)
+        return found[np.lexsort((-found.imag, -np.round(np.abs(found), 12)))]

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The changes of a state that constraints allow: δx = T ξ of the independent perturbations ξ, and what time and parameters add."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kane.analysis.flow import Flow, Preference, flow_at
+from kane.analysis.local import slopes_at
+from kane.analysis.perturbations import perturbations, spread
+from kane.analysis.state_checks import StateArrays
+from kane.expr.symbols import Parameter, time
+from kane.motion.right_hand_side import Routines
+from kane.motion.solution.phases import Phase
+from kane.numeric.arrays import Array
+from kane.numeric.rank import least_squares
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Side:
+    """A motion beside an instant: its equations with numbers, its phase, the time and the state."""
+
+    now: Routines
+    phase: Phase
+    t: float
+    x: Array
+
+    @property
+    def rate(self) -> Array:
+        """(q̇, u̇, ȧ)."""
+        return self.now.rate(self.t, np.append(self.x, 0.0))[:-1]
+
+
+def flow_of(side: Side) -> Flow:
+    """The flow at a state."""
+    now = side.now
+    p = now.p[: len(now.eom.parameters)]
+    return flow_at(
+        now.eom.numeric(now.settings), StateArrays(side.t, side.x, p, now.inputs(side.t, side.x)), Preference()
+    )
+
+
+def basis_of(flow: Flow) -> Array:
+    """T (x × ξ)."""
+    return np.asarray(flow.moves[: len(flow.state.x), : len(flow.rest)])
+
+
+def allowed(side: Side, by: Sequence[Parameter]) -> tuple[Array, Array, Array]:
+    """T, and one change each that keeps the constraints where time and parameters `by` change by 1."""
+    flow = flow_of(side)
+    nq, n = len(side.now.eom.coordinates), len(side.now.eom.speeds)
+    zero = np.zeros(flow.values.right.shape)
+    t = spread(flow.numeric.value(perturbations), side.x[:nq])
+    by_state = slopes_at(flow.run, flow.state, zero)
+    shifts = []
+    for s in (time, *by):
+        own = slopes_at(flow.run, flow.state, zero, s)
+        q = -t @ least_squares(by_state.configuration[:, :nq] @ t, own.configuration[:, 0])
+        rest = own.motion[:, 0] + by_state.motion[:, :nq] @ q
+        u = -least_squares(flow.values.constraints(n), rest)
+        shifts.append(np.concatenate([q, u, np.zeros(len(side.x) - nq - n)]))
+    return basis_of(flow), shifts[0], np.array(shifts[1:]).reshape(len(by), len(side.x)).T

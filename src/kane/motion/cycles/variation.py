@@ -1,0 +1,260 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The exact derivative of a motion that events change.
+
+Between events the variational equations Ψ′ = J Ψ + ∂f/∂p hold along the motion, J = ∂f/∂x. An event that is met where h(x, t) = 0, at
+the rate ḣ = ∇h·f⁻ + ∂h/∂t, is met sooner or later by δτ = −(∇h·δx⁻ + ∂h/∂p δp)/ḣ. With x⁺ = g(x⁻, t, p)
+
+    δx⁺ = G (δx⁻ + f⁻ δτ) + ∂g/∂t δτ + ∂g/∂p δp − f⁺ δτ,      G = ∂g/∂x
+
+which is S δx⁻ with the saltation matrix S = G + (f⁺ − G f⁻ − ∂g/∂t) ∇hᵀ/ḣ (Aizerman & Gantmakher 1958; Leine & Nijmeijer 2004, sec.
+7.5). The event that ends a motion leaves out f⁺ δτ: what is compared are states at that event.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kane.dynamics.slopes import slopes
+from kane.equations.compiled import ports
+from kane.equations.equations import Equations
+from kane.errors import SimulationError
+from kane.expr.symbols import Parameter
+from kane.model.declarations import Event
+from kane.motion.contact_motion import ContactMotion
+from kane.motion.cycles.jumps import JumpSlopes, action, gradients, impact
+from kane.motion.cycles.tangents import Side
+from kane.motion.cycles.transition import Stretch, transition
+from kane.motion.inputs.breakpoints import next_end, on_from
+from kane.motion.inputs.expressions import controllers, turning_laws
+from kane.motion.loop import breakpoints_of
+from kane.motion.right_hand_side import Routines, has_jumps, only, routines
+from kane.motion.solution.solution import Solution
+from kane.numeric.arrays import Array
+from kane.numeric.scale import SIX_DIGITS
+from kane.program.from_expressions import Bundle, Shaped
+from kane.program.native.machine import Settings
+
+_AGREES = 1e-9
+"""Change of Ψ by halved steps at which it is known: it is off by 2⁻¹⁶ of it."""
+_HALVINGS = 8
+Again = Callable[[Array], Solution]
+
+
+class Variation(NamedTuple):
+    """δx = x δ(x₀, p) of the end of a motion (n × n + k), and δT = t δ(x₀, p) of when that is (n + k)."""
+
+    x: Array
+    t: Array
+
+
+def parameter_slopes(eom: Equations, *by: Parameter) -> Bundle[Array]:
+    """∂(q̇, u̇, ȧ)/∂parameters."""
+    return Bundle(
+        "by_parameters",
+        ports(eom.derived),
+        only,
+        {"x": Shaped((len(eom.state), len(by)), slopes(eom.solved, by).entries)},
+    )
+
+
+class Differential:
+    """The derivative of motions of the same equations, by their start and by parameters."""
+
+    def __init__(self, by: Sequence[Parameter], settings: Settings | None, options: Any) -> None:
+        self.by, self.settings, self.options = tuple(by), settings, options
+        self._known: dict[tuple[Any, bytes], tuple[Routines, Any]] = {}
+        self.scale, self.length = np.ones(1), 1.0
+
+    def _routines(self, motion: Solution, row: int) -> tuple[Routines, Any]:
+        eom = motion.samples[row] if motion.samples else motion.equations
+        phase = motion.phases[int(motion.phase[row])]
+        p = np.array([phase.parameters[s] for s in eom.parameters])
+        drives = tuple(phase.inputs[s] for s in eom.inputs)
+        key = (eom, p.tobytes())
+        if key not in self._known:
+            now = routines(eom, p, drives, self.settings)
+            _check(now)
+            own = now.routine(parameter_slopes, *self.by) if self.by else None
+            by = None if own is None else lambda t, x: own(t, x, now.p, now.inputs_all(t, x))
+            self._known[key] = now, by
+        return self._known[key]
+
+    def side(self, motion: Solution, row: int) -> Side:
+        """The motion at a sample."""
+        now, _ = self._routines(motion, row)
+        return Side(now, motion.phases[int(motion.phase[row])], float(motion.t[row]), motion.states[row])
+
+    def __call__(
+        self, motion: Solution, again: Again, section: Event | None, period_slopes: Array | None = None
+    ) -> Variation:
+        """The derivative of the end of a motion at its `section`; without one, at a time with these slopes by the parameters.
+
+        `again` gives the same motion at other samples.
+
+        Raises
+        ------
+        SimulationError
+            if the motion has none: it grazes an event, or two events come at one instant
+        """
+        n, k = motion.states.shape[1], len(self.by)
+        self._known, self.length = {}, float(motion.t[-1] - motion.t[0])
+        psi = np.eye(n, n + k)
+        size = np.abs(motion.states).max(axis=0)
+        self.scale = np.maximum(size, 1e-3 * size.max(initial=0) or 1.0)
+        stretches = self._stretches(motion)
+        flows = iter(self._transitions(motion, stretches, again))
+        own = [stretch.phase for stretch in stretches]
+        last = int(motion.phase[-1])
+        for number in range(last + 1):
+            for _ in range(own.count(number)):
+                flow = next(flows)
+                psi = flow[:, :n] @ psi
+                psi[:, n:] += flow[:, n:]
+            if number < last:
+                row = int(np.flatnonzero(motion.phase == number)[-1])
+                psi, dt = self._across(motion, row, psi, number + 1, section)
+        if section is None:
+            dt = np.append(np.zeros(n), np.zeros(k) if period_slopes is None else period_slopes)
+            return Variation(psi + np.outer(self.side(motion, len(motion) - 1).rate, dt), dt)
+        if section.then is None:
+            psi, dt = self._saltation(self.side(motion, len(motion) - 1), None, section, psi, None)
+        return Variation(psi, dt)
+
+    def _groups(self, motion: Solution, rows: Any) -> list[tuple[int, int]]:
+        """Runs of samples with the same equations, first and last row of each."""
+        found, begin = list[tuple[int, int]](), int(rows[0])
+        for row in map(int, rows[1:]):
+            if motion.samples and motion.samples[row] is not motion.samples[begin] and row != rows[-1]:
+                found.append((begin, row))
+                begin = row
+        found.append((begin, int(rows[-1])))
+        return found
+
+    def _stretches(self, motion: Solution) -> list[Stretch]:
+        """The stretches with one set of equations and no breakpoint within."""
+        breaks, found = sorted(breakpoints_of(motion, ())), list[Stretch]()
+        for number in range(int(motion.phase[-1]) + 1):
+            for start, end in self._groups(motion, np.flatnonzero(motion.phase == number)):
+                now, by = self._routines(motion, start)
+                t, stop, x = float(motion.t[start]), float(motion.t[end]), motion.states[start]
+                while t < stop:
+                    until = next_end(breaks, t, stop)
+                    if until > t:
+                        found.append(Stretch(now, by, x, t, until, number))
+                    t = on_from(until) if until < stop else stop
+        return found
+
+    def _transitions(self, motion: Solution, stretches: list[Stretch], again: Again) -> list[Array]:
+        """Φ of each stretch, with steps halved until it is known."""
+        whole = max(self.length, 1e-300)
+        steps = [max(2, math.ceil(motion.steps * (s.t1 - s.t0) / whole)) for s in stretches]
+        found = self._with(stretches, [*range(len(stretches))], steps, again)
+        open_, done = [*range(len(stretches))], dict(enumerate(found))
+        for _ in range(_HALVINGS):
+            steps = [2 * m for m in steps]
+            finer = self._with(stretches, open_, steps, again)
+            off = [float(np.abs(b - done[i]).max() / np.abs(b).max()) for i, b in zip(open_, finer, strict=True)]
+            done |= dict(zip(open_, finer, strict=True))
+            open_ = [i for i, e in zip(open_, off, strict=True) if not e <= _AGREES]
+            if not open_:
+                return [done[i] for i in range(len(stretches))]
+        at = stretches[open_[0]]
+        raise SimulationError(
+            f"Expected variational equations that can be stepped, got none from t = {at.t0:.6g} to {at.t1:.6g}: their solutions go on "
+            f"changing at {steps[open_[0]]} steps of order 16."
+        )
+
+    def _with(self, stretches: list[Stretch], which: list[int], steps: list[int], again: Again) -> list[Array]:
+        """Φ of some stretches by so many steps of each."""
+        times = {i: stretches[i].times(steps[i]) for i in which}
+        resolved = [i for i in which if np.all(np.diff(times[i].reshape(-1)) > 0)]
+        wanted = np.concatenate([times[i].reshape(-1) for i in resolved]) if resolved else np.zeros(0)
+        motion = again(wanted) if len(wanted) else None
+        found = []
+        for i in which:
+            at = stretches[i]
+            guess = np.broadcast_to(at.x, (*times[i].shape, len(at.x)))
+            if motion is not None and i in set(resolved):
+                rows = np.flatnonzero(motion.phase == at.phase)
+                guess = motion.states[rows[np.searchsorted(motion.t[rows], times[i])]]
+            found.append(transition(at, steps[i], guess, self.scale))
+        return found
+
+    def _across(
+        self, motion: Solution, row: int, psi: Array, number: int, section: Event | None
+    ) -> tuple[Array, Array]:
+        """Ψ after the events with which a phase begins, and δτ."""
+        phase = motion.phases[number]
+        before, after = self.side(motion, row), self.side(motion, row + 1)
+        if len(phase.by) != 1:
+            names = " and ".join(repr(e.name) for e in phase.by) or "none"
+            raise SimulationError(
+                f"Expected one event at an instant, got {names} at t = {before.t:.9g}: a motion beside it meets one first, then "
+                "the other, and "
+                "there is no one derivative. Make one event of them, or take values at which they come one by one."
+            )
+        (event,) = phase.by
+        ends = section is not None and event.name == section.name and number == int(motion.phase[-1])
+        return self._saltation(before, after, event, psi, None if ends else after)
+
+    def _saltation(
+        self, before: Side, after: Side | None, event: Event, psi: Array, onward: Side | None
+    ) -> tuple[Array, Array]:
+        """δx⁺ and δτ of an event; `onward` is where the motion goes on, None where it ends there."""
+        n = before.now.width
+        (h,) = gradients(before, [event.quantity], self.by)
+        f = before.rate
+        rate = float(h.x @ f + h.t)
+        usual = (np.abs(h.x) @ self.scale + abs(h.t) * self.length) / self.length
+        if not abs(rate) > SIX_DIGITS * usual:
+            raise SimulationError(
+                f"Expected a motion that passes the event {event.name!r} with a rate, got one that grazes it at t = "
+                f"{before.t:.9g}, where "
+                f"its quantity has the rate {rate:.3g}: a motion beside it may miss it, and there is no derivative."
+            )
+        dt = -(h.x @ psi) / rate
+        dt[n:] -= h.p / rate
+        own = self._jump(before, after or before, event)
+        moved = own.x @ (psi + np.outer(f, dt)) + np.outer(own.t, dt)
+        moved[:, n:] += own.p
+        if onward is not None:
+            moved = moved - np.outer(onward.rate, dt)
+        return moved, dt
+
+    def _jump(self, before: Side, after: Side, event: Event) -> JumpSlopes:
+        """What an event does to the state: its action, an impact of contacts, or nothing where a mode of them ends."""
+        system = before.now.eom.system
+        if system.modes:
+            motion = ContactMotion(
+                self.options["contacts"], (before.t, before.t + 1.0), _given(self, before), self.options
+            )
+            ending = motion.ends(event)
+            if ending is not None:
+                if ending[1] != "closes":
+                    return JumpSlopes(
+                        np.eye(len(before.x)), np.zeros(len(before.x)), np.zeros((len(before.x), len(self.by)))
+                    )
+                return impact(motion, before, ending[0], self.by)
+        return action(before, after, event, self.by)
+
+
+def _given(differential: Differential, side: Side) -> tuple[Any, Any]:
+    eom = differential.options["contacts"]
+    return {s: side.phase.parameters[s] for s in eom.parameters}, {s: side.phase.inputs[s] for s in eom.inputs}
+
+
+def _check(now: Routines) -> None:
+    """Refuse what the variational equations do not know."""
+    met = {
+        "loads or inputs that jump at states": has_jumps(now.eom, turning_laws(now.drives)),
+        "a sampled controller": bool(controllers(now.drives)),
+    }
+    told = [text for text, holds in met.items() if holds]
+    if told:
+        raise SimulationError(
+            f"Expected equations whose rates are smooth between events for the derivative of a motion, got {' and '.join(told)}. "
+            "Declare dry "
+            "friction as a contact, kn.contact or kn.stiction, and what switches by events that set a further state."
+        )
