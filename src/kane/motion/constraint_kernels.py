@@ -103,7 +103,7 @@ def structure(eom: Equations, n: int) -> Given:
     arrays = {name: np.append(np.array(where, dtype=float).reshape(-1), 0.0) for name, where in at.items()}
     lengths = {"weights": len(places), "reach": len(places), "row_sizes": len(eom.b), "column_sizes": len(eom.speeds)}
     arrays |= {name: np.zeros(count + 1) for name, count in lengths.items()}
-    arrays |= {"room": aligned(room(n, counted)), "log": np.zeros(2 * CHANGES + 3)}
+    arrays |= {"quiet": np.zeros(1), "room": aligned(room(n, counted)), "log": np.zeros(2 * CHANGES + 3)}
     return {f"held_{name}": value for name, value in (counted | arrays).items()}
 
 

@@ -451,6 +451,8 @@ class _Way:
             warnings.filterwarnings("ignore", "Expected a start beside the threshold", KaneWarning)
             piece = run(mode, (self.t, self.span[1]), start, (numbers, drives), self.options, self.bounds, self.times)
         self._take(_of_mode(piece, mode, self.t, self.by))
+        if self.runner is not None and len(piece.segments) < 2:
+            self.runner.admit()
         if piece.event is not None:
             at.goes_on(piece)
             self._arrives(float(piece.t[-1]), piece.states[-1], float(piece.work[-1]))

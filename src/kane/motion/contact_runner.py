@@ -33,14 +33,14 @@ from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given, has_jumps, timed
 from kane.motion.solution.phases import Phase, joined
 from kane.motion.solution.solution import Segment, Solution
-from kane.motion.steppers.context import SIZE, Slot
+from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.crossings import LEAVES
-from kane.motion.steppers.held import CHANGES
+from kane.motion.steppers.held import CHANGES, POORER
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steppers.watched import rooms
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
-from kane.program.native.calls import KeptCalls
+from kane.program.native.calls import RESULT, KeptCalls
 from kane.program.native.entry import CompiledKernel, entry, hoisted
 from kane.program.native.machine import Settings
 
@@ -96,6 +96,7 @@ class ContactRunner:
         self.times, self.rows = np.append(later, np.inf), np.zeros((len(later) + 1, n))
         self.made: list[tuple[Modes, Equations, str, Any]] = []
         self.left: set[Modes] = set()
+        self.poor = -1, 0.0
         count = len(eom.system.events) + 4 * self.k + 16
         self.width = int(Row.MORE) + self.k * (self.d + 1) + 2 * n
         room = rooms(count, count, 0, n)
@@ -296,8 +297,16 @@ class ContactRunner:
             back = Back(self.kernel(known=len(self.made), enter=1))
             piece, by = self._collect(by)
             pieces += piece
+            asked = self.calls.table[RESULT] == ReturnCode.LOOK and self.s[Slot.HELD] == POORER
+            self.poor = (int(self.calls.table[0]), 1.25 * self.s[Slot.SHARE]) if asked else (-1, 0.0)
             if back is not Back.FULL:
                 return self._went(back, _one(pieces), by)
+
+    def admit(self) -> None:
+        """Where the kernel has asked for better dependent speeds, Python has found none: it is not to ask again up to that quality."""
+        m, share = self.poor
+        if m >= 0:
+            self.made[m][3][1]["held_quiet"][0] = share
 
     def _rows(self) -> Array:
         """The records."""
@@ -376,17 +385,21 @@ class ContactRunner:
     ) -> tuple[list[Phase], list[Segment], list[tuple[Event, float]], tuple[Event, ...]]:
         """The phases, segments and events of completed modes, and what ended the last one."""
         phases, segments, events, done = list[Phase](), list[Segment](), list[tuple[Event, float]](), 0
-        met = self.arrays["noted"][: 2 * int(rows[-1, Row.NOTED])].reshape(-1, 2)
-        for row, (_, mode, _, _) in zip(rows, modes, strict=True):
-            phases.append(Phase(dict(self.parameters) | self._numbers(row), self.inputs, by))
-            segments.append(Segment(float(row[Row.BEGIN]), mode))
-            events += [(mode.events[int(k)], float(at)) for at, k in met[done : int(row[Row.NOTED])]]
+        met = self.arrays["noted"][: 2 * int(rows[-1, Row.NOTED])].reshape(-1, 2).tolist()
+        flat = [s for own in self.symbols for s in own]
+        places = [k for k, s in enumerate(flat) if s is not None]
+        names, table = [flat[k] for k in places], rows[:, [int(Row.MORE) + k for k in places]].tolist()
+        for row, numbers, (_, mode, _, _) in zip(rows[:, : int(Row.MORE)].tolist(), table, modes, strict=True):
+            phases.append(Phase({**self.parameters, **dict(zip(names, numbers, strict=True))}, self.inputs, by))
+            segments.append(Segment(row[Row.BEGIN], mode))
+            for at, k in met[done : int(row[Row.NOTED])]:
+                events.append((mode.events[int(k)], at))
             done = int(row[Row.NOTED])
             if row[Row.EVENT] >= 0:
                 by = (mode.events[int(row[Row.EVENT])],)
             if row[Row.END] < row[Row.OVER] <= self.span[1]:
                 rests = Event(f"{by[0].name.removesuffix(' closes')} rests", by[0].quantity, terminal=False)
-                events.append((rests, float(row[Row.OVER])))
+                events.append((rests, row[Row.OVER]))
         return phases, segments, events, by
 
 

@@ -51,6 +51,7 @@ class Held:
     """The arguments that tell of the constraints, and what is done with them.
 
     `constraints` gives f, the sizes of its terms, b, the cosines of the branches, and the entries of A and of W that are not zero.
+    `quiet` is up to which ‖Ã‖ ‖B⁻¹‖ it is known from the start that no other speeds follow better, where that is poor.
     """
 
     def __init__(self, context: StepperContext, wide: bool = False) -> None:
@@ -78,7 +79,7 @@ class Held:
         context.hoists.append(("held_h", self.h))
         self.reach, self.marks, self.room = (w.array(f"held_{name}") for name in ("reach", "marks", "room"))
         self.choices, self.choice_at = w.number("held_choices"), w.number("held_choice_at")
-        self.ready, self.log = w.array("held_ready"), w.array("held_log")
+        self.ready, self.log, self.quiet = (w.array(f"held_{name}") for name in ("ready", "log", "quiet"))
         self.offset, self.next = w.variable("held_offset", INT), w.variable("held_next", INT)
         self.best = w.variable("held_best")
         self._places()
@@ -233,7 +234,7 @@ class Held:
             self.measure()
             with w.when(o.get(Slot.FRESH) > 1.0):
                 self.admit()
-            o.put(Slot.QUIET, 1 / POOR)
+            o.put(Slot.QUIET, w.compute("max", self.quiet[0], 1 / POOR))
 
     def admit(self) -> None:
         """The state is moved onto the constraints; speeds that these stop are zero, of which rounding would be left."""
