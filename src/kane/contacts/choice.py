@@ -177,7 +177,7 @@ def jamming(problem: ContactProblem) -> tuple[int, ...]:
 def _none(problem: ContactProblem, complete: bool) -> str:
     factors = wedging(problem)
     pressed = ", ".join(
-        f"contact {i} {'slides' if problem.slides[i] else 'would slide'} and its friction presses it further in "
+        f"{problem.name(i)} {'slides' if problem.slides[i] else 'would slide'} and its friction presses it further in "
         f"(W_nn − μ W_tn·t = {factors[i]:.3g})"
         for i in jamming(problem)
     )

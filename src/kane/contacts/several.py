@@ -7,6 +7,7 @@ all at once, v_n⁺ ≥ −e v_n⁻ and impulses in their cones against the slip
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, NamedTuple
@@ -72,6 +73,7 @@ def impacts(
     law: Law | None = None,
     rule: Rule = Rule.SEQUENTIAL,
     terms: Any = None,
+    names: Sequence[str] = (),
 ) -> Impacts:
     """The velocities of k contacts after impacts of those that close; those at rest take part as soon as they do.
 
@@ -84,6 +86,7 @@ def impacts(
     law : what e means; Stronge's unless given, and Newton's where all close at once
     rule : which come first
     terms : sums of the magnitudes of the terms of v (dk); the largest |v| unless given
+    names : of the contacts, for messages
 
     Raises
     ------
@@ -99,7 +102,7 @@ def impacts(
     """
     v = numbers(velocity, "velocities with the rows of all contacts", 1)
     size = np.full(len(v), np.abs(v).max(initial=0)) if terms is None else terms
-    problem = contact_problem(mobility, v, friction, terms=size)
+    problem = contact_problem(mobility, v, friction, terms=size, names=names)
     given = np.full(problem.count, restitution) if is_number(restitution) else restitution
     e = numbers(given, "coefficients of restitution, one a contact", 1, (problem.count,))
     that(isinstance(rule, Rule), "a rule: Rule.SEQUENTIAL or SIMULTANEOUS", rule, error=ArgumentError)
@@ -123,7 +126,8 @@ def _together(problem: ContactProblem, e: Array) -> Impacts:
     """All at once; contacts that do not close are kept from closing."""
     v, asked = problem.bias, problem.bias.copy()
     asked[:: problem.dimension] += e * np.minimum(problem.normals(v), 0.0)
-    choice = choose(contact_problem(problem.mobility, asked, problem.static, terms=problem.terms + np.abs(asked)))
+    size = problem.terms + np.abs(asked)
+    choice = choose(contact_problem(problem.mobility, asked, problem.static, terms=size, names=problem.names))
     p = choice.forces
     after = problem.mobility @ p + v
     return Impacts(after, p, float(p @ (v + after)) / 2, (), choice, Rule.SIMULTANEOUS, Law.NEWTON)
@@ -146,7 +150,7 @@ def _sequence(problem: ContactProblem, e: Array, law: Law) -> Impacts:
         p[rows] += hit.impulse
         hits.append(Hit(i, hit))
     else:
-        at_once = choose(contact_problem(w, v, problem.static, terms=terms))
+        at_once = choose(contact_problem(w, v, problem.static, terms=terms, names=problem.names))
         v, p = at_once.accelerations, p + at_once.forces
     energy = float(p @ (problem.bias + v)) / 2
     return Impacts(v, p, energy, tuple(hits), at_once, Rule.SEQUENTIAL, law)
