@@ -98,7 +98,7 @@ def test_a_ball_bounces_until_it_rests() -> None:
     assert times[9] == pytest.approx(5.43021800258535, abs=1e-13)
     _, mode = changes(sol)[-1]
     (rests,) = (t for e, t in sol.events if e.name == "floor rests")
-    assert mode == "stick"
+    assert mode == "closed"
     assert rests == pytest.approx(8.57894917872889, abs=1e-12)
     np.testing.assert_array_equal(sol["y"][sol.t > rests], 0)
 
@@ -118,7 +118,7 @@ def test_a_clutch_brings_engine_and_load_together_and_slips_again() -> None:
 def test_a_winch_jerks_the_crate_off_the_floor() -> None:
     m, v = 50.0, 0.5
     sol = motion(winch, 1)
-    assert [list(modes.values()) for _, modes in sol.mode_history] == [["separated", "stick"], ["stick", "separated"]]
+    assert [list(modes.values()) for _, modes in sol.mode_history] == [["separated", "closed"], ["closed", "separated"]]
     (jerk,) = sol.jumps
     assert jerk.t == pytest.approx(0.2 / v, rel=1e-14)
     assert jerk.energy == pytest.approx(m * v**2 / 2, rel=1e-14)

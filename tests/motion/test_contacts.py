@@ -128,7 +128,7 @@ def test_a_bouncing_ball_comes_to_rest():
     sol = kn.simulate(eom, (0, 10), q=[1], u=[0], **TIGHT)
     assert times(sol, "floor closes")[9] == pytest.approx(5.43021800258535, abs=1e-12)
     assert times(sol, "floor rests") == [pytest.approx(8.57894917872889, abs=1e-12)]
-    assert sol.mode_history[-1] == (pytest.approx(8.57894917872889, abs=1e-4), {"floor": "stick"})
+    assert sol.mode_history[-1] == (pytest.approx(8.57894917872889, abs=1e-4), {"floor": "closed"})
     assert not sol.q[-1].any()
     assert not sol.u[-1].any()
     assert sol.jumps[0].energy == pytest.approx(-(1 - 0.81) * 2 * G, rel=1e-12)

@@ -58,10 +58,9 @@ class ContactMode(IntEnum):
     SLIP = 3
     HELD = 4
 
-    @property
-    def word(self) -> str:
-        """As it is shown: separated, stick or slip."""
-        return ("separated", "stick", "slip", "slip", "stick")[self]
+    def word(self, contact: "ContactLaw") -> str:
+        """As it is shown: separated, stick or slip; closed where there is no friction, and of a rope that is taut."""
+        return ("separated", "stick" if contact.slips else "closed", "slip", "slip", "stick")[self]
 
 
 Modes = tuple[ContactMode, ...]
@@ -109,6 +108,11 @@ class ContactLaw(Immutable):
         return (*(() if self.gap is None else (self.gap,)), *self.slips)
 
     @property
+    def sized(self) -> bool:
+        """Whether its friction has a given size: nothing presses."""
+        return self.gap is None and self.normal_force is None
+
+    @property
     def pressing(self) -> Expr:
         """N, 1 where friction has a given size."""
         return ONE if self.normal_force is None else self.normal_force
@@ -150,7 +154,7 @@ def _law(
     kinetic = as_expr(friction[0])
     static = kinetic if friction[1] is None else as_expr(friction[1])
     e = as_expr(restitution)
-    check_numbers(name, *(_default(x) for x in (static, kinetic, e)))
+    check_numbers(name, *(_default(x) for x in (static, kinetic, e)), sized=gap is None and normal is None)
     expect.that(law in LAWS, f"law= of {name!r}, one of {', '.join(LAWS)}", law)
     rows = () if kinetic is ZERO and static is ZERO else tuple(c for c in slips if c.expr is not ZERO)
     label = word(name)
@@ -182,9 +186,11 @@ def _default(e: Expr) -> float | None:
     return float(sample([e], SEEDS[0])[0])
 
 
-def check_numbers(name: str, static: float | None, kinetic: float | None, e: float | None) -> None:
+def check_numbers(
+    name: str, static: float | None, kinetic: float | None, e: float | None, *, sized: bool = False
+) -> None:
     """Refuse coefficients that are no friction, or no restitution."""
-    for what, value in (("μ_s", static), ("μ_k", kinetic)):
+    for what, value in (("a size" if sized else "mu = μ_k", kinetic), ("static = μ_s", static)):
         right = value is None or value >= 0
         expect.that(right, f"{what} ≥ 0 of the contact {name!r}", came=f"{value}", cure="Give 0 where it is smooth.")
     ordered = static is None or kinetic is None or kinetic <= static
@@ -328,7 +334,25 @@ def listed_contacts(given: Any) -> tuple[ContactLaw, ...]:
                 f"Expected contacts at different places, got {gaps[c.gap.expr]!r} and {c.name!r} with one gap. Leave one out."
             )
         gaps[c.gap.expr] = c.name
+    law_of(contacts)
     return contacts
+
+
+def law_of(contacts: Sequence[ContactLaw]) -> str:
+    """The law of restitution of all impacts; without restitution every law says the same.
+
+    Raises
+    ------
+    ModelError
+        if there are several: impacts at one instant follow one
+    """
+    laws = {c.law: c.name for c in contacts if c.gap is not None and c.restitution is not ZERO}
+    if len(laws) > 1:
+        told = " and ".join(f"law={law!r} of {name!r}" for law, name in laws.items())
+        raise ModelError(
+            f"Expected one law of restitution for all contacts, got {told}. Give law= alike: impacts may meet."
+        )
+    return next(iter(laws), LAWS[0])
 
 
 def slip_parameters(contacts: Sequence[ContactLaw]) -> tuple[Parameter, ...]:

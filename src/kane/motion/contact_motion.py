@@ -24,7 +24,7 @@ from kane.equations.contact_modes import Layout, Touch, contact_modes, contact_n
 from kane.equations.equations import Equations
 from kane.errors import KaneError, KaneWarning, SimulationError, warn
 from kane.expr.node import Expr
-from kane.model.contacts import ContactMode, Modes, check_numbers
+from kane.model.contacts import ContactMode, Modes, check_numbers, law_of
 from kane.model.declarations import Event
 from kane.motion.inputs.expressions import value
 from kane.motion.loop import admitted_start, run, whole
@@ -130,8 +130,15 @@ class ContactMotion:
         laws = touch.numbers.laws
         self.fastest[order] = np.maximum(self.fastest[order], touch.slip_terms[order].max(axis=1))
         problem = touch.problem(order, self.none, laws[:, 1], velocities=True)
-        law = Law[self.contacts[order[0]].law.upper()]
-        done = impacts(problem.mobility, problem.bias, problem.static, laws[order, 2], law=law, terms=problem.terms)
+        done = impacts(
+            problem.mobility,
+            problem.bias,
+            problem.static,
+            laws[order, 2],
+            law=Law[law_of(self.contacts).upper()],
+            terms=problem.terms,
+            names=problem.names,
+        )
         after = x.copy()
         after[self.q : self.q + touch.width] += touch.change(touch.places(order), done.impulse)
         size = problem.normals(problem.terms + np.abs(problem.mobility) @ np.abs(done.impulse))
@@ -179,7 +186,7 @@ class ContactMotion:
         """
         touch, closed = self.touch(t, x), set[int]()
         for i, c in enumerate(self.contacts):
-            check_numbers(c.name, *touch.numbers.laws[i])
+            check_numbers(c.name, *touch.numbers.laws[i], sized=c.sized)
             g, size = touch.numbers.gaps[i], touch.numbers.gap_terms[i]
             near = GIVEN * size
             if c.gap is not None and g < -near:

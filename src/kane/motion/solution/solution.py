@@ -295,10 +295,13 @@ class Solution(Attributes):
 
     @cached_property
     def modes(self) -> Mapping[str, npt.NDArray[np.str_]]:
-        """What each contact does at each sample (n), by its name: "separated", "stick" or "slip"."""
+        """What each contact does at each sample (n), by its name: "separated", "stick" or "slip"; "closed" without friction."""
         every = self.samples or (self.equations,) * len(self)
-        rows = {eom: [m.word for m in eom.system.modes] for eom in dict.fromkeys(every)}
-        names = [c.name for c in self.equations.system.contacts]
+        contacts = self.equations.system.contacts
+        rows = {
+            eom: [m.word(c) for m, c in zip(eom.system.modes, contacts, strict=False)] for eom in dict.fromkeys(every)
+        }
+        names = [c.name for c in contacts]
         return {name: np.array([(rows[eom] or [""] * len(names))[k] for eom in every]) for k, name in enumerate(names)}
 
     @cached_property
