@@ -20,6 +20,7 @@ from kane.gallery import (
     eulers_disk,
     light_cart_pole,
     mass_on_belt,
+    newtons_cradle,
     painleve_rod,
     pool_ball,
     rocking_block,
@@ -367,3 +368,29 @@ def test_a_pendulum_on_a_light_cart() -> None:
     assert len(passes) == 11
     np.testing.assert_allclose(passes, quarter * np.arange(1, 22, 2), rtol=0, atol=1e-9)
     assert np.sqrt(2 * g * (1 + m / M)) == pytest.approx(4429, abs=1)
+
+
+@pytest.mark.parametrize(("e", "last"), [(1.0, 1.0), (0.9, 0.81450625), (0.5, 0.31640625)])
+@pytest.mark.parametrize("gap", [1e-6, 0.0])
+def test_newtons_cradle(e: float, last: float, gap: float) -> None:
+    """The last ball leaves with ((1 + e)/2)⁴ of the speed of the first, whether or not the balls touch; momentum stays."""
+    assert last == pytest.approx(((1 + e) / 2) ** 4, rel=1e-15)
+    start = {"x_1": -0.1} | {f"x_{k}": (k - 1) * gap for k in range(2, 6)}
+    sol = kn.simulate(kn.derive(newtons_cradle.system()), (0, 0.2), q=start, u=[1, 0, 0, 0, 0], parameters={"e": e})
+    assert sol.u[-1][4] == pytest.approx(last, rel=1e-14)
+    assert sol.u[-1].sum() == pytest.approx(1, rel=1e-14)
+    assert (np.diff(sol.u[-1]) > -1e-15).all()
+    assert len(sol.jumps) == (1 if gap == 0 else 4 if e == 1 else 10)
+    if e == 1:
+        np.testing.assert_allclose(sol.u[-1][:4], 0, atol=1e-15)
+
+
+@pytest.mark.parametrize("e", [1.0, 0.6, 0.0])
+def test_two_balls_share_the_speed(e: float) -> None:
+    """(1 − e)/2 and (1 + e)/2."""
+    eom = kn.derive(newtons_cradle.system(balls=2))
+    sol = kn.simulate(eom, (0, 0.2), q=[-0.1, 0], u=[1, 0], parameters={"e": e})
+    np.testing.assert_allclose(sol.u[-1], [(1 - e) / 2, (1 + e) / 2], rtol=0, atol=1e-15)
+    (jump,) = sol.jumps
+    assert jump.t == pytest.approx(0.1, rel=1e-13)
+    assert jump.energy == pytest.approx(-0.1 * (1 - e * e) / 4, abs=1e-16)

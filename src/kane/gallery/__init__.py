@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from kane.gallery.contacts import dry_oscillator as dry_oscillator
     from kane.gallery.contacts import eulers_disk as eulers_disk
     from kane.gallery.contacts import mass_on_belt as mass_on_belt
+    from kane.gallery.contacts import newtons_cradle as newtons_cradle
     from kane.gallery.contacts import painleve_rod as painleve_rod
     from kane.gallery.contacts import pool_ball as pool_ball
     from kane.gallery.contacts import rocking_block as rocking_block
@@ -52,7 +53,7 @@ _PLACES = """
     flexible.flexible_spacecraft flexible.flexible_satellite flexible.flap_lag_blade flexible.flexible_arm
     contacts.bouncing_ball contacts.thrown_disk contacts.mass_on_belt contacts.skidding_disk contacts.clutch contacts.winch
     contacts.tippe_top contacts.painleve_rod contacts.dry_oscillator contacts.shaken_block contacts.stacked_blocks
-    contacts.rocking_block contacts.pool_ball contacts.ball_on_turntable contacts.eulers_disk
+    contacts.rocking_block contacts.pool_ball contacts.ball_on_turntable contacts.eulers_disk contacts.newtons_cradle
 """
 GALLERY: dict[str, str] = {place.rpartition(".")[2]: f"kane.gallery.{place}" for place in _PLACES.split()}
 """Module path of each system by name, from simple to rich."""
