@@ -173,8 +173,15 @@ def test_painleves_rod() -> None:
         assert np.sign(signs).tolist() == [-sense, sense]
     for degrees in (50.0, 75.0):
         assert kn.simulate(eom, (0, 0.01), **state(degrees)).status == "finished"
-    with pytest.raises(kn.SimulationError, match="Painlevé's paradox"):
+    with pytest.raises(kn.SimulationError, match="got none: floor slides and its friction presses it further in"):
         kn.simulate(eom, (0, 0.01), **state(60))
+    with pytest.warns(kn.KaneWarning, match="got 2 that agree with the laws of friction. Taken was floor separates"):
+        sol = kn.simulate(eom, (0, 0.01), **state(60, 6.0))
+    assert changes(sol) == [(0.0, "separated")]
+    flat = {"q": [0, np.sin(np.arctan(2)), np.arctan(2)], "u": [-3, 0, 0]}
+    assert kn.simulate(eom, (0, 1e-6), **flat, parameters={"mu": 4 / 3 * (1 - 1e-2)}).status == "finished"
+    with pytest.raises(kn.SimulationError, match="got none"):
+        kn.simulate(eom, (0, 1e-6), **flat, parameters={"mu": 4 / 3 * (1 + 1e-9)})
 
 
 def test_a_dry_oscillator_stops() -> None:
@@ -344,6 +351,38 @@ def test_eulers_disk_runs_round_with_its_centre_at_rest() -> None:
     for name in ("x", "y", "w_1", "w_3", "u_x", "u_y", "u_z"):
         np.testing.assert_allclose(sol[name], 0, atol=1e-9)
     np.testing.assert_allclose(sol["theta"], tilt, rtol=0, atol=1e-9)
+
+
+def test_eulers_disk_slides_and_then_keeps_its_energy() -> None:
+    """Friction takes what its power says while it slides, and nothing while it rolls."""
+    sol = motion(eulers_disk, 2, u={"w_3": 3.0}, **TIGHT)
+    (_, first), (rolls, second) = changes(sol)
+    assert (first, second) == ("slip", "stick")
+    assert sol.jumps == ()
+    (floor,) = sol.equations.system.contacts
+    slips = np.array([sol[c.expr] for c in floor.slips])
+    force = np.array([sol[f] for f in floor.friction_forces])
+    held = sol.t > rolls
+    np.testing.assert_allclose(slips[:, held], 0, atol=1e-11)
+    np.testing.assert_allclose(sol.energy[held], sol.energy[-1], rtol=1e-11)
+    assert (np.hypot(*force)[held] <= 0.3 * sol[floor.normal_force][held]).all()
+    assert sol.energy[0] - sol.energy[-1] > 1e-4
+    assert sol.energy_check.drift < 1e-10
+
+
+def test_eulers_disk_falls_flat_from_rest() -> None:
+    """About the place of contact, which stays: (5/4) R θ̇² = 2 g (sin θ₀ − sin θ)."""
+    R, tilt = 0.0375, 0.5
+    sol = motion(eulers_disk, 2, u={"w_2": 0.0}, parameters={"mu": 5.0}, **TIGHT)
+    assert sol.event is not None
+    assert (sol.event.name, changes(sol)) == ("lies flat", [(0.0, "stick")])
+
+    def time(s: float) -> float:  # θ = θ₀ − s² takes the root from the integrand
+        fall = 2 * np.cos(tilt - s * s / 2) * np.sin(s * s / 2)
+        return float(2 * s * np.sqrt(5 * R / (8 * g * fall))) if s > 0 else 0.0
+
+    expected = quad(time, 1e-12, np.sqrt(tilt - 1e-3), epsabs=1e-13, epsrel=1e-12)[0]
+    assert sol.t[-1] == pytest.approx(expected, abs=1e-10)
 
 
 def test_a_pendulum_on_a_light_cart() -> None:

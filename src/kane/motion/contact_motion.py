@@ -105,8 +105,8 @@ class ContactMotion:
         if choice.count is Count.SEVERAL:
             warn(
                 f"Expected one mode of the contacts at t = {t:.6g}, got {1 + len(choice.others)} that agree with the laws of "
-                f"friction. Taken was {_told(self.contacts, order, choice.modes)}, which goes on as before or has least forces: "
-                "rigid bodies do not tell more. Give what yields a stiffness, or less friction."
+                f"friction. Taken was {_told(self.contacts, order, choice.modes)}, which friction does not press in, goes on as "
+                "before or has least forces: rigid bodies do not tell more. Give what yields a stiffness, or less friction."
             )
         for n, i in enumerate(order):
             mode, c = choice.modes[n], self.contacts[i]

@@ -33,6 +33,7 @@ from kane.motion.solution.files import contents, write
 from kane.motion.solution.phases import Indices, Jump, Phase, breaks, check_follows, joined, leaps
 from kane.motion.solution.tables import dataframe, dataset
 from kane.numeric.arrays import Array, Mask, distinct
+from kane.numeric.scale import EQUAL
 from kane.space.frame import Frame
 from kane.whole import path_of
 
@@ -359,7 +360,8 @@ class Solution(Attributes):
         """Whether a sample has another state than the one before, beyond what tolerances leave."""
         before, after = self.states[k - 1], self.states[k]
         size = np.maximum(np.abs(before), np.abs(after))
-        return bool(np.any(np.abs(after - before) > self.atol + self.rtol * size)) or not self.phases[self.phase[k]].by
+        near = self.atol + max(self.rtol, EQUAL) * size  # of a slip that ends ten digits are left
+        return bool(np.any(np.abs(after - before) > near)) or not self.phases[self.phase[k]].by
 
     @property
     def begins(self) -> Indices:
