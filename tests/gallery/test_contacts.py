@@ -26,11 +26,15 @@ from kane.gallery import (
     rocking_block,
     shaken_block,
     skidding_disk,
+    slider_crank_with_clearance,
     stacked_blocks,
     thrown_disk,
     tippe_top,
     winch,
+    woodpecker,
 )
+from tests.oracles.one_contact import Happened, Model, Touch
+from tests.oracles.one_contact import motion as second
 
 g = 9.81
 TIGHT = {"rtol": 1e-12, "atol": 1e-13}
@@ -433,3 +437,99 @@ def test_two_balls_share_the_speed(e: float) -> None:
     (jump,) = sol.jumps
     assert jump.t == pytest.approx(0.1, rel=1e-13)
     assert jump.energy == pytest.approx(-0.1 * (1 - e * e) / 4, abs=1e-16)
+
+
+def woodpeckers_model() -> Model:
+    """M q̈ + K q = f with rows that do not change."""
+    r_O, r_M, h_M, l_M, l_G, h_S, l_S = 0.0025, 0.0031, 0.0058, 0.010, 0.015, 0.02, 0.0201
+    m_M, m_S, J_M, J_S, c, mu = 0.0003, 0.0045, 5e-9, 7e-7, 0.0056, 0.3
+    first, bird = np.array([1, 0, 0]), np.array([1, l_M, l_G])
+    M = m_M * np.outer(first, first) + m_S * np.outer(bird, bird) + np.diag([0, J_M, J_S])
+    K = c * np.array([[0, 0, 0], [0, 1, -1], [0, -1, 1]])
+    f = -g * (m_M * first + m_S * bird)
+
+    def touch(name: str, gap: float, normal: list[float], along: list[float], e: float) -> Touch:
+        J = np.array([normal, along])
+        return Touch(name, lambda q: gap + J[0] @ q, lambda _: J, mu, e)
+
+    beak = touch("beak", l_M + l_G - l_S - r_O, [0, 0, -h_S], [1, l_M, l_G - l_S], 0.5)
+    lower, upper = (touch(n, r_M - r_O, [0, s * h_M, 0], [1, r_M, 0], 0.0) for n, s in (("lower", 1), ("upper", -1)))
+    return Model(lambda _: M, lambda q, _: f - K @ q, (beak, lower, upper))
+
+
+def assert_same_events(sol: kn.Solution, expected: list[Happened], near: float) -> None:
+    """Names, times and states after them."""
+    assert [e.name for e, _ in sol.events][: len(expected)] == [x.name for x in expected]
+    for (_, t), x in zip(sol.events, expected, strict=False):
+        k = np.flatnonzero(sol.t == t)[-1]
+        assert t == pytest.approx(x.t, abs=1e-12)
+        np.testing.assert_allclose(sol.q[k], x.q, rtol=0, atol=near)
+        np.testing.assert_allclose(sol.u[k], x.u, rtol=0, atol=near * max(1, np.abs(x.u).max()))
+
+
+def test_a_woodpecker_beside_a_second_route() -> None:
+    """Fourteen events of a period and a half."""
+    start = woodpecker.START
+    q, u = (np.array(list(start[k].values())) for k in ("q", "u"))
+    expected = second(woodpeckers_model(), q, u, 0.25, (1, -1.0), 14, 1e-3)
+    assert len(expected) == 14
+    assert_same_events(motion(woodpecker, 0.25, rtol=1e-12, atol=1e-15), expected, 1e-11)
+
+
+def test_a_woodpeckers_period() -> None:
+    """It falls by 19.4454 mm in 0.145976 s, again and again; steps of 20 µs make 19.48 mm in 0.14604 s of the first period."""
+    # where the upper edge opens, on the limit cycle: after 80 periods
+    start = [0.0, 6 / 58, 6 / 58], [0.0530265056, 0.0, -6.2406723571]
+    sol = kn.simulate(kn.derive(woodpecker.system()), (0, 0.2), q=start[0], u=start[1], rtol=1e-12, atol=1e-15)
+    opens = next(t for e, t in sol.events if e.name == "upper opens" and t > 0.1)
+    k = np.flatnonzero(sol.t == opens)[-1]
+    assert opens == pytest.approx(0.1459761, abs=1e-7)
+    assert sol["y"][k] == pytest.approx(-0.0194454, abs=5e-8)
+    np.testing.assert_allclose(sol.states[k][1:], np.concatenate(start)[1:], rtol=0, atol=1e-7)
+
+
+def test_a_slider_crank_with_a_clearance_beside_a_second_route() -> None:
+    """Five impacts of corners; then the slider clatters until it lies flat, and nothing penetrates, pulls or gains energy."""
+    l_1, l_2, a, b, c = 0.153, 0.306, 0.05, 0.025, 0.001
+    m_1, m_2, m_3, inertia = 0.038, 0.038, 0.076, np.array([7.4e-5, 5.9e-4, 2.7e-6])
+    both, lengths = m_2 / 2 + m_3, np.array([l_1, l_2])
+
+    def mass(q: Any) -> Any:
+        own = inertia + np.array([(m_1 / 4 + m_2 + m_3) * l_1**2, (m_2 / 4 + m_3) * l_2**2, 0])
+        k = both * l_1 * l_2 * np.cos(q[1] - q[0])
+        return np.diag(own) + k * np.array([[0, 1, 0], [1, 0, 0], [0, 0, 0]])
+
+    def forces(q: Any, u: Any) -> Any:
+        k = both * l_1 * l_2 * np.sin(q[0] - q[1])
+        weights = np.array([(m_1 / 2 + m_2 + m_3) * l_1, both * l_2]) * g * np.cos(q[:2])
+        return np.array([-k * u[1] ** 2 - weights[0], k * u[0] ** 2 - weights[1], 0])
+
+    def corner(name: str, side: int, end: int) -> Touch:
+        def gap(q: Any) -> float:
+            return float(b + c - side * (lengths @ np.sin(q[:2]) + end * a * np.sin(q[2]) + side * b * np.cos(q[2])))
+
+        def rows(q: Any) -> Any:
+            up = [*(lengths * np.cos(q[:2])), end * a * np.cos(q[2]) - side * b * np.sin(q[2])]
+            level = [*(-lengths * np.sin(q[:2])), -end * a * np.sin(q[2]) - side * b * np.cos(q[2])]
+            return np.array([-side * np.array(up), level])
+
+        return Touch(name, gap, rows, 0.01, 0.4)
+
+    corners = tuple(corner(f"{n} {k}", s, end) for n, s in (("top", 1), ("bottom", -1)) for k, end in ((1, -1), (2, 1)))
+    expected = second(Model(mass, forces, corners), np.zeros(3), np.array([150, -75, -0.01]), 0.05, None, 5, 1e-4)
+    sol = motion(slider_crank_with_clearance, 0.05, rtol=1e-11, atol=1e-13)
+    assert [x.name for x in expected] == [
+        "top 1 closes",
+        "top 2 closes",
+        "top 1 closes",
+        "top 2 closes",
+        "top 1 closes",
+    ]
+    assert_same_events(sol, expected, 1e-11)
+    assert sol.status == "finished"
+    assert ["slip", "slip", "separated", "separated"] in [list(modes.values()) for _, modes in sol.mode_history]
+    assert np.diff(sol.energy).max() < 1e-9
+    for floor in sol.equations.system.contacts:
+        assert floor.gap is not None
+        assert sol[floor.gap.expr].min() > -1e-12
+        assert sol[floor.normal_force].min() > -1e-9

@@ -38,7 +38,7 @@ COEFFICIENTS = [
         "-0.1",
         "0 is an impact without rebound",
     ),
-    ({"law": "hertz"}, "law= of 'floor', one of stronge, poisson, newton", "'hertz'", ""),
+    ({"law": "hertz"}, "law= of 'floor', one of stronge, poisson, newton, moreau", "'hertz'", ""),
 ]
 
 
@@ -97,6 +97,9 @@ def test_impacts_follow_one_law():
 
     assert len(floor_and_wall("poisson", 0.3, "poisson").contacts) == 2
     assert len(floor_and_wall("newton", 0, "poisson").contacts) == 2
+    assert len(floor_and_wall("stronge", 0, "moreau").contacts) == 2
+    with pytest.raises(kn.ModelError, match=r"one law of restitution.*law='moreau' of 'floor'"):
+        floor_and_wall("moreau", 0, "stronge")
     with pytest.raises(
         kn.ModelError, match=r"one law of restitution.*law='newton' of 'floor' and law='poisson' of 'wall'"
     ):

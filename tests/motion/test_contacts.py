@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import kane as kn
 from kane.motion import emit_simulator
@@ -91,6 +92,36 @@ def test_a_dry_oscillator_stops():
     sol = kn.simulate(eom, (0, 20), q=[1.05], u=[0], **TIGHT)
     np.testing.assert_allclose(times(sol, "table sticks"), np.pi * np.arange(1, 6), rtol=0, atol=1e-9)
     assert sol["x"][-1] == pytest.approx(-0.05, abs=1e-9)
+
+
+def test_a_block_that_lies_flat_leaves_with_all_its_corners():
+    """On a table that is shaken up and down it leaves where s̈ = −g, and falls back; its corners' forces vanish at one instant."""
+    A, w = 0.02, 30.0
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, y, a = kn.coordinates("x y a")
+    table = O.at("T", A * kn.sin(w * kn.time) * N.y)
+    B = N.rotate("B", a, N.z)
+    C = table.at("C", x * N.x + (y + 0.1) * N.y)
+    corners = [C.fixed_in(B, n, s * 0.2 * B.x - 0.1 * B.y) for n, s in (("left", -1), ("right", 1))]
+    bodies = [kn.RigidBody("block", frame=B, mass_center=C, mass=1.5, inertia=kn.inertia(B, 1, 1, 0.02))]
+    places = kn.joints.corners_on_plane("floor", corners, table, normal=N.y)
+    contacts = [kn.contact(p, 0.3, law="moreau") for p in places]
+    loads = [kn.gravity(-G * N.y)]
+    eom = kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=loads, contacts=contacts))
+    sol = kn.simulate(eom, (0, 0.5), q=[0, 0, 0], u=[0, 0, 0], **TIGHT)
+    leaves = np.arcsin(G / (A * w * w)) / w
+    assert sol.mode_history[1] == (pytest.approx(leaves, abs=1e-11), {"floor 1": "separated", "floor 2": "separated"})
+
+    def height(t):
+        up = A * np.sin(w * leaves) + A * w * np.cos(w * leaves) * (t - leaves) - G * (t - leaves) ** 2 / 2
+        return up - A * np.sin(w * t)
+
+    lands = brentq(height, leaves + 0.05, leaves + 0.2, xtol=1e-15)
+    assert times(sol, "floor 1 closes")[0] == pytest.approx(lands, abs=1e-10)
+    assert max(np.abs(sol["a"]).max(), np.abs(sol["x"]).max()) < 1e-12
+    for c in contacts:
+        assert sol[c.normal_force].min() > -1e-9
 
 
 def test_a_mass_on_a_belt():

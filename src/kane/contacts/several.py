@@ -2,7 +2,7 @@
 """Several contacts in impacts at one instant, by a rule that the result states.
 
 SEQUENTIAL: one after the other by Routh's process, the one that closes fastest first, ties in order, until none closes. SIMULTANEOUS:
-all at once, v_n⁺ ≥ −e v_n⁻ and impulses in their cones against the slip after the impact (Moreau 1988): Newton's law.
+all that close at once, v_n⁺ ≥ −e v_n⁻ and impulses in their cones against the slip after the impact (Moreau 1988): Newton's law.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from kane.contacts.problem import ContactProblem, contact_problem, numbers
 from kane.contacts.routh import Impact, Law, check_laws, routh, warn_of_gain
 from kane.errors import ArgumentError
 from kane.expect import is_number, that
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, Entries
 from kane.numeric.scale import ROUNDED, ROUNDED_CHAIN
 
 _MOST = 100
@@ -123,14 +123,34 @@ def impacts(
 
 
 def _together(problem: ContactProblem, e: Array) -> Impacts:
-    """All at once; contacts that do not close are kept from closing."""
-    v, asked = problem.bias, problem.bias.copy()
-    asked[:: problem.dimension] += e * np.minimum(problem.normals(v), 0.0)
-    size = problem.terms + np.abs(asked)
-    choice = choose(contact_problem(problem.mobility, asked, problem.static, terms=size, names=problem.names))
-    p = choice.forces
-    after = problem.mobility @ p + v
-    return Impacts(after, p, float(p @ (v + after)) / 2, (), choice, Rule.SIMULTANEOUS, Law.NEWTON)
+    """All that close at once, with those at rest, which are kept from closing; again where these throw others back to the bodies."""
+    d, k, w = problem.dimension, problem.count, problem.mobility
+    v, p, terms, first = problem.bias, np.zeros(d * k), problem.terms, None
+    for _ in range(_MOST * k * k):
+        normal, rounding = v[::d], ROUNDED * terms[::d]
+        if first is not None and not (normal < -rounding).any():
+            break
+        parts = np.flatnonzero(normal <= rounding) if (normal <= rounding).any() else np.arange(k)
+        choice = _thrown(problem, v, terms, e, parts)
+        first = first or choice
+        rows = (d * parts[:, None] + np.arange(d)).ravel()
+        p[rows] += choice.forces
+        v, terms = v + w[:, rows] @ choice.forces, terms + np.abs(w[:, rows]) @ np.abs(choice.forces)
+    else:
+        choice = _thrown(problem, v, terms, np.zeros(k), np.arange(k))
+        v, p = v + w @ choice.forces, p + choice.forces
+    return Impacts(v, p, float(p @ (problem.bias + v)) / 2, (), first, Rule.SIMULTANEOUS, Law.NEWTON)
+
+
+def _thrown(problem: ContactProblem, v: Array, terms: Array, e: Array, parts: Entries) -> Choice:
+    """The impulses of some contacts at once, v_n⁺ ≥ −e v_n⁻."""
+    d = problem.dimension
+    rows = (d * parts[:, None] + np.arange(d)).ravel()
+    asked = v[rows].copy()
+    asked[::d] += e[parts] * np.minimum(asked[::d], 0.0)
+    size, names = terms[rows] + np.abs(asked), [problem.name(int(i)) for i in parts]
+    w = problem.mobility[np.ix_(rows, rows)]
+    return choose(contact_problem(w, asked, problem.static[parts], terms=size, names=names))
 
 
 def _sequence(problem: ContactProblem, e: Array, law: Law) -> Impacts:

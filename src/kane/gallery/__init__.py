@@ -22,10 +22,12 @@ if TYPE_CHECKING:
     from kane.gallery.contacts import rocking_block as rocking_block
     from kane.gallery.contacts import shaken_block as shaken_block
     from kane.gallery.contacts import skidding_disk as skidding_disk
+    from kane.gallery.contacts import slider_crank_with_clearance as slider_crank_with_clearance
     from kane.gallery.contacts import stacked_blocks as stacked_blocks
     from kane.gallery.contacts import thrown_disk as thrown_disk
     from kane.gallery.contacts import tippe_top as tippe_top
     from kane.gallery.contacts import winch as winch
+    from kane.gallery.contacts import woodpecker as woodpecker
     from kane.gallery.flexible import flap_lag_blade as flap_lag_blade
     from kane.gallery.flexible import flexible_arm as flexible_arm
     from kane.gallery.flexible import flexible_four_bar as flexible_four_bar
@@ -54,6 +56,7 @@ _PLACES = """
     contacts.bouncing_ball contacts.thrown_disk contacts.mass_on_belt contacts.skidding_disk contacts.clutch contacts.winch
     contacts.tippe_top contacts.painleve_rod contacts.dry_oscillator contacts.shaken_block contacts.stacked_blocks
     contacts.rocking_block contacts.pool_ball contacts.ball_on_turntable contacts.eulers_disk contacts.newtons_cradle
+    contacts.woodpecker contacts.slider_crank_with_clearance
 """
 GALLERY: dict[str, str] = {place.rpartition(".")[2]: f"kane.gallery.{place}" for place in _PLACES.split()}
 """Module path of each system by name, from simple to rich."""

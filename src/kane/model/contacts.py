@@ -43,7 +43,7 @@ from kane.numeric.sampling import SEEDS, sample
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
-LAWS = ("stronge", "poisson", "newton")
+LAWS = ("stronge", "poisson", "newton", "moreau")
 
 
 class ContactMode(IntEnum):
@@ -79,7 +79,7 @@ class ContactLaw(Immutable):
     friction_forces : F_k along each slip, on the particle in contact
     static, kinetic : μ_s and μ_k; sizes, N or N m, where nothing presses
     restitution : e of impacts
-    law : which restitution it is: "stronge" (energetic), "poisson" or "newton"
+    law : which restitution it is: "stronge" (energetic), "poisson", "newton", or "moreau", Newton's for all contacts at once
     direction : the numbers d_k that a straight slip goes along
     slowest : the slip below which it is straight
     slack : by how much the gap is below zero where it closes: what rounding leaves of one that has opened without speed
@@ -219,7 +219,9 @@ def contact(
     mu : coefficient of sliding friction μ_k
     static : coefficient of static friction μ_s ≥ μ_k; μ_k unless given
     restitution : e, from 0 to 1
-    law : of restitution: "stronge" (of energies), "poisson" (of impulses) or "newton" (of velocities)
+    law : of restitution: "stronge" (of energies), "poisson" (of impulses) or "newton" (of velocities), one contact after the other, in
+        whose course slip may end and turn back (Routh); "moreau": v_n⁺ ≥ −e v_n⁻ for all contacts at once, friction against the slip
+        after the impact (Moreau 1988)
     normal : the normal force as a reaction, where the coordinates keep the contact closed: the motion ends where it falls to zero
     name : by default that of the place
 
@@ -339,14 +341,14 @@ def listed_contacts(given: Any) -> tuple[ContactLaw, ...]:
 
 
 def law_of(contacts: Sequence[ContactLaw]) -> str:
-    """The law of restitution of all impacts; without restitution every law says the same.
+    """The law of restitution of all impacts; without restitution those that take one contact after the other say the same.
 
     Raises
     ------
     ModelError
         if there are several: impacts at one instant follow one
     """
-    laws = {c.law: c.name for c in contacts if c.gap is not None and c.restitution is not ZERO}
+    laws = {c.law: c.name for c in contacts if c.gap is not None and (c.restitution is not ZERO or c.law == LAWS[-1])}
     if len(laws) > 1:
         told = " and ".join(f"law={law!r} of {name!r}" for law, name in laws.items())
         raise ModelError(

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.contacts import Choice, Count, Law, Mode, choose, impacts
+from kane.contacts import Choice, Count, Law, Mode, Rule, choose, impacts
 from kane.equations.contact_modes import Layout, Touch, contact_modes, contact_numbers, held_together, layout
 from kane.equations.equations import Equations
 from kane.errors import KaneError, KaneWarning, SimulationError, warn
@@ -41,6 +41,12 @@ _NOTHING = 1e-10
 _FLAT, _LOW = 1e-3, 1e-10
 """Shares of what tolerances leave open of a gap, and of the highest rebound, up to which rebounds are followed."""
 _MODES = 100_000
+_LAWS: dict[str, dict[str, Any]] = {
+    "stronge": {"law": Law.STRONGE},
+    "poisson": {"law": Law.POISSON},
+    "newton": {"law": Law.NEWTON},
+    "moreau": {"rule": Rule.SIMULTANEOUS},
+}
 _AT_ONCE = 100
 """Modes at one instant after which none is consistent in numbers."""
 
@@ -128,21 +134,22 @@ class ContactMotion:
         """The state after impacts of the contacts that touch, what stays closed, and when the last of ever smaller ones is over."""
         order, touch = sorted(closed), self.touch(t, x)
         laws = touch.numbers.laws
-        self.fastest[order] = np.maximum(self.fastest[order], touch.slip_terms[order].max(axis=1))
         problem = touch.problem(order, self.none, laws[:, 1], velocities=True)
         done = impacts(
             problem.mobility,
             problem.bias,
             problem.static,
             laws[order, 2],
-            law=Law[law_of(self.contacts).upper()],
             terms=problem.terms,
             names=problem.names,
+            **_LAWS[law_of(self.contacts)],
         )
         after = x.copy()
         after[self.q : self.q + touch.width] += touch.change(touch.places(order), done.impulse)
-        size = problem.normals(problem.terms + np.abs(problem.mobility) @ np.abs(done.impulse))
-        leaves = problem.normals(done.velocity) > _NOTHING * size
+        scale = np.sqrt(np.diag(problem.mobility))
+        size = problem.terms + scale * (scale @ np.abs(done.impulse))  # what rounding of W leaves is beside this
+        self.fastest[order] = np.maximum(self.fastest[order], problem.tangents(size).max(axis=1))
+        leaves = problem.normals(done.velocity) > _NOTHING * problem.normals(size)
         stays = {i for i, off in zip(order, leaves, strict=True) if not off}
         rests, over = self._flat(t, after, stays, [i for i in order if i not in stays])
         if rests:
@@ -273,6 +280,9 @@ class ContactMotion:
         touch = self.touch(t, x)
         hits = {n for n in set(range(k)) - closed if (n == i and kind == "closes") or self._closes(touch, n)}
         if hits:
+            hits |= {
+                n for n in set(range(k)) - closed if self._touches(touch, n)
+            }  # an impact beside may throw them back
             self.slack[list(hits)] = 0.0
             x, closed, begins = self.hit(t, x, closed | hits)
             touch = self.touch(t, x)
@@ -283,10 +293,11 @@ class ContactMotion:
                 sliding[i] = 0.0
         friction = touch.numbers.laws[:, 0].copy()
         if kind == "opens" and not hits:
-            apart = self.decide(t, x, closed - {i}, sliding, friction, now.modes)
-            if self._parts(touch, i, apart):
-                self.slack[i] = ROUNDED * touch.numbers.gap_terms[i]
-                return x, apart, t
+            for off in (self._unpressed(touch, closed, sliding, friction) | {i}, {i}):
+                apart = self.decide(t, x, closed - off, sliding, friction, now.modes)
+                if all(self._parts(touch, n, apart) for n in off):
+                    self.slack[list(off)] = ROUNDED * touch.numbers.gap_terms[list(off)]
+                    return x, apart, t
         if kind == "slips" and not hits:
             friction[i] = touch.numbers.laws[i, 1]
             if friction[i] >= touch.numbers.laws[i, 0]:
@@ -299,10 +310,21 @@ class ContactMotion:
 
     def _closes(self, touch: Touch, n: int) -> bool:
         """Whether a gap that is open closes at this instant, too."""
-        g, rate = touch.numbers.gaps[n] + self.slack[n], touch.gap_rates[n]
-        span = self.span[1] - self.span[0]
-        approaches = rate < -_NOTHING * touch.velocity_terms[n * self.layout.d]
-        return bool(approaches and g <= SAME_TIME * (touch.numbers.gap_terms[n] - rate * span))
+        approaches = touch.gap_rates[n] < -_NOTHING * touch.velocity_terms[n * self.layout.d]
+        return bool(approaches and self._touches(touch, n))
+
+    def _touches(self, touch: Touch, n: int) -> bool:
+        """Whether a gap that is open is none but for what times tell."""
+        far = abs(touch.gap_rates[n]) * (self.span[1] - self.span[0])
+        return bool(touch.numbers.gaps[n] + self.slack[n] <= SAME_TIME * (touch.numbers.gap_terms[n] + far))
+
+    def _unpressed(self, touch: Touch, closed: set[int], sliding: Array, friction: Array) -> set[int]:
+        """The contacts whose normal forces are none but for rounding: those of a body that lies flat vanish together."""
+        order, d = sorted(closed), self.layout.d
+        pressed = choose(touch.problem(order, sliding, friction)).forces[::d]
+        rows = [d * n for n in order]
+        size = touch.bias_terms[rows] / touch.mobility[rows, rows]
+        return {n for n, force, most in zip(order, pressed, size, strict=True) if force <= _NOTHING * most}
 
     def _parts(self, touch: Touch, i: int, apart: Decided) -> bool:
         """Whether a gap does not close again where its contact is taken for open; at N = 0 both are right but for rounding."""
