@@ -16,6 +16,7 @@ from kane.model.joints.closing import (
 from kane.model.joints.contact import Contact, disk_on_plane, point_on_plane, sphere_on_plane, torus_on_plane
 from kane.model.joints.gears import bevel_pair, gear_pair, rack_and_pinion, worm_pair
 from kane.model.joints.joint import Joint
+from kane.model.joints.round_contact import capsule_on_plane, corners_on_plane, sphere_on_cylinder, sphere_on_sphere
 from kane.model.joints.tree_joints import ball, cylindrical, free, pin, planar, screw, slider, universal, weld
 
 __all__ = [
@@ -26,6 +27,7 @@ __all__ = [
     "JointReaction",
     "ball",
     "bevel_pair",
+    "capsule_on_plane",
     "close_ball",
     "close_cylindrical",
     "close_pin",
@@ -35,6 +37,7 @@ __all__ = [
     "close_universal",
     "close_weld",
     "clutch",
+    "corners_on_plane",
     "cylindrical",
     "disk_on_plane",
     "free",
@@ -46,7 +49,9 @@ __all__ = [
     "rope",
     "screw",
     "slider",
+    "sphere_on_cylinder",
     "sphere_on_plane",
+    "sphere_on_sphere",
     "stiction",
     "stop",
     "torus_on_plane",

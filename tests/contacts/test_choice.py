@@ -242,7 +242,8 @@ def test_painleve_rod(mu, first, last):
         choose(sliding_rod(np.radians(roots[0] + 1e-6), mu, -1.0))
     both = choose(sliding_rod(middle, mu, 1.0))
     assert (both.count, both.jams) == (Count.SEVERAL, (0,))
-    assert {both.modes, *(s.modes for s in both.others)} == {(Mode.OPEN,), (Mode.SLIP,)}
+    assert (both.modes, [s.modes for s in both.others]) == ((Mode.OPEN,), [(Mode.SLIP,)])
+    assert choose(sliding_rod(middle, mu, 1.0), before=(Mode.SLIP,)).modes == (Mode.OPEN,)  # its slip diverges
 
 
 def test_least_friction_that_jams_a_rod():
@@ -411,6 +412,31 @@ def test_what_is_no_problem(given, message):
     right = {"mobility": np.eye(2), "bias": [-1.0, 0.2], "friction": [0.5]}
     with pytest.raises(ArgumentError, match=message):
         contact_problem(**{**right, **given})
+
+
+@pytest.mark.parametrize("k", [1, 2, 3])
+@pytest.mark.parametrize("d", [2, 3])
+def test_rows_that_rounding_alone_couples(k, d):
+    """Bodies of their own, pressed and not pushed: all stick, whatever rounding leaves between their rows."""
+    rng = np.random.default_rng(10 * k + d)
+    for _ in range(60):
+        w = np.diag((rng.uniform(1, 4, (k, d)) / 10 ** rng.uniform(-2, 2, (k, 1))).ravel())
+        noise = 1e-14 * rng.normal(size=w.shape) * (rng.random(w.shape) < 0.5)
+        w = w + (noise + noise.T) * np.sqrt(np.multiply.outer(np.diag(w), np.diag(w)))
+        b = np.zeros(d * k)
+        b[::d] = -9.81 * rng.uniform(0.1, 1, k)
+        choice = choose(contact_problem(w, b, rng.uniform(0.01, 1, k)))
+        assert choice.modes == (Mode.STICK,) * k
+        assert choice.count is Count.ONE
+
+
+def test_contacts_are_told_by_name():
+    c, s = np.cos(np.radians(60)), np.sin(np.radians(60))
+    rod = [[1 + 3 * c * c, -3 * c * s], [-3 * c * s, 1 + 3 * s * s]]
+    given = {"sliding": [[-1.0]], "kinetic": [2.0]}
+    for names, told in (((), "contact 0 slides"), (("tip",), "tip slides")):
+        with pytest.raises(ContactError, match=f"got none: {told} and its friction presses it further in"):
+            choose(contact_problem(rod, [-9.81, 0.0], [2.0], names=names, **given))
 
 
 def test_modes_before_of_other_contacts():

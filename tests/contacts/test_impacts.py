@@ -250,3 +250,25 @@ def test_what_are_no_impacts(given, message):
     right = {"mobility": np.eye(2), "velocity": [-1.0, 0.3], "friction": [0.2], "restitution": 0.5}
     with pytest.raises(ArgumentError, match=message):
         impacts(**{**right, **given})
+
+
+def test_contacts_that_leave_take_no_part_until_they_are_thrown_back():
+    """A light bar between hands: the end that leaves is not held, and where it comes back it closes in its turn; energy stays."""
+    w = np.zeros((4, 4))
+    w[::2, ::2] = [[11.0, -9.0], [-9.0, 11.0]]
+    w += np.diag([0, 1.0, 0, 1.0])
+    for e in (1.0, 0.5):
+        hit = impacts(w, [-1.0, 0, 0.4, 0], [0, 0], e, rule=Rule.SIMULTANEOUS)
+        v, first = np.array([-1.0, 0.4]), True
+        while first or v.min() < -1e-12:
+            i = int(np.argmin(v))
+            v = v - w[::2, 2 * i] * (1 + e) * v[i] / w[2 * i, 2 * i]
+            first = False
+        np.testing.assert_allclose(hit.velocity[::2], v, rtol=0, atol=1e-12)
+        assert hit.energy <= 1e-14
+
+
+def test_a_slip_too_small_for_its_square_is_none():
+    hit = impact(rod(60), [-1.0, 5e-224], 0.5, 0.9)
+    assert hit.phases == impact(rod(60), [-1.0, 0.0], 0.5, 0.9).phases
+    np.testing.assert_array_equal(hit.velocity, impact(rod(60), [-1.0, 0.0], 0.5, 0.9).velocity)

@@ -18,7 +18,6 @@ from tests.examples import examples
 from tests.oracles.planar_contacts import Plane, poses, rows, solved
 from tests.systems.planar_contacts import planes, system
 
-pytestmark = pytest.mark.filterwarnings("ignore:Expected the contact of:kane.KaneWarning")
 Array = Any
 TIGHT = {"rtol": 1e-10, "atol": 1e-11}
 

@@ -28,8 +28,8 @@ def system(N, P, *contacts):
 
 
 COEFFICIENTS = [
-    ({"mu": -0.1}, " ≥ 0 of the contact 'floor'", "-0.1", "Give 0 where it is smooth"),
-    ({"mu": 0.0, "static": -0.1}, "μ_s ≥ 0 of the contact 'floor'", "-0.1", "Give 0 where it is smooth"),
+    ({"mu": -0.1}, "mu = μ_k ≥ 0 of the contact 'floor'", "-0.1", "Give 0 where it is smooth"),
+    ({"mu": 0.0, "static": -0.1}, "static = μ_s ≥ 0 of the contact 'floor'", "-0.1", "Give 0 where it is smooth"),
     ({"mu": 0.4, "static": 0.3}, "μ_k ≤ μ_s of the contact 'floor'", "μ_k = 0.4 and μ_s = 0.3", "Exchange them"),
     ({"restitution": 1.1}, "a restitution from 0 to 1 of the contact 'floor'", "1.1", "0 is an impact without rebound"),
     (
@@ -38,7 +38,7 @@ COEFFICIENTS = [
         "-0.1",
         "0 is an impact without rebound",
     ),
-    ({"law": "hertz"}, "law= of 'floor', one of stronge, poisson, newton", "'hertz'", ""),
+    ({"law": "hertz"}, "law= of 'floor', one of stronge, poisson, newton, moreau", "'hertz'", ""),
 ]
 
 
@@ -72,7 +72,7 @@ def test_coefficients_are_numbers_or_expressions(what):
 @pytest.mark.parametrize(
     ("values", "expected"),
     [
-        ({"mu": -0.1}, "μ_k ≥ 0"),
+        ({"mu": -0.1}, "mu = μ_k ≥ 0"),
         ({"mu": 0.6}, "μ_k ≤ μ_s"),
         ({"e": 1.5}, "a restitution from 0 to 1"),
         ({"e": -0.5}, "a restitution from 0 to 1"),
@@ -83,6 +83,27 @@ def test_coefficients_given_to_a_motion(values, expected):
     eom = kn.derive(system(*particle(mu, static=mus, restitution=e)))
     with pytest.raises(kn.KaneError, match=f"Expected {expected} of the contact 'floor', got"):
         kn.simulate(eom, (0, 1), q=[0, 1], u=[0, 0], parameters=values)
+
+
+def test_impacts_follow_one_law():
+    """Without restitution all laws say the same."""
+    N, O = ground()
+    x, y = kn.coordinates("x y")
+    P = O.at("P", x * N.x + y * N.y)
+
+    def floor_and_wall(first, e, second):
+        floor = kn.contact(kn.joints.point_on_plane("floor", P, O, normal=N.y), restitution=e, law=first)
+        return system(N, P, floor, kn.joints.stop("wall", 1 - x, restitution=0.5, law=second))
+
+    assert len(floor_and_wall("poisson", 0.3, "poisson").contacts) == 2
+    assert len(floor_and_wall("newton", 0, "poisson").contacts) == 2
+    assert len(floor_and_wall("stronge", 0, "moreau").contacts) == 2
+    with pytest.raises(kn.ModelError, match=r"one law of restitution.*law='moreau' of 'floor'"):
+        floor_and_wall("moreau", 0, "stronge")
+    with pytest.raises(
+        kn.ModelError, match=r"one law of restitution.*law='newton' of 'floor' and law='poisson' of 'wall'"
+    ):
+        floor_and_wall("newton", 0.3, "poisson")
 
 
 def test_nothing_presses():
@@ -180,5 +201,5 @@ def test_a_clutch_between_frames_that_do_not_turn():
     B = A.rotate("B", 0.3, A.z)
     with pytest.raises(kn.ModelError, match="Expected frames of 'clutch' that turn about"):
         kn.joints.clutch("clutch", A, B, A.z, 1.0)
-    with pytest.raises(kn.ModelError, match="≥ 0 of the contact 'clutch', got -1"):
+    with pytest.raises(kn.ModelError, match="a size ≥ 0 of the contact 'clutch', got -1"):
         kn.joints.clutch("clutch", A, N, N.z, -1.0)

@@ -140,3 +140,17 @@ def test_the_gallery_is_sound(name):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         load(name).system()
+
+
+@pytest.mark.parametrize("above", [False, True])
+def test_a_corner_may_be_above_the_mass_centre_where_it_does_not_touch(above):
+    """It turns with its body: on which side of the floor it is, the attitude says."""
+    turn, level, height = kn.coordinates("turn level height")
+    T = N.rotate("T", turn, N.z)
+    G = O.at("G", level * N.x + height * N.y)
+    corner = G.fixed_in(T, "corner", (1 if above else -1) * (T.x + T.y))
+    body = kn.RigidBody("plate", frame=T, mass_center=G, mass=1, inertia=kn.inertia(T, 1, 1, 1))
+    place = kn.joints.point_on_plane("floor", corner, O, normal=N.y)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        kn.System(N, bodies=[body], speeds="rates", holonomic=place.height, nonholonomic=place.rolling)

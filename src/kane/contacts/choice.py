@@ -4,8 +4,9 @@
 Rounds make μ_s ≥ μ_k definite: all contacts that do not slip have μ_s at first; those found to slip get μ_k for good, and the problem
 is solved again until none is new. One, none and several are said of each round.
 
-Of several the answer is taken that goes on with the modes before, else the one with the least forces, then that with the most
-contacts closed and the most that stick.
+Of several one without a slip that friction presses further in is taken: any compliance makes that diverge (Or & Rimon 2012,
+Nonlinear Dynamics 67, 1647). Of these it is the one that goes on with the modes before, else the one with the least forces, then that
+with the most contacts closed and the most that stick.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from kane.contacts.problem import ContactProblem, Mode
 from kane.contacts.uniqueness import unique
 from kane.errors import ArgumentError, ContactError
 from kane.expect import that
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, Mask
 from kane.numeric.scale import EQUAL
 
 
@@ -117,7 +118,8 @@ def _rounds(
     """What was found in each round, and what was taken of it, what is to be preferred first."""
     found = _answers(problem.with_friction(friction))
     met.append(found)
-    for solution in sorted(found.solutions, key=lambda s: _rank(s, before, found.solutions)):
+    pressed = problem.slides & (wedging(problem) < 0)
+    for solution in sorted(found.solutions, key=lambda s: _rank(s, before, found.solutions, pressed)):
         slips = np.array([m is Mode.FRESH_SLIP for m in solution.modes])
         new = slips & (friction > problem.kinetic)
         if new.any():
@@ -144,13 +146,16 @@ def _answers(one: ContactProblem) -> Found:
     return Found((canonical(one, solution),), sole)
 
 
-def _rank(solution: ModeSolution, before: Sequence[Mode] | None, every: Sequence[ModeSolution]) -> tuple[int, ...]:
-    """Smaller for what is to be preferred; forces by how many have less but for rounding."""
+def _rank(
+    solution: ModeSolution, before: Sequence[Mode] | None, every: Sequence[ModeSolution], pressed: Mask
+) -> tuple[int, ...]:
+    """Smaller for what is to be preferred; forces by how many have less but for rounding; `pressed` are slips that jam (k)."""
+    diverges = any(m is Mode.SLIP and jams for m, jams in zip(solution.modes, pressed, strict=True))
     goes_on = before is not None and all(_continues(m, n) for m, n in zip(solution.modes, before, strict=True))
     closed = sum(m is not Mode.OPEN for m in solution.modes)
     sticks = sum(m is Mode.STICK for m in solution.modes)
     forces = sum(bool((1 + EQUAL) * (s.forces @ s.forces) < solution.forces @ solution.forces) for s in every)
-    return not goes_on, forces, -closed, -sticks
+    return diverges, not goes_on, forces, -closed, -sticks
 
 
 def _continues(mode: Mode, before: Mode) -> bool:
@@ -177,7 +182,7 @@ def jamming(problem: ContactProblem) -> tuple[int, ...]:
 def _none(problem: ContactProblem, complete: bool) -> str:
     factors = wedging(problem)
     pressed = ", ".join(
-        f"contact {i} {'slides' if problem.slides[i] else 'would slide'} and its friction presses it further in "
+        f"{problem.name(i)} {'slides' if problem.slides[i] else 'would slide'} and its friction presses it further in "
         f"(W_nn − μ W_tn·t = {factors[i]:.3g})"
         for i in jamming(problem)
     )

@@ -4,8 +4,9 @@
 Unknowns x are the forces of contacts that stick and the normal forces of those that slip, λ = C x; rows are the accelerations that
 vanish: R a = 0, so A x = −R b with A = R W C. Directions of fresh slip in space come from Newton's method on d⊥·a_t = 0.
 
-Errors: |Δx| ≤ u |A⁻¹| (|A| |x| + terms), |Δa| ≤ u (|W| |λ| + terms + |W C A⁻¹| (…)), u a thousand roundings. A margin is the value
-of an inequality over its error: above 1 it holds, below −1 it does not, between both lies its boundary.
+Errors: with s_i = √W_ii the entries of W are known to s_i s_j, that of two rows without a common body, too, as W = J M⁻¹ Jᵀ and its
+singular values are; so r_i = s_i Σ s_j |λ_j| + terms, |Δx| ≤ u |A⁻¹| r and |Δa| ≤ u (r + |W C A⁻¹| r), u a thousand roundings. A
+margin is the value of an inequality over its error: above 1 it holds, below −1 it does not, between both lies its boundary.
 """
 
 from __future__ import annotations
@@ -196,9 +197,10 @@ def solve(problem: ContactProblem, modes: Sequence[Mode], directions: Array, nea
     forces = mode.columns @ at.x
     moved = at.rates @ at.null
     depends = np.abs(moved) > _DEPENDS * np.abs(at.rates).max(initial=0) * np.abs(at.null).max(initial=0)
-    terms = np.abs(at.matrix) @ np.abs(at.x) + problem.terms[mode.rows]
+    size = np.sqrt(np.diag(problem.mobility))
+    own = problem.terms + size * (size @ np.abs(forces))
+    terms = own[mode.rows]
     x_errors = U * (np.abs(at.inverse) @ terms)
-    own = problem.terms + np.abs(problem.mobility) @ np.abs(forces)
     a_errors = U * (own + np.abs(at.rates @ at.inverse) @ terms)
     met = np.abs(at.a[mode.rows]) <= MET * a_errors[mode.rows]
     if fresh:

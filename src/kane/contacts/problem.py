@@ -8,6 +8,7 @@ impulses: v⁺ = W p + v⁻.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Any
@@ -45,6 +46,7 @@ class ContactProblem:
     static, kinetic : μ_s and μ_k (k)
     slides : which contacts slip already (k)
     directions : the unit vectors t in which they do (k × d − 1), zero for others
+    names : of the contacts, by which messages tell them; their numbers where there are none
     """
 
     mobility: Array
@@ -54,6 +56,7 @@ class ContactProblem:
     kinetic: Array
     slides: Mask
     directions: Array
+    names: tuple[str, ...] = ()
 
     @property
     def count(self) -> int:
@@ -64,6 +67,10 @@ class ContactProblem:
     def dimension(self) -> int:
         """Rows of a contact: 2 in the plane, 3 in space."""
         return int(self.directions.shape[1]) + 1
+
+    def name(self, i: int) -> str:
+        """What messages call a contact."""
+        return self.names[i] if self.names else f"contact {i}"
 
     def normals(self, values: Array) -> Array:
         """The normal ones (k) of values of all rows."""
@@ -87,6 +94,7 @@ def contact_problem(
     kinetic: Any = None,
     sliding: Any = None,
     terms: Any = None,
+    names: Sequence[str] = (),
 ) -> ContactProblem:
     """The numbers of k contacts, checked.
 
@@ -98,6 +106,7 @@ def contact_problem(
     kinetic : μ_k of each contact (k), from 0 to μ_s; μ_s unless given
     sliding : directions in which contacts slip already (k × d − 1), of any length; a row of zeros where one does not
     terms : sums of the magnitudes of the terms of b (dk); |b| unless given
+    names : of the contacts, for messages
 
     Raises
     ------
@@ -135,9 +144,8 @@ def contact_problem(
     size = np.abs(b) if terms is None else numbers(terms, "terms of b, one a row", 1, (d * k,))
     _refuse(size < np.abs(b) * (1 - DECLARED), "terms of b that are no smaller than b", "Add up their magnitudes.")
     slides = length > 0
-    return ContactProblem(
-        (w + w.T) / 2, b, size, static, sliding_friction, slides, t / np.where(slides, length, 1.0)[:, None]
-    )
+    directions = t / np.where(slides, length, 1.0)[:, None]
+    return ContactProblem((w + w.T) / 2, b, size, static, sliding_friction, slides, directions, tuple(names))
 
 
 def numbers(given: Any, expected: str, axes: int, shape: tuple[int, ...] | None = None) -> Array:

@@ -177,7 +177,10 @@ def warn_of_gain(energy: float, terms: float, law: Law) -> None:
 
 def routh(w: Array, v: Array, mu: float, e: float, law: Law) -> Impact:
     """The process itself, unchecked."""
-    end, at, phases, done = _End(law, e, float(v[0])), _Course(float(v[0]), v[1:].copy()), list[Phase](), False
+    slip = (
+        v[1:] if np.linalg.norm(v[1:]) > 0 else np.zeros_like(v[1:])
+    )  # none where its square is too small for a number
+    end, at, phases, done = _End(law, e, float(v[0])), _Course(float(v[0]), slip.copy()), list[Phase](), False
     if at.tangential.any():
         phases.append(Phase.SLIP)
         if len(v) == 3:

@@ -2,11 +2,12 @@
 """Several contacts in impacts at one instant, by a rule that the result states.
 
 SEQUENTIAL: one after the other by Routh's process, the one that closes fastest first, ties in order, until none closes. SIMULTANEOUS:
-all at once, v_n⁺ ≥ −e v_n⁻ and impulses in their cones against the slip after the impact (Moreau 1988): Newton's law.
+all that close at once, v_n⁺ ≥ −e v_n⁻ and impulses in their cones against the slip after the impact (Moreau 1988): Newton's law.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, NamedTuple
@@ -18,7 +19,7 @@ from kane.contacts.problem import ContactProblem, contact_problem, numbers
 from kane.contacts.routh import Impact, Law, check_laws, routh, warn_of_gain
 from kane.errors import ArgumentError
 from kane.expect import is_number, that
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, Entries
 from kane.numeric.scale import ROUNDED, ROUNDED_CHAIN
 
 _MOST = 100
@@ -72,6 +73,7 @@ def impacts(
     law: Law | None = None,
     rule: Rule = Rule.SEQUENTIAL,
     terms: Any = None,
+    names: Sequence[str] = (),
 ) -> Impacts:
     """The velocities of k contacts after impacts of those that close; those at rest take part as soon as they do.
 
@@ -84,6 +86,7 @@ def impacts(
     law : what e means; Stronge's unless given, and Newton's where all close at once
     rule : which come first
     terms : sums of the magnitudes of the terms of v (dk); the largest |v| unless given
+    names : of the contacts, for messages
 
     Raises
     ------
@@ -99,7 +102,7 @@ def impacts(
     """
     v = numbers(velocity, "velocities with the rows of all contacts", 1)
     size = np.full(len(v), np.abs(v).max(initial=0)) if terms is None else terms
-    problem = contact_problem(mobility, v, friction, terms=size)
+    problem = contact_problem(mobility, v, friction, terms=size, names=names)
     given = np.full(problem.count, restitution) if is_number(restitution) else restitution
     e = numbers(given, "coefficients of restitution, one a contact", 1, (problem.count,))
     that(isinstance(rule, Rule), "a rule: Rule.SEQUENTIAL or SIMULTANEOUS", rule, error=ArgumentError)
@@ -120,13 +123,34 @@ def impacts(
 
 
 def _together(problem: ContactProblem, e: Array) -> Impacts:
-    """All at once; contacts that do not close are kept from closing."""
-    v, asked = problem.bias, problem.bias.copy()
-    asked[:: problem.dimension] += e * np.minimum(problem.normals(v), 0.0)
-    choice = choose(contact_problem(problem.mobility, asked, problem.static, terms=problem.terms + np.abs(asked)))
-    p = choice.forces
-    after = problem.mobility @ p + v
-    return Impacts(after, p, float(p @ (v + after)) / 2, (), choice, Rule.SIMULTANEOUS, Law.NEWTON)
+    """All that close at once, with those at rest, which are kept from closing; again where these throw others back to the bodies."""
+    d, k, w = problem.dimension, problem.count, problem.mobility
+    v, p, terms, first = problem.bias, np.zeros(d * k), problem.terms, None
+    for _ in range(_MOST * k * k):
+        normal, rounding = v[::d], ROUNDED * terms[::d]
+        if first is not None and not (normal < -rounding).any():
+            break
+        parts = np.flatnonzero(normal <= rounding) if (normal <= rounding).any() else np.arange(k)
+        choice = _thrown(problem, v, terms, e, parts)
+        first = first or choice
+        rows = (d * parts[:, None] + np.arange(d)).ravel()
+        p[rows] += choice.forces
+        v, terms = v + w[:, rows] @ choice.forces, terms + np.abs(w[:, rows]) @ np.abs(choice.forces)
+    else:
+        choice = _thrown(problem, v, terms, np.zeros(k), np.arange(k))
+        v, p = v + w @ choice.forces, p + choice.forces
+    return Impacts(v, p, float(p @ (problem.bias + v)) / 2, (), first, Rule.SIMULTANEOUS, Law.NEWTON)
+
+
+def _thrown(problem: ContactProblem, v: Array, terms: Array, e: Array, parts: Entries) -> Choice:
+    """The impulses of some contacts at once, v_n⁺ ≥ −e v_n⁻."""
+    d = problem.dimension
+    rows = (d * parts[:, None] + np.arange(d)).ravel()
+    asked = v[rows].copy()
+    asked[::d] += e[parts] * np.minimum(asked[::d], 0.0)
+    size, names = terms[rows] + np.abs(asked), [problem.name(int(i)) for i in parts]
+    w = problem.mobility[np.ix_(rows, rows)]
+    return choose(contact_problem(w, asked, problem.static[parts], terms=size, names=names))
 
 
 def _sequence(problem: ContactProblem, e: Array, law: Law) -> Impacts:
@@ -146,7 +170,7 @@ def _sequence(problem: ContactProblem, e: Array, law: Law) -> Impacts:
         p[rows] += hit.impulse
         hits.append(Hit(i, hit))
     else:
-        at_once = choose(contact_problem(w, v, problem.static, terms=terms))
+        at_once = choose(contact_problem(w, v, problem.static, terms=terms, names=problem.names))
         v, p = at_once.accelerations, p + at_once.forces
     energy = float(p @ (problem.bias + v)) / 2
     return Impacts(v, p, energy, tuple(hits), at_once, Rule.SEQUENTIAL, law)

@@ -207,7 +207,8 @@ class Touch:
                 size_[d * n] = abs(b[d * n])
                 static[n], kinetic[n] = (static[n] / most, kinetic[n] / most) if most > 0 else (0.0, 0.0)
         kinetic = np.minimum(kinetic, static)
-        return contact_problem(w, b, static, kinetic=kinetic, sliding=sliding[list(closed)], terms=size_)
+        names = [self.layout.contacts[i].name for i in closed]
+        return contact_problem(w, b, static, kinetic=kinetic, sliding=sliding[list(closed)], terms=size_, names=names)
 
     def held(self, closed: Sequence[int], stuck: Sequence[int]) -> Array:
         """Δu, the least, after which the gaps of these contacts have no rates, and those that are stuck no slip."""

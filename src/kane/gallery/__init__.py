@@ -10,17 +10,27 @@ from kane.errors import ModelError, none_of
 from kane.lazy_imports import offered
 
 if TYPE_CHECKING:
+    from kane.gallery.contacts import ball_on_turntable as ball_on_turntable
     from kane.gallery.contacts import bouncing_ball as bouncing_ball
     from kane.gallery.contacts import clutch as clutch
     from kane.gallery.contacts import compass_gait as compass_gait
+    from kane.gallery.contacts import dry_oscillator as dry_oscillator
+    from kane.gallery.contacts import eulers_disk as eulers_disk
     from kane.gallery.contacts import mass_on_belt as mass_on_belt
+    from kane.gallery.contacts import newtons_cradle as newtons_cradle
     from kane.gallery.contacts import painleve_rod as painleve_rod
+    from kane.gallery.contacts import pool_ball as pool_ball
     from kane.gallery.contacts import rimless_wheel as rimless_wheel
+    from kane.gallery.contacts import rocking_block as rocking_block
+    from kane.gallery.contacts import shaken_block as shaken_block
     from kane.gallery.contacts import simplest_walker as simplest_walker
     from kane.gallery.contacts import skidding_disk as skidding_disk
+    from kane.gallery.contacts import slider_crank_with_clearance as slider_crank_with_clearance
+    from kane.gallery.contacts import stacked_blocks as stacked_blocks
     from kane.gallery.contacts import thrown_disk as thrown_disk
     from kane.gallery.contacts import tippe_top as tippe_top
     from kane.gallery.contacts import winch as winch
+    from kane.gallery.contacts import woodpecker as woodpecker
     from kane.gallery.flexible import flap_lag_blade as flap_lag_blade
     from kane.gallery.flexible import flexible_arm as flexible_arm
     from kane.gallery.flexible import flexible_four_bar as flexible_four_bar
@@ -42,11 +52,14 @@ if TYPE_CHECKING:
 _PLACES = """
     particle_on_spring pendulum double_pendulum pendulums pendulum_on_cart spherical_pendulum spinning_top free_body
     gimbal_gyroscope rolling.whipple_bicycle furuta_pendulum slider_crank four_bar n_four_bar flyball_governor bricard
-    andrews_squeezer muscle_arm rolling.rolling_disk rolling.pure_rolling_disk rolling.knife_edge rolling.chaplygin_sleigh
-    rolling.sphere_on_turntable rolling.snakeboard rolling.car_with_trailer rolling.rattleback flexible.rotating_beam
-    flexible.flexible_pendulum flexible.flexible_slider_crank flexible.flexible_four_bar flexible.flexible_spacecraft
-    flexible.flexible_satellite flexible.flap_lag_blade flexible.flexible_arm contacts.bouncing_ball contacts.thrown_disk
-    contacts.mass_on_belt contacts.skidding_disk contacts.clutch contacts.winch contacts.tippe_top contacts.painleve_rod
+    andrews_squeezer muscle_arm light_cart_pole rolling.rolling_disk rolling.pure_rolling_disk rolling.knife_edge
+    rolling.chaplygin_sleigh rolling.sphere_on_turntable rolling.snakeboard rolling.car_with_trailer rolling.rattleback
+    flexible.rotating_beam flexible.flexible_pendulum flexible.flexible_slider_crank flexible.flexible_four_bar
+    flexible.flexible_spacecraft flexible.flexible_satellite flexible.flap_lag_blade flexible.flexible_arm
+    contacts.bouncing_ball contacts.thrown_disk contacts.mass_on_belt contacts.skidding_disk contacts.clutch contacts.winch
+    contacts.tippe_top contacts.painleve_rod contacts.dry_oscillator contacts.shaken_block contacts.stacked_blocks
+    contacts.rocking_block contacts.pool_ball contacts.ball_on_turntable contacts.eulers_disk contacts.newtons_cradle
+    contacts.woodpecker contacts.slider_crank_with_clearance
     contacts.rimless_wheel contacts.simplest_walker contacts.compass_gait
 """
 GALLERY: dict[str, str] = {place.rpartition(".")[2]: f"kane.gallery.{place}" for place in _PLACES.split()}

@@ -43,7 +43,7 @@ from kane.numeric.sampling import SEEDS, sample
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
-LAWS = ("stronge", "poisson", "newton")
+LAWS = ("stronge", "poisson", "newton", "moreau")
 
 
 class ContactMode(IntEnum):
@@ -58,10 +58,9 @@ class ContactMode(IntEnum):
     SLIP = 3
     HELD = 4
 
-    @property
-    def word(self) -> str:
-        """As it is shown: separated, stick or slip."""
-        return ("separated", "stick", "slip", "slip", "stick")[self]
+    def word(self, contact: "ContactLaw") -> str:
+        """As it is shown: separated, stick or slip; closed where there is no friction, and of a rope that is taut."""
+        return ("separated", "stick" if contact.slips else "closed", "slip", "slip", "stick")[self]
 
 
 Modes = tuple[ContactMode, ...]
@@ -80,7 +79,7 @@ class ContactLaw(Immutable):
     friction_forces : F_k along each slip, on the particle in contact
     static, kinetic : μ_s and μ_k; sizes, N or N m, where nothing presses
     restitution : e of impacts
-    law : which restitution it is: "stronge" (energetic), "poisson" or "newton"
+    law : which restitution it is: "stronge" (energetic), "poisson", "newton", or "moreau", Newton's for all contacts at once
     direction : the numbers d_k that a straight slip goes along
     slowest : the slip below which it is straight
     slack : by how much the gap is below zero where it closes: what rounding leaves of one that has opened without speed
@@ -107,6 +106,11 @@ class ContactLaw(Immutable):
     def rows(self) -> tuple[Constraint, ...]:
         """Its gap, if it has one, and its slips."""
         return (*(() if self.gap is None else (self.gap,)), *self.slips)
+
+    @property
+    def sized(self) -> bool:
+        """Whether its friction has a given size: nothing presses."""
+        return self.gap is None and self.normal_force is None
 
     @property
     def pressing(self) -> Expr:
@@ -150,7 +154,7 @@ def _law(
     kinetic = as_expr(friction[0])
     static = kinetic if friction[1] is None else as_expr(friction[1])
     e = as_expr(restitution)
-    check_numbers(name, *(_default(x) for x in (static, kinetic, e)))
+    check_numbers(name, *(_default(x) for x in (static, kinetic, e)), sized=gap is None and normal is None)
     expect.that(law in LAWS, f"law= of {name!r}, one of {', '.join(LAWS)}", law)
     rows = () if kinetic is ZERO and static is ZERO else tuple(c for c in slips if c.expr is not ZERO)
     label = word(name)
@@ -182,9 +186,11 @@ def _default(e: Expr) -> float | None:
     return float(sample([e], SEEDS[0])[0])
 
 
-def check_numbers(name: str, static: float | None, kinetic: float | None, e: float | None) -> None:
+def check_numbers(
+    name: str, static: float | None, kinetic: float | None, e: float | None, *, sized: bool = False
+) -> None:
     """Refuse coefficients that are no friction, or no restitution."""
-    for what, value in (("μ_s", static), ("μ_k", kinetic)):
+    for what, value in (("a size" if sized else "mu = μ_k", kinetic), ("static = μ_s", static)):
         right = value is None or value >= 0
         expect.that(right, f"{what} ≥ 0 of the contact {name!r}", came=f"{value}", cure="Give 0 where it is smooth.")
     ordered = static is None or kinetic is None or kinetic <= static
@@ -213,7 +219,9 @@ def contact(
     mu : coefficient of sliding friction μ_k
     static : coefficient of static friction μ_s ≥ μ_k; μ_k unless given
     restitution : e, from 0 to 1
-    law : of restitution: "stronge" (of energies), "poisson" (of impulses) or "newton" (of velocities)
+    law : of restitution: "stronge" (of energies), "poisson" (of impulses) or "newton" (of velocities), one contact after the other, in
+        whose course slip may end and turn back (Routh); "moreau": v_n⁺ ≥ −e v_n⁻ for all contacts at once, friction against the slip
+        after the impact (Moreau 1988)
     normal : the normal force as a reaction, where the coordinates keep the contact closed: the motion ends where it falls to zero
     name : by default that of the place
 
@@ -328,7 +336,25 @@ def listed_contacts(given: Any) -> tuple[ContactLaw, ...]:
                 f"Expected contacts at different places, got {gaps[c.gap.expr]!r} and {c.name!r} with one gap. Leave one out."
             )
         gaps[c.gap.expr] = c.name
+    law_of(contacts)
     return contacts
+
+
+def law_of(contacts: Sequence[ContactLaw]) -> str:
+    """The law of restitution of all impacts; without restitution those that take one contact after the other say the same.
+
+    Raises
+    ------
+    ModelError
+        if there are several: impacts at one instant follow one
+    """
+    laws = {c.law: c.name for c in contacts if c.gap is not None and (c.restitution is not ZERO or c.law == LAWS[-1])}
+    if len(laws) > 1:
+        told = " and ".join(f"law={law!r} of {name!r}" for law, name in laws.items())
+        raise ModelError(
+            f"Expected one law of restitution for all contacts, got {told}. Give law= alike: impacts may meet."
+        )
+    return next(iter(laws), LAWS[0])
 
 
 def slip_parameters(contacts: Sequence[ContactLaw]) -> tuple[Parameter, ...]:

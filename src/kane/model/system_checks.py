@@ -268,9 +268,12 @@ def _contact(p: Point, c: Constraint, parts: Sequence[Part]) -> Iterator[str]:
     if near and not any(x.frame is not None and home is not None and _fixed(x.frame, home) for x in near):
         yield _of_another(p, near[-1], label)
         return
+    corner = p.body is not None and p.offset.dt(p.body).is_zero
     for x in near:
-        heights = [sample([x.mass_center.position(p).dot(c.normal)], seed)[0] for seed in SEEDS]
-        if all(h < 0 for h in heights):
+        height = x.mass_center.position(p).dot(c.normal)
+        if corner and any(isinstance(s, Coordinate) for s in free_symbols([height])):
+            continue  # that touches at some attitudes, and is above the mass centre at others
+        if all(sample([height], seed)[0] < 0 for seed in SEEDS):
             yield (
                 f"Expected the contact of {x.name!r} in {label!r} on the side from which the normal {c.normal} points to it, got "
                 f"{p.name} beyond its mass centre. Change the sign of the offset of {p.name}, or of the normal."

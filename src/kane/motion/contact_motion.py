@@ -19,12 +19,12 @@ from typing import Any
 
 import numpy as np
 
-from kane.contacts import Choice, Count, Law, Mode, choose, impacts
+from kane.contacts import Choice, Count, Law, Mode, Rule, choose, impacts
 from kane.equations.contact_modes import Layout, Touch, contact_modes, contact_numbers, held_together, layout
 from kane.equations.equations import Equations
 from kane.errors import KaneError, KaneWarning, SimulationError, warn
 from kane.expr.node import Expr
-from kane.model.contacts import ContactMode, Modes, check_numbers
+from kane.model.contacts import ContactMode, Modes, check_numbers, law_of
 from kane.model.declarations import Event
 from kane.motion.contact_runner import KNOWN, ContactRunner, Went, runner
 from kane.motion.hybrid.contact_automaton import AT_ONCE, ENDS, STARTS, Back
@@ -39,6 +39,12 @@ from kane.numeric.arrays import Array
 from kane.numeric.scale import GIVEN, ROUNDED, SAME_TIME
 
 _MODES = 100_000
+_LAWS: dict[str, dict[str, Any]] = {
+    "stronge": {"law": Law.STRONGE},
+    "poisson": {"law": Law.POISSON},
+    "newton": {"law": Law.NEWTON},
+    "moreau": {"rule": Rule.SIMULTANEOUS},
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,8 +107,8 @@ class ContactMotion:
         if choice.count is Count.SEVERAL:
             warn(
                 f"Expected one mode of the contacts at t = {t:.6g}, got {1 + len(choice.others)} that agree with the laws of "
-                f"friction. Taken was {_told(self.contacts, order, choice.modes)}, which goes on as before or has least forces: "
-                "rigid bodies do not tell more. Give what yields a stiffness, or less friction."
+                f"friction. Taken was {_told(self.contacts, order, choice.modes)}, which friction does not press in, goes on as "
+                "before or has least forces: rigid bodies do not tell more. Give what yields a stiffness, or less friction."
             )
         for n, i in enumerate(order):
             mode, c = choice.modes[n], self.contacts[i]
@@ -124,13 +130,20 @@ class ContactMotion:
         """The state after impacts of the contacts that touch, what stays closed, and when the last of ever smaller ones is over."""
         order, touch = sorted(closed), self.touch(t, x)
         laws = touch.numbers.laws
-        self.fastest[order] = np.maximum(self.fastest[order], touch.slip_terms[order].max(axis=1))
         problem = touch.problem(order, self.none, laws[:, 1], velocities=True)
-        law = Law[self.contacts[order[0]].law.upper()]
-        done = impacts(problem.mobility, problem.bias, problem.static, laws[order, 2], law=law, terms=problem.terms)
+        done = impacts(
+            problem.mobility,
+            problem.bias,
+            problem.static,
+            laws[order, 2],
+            terms=problem.terms,
+            names=problem.names,
+            **_LAWS[law_of(self.contacts)],
+        )
         after = x.copy()
         after[self.q : self.q + touch.width] += touch.change(touch.places(order), done.impulse)
-        size = problem.terms + np.abs(problem.mobility) @ np.abs(done.impulse)
+        scale = np.sqrt(np.diag(problem.mobility))
+        size = problem.terms + scale * (scale @ np.abs(done.impulse))  # what rounding of W leaves is beside this
         self.fastest[order] = np.maximum(self.fastest[order], problem.tangents(size).max(axis=1))
         leaves = problem.normals(done.velocity) > NOTHING * problem.normals(size)
         stays = {i for i, off in zip(order, leaves, strict=True) if not off}
@@ -176,7 +189,7 @@ class ContactMotion:
         """
         touch, closed = self.touch(t, x), set[int]()
         for i, c in enumerate(self.contacts):
-            check_numbers(c.name, *touch.numbers.laws[i])
+            check_numbers(c.name, *touch.numbers.laws[i], sized=c.sized)
             g, size = touch.numbers.gaps[i], touch.numbers.gap_terms[i]
             near = GIVEN * size
             if c.gap is not None and g < -near:
@@ -263,6 +276,9 @@ class ContactMotion:
         touch = self.touch(t, x)
         hits = {n for n in set(range(k)) - closed if (n == i and kind == "closes") or self._closes(touch, n)}
         if hits:
+            hits |= {
+                n for n in set(range(k)) - closed if self._touches(touch, n)
+            }  # an impact beside may throw them back
             self.slack[list(hits)] = 0.0
             x, closed, begins = self.hit(t, x, closed | hits)
             touch = self.touch(t, x)
@@ -273,10 +289,11 @@ class ContactMotion:
                 sliding[i] = 0.0
         friction = touch.numbers.laws[:, 0].copy()
         if kind == "opens" and not hits:
-            apart = self.decide(t, x, closed - {i}, sliding, friction, now.modes)
-            if self._parts(touch, i, apart):
-                self.slack[i] = ROUNDED * touch.numbers.gap_terms[i]
-                return x, apart, t
+            for off in (self._unpressed(touch, closed, sliding, friction) | {i}, {i}):
+                apart = self.decide(t, x, closed - off, sliding, friction, now.modes)
+                if all(self._parts(touch, n, apart) for n in off):
+                    self.slack[list(off)] = ROUNDED * touch.numbers.gap_terms[list(off)]
+                    return x, apart, t
         if kind == "slips" and not hits:
             friction[i] = touch.numbers.laws[i, 1]
             if friction[i] >= touch.numbers.laws[i, 0]:
@@ -289,10 +306,21 @@ class ContactMotion:
 
     def _closes(self, touch: Touch, n: int) -> bool:
         """Whether a gap that is open closes at this instant, too."""
-        g, rate = touch.numbers.gaps[n] + self.slack[n], touch.gap_rates[n]
-        span = self.span[1] - self.span[0]
-        approaches = rate < -NOTHING * touch.velocity_terms[n * self.layout.d]
-        return bool(approaches and g <= SAME_TIME * (touch.numbers.gap_terms[n] - rate * span))
+        approaches = touch.gap_rates[n] < -NOTHING * touch.velocity_terms[n * self.layout.d]
+        return bool(approaches and self._touches(touch, n))
+
+    def _touches(self, touch: Touch, n: int) -> bool:
+        """Whether a gap that is open is none but for what times tell."""
+        far = abs(touch.gap_rates[n]) * (self.span[1] - self.span[0])
+        return bool(touch.numbers.gaps[n] + self.slack[n] <= SAME_TIME * (touch.numbers.gap_terms[n] + far))
+
+    def _unpressed(self, touch: Touch, closed: set[int], sliding: Array, friction: Array) -> set[int]:
+        """The contacts whose normal forces are none but for rounding: those of a body that lies flat vanish together."""
+        order, d = sorted(closed), self.layout.d
+        pressed = choose(touch.problem(order, sliding, friction)).forces[::d]
+        rows = [d * n for n in order]
+        size = touch.bias_terms[rows] / touch.mobility[rows, rows]
+        return {n for n, force, most in zip(order, pressed, size, strict=True) if force <= NOTHING * most}
 
     def _parts(self, touch: Touch, i: int, apart: Decided) -> bool:
         """Whether a gap does not close again where its contact is taken for open; at N = 0 both are right but for rounding."""

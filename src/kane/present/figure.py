@@ -39,7 +39,7 @@ _LABELS, _LETTERS, _AXIS = 12, 48, 16
 """Lines beyond which a panel has no legend; letters beyond which a label is cut, or stands above the panel."""
 _STRIP = 0.3
 """Height of the strip of a contact's modes, in inches."""
-_MODES = {"separated": "#e5e7eb", "stick": "#93c5fd", "slip": "#fdba74"}
+_MODES = {"separated": "#e5e7eb", "closed": "#bfdbfe", "stick": "#93c5fd", "slip": "#fdba74"}
 
 
 class Trace(NamedTuple):

@@ -552,22 +552,30 @@ class Decisions:
             room[self.a + i] = pushed + room[self.b + i]
             self.doubt(~(self.absolute(room[self.a + i]) < 1e300))
 
+    def sized(self, i: Term, size: Term, of: Term) -> Term:
+        """s_i Σ s_j |λ_j| with s² the diagonal of W: what rounding of W leaves is beside this."""
+        w, room, kd = self.writer, self.room, self.k * self.d
+
+        def root(j: Term) -> Term:
+            return w.compute("sqrt", room[self.W + j * kd + j])
+
+        return root(i) * self.sum(size, lambda j: root(j) * self.absolute(room[of + j]))
+
     def _errors(self, size: Term) -> None:
         """|Δλ| and |Δa|; unsure where equations are not met."""
         w, room, d, nu, kd = self.writer, self.room, self.d, self.unknowns, self.k * self.d
-        with w.few(nu.get()) as u:  # terms of the equations, in the place of what x was solved for
-            row = self.index(self.at_row + u)
-            of = self.sum(nu.get(), lambda v: self.absolute(room[self.G + row * kd + v] * room[self.x + v]))
-            room[self.x_errors + u] = of + room[self.terms + row]
         with w.few(size) as i:
             room[self.force_errors + i] = 0.0
-            own = self.sum(size, lambda j: self.absolute(room[self.W + i * kd + j] * room[self.force + j]))
+            room[self.a_errors + i] = room[self.terms + i] + self.sized(i, size, self.force)
+        with w.few(nu.get()) as u:  # terms of the equations
+            room[self.x_errors + u] = room[self.a_errors + self.index(self.at_row + u)]
+        with w.few(size) as i:
 
             def carried(u: Term, i: Term = i) -> Term:
                 through = self.sum(nu.get(), lambda v: room[self.G + i * kd + v] * self._inverse(v, u))
                 return self.absolute(through) * room[self.x_errors + u]
 
-            room[self.a_errors + i] = (room[self.terms + i] + own + self.sum(nu.get(), carried)) * U
+            room[self.a_errors + i] = (room[self.a_errors + i] + self.sum(nu.get(), carried)) * U
         with w.few(nu.get()) as u:
             error = self.sum(nu.get(), lambda v: self.absolute(self._inverse(u, v)) * room[self.x_errors + v]) * U
             row = self.index(self.at_row + u)

@@ -3,7 +3,7 @@
 
 from collections.abc import Callable
 
-from kane.motion.hybrid.contact_decisions import STICK, Decisions
+from kane.motion.hybrid.contact_decisions import SLIP, STICK, Decisions
 from kane.motion.hybrid.contact_impacts import Impacts
 from kane.motion.steppers.context import Slot
 from kane.motion.steppers.dense import factor, solve
@@ -118,7 +118,7 @@ class After:
             self.touching[i] = w.select(self.modes[i] > SEPARATED, 1.0, 0.0)
             self.friction[i] = of.numbers[of.laws + i * 3]
             self.hits[i] = 0.0
-            with w.when(~(self.modes[i] > SEPARATED) & ((self.here(i) & self.is_(CLOSES)) | self.closes(i))):
+            with w.when((self.here(i) & self.is_(CLOSES)) | self.closes(i)):
                 self.hits[i] = 1.0
                 self.hit.put(1)
         self.find_slips(lambda i: self.slipping(i) & ~(self.here(i) & self.is_(STICKING)))
@@ -130,7 +130,7 @@ class After:
             with w.when(self.is_(SLOWS)), w.few(d - 1) as j:
                 self.next_ways[i * (d - 1) + j] = of.room[of.velocity + i * d + 1 + j] / self.slip(i)
         with w.when((self.hit.get() < 1) & self.is_(OPENS)):
-            self.task.put(_APART)
+            self.task.put(_FORCE)
         with w.when((self.hit.get() < 1) & self.is_(SLIPPING)):
             static, kinetic = (of.numbers[of.laws + i * 3 + j] for j in (0, 1))
             self.friction[i] = kinetic
@@ -140,6 +140,7 @@ class After:
             self.task.put(_HIT)
             with w.few(k) as i:
                 self.friction[i] = of.numbers[of.laws + i * 3 + 1]
+                self.hits[i] = w.select(self.touches(i), 1.0, self.hits[i])  # an impact beside may throw it back
                 with w.few(d - 1) as j:
                     self.sliding[i * (d - 1) + j] = 0.0
                 with w.when(self.hits[i] > 0.0):
@@ -160,7 +161,9 @@ class After:
             with w.few(of.k) as i:
                 self.friction[i] = of.numbers[of.laws + i * 3]
         with w.when(self.doing(_FORCE)):
-            self.along_force(self.which.get())
+            self.press()
+            with w.when(self.is_(OPENS)):
+                self.next_task.put(_APART)
         with w.when((self.task.get() >= _APART) & (self.task.get() <= _LAST)):
             of.choose()
             self.found.put(0)
@@ -200,10 +203,16 @@ class After:
     def closes(self, i: Term) -> Term:
         """Whether a gap that is open closes at this instant, too."""
         of = self.of
-        rate, terms = of.room[of.velocity + i * of.d], of.room[of.velocity_terms + i * of.d]
-        level = of.numbers[of.gap_terms + i] - rate * self.s[int(Slot.SPAN)]
-        has_gap = of.places[i * of.d] > -0.5
-        return has_gap & (rate < -(terms * NOTHING)) & (of.numbers[of.gaps + i] + self.slack[i] <= level * SAME_TIME)
+        at = i * of.d
+        approaches = of.room[of.velocity + at] < -(of.room[of.velocity_terms + at] * NOTHING)
+        return approaches & self.touches(i)
+
+    def touches(self, i: Term) -> Term:
+        """Whether a gap that is open is none but for what times tell."""
+        of = self.of
+        far = of.absolute(of.room[of.velocity + i * of.d]) * self.s[int(Slot.SPAN)]
+        near = of.numbers[of.gaps + i] + self.slack[i] <= (of.numbers[of.gap_terms + i] + far) * SAME_TIME
+        return (of.places[i * of.d] > -0.5) & ~(self.modes[i] > SEPARATED) & near
 
     def settle(self) -> None:
         """The modes that were chosen are next; contacts that are not among the closed ones are separated."""
@@ -258,42 +267,42 @@ class After:
             self.found.put(1)
             self.slack[i] = ROUNDED * of.numbers[of.gap_terms + i]
 
-    def along_force(self, i: Term) -> None:
-        """`sliding` of a contact whose friction has reached its most becomes the direction against it."""
+    def press(self) -> None:
+        """Forces in the modes at hand: against them slip begins; unsure where others vanish with the one that opens."""
         w, of = self.w, self.of
+        room, d = of.room, of.d
         with w.few(of.count.get()) as n:
-            slides = of.room[of.slides + n] > 0.0
-            of.room[of.kind + n] = w.select(slides, 3.0, STICK)
-            of.room[of.mu + n] = of.room[of.kinetic + n]
+            room[of.kind + n] = w.select(room[of.slides + n] > 0.0, SLIP, STICK)
+            room[of.mu + n] = room[of.kinetic + n]
         of.group()
         of.solve()
-        with w.few(of.count.get()) as n, w.when(self.here(of.index(of.own + n))):
-            at = of.force + n * of.d + 1
-            size = w.compute("sqrt", of.sum(of.d - 1, lambda j: of.room[at + j] * of.room[at + j]))
-            of.doubt(~(size > 0.0))
-            with w.few(of.count.get()) as m, w.when(of.leads(m, n)):
-                other = of.index(of.own + m)
-                with w.few(of.d - 1) as j:
-                    self.sliding[other * (of.d - 1) + j] = -of.room[at + j] / size
+        with w.few(of.count.get()) as n:
+            i, row = of.index(of.own + n), n * d
+            with w.when(self.is_(OPENS) & ~self.here(i)):
+                most = room[of.terms + row] / room[of.W + row * of.k * d + row]
+                of.doubt(room[of.force + row] <= most * NOTHING)
+            with w.when(self.is_(SLIPPING) & self.here(i)):
+                size = w.compute(
+                    "sqrt", of.sum(d - 1, lambda j: room[of.force + row + 1 + j] * room[of.force + row + 1 + j])
+                )
+                of.doubt(~(size > 0.0))
+                with w.few(of.count.get()) as m, w.when(of.leads(m, n)), w.few(d - 1) as j:
+                    self.sliding[of.index(of.own + m) * (d - 1) + j] = -room[of.force + row + 1 + j] / size
 
     def impact(self) -> None:
         """y after the impacts of those that touch, and which of them stay closed: `touching`."""
         w, of = self.w, self.of
         room, d, kd = of.room, of.d, of.k * of.d
-        with w.few(of.k) as i, w.when(self.touching[i] > 0.0):
-            self.fastest[i] = self.slip_terms(i)
         size = of.count.get() * d
         self.impacts.run(size)
         impulse = self.impacts.impulse
         self.change(size, lambda c: impulse[c])
         with w.few(of.k) as i:
             self.leaving[i] = 0.0
-        with w.few(size) as c:  # sizes of the terms of velocities after the impacts
-
-            def through(b: Term, c: Term = c) -> Term:
-                return of.absolute(room[of.W + c * kd + b] * impulse[b])
-
-            room[of.a_errors + c] = room[of.terms + c] + of.sum(size, through)
+        with w.few(size) as c:  # what rounding leaves of velocities after the impacts is beside these
+            room[of.force + c] = impulse[c]
+        with w.few(size) as c:
+            room[of.a_errors + c] = room[of.terms + c] + of.sized(c, size, of.force)
         with w.few(of.count.get()) as n:
             i, v, terms = of.index(of.own + n), room[of.a + n * d], room[of.a_errors + n * d]
             with w.few(d, 1) as j:

@@ -6,7 +6,7 @@ from kane.numeric.scale import ROUNDED, ROUNDED_CHAIN, ROUNDED_SUM
 from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Term
 
-LAWS = ("newton", "poisson", "stronge")
+LAWS = ("newton", "poisson", "stronge", "moreau")
 _ENDLESS = 1e301
 _MOST = 100
 """Impacts of a sequence, times k², after which Python decides."""
@@ -32,6 +32,8 @@ class Impacts:
             self.impulse[c] = 0.0
             room[of.a + c] = room[of.b + c]
             room[of.a_errors + c] = room[of.terms + c]
+        with w.few(of.k) as i:
+            of.doubt(self.law[i] > 2.5)  # all at once
         self.rebounds.put(0)
         self.done.put(0)
         limit = of.count.get() * of.count.get() * _MOST

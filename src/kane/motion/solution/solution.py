@@ -33,6 +33,7 @@ from kane.motion.solution.files import contents, write
 from kane.motion.solution.phases import Indices, Jump, Phase, breaks, check_follows, joined, leaps, merged
 from kane.motion.solution.tables import dataframe, dataset
 from kane.numeric.arrays import Array, Mask, distinct
+from kane.numeric.scale import EQUAL
 from kane.space.frame import Frame
 from kane.whole import path_of
 
@@ -298,10 +299,13 @@ class Solution(Attributes):
 
     @cached_property
     def modes(self) -> Mapping[str, npt.NDArray[np.str_]]:
-        """What each contact does at each sample (n), by its name: "separated", "stick" or "slip"."""
+        """What each contact does at each sample (n), by its name: "separated", "stick" or "slip"; "closed" without friction."""
         every = self.samples or (self.equations,) * len(self)
-        rows = {eom: [m.word for m in eom.system.modes] for eom in dict.fromkeys(every)}
-        names = [c.name for c in self.equations.system.contacts]
+        contacts = self.equations.system.contacts
+        rows = {
+            eom: [m.word(c) for m, c in zip(eom.system.modes, contacts, strict=False)] for eom in dict.fromkeys(every)
+        }
+        names = [c.name for c in contacts]
         return {name: np.array([(rows[eom] or [""] * len(names))[k] for eom in every]) for k, name in enumerate(names)}
 
     @cached_property
@@ -359,7 +363,8 @@ class Solution(Attributes):
         """Whether a sample has another state than the one before, beyond what tolerances leave."""
         before, after = self.states[k - 1], self.states[k]
         size = np.maximum(np.abs(before), np.abs(after))
-        return bool(np.any(np.abs(after - before) > self.atol + self.rtol * size)) or not self.phases[self.phase[k]].by
+        near = self.atol + max(self.rtol, EQUAL) * size  # of a slip that ends ten digits are left
+        return bool(np.any(np.abs(after - before) > near)) or not self.phases[self.phase[k]].by
 
     @property
     def begins(self) -> Indices:
