@@ -241,11 +241,12 @@ class ContactMotion:
         """The events whose thresholds a mode leaves upward at its beginning: a gap that opens or has rebounded, a slip."""
         found: dict[str, float] = {}
         hit = {own[0] for own in map(self.ends, by) if own and own[1] == "closes"}
+        decided = all(own is None or own[1] not in ("turns", "slows") for own in map(self.ends, by))
         touch: Touch | None = None
         for i, (c, mode) in enumerate(zip(self.contacts, now.modes, strict=True)):
             if mode is ContactMode.SEPARATED and (i in hit or before[i] is not ContactMode.SEPARATED):
                 found[f"{c.name} closes"] = 1.0
-            elif mode is ContactMode.STRAIGHT and before[i] not in (ContactMode.STRAIGHT, ContactMode.SLIP):
+            elif mode is ContactMode.STRAIGHT and decided:
                 touch = touch or self.touch(t, x)
                 if not self._still(touch, {i}, now.directions)[i].any():
                     found[f"{c.name} sticks"] = 1.0

@@ -172,7 +172,7 @@ class _Automaton(After):
             at = i * (d + 1)
             parted, hit = self.modes[i] > SEPARATED, (self.hits[i] > 0.0) & self.is_(*range(4))
             fresh = (self.next[i] <= SEPARATED) & (parted | hit)
-            begins = (self.next[i] >= STRAIGHT) & (self.next[i] <= STRAIGHT) & ~self.slipping(i)
+            begins = (self.next[i] >= STRAIGHT) & (self.next[i] <= STRAIGHT) & ~self.is_(TURNS, SLOWS)
             begins = begins & ~(self.slip(i) > self.slip_terms(i) * NOTHING)
             self.leaving[i] = w.select(fresh | begins, 1.0, 0.0)
             with w.when((self.next[i] >= STRAIGHT) & (self.next[i] <= SLIPS)):

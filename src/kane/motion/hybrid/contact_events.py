@@ -292,7 +292,7 @@ class After:
     def impact(self) -> None:
         """y after the impacts of those that touch, and which of them stay closed: `touching`."""
         w, of = self.w, self.of
-        room, d, kd = of.room, of.d, of.k * of.d
+        room, d = of.room, of.d
         size = of.count.get() * d
         self.impacts.run(size)
         impulse = self.impacts.impulse
