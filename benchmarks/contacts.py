@@ -2,11 +2,11 @@
 """Motions with contacts against peers, run by run in turn, with the error of each by a closed form.
 
 A mass on a running belt for 1,000 s, 1,248 changes of mode, against SciPy's `solve_ivp` with events on the compiled right-hand sides of
-both modes, with tolerances at which it is as exact. Five boxes on each other, ten contacts, against MuJoCo: at rest for 10 s on a slope of 10°, where what they creep is the
-error; and on level ground, the upper one thrown at 1 m/s, 2 s, where it is how far that one comes. MuJoCo has spheres of 0.1 mm as the
-boxes' corners in a plane, elliptic cones and its Newton solver, with its own step of 2 ms and with steps of 0.1 ms and 20 iterations
-against slip.
-`python -m benchmarks.contacts` prints a table.
+both modes, with tolerances at which it is as exact. Five boxes on each other, ten contacts, against MuJoCo: at rest for 10 s on a slope
+of 10°, where what they creep is the error; and on level ground, the upper one thrown at 1 m/s, 2 s, where it is how far that one comes.
+MuJoCo has spheres of 0.1 mm as the boxes' corners in a plane, elliptic cones and its Newton solver, with its own step of 2 ms and with
+steps of 0.1 ms and 20 iterations against slip.
+`python -m benchmarks.contacts` prints the tables.
 """
 
 from __future__ import annotations

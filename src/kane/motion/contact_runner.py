@@ -135,8 +135,9 @@ class ContactRunner:
         self.given["p"][:-1] = [self.parameters[s] for s in self.own_p]
         at = self.span[0], np.zeros(len(self.eom.state)), self.given["p"][:-1], self.given["r"][:-1]
         self.given["h"][:] = hoisted(self.routine, *at)
-        for row, (_, mode, _, _) in zip(self.arrays["ps"], self.made, strict=False):
-            row[: len(mode.parameters)] = [self.parameters.get(s, 0.0) for s in mode.parameters]
+        for m, (_, mode, _, _) in enumerate(self.made):
+            self.arrays["ps"][m, : len(mode.parameters)] = [self.parameters.get(s, 0.0) for s in mode.parameters]
+            self._admit(m)
 
     def _bound(self, n: int) -> Given:
         """What the automaton is given."""
@@ -198,13 +199,13 @@ class ContactRunner:
         """The place of a mode among those that are known; None where it is left to Python. `ends` says what events mean."""
         for m, one in enumerate(self.made):
             if one[0] == modes:
-                return m
+                return m if self.codes[m] >= 0 else None
         if modes in self.left or len(self.made) == _KNOWN:
             return None
         if not self._make(modes, mode, ends):
             self.left.add(modes)
             return None
-        return len(self.made) - 1
+        return self.place(modes, mode, ends)
 
     def _make(self, modes: Modes, mode: Equations, ends: Any) -> bool:
         """Whether a mode has become one of those that are known."""
@@ -251,7 +252,6 @@ class ContactRunner:
         flat = [s for row in self.symbols for s in row]
         arrays["p_at"][m] = [-1.0 if s is None else float(at.get(s, -1)) for s in flat]
         arrays["own_events"][m] = count
-        self.codes[m] = _code(modes)
         given |= self.shared | {"lag": self.lag}
         hoists = [(given[f"hoist_{name_}"], given[name_]) for name_ in given if f"hoist_{name_}" in given]
         looked = arguments.now.routine(glance, *arguments.now.turning).flat
@@ -260,7 +260,15 @@ class ContactRunner:
         drive = given["single_drive"], given["hd"]
         self.calls.put(m, (kernel, own_given), hoists, ((entry(looked), given["hg"]), drive), given["p"])
         self.made.append((modes, mode, name, (arguments, given)))
+        self._admit(m)
         return True
+
+    def _admit(self, m: int) -> None:
+        """The kernel may go over to a mode, unless rates of that turn at times."""
+        modes, mode, *_ = self.made[m]
+        turns = mode.numeric().value(timed)
+        breaks = any(turns) and turns.breakpoints(self.parameters, self.span)
+        self.codes[m] = -1.0 if breaks else _code(modes)
 
     # The motion -------------------------------------------------------------------------------------------------------------
 
@@ -439,7 +447,6 @@ def _fits(stepper: Stepper, name: str) -> bool:
         and not unheld(stepper)
         and not (is_constrained(eom) and INTEGRATORS[name].implicit)
         and not has_jumps(eom, stepper.now.laws)
-        and not any(eom.numeric().value(timed))
         and all(event.then is None for event in eom.events)
     )
 
