@@ -13,7 +13,10 @@ SOURCES = (
     "Herrmann, F., Schmalzle, P. (1981), Simple explanation of a well-known collision experiment, Am. J. Phys. 49, 761-764.",
 )
 _GAP = 1e-6
-START = {"q": {"x_1": -0.1} | {f"x_{k}": (k - 1) * _GAP for k in range(2, 6)}, "u": {"u_x_1": 1.0}}
+START = {
+    "q": {"x_1": -0.1} | {f"x_{k}": (k - 1) * _GAP for k in range(2, 6)},
+    "u": {"u_x_1": 1.0} | {f"u_x_{k}": 0.0 for k in range(2, 6)},
+}
 """The first ball comes; the others stand a gap apart."""
 
 

@@ -20,7 +20,7 @@ START = {
         "y": math.cos(_ALPHA - _TILT),
         "theta": -_TILT,
     },
-    "u": {},
+    "u": {"u_x": 0.0, "u_y": 0.0, "u_theta": 0.0},
 }
 """It stands on its right corner, tilted to the right."""
 

@@ -9,7 +9,11 @@ import kane as kn
 
 TITLE = "stacked blocks"
 SOURCES = ("Meriam, J. L., Kraige, L. G. (2012), Engineering Mechanics: Statics, 7th ed., Wiley, ch. 6.",)
-START = {"q": {"x": 0.0, "y": 0.0, "x_u": 0.0, "y_u": 0.0}, "u": {}, "inputs": {"F": 10.0}}
+START = {
+    "q": {"x": 0.0, "y": 0.0, "x_u": 0.0, "y_u": 0.0},
+    "u": {"u_x": 0.0, "u_y": 0.0, "u_x_u": 0.0, "u_y_u": 0.0},
+    "inputs": {"F": 10.0},
+}
 
 
 def system() -> kn.System:
