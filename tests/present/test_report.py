@@ -13,6 +13,7 @@ import kane as kn
 from kane import Check
 from kane.dynamics import shown_speeds
 from kane.gallery import four_bar, pure_rolling_disk
+from kane.gallery.contacts import bouncing_ball
 from kane.gallery.pendulums import system as chain
 from kane.present import Tex, chapters, declared_tables, motion_checks
 from kane.write import latex_name
@@ -278,3 +279,17 @@ def test_any_name_makes_a_page_that_is_whole(name: str, tmp_path: Path) -> None:
     assert len(page.identifiers) == len(set(page.identifiers))
     assert {r[1:] for r in page.references} <= set(page.identifiers)
     assert page.loads == []
+
+
+def test_a_motion_with_contacts_lists_what_happens_on_the_way(tmp_path):
+    """Time, event, what contacts do from then on, and energy: a rebound takes 1 − e² of the kinetic energy."""
+    eom = kn.derive(bouncing_ball.system())
+    sol = kn.simulate(eom, (0, 2), **bouncing_ball.START)
+    text = kn.report(eom, tmp_path / "ball.html", solution=sol).read_text()
+    rows = re.findall(r"<tr>(.*?)</tr>", text[text.index("What happens on the way") :].split("</table>")[0], re.S)
+    cells = [re.findall(r"<td[^>]*>(.*?)</td>", row, re.S) for row in rows]
+    told = [[re.sub(r"<[^>]+>", "", cell).strip() for cell in row] for row in cells if row]
+    assert [row[0] for row in told] == [f"{t:.9g}" for t in sol.t[sol.begins]]
+    for row, jump in zip(told, sol.jumps, strict=True):
+        assert row[1] == jump.events[0].name
+        assert float(row[3]) == pytest.approx(jump.energy, rel=1e-3)

@@ -10,6 +10,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
@@ -382,8 +383,40 @@ def _motion(solution: Solution, told: list[Check]) -> dict[str, Any]:
     return {
         "checks": [*told, *motion_checks(solution, told)],
         "start": PageTable("Start and end", head, rows, unfolded=False),
+        "changes": _changes(solution),
         "plots": [(p, Markup(p.svg)) for p in plots(solution)],
     }
+
+
+_SHOWN = 100
+"""As many changes of a motion are listed."""
+
+
+def _changes(solution: Solution) -> PageTable | None:
+    """When a motion was changed, by which events, what contacts do from then on, and what energy that took; None without changes."""
+    begins = solution.begins.tolist()
+    if not begins:
+        return None
+    rows = []
+    for k in begins[:_SHOWN]:
+        by = ", ".join(e.name for e in solution.phases[solution.phase[k]].by)
+        pairs = ((name, str(words[k - 1]), str(words[k])) for name, words in solution.modes.items())
+        told = ", ".join(f"{name}: {a} → {b}" for name, a, b in pairs if a != b)
+        energy = float(solution.energy[k] - solution.energy[k - 1])
+        rows.append(
+            (f"{solution.t[k]:.9g}", by, told, f"{energy:+.4g}" if abs(energy) > _NO_ENERGY * _most(solution) else "0")
+        )
+    if len(begins) > _SHOWN:
+        rows.append(("…", f"{len(begins) - _SHOWN} more", "", ""))
+    return PageTable("What happens on the way", ("t (s)", "event", "contacts", "energy (J)"), tuple(rows))
+
+
+_NO_ENERGY = 1e-9
+"""Share of the largest energy below which a change is none."""
+
+
+def _most(solution: Solution) -> float:
+    return float(np.abs(solution.energy).max())
 
 
 @cache
