@@ -68,5 +68,5 @@ def test_campbell_diagram() -> None:
     np.testing.assert_array_equal(curves, branch.frequencies[:, :2])
     assert [t.get_text() for t in axes.texts] == ["1 Ω", "2 Ω"]
     assert axes.get_ylabel() == "ω [rad/s]"
-    with pytest.raises(kn.SimulationError, match=r"a branch from kn\.continuation, got int"):
+    with pytest.raises(kn.SimulationError, match=r"a branch from kn\.continuation or cycle\.follow, got int"):
         kn.campbell_diagram(3)

@@ -29,7 +29,7 @@ def test_what_is_drawn(branch, tmp_path):
 
 
 def test_something_else_than_a_branch():
-    with pytest.raises(kn.SimulationError, match=r"a branch from kn\.continuation, got list"):
+    with pytest.raises(kn.SimulationError, match=r"a branch from kn\.continuation or cycle\.follow, got list"):
         kn.root_locus([1, 2])
 
 
