@@ -100,7 +100,7 @@ def test_a_ball_bounces_until_it_rests() -> None:
     times = [j.t for j in sol.jumps]
     expected = fall * (1 + 2 * np.cumsum(np.r_[0, e ** np.arange(1, 40)]))
     np.testing.assert_allclose(times[:40], expected, rtol=1e-13)
-    assert times[9] == pytest.approx(5.43021800258535, abs=1e-13)
+    assert times[9] == pytest.approx(5.43021800258535, abs=1e-12)
     _, mode = changes(sol)[-1]
     (rests,) = (t for e, t in sol.events if e.name == "floor rests")
     assert mode == "closed"
@@ -310,7 +310,7 @@ def ball_thrown(sol: kn.Solution, v: Any, w: Any, mu: float, R: float) -> None:
     force = np.array([sol[f] for f in floor.friction_forces])
     clearly = force[:, sol.t < rolls - 1e-3]  # at the end of the slip its direction is what rounding leaves of it
     np.testing.assert_allclose(clearly, np.outer(-mu * 0.17 * g * d, np.ones(clearly.shape[1])), rtol=0, atol=1e-9)
-    assert np.abs(force[:, sol.t > rolls]).max() < 1e-12
+    assert np.abs(force[:, sol.modes[floor.name] == "stick"]).max() < 1e-12
 
 
 def test_a_ball_struck_off_centre_slides_along_a_parabola_and_rolls() -> None:
