@@ -11,6 +11,7 @@ import pytest
 
 import kane as kn
 from kane import progress
+from kane.gallery.contacts import mass_on_belt
 
 N = kn.Frame("N")
 x, v, F = kn.coordinate("x"), kn.speed("v"), kn.input("F")
@@ -158,3 +159,16 @@ def test_other_threads_run_on():
     thread.start()
     thread.join()
     assert found[0].status == "finished"
+
+
+@pytest.mark.slow
+def test_contacts_that_change_their_modes_without_end():
+    """A mass on a belt for a year: what there is of the motion is returned."""
+    eom = kn.derive(mass_on_belt.system())
+    kn.simulate(eom, (0, 10), **mass_on_belt.START)  # compiled
+    later(0.3)
+    sol = kn.simulate(eom, (0, 3e7), samples=2, **mass_on_belt.START)
+    assert sol.status == "stopped"
+    assert sol.message.startswith("interrupted by Ctrl-C at t = ")
+    assert 100 < sol.t[-1] < 3e7
+    assert len(sol.mode_history) > 100

@@ -37,8 +37,9 @@ from kane.motion.solution.solution import Segment, Solution
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
 from kane.numeric.scale import GIVEN, ROUNDED, SAME_TIME
+from kane.progress import collecting_seldom
 
-_MODES = 100_000
+_MODES = 10_000_000
 _LAWS: dict[str, dict[str, Any]] = {
     "stronge": {"law": Law.STRONGE},
     "poisson": {"law": Law.POISSON},
@@ -376,7 +377,8 @@ def run_with_contacts(
     x, now = at.begin(span[0], admitted_start(stepper, begin, given[0], span[0])[:-1])
     way = _Way(at, span, (options, bounds, times), (span[0], x, begin.work), now, begin.fresh)
     try:
-        return _led(way, eom, given)
+        with collecting_seldom():  # of each mode a few records are kept
+            return _led(way, eom, given)
     finally:
         way.ends()
 

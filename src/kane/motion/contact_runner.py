@@ -43,6 +43,7 @@ from kane.numeric.arrays import Array
 from kane.program.native.calls import RESULT, KeptCalls
 from kane.program.native.entry import CompiledKernel, entry, hoisted
 from kane.program.native.machine import Settings
+from kane.progress import far, is_noted
 
 KNOWN = ("slack", "fastest", "highest", "rebound")
 """What is known of each contact, a number each, as `kane.motion.contact_motion` has it."""
@@ -302,7 +303,9 @@ class ContactRunner:
         arrays["leaving"][:] = 0.0
         arrays["leaving"][list(leaves)] = 1.0
         while True:
-            back = Back(self.kernel(known=len(self.made), enter=1))
+            # one that is broken off is led into its next mode, which Python ends at once
+            back = Back(self.kernel(known=len(self.made), enter=1, most=-1 if is_noted() else method.max_steps))
+            far(lambda: f"t = {self.s[Slot.TIME]:.4g} of {self.span[1]:.4g} s")
             piece, by = self._collect(by)
             pieces += piece
             asked = self.calls.table[RESULT] == ReturnCode.LOOK and self.s[Slot.HELD] == POORER
