@@ -2,7 +2,7 @@
 """Joints as functions over frames and points, loops closed by the same joints, contacts, stops, ropes and clutches, and gears."""
 
 from kane.dynamics.readings.joint_reactions import JointReaction
-from kane.model.contacts import ContactLaw, ContactMode, clutch, rope, stiction, stop
+from kane.model.contacts import ContactLaw, ContactMode, capstan, clutch, rope, stiction, stop, stribeck
 from kane.model.joints.closing import (
     close_ball,
     close_cylindrical,
@@ -26,6 +26,7 @@ __all__ = [
     "JointReaction",
     "ball",
     "bevel_pair",
+    "capstan",
     "close_ball",
     "close_cylindrical",
     "close_pin",
@@ -49,6 +50,7 @@ __all__ = [
     "sphere_on_plane",
     "stiction",
     "stop",
+    "stribeck",
     "torus_on_plane",
     "universal",
     "weld",

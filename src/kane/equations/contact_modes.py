@@ -37,7 +37,7 @@ from kane.program.from_expressions import Bundle
 class ContactNumbers(NamedTuple):
     """Gaps and the sizes of their terms (k); M, f and its terms; rows of all constraints over w, what their rates have besides.
 
-    `laws` are μ_s, μ_k and e of each contact (k × 3).
+    `laws` are μ_s, μ_k and e of each contact (k × 3), `viscous` c (k).
     """
 
     gaps: Array
@@ -50,6 +50,7 @@ class ContactNumbers(NamedTuple):
     drift: Array
     drift_terms: Array
     laws: Array
+    viscous: Array
 
 
 def in_touch(system: System) -> System:
@@ -81,6 +82,7 @@ def contact_numbers(eom: Equations) -> Bundle[ContactNumbers]:
     d, contacts, memo = eom.numeric().value(touching), eom.system.contacts, Sizes()
     blocks, rows = d.blocks, d.constraints
     gaps = [ZERO if c.gap is None else c.gap.expr for c in contacts]
+    laws = [eom.in_speeds(x) for c in contacts for x in c.numbers]
     forcing = [*blocks.forcing, *blocks.forcing_a]
     groups = {
         "gaps": gaps,
@@ -92,7 +94,8 @@ def contact_numbers(eom: Equations) -> Bundle[ContactNumbers]:
         "rest": list(rows.b),
         "drift": list(rows.drift),
         "drift_terms": [size(x, memo) for x in rows.drift],
-        "laws": Matrix([[c.static, c.kinetic, c.restitution] for c in contacts]),
+        "laws": Matrix([laws[i : i + 3] for i in range(0, len(laws), 3)]),
+        "viscous": [eom.in_speeds(c.viscous) for c in contacts],
     }
     return Bundle("contacts", ports(eom.derived), ContactNumbers, groups)
 
@@ -161,6 +164,8 @@ class Touch:
         self.bias_terms = np.abs(self.rows) @ (np.abs(inverse) @ numbers.forcing_terms) + drift_terms
         self.bias_terms = np.maximum(self.bias_terms, np.abs(self.bias))
         self.velocity, self.velocity_terms = velocity, np.maximum(velocity_terms, np.abs(velocity))
+        self.drag = -np.repeat(numbers.viscous, d) * velocity
+        self.drag[::d] = 0.0
 
     def _row(self, place: int, width: int) -> Array:
         if place >= 0:
@@ -193,16 +198,17 @@ class Touch:
         """
         d, laws, places = self.layout.d, self.numbers.laws, self.places(closed)
         w = self.mobility[np.ix_(places, places)]
-        given, terms = (self.velocity, self.velocity_terms) if velocities else (self.bias, self.bias_terms)
+        given, terms = (self.velocity, self.velocity_terms) if velocities else self.unforced(closed)
         b, size_ = given[places], terms[places]
-        static, kinetic = friction[list(closed)].copy(), laws[list(closed), 1].copy()
+        kinetic, slides = laws[list(closed), 1].copy(), np.any(sliding[list(closed)], axis=1)
+        static = np.maximum(friction[list(closed)], np.where(slides, kinetic, 0.0))
         for n, i in enumerate(closed):
             usual = max(w[d * n + j, d * n + j] for j in range(d))
             for j, place in enumerate(self.layout.places[i]):
                 if place is None:
                     w[d * n + j, d * n + j] = usual or 1.0
             if self.layout.places[i][0] is None:  # friction of a given size
-                most = laws[i, 0]
+                most = max(laws[i, 0], kinetic[n])
                 b[d * n] = 0.0 if velocities else -(usual or 1.0) * most
                 size_[d * n] = abs(b[d * n])
                 static[n], kinetic[n] = (static[n] / most, kinetic[n] / most) if most > 0 else (0.0, 0.0)
@@ -226,8 +232,14 @@ class Touch:
 
     def accelerations(self, closed: Sequence[int], forces: Array) -> tuple[Array, Array]:
         """a = W λ + b of all rows by the forces of these contacts, and the sizes of its terms."""
-        w = self.mobility[:, self.places(closed)]
-        return w @ forces + self.bias, np.abs(w) @ np.abs(forces) + self.bias_terms
+        w, (bias, terms) = self.mobility[:, self.places(closed)], self.unforced(closed)
+        return w @ forces + bias, np.abs(w) @ np.abs(forces) + terms
+
+    def unforced(self, closed: Sequence[int]) -> tuple[Array, Array]:
+        """b of all rows and its terms, with the viscous friction of these contacts."""
+        places = self.places(closed)
+        w, drag = self.mobility[:, places], self.drag[places]
+        return self.bias + w @ drag, self.bias_terms + np.abs(w) @ np.abs(drag)
 
 
 def held_together(touch: Touch, modes: Sequence[ContactMode]) -> Modes:

@@ -23,12 +23,12 @@ from kane.contacts import Choice, Count, Law, Mode, choose, impacts
 from kane.equations.contact_modes import Layout, Touch, contact_modes, contact_numbers, held_together, layout
 from kane.equations.equations import Equations
 from kane.errors import KaneError, KaneWarning, SimulationError, warn
-from kane.expr.node import Expr
+from kane.expr.node import ZERO, Expr
 from kane.model.contacts import ContactMode, Modes, check_numbers
 from kane.model.declarations import Event
 from kane.motion.contact_runner import KNOWN, ContactRunner, Went, runner
-from kane.motion.hybrid.contact_automaton import AT_ONCE, ENDS, STARTS, Back
-from kane.motion.hybrid.contact_events import FLAT, KINDS, LOW, NOTHING
+from kane.motion.hybrid.contact_automaton import AT_ONCE, Back
+from kane.motion.hybrid.contact_events import ENDS, FLAT, KINDS, LOW, NOTHING, STARTS
 from kane.motion.inputs.expressions import Formula, value
 from kane.motion.inputs.functions import constant
 from kane.motion.loop import admitted_start, run, solver, whole
@@ -176,7 +176,9 @@ class ContactMotion:
         """
         touch, closed = self.touch(t, x), set[int]()
         for i, c in enumerate(self.contacts):
-            check_numbers(c.name, *touch.numbers.laws[i])
+            static, kinetic, e = touch.numbers.laws[i]
+            slides = c.kinetic_at(ZERO) is not c.kinetic and self._still(touch, {i}, self.none)[i].any()
+            check_numbers(c.name, static, min(static, kinetic) if slides else kinetic, e)
             g, size = touch.numbers.gaps[i], touch.numbers.gap_terms[i]
             near = GIVEN * size
             if c.gap is not None and g < -near:
@@ -279,7 +281,7 @@ class ContactMotion:
                 return x, apart, t
         if kind == "slips" and not hits:
             friction[i] = touch.numbers.laws[i, 1]
-            if friction[i] >= touch.numbers.laws[i, 0]:
+            if friction[i] >= touch.numbers.laws[i, 0] * (1 - ENDS):
                 sliding[i] = self._along_force(now, i, t, x)
         decided = self.decide(t, x, closed, sliding, friction, now.modes)
         for n in hits & closed:  # without speed
