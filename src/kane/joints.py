@@ -2,7 +2,18 @@
 """Joints as functions over frames and points, loops closed by the same joints, contacts, stops, ropes and clutches, and gears."""
 
 from kane.dynamics.readings.joint_reactions import JointReaction
-from kane.model.contacts import ContactLaw, ContactMode, capstan, clutch, rope, stiction, stop, stribeck
+from kane.model.contacts import (
+    ContactLaw,
+    ContactMode,
+    capstan,
+    clutch,
+    drilling_resistance,
+    rolling_resistance,
+    rope,
+    stiction,
+    stop,
+    stribeck,
+)
 from kane.model.joints.closing import (
     close_ball,
     close_cylindrical,
@@ -38,12 +49,14 @@ __all__ = [
     "clutch",
     "cylindrical",
     "disk_on_plane",
+    "drilling_resistance",
     "free",
     "gear_pair",
     "pin",
     "planar",
     "point_on_plane",
     "rack_and_pinion",
+    "rolling_resistance",
     "rope",
     "screw",
     "slider",

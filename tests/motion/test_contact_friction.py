@@ -299,3 +299,187 @@ def test_capstans_that_cannot_be():
         block(0.1, viscous=-1)
     with pytest.raises(kn.ModelError, match="μ_k ≤ μ_s of the contact 'floor'"):
         block(kn.joints.stribeck(0.4, 0.3, 0.1), static=0.2)
+
+
+# Against rolling and drilling ------------------------------------------------------------------------------------------------
+
+RADIUS, ARM, HALF = 0.1, 0.004, 0.5
+
+
+def disk(slope=0.0, *, opens=True, restitution=0.0, mu=0.5, **more):
+    """A disk of 2 kg in the plane, on an incline, with its centre's x and y (unless the coordinates keep it closed) and its angle."""
+    N, O = ground()
+    I = N.rotate("I", slope, N.z)
+    x, y, a = kn.coordinates("x y a")
+    B = I.rotate("B", a, I.z)
+    C = O.at("C", x * I.x + (y if opens else RADIUS) * I.y)
+    normal = None if opens else kn.reaction("N_C", at=C, along=I.y)
+    place = kn.joints.sphere_on_plane("floor", B, C, O, radius=RADIUS, normal=I.y)
+    floor = kn.contact(place, mu, normal=normal, restitution=restitution)
+    roll = kn.joints.rolling_resistance(floor, **{"arm": ARM, **more})
+    body = kn.RigidBody("disk", frame=B, mass_center=C, mass=2.0, inertia=kn.inertia(B, 1, 1, HALF * 2 * RADIUS**2))
+    loads = [kn.gravity(-G * N.y)]
+    order = (x, y, a) if opens else (x, a)
+    system = kn.System(N, bodies=[body], speeds="rates", loads=loads, contacts=[floor, roll], coordinates=order)
+    return kn.derive(system), floor, roll
+
+
+def rolling(v, opens=True, height=0.0):
+    return {"q": [0, RADIUS + height, 0] if opens else [0, 0], "u": [v, 0, -v / RADIUS] if opens else [v, -v / RADIUS]}
+
+
+@pytest.mark.parametrize("opens", [True, False])
+def test_a_disk_that_rolls_stops(opens):
+    """After s = v² (1 + k) R/(2 ρ g), k = I/(m R²), where friction brakes it by ρ N/R − k m a and the couple is ρ N."""
+    eom, floor, roll = disk(opens=opens)
+    sol = kn.simulate(eom, (0, 5), **rolling(1.0, opens), **TIGHT)
+    t = (1 + HALF) * RADIUS / (ARM * G)
+    assert times(sol, f"{roll.name} sticks") == [pytest.approx(t, abs=1e-11)]
+    assert sol["x"][-1] == pytest.approx(t / 2, abs=1e-11)
+    assert words(sol, "floor") == ["stick", "stick"]
+    assert words(sol, roll.name) == ["slip", "stick"]
+    couple, force, moves = sol[roll.friction_forces[0]], sol[floor.friction_forces[0]], sol.t < t
+    np.testing.assert_allclose(couple[moves], ARM * 2 * G, rtol=1e-12)
+    np.testing.assert_allclose(force[moves], -2 / t, rtol=1e-12)
+    assert not couple[sol.t > t + 1e-9].any()
+    assert not sol.u[-1].any()
+
+
+@pytest.mark.parametrize("static", [None, 0.006])
+def test_a_disk_rests_on_a_slope_below_the_friction_angle_of_rolling(static):
+    """Up to tan α = ρ_s/R it moves exactly 0, beyond with g (sin α − ρ cos α/R)/(1 + k)."""
+    most = (static or ARM) / RADIUS
+    below, above = np.arctan(most) + np.array([-1e-6, 1e-6])
+    eom, _, roll = disk(below, static=static)
+    sol = kn.simulate(eom, (0, 100), **rolling(0.0), **TIGHT)
+    assert words(sol, roll.name) == ["stick"]
+    assert not np.ptp(sol.q, axis=0).any()
+    np.testing.assert_allclose(sol[roll.friction_forces[0]], -2 * G * np.sin(below) * RADIUS, rtol=1e-9)
+    eom, _, roll = disk(above, static=static)
+    sol = kn.simulate(eom, (0, 2), **rolling(0.0), **TIGHT)
+    a = G * (np.sin(above) - ARM / RADIUS * np.cos(above)) / (1 + HALF)
+    assert words(sol, roll.name) == ["slip"]
+    assert sol["x"][-1] == pytest.approx(-2 * a, abs=1e-11)
+
+
+def test_a_disk_thrown_slides_rolls_and_stops():
+    """While it slides the couple brakes its spin: α = (μ R − ρ) g/(k R²); then it rolls to its end."""
+    eom, _, roll = disk(mu=0.3)
+    v, mu = 2.0, 0.3
+    sol = kn.simulate(eom, (0, 10), q=[0, RADIUS, 0], u=[v, 0, 0], **TIGHT)
+    spin_up = (mu * RADIUS - ARM) * G / (HALF * RADIUS**2)
+    t = v / (mu * G + spin_up * RADIUS)
+    left = v - mu * G * t
+    assert times(sol, "floor sticks") == [pytest.approx(t, abs=1e-11)]
+    stop = t + left * (1 + HALF) * RADIUS / (ARM * G)
+    assert times(sol, f"{roll.name} sticks") == [pytest.approx(stop, abs=1e-10)]
+    words_ = [(m["floor"], m[roll.name]) for _, m in sol.mode_history]
+    assert words_ == [("slip", "slip"), ("stick", "slip"), ("stick", "stick")]
+
+
+def test_there_is_no_couple_where_nothing_presses():
+    """A disk that spins in flight keeps its spin, bounces, and in the end stops."""
+    eom, _, roll = disk(restitution=0.5)
+    sol = kn.simulate(eom, (0, 6), **rolling(1.0, height=0.1), **TIGHT)
+    flies = np.asarray(sol.modes["floor"]) == "separated"
+    assert flies.any()
+    assert set(np.asarray(sol.modes[roll.name])[flies]) == {"separated"}
+    assert not np.asarray(sol[roll.friction_forces[0]])[flies].any()
+    first = sol.t < 0.14
+    np.testing.assert_allclose(sol.u[first][:, 2], -1 / RADIUS, rtol=1e-14)
+    assert words(sol, roll.name)[-1] == "stick"
+    assert not sol.u[-1].any()
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_a_couple_that_changes_what_presses(sense):
+    """A wheel on an arm below its hinge, on a belt: F R = ρ N, so that N (1 ± (ρ/R) tan β) = m g."""
+    N, O = ground()
+    b, a = kn.coordinates("b a")
+    A = N.rotate("A", b, N.z)
+    C = O.at("C", A.x)
+    B = A.rotate("B", a, A.z)
+    beta, arm = 0.5, 0.03
+    floor_point = O.at("F", -(np.sin(beta) + RADIUS) * N.y)
+    place = kn.joints.sphere_on_plane("belt", B, C, floor_point, radius=RADIUS, normal=N.y, surface=sense * N.x)
+    belt = kn.contact(place, 0.8)
+    roll = kn.joints.rolling_resistance(belt, arm)
+    body = kn.RigidBody("wheel", frame=B, mass_center=C, mass=2.0, inertia=kn.inertia(B, 1, 1, 0.01))
+    system = kn.System(N, bodies=[body], speeds="rates", loads=[kn.gravity(-G * N.y)], contacts=[belt, roll])
+    sol = kn.simulate(kn.derive(system), (0, 2), q=[-beta, 0], u=[0, 0], **TIGHT)
+    assert words(sol, "belt")[-1] == "stick"
+    assert words(sol, roll.name)[-1] == "slip"
+    n = 2 * G / (1 + sense * arm / RADIUS * np.tan(beta))
+    assert sol[belt.normal_force][-1] == pytest.approx(n, rel=1e-9)
+    assert sol[belt.friction_forces[0]][-1] == pytest.approx(sense * arm * n / RADIUS, rel=1e-9)
+    assert sol.u[-1, 1] == pytest.approx(sense / RADIUS, abs=1e-9)
+
+
+def ball(*resist, mu=0.5):
+    """A ball in space, its centre's velocity and its angular velocity as speeds."""
+    N, O = ground()
+    q, u = kn.coordinates("q1:7"), kn.speeds("u1:7")
+    A = N.rotate("A", q[0], N.z)
+    A2 = A.rotate("A2", q[1], A.x)
+    B = A2.rotate("B", q[2], A2.y)
+    C = O.at("C", q[3] * N.x + q[4] * N.y + q[5] * N.z)
+    floor = kn.contact(kn.joints.sphere_on_plane("floor", B, C, O, radius=RADIUS, normal=N.z), mu)
+    w, v = B.angular_velocity(N), C.velocity(N)
+    speeds = dict(zip(u, [f.dot(e) for f in (w, v) for e in (N.x, N.y, N.z)], strict=True))
+    body = kn.RigidBody("ball", frame=B, mass_center=C, mass=2.0, inertia=kn.inertia(B, *[0.4 * 2 * RADIUS**2] * 3))
+    contacts = [floor, *(make(floor, arm) for make, arm in resist)]
+    return kn.derive(kn.System(N, bodies=[body], speeds=speeds, loads=[kn.gravity(-G * N.z)], contacts=contacts))
+
+
+def test_a_ball_that_spins_on_a_spot_stops():
+    """Drilling: ω̇ = −δ m g/I, to its end at I ω/(δ m g)."""
+    eom = ball((kn.joints.drilling_resistance, 0.001))
+    sol = kn.simulate(eom, (0, 10), q=[0.1, 0.2, 0.3, 0, 0, RADIUS], u=[0, 0, 8, 0, 0, 0], **TIGHT)
+    a = 0.001 * G / (0.4 * RADIUS**2)
+    assert times(sol, "drilling of floor sticks") == [pytest.approx(8 / a, abs=1e-9)]
+    moves = sol.t < 8 / a
+    np.testing.assert_allclose(sol.u[moves, 2], 8 - a * sol.t[moves], rtol=0, atol=1e-9)
+    assert words(sol, "drilling of floor") == ["slip", "stick"]
+
+
+def test_a_ball_rolls_and_drills_to_its_end():
+    """Rolling, the couple is against ω in the plane: it goes straight to v² (1 + k) R/(2 ρ g); drilling goes on for itself."""
+    eom = ball((kn.joints.rolling_resistance, ARM), (kn.joints.drilling_resistance, 0.001))
+    v = np.array([0.6, 0.8])
+    w = np.array([-v[1], v[0]]) / RADIUS
+    sol = kn.simulate(eom, (0, 6), q=[0.1, 0.2, 0.3, 0, 0, RADIUS], u=[*w, 8, *v, 0], **TIGHT)
+    t = 1.4 * RADIUS / (ARM * G)
+    assert times(sol, "rolling of floor sticks") == [pytest.approx(t, abs=1e-8)]
+    np.testing.assert_allclose(sol.q[-1, 3:5], v * t / 2, rtol=0, atol=1e-8)
+    assert times(sol, "drilling of floor sticks") == [pytest.approx(8 * 0.4 * RADIUS**2 / (0.001 * G), abs=1e-8)]
+    assert {"floor": "stick", "rolling of floor": "slip", "drilling of floor": "slip"} in [
+        m for _, m in sol.mode_history
+    ]
+    assert set(words(sol, "floor")) == {"stick"}
+
+
+def test_a_mode_with_resistance_is_read():
+    """`in_modes`: what presses being separated, its couples are, too."""
+    eom, _, roll = disk()
+    assert eom.system.in_modes({"floor": "separated"}).modes == (0, 0)
+    rolls = kn.derive(eom.system.in_modes({"floor": "stick", roll: "straight"}))
+    assert [str(r) for r in rolls.reactions] == ["N_floor", "F_floor"]
+
+
+def test_resistances_that_cannot_be():
+    N, O = ground()
+    x, y = kn.coordinates("x y")
+    P = O.at("P", x * N.x + y * N.y)
+    point = kn.contact(kn.joints.point_on_plane("floor", P, O, normal=N.y), 0.1)
+    with pytest.raises(kn.ModelError, match="Expected a body that turns about axes of 'rolling of floor', got none"):
+        kn.joints.rolling_resistance(point, 0.1)
+    stop = kn.joints.stop("stop", y)
+    with pytest.raises(
+        kn.ModelError, match=r"Expected a contact of kn.contact\(…\), which presses at a place, got 'stop'"
+    ):
+        kn.joints.rolling_resistance(stop, 0.1)
+    eom, _, roll = disk()
+    with pytest.raises(
+        kn.ModelError, match=r"Expected the contact that presses 'rolling of floor' listed, too, got .*floor"
+    ):
+        kn.System(eom.system.inertial, bodies=eom.system.bodies, speeds="rates", contacts=[roll])

@@ -10,6 +10,7 @@ A contact has a gap g(q, t) ≥ 0, velocities of slip v_k = 0, and laws (Coulomb
 N and F are multipliers of the rows g and v_k: constraints of a mode's system, whose forces, places and reactions are those of
 `kane.model.constraints`. Where coordinates keep a contact closed by themselves it has no gap, and N is a reaction that is declared.
 Friction of a given size, as in a clutch, has neither: |F| ≤ size. μ_k may be a function of |v|: a symbol stands for |v| in it.
+Resistance to rolling and to drilling is pressed by the N of another contact, and is there as long as that one is closed.
 
 In a mode a contact slips either `STRAIGHT`, along a direction d that is a number, or along v itself: v/|v| has no value where a slip
 begins or ends. In the plane all slip is straight.
@@ -17,6 +18,8 @@ begins or ends. In the plane all slip is straight.
 Where several contacts stick by one row, as the corners of a block, the first has the row and the others are `HELD` with it: rigid
 bodies tell the sum of their friction alone. It is shared in proportion to μ_s N, and holds while |ΣF| ≤ Σ μ_s N.
 """
+
+from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -85,6 +88,8 @@ class ContactLaw(Immutable):
     law : which restitution it is: "stronge" (energetic), "poisson" or "newton"
     direction : the numbers d_k that a straight slip goes along
     slowest : the slip below which it is straight
+    place : where bodies touch, if it is of `kn.contact`
+    pressed_by : the contact whose N presses, if it is another one's
     slack : by how much the gap is below zero where it closes: what rounding leaves of one that has opened without speed
     """
 
@@ -102,6 +107,8 @@ class ContactLaw(Immutable):
     direction: tuple[Parameter, ...]
     slowest: Parameter
     slack: Parameter
+    place: Contact | None = None
+    pressed_by: ContactLaw | None = None
 
     def __repr__(self) -> str:
         friction = f", μ = {self.kinetic_at(self.speed)}" if self.slips else ""
@@ -296,7 +303,70 @@ def contact(
             "tells what presses. Bring the normal force into evidence and give it: normal=kn.reaction(name, at=…, along=…)."
         )
     gap = None if normal is not None else at.height
-    return _law(label, gap, at.rolling, normal, Friction(mu, static, viscous), restitution, law)
+    return replace(_law(label, gap, at.rolling, normal, Friction(mu, static, viscous), restitution, law), place=at)
+
+
+def rolling_resistance(by: ContactLaw, arm: Any, *, static: Any = None, viscous: Any = 0, name: str = "") -> ContactLaw:
+    """A couple against rolling, |M| ≤ ρ N: up to ρ_s N it holds a wheel, and of ρ N it is against its angular velocity.
+
+    N is the normal force of a contact. The couple is about axes in the plane of contact, between the two bodies, and acts as long
+    as the contact is closed, whether it slips or not; in impacts it has no impulse. List both in `System(contacts=[…])`.
+
+    Parameters
+    ----------
+    by : the contact, from `kn.contact`
+    arm : ρ, m, by which the normal force is ahead of the middle; a coefficient of rolling resistance times the radius
+    static : ρ_s ≥ ρ; `arm` unless given
+    viscous : c, N m s/rad, of a couple −c ω that is added where it rolls
+    name : by default "rolling of <contact>"
+
+    Raises
+    ------
+    ModelError
+        if `by` has no place of contact, or nothing turns about these axes
+
+    Notes
+    -----
+    Johnson, K. L. (1985), Contact Mechanics, Cambridge University Press, sec. 9.1.
+    """
+    place = _pressing(by)
+    axes = [row.forces[0][1] for row in place.rolling]
+    return _resistance(name or f"rolling of {by.name}", by, place, axes, Friction(arm, static, viscous))
+
+
+def drilling_resistance(
+    by: ContactLaw, arm: Any, *, static: Any = None, viscous: Any = 0, name: str = ""
+) -> ContactLaw:
+    """A couple against drilling, |M| ≤ δ N, about the normal of a contact; else as `rolling_resistance`.
+
+    For a contact of radius a, in which pressure is Hertz's, δ = 3 π μ a/16 where it does not slip beside (Johnson 1985, sec. 7.4,
+    of complete slip).
+    """
+    place = _pressing(by)
+    return _resistance(name or f"drilling of {by.name}", by, place, [place.normal], Friction(arm, static, viscous))
+
+
+def _pressing(by: ContactLaw) -> Contact:
+    expect.instance(by, ContactLaw, "a contact that presses", "Make one with kn.contact(…).")
+    place = by.place
+    if place is None:
+        raise ModelError(f"Expected a contact of kn.contact(…), which presses at a place, got {by.name!r}.")
+    return place
+
+
+def _resistance(name: str, by: ContactLaw, place: Contact, axes: Sequence[Vector], friction: Friction) -> ContactLaw:
+    body = place.particle.body
+    ground = place.ground
+    base = None if ground is None else ground.body
+    base = place.particle.root().frame if base is None else base
+    w = Vector() if body is None else body.angular_velocity(base)
+    rows = [
+        replace(motion_constraint(f"{name} {k}", w.dot(axis)), torques=((body, axis), (base, -axis)), unit="N*m")
+        for k, axis in enumerate(axes, 1)
+        if body is not None and w.dot(axis) is not ZERO
+    ]
+    expect.that(rows, f"a body that turns about axes of {name!r}", came="none of its rates in it")
+    return replace(_law(name, None, rows, by.normal_force, friction), pressed_by=by)
 
 
 def stop(name: str, gap: Any, *, restitution: Any = 0, law: str = LAWS[0]) -> ContactLaw:
@@ -477,6 +547,9 @@ def listed_contacts(given: Any) -> tuple[ContactLaw, ...]:
                 f"Expected contacts at different places, got {gaps[c.gap.expr]!r} and {c.name!r} with one gap. Leave one out."
             )
         gaps[c.gap.expr] = c.name
+    for c in contacts:
+        missing = c.pressed_by is not None and c.pressed_by not in contacts
+        expect.that(not missing, f"the contact that presses {c.name!r} listed, too", c.pressed_by)
     return contacts
 
 
@@ -505,12 +578,15 @@ def given_modes(contacts: Sequence[ContactLaw], given: Any) -> Modes:
         right = isinstance(mode, ContactMode) or mode in kinds
         expect.that(right, f"a mode of the contact {name!r} among {', '.join(kinds)}", mode)
         told[name] = mode if isinstance(mode, ContactMode) else kinds[mode]
-    return tuple(told.get(c.name, resting(c)) for c in contacts)
+    return tuple(_mode_of(c, told) for c in contacts)
 
 
-def resting(c: ContactLaw) -> ContactMode:
-    """The mode of a contact that is told nothing of."""
-    return ContactMode.STICK if c.gap is None else ContactMode.SEPARATED
+def _mode_of(c: ContactLaw, told: Mapping[str, ContactMode]) -> ContactMode:
+    """The mode of a contact, where it is told nothing of by default; separated with the one that presses it."""
+    presses = c.pressed_by
+    if presses is not None and _mode_of(presses, told) is ContactMode.SEPARATED:
+        return ContactMode.SEPARATED
+    return told.get(c.name, ContactMode.STICK if c.gap is None else ContactMode.SEPARATED)
 
 
 # Modes ---------------------------------------------------------------------------------------------------------------------
@@ -546,12 +622,16 @@ def _added(c: ContactLaw, mode: ContactMode, group: Group) -> Iterator[tuple[str
     if mode is ContactMode.SEPARATED:
         return
     yield "holonomic", [c.gap] if c.gap else []
-    yield "reactions", [] if c.normal_force is None else [c.normal_force]
+    yield "reactions", _own_normal(c)
     if mode is ContactMode.STICK:
         yield "nonholonomic", c.slips
         yield "reactions", c.friction_forces
     elif mode is not ContactMode.HELD:
         yield "loads", [friction(c, mode)]
+
+
+def _own_normal(c: ContactLaw) -> list[Reaction]:
+    return [] if c.normal_force is None or c.pressed_by is not None else [c.normal_force]
 
 
 def friction(c: ContactLaw, mode: ContactMode) -> Load:
@@ -572,11 +652,11 @@ def _endings(c: ContactLaw, mode: ContactMode, group: Group) -> Iterator[Event]:
         return Event(f"{c.name} {what}", quantity, 0.0, direction, True)
 
     if mode is ContactMode.SEPARATED:
-        assert c.gap is not None
-        yield event("closes", add(c.gap.expr, c.slack))
+        if c.gap is not None:
+            yield event("closes", add(c.gap.expr, c.slack))
         return
-    if c.normal_force is not None:
-        yield event("opens", c.normal_force)
+    for normal in _own_normal(c):
+        yield event("opens", normal)
     if mode is ContactMode.STICK and c.slips:
         held = sum_of(other.most for other in group)
         square = sum_of(mul(f, f) for f in c.friction_forces)
@@ -596,8 +676,7 @@ def in_mode(contacts: Sequence[ContactLaw], modes: Modes, exprs: Sequence[Expr])
     forces: dict[Expr, Expr] = {}
     for c, mode, group in zip(contacts, modes, _groups(contacts, modes), strict=True):
         if mode is ContactMode.SEPARATED:
-            own = (*(() if c.normal_force is None else (c.normal_force,)), *c.friction_forces)
-            forces |= dict.fromkeys(own, ZERO)
+            forces |= dict.fromkeys((*_own_normal(c), *c.friction_forces), ZERO)
         elif mode in (ContactMode.STRAIGHT, ContactMode.SLIP):
             forces |= c.sliding_friction(mode)
         whole = sum_of(other.most for other in group)

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.contacts import Choice, Count, Law, Mode, choose, impacts
+from kane.contacts import Choice, Count, Law, Mode, impacts
 from kane.equations.contact_modes import Layout, Touch, contact_modes, contact_numbers, held_together, layout
 from kane.equations.equations import Equations
 from kane.errors import KaneError, KaneWarning, SimulationError, warn
@@ -93,11 +93,12 @@ class ContactMotion:
         """The modes from an instant on; `sliding` (k × d − 1) has directions of slip, `friction` (k) the μ_s that hold."""
         modes = [ContactMode.SEPARATED] * len(self.contacts)
         directions = self.none.copy()
+        closed = self.layout.together(closed)
         if not closed:
             return Decided(tuple(modes), directions)
         order = sorted(closed)
         touch = self.touch(t, x)
-        choice = choose(touch.problem(order, sliding, friction), [_mode(before[i], sliding[i]) for i in order])
+        choice = touch.choose(order, sliding, friction, [_mode(before[i], sliding[i]) for i in order])
         if choice.count is Count.SEVERAL:
             warn(
                 f"Expected one mode of the contacts at t = {t:.6g}, got {1 + len(choice.others)} that agree with the laws of "
@@ -105,7 +106,9 @@ class ContactMotion:
                 "rigid bodies do not tell more. Give what yields a stiffness, or less friction."
             )
         for n, i in enumerate(order):
-            mode, c = choice.modes[n], self.contacts[i]
+            mode, c, by = choice.modes[n], self.contacts[i], self.layout.pressed_by[i]
+            if by is not None and choice.modes[order.index(by)] is Mode.OPEN:
+                continue
             if mode is Mode.OPEN:
                 if c.gap is None:
                     raise SimulationError(
@@ -141,14 +144,14 @@ class ContactMotion:
             stuck = [i for i in stays if not sliding[i].any()]
             stays |= set(rests)
             after[self.q : self.q + touch.width] += touch.held(sorted(stays), stuck)
-        return after, stays, over
+        return after, self.layout.together(stays), over
 
     def _flat(self, t: float, x: Array, closed: set[int], off: Sequence[int]) -> tuple[list[int], float]:
         """Contacts whose further rebounds are less than tolerances tell, and when they are over."""
-        touch, order, forces = self.touch(t, x), sorted(closed), np.zeros(0)
+        touch, order, forces = self.touch(t, x), sorted(self.layout.together(closed)), np.zeros(0)
         if order:
-            sliding = self._still(touch, closed, self.none)
-            forces = choose(touch.problem(order, sliding, touch.numbers.laws[:, 0])).forces
+            sliding = self._still(touch, set(order), self.none)
+            forces = touch.choose(order, sliding, touch.numbers.laws[:, 0]).forces
         a = touch.accelerations(order, forces)[0][:: self.layout.d]
         rests, over = [], t
         for i in off:
@@ -188,6 +191,7 @@ class ContactMotion:
                 )
             if c.gap is None or (g <= near and touch.gap_rates[i] <= GIVEN * touch.velocity_terms[i * self.layout.d]):
                 closed.add(i)
+        closed = self.layout.together(closed)
         hits = [i for i in closed if touch.gap_rates[i] < -GIVEN * touch.velocity_terms[i * self.layout.d]]
         if hits:
             x, closed, _ = self.hit(t, x, closed)
@@ -232,7 +236,11 @@ class ContactMotion:
         hit = {own[0] for own in map(self.ends, by) if own and own[1] == "closes"}
         touch: Touch | None = None
         for i, (c, mode) in enumerate(zip(self.contacts, now.modes, strict=True)):
-            if mode is ContactMode.SEPARATED and (i in hit or before[i] is not ContactMode.SEPARATED):
+            if (
+                mode is ContactMode.SEPARATED
+                and c.gap is not None
+                and (i in hit or before[i] is not ContactMode.SEPARATED)
+            ):
                 found[f"{c.name} closes"] = 1.0
             elif mode is ContactMode.STRAIGHT and before[i] not in (ContactMode.STRAIGHT, ContactMode.SLIP):
                 touch = touch or self.touch(t, x)
@@ -310,7 +318,7 @@ class ContactMotion:
         slides = {n for n in closed if now.modes[n] in (ContactMode.STRAIGHT, ContactMode.SLIP)}
         sliding = self._still(touch, slides, now.directions)
         friction = touch.numbers.laws[:, 0] * (1 + ENDS)
-        forces = choose(touch.problem(closed, sliding, friction)).forces.reshape(-1, d)[closed.index(i), 1:]
+        forces = touch.choose(closed, sliding, friction).forces.reshape(-1, d)[closed.index(i), 1:]
         return np.asarray(-forces / np.linalg.norm(forces))
 
     def ends(self, event: Event) -> tuple[int, str] | None:
@@ -398,14 +406,15 @@ class _Way:
         self.runner = self._runner()
 
     def _runner(self) -> ContactRunner | None:
-        """None where inputs are functions of Python's, or there are breakpoints."""
+        """None where inputs are functions of Python's, there are breakpoints, or contacts that others press."""
         at = self.at
         fixed = all(
             constant(f) is not None or (isinstance(f, Formula) and not f.breakpoints(self.span))
             for f in at.inputs.values()
         )
         limited = self.method.first is not None or self.method.max_seconds < np.inf
-        if not fixed or self.method.breakpoints or limited:
+        pressed = any(m is not None for m in at.layout.pressed_by)
+        if not fixed or self.method.breakpoints or limited or pressed:
             return None
         given = dict(at.parameters), at.inputs
         found, self.free = runner(at.eom, self.method, self.span, given, self.options["settings"], self.times)
