@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 import kane as kn
@@ -91,6 +91,20 @@ def test_a_force_moves_what_has_viscous_friction_alone():
     assert sol.u[-1, 0] == pytest.approx((1 - np.exp(-0.4 * 3)) / 0.8, abs=1e-11)
 
 
+@pytest.mark.parametrize("begins", [0.0, 0.5])
+def test_a_force_that_changes_its_sign_where_dry_friction_is_none(begins):
+    """m v̇ = F sin ω t − c v from rest, where F begins at zero; a stick of no size holds nothing."""
+    m, c, w = 2.0, 0.8, 3.0
+    eom, _ = block(0, force=kn.sin(w * kn.time), viscous=c)
+    sol = kn.simulate(eom, (begins, 10), q=[0, 0], u=[0, 0], **TIGHT)
+
+    def forced(t):
+        return (c * np.sin(w * t) - m * w * np.cos(w * t)) / ((m * w) ** 2 + c * c)
+
+    v = forced(10) - forced(begins) * np.exp(-c / m * (10 - begins))
+    assert sol.u[-1, 0] == pytest.approx(v, abs=1e-11)
+
+
 @pytest.mark.parametrize("apart", [0.0, 0.1])
 def test_viscous_friction_presses_another_contact(apart):
     """Two blocks, the first braked by c v, the second by less: the one behind stays at the first, or hits it and stays there."""
@@ -152,6 +166,15 @@ def test_stick_slip_on_a_belt_by_stribecks_law(opens):
     np.testing.assert_allclose(ends - begins[: len(ends)], own.t[-1], rtol=0, atol=1e-9)
     stuck = (start[0] - own.y[0, -1]) / belt
     np.testing.assert_allclose(np.diff(begins), own.t[-1] + stuck, rtol=0, atol=1e-8)
+
+
+def test_stribecks_law_in_space():
+    """On a belt that runs across the throw the slip turns: |s| falls by its own equation until it sticks."""
+    eom, _ = block(kn.joints.stribeck(0.3, 0.4, 0.2), space=True, surface=0.5)
+    sol = kn.simulate(eom, (0, 1), q=[0, 0, 0], u=[0, 0, 1.0], **TIGHT)
+    t = quad(lambda s: 1 / (stribeck(s) * G), 0, np.hypot(0.5, 1.0), epsabs=1e-13)[0]
+    assert times(sol, "floor sticks") == [pytest.approx(t, abs=1e-9)]
+    np.testing.assert_allclose(sol.u[-1], [0.5, 0, 0], rtol=0, atol=1e-14)
 
 
 def test_onset_of_slip_on_a_slope_of_force():

@@ -319,6 +319,8 @@ class ContactMotion:
         sliding = self._still(touch, slides, now.directions)
         friction = touch.numbers.laws[:, 0] * (1 + ENDS)
         forces = touch.choose(closed, sliding, friction).forces.reshape(-1, d)[closed.index(i), 1:]
+        if not forces.any():  # without friction: any
+            return np.eye(d - 1)[0]
         return np.asarray(-forces / np.linalg.norm(forces))
 
     def ends(self, event: Event) -> tuple[int, str] | None:
