@@ -319,9 +319,8 @@ class ContactMotion:
         sliding = self._still(touch, slides, now.directions)
         friction = touch.numbers.laws[:, 0] * (1 + ENDS)
         forces = touch.choose(closed, sliding, friction).forces.reshape(-1, d)[closed.index(i), 1:]
-        if not forces.any():  # without friction: any
-            return np.eye(d - 1)[0]
-        return np.asarray(-forces / np.linalg.norm(forces))
+        size = np.linalg.norm(forces)
+        return np.asarray(-forces / size if size > 0 else np.eye(d - 1)[0])  # without friction any will do
 
     def ends(self, event: Event) -> tuple[int, str] | None:
         """The contact whose mode an event ends, and how; None of any other event."""
