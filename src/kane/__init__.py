@@ -143,7 +143,8 @@ _NAMES = {
     "model.force_systems": "ForceSystem Wrench force_system",
     "model.joints.closing":
         "close_ball close_cylindrical close_pin close_planar close_screw close_slider close_universal close_weld",
-    "model.contacts": "ContactLaw ContactMode clutch contact rope stiction stop",
+    "model.contacts": "ContactLaw ContactMode capstan clutch contact drilling_resistance rolling_resistance rope stiction stop "
+        "stribeck",
     "model.joints.contact":
         "Contact disk_on_plane dry_friction friction point_on_plane sphere_on_plane torus_on_plane",
     "model.joints.gears": "bevel_pair gear_pair rack_and_pinion worm_pair",

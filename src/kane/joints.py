@@ -2,7 +2,18 @@
 """Joints as functions over frames and points, loops closed by the same joints, contacts, stops, ropes and clutches, and gears."""
 
 from kane.dynamics.readings.joint_reactions import JointReaction
-from kane.model.contacts import ContactLaw, ContactMode, clutch, rope, stiction, stop
+from kane.model.contacts import (
+    ContactLaw,
+    ContactMode,
+    capstan,
+    clutch,
+    drilling_resistance,
+    rolling_resistance,
+    rope,
+    stiction,
+    stop,
+    stribeck,
+)
 from kane.model.joints.closing import (
     close_ball,
     close_cylindrical,
@@ -27,6 +38,7 @@ __all__ = [
     "JointReaction",
     "ball",
     "bevel_pair",
+    "capstan",
     "capsule_on_plane",
     "close_ball",
     "close_cylindrical",
@@ -40,12 +52,14 @@ __all__ = [
     "corners_on_plane",
     "cylindrical",
     "disk_on_plane",
+    "drilling_resistance",
     "free",
     "gear_pair",
     "pin",
     "planar",
     "point_on_plane",
     "rack_and_pinion",
+    "rolling_resistance",
     "rope",
     "screw",
     "slider",
@@ -54,6 +68,7 @@ __all__ = [
     "sphere_on_sphere",
     "stiction",
     "stop",
+    "stribeck",
     "torus_on_plane",
     "universal",
     "weld",

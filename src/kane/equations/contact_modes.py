@@ -7,17 +7,19 @@ With all rows of the contacts, J w + …, of speeds w = (u, u_a) that the auxili
     a = W λ + b               W = J H Jᵀ,  H = M⁻¹ − M⁻¹Pᵀ (P M⁻¹ Pᵀ)⁺ P M⁻¹
 
 which `kane.contacts` solves for the modes. Contacts that do not press by a row of J have a normal of their own: N = size, μ = 1.
+Where the N of another contact presses, the size follows from it: problems are solved until they agree.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
-from kane.contacts import ContactProblem, contact_problem
+from kane.contacts import Choice, ContactProblem, Mode, choose, contact_problem
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived, derived
 from kane.dynamics.forcing import mass_rows
@@ -30,14 +32,17 @@ from kane.expr.regular import Sizes, size
 from kane.model.contacts import ContactLaw, ContactMode, Modes
 from kane.model.system import System
 from kane.numeric.arrays import Array
-from kane.numeric.scale import GIVEN, ROUNDED_SUM
+from kane.numeric.scale import GIVEN, ROUNDED, ROUNDED_SUM
 from kane.program.from_expressions import Bundle
+
+_ROUNDS = 100
+"""Choices of modes until normal forces and the couples that follow from them agree."""
 
 
 class ContactNumbers(NamedTuple):
     """Gaps and the sizes of their terms (k); M, f and its terms; rows of all constraints over w, what their rates have besides.
 
-    `laws` are μ_s, μ_k and e of each contact (k × 3).
+    `laws` are μ_s, μ_k and e of each contact (k × 3), `viscous` c (k).
     """
 
     gaps: Array
@@ -50,13 +55,16 @@ class ContactNumbers(NamedTuple):
     drift: Array
     drift_terms: Array
     laws: Array
+    viscous: Array
 
 
 def in_touch(system: System) -> System:
     """The system with the rows of all contacts, to be read, never to be solved."""
     gaps = [c.gap for c in system.contacts if c.gap is not None]
     slips = [v for c in system.contacts for v in c.slips]
-    pressing = [c.normal_force for c in system.contacts if c.gap is None and c.normal_force is not None]
+    pressing = [
+        n for c in system.contacts if c.gap is None and c.pressed_by is None and (n := c.normal_force) is not None
+    ]
     return system.quietly(
         events=(),
         holonomic=(*system.holonomic, *gaps),
@@ -81,6 +89,7 @@ def contact_numbers(eom: Equations) -> Bundle[ContactNumbers]:
     d, contacts, memo = eom.numeric().value(touching), eom.system.contacts, Sizes()
     blocks, rows = d.blocks, d.constraints
     gaps = [ZERO if c.gap is None else c.gap.expr for c in contacts]
+    laws = [eom.in_speeds(x) for c in contacts for x in c.numbers]
     forcing = [*blocks.forcing, *blocks.forcing_a]
     groups = {
         "gaps": gaps,
@@ -92,7 +101,8 @@ def contact_numbers(eom: Equations) -> Bundle[ContactNumbers]:
         "rest": list(rows.b),
         "drift": list(rows.drift),
         "drift_terms": [size(x, memo) for x in rows.drift],
-        "laws": Matrix([[c.static, c.kinetic, c.restitution] for c in contacts]),
+        "laws": Matrix([laws[i : i + 3] for i in range(0, len(laws), 3)]),
+        "viscous": [eom.in_speeds(c.viscous) for c in contacts],
     }
     return Bundle("contacts", ports(eom.derived), ContactNumbers, groups)
 
@@ -102,12 +112,19 @@ class Layout:
     """Where a contact's rows stand: `d` rows each, its normal first. A place is a row of constraints, or −1 − (auxiliary speed).
 
     `places` (k × d) has None where a contact has no such row; `always` are those of the constraints that hold in every mode.
+    `pressed_by` is the contact that presses in the place of its own normal, or None.
     """
 
     contacts: tuple[ContactLaw, ...]
     d: int
     places: tuple[tuple[int | None, ...], ...]
     always: tuple[int, ...]
+    pressed_by: tuple[int | None, ...]
+
+    def together(self, closed: Iterable[int]) -> set[int]:
+        """Contacts that are closed with those that they press."""
+        own = {i for i in closed if self.pressed_by[i] is None}
+        return own | {i for i, m in enumerate(self.pressed_by) if m in own}
 
 
 def layout(eom: Equations) -> Layout:
@@ -119,12 +136,14 @@ def layout(eom: Equations) -> Layout:
     d = 1 + max(1, *(len(c.slips) for c in contacts))
     places = []
     for c in contacts:
-        normal = row[c.gap] if c.gap is not None else None if c.normal_force is None else auxiliary[c.normal_force]
+        given = c.normal_force is None or c.pressed_by is not None
+        normal = row[c.gap] if c.gap is not None else None if given else auxiliary[c.normal_force]
         slips = [row[v] for v in c.slips]
         places.append((normal, *slips, *[None] * (d - 1 - len(slips))))
     taken = {p for own in places for p in own}
     every = (*range(len(row)), *auxiliary.values())
-    return Layout(contacts, d, tuple(places), tuple(p for p in every if p not in taken))
+    pressed = tuple(None if c.pressed_by is None else contacts.index(c.pressed_by) for c in contacts)
+    return Layout(contacts, d, tuple(places), tuple(p for p in every if p not in taken), pressed)
 
 
 class Touch:
@@ -161,6 +180,8 @@ class Touch:
         self.bias_terms = np.abs(self.rows) @ (np.abs(inverse) @ numbers.forcing_terms) + drift_terms
         self.bias_terms = np.maximum(self.bias_terms, np.abs(self.bias))
         self.velocity, self.velocity_terms = velocity, np.maximum(velocity_terms, np.abs(velocity))
+        self.drag = -np.repeat(numbers.viscous, d) * velocity
+        self.drag[::d] = 0.0
 
     def _row(self, place: int, width: int) -> Array:
         if place >= 0:
@@ -185,30 +206,60 @@ class Touch:
         return self.velocity_terms.reshape(-1, self.layout.d)[:, 1:]
 
     def problem(
-        self, closed: Sequence[int], sliding: Array, friction: Array, velocities: bool = False
+        self,
+        closed: Sequence[int],
+        sliding: Array,
+        friction: Array,
+        velocities: bool = False,
+        pressing: Mapping[int, float] = MappingProxyType({}),
     ) -> ContactProblem:
         """The problem of the contacts that are closed; `sliding` (k × d − 1) are directions of slip, zero where there is none.
 
-        `friction` is μ_s of each contact (k). With `velocities` v takes the place of b: the problem of impulses.
+        `friction` is μ_s of each contact (k), `pressing` the N of another contact that presses some. With `velocities` v takes the
+        place of b: the problem of impulses.
         """
         d, laws, places = self.layout.d, self.numbers.laws, self.places(closed)
         w = self.mobility[np.ix_(places, places)]
-        given, terms = (self.velocity, self.velocity_terms) if velocities else (self.bias, self.bias_terms)
+        given, terms = (self.velocity, self.velocity_terms) if velocities else self.unforced(closed)
         b, size_ = given[places], terms[places]
-        static, kinetic = friction[list(closed)].copy(), laws[list(closed), 1].copy()
+        kinetic, slides = laws[list(closed), 1].copy(), np.any(sliding[list(closed)], axis=1)
+        static = np.maximum(friction[list(closed)], np.where(slides, kinetic, 0.0))
         for n, i in enumerate(closed):
             usual = max(w[d * n + j, d * n + j] for j in range(d))
             for j, place in enumerate(self.layout.places[i]):
                 if place is None:
                     w[d * n + j, d * n + j] = usual or 1.0
             if self.layout.places[i][0] is None:  # friction of a given size
-                most = laws[i, 0]
-                b[d * n] = 0.0 if velocities else -(usual or 1.0) * most
+                most = max(laws[i, 0], kinetic[n])
+                b[d * n] = 0.0 if velocities else -(usual or 1.0) * most * pressing.get(i, 1.0)
                 size_[d * n] = abs(b[d * n])
                 static[n], kinetic[n] = (static[n] / most, kinetic[n] / most) if most > 0 else (0.0, 0.0)
         kinetic = np.minimum(kinetic, static)
         names = [self.layout.contacts[i].name for i in closed]
         return contact_problem(w, b, static, kinetic=kinetic, sliding=sliding[list(closed)], terms=size_, names=names)
+
+    def choose(
+        self, closed: Sequence[int], sliding: Array, friction: Array, before: Sequence[Mode] | None = None
+    ) -> Choice:
+        """The modes of the contacts that are closed, `before` those until now; what presses is as large as they have it."""
+        d, place = self.layout.d, {i: n for n, i in enumerate(closed)}
+        by = {i: place[m] for i, m in enumerate(self.layout.pressed_by) if m in place and i in place}
+        alone = [i for i in closed if i not in by]
+        if not by:
+            return choose(self.problem(closed, sliding, friction), before)
+        known = before and [before[place[i]] for i in alone]
+        first = choose(self.problem(alone, sliding, friction), known)
+        pressing = {i: float(first.forces[d * alone.index(closed[m])]) for i, m in by.items()}
+        for _ in range(_ROUNDS):
+            choice = choose(self.problem(closed, sliding, friction, pressing=pressing), before)
+            found = {i: max(float(choice.forces[d * m]), 0.0) for i, m in by.items()}
+            if all(abs(n - pressing[i]) <= ROUNDED * n for i, n in found.items()):
+                return choice
+            pressing = found
+        names = ", ".join(self.layout.contacts[i].name for i in by)
+        raise SimulationError(
+            f"Expected couples of {names} that agree with the normal force that they change, found none."
+        )
 
     def held(self, closed: Sequence[int], stuck: Sequence[int]) -> Array:
         """Δu, the least, after which the gaps of these contacts have no rates, and those that are stuck no slip."""
@@ -227,8 +278,14 @@ class Touch:
 
     def accelerations(self, closed: Sequence[int], forces: Array) -> tuple[Array, Array]:
         """a = W λ + b of all rows by the forces of these contacts, and the sizes of its terms."""
-        w = self.mobility[:, self.places(closed)]
-        return w @ forces + self.bias, np.abs(w) @ np.abs(forces) + self.bias_terms
+        w, (bias, terms) = self.mobility[:, self.places(closed)], self.unforced(closed)
+        return w @ forces + bias, np.abs(w) @ np.abs(forces) + terms
+
+    def unforced(self, closed: Sequence[int]) -> tuple[Array, Array]:
+        """b of all rows and its terms, with the viscous friction of these contacts."""
+        places = self.places(closed)
+        w, drag = self.mobility[:, places], self.drag[places]
+        return self.bias + w @ drag, self.bias_terms + np.abs(w) @ np.abs(drag)
 
 
 def held_together(touch: Touch, modes: Sequence[ContactMode]) -> Modes:

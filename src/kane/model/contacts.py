@@ -5,11 +5,12 @@ A contact has a gap g(q, t) ≥ 0, velocities of slip v_k = 0, and laws (Coulomb
 
     separated  g > 0                       no force
     sticks     g = 0, v = 0                |F| ≤ μ_s N
-    slips      g = 0, N ≥ 0                F = −μ_k N v/|v|
+    slips      g = 0, N ≥ 0                F = −μ_k N v/|v| − c v
 
 N and F are multipliers of the rows g and v_k: constraints of a mode's system, whose forces, places and reactions are those of
 `kane.model.constraints`. Where coordinates keep a contact closed by themselves it has no gap, and N is a reaction that is declared.
-Friction of a given size, as in a clutch, has neither: |F| ≤ size.
+Friction of a given size, as in a clutch, has neither: |F| ≤ size. μ_k may be a function of |v|: a symbol stands for |v| in it.
+Resistance to rolling and to drilling is pressed by the N of another contact, and is there as long as that one is closed.
 
 In a mode a contact slips either `STRAIGHT`, along a direction d that is a number, or along v itself: v/|v| has no value where a slip
 begins or ends. In the plane all slip is straight.
@@ -18,15 +19,17 @@ Where several contacts stick by one row, as the corners of a block, the first ha
 bodies tell the sum of their friction alone. It is shared in proportion to μ_s N, and holds while |ΣF| ≤ Σ μ_s N.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 from kane import expect
 from kane.errors import ModelError
-from kane.expr.build import add, div, mul, neg, sqrt, sub, sum_of
+from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sqrt, sub, sum_of
 from kane.expr.differentiation import time_derivative
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, ZERO, Expr, as_expr
@@ -58,7 +61,7 @@ class ContactMode(IntEnum):
     SLIP = 3
     HELD = 4
 
-    def word(self, contact: "ContactLaw") -> str:
+    def word(self, contact: ContactLaw) -> str:
         """As it is shown: separated, stick or slip; closed where there is no friction, and of a rope that is taut."""
         return ("separated", "stick" if contact.slips else "closed", "slip", "slip", "stick")[self]
 
@@ -77,11 +80,15 @@ class ContactLaw(Immutable):
     slips : velocities of slip that vanish where it sticks
     normal_force : N, the multiplier of the gap or a reaction of the system; None where friction has a given size
     friction_forces : F_k along each slip, on the particle in contact
-    static, kinetic : μ_s and μ_k; sizes, N or N m, where nothing presses
+    static, kinetic : μ_s and μ_k, which may hold `speed`; sizes, N or N m, where nothing presses
+    speed : stands for |v| in μ_k
+    viscous : c of the force −c v that is added where it slips
     restitution : e of impacts
     law : which restitution it is: "stronge" (energetic), "poisson", "newton", or "moreau", Newton's for all contacts at once
     direction : the numbers d_k that a straight slip goes along
     slowest : the slip below which it is straight
+    place : where bodies touch, if it is of `kn.contact`
+    pressed_by : the contact whose N presses, if it is another one's
     slack : by how much the gap is below zero where it closes: what rounding leaves of one that has opened without speed
     """
 
@@ -92,14 +99,18 @@ class ContactLaw(Immutable):
     friction_forces: tuple[Reaction, ...]
     static: Expr
     kinetic: Expr
+    speed: Parameter
+    viscous: Expr
     restitution: Expr
     law: str
     direction: tuple[Parameter, ...]
     slowest: Parameter
     slack: Parameter
+    place: Contact | None = None
+    pressed_by: ContactLaw | None = None
 
     def __repr__(self) -> str:
-        friction = f", μ = {self.kinetic}" if self.slips else ""
+        friction = f", μ = {self.kinetic_at(self.speed)}" if self.slips else ""
         return f"ContactLaw({self.name!r}{friction}, e = {self.restitution})"
 
     @property
@@ -124,8 +135,20 @@ class ContactLaw(Immutable):
 
     def sliding_friction(self, mode: ContactMode) -> dict[Expr, Expr]:
         """F_k by their symbols where it slips."""
-        size = neg(mul(self.kinetic, self.pressing))
-        return {f: mul(size, d) for f, d in zip(self.friction_forces, self.along(mode), strict=True)}
+        straight = mode is ContactMode.STRAIGHT
+        size = neg(mul(self.kinetic_at(self.onward if straight else sqrt(self.square)), self.pressing))
+        drags = [mul(self.viscous, c.expr) for c in self.slips]
+        each = zip(self.friction_forces, self.along(mode), drags, strict=True)
+        return {f: sub(mul(size, d), drag) for f, d, drag in each}
+
+    def kinetic_at(self, speed: Expr) -> Expr:
+        """μ_k at a speed of slip."""
+        return substituted(self.kinetic, {self.speed: speed})
+
+    @property
+    def numbers(self) -> tuple[Expr, Expr, Expr]:
+        """μ_s, μ_k and e, at the slip of a state."""
+        return self.static, self.kinetic_at(sqrt(self.square)), self.restitution
 
     def along(self, mode: ContactMode) -> tuple[Expr, ...]:
         """The unit vector of the slip."""
@@ -134,9 +157,50 @@ class ContactLaw(Immutable):
         return tuple(c.expr / sqrt(self.square) for c in self.slips)
 
     @property
+    def onward(self) -> Expr:
+        """The slip along the direction of a straight one."""
+        return sum_of(mul(d, c.expr) for d, c in zip(self.direction, self.slips, strict=True))
+
+    @property
     def square(self) -> Expr:
         """|v|²."""
         return sum_of(mul(c.expr, c.expr) for c in self.slips)
+
+
+class Friction(NamedTuple):
+    """Of a contact as it is given: μ_k, a number or a function of the speed of slip, μ_s or None, and c."""
+
+    kinetic: Any = 0
+    static: Any = None
+    viscous: Any = 0
+
+
+SMOOTH = Friction()
+
+
+def stribeck(kinetic: Any, static: Any, speed: Any) -> Callable[[Any], Expr]:
+    """Friction that falls with the speed of slip: μ(v) = μ_k + (μ_s − μ_k) exp(−(v/v_s)²), as `mu=` of a contact.
+
+    Parameters
+    ----------
+    kinetic : μ_k, far above v_s; a size, N or N m, in `stiction` and `clutch`
+    static : μ_s ≥ μ_k, at rest
+    speed : v_s > 0, in m/s, or rad/s
+
+    Notes
+    -----
+    Armstrong-Hélouvry, B., Dupont, P., Canudas de Wit, C. (1994), A survey of models, analysis tools and compensation methods for the
+    control of machines with friction, Automatica 30, 1083-1138, sec. 2.1.
+    """
+    scale = as_expr(speed)
+    default = _default(scale)
+    expect.that(default is None or default > 0, "a speed v_s > 0 of Stribeck's friction", came=f"{default}")
+
+    def mu(v: Any) -> Expr:
+        share = NODE_BUILDERS["exp"](neg(mul(div(v, scale), div(v, scale))))
+        return add(mul(as_expr(static), share), mul(as_expr(kinetic), sub(ONE, share)))  # exactly μ_s at rest
+
+    return mu
 
 
 def _law(
@@ -144,20 +208,24 @@ def _law(
     gap: Constraint | None,
     slips: Sequence[Constraint],
     normal: Reaction | None,
-    friction: tuple[Any, Any],
+    friction: Friction = SMOOTH,
     restitution: Any = 0,
     law: str = LAWS[0],
 ) -> ContactLaw:
     """A law whose numbers are admissible where parameters have their defaults."""
     expect.instance(name, str, "a text as the name of a contact")
     expect.that(name, "a name of a contact", name)
-    kinetic = as_expr(friction[0])
-    static = kinetic if friction[1] is None else as_expr(friction[1])
-    e = as_expr(restitution)
-    check_numbers(name, *(_default(x) for x in (static, kinetic, e)), sized=gap is None and normal is None)
-    expect.that(law in LAWS, f"law= of {name!r}, one of {', '.join(LAWS)}", law)
-    rows = () if kinetic is ZERO and static is ZERO else tuple(c for c in slips if c.expr is not ZERO)
     label = word(name)
+    speed = Parameter.declare(f"s_{label}", 0.0, "", f"speed of the slip of {name}")
+    kinetic = as_expr(friction.kinetic(speed) if callable(friction.kinetic) else friction.kinetic)
+    static = substituted(kinetic, {speed: ZERO}) if friction.static is None else as_expr(friction.static)
+    e, viscous = as_expr(restitution), as_expr(friction.viscous)
+    check_numbers(name, *(_default(x) for x in (static, kinetic, e)), sized=gap is None and normal is None)
+    drag = _default(viscous)
+    expect.that(drag is None or drag >= 0, f"viscous= of {name!r} at or above zero", came=f"{drag}")
+    expect.that(law in LAWS, f"law= of {name!r}, one of {', '.join(LAWS)}", law)
+    smooth = kinetic is ZERO and static is ZERO and viscous is ZERO
+    rows = () if smooth else tuple(c for c in slips if c.expr is not ZERO)
     if normal is None and gap is not None:
         normal = reaction(f"N_{label}", constraint=gap)
     marks = [""] if len(rows) == 1 else [f"_{k}" for k in range(1, len(rows) + 1)]
@@ -170,6 +238,8 @@ def _law(
         tuple(reaction(f"F_{label}{k}", constraint=c) for k, c in zip(marks, rows, strict=True)),
         static,
         kinetic,
+        speed,
+        viscous,
         e,
         law,
         directions,
@@ -206,6 +276,7 @@ def contact(
     mu: Any = 0,
     *,
     static: Any = None,
+    viscous: Any = 0,
     restitution: Any = 0,
     law: str = LAWS[0],
     normal: Reaction | None = None,
@@ -216,8 +287,9 @@ def contact(
     Parameters
     ----------
     at : where bodies touch: from `kn.joints.point_on_plane`, `disk_on_plane`, `sphere_on_plane`, `torus_on_plane`, `sphere_on_sphere`
-    mu : coefficient of sliding friction μ_k
-    static : coefficient of static friction μ_s ≥ μ_k; μ_k unless given
+    mu : coefficient of sliding friction μ_k, or a function of the speed of slip v ≥ 0 that gives it: `lambda v: …`, `stribeck(…)`
+    static : coefficient of static friction μ_s ≥ μ_k; μ_k, at rest, unless given
+    viscous : c ≥ 0, N s/m, of a force −c v that is added to −μ_k N v/|v| where it slips
     restitution : e, from 0 to 1
     law : of restitution: "stronge" (of energies), "poisson" (of impulses) or "newton" (of velocities), one contact after the other, in
         whose course slip may end and turn back (Routh); "moreau": v_n⁺ ≥ −e v_n⁻ for all contacts at once, friction against the slip
@@ -239,7 +311,70 @@ def contact(
             "tells what presses. Bring the normal force into evidence and give it: normal=kn.reaction(name, at=…, along=…)."
         )
     gap = None if normal is not None else at.height
-    return _law(label, gap, at.rolling, normal, (mu, static), restitution, law)
+    return replace(_law(label, gap, at.rolling, normal, Friction(mu, static, viscous), restitution, law), place=at)
+
+
+def rolling_resistance(by: ContactLaw, arm: Any, *, static: Any = None, viscous: Any = 0, name: str = "") -> ContactLaw:
+    """A couple against rolling, |M| ≤ ρ N: up to ρ_s N it holds a wheel, and of ρ N it is against its angular velocity.
+
+    N is the normal force of a contact. The couple is about axes in the plane of contact, between the two bodies, and acts as long
+    as the contact is closed, whether it slips or not; in impacts it has no impulse. List both in `System(contacts=[…])`.
+
+    Parameters
+    ----------
+    by : the contact, from `kn.contact`
+    arm : ρ, m, by which the normal force is ahead of the middle; a coefficient of rolling resistance times the radius
+    static : ρ_s ≥ ρ; `arm` unless given
+    viscous : c, N m s/rad, of a couple −c ω that is added where it rolls
+    name : by default "rolling of <contact>"
+
+    Raises
+    ------
+    ModelError
+        if `by` has no place of contact, or nothing turns about these axes
+
+    Notes
+    -----
+    Johnson, K. L. (1985), Contact Mechanics, Cambridge University Press, sec. 9.1.
+    """
+    place = _pressing(by)
+    axes = [row.forces[0][1] for row in place.rolling]
+    return _resistance(name or f"rolling of {by.name}", by, place, axes, Friction(arm, static, viscous))
+
+
+def drilling_resistance(
+    by: ContactLaw, arm: Any, *, static: Any = None, viscous: Any = 0, name: str = ""
+) -> ContactLaw:
+    """A couple against drilling, |M| ≤ δ N, about the normal of a contact; else as `rolling_resistance`.
+
+    For a contact of radius a, in which pressure is Hertz's, δ = 3 π μ a/16 where it does not slip beside (Johnson 1985, sec. 7.4,
+    of complete slip).
+    """
+    place = _pressing(by)
+    return _resistance(name or f"drilling of {by.name}", by, place, [place.normal], Friction(arm, static, viscous))
+
+
+def _pressing(by: ContactLaw) -> Contact:
+    expect.instance(by, ContactLaw, "a contact that presses", "Make one with kn.contact(…).")
+    place = by.place
+    if place is None:
+        raise ModelError(f"Expected a contact of kn.contact(…), which presses at a place, got {by.name!r}.")
+    return place
+
+
+def _resistance(name: str, by: ContactLaw, place: Contact, axes: Sequence[Vector], friction: Friction) -> ContactLaw:
+    body = place.particle.body
+    ground = place.ground
+    base = None if ground is None else ground.body
+    base = place.particle.root().frame if base is None else base
+    w = Vector() if body is None else body.angular_velocity(base)
+    rows = [
+        replace(motion_constraint(f"{name} {k}", w.dot(axis)), torques=((body, axis), (base, -axis)), unit="N*m")
+        for k, axis in enumerate(axes, 1)
+        if body is not None and w.dot(axis) is not ZERO
+    ]
+    expect.that(rows, f"a body that turns about axes of {name!r}", came="none of its rates in it")
+    return replace(_law(name, None, rows, by.normal_force, friction), pressed_by=by)
 
 
 def stop(name: str, gap: Any, *, restitution: Any = 0, law: str = LAWS[0]) -> ContactLaw:
@@ -249,7 +384,7 @@ def stop(name: str, gap: Any, *, restitution: Any = 0, law: str = LAWS[0]) -> Co
     """
     row = gap if isinstance(gap, Constraint) else configuration_constraint(name, gap)
     _check_moves(name, row.expr)
-    return _law(name, row, (), None, (0, None), restitution, law)
+    return _law(name, row, (), None, restitution=restitution, law=law)
 
 
 def rope(name: str, points: Sequence[Point], length: Any, *, restitution: Any = 0, law: str = LAWS[0]) -> ContactLaw:
@@ -257,20 +392,95 @@ def rope(name: str, points: Sequence[Point], length: Any, *, restitution: Any = 
 
     Points between the ends are pulleys without friction and of no size. `normal_force` is the tension.
     """
-    through = expect.items(points, f"points of the rope {name!r}", "Write [P, Q].")
+    through = _rope_points(name, points)
+    return _law(name, _rope_row(name, through, length), (), None, restitution=restitution, law=law)
+
+
+def capstan(
+    name: str,
+    points: Sequence[Point],
+    length: Any,
+    mu: Any,
+    *,
+    drum: Point,
+    angle: Any,
+    static: Any = None,
+    surface: Any = 0,
+    restitution: Any = 0,
+    law: str = LAWS[0],
+) -> ContactLaw:
+    """A rope as of `rope` that is wound round a drum with friction: it holds while T₂/T₁ is from e^(−μ_s θ) to e^(μ_s θ).
+
+    Where it slips the ratio is e^(μ θ). With N = (T₁ + T₂)/2 and F = T₁ − T₂ this is Coulomb's law |F| ≤ 2 tanh(μ θ/2) N: N is
+    `normal_force`, F `friction_forces[0]`, T₁ = N + F/2 the tension before the drum and T₂ = N − F/2 that behind it.
+
+    Parameters
+    ----------
+    name : of the contact
+    points : of the rope, in order, `drum` between its ends; the others between are pulleys without friction
+    length : of the rope without what is wound round the drum
+    mu : coefficient of sliding friction, or a function of the speed of slip
+    drum : the middle of the drum, whose radius does not count
+    angle : θ ≥ 0 that is wound, rad; 2 π a turn
+    static : coefficient of static friction
+    surface : the speed with which the drum's surface runs toward the last point, as a winch's does
+    restitution, law : where the rope becomes taut
+
+    Notes
+    -----
+    Euler, L. (1769), Remarques sur l'effet du frottement dans l'équilibre, Mém. Acad. Sci. Berlin 18, 265-278; Eytelwein.
+    """
+    through = _rope_points(name, points)
+    expect.that(drum in through[1:-1], f"the drum of {name!r} among the points between the rope's ends", drum)
+    wound = as_expr(angle)
+    given = _default(wound)
+    expect.that(given is None or given >= 0, f"an angle of {name!r} at or above zero", came=f"{given}")
+
+    def pressed(x: Any) -> Expr:
+        """2 tanh(μ θ/2)."""
+        return mul(as_expr(2), NODE_BUILDERS["tanh"](div(mul(as_expr(x), wound), as_expr(2))))
+
+    at = through.index(drum)
+    (before, pulled), (behind, held) = (_rope_parts(part) for part in (through[: at + 1], through[at:]))
+    ends: dict[Point, Vector] = {}
+    for pulls, share in ((pulled, 1), (held, -1)):
+        for p, v in pulls.items():
+            ends[p] = ends.get(p, Vector()) + v * share / 2
+    running = as_expr(surface)
+    slip = sub(div(sub(time_derivative(behind), time_derivative(before)), as_expr(2)), running)
+    row = replace(motion_constraint(f"{name} slip", slip), forces=tuple(ends.items()), unit="N", own=neg(running))
+    friction = Friction(
+        (lambda v: pressed(mu(v))) if callable(mu) else pressed(mu), None if static is None else pressed(static)
+    )
+    return _law(name, _rope_row(name, through, length), (row,), None, friction, restitution, law)
+
+
+def _rope_points(name: str, points: Sequence[Point]) -> list[Point]:
+    through = list(expect.items(points, f"points of the rope {name!r}", "Write [P, Q]."))
     expect.instances(through, Point, f"points of the rope {name!r}")
     expect.that(len(through) > 1, f"two points or more of the rope {name!r}", came=str(len(through)))
+    return through
+
+
+def _rope_parts(through: Sequence[Point]) -> tuple[Expr, dict[Point, Vector]]:
+    """The length between points in order, and the forces that a tension of one exerts on them."""
     pulls: dict[Point, Vector] = {}
-    left = as_expr(length)
+    length = ZERO
     for p, q in pairwise(through):
         r = q.position(p)
         size = r.magnitude()
-        left = sub(left, size)
+        length = add(length, size)
         for point, v in ((p, r / size), (q, -(r / size))):
             pulls[point] = pulls.get(point, Vector()) + v
+    return length, pulls
+
+
+def _rope_row(name: str, through: Sequence[Point], length: Any) -> Constraint:
+    """L − Σ|r_i+1 − r_i|."""
+    taut, pulls = _rope_parts(through)
+    left = sub(as_expr(length), taut)
     _check_moves(name, left)
-    row = Constraint(name, "configuration", left, tuple(pulls.items()), (), "N", time_derivative(as_expr(length)))
-    return _law(name, row, (), None, (0, None), restitution, law)
+    return Constraint(name, "configuration", left, tuple(pulls.items()), (), "N", time_derivative(as_expr(length)))
 
 
 def _check_moves(name: str, gap: Expr) -> None:
@@ -280,15 +490,22 @@ def _check_moves(name: str, gap: Expr) -> None:
 
 
 def stiction(
-    joint: Joint, size: Any, *, static: Any = None, normal: Reaction | None = None, name: str = ""
+    joint: Joint,
+    size: Any,
+    *,
+    static: Any = None,
+    viscous: Any = 0,
+    normal: Reaction | None = None,
+    name: str = "",
 ) -> ContactLaw:
     """Dry friction in a pin or slider that sticks: up to `static` it holds the joint, and of `size` it is against its rate.
 
     Parameters
     ----------
     joint : a pin or a slider
-    size : of the torque (N m) or force (N) where it slips; with `normal`, the coefficient μ_k
-    static : up to which it sticks; `size` unless given
+    size : of the torque (N m) or force (N) where it slips, or a function of the rate; with `normal`, the coefficient μ_k
+    static : up to which it sticks; `size`, at rest, unless given
+    viscous : c of a torque −c ω (N m s/rad) or force −c v (N s/m) beside it
     normal : the reaction that presses, which must stay positive; friction is μ N then
     name : by default "stiction in <joint>"
     """
@@ -296,10 +513,10 @@ def stiction(
     expect.that(kind in ("pin", "slider"), "stiction in a pin or slider joint", joint, "Use kn.clutch for two frames.")
     label = name or f"stiction in {joint.name}"
     if kind == "pin":
-        return clutch(label, joint.frame, joint.parent, joint.axis, size, static=static, normal=normal)
+        return clutch(label, joint.frame, joint.parent, joint.axis, size, static=static, viscous=viscous, normal=normal)
     rate = joint.velocity.dot(joint.axis)
     row = replace(motion_constraint(label, rate), forces=((joint.point, joint.axis), (joint.at, -joint.axis)), unit="N")
-    return _law(label, None, (row,), normal, (size, static))
+    return _law(label, None, (row,), normal, Friction(size, static, viscous))
 
 
 def clutch(
@@ -310,18 +527,20 @@ def clutch(
     size: Any,
     *,
     static: Any = None,
+    viscous: Any = 0,
     normal: Reaction | None = None,
 ) -> ContactLaw:
     """A clutch, a brake or a belt's pulley: a torque between two frames about an axis, of a given size where they slip.
 
-    `size` and `static` may hold inputs: a clutch that is pressed.
+    `size` and `static` may hold inputs: a clutch that is pressed. `size` may be a function of the rate, as of the plates of an
+    automatic transmission; `viscous` is c of a torque −c ω beside it.
     """
     for x in (frame, other):
         expect.instance(x, Frame, f"two frames of {name!r}")
     rate = frame.angular_velocity(other).dot(axis)
     expect.that(rate is not ZERO, f"frames of {name!r} that turn about {axis}", came="none of their rates in it")
     row = replace(motion_constraint(name, rate), torques=((frame, axis), (other, -axis)), unit="N*m")
-    return _law(name, None, (row,), normal, (size, static))
+    return _law(name, None, (row,), normal, Friction(size, static, viscous))
 
 
 def listed_contacts(given: Any) -> tuple[ContactLaw, ...]:
@@ -337,6 +556,9 @@ def listed_contacts(given: Any) -> tuple[ContactLaw, ...]:
             )
         gaps[c.gap.expr] = c.name
     law_of(contacts)
+    for c in contacts:
+        missing = c.pressed_by is not None and c.pressed_by not in contacts
+        expect.that(not missing, f"the contact that presses {c.name!r} listed, too", c.pressed_by)
     return contacts
 
 
@@ -364,7 +586,7 @@ def slip_parameters(contacts: Sequence[ContactLaw]) -> tuple[Parameter, ...]:
 
 def laws_of(contacts: Sequence[ContactLaw]) -> list[Expr]:
     """Their coefficients."""
-    return [x for c in contacts for x in (c.static, c.kinetic, c.restitution)]
+    return [x for c in contacts for x in (*c.numbers, c.viscous)]
 
 
 def given_modes(contacts: Sequence[ContactLaw], given: Any) -> Modes:
@@ -382,12 +604,15 @@ def given_modes(contacts: Sequence[ContactLaw], given: Any) -> Modes:
         right = isinstance(mode, ContactMode) or mode in kinds
         expect.that(right, f"a mode of the contact {name!r} among {', '.join(kinds)}", mode)
         told[name] = mode if isinstance(mode, ContactMode) else kinds[mode]
-    return tuple(told.get(c.name, resting(c)) for c in contacts)
+    return tuple(_mode_of(c, told) for c in contacts)
 
 
-def resting(c: ContactLaw) -> ContactMode:
-    """The mode of a contact that is told nothing of."""
-    return ContactMode.STICK if c.gap is None else ContactMode.SEPARATED
+def _mode_of(c: ContactLaw, told: Mapping[str, ContactMode]) -> ContactMode:
+    """The mode of a contact, where it is told nothing of by default; separated with the one that presses it."""
+    presses = c.pressed_by
+    if presses is not None and _mode_of(presses, told) is ContactMode.SEPARATED:
+        return ContactMode.SEPARATED
+    return told.get(c.name, ContactMode.STICK if c.gap is None else ContactMode.SEPARATED)
 
 
 # Modes ---------------------------------------------------------------------------------------------------------------------
@@ -423,12 +648,16 @@ def _added(c: ContactLaw, mode: ContactMode, group: Group) -> Iterator[tuple[str
     if mode is ContactMode.SEPARATED:
         return
     yield "holonomic", [c.gap] if c.gap else []
-    yield "reactions", [] if c.normal_force is None else [c.normal_force]
+    yield "reactions", _own_normal(c)
     if mode is ContactMode.STICK:
         yield "nonholonomic", c.slips
         yield "reactions", c.friction_forces
     elif mode is not ContactMode.HELD:
         yield "loads", [friction(c, mode)]
+
+
+def _own_normal(c: ContactLaw) -> list[Reaction]:
+    return [] if c.normal_force is None or c.pressed_by is not None else [c.normal_force]
 
 
 def friction(c: ContactLaw, mode: ContactMode) -> Load:
@@ -449,20 +678,19 @@ def _endings(c: ContactLaw, mode: ContactMode, group: Group) -> Iterator[Event]:
         return Event(f"{c.name} {what}", quantity, 0.0, direction, True)
 
     if mode is ContactMode.SEPARATED:
-        assert c.gap is not None
-        yield event("closes", add(c.gap.expr, c.slack))
+        if c.gap is not None:
+            yield event("closes", add(c.gap.expr, c.slack))
         return
-    if c.normal_force is not None:
-        yield event("opens", c.normal_force)
+    for normal in _own_normal(c):
+        yield event("opens", normal)
     if mode is ContactMode.STICK and c.slips:
         held = sum_of(other.most for other in group)
         square = sum_of(mul(f, f) for f in c.friction_forces)
         yield event("slips", sub(mul(held, held), square))
     elif mode is ContactMode.STRAIGHT:
-        onward = sum_of(mul(d, v.expr) for d, v in zip(c.direction, c.slips, strict=True))
-        yield event("sticks", onward)
+        yield event("sticks", c.onward)
         if len(c.slips) > 1:
-            yield event("turns", sub(onward, c.slowest), 1)
+            yield event("turns", sub(c.onward, c.slowest), 1)
     elif mode is ContactMode.SLIP:
         yield event("slows", sub(sqrt(c.square), c.slowest))
 
@@ -474,8 +702,7 @@ def in_mode(contacts: Sequence[ContactLaw], modes: Modes, exprs: Sequence[Expr])
     forces: dict[Expr, Expr] = {}
     for c, mode, group in zip(contacts, modes, _groups(contacts, modes), strict=True):
         if mode is ContactMode.SEPARATED:
-            own = (*(() if c.normal_force is None else (c.normal_force,)), *c.friction_forces)
-            forces |= dict.fromkeys(own, ZERO)
+            forces |= dict.fromkeys((*_own_normal(c), *c.friction_forces), ZERO)
         elif mode in (ContactMode.STRAIGHT, ContactMode.SLIP):
             forces |= c.sliding_friction(mode)
         whole = sum_of(other.most for other in group)

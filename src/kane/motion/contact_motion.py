@@ -19,16 +19,16 @@ from typing import Any
 
 import numpy as np
 
-from kane.contacts import Choice, Count, Law, Mode, Rule, choose, impacts
+from kane.contacts import Choice, Count, Law, Mode, Rule, impacts
 from kane.equations.contact_modes import Layout, Touch, contact_modes, contact_numbers, held_together, layout
 from kane.equations.equations import Equations
 from kane.errors import KaneError, KaneWarning, SimulationError, warn
-from kane.expr.node import Expr
+from kane.expr.node import ZERO, Expr
 from kane.model.contacts import ContactMode, Modes, check_numbers, law_of
 from kane.model.declarations import Event
 from kane.motion.contact_runner import KNOWN, ContactRunner, Went, runner
-from kane.motion.hybrid.contact_automaton import AT_ONCE, ENDS, STARTS, Back
-from kane.motion.hybrid.contact_events import FLAT, KINDS, LOW, NOTHING
+from kane.motion.hybrid.contact_automaton import AT_ONCE, Back
+from kane.motion.hybrid.contact_events import ENDS, FLAT, KINDS, LOW, NOTHING, STARTS
 from kane.motion.inputs.expressions import Formula, value
 from kane.motion.inputs.functions import constant
 from kane.motion.loop import admitted_start, run, solver, whole
@@ -100,11 +100,12 @@ class ContactMotion:
         """The modes from an instant on; `sliding` (k × d − 1) has directions of slip, `friction` (k) the μ_s that hold."""
         modes = [ContactMode.SEPARATED] * len(self.contacts)
         directions = self.none.copy()
+        closed = self.layout.together(closed)
         if not closed:
             return Decided(tuple(modes), directions)
         order = sorted(closed)
         touch = self.touch(t, x)
-        choice = choose(touch.problem(order, sliding, friction), [_mode(before[i], sliding[i]) for i in order])
+        choice = touch.choose(order, sliding, friction, [_mode(before[i], sliding[i]) for i in order])
         if choice.count is Count.SEVERAL:
             warn(
                 f"Expected one mode of the contacts at t = {t:.6g}, got {1 + len(choice.others)} that agree with the laws of "
@@ -112,7 +113,9 @@ class ContactMotion:
                 "before or has least forces: rigid bodies do not tell more. Give what yields a stiffness, or less friction."
             )
         for n, i in enumerate(order):
-            mode, c = choice.modes[n], self.contacts[i]
+            mode, c, by = choice.modes[n], self.contacts[i], self.layout.pressed_by[i]
+            if by is not None and choice.modes[order.index(by)] is Mode.OPEN:
+                continue
             if mode is Mode.OPEN:
                 if c.gap is None:
                     raise SimulationError(
@@ -155,14 +158,14 @@ class ContactMotion:
             stuck = [i for i in stays if not sliding[i].any()]
             stays |= set(rests)
             after[self.q : self.q + touch.width] += touch.held(sorted(stays), stuck)
-        return after, stays, over
+        return after, self.layout.together(stays), over
 
     def _flat(self, t: float, x: Array, closed: set[int], off: Sequence[int]) -> tuple[list[int], float]:
         """Contacts whose further rebounds are less than tolerances tell, and when they are over."""
-        touch, order, forces = self.touch(t, x), sorted(closed), np.zeros(0)
+        touch, order, forces = self.touch(t, x), sorted(self.layout.together(closed)), np.zeros(0)
         if order:
-            sliding = self._still(touch, closed, self.none)
-            forces = choose(touch.problem(order, sliding, touch.numbers.laws[:, 0])).forces
+            sliding = self._still(touch, set(order), self.none)
+            forces = touch.choose(order, sliding, touch.numbers.laws[:, 0]).forces
         a = touch.accelerations(order, forces)[0][:: self.layout.d]
         rests, over = [], t
         for i in off:
@@ -190,7 +193,9 @@ class ContactMotion:
         """
         touch, closed = self.touch(t, x), set[int]()
         for i, c in enumerate(self.contacts):
-            check_numbers(c.name, *touch.numbers.laws[i], sized=c.sized)
+            static, kinetic, e = touch.numbers.laws[i]
+            slides = c.kinetic_at(ZERO) is not c.kinetic and self._still(touch, {i}, self.none)[i].any()
+            check_numbers(c.name, static, min(static, kinetic) if slides else kinetic, e, sized=c.sized)
             g, size = touch.numbers.gaps[i], touch.numbers.gap_terms[i]
             near = GIVEN * size
             if c.gap is not None and g < -near:
@@ -200,6 +205,7 @@ class ContactMotion:
                 )
             if c.gap is None or (g <= near and touch.gap_rates[i] <= GIVEN * touch.velocity_terms[i * self.layout.d]):
                 closed.add(i)
+        closed = self.layout.together(closed)
         hits = [i for i in closed if touch.gap_rates[i] < -GIVEN * touch.velocity_terms[i * self.layout.d]]
         if hits:
             x, closed, _ = self.hit(t, x, closed)
@@ -245,7 +251,11 @@ class ContactMotion:
         decided = all(own is None or own[1] not in ("turns", "slows") for own in map(self.ends, by))
         touch: Touch | None = None
         for i, (c, mode) in enumerate(zip(self.contacts, now.modes, strict=True)):
-            if mode is ContactMode.SEPARATED and (i in hit or before[i] is not ContactMode.SEPARATED):
+            if (
+                mode is ContactMode.SEPARATED
+                and c.gap is not None
+                and (i in hit or before[i] is not ContactMode.SEPARATED)
+            ):
                 found[f"{c.name} closes"] = 1.0
             elif mode is ContactMode.STRAIGHT and decided:
                 touch = touch or self.touch(t, x)
@@ -298,7 +308,7 @@ class ContactMotion:
                     return x, apart, t
         if kind == "slips" and not hits:
             friction[i] = touch.numbers.laws[i, 1]
-            if friction[i] >= touch.numbers.laws[i, 0]:
+            if friction[i] >= touch.numbers.laws[i, 0] * (1 - ENDS):
                 sliding[i] = self._along_force(now, i, t, x)
         decided = self.decide(t, x, closed, sliding, friction, now.modes)
         for n in hits & closed:  # without speed
@@ -319,7 +329,7 @@ class ContactMotion:
     def _unpressed(self, touch: Touch, closed: set[int], sliding: Array, friction: Array) -> set[int]:
         """The contacts whose normal forces are none but for rounding: those of a body that lies flat vanish together."""
         order, d = sorted(closed), self.layout.d
-        pressed = choose(touch.problem(order, sliding, friction)).forces[::d]
+        pressed = touch.choose(order, sliding, friction).forces[::d]
         rows = [d * n for n in order]
         size = touch.bias_terms[rows] / touch.mobility[rows, rows]
         return {n for n, force, most in zip(order, pressed, size, strict=True) if force <= NOTHING * most}
@@ -338,8 +348,9 @@ class ContactMotion:
         slides = {n for n in closed if now.modes[n] in (ContactMode.STRAIGHT, ContactMode.SLIP)}
         sliding = self._still(touch, slides, now.directions)
         friction = touch.numbers.laws[:, 0] * (1 + ENDS)
-        forces = choose(touch.problem(closed, sliding, friction)).forces.reshape(-1, d)[closed.index(i), 1:]
-        return np.asarray(-forces / np.linalg.norm(forces))
+        forces = touch.choose(closed, sliding, friction).forces.reshape(-1, d)[closed.index(i), 1:]
+        size = np.linalg.norm(forces)
+        return np.asarray(-forces / size if size > 0 else np.eye(d - 1)[0])  # without friction any will do
 
     def ends(self, event: Event) -> tuple[int, str] | None:
         """The contact whose mode an event ends, and how; None of any other event."""
@@ -427,14 +438,15 @@ class _Way:
         self.runner = self._runner()
 
     def _runner(self) -> ContactRunner | None:
-        """None where inputs are functions of Python's, or there are breakpoints."""
+        """None where inputs are functions of Python's, there are breakpoints, or contacts that others press."""
         at = self.at
         fixed = all(
             constant(f) is not None or (isinstance(f, Formula) and not f.breakpoints(self.span))
             for f in at.inputs.values()
         )
         limited = self.method.first is not None or self.method.max_seconds < np.inf
-        if not fixed or self.method.breakpoints or limited:
+        pressed = any(m is not None for m in at.layout.pressed_by)
+        if not fixed or self.method.breakpoints or limited or pressed:
             return None
         given = dict(at.parameters), at.inputs
         found, self.free = runner(at.eom, self.method, self.span, given, self.options["settings"], self.times)

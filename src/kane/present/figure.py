@@ -121,7 +121,7 @@ def _everything(solution: Solution) -> list[Panel]:
     eom = solution.equations
     kinds = {"coordinates": eom.coordinates, "speeds": eom.speeds, "states": eom.states, "reactions": eom.reactions}
     touching = ((c.normal_force, *c.friction_forces) for c in eom.system.contacts)
-    kinds["contacts"] = tuple(f for own in touching for f in own if f is not None)
+    kinds["contacts"] = tuple(dict.fromkeys(f for own in touching for f in own if f is not None))
     kinetic, potential, total = solution[[eom.kinetic_energy, eom.potential_energy, eom.energy]]
     energies = [Trace("K", "J", kinetic), Trace("V", "J", potential), Trace("E = K + V", "J", total)]
     energies.append(Trace("E − ∫P dt", "J", total - solution.work, "--"))

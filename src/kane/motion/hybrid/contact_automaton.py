@@ -7,7 +7,7 @@ end or an event, it returns: Python decides, or takes that one mode from its beg
 
 from enum import IntEnum
 
-from kane.motion.hybrid.contact_events import NOTHING, SEPARATED, SLIPS, SLOWS, STRAIGHT, TURNS, After
+from kane.motion.hybrid.contact_events import ENDS, NOTHING, SEPARATED, SLIPS, SLOWS, STARTS, STRAIGHT, TURNS, After
 from kane.motion.steppers.context import ReturnCode, Slot
 from kane.motion.steppers.crossings import LEAVES
 from kane.numeric.scale import ROUNDED_TERMS, SAME_TIME, SOON
@@ -15,8 +15,6 @@ from kane.program.kernel.language import Kernel
 from kane.program.kernel.writer import Term, Writer
 from kane.program.native.calls import RESULT
 
-STARTS, ENDS = 1e-8, 1e-10
-"""A slip goes straight on over this share of the span from its beginning, and below this share of its terms before its end."""
 AT_ONCE = 100
 """Modes at one instant after which none is consistent in numbers."""
 

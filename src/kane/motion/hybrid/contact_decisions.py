@@ -54,10 +54,10 @@ class Decisions:
                 at = at + size
             return [*found, at]
 
-        sizes = [k, k, n * n, n, n, m * n, m, m, m, k * 3]
+        sizes = [k, k, n * n, n, n, m * n, m, m, m, k * 3, k]
         (
             self.gaps, self.gap_terms, self.mass, self.forcing, self.forcing_terms,
-            self.constraint_rows, self.rest, self.drift, self.drift_terms, self.laws, _,
+            self.constraint_rows, self.rest, self.drift, self.drift_terms, self.laws, self.viscous, _,
         ) = placed(sizes)  # fmt: skip
         kd, pa = k * d, self.always_count
         of_touch = [kd * n, kd, kd, kd * n, n, n * n * 2, pa * n, pa * n, pa * pa * 2, pa, pa, kd * kd, kd, kd, n]
@@ -243,8 +243,9 @@ class Decisions:
         sizes = w.select(impulsive, self.velocity_terms, self.bias_terms)
         with w.few(c.get() * d) as i:
             own = self.index(self.own + self.whole(i)) * d + self.rest_of(i)
-            room[self.b + i] = room[of + own]
-            room[self.terms + i] = room[sizes + own]
+            free, terms = self.unforced(own)
+            room[self.b + i] = w.select(impulsive, room[of + own], free)
+            room[self.terms + i] = w.select(impulsive, room[sizes + own], terms)
             with w.few(c.get() * d) as j:
                 other = self.index(self.own + self.whole(j)) * d + self.rest_of(j)
                 value = room[self.mobility + own * kd + other] + room[self.mobility + other * kd + own]
@@ -264,23 +265,38 @@ class Decisions:
                 with w.otherwise(), w.when(j > 0):
                     room[self.rubs + n] = 1.0
             kinetic = self.numbers[self.laws + i * 3 + 1]
-            static = friction[i]
-            room[self.static + n] = static
-            room[self.kinetic + n] = kinetic
-            with w.when(self.no_place(i, 0)):
-                most = self.numbers[self.laws + i * 3]
-                held = w.select(impulsive, 0.0, -(usual.get() * most))
-                room[self.b + n * d] = held
-                room[self.terms + n * d] = self.absolute(held)
-                room[self.static + n] = w.select(most > 0.0, static / most, 0.0)
-                room[self.kinetic + n] = w.select(most > 0.0, kinetic / most, 0.0)
-            room[self.kinetic + n] = w.compute("min", room[self.kinetic + n], room[self.static + n])
             room[self.slides + n] = 0.0
             with w.few(d - 1) as j:
                 way = sliding[i * (d - 1) + j]
                 room[self.dirs + n * d + j] = way
                 with w.when(self.absolute(way) > 0.0):
                     room[self.slides + n] = 1.0
+            static = self.largest(friction[i], w.select(room[self.slides + n] > 0.0, kinetic, 0.0))
+            room[self.static + n] = static
+            room[self.kinetic + n] = kinetic
+            with w.when(self.no_place(i, 0)):
+                most = self.largest(self.numbers[self.laws + i * 3], kinetic)
+                held = w.select(impulsive, 0.0, -(usual.get() * most))
+                room[self.b + n * d] = held
+                room[self.terms + n * d] = self.absolute(held)
+                room[self.static + n] = w.select(most > 0.0, static / most, 0.0)
+                room[self.kinetic + n] = w.select(most > 0.0, kinetic / most, 0.0)
+            room[self.kinetic + n] = w.compute("min", room[self.kinetic + n], room[self.static + n])
+
+    def unforced(self, row: Term) -> tuple[Term, Term]:
+        """b of a row and its terms, with the viscous friction of the closed contacts."""
+        room, d, kd = self.room, self.d, self.k * self.d
+
+        def drag(c: Term) -> Term:
+            i, j = self.index(self.own + self.whole(c)), self.rest_of(c)
+            slip = self.writer.select(j > 0, room[self.velocity + i * d + j], 0.0)
+            return room[self.mobility + row * kd + i * d + j] * self.numbers[self.viscous + i] * slip
+
+        count = self.count.get() * d
+        pulled = self.sum(count, drag)
+        return room[self.bias + row] - pulled, room[self.bias_terms + row] + self.sum(
+            count, lambda c: self.absolute(drag(c))
+        )
 
     def group(self) -> None:
         """`first` of each contact becomes the first one that slips as it does: their tangential rows of W are equal."""

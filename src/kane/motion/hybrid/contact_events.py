@@ -13,6 +13,8 @@ from kane.program.kernel.writer import Array, Term, Variable, Writer
 
 NOTHING = 1e-10
 """Share of the terms of a velocity that is nothing: what is left where a slip or an approach ends."""
+STARTS, ENDS = 1e-8, 1e-10
+"""A slip goes straight on over this share of the span from its beginning, and below this share of its terms before its end."""
 FLAT, LOW = 1e-3, 1e-10
 """Shares of what tolerances leave open of a gap, and of the highest rebound, up to which rebounds are followed."""
 KINDS = ("closes", "opens", "slips", "sticks", "turns", "slows")
@@ -134,7 +136,7 @@ class After:
         with w.when((self.hit.get() < 1) & self.is_(SLIPPING)):
             static, kinetic = (of.numbers[of.laws + i * 3 + j] for j in (0, 1))
             self.friction[i] = kinetic
-            with w.when(kinetic >= static):
+            with w.when(kinetic >= static * (1 - ENDS)):
                 self.task.put(_FORCE)
         with w.when((self.hit.get() > 0) & (self.task.get() < _DONE)):
             self.task.put(_HIT)
@@ -256,8 +258,8 @@ class After:
         i, kd = self.which.get(), of.k * of.d
         row = i * of.d
         a, terms = self.rate, self.terms
-        a.put(of.room[of.bias + row])
-        terms.put(of.room[of.bias_terms + row])
+        for place, free in zip((a, terms), of.unforced(row), strict=True):
+            place.put(free)
         with w.few(of.count.get() * of.d) as c:
             other = of.index(of.own + of.whole(c)) * of.d + of.rest_of(c)
             part = of.room[of.mobility + row * kd + other] * of.room[of.force + c]
@@ -337,7 +339,7 @@ class After:
                     * room[of.force + c]
                 ),
             )
-            a, v, given = pushed + room[of.bias + i * d], room[of.velocity + i * d], of.numbers[of.laws + i * 3 + 2]
+            a, v, given = pushed + of.unforced(i * d)[0], room[of.velocity + i * d], of.numbers[of.laws + i * 3 + 2]
             guessed = w.select(self.rebound[i] > v, v / self.rebound[i], 0.0)
             e = w.select(given > 0.0, given, guessed)
             self.rebound[i] = v
