@@ -39,7 +39,7 @@ def drawn_modes(scene: Scene, data: st.DataObject) -> tuple[str, ...]:
     modes = list[str]()
     for i, touch in enumerate(scene.touches):
         first = i and scene.touches[i - 1].body == touch.body and modes[i - 1] == "stick"
-        held = first or scene.solids[touch.body].joint == "ball" and scene.solids[touch.body].to < 0
+        held = first or (scene.solids[touch.body].joint == "ball" and scene.solids[touch.body].to < 0)
         modes.append(data.draw(st.sampled_from([m for m in MODES if m != "stick" or not held])))
     return tuple(modes)
 
