@@ -280,7 +280,9 @@ def solved(scene: Scene, q: Array, u: Array, modes: Sequence[str], along: Array)
     left[:n, :n] = mass
     if m:
         left[n:, :n], left[:n, n:] = held, -np.array(pushed).T
-    found = np.linalg.solve(left, np.concatenate([force, -np.array(rest)]))
+    right = np.concatenate([force, -np.array(rest)])
+    found = np.linalg.lstsq(left, right, rcond=1e-11)[0]
+    assert np.abs(left @ found - right).max() < 1e-9 * (1 + np.abs(found).max())
     forces = np.zeros((len(scene.touches), 3))
     for (k, axis), value in zip(owner, found[n:], strict=True):
         if k >= 0:

@@ -7,6 +7,7 @@ Numbers are parameters, so that all scenes with the same joints and shapes have 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -31,9 +32,14 @@ BUILDS = (
     ("point", "ball", "sphere"),
 )
 """What touches of the first body, the second one's joint, and what touches of it: "above" is a sphere on the first body."""
+STANDING = (("sphere",), ("points",), ("feet",), ("box",), ("points", "free", "above"), ("feet", "pin", "point"))
+"""The same of bodies that stand on two to four points: three feet, or the corners of a box."""
 
 
 Array = Any
+
+
+CORNERS = ((1, 1), (1, -1), (-1, 1), (-1, -1))
 
 
 class Model(NamedTuple):
@@ -92,9 +98,14 @@ def scenes(draw: Any, builds: tuple[tuple[str, ...], ...] = BUILDS) -> Scene:
     if build[0] == "ball on the ground":
         return Scene(tilt, (draw(solids("ball")),), (draw(touches(0, build[1])),), speeds)
     bodies = [draw(solids())]
-    found = [draw(touches(0, "point" if build[0] == "points" else build[0]))]
-    if build[0] == "points":
-        found.append(draw(touches(0, "point").filter(lambda t: t.place[:2] != found[0].place[:2])))
+    found = list[Touch]()
+    for x, y in {"points": ((1, 0), (-1, 0)), "feet": ((1, 0), (-1, 1), (-1, -1)), "box": CORNERS}.get(build[0], ()):
+        own = draw(touches(0, "point"))
+        z = found[0].place[2] if build[0] == "box" and found else own.place[2]
+        place = (x * 0.3, y * 0.4, z) if build[0] == "box" else (0.3 * x + own.place[0] / 4, 0.4 * y + own.place[1] / 4, z)
+        found.append(replace(own, place=place))
+    if not found:
+        found.append(draw(touches(0, build[0])))
     if len(build) > 1:
         bodies.append(draw(solids(build[1], 0 if build[1] != "free" else -1)))
         found.append(draw(touches(1, build[2])))
@@ -181,8 +192,13 @@ def _contact(
     return kn.contact(where, kinetic, static=static)
 
 
-def admitted(scene: Scene, modes: Sequence[str], rng: np.random.Generator) -> tuple[Array, Array] | None:
-    """A random state whose gaps are closed, with speeds that the modes have; None where there is none near."""
+def admitted(
+    scene: Scene, modes: Sequence[str], rng: np.random.Generator, redundant: bool = False
+) -> tuple[Array, Array] | None:
+    """A random state whose gaps are closed, with speeds that the modes have; None where there is none near.
+
+    With `redundant` rows that are held may depend on each other.
+    """
     q, u = rng.uniform(-0.6, 0.6, scene.width), rng.normal(size=scene.width)
     closed = [t for t, mode in zip(scene.touches, modes, strict=True) if mode != "separated"]
     unit = 1j * STEP * np.eye(scene.width)
@@ -202,9 +218,11 @@ def admitted(scene: Scene, modes: Sequence[str], rng: np.random.Generator) -> tu
     if not len(held):
         return q, u
     sizes = np.linalg.svd(held, compute_uv=False)
-    if len(held) > scene.width or sizes[-1] < 1e-2 * sizes[0]:
+    full = len(held) <= scene.width and sizes[-1] > 1e-2 * sizes[0]
+    clear = (sizes > 1e-2 * sizes[0]) | (sizes < 1e-11 * sizes[0])
+    if not (full or (redundant and clear.all())):
         return None
-    return q, u - np.linalg.pinv(held) @ (held @ u)
+    return q, u - np.linalg.pinv(held, rcond=1e-10) @ (held @ u)
 
 
 def _flat(scene: Scene, at: Any) -> bool:
