@@ -47,12 +47,14 @@ from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
 LAWS = ("stronge", "poisson", "newton", "moreau")
+_NO_FRICTION = 1e-300
+"""What is shared where Σ μ_s N is zero: nothing."""
 
 
 class ContactMode(IntEnum):
     """What a contact does in a mode of a system; a contact without friction STICKs where it is closed.
 
-    HELD: it sticks with the last one before it in the list that has the mode STICK.
+    HELD: it sticks with the last one before it in the list that rubs and has the mode STICK.
     """
 
     SEPARATED = 0
@@ -621,7 +623,7 @@ def _mode_of(c: ContactLaw, told: Mapping[str, ContactMode]) -> ContactMode:
 def additions(contacts: Sequence[ContactLaw], modes: Modes) -> dict[str, list[Any]]:
     """What modes add to a system's arguments: constraints, friction, reactions, and events that end them."""
     found: dict[str, list[Any]] = {name: [] for name in ("holonomic", "nonholonomic", "loads", "reactions", "events")}
-    for c, mode, group in zip(contacts, modes, _groups(contacts, modes), strict=True):
+    for c, mode, group in zip(contacts, modes, groups(contacts, modes), strict=True):
         for name, items in _added(c, mode, group):
             found[name] += items
     return found
@@ -630,13 +632,13 @@ def additions(contacts: Sequence[ContactLaw], modes: Modes) -> dict[str, list[An
 Group = tuple[ContactLaw, ...]
 
 
-def _groups(contacts: Sequence[ContactLaw], modes: Modes) -> list[Group]:
+def groups(contacts: Sequence[ContactLaw], modes: Modes) -> list[Group]:
     """For each contact those that stick by its row, itself first; () of those that are held with another."""
     found: list[Group] = []
     leader = 0
     for k, (c, mode) in enumerate(zip(contacts, modes, strict=True)):
         found.append(() if mode is ContactMode.HELD else (c,))
-        if mode is ContactMode.STICK:
+        if mode is ContactMode.STICK and c.slips:
             leader = k
         elif mode is ContactMode.HELD:
             found[leader] = (*found[leader], c)
@@ -700,12 +702,12 @@ def in_mode(contacts: Sequence[ContactLaw], modes: Modes, exprs: Sequence[Expr])
     if not modes:
         return exprs
     forces: dict[Expr, Expr] = {}
-    for c, mode, group in zip(contacts, modes, _groups(contacts, modes), strict=True):
+    for c, mode, group in zip(contacts, modes, groups(contacts, modes), strict=True):
         if mode is ContactMode.SEPARATED:
             forces |= dict.fromkeys((*_own_normal(c), *c.friction_forces), ZERO)
         elif mode in (ContactMode.STRAIGHT, ContactMode.SLIP):
             forces |= c.sliding_friction(mode)
-        whole = sum_of(other.most for other in group)
+        whole = add(sum_of(other.most for other in group), as_expr(_NO_FRICTION))
         for other in group if len(group) > 1 else ():
             pairs = zip(other.friction_forces, c.friction_forces, strict=True)
             forces |= {f: mul(total, div(other.most, whole)) for f, total in pairs}

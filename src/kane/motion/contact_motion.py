@@ -24,7 +24,7 @@ from kane.equations.contact_modes import Layout, Touch, contact_modes, contact_n
 from kane.equations.equations import Equations
 from kane.errors import KaneError, KaneWarning, SimulationError, warn
 from kane.expr.node import ZERO, Expr
-from kane.model.contacts import ContactMode, Modes, check_numbers, law_of
+from kane.model.contacts import ContactMode, Modes, check_numbers, groups, law_of
 from kane.model.declarations import Event
 from kane.motion.contact_runner import KNOWN, ContactRunner, Went, runner
 from kane.motion.hybrid.contact_automaton import AT_ONCE, Back
@@ -151,13 +151,19 @@ class ContactMotion:
         self.fastest[order] = np.maximum(self.fastest[order], problem.tangents(size).max(axis=1))
         leaves = problem.normals(done.velocity) > NOTHING * problem.normals(size)
         stays = {i for i, off in zip(order, leaves, strict=True) if not off}
-        rests, over = self._flat(t, after, stays, [i for i in order if i not in stays])
+        off = [i for i in order if i not in stays]
+        rests, over = self._flat(t, after, stays, off)
         if rests:
             touch = self.touch(t, after)
             sliding = self._still(touch, stays, self.none)
             stuck = [i for i in stays if not sliding[i].any()]
-            stays |= set(rests)
-            after[self.q : self.q + touch.width] += touch.held(sorted(stays), stuck)
+            while rests:  # and what these press down
+                stays |= set(rests)
+                change = touch.held(sorted(stays), stuck)
+                rates = touch.velocity + touch.rows[:, : touch.width] @ change
+                down = (rates < -NOTHING * touch.velocity_terms)[:: self.layout.d]
+                rests = [i for i in off if i not in stays and down[i]]
+            after[self.q : self.q + touch.width] += change
         return after, self.layout.together(stays), over
 
     def _flat(self, t: float, x: Array, closed: set[int], off: Sequence[int]) -> tuple[list[int], float]:
@@ -287,6 +293,7 @@ class ContactMotion:
             return x, Decided(modes, directions), t
         touch = self.touch(t, x)
         hits = {n for n in set(range(k)) - closed if (n == i and kind == "closes") or self._closes(touch, n)}
+        below = {n for n in hits if touch.gap_rates[n] > 0}
         if hits:
             hits |= {
                 n for n in set(range(k)) - closed if self._touches(touch, n)
@@ -304,17 +311,26 @@ class ContactMotion:
             for off in (self._unpressed(touch, closed, sliding, friction) | {i}, {i}):
                 apart = self.decide(t, x, closed - off, sliding, friction, now.modes)
                 if all(self._parts(touch, n, apart) for n in off):
-                    self.slack[list(off)] = ROUNDED * touch.numbers.gap_terms[list(off)]
+                    self._opens(touch, closed, set(), apart.modes)
                     return x, apart, t
         if kind == "slips" and not hits:
-            friction[i] = touch.numbers.laws[i, 1]
-            if friction[i] >= touch.numbers.laws[i, 0] * (1 - ENDS):
-                sliding[i] = self._along_force(now, i, t, x)
+            together = [self.contacts.index(c) for c in groups(self.contacts, now.modes)[i]]
+            static, friction[together] = friction[together], touch.numbers.laws[together, 1]
+            if friction[i] >= static[0] * (1 - ENDS):
+                also = [n for n, most in zip(together, static, strict=True) if friction[n] >= most * (1 - ENDS)]
+                sliding[also] = self._along_force(now, i, t, x)
         decided = self.decide(t, x, closed, sliding, friction, now.modes)
-        for n in hits & closed:  # without speed
-            if decided.modes[n] is ContactMode.SEPARATED:
-                self.slack[n] = ROUNDED * touch.numbers.gap_terms[n] + 2 * abs(touch.numbers.gaps[n])
+        self._opens(touch, closed, below, decided.modes)
         return x, decided, begins
+
+    def _opens(self, touch: Touch, closed: set[int], below: set[int], modes: Modes) -> None:
+        """Gaps that open have left zero, where rounding, or what has closed besides and moved them `below`, says otherwise."""
+        for n in closed | below:
+            gap, mode = float(touch.numbers.gaps[n]), modes[n]
+            if mode is ContactMode.SEPARATED and n in closed:  # without speed
+                self.slack[n] = ROUNDED * touch.numbers.gap_terms[n] + 2 * abs(gap)
+            elif mode is ContactMode.SEPARATED:
+                self.slack[n] = max(-gap, 0.0)
 
     def _closes(self, touch: Touch, n: int) -> bool:
         """Whether a gap that is open closes at this instant, too."""

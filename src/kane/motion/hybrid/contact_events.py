@@ -123,6 +123,7 @@ class After:
             with w.when((self.here(i) & self.is_(CLOSES)) | self.closes(i)):
                 self.hits[i] = 1.0
                 self.hit.put(1)
+                of.doubt(of.room[of.velocity + i * d] > 0.0)  # below zero, though it opens
         self.find_slips(lambda i: self.slipping(i) & ~(self.here(i) & self.is_(STICKING)))
         self.task.put(_LAST)
         i = self.which.get()
@@ -135,7 +136,12 @@ class After:
             self.task.put(_FORCE)
         with w.when((self.hit.get() < 1) & self.is_(SLIPPING)):
             static, kinetic = (of.numbers[of.laws + i * 3 + j] for j in (0, 1))
-            self.friction[i] = kinetic
+            self.last.put(-1)
+            with w.few(k) as m:  # those that are held with it slip with it
+                leads = (self.modes[m] >= STICKS) & (self.modes[m] <= STICKS) & (self.slip_count[m] > 0.0)
+                self.last.put(w.select(leads, m, self.last.get()))
+                with w.when((self.here(m) | (self.modes[m] >= HELD)) & (self.last.get() <= i) & (self.last.get() >= i)):
+                    self.friction[m] = of.numbers[of.laws + m * 3 + 1]
             with w.when(kinetic >= static * (1 - ENDS)):
                 self.task.put(_FORCE)
         with w.when((self.hit.get() > 0) & (self.task.get() < _DONE)):
@@ -248,7 +254,7 @@ class After:
                     self.next_ways[i * (d - 1) + j] = of.room[of.dirs + n * d + j]
                 slides = self.slip(i) > self.slip_terms(i) * NOTHING
                 self.next[i] = w.select((self.slip_count[i] > 1.5) & slides, SLIPS, STRAIGHT)
-        with w.few(of.k) as i, w.when((self.hits[i] > 0.0) & (self.touching[i] > 0.0) & ~(self.next[i] > SEPARATED)):
+        with w.few(of.k) as i, w.when((self.touching[i] > 0.0) & ~(self.next[i] > SEPARATED)):  # opens without speed
             gap, terms = of.numbers[of.gaps + i], of.numbers[of.gap_terms + i]
             self.slack[i] = ROUNDED * terms + 2.0 * of.absolute(gap)
 
@@ -267,7 +273,6 @@ class After:
             terms.put(terms.get() + of.absolute(part))
         with w.when((of.places[row] > -0.5) & (a.get() >= -(terms.get() * NOTHING))):
             self.found.put(1)
-            self.slack[i] = ROUNDED * of.numbers[of.gap_terms + i]
 
     def press(self) -> None:
         """Forces in the modes at hand: against them slip begins; unsure where others vanish with the one that opens."""
@@ -288,8 +293,10 @@ class After:
                     "sqrt", of.sum(d - 1, lambda j: room[of.force + row + 1 + j] * room[of.force + row + 1 + j])
                 )
                 of.doubt(~(size > 0.0))
-                with w.few(of.count.get()) as m, w.when(of.leads(m, n)), w.few(d - 1) as j:
-                    self.sliding[of.index(of.own + m) * (d - 1) + j] = -room[of.force + row + 1 + j] / size
+                with w.few(of.count.get()) as m, w.when(of.leads(m, n)):
+                    laws = of.laws + of.index(of.own + m) * 3
+                    with w.when(of.numbers[laws + 1] >= of.numbers[laws] * (1 - ENDS)), w.few(d - 1) as j:
+                        self.sliding[of.index(of.own + m) * (d - 1) + j] = -room[of.force + row + 1 + j] / size
 
     def impact(self) -> None:
         """y after the impacts of those that touch, and which of them stay closed: `touching`."""
@@ -383,6 +390,16 @@ class After:
             row = of.index(of.at_row + u)
             of.doubt(~(pivot * pivot > room[of.mobility + row * kd + row] * ROUNDED_SUM))
         solve(room, of.bound, kd, count.get(), of.x)
+        with (
+            w.few(of.k) as i,
+            w.when(self.leaving[i] > self.touching[i]),
+        ):  # what these press down Python is to let rest, too
+
+            def pressed(u: Term, i: Term = i) -> Term:
+                return room[of.mobility + i * d * kd + of.index(of.at_row + u)] * room[of.x + u]
+
+            rate = room[of.velocity + i * d] + of.sum(count.get(), pressed)
+            of.doubt(rate < -(room[of.velocity_terms + i * d] * NOTHING))
         with w.few(of.nu) as j:
 
             def moved(u: Term, j: Term = j) -> Term:
