@@ -26,7 +26,7 @@ TIGHT = {"rtol": 1e-10, "atol": 1e-11}
 
 
 class Held(NamedTuple):
-    """Gaps of the contacts that are closed, and the rows over u of these gaps and of the slips that are none, with what they have besides."""
+    """Gaps of the contacts that are closed, rows over u of these gaps and of the slips that are none, and what they have besides."""
 
     gaps: Array
     rows: Array
