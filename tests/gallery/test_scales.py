@@ -196,7 +196,13 @@ def slow_but(quick, names):
     return [n if n in quick else pytest.param(n, marks=pytest.mark.slow) for n in names]
 
 
-@pytest.mark.parametrize("name", slow_but(["slider_crank", "rolling_disk"], GALLERY))
+OTHERWISE = {"slider_crank_with_clearance", "ball_on_turntable"}
+"""Impacts that come ever faster are as many as absolute tolerances tell; a ball's dependent speeds change where its units mix."""
+
+
+@pytest.mark.parametrize(
+    "name", slow_but(["slider_crank", "rolling_disk"], [n for n in GALLERY if n.split(".")[-1] not in OTHERWISE])
+)
 def test_motions_are_the_same_in_any_units(name, in_units):
     system = in_units(name)
     start = system.start()

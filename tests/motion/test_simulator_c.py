@@ -127,6 +127,10 @@ def test_every_system_of_the_gallery_runs_or_is_refused(tmp_path, name, rng):
     eom = kn.derive(module.system())
     if is_constrained(eom):
         return
+    if eom.system.contacts:
+        with pytest.raises(kn.ProgramError, match="contacts change their modes"):
+            emit_simulator(eom.compile(name="contacts"), "tsit5")
+        return
     program = built(tmp_path, eom, "tsit5", *SANITIZED)
     start = getattr(module, "START", {})
     q, u = (
