@@ -18,7 +18,7 @@ from scipy.integrate import simpson, trapezoid
 
 import kane as kn
 from tests.examples import examples
-from tests.oracles.planar_contacts import Plane, Plate, Touch, floor, poses, rows, solved
+from tests.oracles.planar_contacts import Plane, Plate, Support, Touch, floor, poses, rows, solved
 from tests.systems.planar_contacts import alike, model, planes, system
 
 Array = Any
@@ -198,9 +198,32 @@ SLIPS_ON_BOTH = Plane(
 )
 """Two corners that stick by one row begin to slip together."""
 
+SLIGHT = {"kinetic": 0.1, "static": 0.2, "restitution": 0.1}
+LIFTS_OFF = Plane(
+    0.1,
+    (Plate(1.0, 0.1),),
+    (Touch(0, (0.6, -0.1), **SLIGHT), Touch(0, (-0.5, -0.6), **SLIGHT)),
+    Support((0.1, 12.0), (0.1, 10.0)),
+)
+"""The forces of both corners fall to zero at one instant, and the floor leaves the body."""
+STANDS = {"kinetic": 0.4, "static": 0.4, "restitution": 0.1}
+BESIDE_ONE_THAT_STANDS = Plane(
+    0.1,
+    (Plate(2.9, 0.1), Plate(1.3, 0.8)),
+    (
+        Touch(0, (0.5, -0.4), **STANDS),
+        Touch(0, (-0.1, -0.6), **STANDS),
+        Touch(1, (0.1, -0.4), kinetic=0.3, static=0.6, restitution=0.5),
+        Touch(0, (0.6, 0.0), stops="x", restitution=0.6),
+    ),
+)
+"""Speeds of what sticks become ever smaller, to where their squares are no numbers any more, and another body hits."""
+
 
 @pytest.mark.slow
 @examples(1.5)
+@example((LIFTS_OFF, "stronge"), 183961)
+@example((BESIDE_ONE_THAT_STANDS, "poisson"), 24369)
 @example((PRESSED_DOWN, "poisson"), 224)
 @example((RESTS_IN_A_CORNER, "stronge"), 24)
 @example((LEAVES_A_STOP, "poisson"), 2827)
@@ -244,7 +267,9 @@ def supports_work(plane: Plane, sol: kn.Solution, size: float) -> None:
     masses = np.array([x for p in plane.plates for x in (p.mass, p.mass, 0.0)])
     for at, after in zip(phases, [*phases[1:], None], strict=True):
         done = simpson(power[at], sol.t[at]) if len(at) > 1 else 0.0
-        unsure = abs(done - trapezoid(power[at], sol.t[at]))  # more than Simpson's rule leaves
+        unsure = (
+            abs(done - trapezoid(power[at], sol.t[at])) if len(at) > 4 else abs(done)
+        )  # more than Simpson's rule leaves
         change = sol.energy[at[-1]] - sol.energy[at[0]]
         assert change == pytest.approx(done, abs=1e-6 * size + unsure)
         assert sol.work[at[-1]] - sol.work[at[0]] == pytest.approx(change, abs=1e-8 * size)

@@ -61,7 +61,7 @@ def alike(draw: Any, builds: Any = BUILDS) -> tuple[Plane, str]:
     plates, touches = [], []
     for i, shape in enumerate([first, *second[1:]]):
         ends = st.tuples(tenths(-5, 5), tenths(-5, 5))
-        pin = (draw(ends), draw(ends.filter(any))) if i and second[0] == "pinned" else None
+        pin = (draw(ends.filter(any)), draw(ends.filter(any))) if i and second[0] == "pinned" else None
         plates.append(Plate(draw(tenths(3, 30)), draw(tenths(1, 10)), pin))
         mu = draw(tenths(0, 7))
         laws = {"kinetic": mu, "static": mu + draw(tenths(0, 3)), "restitution": draw(tenths(0, 9))}

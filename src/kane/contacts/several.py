@@ -7,6 +7,7 @@ all that close at once, v_n⁺ ≥ −e v_n⁻ and impulses in their cones again
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -24,6 +25,9 @@ from kane.numeric.scale import ROUNDED, ROUNDED_CHAIN
 
 _MOST = 100
 """Impacts of a sequence, times k², after which what is left closes without restitution."""
+
+_NOTHING = math.sqrt(np.finfo(float).tiny)
+"""A velocity whose square is no number any more is zero, as those may be that projections leave of what sticks."""
 
 
 class Rule(Enum):
@@ -101,6 +105,7 @@ def impacts(
         if energy is gained, as by Newton's law with friction
     """
     v = numbers(velocity, "velocities with the rows of all contacts", 1)
+    v[np.abs(v) < _NOTHING] = 0.0
     size = np.full(len(v), np.abs(v).max(initial=0)) if terms is None else terms
     problem = contact_problem(mobility, v, friction, terms=size, names=names)
     given = np.full(problem.count, restitution) if is_number(restitution) else restitution

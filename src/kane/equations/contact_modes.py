@@ -12,6 +12,7 @@ Where the N of another contact presses, the size follows from it: problems are s
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -25,7 +26,7 @@ from kane.dynamics.derivation import Derived, derived
 from kane.dynamics.forcing import mass_rows
 from kane.equations.compiled import ports
 from kane.equations.equations import Equations, derive, repartition
-from kane.errors import ModelError, SimulationError
+from kane.errors import KaneWarning, ModelError, SimulationError
 from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO
 from kane.expr.regular import Sizes, size
@@ -355,7 +356,9 @@ class ContactModes:
     def equations(self, modes: Modes) -> Equations:
         """Those of a mode."""
         if modes not in self._made:
-            self._made[modes] = derive(self._system.in_modes(modes), near=self._near)
+            with warnings.catch_warnings():  # a motion is there, whatever defaults of parameters say
+                warnings.filterwarnings("ignore", "Expected configuration constraints that some", KaneWarning)
+                self._made[modes] = derive(self._system.in_modes(modes), near=self._near)
         return self._made[modes]
 
 

@@ -267,7 +267,15 @@ class ContactMotion:
                 touch = touch or self.touch(t, x)
                 if not self._still(touch, {i}, now.directions)[i].any():
                     found[f"{c.name} sticks"] = 1.0
-        return found
+        return found | {f"{self.contacts[i].name} opens": 1.0 for i in self._hardly_pressed(now)}
+
+    def _hardly_pressed(self, now: Decided) -> list[int]:
+        """Contacts that are closed at N = 0 but for rounding: they open at once where N falls."""
+        if now.choice is None:
+            return []
+        found, d = now.choice.solution, self.layout.d
+        pairs = zip(now.closed, found.forces[::d], found.force_errors[::d], strict=True)
+        return [i for i, n, error in pairs if now.modes[i] is not ContactMode.SEPARATED and n <= error]
 
     def goes_on(self, piece: Solution) -> None:
         """Take over the parameters and inputs that events have left."""
@@ -483,7 +491,8 @@ class _Way:
         first, self.fresh = self.fresh, {}
         leaves = {**first, **at.leaves(self.now, self.before, self.t, self.x, self.by)}
         numbers: Mapping[Expr, float] = at.constants(self.now, self.t, self.x)
-        if self.runner is not None and not first and self.runner.parameters == at.parameters:
+        opens = any(own and own[1] == "opens" for own in map(at.ends, [e for e in mode.events if e.name in leaves]))
+        if self.runner is not None and not first and not opens and self.runner.parameters == at.parameters:
             m = self.runner.place(self.now.modes, mode, at.ends)
             if m is not None:
                 upward = {own[0] for own in map(at.ends, [e for e in mode.events if e.name in leaves]) if own}
@@ -508,6 +517,7 @@ class _Way:
         start = Begin(q, u, None, a, self.work, leaves, True, True)
         with warnings.catch_warnings():  # of forces that are zero throughout: what follows of them is decided here
             warnings.filterwarnings("ignore", "Expected a start beside the threshold", KaneWarning)
+            warnings.filterwarnings("ignore", "Expected a quantity of the event '.* opens' that crosses", KaneWarning)
             piece = run(mode, (self.t, self.span[1]), start, (numbers, drives), self.options, self.bounds, self.times)
         self._take(_of_mode(piece, mode, self.t, self.by))
         if self.runner is not None and len(piece.segments) < 2:
