@@ -92,10 +92,10 @@ def motion(
     n, t, found = len(q), 0.0, list[Happened]()
 
     def watched(mode: tuple[int, float] | None) -> tuple[Any, list[str]]:
-        def of_force(place: int) -> Callable[..., float]:
+        def of_force(place: int, mu: float) -> Callable[..., float]:
             def value(_: float, z: Array) -> float:
                 normal, friction = accelerated(model, mode, z[:n], z[n:])[1]
-                return float([normal, model.touches[mode[0]].mu * normal - abs(friction)][place])  # type: ignore[index]
+                return float([normal, mu * normal - abs(friction)][place])
 
             return value
 
@@ -104,10 +104,10 @@ def motion(
         names = [f"{model.touches[k].name} closes" for k in open_]
         if mode is not None:
             i, s = mode
-            name = model.touches[i].name
-            events.append(of_force(0))
+            name, mu = model.touches[i].name, model.touches[i].mu
+            events.append(of_force(0, mu))
             names.append(f"{name} opens")
-            events.append((lambda _, z: s * (model.touches[i].rows(z[:n])[1] @ z[n:])) if s else of_force(1))
+            events.append((lambda _, z: s * (model.touches[i].rows(z[:n])[1] @ z[n:])) if s else of_force(1, mu))
             names.append(f"{name} sticks" if s else f"{name} slips")
         for x in events:
             x.terminal, x.direction = True, -1

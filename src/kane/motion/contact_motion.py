@@ -13,7 +13,7 @@ tolerances tell, or a small share of the highest before, it rests then.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -26,9 +26,10 @@ from kane.errors import KaneError, KaneWarning, SimulationError, warn
 from kane.expr.node import ZERO, Expr
 from kane.model.contacts import ContactMode, Modes, check_numbers, groups, law_of
 from kane.model.declarations import Event
-from kane.motion.contact_runner import KNOWN, ContactRunner, Went, runner
+from kane.motion.contact_runner import KNOWN, ContactRunner, Went, rests, runner
 from kane.motion.hybrid.contact_automaton import AT_ONCE, Back
 from kane.motion.hybrid.contact_events import ENDS, FLAT, KINDS, LOW, NOTHING, STARTS
+from kane.motion.hybrid.events import End, ended_by
 from kane.motion.inputs.expressions import Formula, value
 from kane.motion.inputs.functions import constant
 from kane.motion.loop import admitted_start, run, solver, whole
@@ -152,17 +153,17 @@ class ContactMotion:
         leaves = problem.normals(done.velocity) > NOTHING * problem.normals(size)
         stays = {i for i, off in zip(order, leaves, strict=True) if not off}
         off = [i for i in order if i not in stays]
-        rests, over = self._flat(t, after, stays, off)
-        if rests:
+        flat, over = self._flat(t, after, stays, off)
+        if flat:
             touch = self.touch(t, after)
             sliding = self._still(touch, stays, self.none)
             stuck = [i for i in stays if not sliding[i].any()]
-            while rests:  # and what these press down
-                stays |= set(rests)
+            while flat:  # and what these press down
+                stays |= set(flat)
                 change = touch.held(sorted(stays), stuck)
                 rates = touch.velocity + touch.rows[:, : touch.width] @ change
                 down = (rates < -NOTHING * touch.velocity_terms)[:: self.layout.d]
-                rests = [i for i in off if i not in stays and down[i]]
+                flat = [i for i in off if i not in stays and down[i]]
             after[self.q : self.q + touch.width] += change
         return after, self.layout.together(stays), over
 
@@ -173,7 +174,7 @@ class ContactMotion:
             sliding = self._still(touch, set(order), self.none)
             forces = touch.choose(order, sliding, touch.numbers.laws[:, 0]).forces
         a = touch.accelerations(order, forces)[0][:: self.layout.d]
-        rests, over = [], t
+        flat, over = [], t
         for i in off:
             v = touch.gap_rates[i]
             e = touch.numbers.laws[i, 2] or (v / self.rebound[i] if self.rebound[i] > v else 0.0)
@@ -183,9 +184,9 @@ class ContactMotion:
             if height < np.inf:
                 self.highest[i] = max(self.highest[i], height)
             if height <= max(FLAT * open_, LOW * self.highest[i]):
-                rests.append(i)
+                flat.append(i)
                 over = max(over, t - 2 * v / (a[i] * (1 - e))) if e < 1 else over
-        return rests, over
+        return flat, over
 
     # From mode to mode -------------------------------------------------------------------------------------------------------
 
@@ -303,9 +304,8 @@ class ContactMotion:
         hits = {n for n in set(range(k)) - closed if (n == i and kind == "closes") or self._closes(touch, n)}
         below = {n for n in hits if touch.gap_rates[n] > 0}
         if hits:
-            hits |= {
-                n for n in set(range(k)) - closed if self._touches(touch, n)
-            }  # an impact beside may throw them back
+            # an impact beside may throw them back
+            hits |= {n for n in set(range(k)) - closed if self._touches(touch, n)}
             self.slack[list(hits)] = 0.0
             x, closed, begins = self.hit(t, x, closed | hits)
             touch = self.touch(t, x)
@@ -396,6 +396,11 @@ def _told(contacts: Sequence[Any], order: Sequence[int], modes: Sequence[Mode]) 
     return ", ".join(f"{contacts[i].name} {words[m]}" for i, m in zip(order, modes, strict=True))
 
 
+def run_over_time(eom: Equations) -> Callable[..., Solution]:
+    """What runs motions of equations."""
+    return run_with_contacts if eom.system.contacts and not eom.system.modes else run
+
+
 def run_with_contacts(
     eom: Equations,
     span: tuple[float, float],
@@ -413,12 +418,12 @@ def run_with_contacts(
     way = _Way(at, span, (options, bounds, times), (span[0], x, begin.work), now, begin.fresh)
     try:
         with collecting_seldom():  # of each mode a few records are kept
-            return _led(way, eom, given)
+            return _to_its_end(way, eom, given)
     finally:
         way.ends()
 
 
-def _led(way: _Way, eom: Equations, given: tuple[Mapping[Expr, float], Mapping[Expr, Any]]) -> Solution:
+def _to_its_end(way: _Way, eom: Equations, given: tuple[Mapping[Expr, float], Mapping[Expr, Any]]) -> Solution:
     """The motion to its end."""
     at, end = way.at, way.span[1]
 
@@ -539,11 +544,9 @@ class _Way:
         """Where the kernel has led, and the event there that Python is to follow."""
         self.now = Decided(went.modes, went.directions)
         self._arrives(went.t, went.x, went.work)
-        told = f"reached t = {self.span[1]:g}"
-        if went.event is not None:
-            told = f"{went.event.name} at t = {went.t:.6g}: {went.event.message or 'terminal event'}"
-        status = "finished" if went.event is None else "event"
-        self.pieces[-1] = replace(self.pieces[-1], status=status, event=went.event, message=told)
+        met = [] if went.event is None else [(went.event, went.t)]
+        end = ended_by([e for e, _ in met], met, acted=True) or End("finished", f"reached t = {self.span[1]:g}")
+        self.pieces[-1] = replace(self.pieces[-1], status=end.status, event=end.event, message=end.message)
         return went.event
 
     def follows(self, event: Event) -> None:
@@ -557,8 +560,7 @@ class _Way:
         self.before = self.now.modes
         self.x, self.now, over = at.after(t, self.x, self.now, event)
         if t < over <= self.span[1]:
-            rests = Event(f"{event.name.removesuffix(' closes')} rests", event.quantity, terminal=False)
-            self.pieces[-1] = replace(self.pieces[-1], events=(*self.pieces[-1].events, (rests, over)))
+            self.pieces[-1] = replace(self.pieces[-1], events=(*self.pieces[-1].events, (rests(event), over)))
         self.by = (event,)
 
 

@@ -8,7 +8,7 @@ the motion where inputs are functions of Python's.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,22 +16,22 @@ from kane.equations.compiled import Kept
 from kane.equations.contact_modes import contact_numbers, layout
 from kane.equations.equations import Equations
 from kane.expr.node import Expr
-from kane.model.contacts import Modes
+from kane.model.contacts import LAWS, Modes
 from kane.model.declarations import Event
 from kane.motion.arguments import Arguments
 from kane.motion.constraint_kernels import Holding, unheld
 from kane.motion.course import Method
 from kane.motion.hybrid.contact_automaton import Back, Row, automaton_kernel
-from kane.motion.hybrid.contact_decisions import NO_PLACE
+from kane.motion.hybrid.contact_decisions import NO_PLACE, room
 from kane.motion.hybrid.contact_events import KINDS
-from kane.motion.hybrid.contact_impacts import LAWS
 from kane.motion.hybrid.event_routines import glance
 from kane.motion.inputs.functions import constant
+from kane.motion.loop import whole
 from kane.motion.methods import chosen, kernel_of
 from kane.motion.native import first_slots
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given, has_jumps, timed
-from kane.motion.solution.phases import Phase, joined
+from kane.motion.solution.phases import Phase
 from kane.motion.solution.solution import Segment, Solution
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.crossings import LEAVES
@@ -47,7 +47,7 @@ from kane.progress import far, is_noted
 
 KNOWN = ("slack", "fastest", "highest", "rebound")
 """What is known of each contact, a number each, as `kane.motion.contact_motion` has it."""
-_KNOWN, _ROWS, _NOTED, _LIMIT = 32, 1024, 4096, 10_000
+_MODES, _ROWS, _NOTED, _LIMIT = 32, 1024, 4096, 10_000
 """Modes that are known at once; modes and events until Python collects them; steps of a mode after which Python takes it."""
 
 
@@ -69,6 +69,16 @@ class Went:
     numbers: Mapping[Expr, float]
     by: tuple[Event, ...]
     leaves: Mapping[str, float]
+
+
+class ModeKernel(NamedTuple):
+    """A mode, its equations, the method that steps it, what its kernel is given, and who has the arrays to which that points."""
+
+    modes: Modes
+    equations: Equations
+    method: str
+    given: Given
+    owners: tuple[Arguments, Holding | None]
 
 
 @cache
@@ -95,25 +105,25 @@ class ContactRunner:
         later = times[times > span[0]]
         self.s, self.y, self.lag = np.zeros(SIZE), np.zeros(n), np.zeros(n)
         self.times, self.rows = np.append(later, np.inf), np.zeros((len(later) + 1, n))
-        self.made: list[tuple[Modes, Equations, str, Any]] = []
+        self.made: list[ModeKernel] = []
         self.left: set[Modes] = set()
         self.poor = -1, 0.0
         count = len(eom.system.events) + 4 * self.k + 16
         self.width = int(Row.MORE) + self.k * (self.d + 1) + 2 * n
-        room = rooms(count, count, 0, n)
-        self.shared: Given = {name: np.zeros(room[name] + 2 * count) for name in ("log", "jumps")}
+        lengths = rooms(count, count, 0, n)
+        self.shared: Given = {name: np.zeros(lengths[name] + 2 * count) for name in ("log", "jumps")}
         self.marks, self.held_log = np.zeros(len(later) + 1), np.zeros(2 * CHANGES + 3)
-        self.calls = KeptCalls(_KNOWN, settings or Settings())
-        self.codes = np.full(_KNOWN, -1.0)
+        self.calls = KeptCalls(_MODES, settings or Settings())
+        self.codes = np.full(_MODES, -1.0)
         extra, parameters = self.k * (self.d + 1), len(eom.parameters) + self.k * (self.d + 1) + 8
         self.counts = {"event_count": count, "p_count": parameters}
         self.arrays = {
-            "ps": np.zeros((_KNOWN, parameters)),
-            **{name: np.zeros((_KNOWN, count)) for name in ("seen", "largest", "least", "begun")},
-            "leaves": np.zeros((_KNOWN, count * LEAVES)),
-            "meaning": np.full((_KNOWN, count, 2), -1.0),
-            "p_at": np.full((_KNOWN, extra), -1.0),
-            "own_events": np.zeros(_KNOWN),
+            "ps": np.zeros((_MODES, parameters)),
+            **{name: np.zeros((_MODES, count)) for name in ("seen", "largest", "least", "begun")},
+            "leaves": np.zeros((_MODES, count * LEAVES)),
+            "meaning": np.full((_MODES, count, 2), -1.0),
+            "p_at": np.full((_MODES, extra), -1.0),
+            "own_events": np.zeros(_MODES),
             **{name: np.zeros(self.k) for name in KNOWN},
             "modes": np.zeros(self.k),
             "directions": np.zeros((self.k, self.d - 1)),
@@ -127,6 +137,7 @@ class ContactRunner:
         self.symbols = [
             [*c.direction, *[None] * (self.d - 1 - len(c.direction)), c.slowest, c.slack] for c in self.contacts
         ]
+        self.flat = [s for own in self.symbols for s in own]
 
     def take(self, given: tuple[Mapping[Expr, float], Mapping[Expr, Any]]) -> None:
         """The next motion has these parameters, and inputs with the same values."""
@@ -136,8 +147,9 @@ class ContactRunner:
         self.given["p"][:-1] = [self.parameters[s] for s in self.own_p]
         at = self.span[0], np.zeros(len(self.eom.state)), self.given["p"][:-1], self.given["r"][:-1]
         self.given["h"][:] = hoisted(self.routine, *at)
-        for m, (_, mode, _, _) in enumerate(self.made):
-            self.arrays["ps"][m, : len(mode.parameters)] = [self.parameters.get(s, 0.0) for s in mode.parameters]
+        for m, one in enumerate(self.made):
+            own = one.equations.parameters
+            self.arrays["ps"][m, : len(own)] = [self.parameters.get(s, 0.0) for s in own]
             self._admit(m)
 
     def _bound(self, n: int) -> Given:
@@ -152,15 +164,12 @@ class ContactRunner:
         places = [NO_PLACE if p is None else float(p) for own in self.layout.places for p in own]
         sizes = numbers(self.span[0], x, p[:-1], r[:-1])
         width, m, always = len(sizes.forcing), len(sizes.rest), len(self.layout.always)
-        kd = k * d
-        room = kd * width * 2 + kd * 4 + width * 2 + width * width * 2 + always * (2 * width + 2 * always + 2) + kd * kd
-        room += 9 * k + 15 * kd + kd * kd * 8
         ints = {
             "contacts": k, "dimension": d, "width": width, "rows": m, "always_count": always, "speeds": len(eom.speeds),
             "coordinates": len(eom.coordinates), "n": n, "known": 0, "most": self.method.max_steps, "room_for": _ROWS, "enter": 1,
         }  # fmt: skip
         small = {name: np.zeros(k) for name in ("next_modes", "friction", "touching", "hits")}
-        wide = {name: np.zeros(kd) for name in ("next_ways", "sliding", "impulse")}
+        wide = {name: np.zeros(k * d) for name in ("next_ways", "sliding", "impulse")}
         return {
             **ints,
             **self.counts,
@@ -175,7 +184,7 @@ class ContactRunner:
             "numbers": np.zeros(len(routine.routine.results) + 1),
             "places": np.array(places),
             "always": np.array([*self.layout.always, 0.0], dtype=float),
-            "room": np.zeros(room),
+            "room": np.zeros(room(k, d, width, always)),
             "s": self.s,
             "y": self.y,
             "lag": self.lag,
@@ -199,9 +208,9 @@ class ContactRunner:
     def place(self, modes: Modes, mode: Equations, ends: Any) -> int | None:
         """The place of a mode among those that are known; None where it is left to Python. `ends` says what events mean."""
         for m, one in enumerate(self.made):
-            if one[0] == modes:
+            if one.modes == modes:
                 return m if self.codes[m] >= 0 else None
-        if modes in self.left or len(self.made) == _KNOWN:
+        if modes in self.left or len(self.made) == _MODES:
             return None
         if not self._make(modes, mode, ends):
             self.left.add(modes)
@@ -211,7 +220,7 @@ class ContactRunner:
     def _make(self, modes: Modes, mode: Equations, ends: Any) -> bool:
         """Whether a mode has become one of those that are known."""
         m, numbers = len(self.made), dict(self.parameters)
-        numbers |= {s: 0.0 for row in self.symbols for s in row if s is not None}
+        numbers |= {s: 0.0 for s in self.flat if s is not None}
         p, drives = np.array([numbers[s] for s in mode.parameters]), tuple(self.inputs[s] for s in mode.inputs)
         stepper = Stepper(mode, p, drives, self.settings)
         name = chosen(self.method.name, stepper, stepper.now.drives, self.method.rtol, self.method.max_step)
@@ -224,6 +233,7 @@ class ContactRunner:
             "samples": len(self.times) - 1,
             "limit": _LIMIT,
         }
+        holding: Holding | None = None
         if is_constrained(mode):
             if mode.embedding is not None:
                 stepper.reach = np.abs(mode.derived.compared.a).max(axis=0)
@@ -250,8 +260,7 @@ class ContactRunner:
             if meant is not None:
                 arrays["meaning"][m, e] = meant[0], KINDS.index(meant[1])
         at = {s: k for k, s in enumerate(mode.parameters)}
-        flat = [s for row in self.symbols for s in row]
-        arrays["p_at"][m] = [-1.0 if s is None else float(at.get(s, -1)) for s in flat]
+        arrays["p_at"][m] = [-1.0 if s is None else float(at.get(s, -1)) for s in self.flat]
         arrays["own_events"][m] = count
         given |= self.shared | {"lag": self.lag}
         hoists = [(given[f"hoist_{name_}"], given[name_]) for name_ in given if f"hoist_{name_}" in given]
@@ -260,16 +269,16 @@ class ContactRunner:
         own_given = {a.name: given[a.name] for a in kernel.kernel.arguments}
         drive = given["single_drive"], given["hd"]
         self.calls.put(m, (kernel, own_given), hoists, ((entry(looked), given["hg"]), drive), given["p"])
-        self.made.append((modes, mode, name, (arguments, given)))
+        self.made.append(ModeKernel(modes, mode, name, given, (arguments, holding)))
         self._admit(m)
         return True
 
     def _admit(self, m: int) -> None:
         """The kernel may go over to a mode, unless rates of that turn at times."""
-        modes, mode, *_ = self.made[m]
-        turns = mode.numeric().value(timed)
+        one = self.made[m]
+        turns = one.equations.numeric().value(timed)
         breaks = any(turns) and turns.breakpoints(self.parameters, self.span)
-        self.codes[m] = -1.0 if breaks else _code(modes)
+        self.codes[m] = -1.0 if breaks else _code(one.modes)
 
     # The motion -------------------------------------------------------------------------------------------------------------
 
@@ -286,7 +295,7 @@ class ContactRunner:
         t, x, work = at
         arrays, method, pieces = self.arrays, self.method, list[Solution]()
         self.s[: int(Slot.FRESH) + 1] = first_slots(
-            replace(method, name=self.made[m][2], first=None), self.span, t, self.span[1]
+            replace(method, name=self.made[m].method, first=None), self.span, t, self.span[1]
         )
         self.s[Slot.SPAN], self.s[Slot.TIME], self.s[Slot.SAMPLE] = (
             self.span[1] - self.span[0],
@@ -297,7 +306,7 @@ class ContactRunner:
         self.y[:] = np.append(x, work)
         self.held_log[0] = 0.0
         self.calls.table[0] = m
-        arrays["modes"][:] = self.made[m][0]
+        arrays["modes"][:] = self.made[m].modes
         arrays["directions"][:] = directions
         arrays["extra"][:] = [[0.0 if s is None else numbers.get(s, 0.0) for s in row] for row in self.symbols]
         arrays["leaving"][:] = 0.0
@@ -311,30 +320,30 @@ class ContactRunner:
             asked = self.calls.table[RESULT] == ReturnCode.LOOK and self.s[Slot.HELD] == POORER
             self.poor = (int(self.calls.table[0]), 1.25 * self.s[Slot.SHARE]) if asked else (-1, 0.0)
             if back is not Back.FULL:
-                return self._went(back, _one(pieces), by)
+                return self._went(back, whole(pieces) if pieces else None, by)
 
     def admit(self) -> None:
         """Where the kernel has asked for better dependent speeds, Python has found none: it is not to ask again up to that quality."""
         m, share = self.poor
         if m >= 0:
-            self.made[m][3][1]["held_quiet"][0] = share
+            self.made[m].given["held_quiet"][0] = share
 
     def _rows(self) -> Array:
         """The records."""
         return self.arrays["records"][2:].reshape(-1, self.width)
 
-    def _numbers(self, row: Array) -> dict[Expr, float]:
-        """The numbers that a mode had."""
-        values = row[int(Row.MORE) :][: self.k * (self.d + 1)].tolist()
-        flat = (s for own in self.symbols for s in own)
-        return {s: v for s, v in zip(flat, values, strict=True) if s is not None}
+    def _numbers(self, rows: Array) -> list[dict[Expr, float]]:
+        """The numbers of contacts in p that modes had, a row each."""
+        named = [(int(Row.MORE) + k, s) for k, s in enumerate(self.flat) if s is not None]
+        symbols, table = [s for _, s in named], rows[:, [k for k, _ in named]].tolist()
+        return [dict(zip(symbols, values, strict=True)) for values in table]
 
     def _went(self, back: Back, motion: Solution | None, by: tuple[Event, ...]) -> Went:
         count, n = int(self.arrays["records"][0]), len(self.y)
         taken = back is Back.TAKE
         row = self._rows()[count if taken else count - 1]
-        modes, mode, _, _ = self.made[int(row[Row.MODE])]
-        numbers = self._numbers(row)
+        modes, mode, *_ = self.made[int(row[Row.MODE])]
+        (numbers,) = self._numbers(row[None])
         more = int(Row.MORE) + self.k * (self.d + 1)
         states = row[more : more + 2 * n].reshape(2, n)
         y = states[0 if taken else 1]
@@ -365,7 +374,7 @@ class ContactRunner:
         piece = np.concatenate([np.arange(count), whose, np.arange(count)])[order]
         modes = [self.made[int(m)] for m in rows[:, Row.MODE]]
         phases, segments, events, by = self._parts(rows, modes, by)
-        names = dict.fromkeys(name for _, _, name, _ in modes)
+        names = dict.fromkeys(one.method for one in modes)
         steps, rates = int(self.s[Slot.STEPS]), int(self.s[Slot.RATES])
         self.s[[Slot.STEPS, Slot.RATES]] = 0.0
         made = Solution(
@@ -382,7 +391,7 @@ class ContactRunner:
             steps,
             rates,
             tuple(segments),
-            tuple(modes[k][1] for k in piece.tolist()),
+            tuple(modes[k].equations for k in piece.tolist()),
             rtol=self.method.rtol,
             atol=self.method.atol,
             method=", ".join(names),
@@ -392,16 +401,14 @@ class ContactRunner:
         return [made], by
 
     def _parts(
-        self, rows: Array, modes: Sequence[tuple[Modes, Equations, str, Any]], by: tuple[Event, ...]
+        self, rows: Array, modes: Sequence[ModeKernel], by: tuple[Event, ...]
     ) -> tuple[list[Phase], list[Segment], list[tuple[Event, float]], tuple[Event, ...]]:
         """The phases, segments and events of completed modes, and what ended the last one."""
         phases, segments, events, done = list[Phase](), list[Segment](), list[tuple[Event, float]](), 0
         met = self.arrays["noted"][: 2 * int(rows[-1, Row.NOTED])].reshape(-1, 2).tolist()
-        flat = [s for own in self.symbols for s in own]
-        places = [k for k, s in enumerate(flat) if s is not None]
-        names, table = [flat[k] for k in places], rows[:, [int(Row.MORE) + k for k in places]].tolist()
-        for row, numbers, (_, mode, _, _) in zip(rows[:, : int(Row.MORE)].tolist(), table, modes, strict=True):
-            phases.append(Phase({**self.parameters, **dict(zip(names, numbers, strict=True))}, self.inputs, by))
+        for row, numbers, one in zip(rows[:, : int(Row.MORE)].tolist(), self._numbers(rows), modes, strict=True):
+            mode = one.equations
+            phases.append(Phase({**self.parameters, **numbers}, self.inputs, by))
             segments.append(Segment(row[Row.BEGIN], mode))
             for at, k in met[done : int(row[Row.NOTED])]:
                 events.append((mode.events[int(k)], at))
@@ -409,8 +416,7 @@ class ContactRunner:
             if row[Row.EVENT] >= 0:
                 by = (mode.events[int(row[Row.EVENT])],)
             if row[Row.END] < row[Row.OVER] <= self.span[1]:
-                rests = Event(f"{by[0].name.removesuffix(' closes')} rests", by[0].quantity, terminal=False)
-                events.append((rests, row[Row.OVER]))
+                events.append((rests(by[0]), row[Row.OVER]))
         return phases, segments, events, by
 
 
@@ -458,15 +464,13 @@ _BEGIN = ("closes", "sticks")
 """Events whose quantities may leave their thresholds upward where the mode begins."""
 
 
+def rests(closes: Event) -> Event:
+    """What is noted where rebounds are over that begin with an event."""
+    return Event(f"{closes.name.removesuffix(' closes')} rests", closes.quantity, terminal=False)
+
+
 def _code(modes: Modes) -> float:
     code = 0.0
     for m in modes:
         code = code * 5 + int(m)
     return code
-
-
-def _one(pieces: list[Solution]) -> Solution | None:
-    if not pieces:
-        return None
-    whole: Solution = joined(pieces) if len(pieces) > 1 else pieces[0]
-    return whole

@@ -390,6 +390,8 @@ def _motion(solution: Solution, told: list[Check]) -> dict[str, Any]:
 
 _SHOWN = 100
 """As many changes of a motion are listed."""
+_NO_ENERGY = 1e-9
+"""Share of the largest energy below which a change is none."""
 
 
 def _changes(solution: Solution) -> PageTable | None:
@@ -397,26 +399,17 @@ def _changes(solution: Solution) -> PageTable | None:
     begins = solution.begins.tolist()
     if not begins:
         return None
-    rows = []
+    rows, energies = [], solution.energy
+    least = _NO_ENERGY * float(np.abs(energies).max())
     for k in begins[:_SHOWN]:
         by = ", ".join(e.name for e in solution.phases[solution.phase[k]].by)
         pairs = ((name, str(words[k - 1]), str(words[k])) for name, words in solution.modes.items())
         told = ", ".join(f"{name}: {a} → {b}" for name, a, b in pairs if a != b)
-        energy = float(solution.energy[k] - solution.energy[k - 1])
-        rows.append(
-            (f"{solution.t[k]:.9g}", by, told, f"{energy:+.4g}" if abs(energy) > _NO_ENERGY * _most(solution) else "0")
-        )
+        energy = float(energies[k] - energies[k - 1])
+        rows.append((f"{solution.t[k]:.9g}", by, told, f"{energy:+.4g}" if abs(energy) > least else "0"))
     if len(begins) > _SHOWN:
         rows.append(("…", f"{len(begins) - _SHOWN} more", "", ""))
     return PageTable("What happens on the way", ("t (s)", "event", "contacts", "energy (J)"), tuple(rows))
-
-
-_NO_ENERGY = 1e-9
-"""Share of the largest energy below which a change is none."""
-
-
-def _most(solution: Solution) -> float:
-    return float(np.abs(solution.energy).max())
 
 
 @cache

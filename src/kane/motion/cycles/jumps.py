@@ -22,7 +22,7 @@ from kane.model.contacts import ContactMode
 from kane.model.declarations import Event, target
 from kane.motion.contact_motion import ContactMotion
 from kane.motion.cycles.tangents import Side, allowed
-from kane.motion.hybrid.actions import Instant, acted
+from kane.motion.hybrid.actions import Instant, acted, following
 from kane.motion.inputs.expressions import Formula
 from kane.motion.inputs.functions import constant
 from kane.motion.solution.phases import Phase
@@ -130,14 +130,9 @@ def _on_constraints(after: Side, raw: JumpSlopes, moved: Sequence[int], by: Sequ
     moved_q = [i for i in moved if i < nq]
     follow = [i for i in speeds if i not in set(moved)]
     if moved_q:
-        own = {eom.coordinates[i] for i in moved_q}
-        free = nq - len(eom.system.holonomic)
-        enough = len(own) >= free or not eom.system.dependent_coordinates
-        follow += [
-            i
-            for i, q in enumerate(eom.coordinates)
-            if q not in own and (enough or q in set(eom.system.dependent_coordinates))
-        ]
+        own: set[Symbol] = {eom.coordinates[i] for i in moved_q}
+        behind = set(following(eom, own))
+        follow += [i for i, q in enumerate(eom.coordinates) if q in behind]
     kept = [i for i in range(len(raw.x)) if i not in set(follow)]
 
     def on(change: Array, shift: Array) -> Array:

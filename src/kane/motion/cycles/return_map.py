@@ -17,11 +17,10 @@ from kane.expr.node import ONE, Expr
 from kane.expr.symbols import Parameter, Time
 from kane.model.contacts import laws_of
 from kane.model.declarations import Event, expressions
-from kane.motion.contact_motion import run_with_contacts
+from kane.motion.contact_motion import run_over_time
 from kane.motion.cycles.variation import Differential, Variation
 from kane.motion.inputs.expressions import own_parameters
 from kane.motion.inputs.functions import input_functions
-from kane.motion.loop import run
 from kane.motion.right_hand_side import rates
 from kane.motion.solution.resumed import OPTIONS, Begin
 from kane.motion.solution.solution import Solution
@@ -107,8 +106,7 @@ class ReturnMap:
         bounds = {"max_steps": None, "max_seconds": None, "first_step": None}
         q, u, a = np.split(x, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
         first = Begin(q, u, None, a, fresh=self._fresh(x, constants))
-        over_time = run_with_contacts if eom.system.contacts and not eom.system.modes else run
-        motion = over_time(eom, span, first, (constants, drives), options, bounds, sample_times(samples, span))
+        motion = run_over_time(eom)(eom, span, first, (constants, drives), options, bounds, sample_times(samples, span))
         self._check_end(motion, span)
         return motion
 

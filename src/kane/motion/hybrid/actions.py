@@ -171,7 +171,7 @@ def _state(after: Instant, moved: Mapping[Expr, float], names: str) -> Array:
     q, u, a = ({s: moved.get(s, v) for s, v in part.items()} for part in parts)
     if not eom.constraints.constraints:
         return start_state(eom, q, u, a)
-    free_q = set(_following(eom, moved)) if any(s in moved for s in q) else set[Symbol]()
+    free_q = set(following(eom, moved)) if any(s in moved for s in q) else set[Symbol]()
     free_u = set(eom.dependent_speeds if sum(s in moved for s in u) < len(eom.independent_speeds) else u) - set(moved)
     inputs = {s: value(f, after.t, after.x) for s, f in after.phase.inputs.items()}
     try:
@@ -198,7 +198,7 @@ def _state(after: Instant, moved: Mapping[Expr, float], names: str) -> Array:
     return start_state(eom, found.q, found.u, a)
 
 
-def _following(eom: Equations, moved: Mapping[Expr, float]) -> list[Symbol]:
+def following(eom: Equations, moved: Mapping[Expr, Any] | set[Symbol]) -> list[Symbol]:
     """The coordinates that follow where some are moved: those that are dependent, or all others where enough are moved."""
     free = len(eom.coordinates) - len(eom.system.holonomic)
     enough = sum(q in moved for q in eom.coordinates) >= free or not eom.system.dependent_coordinates

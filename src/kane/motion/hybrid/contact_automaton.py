@@ -170,7 +170,7 @@ class _Automaton(After):
             at = i * (d + 1)
             parted, hit = self.modes[i] > SEPARATED, (self.hits[i] > 0.0) & self.is_(*range(4))
             fresh = (self.next[i] <= SEPARATED) & (parted | hit)
-            begins = (self.next[i] >= STRAIGHT) & (self.next[i] <= STRAIGHT) & ~self.is_(TURNS, SLOWS)
+            begins = self.next[i].equals(STRAIGHT) & ~self.is_(TURNS, SLOWS)
             begins = begins & ~(self.slip(i) > self.slip_terms(i) * NOTHING)
             self.leaving[i] = w.select(fresh | begins, 1.0, 0.0)
             with w.when((self.next[i] >= STRAIGHT) & (self.next[i] <= SLIPS)):
@@ -179,7 +179,7 @@ class _Automaton(After):
                 self.extra[at + j] = self.next_ways[i * (d - 1) + j]
             self.extra[at + d] = self.slack[i]
         self.found.put(-1)
-        with w.few(self.known) as m, w.when((self.codes[m] <= self.code.get()) & (self.codes[m] >= self.code.get())):
+        with w.few(self.known) as m, w.when(self.codes[m].equals(self.code.get())):
             self.found.put(m)
         of.doubt(self.found.get() < 0)
         with w.when(of.unsure.get() < 1):
@@ -199,10 +199,9 @@ class _Automaton(After):
         with (
             w.when(~self.is_(TURNS, SLOWS)),
             w.few(of.count.get()) as n,
-            w.when((of.index(of.own + n) <= i) & (of.index(of.own + n) >= i)),
+            w.when(of.index(of.own + n).equals(i)),
         ):
-            along = of.a + n * d + 1
-            gains.put(w.compute("sqrt", of.sum(d - 1, lambda j: of.room[along + j] * of.room[along + j])))
+            gains.put(of.length(of.a + n * d + 1))
         v, gained = self.slip(i), gains.get() * self.s[int(Slot.SPAN)] * STARTS
         self.fastest[i] = of.largest(self.slip_terms(i), v, gained)
         level = self.fastest[i] * ENDS
@@ -258,8 +257,7 @@ class _Automaton(After):
             with w.otherwise(), w.when(~beside & (self.begun[at] > -0.5)):
                 self.found.put(1)
         ahead = s[int(Slot.END)] - self.t.get() > 10.0 * s[int(Slot.SHORTEST)] + SAME_TIME * of.absolute(self.t.get())
-        came = self.calls[RESULT]
-        admitted = (came >= float(ReturnCode.LIMIT)) & (came <= float(ReturnCode.LIMIT))
+        admitted = self.calls[RESULT].equals(float(ReturnCode.LIMIT))
         with w.when((self.found.get() > 0) | ~ahead | ~admitted):
             self.back.put(int(Back.TAKE))
 

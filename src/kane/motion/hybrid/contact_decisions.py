@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from kane.contacts.equations import MET, U
-from kane.motion.steppers.dense import factor, invert, total
+from kane.motion.steppers.dense import factor, invert, total, unit
 from kane.numeric.scale import INVERSE_RANK, LAST_DIGIT, ROUNDED_SUM, SIX_DIGITS
 from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Array, Term, Writer
@@ -25,6 +25,20 @@ _TURNS = 60
 _TURNED = 4 * LAST_DIGIT
 _WORST = 1e10
 """Condition from which on constraints are taken for redundant."""
+
+
+def _sizes(k: Any, d: Any, n: Any, pa: Any) -> list[Any]:
+    """How many doubles the parts of `room` have, for k contacts of d rows over n speeds and pa constraints that always hold."""
+    kd = k * d
+    of_touch = [kd * n, kd, kd, kd * n, n, n * n * 2, pa * n, pa * n, pa * pa * 2, pa, pa, kd * kd, kd, kd, n]
+    of_problem = [k, kd * kd, kd, kd, k, k, k, kd, k, k]
+    of_modes = [kd * kd * 2, kd * kd, kd * kd * 2, kd, kd, kd, kd, kd, kd, kd]
+    return [*of_touch, *of_problem, *of_modes, kd, kd * kd, k, k, k]
+
+
+def room(k: int, d: int, width: int, always: int) -> int:
+    """How many doubles the array `room` of `Decisions` has."""
+    return int(sum(_sizes(k, d, width, always)))
 
 
 class Decisions:
@@ -59,31 +73,7 @@ class Decisions:
             self.gaps, self.gap_terms, self.mass, self.forcing, self.forcing_terms,
             self.constraint_rows, self.rest, self.drift, self.drift_terms, self.laws, self.viscous, _,
         ) = placed(sizes)  # fmt: skip
-        kd, pa = k * d, self.always_count
-        of_touch = [kd * n, kd, kd, kd * n, n, n * n * 2, pa * n, pa * n, pa * pa * 2, pa, pa, kd * kd, kd, kd, n]
-        of_problem = [
-            k,
-            kd * kd,
-            kd,
-            kd,
-            k,
-            k,
-            k,
-            kd,
-            k,
-            k,
-            kd * kd * 2,
-            kd * kd,
-            kd * kd * 2,
-            kd,
-            kd,
-            kd,
-            kd,
-            kd,
-            kd,
-            kd,
-        ]
-        places = placed([*of_touch, *of_problem, kd * kd, kd * kd, kd, k, k])
+        places = placed(_sizes(k, d, n, self.always_count))
         (
             self.J, self.velocity, self.velocity_terms, self.spread, self.free, self.inverse, self.P, self.moved, self.S,
             self.z, self.y, self.mobility, self.bias, self.bias_terms, self.spent,
@@ -115,6 +105,10 @@ class Decisions:
     def sum(self, count: Any, of: Callable[[Term], Term]) -> Term:
         """A sum."""
         return total(self.writer, count, of)
+
+    def length(self, at: Term) -> Term:
+        """That of the tangential numbers of a contact, the first of which stands at a place of `room`."""
+        return self.writer.compute("sqrt", self.sum(self.d - 1, lambda j: self.room[at + j] * self.room[at + j]))
 
     def doubt(self, condition: Term) -> None:
         """Python decides where the condition holds."""
@@ -149,7 +143,7 @@ class Decisions:
         with w.few(n) as i, w.few(n) as j:
             at = self.inverse + i * n * 2 + j
             room[at] = numbers[self.mass + i * n + j]
-            room[at + n] = w.select((i < j) | (j < i), 0.0, 1.0)
+            room[at + n] = unit(i, j)
         invert(room, self.inverse, n)
 
         def by_inverse(i: Term, of: Callable[[Term], Term]) -> Term:
@@ -201,7 +195,7 @@ class Decisions:
             at = self.S + i * pa * 2 + j
             value = self.sum(n, lambda l: room[self.P + i * n + l] * room[self.moved + j * n + l])
             room[at] = value
-            room[at + pa] = w.select((i < j) | (j < i), 0.0, 1.0)
+            room[at + pa] = unit(i, j)
             largest.put(self.largest(largest.get(), self.absolute(value)))
         invert(room, self.S, pa)
         back = self.other
@@ -320,17 +314,16 @@ class Decisions:
         w, room = self.writer, self.room
         room[self.lead + n] = w.compute("float", n)
         with w.few(n) as m:
-            sticks = (room[self.kind + m] >= STICK) & (room[self.kind + m] <= STICK)
-            one = (room[self.first + m] >= room[self.first + n]) & (room[self.first + m] <= room[self.first + n])
+            sticks = room[self.kind + m].equals(STICK)
+            one = room[self.first + m].equals(room[self.first + n])
             alone = room[self.lead + n] >= w.compute("float", n)
             with w.when(sticks & one & alone & (room[self.rubs + n] > 0.0)):
                 room[self.lead + n] = w.compute("float", m)
 
     def leads(self, n: Term, m: Term) -> Term:
         """Whether contact n sticks by the rows of m."""
-        sticks = (self.room[self.kind + n] >= STICK) & (self.room[self.kind + n] <= STICK)
-        at = self.index(self.lead + n)
-        return sticks & (at <= m) & (at >= m)
+        sticks = self.room[self.kind + n].equals(STICK)
+        return sticks & self.index(self.lead + n).equals(m)
 
     def whole(self, i: Term) -> Term:
         """The contact of a row."""
@@ -373,7 +366,7 @@ class Decisions:
             room[self.L + i * kd * 2 + j] = room[self.W + i * kd + j]
         self._factor(size)
         with w.few(size) as i, w.few(size) as j:
-            room[self.bound + i * kd + j] = w.select((i < j) | (j < i), 0.0, 1.0 - SIX_DIGITS)
+            room[self.bound + i * kd + j] = w.select(i.equals(j), 1.0 - SIX_DIGITS, 0.0)
         with (
             w.when(self.unsure.get() < 1),
             w.few(c.get()) as n,
@@ -429,7 +422,7 @@ class Decisions:
         """`pressing` becomes L⁻¹ e of a row e: N = pressing · y for λ = L⁻ᵀ y."""
         w, room, kd = self.writer, self.room, self.k * self.d
         with w.few(size) as i:
-            right = w.select((i < row) | (row < i), 0.0, 1.0)
+            right = unit(i, row)
             before = self.sum(i, lambda j: room[self.L + i * kd * 2 + j] * room[self.pressing + j])
             pivot = room[self.L + i * kd * 2 + i]
             room[self.pressing + i] = w.select(pivot > 0.0, (right - before) / w.select(pivot > 0.0, pivot, 1.0), 0.0)
@@ -467,9 +460,6 @@ class Decisions:
                 becomes(OPEN)
             with w.otherwise(), w.when((kind < SLIP) & (room[self.rubs + n] > 0.0)):
 
-                def dot(a: Term, b: Term) -> Term:
-                    return self.sum(d - 1, lambda j: room[a + j] * room[b + j])
-
                 def most(of: Term) -> Term:
                     self.cell.put(0.0)
                     with w.few(d - 1) as j:
@@ -477,9 +467,9 @@ class Decisions:
                     return self.cell.get()
 
                 with w.when((kind < FRESH) & ~(room[self.lead + n] < w.compute("float", n))):
-                    self._judge_cone(n, at, w.compute("sqrt", dot(self.force + at + 1, self.force + at + 1)), most)
+                    self._judge_cone(n, at, self.length(self.force + at + 1), most)
                 with w.when(kind >= FRESH):
-                    self._judge_slip(n, at, dot, most)
+                    self._judge_slip(n, at, most)
 
     def _judge_cone(self, n: Term, at: Term, friction: Term, most: Callable[[Term], Term]) -> None:
         """Whether contacts that stick by the rows of n keep to |F| ≤ Σ μ N; else they slip against F."""
@@ -499,10 +489,11 @@ class Decisions:
             room[self.kind + n] = FRESH
             self.changed.put(1)
 
-    def _judge_slip(self, n: Term, at: Term, dot: Callable[[Term, Term], Term], most: Callable[[Term], Term]) -> None:
+    def _judge_slip(self, n: Term, at: Term, most: Callable[[Term], Term]) -> None:
         """Whether a contact that begins to slip does so against its friction; else it sticks. Its direction follows."""
         w, room, d = self.writer, self.room, self.d
-        onward, slack = dot(self.dirs + at, self.a + at + 1), most(self.a_errors)
+        onward = self.sum(d - 1, lambda j: room[self.dirs + at + j] * room[self.a + at + 1 + j])
+        slack = most(self.a_errors)
         self.doubt(self.absolute(onward) <= slack)
         with w.when(onward < -slack):
             with w.few(d - 1) as j:
@@ -510,7 +501,7 @@ class Decisions:
             room[self.kind + n] = STICK
             self.changed.put(1)
         with w.otherwise():
-            length = w.compute("sqrt", dot(self.a + at + 1, self.a + at + 1))
+            length = self.length(self.a + at + 1)
             with w.few(d - 1) as j:
                 turned = room[self.a + at + 1 + j] / length
                 with w.when(self.absolute(turned - room[self.dirs + at + j]) > _TURNED):
@@ -539,7 +530,7 @@ class Decisions:
         with w.few(nu.get()) as u, w.few(nu.get()) as v:
             at = self.A + u * nu.get() * 2 + v
             room[at] = room[self.G + self.index(self.at_row + u) * kd + v]
-            room[at + nu.get()] = w.select((u < v) | (v < u), 0.0, 1.0)
+            room[at + nu.get()] = unit(u, v)
         invert(room, self.A, nu.get())
         self._forces(size)
         self._errors(size)

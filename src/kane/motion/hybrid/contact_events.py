@@ -77,14 +77,18 @@ class After:
 
     def is_(self, *kinds: int) -> Term:
         """Whether the event is one of these kinds."""
-        found = (self.kind.get() <= kinds[0]) & (self.kind.get() >= kinds[0])
+        found = self.kind.get().equals(kinds[0])
         for k in kinds[1:]:
-            found = found | ((self.kind.get() <= k) & (self.kind.get() >= k))
+            found = found | self.kind.get().equals(k)
         return found
 
     def here(self, i: Term) -> Term:
         """Whether it is the event of contact i."""
-        return (i <= self.which.get()) & (i >= self.which.get())
+        return i.equals(self.which.get())
+
+    def leads(self, modes: Array, i: Term) -> Term:
+        """Whether others may be held with contact i in these modes: it rubs and sticks."""
+        return modes[i].equals(STICKS) & (self.slip_count[i] > 0.0)
 
     def slipping(self, i: Term) -> Term:
         """Whether contact i slips."""
@@ -106,7 +110,7 @@ class After:
 
     def doing(self, task: int) -> Term:
         """Whether it is this task."""
-        return (self.task.get() <= task) & (self.task.get() >= task)
+        return self.task.get().equals(task)
 
     def first(self) -> None:
         """What is to be done after an event."""
@@ -138,9 +142,8 @@ class After:
             static, kinetic = (of.numbers[of.laws + i * 3 + j] for j in (0, 1))
             self.last.put(-1)
             with w.few(k) as m:  # those that are held with it slip with it
-                leads = (self.modes[m] >= STICKS) & (self.modes[m] <= STICKS) & (self.slip_count[m] > 0.0)
-                self.last.put(w.select(leads, m, self.last.get()))
-                with w.when((self.here(m) | (self.modes[m] >= HELD)) & (self.last.get() <= i) & (self.last.get() >= i)):
+                self.last.put(w.select(self.leads(self.modes, m), m, self.last.get()))
+                with w.when((self.here(m) | (self.modes[m] >= HELD)) & self.last.get().equals(i)):
                     self.friction[m] = of.numbers[of.laws + m * 3 + 1]
             with w.when(kinetic >= static * (1 - ENDS)):
                 self.task.put(_FORCE)
@@ -186,9 +189,7 @@ class After:
 
     def slip(self, i: Term) -> Term:
         """|v_t| of a contact."""
-        of = self.of
-        at = of.velocity + i * of.d + 1
-        return self.w.compute("sqrt", of.sum(of.d - 1, lambda j: of.room[at + j] * of.room[at + j]))
+        return self.of.length(self.of.velocity + i * self.of.d + 1)
 
     def slip_terms(self, i: Term) -> Term:
         """The largest of the terms of its slips, and of what they have been."""
@@ -243,10 +244,7 @@ class After:
                     self.last.put(-1)
                     with w.few(n) as m:
                         other = of.index(of.own + m)
-                        leads = (
-                            (self.next[other] <= STICKS) & (self.next[other] >= STICKS) & (self.slip_count[other] > 0.0)
-                        )
-                        self.last.put(w.select(leads, m, self.last.get()))
+                        self.last.put(w.select(self.leads(self.next, other), m, self.last.get()))
                     lead = of.index(of.lead + n)
                     of.doubt((self.last.get() < lead) | (lead < self.last.get()))
             with w.when((kind > STICK) & ~sticks):
@@ -289,9 +287,7 @@ class After:
                 most = room[of.terms + row] / room[of.W + row * of.k * d + row]
                 of.doubt(room[of.force + row] <= most * NOTHING)
             with w.when(self.is_(SLIPPING) & self.here(i)):
-                size = w.compute(
-                    "sqrt", of.sum(d - 1, lambda j: room[of.force + row + 1 + j] * room[of.force + row + 1 + j])
-                )
+                size = of.length(of.force + row + 1)
                 of.doubt(~(size > 0.0))
                 with w.few(of.count.get()) as m, w.when(of.leads(m, n)):
                     laws = of.laws + of.index(of.own + m) * 3

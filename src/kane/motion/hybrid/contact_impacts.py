@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Impacts of contacts at one instant in a kernel, one after the other by Routh's process in the plane: see `kane.contacts.routh`."""
 
+from kane.model.contacts import LAWS
 from kane.motion.hybrid.contact_decisions import Decisions
 from kane.numeric.scale import ROUNDED, ROUNDED_CHAIN, ROUNDED_SUM
 from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Term
 
-LAWS = ("newton", "poisson", "stronge", "moreau")
+_POISSON, _NEWTON, _MOREAU = (float(LAWS.index(law)) for law in ("poisson", "newton", "moreau"))
 _ENDLESS = 1e301
 _MOST = 100
 """Impacts of a sequence, times k², after which Python decides."""
@@ -33,7 +34,7 @@ class Impacts:
             room[of.a + c] = room[of.b + c]
             room[of.a_errors + c] = room[of.terms + c]
         with w.few(of.k) as i:
-            of.doubt(self.law[i] > 2.5)  # all at once
+            of.doubt(self.law[i].equals(_MOREAU))  # all at once
         self.rebounds.put(0)
         self.done.put(0)
         limit = of.count.get() * of.count.get() * _MOST
@@ -148,7 +149,7 @@ class Impacts:
         """`left`: the impulse until compression or restitution ends, where v_n has a constant slope."""
         w, put = self.w, self.put
         v, slope = put["v_n"].get(), put["slope"].get()
-        linear = (self.compressed.get() < 1) | (law < 0.5)
+        linear = (self.compressed.get() < 1) | law.equals(_NEWTON)
         target = w.select(self.compressed.get() < 1, 0.0, -(e * before))
         met = w.compute("max", (target - v) / slope, 0.0)
         poisson = w.compute("max", (e + 1.0) * put["p_c"].get() - put["p_n"].get(), 0.0)
@@ -156,5 +157,5 @@ class Impacts:
         square = v * v + slope * need * 2.0
         root = v + w.compute("sqrt", w.select(square > 0.0, square, 0.0))
         stronge = w.select(need > 0.0, w.select((square >= 0.0) & (root > 0.0), need * 2.0 / root, _ENDLESS), 0.0)
-        by_law = w.select(law < 1.5, poisson, stronge)
+        by_law = w.select(law.equals(_POISSON), poisson, stronge)
         put["left"].put(w.select(linear, w.select(slope > 0.0, met, _ENDLESS), by_law))

@@ -16,6 +16,11 @@ def total(w: Writer, count: Given, term: Callable[[Term], Term]) -> Term:
     return cell.get()
 
 
+def unit(i: Term, j: Term) -> Term:
+    """An entry of the unit matrix."""
+    return i.writer.select(i.equals(j), 1.0, 0.0)
+
+
 def factor(a: Array, at: Term, width: Term, count: Term) -> None:
     """The leading `count` rows, `width` long, become Cholesky's factor L of what they were; the lower half is read and written."""
     w = a.writer

@@ -14,7 +14,7 @@ kernel finds is only that there may be something: Python then looks at the step 
 from collections.abc import Callable
 
 from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext
-from kane.motion.steppers.dense import factor, invert, solve, total
+from kane.motion.steppers.dense import factor, invert, solve, total, unit
 from kane.numeric.scale import BETTER, POOR, ROUNDED, ROUNDED_SUM, UNUSABLE
 from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Array, Term
@@ -210,7 +210,7 @@ class Held:
         with w.few(d) as i, w.few(d) as j:
             at = self.block + i * d * 2 + j
             room[at] = room[self.rows + i * self.s + self.dependent_at(j)]
-            room[at + d] = w.select((i < j) | (j < i), 0.0, 1.0)
+            room[at + d] = unit(i, j)
         invert(room, self.block, d)
 
         def squares(count: Term, of: Callable[[Term], Term]) -> Term:

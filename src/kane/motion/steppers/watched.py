@@ -519,7 +519,7 @@ class Watched:
                 with w.few(self.acts) as j:
                     other, same = (w.compute("int", self.actions[j * 2 + i]) for i in (0, 1))
                     apart = (value < self.instant[place + j]) | (value > self.instant[place + j])
-                    with w.when((self.doubts[other] > 2.5) & (same <= slot) & (slot <= same) & apart):
+                    with w.when((self.doubts[other] > 2.5) & same.equals(slot) & apart):
                         c.put("asked", 1)
 
     def leave(self, e: Term, a: Term, t: Term) -> None:

@@ -68,6 +68,10 @@ class Term:
     def __ge__(self, other: Given) -> Term:
         return self.writer.compute("at_most", other, self)
 
+    def equals(self, other: Given) -> Term:
+        """Whether it is the same number."""
+        return (self <= other) & (self >= other)
+
     def __and__(self, other: Given) -> Term:
         return self.writer.compute("and", self, other)
 
