@@ -35,8 +35,7 @@ class CycleChange(Attributes):
 
     `kind` is "fold" (1, the cycle meets another one), "flip" (−1, a cycle of twice the period branches off) or "torus" (a pair e^±iφ).
     `value` is that of the parameter, `between` the places of the branch's cycles before and after it; `grows` says whether
-    disturbances
-    grow after it.
+    disturbances grow after it.
     """
 
     value: float
@@ -55,8 +54,8 @@ class CycleBranch(Attributes):
     """Cycles along a branch, `cycles` at `values` of `symbol`, in order along it.
 
     `multipliers` (cycles × m) keeps each in one column, `turning` holds the places at which the branch turns back, and `changes` says
-    where a multiplier crosses the unit circle. `len(branch)` is how many there are; `kn.figures.root_locus(branch)` draws the
-    exponents.
+    where a multiplier crosses the unit circle. `len(branch)` is how many there are; `kn.figures.root_locus(branch)` draws
+    the exponents.
     """
 
     symbol: Parameter
@@ -96,8 +95,7 @@ class CycleBranch(Attributes):
         told = ", ".join(f"{c.kind} at {c.value:.6g}" for c in self.changes) or "none"
         return (
             f"CycleBranch({len(self)} cycles, {self.symbol.name} = {self.values[0]:.6g} … {self.values[-1]:.6g}; turning points: "
-            f"{turns}; "
-            f"changes of stability: {told}; {self.message})"
+            f"{turns}; changes of stability: {told}; {self.message})"
         )
 
 

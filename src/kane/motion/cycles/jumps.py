@@ -110,14 +110,12 @@ def _check_set(own: Mapping[Symbol, Any], event: Event, by: Sequence[Parameter])
         if isinstance(s, Parameter) and (s in set(by) or free_symbols([what])):
             raise SimulationError(
                 f"Expected actions that set the state, or parameters to numbers, for the derivative of a motion, got {s} := "
-                f"{what} from the "
-                f"event {event.name!r}. Make {s} a further state whose rate is zero: kn.state."
+                f"{what} from the event {event.name!r}. Make {s} a further state whose rate is zero: kn.state."
             )
         if isinstance(s, Input):
             raise SimulationError(
                 f"Expected actions that set the state for the derivative of a motion, got the input {s} set by the event "
-                f"{event.name!r}. "
-                "Let the input depend on a further state, which the event sets: kn.state."
+                f"{event.name!r}. Let the input depend on a further state, which the event sets: kn.state."
             )
 
 

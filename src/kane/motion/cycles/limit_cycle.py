@@ -147,17 +147,15 @@ def limit_cycle(
 ) -> LimitCycle:
     """The cycle near a state: x with P(x) = x, by Newton's method with the exact derivative of the motion.
 
-    P leads to the next passage of a `section`, after its action if it has one, or over a `period`. Events on the way may act,
-    contacts may
-    stick, slip, separate and hit.
+    P leads to the next passage of a `section`, after its action if it has one, or over a `period`. Events on the way may
+    act, contacts may stick, slip, separate and hit.
 
     Parameters
     ----------
     eom : Equations
     state : `kn.State` of the guess, in place of q, u, states, parameters, inputs and t
-    section : a `kn.Event`, or the name of one of the system, at which the cycle begins and ends. Its `then=` may relabel legs, so
-    that a
-        step counts as a cycle
+    section : a `kn.Event`, or the name of one of the system, at which the cycle begins and ends. Its `then=` may
+        relabel legs, so that a step counts as a cycle
     period : of forced systems, in s: a number or an expression of parameters, `2*kn.pi/omega`
     cyclic : coordinates or states that may go on, and on which nothing else depends: the way that a walker has gone
     within : how long the section is waited for (s)
@@ -175,10 +173,8 @@ def limit_cycle(
     Notes
     -----
     Variational equations with saltation matrices: `kane.motion.cycles.variation`. Parker, T. S., Chua, L. O. (1989), Practical
-    Numerical
-    Algorithms for Chaotic Systems, Springer, ch. 5; Leine, R. I., Nijmeijer, H. (2004), Dynamics and Bifurcations of Non-Smooth
-    Mechanical
-    Systems, Springer, ch. 7.
+    Numerical Algorithms for Chaotic Systems, Springer, ch. 5; Leine, R. I., Nijmeijer, H. (2004), Dynamics and Bifurcations of
+    Non-Smooth Mechanical Systems, Springer, ch. 7.
 
     Examples
     --------
@@ -216,8 +212,7 @@ def _check_kind(section: Any, period: Any) -> None:
     if (section is None) == (period is None):
         raise SimulationError(
             f"Expected either section= or period=, got {'neither' if section is None else 'both'}. A cycle of an autonomous "
-            "system ends at a "
-            "section, kn.Event('passes', q, direction=1); a forced one after the period of its forcing."
+            "system ends at a section, kn.Event('passes', q, direction=1); a forced one after the period of its forcing."
         )
 
 
@@ -246,8 +241,7 @@ def _check_map(map_: ReturnMap, constants: Mapping[Expr, float]) -> None:
     elif map_.timed:
         raise SimulationError(
             f"Expected equations without the time for a cycle that ends at the section {map_.section.name!r}, got some in which "
-            "it stands: the "
-            "forcing must be the same again, too. Give period= in the place of section=."
+            "it stands: the forcing must be the same again, too. Give period= in the place of section=."
         )
 
 

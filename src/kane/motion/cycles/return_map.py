@@ -154,8 +154,7 @@ class ReturnMap:
         )
         raise SimulationError(
             f"Expected a motion that reaches the section {self.section.name!r}, got {came}. Start nearer to the cycle, give the "
-            "event the "
-            "direction in which the cycle crosses it, or wait longer: within=…."
+            "event the direction in which the cycle crosses it, or wait longer: within=…."
         )
 
     def differential(self, motion: Solution, by: tuple[Parameter, ...] = ()) -> Variation:

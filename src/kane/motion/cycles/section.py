@@ -63,9 +63,8 @@ def poincare(
     ----------
     eom : Equations
     state : `kn.State` of the start, in place of q, u, states, parameters, inputs and t
-    section : a `kn.Event`, or the name of one of the system. Of forced systems `kn.Event("period", kn.sin(omega*kn.time/2))` looks
-    once
-        a period 2π/ω
+    section : a `kn.Event`, or the name of one of the system. Of forced systems `kn.Event("period", kn.sin(omega*kn.time/2))`
+        looks once a period 2π/ω
     count : how many passages
     within : how long one is waited for (s)
     rtol, atol : tolerances of the motion

@@ -144,8 +144,7 @@ class Shooting:
             if share.max(initial=0.0) > SIX_DIGITS:
                 raise SimulationError(
                     f"Expected cyclic= of what nothing else depends on, got {names[i]}: {names[int(np.argmax(share))]} at the end "
-                    "of the motion "
-                    "depends on it. Leave it out: it must come back."
+                    "of the motion depends on it. Leave it out: it must come back."
                 )
 
     def newton(self, x: Array, tolerance: float, most: int) -> tuple[Shot, "Linearized", int]:
@@ -237,8 +236,7 @@ class Linearized:
                 "Expected a cycle that stands alone, got one with a multiplier 1: others lie beside it, as where energy is kept "
                 "or a coordinate "
                 f"may have any value. Give cyclic= for what goes on by itself (of {', '.join(self.names)}), or section= in the "
-                "place of period= "
-                "where nothing depends on time."
+                "place of period= where nothing depends on time."
             )
         return np.asarray(np.linalg.solve(matrix, right))
 

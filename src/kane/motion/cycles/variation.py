@@ -192,8 +192,7 @@ class Differential:
             names = " and ".join(repr(e.name) for e in phase.by) or "none"
             raise SimulationError(
                 f"Expected one event at an instant, got {names} at t = {before.t:.9g}: a motion beside it meets one first, then "
-                "the other, and "
-                "there is no one derivative. Make one event of them, or take values at which they come one by one."
+                "the other, and there is no one derivative. Make one event of them, or take values at which they come one by one."
             )
         (event,) = phase.by
         ends = section is not None and event.name == section.name and number == int(motion.phase[-1])
@@ -255,6 +254,5 @@ def _check(now: Routines) -> None:
     if told:
         raise SimulationError(
             f"Expected equations whose rates are smooth between events for the derivative of a motion, got {' and '.join(told)}. "
-            "Declare dry "
-            "friction as a contact, kn.contact or kn.stiction, and what switches by events that set a further state."
+            "Declare dry friction as a contact, kn.contact or kn.stiction, and what switches by events that set a further state."
         )
