@@ -71,8 +71,8 @@ def instant(
     unit = terms[rows].max()
     w = w[np.ix_(rows, rows)]
     most = np.diag(w).max()
-    given_ = [np.array(x)[closed] for x in (static, kinetic)]
-    state = State("", d, w / most, b[rows] / unit, terms[rows] / unit, *given_, sliding)
+    mu_s, mu_k = (np.array(x)[closed] for x in (static, kinetic))
+    state = State("", d, w / most, b[rows] / unit, terms[rows] / unit, mu_s, mu_k, sliding)
     return Instant(model, values, t, q, u, modes, closed, state, unit, most, solve)
 
 
@@ -82,7 +82,7 @@ class Chosen(NamedTuple):
     `modes` are None where the bodies do not determine the forces of those that stick.
     """
 
-    count: int | None
+    answers: int | None
     choice: Choice | None
     modes: Any
     directions: Array

@@ -223,6 +223,8 @@ BESIDE_ONE_THAT_STANDS = Plane(
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:Expected a quantity of the event:kane.KaneWarning")  # a stop that nothing presses
+@pytest.mark.filterwarnings("ignore:Expected one mode of the contacts:kane.KaneWarning")
 @examples(1.5)
 @example((LIFTS_OFF, "stronge"), 183961)
 @example((BESIDE_ONE_THAT_STANDS, "poisson"), 24369)

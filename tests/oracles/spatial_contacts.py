@@ -96,7 +96,7 @@ class Poses(NamedTuple):
 
 
 def posed(scene: Scene, q: Array) -> Poses:
-    r, turned, k = [], [], 0
+    r, turned, k = list[Array](), list[Array](), 0
     for s in scene.solids:
         base_r = r[s.to] if s.to >= 0 else np.zeros(3)
         base = turned[s.to] if s.to >= 0 else np.eye(3)
@@ -113,7 +113,7 @@ def posed(scene: Scene, q: Array) -> Poses:
 
 def motions(scene: Scene, q: Array) -> Array:
     """The matrix of (v, ω) of all bodies (6n) by the speeds."""
-    at, found, k = posed(scene, q), [], 0
+    at, found, k = posed(scene, q), list[Array](), 0
     for i, s in enumerate(scene.solids):
         base = at.R[s.to] if s.to >= 0 else np.eye(3)
         own = found[s.to].copy() if s.to >= 0 else np.zeros((6, scene.width), dtype=np.asarray(q).dtype)

@@ -73,7 +73,8 @@ def alike(draw: Any, builds: Any = BUILDS) -> tuple[Plane, str]:
         touches.append(Touch(0, (draw(tenths(2, 9)), 0.0), stops=stops, restitution=draw(tenths(0, 9))))
     floor = None
     if support:
-        floor = Support(*((draw(tenths(0, 2)), float(draw(st.integers(1, 12)))) for _ in range(2)), draw(tenths(-5, 5)))
+        along, across = ((draw(tenths(0, 2)), float(draw(st.integers(1, 12)))) for _ in range(2))
+        floor = Support(along, across, draw(tenths(-5, 5)))
     return Plane(draw(tenths(-5, 5)), tuple(plates), tuple(touches), floor), law
 
 
@@ -110,11 +111,11 @@ def _made(plates: Any, touches: Any, support: bool, law: str) -> Model:
     bodies = tuple(Plate(1.0, 1.0, None if free else ((0.1, 0.2), (0.3, -0.2))) for free in plates)
     laws = {"kinetic": 0.3, "static": 0.4, "restitution": 0.5}
     places = [(0.1 + 0.2 * k - 0.07 * k * k, -0.4 - 0.1 * k) for k in range(len(touches))]  # no two are the same
-    places = tuple(
+    every = tuple(
         Touch(body, place, 0.3 if round_ else 0.0, stops, **laws)
         for place, (body, round_, stops) in zip(places, touches, strict=True)
     )
-    first = Plane(0.1, bodies, places, Support((0.1, 2.0), (0.1, 3.0), 0.1) if support else None)
+    first = Plane(0.1, bodies, every, Support((0.1, 2.0), (0.1, 3.0), 0.1) if support else None)
     parameters = tuple(kn.parameter(f"p{k}", x, "") for k, x in enumerate(numbers(first)))
     eom = kn.derive(system(first, law, parameters))
     return Model(eom, tuple(sorted(eom.coordinates, key=lambda s: s.name)), parameters)

@@ -151,7 +151,7 @@ def made(build: Any) -> Model:
         base, origin = (I, O) if to < 0 else (frames[to], centers[to])
         place = list(kn.coordinates(f"x{i} y{i} z{i}")) if joint == "free" else []
         angles = [kn.coordinate(f"a{i}")] if joint == "pin" else list(kn.coordinates(f"a{i} b{i} c{i}"))
-        B = base.rotate(f"B{i}", *angles, base.z) if joint == "pin" else base.rotate_body(f"B{i}", angles, "123")
+        B = base.rotate(f"B{i}", angles[0], base.z) if joint == "pin" else base.rotate_body(f"B{i}", angles, "123")
         if joint == "free":
             C = O.at(f"C{i}", place[0] * I.x + place[1] * I.y + place[2] * I.z)
         else:

@@ -474,6 +474,7 @@ class _Way:
         start = Begin(q, u, None, a, self.work, leaves, True, True)
         with warnings.catch_warnings():  # of forces that are zero throughout: what follows of them is decided here
             warnings.filterwarnings("ignore", "Expected a start beside the threshold", KaneWarning)
+            warnings.filterwarnings("ignore", "Expected a quantity of the event '.* opens'", KaneWarning)
             piece = run(mode, (self.t, self.span[1]), start, (numbers, drives), self.options, self.bounds, self.times)
         self._take(_of_mode(piece, mode, self.t, self.by))
         if piece.event is not None:
