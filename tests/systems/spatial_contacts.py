@@ -224,7 +224,8 @@ def admitted(
     clear = (sizes > 1e-2 * sizes[0]) | (sizes < 1e-11 * sizes[0])
     if not (full or (redundant and clear.all())):
         return None
-    return q, u - np.linalg.pinv(held, rcond=1e-10) @ (held @ u)
+    u = u - np.linalg.pinv(held, rcond=1e-10) @ (held @ u)
+    return q, np.where(np.abs(u) < 1e-13, 0.0, u)
 
 
 def _flat(scene: Scene, at: Any) -> bool:

@@ -180,7 +180,9 @@ class Touch:
         self.bias = self.rows @ free + drift
         self.bias_terms = np.abs(self.rows) @ (np.abs(inverse) @ numbers.forcing_terms) + drift_terms
         self.bias_terms = np.maximum(self.bias_terms, np.abs(self.bias))
-        self.velocity, self.velocity_terms = velocity, np.maximum(velocity_terms, np.abs(velocity))
+        sizes = np.maximum(velocity_terms, np.abs(velocity)).reshape(k, d)
+        sizes[:, 0] = sizes.max(axis=1)  # what rounding leaves of rows of gaps multiplies speeds, too
+        self.velocity, self.velocity_terms = velocity, sizes.reshape(-1)
         self.drag = -np.repeat(numbers.viscous, d) * velocity
         self.drag[::d] = 0.0
 
@@ -312,8 +314,11 @@ def held_together(touch: Touch, modes: Sequence[ContactMode]) -> Modes:
         if modes[i] is not ContactMode.STICK or not c.slips:
             continue
         own = [d * i + 1 + k for k in range(len(c.slips))]
-        combined = [_combination(touch, kept, row, scale) for row in own]
-        if all(x is None for x in combined):
+        combined, free = list[dict[int, float] | None](), list[int]()
+        for row in own:
+            combined.append(_combination(touch, kept + free, row, scale))
+            free += [] if combined[-1] else [row]
+        if len(free) == len(own):
             kept += own
             leader = i
             continue

@@ -140,6 +140,9 @@ class Decisions:
                 room[self.bias_terms + i] = numbers[self.drift_terms + row]
             sized = self.largest(room[self.velocity_terms + i], self.absolute(room[self.velocity + i]))
             room[self.velocity_terms + i] = sized
+        with w.few(self.k) as i, w.few(self.d, 1) as j:
+            at = self.velocity_terms + i * self.d
+            room[at] = self.largest(room[at], room[at + j])
         with w.few(n) as i, w.few(n) as j:
             at = self.inverse + i * n * 2 + j
             room[at] = numbers[self.mass + i * n + j]
