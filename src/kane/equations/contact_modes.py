@@ -28,7 +28,7 @@ from kane.equations.compiled import ports
 from kane.equations.equations import Equations, derive, repartition
 from kane.errors import KaneWarning, ModelError, SimulationError
 from kane.expr.matrix import Matrix
-from kane.expr.node import ZERO
+from kane.expr.node import ZERO, Expr
 from kane.expr.regular import Sizes, size
 from kane.model.contacts import ContactLaw, ContactMode, Modes
 from kane.model.system import System
@@ -291,57 +291,87 @@ class Touch:
         return self.bias + w @ drag, self.bias_terms + np.abs(w) @ np.abs(drag)
 
 
-def held_together(touch: Touch, modes: Sequence[ContactMode]) -> Modes:
-    """The modes where contacts that stick by one row are held with the first of them.
+def held_together(touch: Touch, modes: Sequence[ContactMode], directions: Array) -> tuple[Modes, Array]:
+    """The modes by the rows that hold what is closed and sticks; directions (k × d − 1) of slips, and of what others hold of one.
 
     Raises
     ------
     SimulationError
-        if rows of contacts depend on each other in another way: rigid bodies do not tell their forces
+        if rows of contacts depend on each other otherwise than those of a body on a plane: rigid bodies do not tell their forces
     """
-    d, found = touch.layout.d, list(modes)
+    d, found, ways, contacts = touch.layout.d, list(modes), directions.copy(), touch.layout.contacts
     closed = [i for i, m in enumerate(modes) if m is not ContactMode.SEPARATED]
+    sticking = [i for i in closed if modes[i] is ContactMode.STICK and contacts[i].slips]
     scale = np.sqrt(np.maximum(np.diag(touch.mobility), 0.0))
     kept: list[int] = []
-    for i in closed:
-        if touch.layout.places[i][0] is not None:
-            if _combination(touch, kept, d * i, scale) is not None:
-                raise _undetermined(touch.layout.contacts[i])
+    for i in (*sticking, *(i for i in closed if i not in sticking)):
+        if touch.layout.places[i][0] is None:
+            continue
+        following = _followed(touch, kept, [d * i], scale)
+        if following:
+            _check_stands(touch, i, following)
+            found[i] = modes[i].with_others()
+        else:
             kept.append(d * i)
     leader = -1
-    for i in closed:
-        c = touch.layout.contacts[i]
-        if modes[i] is not ContactMode.STICK or not c.slips:
-            continue
-        own = [d * i + 1 + k for k in range(len(c.slips))]
-        combined, free = list[dict[int, float] | None](), list[int]()
-        for row in own:
-            combined.append(_combination(touch, kept + free, row, scale))
-            free += [] if combined[-1] else [row]
-        if len(free) == len(own):
+    for i in sticking:
+        own = [d * i + 1 + k for k in range(len(contacts[i].slips))]
+        following = _followed(touch, kept, own, scale)
+        if not following and not found[i].carried:
             kept += own
             leader = i
-            continue
-        first = [d * leader + 1 + k for k in range(len(c.slips))]
-        for x, row in zip(combined, first, strict=True):
-            shares = {place: share for place, share in (x or {}).items() if place % d}
-            if leader < 0 or set(shares) != {row} or abs(shares[row] - 1) > GIVEN:
-                raise _undetermined(c)
-        found[i] = ContactMode.HELD
-    return tuple(found)
+        elif len(following) < len(own):
+            if found[i].carried:
+                raise _undetermined(contacts[i])
+            _check_stands(touch, i, following)
+            found[i], ways[i] = ContactMode.ACROSS, following[0].along
+            kept.append(max(own, key=lambda row: abs(ways[i][own.index(row) - 1])))
+        elif not found[i].carried:
+            if not _by_one_row(following, [d * leader + 1 + k for k in range(len(own))], d):
+                _check_stands(touch, i, following)
+            found[i] = ContactMode.HELD
+    return tuple(found), ways
 
 
-def _combination(touch: Touch, kept: Sequence[int], row: int, scale: Array) -> dict[int, float] | None:
-    """The shares of other rows of which a row is made; None where it is independent of them."""
-    if not kept or scale[row] == 0:
-        return None
+class _Follows(NamedTuple):
+    """A velocity of slip in a direction, or of a gap, that follows from other rows, with their shares."""
+
+    along: Array
+    shares: dict[int, float]
+
+
+def _followed(touch: Touch, kept: Sequence[int], rows: Sequence[int], scale: Array) -> list[_Follows]:
+    """What follows of a gap, or of the slips of a contact, where rows that are kept hold; none of them if it is independent."""
+    if not kept or not scale[list(rows)].all():
+        return []
     w = touch.mobility / np.where(scale > 0, scale, 1.0) / np.where(scale > 0, scale, 1.0)[:, None]
-    own = w[np.ix_(kept, kept)]
-    shares = np.linalg.solve(own, w[kept, row])
-    if w[row, row] - w[row, kept] @ shares > ROUNDED_SUM:
-        return None
-    real = shares * scale[row] / scale[list(kept)]
-    return {k: float(x) for k, x in zip(kept, real, strict=True) if abs(x) > GIVEN}
+    by = np.linalg.solve(w[np.ix_(kept, kept)], w[np.ix_(kept, rows)])
+    left, ways = np.linalg.eigh(w[np.ix_(rows, rows)] - w[np.ix_(rows, kept)] @ by)
+    few = ways.T[left <= ROUNDED_SUM]
+    each = np.eye(len(rows)) if len(few) == len(rows) else few / scale[list(rows)]
+    found = []
+    for e in each / np.linalg.norm(each, axis=1, keepdims=True):
+        real = by @ (e * scale[list(rows)]) / scale[list(kept)]
+        found.append(_Follows(e, {k: float(x) for k, x in zip(kept, real, strict=True) if abs(x) > GIVEN}))
+    return found
+
+
+def _by_one_row(following: Sequence[_Follows], first: Sequence[int], d: int) -> bool:
+    """Whether slips are those of another contact, whose rows come first."""
+    for (_, shares), row in zip(following, first, strict=True):
+        slips = {place: share for place, share in shares.items() if place % d}
+        if set(slips) != {row} or abs(slips[row] - 1) > GIVEN:
+            return False
+    return True
+
+
+def _check_stands(touch: Touch, i: int, following: Sequence[_Follows]) -> None:
+    """Refuse what follows from other rows than those of the same kind, across a plane or along it, of one body on it."""
+    d, contacts = touch.layout.d, touch.layout.contacts
+    others = {place // d for _, shares in following for place in shares} - {i}
+    c = contacts[i]
+    if c.between is None or any(contacts[n].between != c.between for n in others):
+        raise _undetermined(c)
 
 
 def _undetermined(c: ContactLaw) -> SimulationError:
@@ -358,12 +388,14 @@ class ContactModes:
         self._system, self._near = eom.system, eom.derived.near
         self._made: dict[Modes, Equations] = {}
 
-    def equations(self, modes: Modes) -> Equations:
-        """Those of a mode."""
+    def equations(self, modes: Modes, near: Mapping[Expr, float] | None = None) -> Equations:
+        """Those of a mode, by dependent speeds that suit what symbols are near to."""
         if modes not in self._made:
             with warnings.catch_warnings():  # a motion is there, whatever defaults of parameters say
                 warnings.filterwarnings("ignore", "Expected configuration constraints that some", KaneWarning)
-                self._made[modes] = derive(self._system.in_modes(modes), near=self._near)
+                self._made[modes] = derive(
+                    self._system.in_modes(modes), near={**(self._near or {}), **(near or {})} or None
+                )
         return self._made[modes]
 
 

@@ -17,11 +17,14 @@ begins or ends. In the plane all slip is straight.
 
 Where several contacts stick by one row, as the corners of a block, the first has the row and the others are `HELD` with it: rigid
 bodies tell the sum of their friction alone. It is shared in proportion to μ_s N, and holds while |ΣF| ≤ Σ μ_s N.
+
+A body that stands on more points of a plane than rigid bodies tell the forces of is a `Stand`: fewer rows hold it, and their
+multipliers are shared by numbers among all of its contacts (`kane.equations.contact_shares`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from itertools import pairwise
@@ -37,24 +40,24 @@ from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, Parameter, Rate, Reaction, word
 from kane.expr.visit import substituted
 from kane.model.constraints import Constraint, configuration_constraint, motion_constraint, reaction
-from kane.model.declarations import Event
 from kane.model.joints.contact import Contact
 from kane.model.joints.joint import Joint
-from kane.model.loads import Load
 from kane.model.system_checks import listed
 from kane.numeric.sampling import SEEDS, sample
-from kane.space.frame import Frame, Point
+from kane.space.frame import Frame, Point, frames_of
 from kane.space.vector import Vector
 
+SHARED = 3
+"""Rows at most, across a plane and along it, that hold a rigid body on it."""
 LAWS = ("stronge", "poisson", "newton", "moreau")
-_NO_FRICTION = 1e-300
-"""What is shared where Σ μ_s N is zero: nothing."""
 
 
 class ContactMode(IntEnum):
     """What a contact does in a mode of a system; a contact without friction STICKs where it is closed.
 
-    HELD: it sticks with the last one before it in the list that rubs and has the mode STICK.
+    HELD: it sticks with the last one before it in the list that rubs and has the mode STICK. In a `Stand`, its slip vanishes with
+    those of others; ACROSS: its slip along a direction does, that across it has a row; CARRIED…: its gap stays closed with those of
+    others, and so does, where it does not slip, its slip.
     """
 
     SEPARATED = 0
@@ -62,11 +65,44 @@ class ContactMode(IntEnum):
     STRAIGHT = 2
     SLIP = 3
     HELD = 4
+    ACROSS = 5
+    CARRIED = 6
+    CARRIED_STRAIGHT = 7
+    CARRIED_SLIP = 8
+
+    @property
+    def slips(self) -> bool:
+        """Whether it slips."""
+        return self in _SLIPS or self in _SLIPS.values()
+
+    @property
+    def straight(self) -> bool:
+        """Whether it slips along a direction that is a number."""
+        return self in _SLIPS
+
+    @property
+    def carried(self) -> bool:
+        """Whether others keep its gap closed."""
+        return self >= ContactMode.CARRIED
+
+    def slipping(self, straight: bool) -> ContactMode:
+        """The same slip, straight or not."""
+        return next(a if straight else b for a, b in _SLIPS.items() if self in (a, b))
+
+    def with_others(self) -> ContactMode:
+        """What it does where others keep its gap closed."""
+        return _CARRIED.get(self, ContactMode.CARRIED)
 
     def word(self, contact: ContactLaw) -> str:
         """As it is shown: separated, stick or slip; closed where there is no friction, and of a rope that is taut."""
-        return ("separated", "stick" if contact.slips else "closed", "slip", "slip", "stick")[self]
+        if self is ContactMode.SEPARATED:
+            return "separated"
+        return "slip" if self.slips else "stick" if contact.slips else "closed"
 
+
+_SLIPS = {ContactMode.STRAIGHT: ContactMode.SLIP, ContactMode.CARRIED_STRAIGHT: ContactMode.CARRIED_SLIP}
+"""Straight slips, and what they become."""
+_CARRIED = {ContactMode.STRAIGHT: ContactMode.CARRIED_STRAIGHT, ContactMode.SLIP: ContactMode.CARRIED_SLIP}
 
 Modes = tuple[ContactMode, ...]
 
@@ -92,6 +128,8 @@ class ContactLaw(Immutable):
     place : where bodies touch, if it is of `kn.contact`
     pressed_by : the contact whose N presses, if it is another one's
     slack : by how much the gap is below zero where it closes: what rounding leaves of one that has opened without speed
+    across : the row of the slip across `direction`, and its multiplier; None in the plane
+    shares : of the multipliers of a `Stand` in N, and in each F_k
     """
 
     name: str
@@ -108,6 +146,8 @@ class ContactLaw(Immutable):
     direction: tuple[Parameter, ...]
     slowest: Parameter
     slack: Parameter
+    across: tuple[Constraint, Reaction] | None
+    shares: tuple[tuple[Parameter, ...], ...]
     place: Contact | None = None
     pressed_by: ContactLaw | None = None
 
@@ -119,6 +159,14 @@ class ContactLaw(Immutable):
     def rows(self) -> tuple[Constraint, ...]:
         """Its gap, if it has one, and its slips."""
         return (*(() if self.gap is None else (self.gap,)), *self.slips)
+
+    @property
+    def between(self) -> tuple[Frame | None, Frame, str] | None:
+        """The bodies that touch, where the second has a plane there, and its normal."""
+        home = () if self.place is None else frames_of(self.place.normal)
+        if self.place is None or len(home) != 1:
+            return None
+        return self.place.particle.body, home[0], str(self.place.normal)
 
     @property
     def sized(self) -> bool:
@@ -137,8 +185,7 @@ class ContactLaw(Immutable):
 
     def sliding_friction(self, mode: ContactMode) -> dict[Expr, Expr]:
         """F_k by their symbols where it slips."""
-        straight = mode is ContactMode.STRAIGHT
-        size = neg(mul(self.kinetic_at(self.onward if straight else sqrt(self.square)), self.pressing))
+        size = neg(mul(self.kinetic_at(self.onward if mode.straight else sqrt(self.square)), self.pressing))
         drags = [mul(self.viscous, c.expr) for c in self.slips]
         each = zip(self.friction_forces, self.along(mode), drags, strict=True)
         return {f: sub(mul(size, d), drag) for f, d, drag in each}
@@ -154,7 +201,7 @@ class ContactLaw(Immutable):
 
     def along(self, mode: ContactMode) -> tuple[Expr, ...]:
         """The unit vector of the slip."""
-        if mode is ContactMode.STRAIGHT:
+        if mode.straight:
             return self.direction
         return tuple(c.expr / sqrt(self.square) for c in self.slips)
 
@@ -247,7 +294,29 @@ def _law(
         directions,
         Parameter.declare(f"v_{label}", 0.0, "", f"slip below which {name} slips straight on"),
         Parameter.declare(f"g_{label}", 0.0, "", f"rounding of the gap of {name}"),
+        _across(name, label, rows, directions) if len(rows) == 2 else None,
+        tuple(
+            tuple(Parameter.declare(f"w_{label}_{j}{k}", 0.0, "", f"share of {name}") for k in range(SHARED))
+            for j in range(1 + len(rows))
+        ),
     )
+
+
+def _across(
+    name: str, label: str, rows: Sequence[Constraint], directions: Sequence[Expr]
+) -> tuple[Constraint, Reaction]:
+    """The row −d₂ v₁ + d₁ v₂ = 0."""
+    ways = (neg(directions[1]), directions[0])
+    each = list(zip(ways, rows, strict=True))
+    row = replace(
+        rows[0],
+        name=f"{name} across",
+        expr=sum_of(mul(d, c.expr) for d, c in each),
+        own=sum_of(mul(d, c.own) for d, c in each),
+        forces=tuple((p, v * d) for d, c in each for p, v in c.forces),
+        torques=tuple((f, v * d) for d, c in each for f, v in c.torques),
+    )
+    return row, reaction(f"F_{label}_across", constraint=row)
 
 
 def _default(e: Expr) -> float | None:
@@ -582,8 +651,9 @@ def law_of(contacts: Sequence[ContactLaw]) -> str:
 
 
 def slip_parameters(contacts: Sequence[ContactLaw]) -> tuple[Parameter, ...]:
-    """The numbers that modes of contacts have beside the parameters: directions of slip, and the slowest slips."""
-    return tuple(p for c in contacts if c.slips for p in (*c.direction, c.slowest))
+    """The numbers that modes of contacts have beside the parameters: directions of slip, the slowest slips, and shares."""
+    own = (p for c in contacts if c.slips for p in (*c.direction, c.slowest))
+    return (*own, *(p for c in contacts if c.place is not None for row in c.shares for p in row))
 
 
 def laws_of(contacts: Sequence[ContactLaw]) -> list[Expr]:
@@ -615,100 +685,3 @@ def _mode_of(c: ContactLaw, told: Mapping[str, ContactMode]) -> ContactMode:
     if presses is not None and _mode_of(presses, told) is ContactMode.SEPARATED:
         return ContactMode.SEPARATED
     return told.get(c.name, ContactMode.STICK if c.gap is None else ContactMode.SEPARATED)
-
-
-# Modes ---------------------------------------------------------------------------------------------------------------------
-
-
-def additions(contacts: Sequence[ContactLaw], modes: Modes) -> dict[str, list[Any]]:
-    """What modes add to a system's arguments: constraints, friction, reactions, and events that end them."""
-    found: dict[str, list[Any]] = {name: [] for name in ("holonomic", "nonholonomic", "loads", "reactions", "events")}
-    for c, mode, group in zip(contacts, modes, groups(contacts, modes), strict=True):
-        for name, items in _added(c, mode, group):
-            found[name] += items
-    return found
-
-
-Group = tuple[ContactLaw, ...]
-
-
-def groups(contacts: Sequence[ContactLaw], modes: Modes) -> list[Group]:
-    """For each contact those that stick by its row, itself first; () of those that are held with another."""
-    found: list[Group] = []
-    leader = 0
-    for k, (c, mode) in enumerate(zip(contacts, modes, strict=True)):
-        found.append(() if mode is ContactMode.HELD else (c,))
-        if mode is ContactMode.STICK and c.slips:
-            leader = k
-        elif mode is ContactMode.HELD:
-            found[leader] = (*found[leader], c)
-    return found
-
-
-def _added(c: ContactLaw, mode: ContactMode, group: Group) -> Iterator[tuple[str, Iterable[Any]]]:
-    yield "events", _endings(c, mode, group)
-    if mode is ContactMode.SEPARATED:
-        return
-    yield "holonomic", [c.gap] if c.gap else []
-    yield "reactions", _own_normal(c)
-    if mode is ContactMode.STICK:
-        yield "nonholonomic", c.slips
-        yield "reactions", c.friction_forces
-    elif mode is not ContactMode.HELD:
-        yield "loads", [friction(c, mode)]
-
-
-def _own_normal(c: ContactLaw) -> list[Reaction]:
-    return [] if c.normal_force is None or c.pressed_by is not None else [c.normal_force]
-
-
-def friction(c: ContactLaw, mode: ContactMode) -> Load:
-    """The friction of a contact that slips."""
-    sizes = c.sliding_friction(mode)
-    forces: list[tuple[Point, Vector]] = []
-    torques: list[tuple[Frame, Vector]] = []
-    for row, f in zip(c.slips, c.friction_forces, strict=True):
-        forces += [(p, v * sizes[f]) for p, v in row.forces]
-        torques += [(frame, v * sizes[f]) for frame, v in row.torques]
-    return Load(f"friction of {c.name}", tuple(forces), tuple(torques))
-
-
-def _endings(c: ContactLaw, mode: ContactMode, group: Group) -> Iterator[Event]:
-    """The events that end a mode of a contact."""
-
-    def event(what: str, quantity: Expr, direction: int = -1) -> Event:
-        return Event(f"{c.name} {what}", quantity, 0.0, direction, True)
-
-    if mode is ContactMode.SEPARATED:
-        if c.gap is not None:
-            yield event("closes", add(c.gap.expr, c.slack))
-        return
-    for normal in _own_normal(c):
-        yield event("opens", normal)
-    if mode is ContactMode.STICK and c.slips:
-        held = sum_of(other.most for other in group)
-        square = sum_of(mul(f, f) for f in c.friction_forces)
-        yield event("slips", sub(mul(held, held), square))
-    elif mode is ContactMode.STRAIGHT:
-        yield event("sticks", c.onward)
-        if len(c.slips) > 1:
-            yield event("turns", sub(c.onward, c.slowest), 1)
-    elif mode is ContactMode.SLIP:
-        yield event("slows", sub(sqrt(c.square), c.slowest))
-
-
-def in_mode(contacts: Sequence[ContactLaw], modes: Modes, exprs: Sequence[Expr]) -> Sequence[Expr]:
-    """Expressions with N and F of the contacts as their modes have them, where these are no unknowns."""
-    if not modes:
-        return exprs
-    forces: dict[Expr, Expr] = {}
-    for c, mode, group in zip(contacts, modes, groups(contacts, modes), strict=True):
-        if mode is ContactMode.SEPARATED:
-            forces |= dict.fromkeys((*_own_normal(c), *c.friction_forces), ZERO)
-        elif mode in (ContactMode.STRAIGHT, ContactMode.SLIP):
-            forces |= c.sliding_friction(mode)
-        whole = add(sum_of(other.most for other in group), as_expr(_NO_FRICTION))
-        for other in group if len(group) > 1 else ():
-            pairs = zip(other.friction_forces, c.friction_forces, strict=True)
-            forces |= {f: mul(total, div(other.most, whole)) for f, total in pairs}
-    return [substituted(e, forces) for e in exprs] if forces else exprs

@@ -41,7 +41,8 @@ from kane.expr.visit import substituted
 from kane.model import system_checks
 from kane.model.bodies import Body, Part, RigidBody, brought_loads, check_turning, deforming, extended, parts_of, rigid
 from kane.model.constraints import Constraint, as_constraints
-from kane.model.contacts import ContactLaw, ContactMode, additions, given_modes, laws_of, listed_contacts
+from kane.model.contact_modes import additions
+from kane.model.contacts import ContactLaw, ContactMode, given_modes, laws_of, listed_contacts
 from kane.model.declarations import (
     Declarations,
     Event,

@@ -20,11 +20,14 @@ from typing import Any
 import numpy as np
 
 from kane.contacts import Choice, Count, Law, Mode, Rule, impacts
+from kane.contacts.equations import solve
 from kane.equations.contact_modes import Layout, Touch, contact_modes, contact_numbers, held_together, layout
+from kane.equations.contact_shares import rows_of, shares
 from kane.equations.equations import Equations
 from kane.errors import KaneError, KaneWarning, SimulationError, warn
 from kane.expr.node import ZERO, Expr
-from kane.model.contacts import ContactMode, Modes, check_numbers, groups, law_of
+from kane.model.contact_modes import groups, stands
+from kane.model.contacts import ContactMode, Modes, check_numbers, law_of
 from kane.model.declarations import Event
 from kane.motion.contact_runner import KNOWN, ContactRunner, Went, rests, runner
 from kane.motion.hybrid.contact_automaton import AT_ONCE, Back
@@ -37,7 +40,7 @@ from kane.motion.solution.resumed import Begin
 from kane.motion.solution.solution import Segment, Solution
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
-from kane.numeric.scale import GIVEN, ROUNDED, SAME_TIME
+from kane.numeric.scale import EQUAL, GIVEN, ROUNDED, SAME_TIME
 from kane.progress import collecting_seldom
 
 _MODES = 10_000_000
@@ -129,7 +132,7 @@ class ContactMotion:
             directions[i] = choice.directions[n]
             straight = len(c.slips) == 1 or not self._still(touch, {i}, directions)[i].any()
             modes[i] = ContactMode.STRAIGHT if straight else ContactMode.SLIP
-        return Decided(held_together(touch, modes), directions, order, choice)
+        return Decided(*held_together(touch, modes, directions), order, choice)
 
     def hit(self, t: float, x: Array, closed: set[int]) -> tuple[Array, set[int], float]:
         """The state after impacts of the contacts that touch, what stays closed, and when the last of ever smaller ones is over."""
@@ -224,7 +227,9 @@ class ContactMotion:
         found |= {c.slack: float(g) for c, g in zip(self.contacts, self.slack, strict=True)}
         touch: Touch | None = None
         for i, c in enumerate(self.contacts):
-            if now.modes[i] not in (ContactMode.STRAIGHT, ContactMode.SLIP):
+            if now.modes[i] is ContactMode.ACROSS:
+                found |= dict(zip(c.direction, now.directions[i].tolist(), strict=True))
+            if not now.modes[i].slips:
                 continue
             touch = touch or self.touch(t, x)
             d = now.directions[i][: len(c.slips)]
@@ -233,8 +238,55 @@ class ContactMotion:
             gained = STARTS * (self.span[1] - self.span[0]) * self._gains(now, i)
             self.fastest[i] = max(self.fastest[i], v, touch.slip_terms[i].max(), gained)
             level = ENDS * self.fastest[i]
-            found[c.slowest] = level if now.modes[i] is ContactMode.SLIP else max(2 * level, gained, v * (1 + ENDS))
-        return found
+            found[c.slowest] = max(2 * level, gained, v * (1 + ENDS)) if now.modes[i].straight else level
+        return found | self._shares(now, t, x)[0]
+
+    def mode(self, modes: Modes, numbers: Mapping[Expr, float], x: Array) -> Equations:
+        """The equations of modes; rows of stands are independent in their directions alone."""
+        here: dict[Expr, float] = {**dict(zip(self.eom.coordinates, x.tolist(), strict=False)), **numbers}
+        return self.modes_of.equations(modes, here if stands(self.contacts, modes) else None)
+
+    def _shares(self, now: Decided, t: float, x: Array) -> tuple[dict[Expr, float], dict[int, float]]:
+        """The shares of contacts in the forces of stands, and the margins of these by contact."""
+        found, margins, touch = dict[Expr, float](), dict[int, float](), self.touch(t, x)
+        for stand in stands(self.contacts, now.modes):
+            rows = rows_of(touch, stand, now.modes, now.directions)
+            own = shares(touch, stand, now.modes, rows, self._forces(touch, now))
+            margins |= dict.fromkeys(stand.members, own.margin)
+            along = own.along.reshape(len(rows.sticks), self.layout.d - 1, len(stand.along))
+            for i, row in zip(stand.members, own.normal, strict=True):
+                c = self.contacts[i]
+                found |= dict(zip(c.shares[0], row.tolist(), strict=False))
+                for w, more in zip(c.shares[1:], along[rows.sticks.index(i)] if i in rows.sticks else (), strict=False):
+                    found |= dict(zip(w, more.tolist(), strict=False))
+        return found, margins
+
+    def _forces(self, touch: Touch, now: Decided) -> Array:
+        """Some forces (kd) that do what those of a mode do."""
+        modes = now.modes
+        order = [i for i, m in enumerate(modes) if m is not ContactMode.SEPARATED and self.layout.pressed_by[i] is None]
+        sliding = np.where([[m.slips] for m in modes], now.directions, 0.0)
+        problem = touch.problem(order, sliding, touch.numbers.laws[:, 0])
+        solution = solve(problem, [_mode(modes[i], sliding[i]) for i in order], problem.directions)
+        forces = np.zeros(len(touch.mobility))
+        forces[touch.places(order)] = solution.forces
+        return forces
+
+    def balanced(self, now: Decided, numbers: Mapping[Expr, float], t: float, x: Array) -> None:
+        """Refuse contacts of a stand whose places on the plane have moved beside each other: shares are of one instant."""
+        touch = self.touch(t, x)
+        for stand in stands(self.contacts, now.modes):
+            rows = rows_of(touch, stand, now.modes, now.directions)
+            own = [self.contacts[i].shares[0][: len(stand.normals)] for i in stand.members]
+            along = [w[: len(stand.along)] for i in rows.sticks for w in self.contacts[i].shares[1:]]
+            for g, w in ((rows.normal, own), (rows.along, along)):
+                sums = g.T @ np.array([[numbers[s] for s in row] for row in w]).reshape(g.shape)
+                if np.abs(sums - np.eye(len(sums))).max(initial=0) > EQUAL:
+                    names = ", ".join(self.contacts[i].name for i in stand.members)
+                    raise SimulationError(
+                        f"Expected contacts that keep their places beside each other, got {names}, whose forces rigid bodies do not "
+                        "tell and which have moved. Leave one out, or give what yields a stiffness"
+                    )
 
     def _gains(self, now: Decided, i: int) -> float:
         """|a_t| of a contact."""
@@ -264,7 +316,7 @@ class ContactMotion:
                 and (i in hit or before[i] is not ContactMode.SEPARATED)
             ):
                 found[f"{c.name} closes"] = 1.0
-            elif mode is ContactMode.STRAIGHT and decided:
+            elif mode.straight and decided:
                 touch = touch or self.touch(t, x)
                 if not self._still(touch, {i}, now.directions)[i].any():
                     found[f"{c.name} sticks"] = 1.0
@@ -276,7 +328,10 @@ class ContactMotion:
             return []
         found, d = now.choice.solution, self.layout.d
         pairs = zip(now.closed, found.forces[::d], found.force_errors[::d], strict=True)
-        return [i for i, n, error in pairs if now.modes[i] is not ContactMode.SEPARATED and n <= error]
+        shared = {i for stand in stands(self.contacts, now.modes) for i in stand.members}
+        return [
+            i for i, n, error in pairs if now.modes[i] is not ContactMode.SEPARATED and n <= error and i not in shared
+        ]
 
     def goes_on(self, piece: Solution) -> None:
         """Take over the parameters and inputs that events have left."""
@@ -289,16 +344,16 @@ class ContactMotion:
         """The state after an event of a mode, the modes from then on, and when rebounds are over that are not followed."""
         k = len(self.contacts)
         closed = {i for i in range(k) if now.modes[i] is not ContactMode.SEPARATED}
-        slides = {i for i in closed if now.modes[i] in (ContactMode.STRAIGHT, ContactMode.SLIP)}
+        slides = {i for i in closed if now.modes[i].slips}
         i, kind = self.ends(event) or (-1, "")
         begins = t
         if kind == "turns":
-            modes = tuple(ContactMode.SLIP if n == i else m for n, m in enumerate(now.modes))
+            modes = tuple(m.slipping(straight=False) if n == i else m for n, m in enumerate(now.modes))
             return x, replace(now, modes=modes), t
         if kind == "slows":
             touch, directions = self.touch(t, x), now.directions.copy()
             directions[i] = touch.slips[i] / np.linalg.norm(touch.slips[i])
-            modes = tuple(ContactMode.STRAIGHT if n == i else m for n, m in enumerate(now.modes))
+            modes = tuple(m.slipping(straight=True) if n == i else m for n, m in enumerate(now.modes))
             return x, Decided(modes, directions), t
         touch = self.touch(t, x)
         hits = {n for n in set(range(k)) - closed if (n == i and kind == "closes") or self._closes(touch, n)}
@@ -315,6 +370,11 @@ class ContactMotion:
             if kind == "sticks":
                 sliding[i] = 0.0
         friction = touch.numbers.laws[:, 0].copy()
+        stand = next((s.members for s in stands(self.contacts, now.modes) if i in s.members), ())
+        if stand and kind in ("opens", "slips") and not hits:
+            same = replace(now, closed=(), choice=None)
+            if self._shares(same, t, x)[1][i] > ENDS:
+                return x, same, t
         if kind == "opens" and not hits:
             for off in (self._unpressed(touch, closed, sliding, friction) | {i}, {i}):
                 apart = self.decide(t, x, closed - off, sliding, friction, now.modes)
@@ -322,11 +382,12 @@ class ContactMotion:
                     self._opens(touch, closed, set(), apart.modes)
                     return x, apart, t
         if kind == "slips" and not hits:
-            together = [self.contacts.index(c) for c in groups(self.contacts, now.modes)[i]]
+            group = [self.contacts.index(c) for c in groups(self.contacts, now.modes)[i]]
+            together = [n for n in stand if not now.modes[n].slips] or group
             static, friction[together] = friction[together], touch.numbers.laws[together, 1]
             if friction[i] >= static[0] * (1 - ENDS):
                 also = [n for n, most in zip(together, static, strict=True) if friction[n] >= most * (1 - ENDS)]
-                sliding[also] = self._along_force(now, i, t, x)
+                sliding[also] = self._along_forces(now, also, t, x)
         decided = self.decide(t, x, closed, sliding, friction, now.modes)
         self._opens(touch, closed, below, decided.modes)
         return x, decided, begins
@@ -365,16 +426,18 @@ class ContactMotion:
         a, terms = touch.accelerations(apart.closed, apart.forces)
         return bool(a[self.layout.d * i] >= -NOTHING * terms[self.layout.d * i])
 
-    def _along_force(self, now: Decided, i: int, t: float, x: Array) -> Array:
-        """The direction in which a contact begins to slip whose friction has reached its most: against that force."""
+    def _along_forces(self, now: Decided, also: Sequence[int], t: float, x: Array) -> Array:
+        """The directions in which contacts begin to slip whose friction has reached its most: against these forces."""
         closed = [n for n, m in enumerate(now.modes) if m is not ContactMode.SEPARATED]
         touch, d = self.touch(t, x), self.layout.d
-        slides = {n for n in closed if now.modes[n] in (ContactMode.STRAIGHT, ContactMode.SLIP)}
+        slides = {n for n in closed if now.modes[n].slips}
         sliding = self._still(touch, slides, now.directions)
         friction = touch.numbers.laws[:, 0] * (1 + ENDS)
-        forces = touch.choose(closed, sliding, friction).forces.reshape(-1, d)[closed.index(i), 1:]
-        size = np.linalg.norm(forces)
-        return np.asarray(-forces / size if size > 0 else np.eye(d - 1)[0])  # without friction any will do
+        forces = touch.choose(closed, sliding, friction).forces.reshape(-1, d)[[closed.index(n) for n in also], 1:]
+        sizes = np.linalg.norm(forces, axis=1, keepdims=True)
+        return np.asarray(
+            np.where(sizes > 0, -forces / np.where(sizes > 0, sizes, 1.0), np.eye(d - 1)[0])
+        )  # without any will do
 
     def ends(self, event: Event) -> tuple[int, str] | None:
         """The contact whose mode an event ends, and how; None of any other event."""
@@ -492,10 +555,11 @@ class _Way:
 
     def goes(self) -> Event | None:
         """The event that the motion comes to, past those that kernels decide."""
-        at, mode = self.at, self.at.modes_of.equations(self.now.modes)
+        at = self.at
+        numbers: Mapping[Expr, float] = at.constants(self.now, self.t, self.x)
+        mode = at.mode(self.now.modes, numbers, self.x)
         first, self.fresh = self.fresh, {}
         leaves = {**first, **at.leaves(self.now, self.before, self.t, self.x, self.by)}
-        numbers: Mapping[Expr, float] = at.constants(self.now, self.t, self.x)
         opens = any(own and own[1] == "opens" for own in map(at.ends, [e for e in mode.events if e.name in leaves]))
         if self.runner is not None and not first and not opens and self.runner.parameters == at.parameters:
             m = self.runner.place(self.now.modes, mode, at.ends)
@@ -524,6 +588,7 @@ class _Way:
             warnings.filterwarnings("ignore", "Expected a start beside the threshold", KaneWarning)
             warnings.filterwarnings("ignore", "Expected a quantity of the event '.* opens' that crosses", KaneWarning)
             piece = run(mode, (self.t, self.span[1]), start, (numbers, drives), self.options, self.bounds, self.times)
+        at.balanced(self.now, numbers, float(piece.t[-1]), piece.states[-1])
         self._take(_of_mode(piece, mode, self.t, self.by))
         if self.runner is not None and len(piece.segments) < 2:
             self.runner.admit()

@@ -16,7 +16,7 @@ from kane.equations.compiled import Kept
 from kane.equations.contact_modes import contact_numbers, layout
 from kane.equations.equations import Equations
 from kane.expr.node import Expr
-from kane.model.contacts import LAWS, Modes
+from kane.model.contacts import LAWS, ContactMode, Modes
 from kane.model.declarations import Event
 from kane.motion.arguments import Arguments
 from kane.motion.constraint_kernels import Holding, unheld
@@ -210,7 +210,7 @@ class ContactRunner:
         for m, one in enumerate(self.made):
             if one.modes == modes:
                 return m if self.codes[m] >= 0 else None
-        if modes in self.left or len(self.made) == _MODES:
+        if modes in self.left or len(self.made) == _MODES or max(modes) >= ContactMode.ACROSS:
             return None
         if not self._make(modes, mode, ends):
             self.left.add(modes)

@@ -21,7 +21,8 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Reaction
 from kane.model.constraints import Constraint
-from kane.model.contacts import Modes, in_mode
+from kane.model.contact_modes import in_mode
+from kane.model.contacts import Modes
 from kane.model.declarations import Event
 from kane.model.loads import Load
 from kane.motion.inputs.expressions import along

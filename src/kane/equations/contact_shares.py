@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How a body that stands on a plane shares its forces among its contacts, where rigid bodies do not tell it.
+
+The rows of all of its contacts follow from few that hold it, J = G B; then forces λ with Gᵀ λ = R do what the multipliers R of
+these rows do. Normal forces are the least ones with that sum and these moments (of bodies on like springs), and friction is in
+proportion to μ_s N, F_i = μ_i N_i (V + Ω × r_i), as of a body that slides on like bristles:
+
+    N = G_n (G_nᵀ G_n)⁻¹ R_n          F = D G_t (G_tᵀ D G_t)⁻¹ R_t,    D = diag(μ_i N_i)
+
+Where these leave a cone and others do not, those are taken that are furthest within all cones, shares of one instant of (R_n, R_t)
+alone: forces grow in proportion to these. So a body slips, or tips, when no forces hold it, not when these do not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from kane.contacts.cones import Block, least_forces
+from kane.equations.contact_modes import Touch
+from kane.errors import SimulationError
+from kane.model.contact_modes import Stand
+from kane.model.contacts import ContactMode, Modes
+from kane.numeric.arrays import Array
+from kane.numeric.scale import GIVEN
+
+_HALVINGS, _MORE = 36, 3
+"""Margins that are tried, each half of the one before, and halvings of the interval behind the first that forces have."""
+_ENOUGH = 1e-3
+"""Margin of forces as of springs and bristles with which a mode may begin: with less it soon ends."""
+_APART = 0.1
+"""Share of the mean normal force that a margin of 1 asks of each."""
+
+
+class Shares(NamedTuple):
+    """Of the multipliers of a stand's rows in N (k × r) and in F of those that stick (k_s (d − 1) × r_t).
+
+    `margin` is how far within their cones forces can be, from 0, where the body slips or tips, to 1.
+    """
+
+    normal: Array
+    along: Array
+    margin: float
+
+
+class Rows(NamedTuple):
+    """Rows of a stand's normals (k × r) and of its slips that are none (k_s (d − 1) × r_t) in those that hold it, and who sticks."""
+
+    normal: Array
+    along: Array
+    sticks: tuple[int, ...]
+
+
+def rows_of(touch: Touch, stand: Stand, modes: Modes, directions: Array) -> Rows:
+    """Those of an instant.
+
+    Raises
+    ------
+    SimulationError
+        if rows across the plane and along it depend on each other: it is not one plane
+    """
+    d, contacts, unit = touch.layout.d, touch.layout.contacts, np.eye(len(touch.mobility))
+    sticks = tuple(i for i in stand.members if not modes[i].slips and contacts[i].slips)
+    normals = [d * i for i in stand.members]
+    along = [d * i + j for i in sticks for j in range(1, d)]
+    held = [unit[d * i] for i in stand.members if not modes[i].carried]
+    n, r = len(normals), len(held)
+    for i in sticks:
+        if modes[i] is ContactMode.STICK:
+            held += [unit[d * i + j] for j in range(1, d)]
+        elif modes[i] is ContactMode.ACROSS:
+            held.append(directions[i][0] * unit[d * i + 2] - directions[i][1] * unit[d * i + 1])
+    rows, w = np.array(held), touch.mobility
+    g = np.linalg.solve(rows @ w @ rows.T, rows @ w[:, normals + along]).T
+    beside = np.abs(g[:n, r:]).max(initial=0), np.abs(g[n:, :r]).max(initial=0)
+    if max(beside) > GIVEN * np.abs(g).max():
+        names = ", ".join(contacts[i].name for i in stand.members)
+        raise SimulationError(
+            f"Expected contacts of a body with one plane, got others, {names}: rigid bodies do not tell their forces. Leave one "
+            "out, or give what yields a stiffness"
+        )
+    return Rows(g[:n, :r], g[n:, r:], sticks)
+
+
+def shares(touch: Touch, stand: Stand, modes: Modes, rows: Rows, forces: Array) -> Shares:
+    """Those of a stand in a mode; `forces` (kd) are some that do what those of all contacts do at this instant."""
+    d, members = touch.layout.d, list(stand.members)
+    mu = touch.numbers.laws[list(rows.sticks), 0]
+    normal, along = forces[[d * i for i in members]], forces[[d * i + j for i in rows.sticks for j in range(1, d)]]
+    of_n = _like_springs(rows.normal, np.ones(len(members)))
+    n = of_n @ (rows.normal.T @ normal)
+    mean = float(n.sum()) / len(n)
+    pressing = mu * n[[members.index(i) for i in rows.sticks]]
+    of_t = _like_springs(rows.along, np.repeat(pressing, d - 1))
+    f = of_t @ (rows.along.T @ along)
+    sizes = np.linalg.norm(f.reshape(-1, d - 1), axis=1)
+    most = max(
+        (float(a / b) if b > 0 else float(a > 0) * np.inf for a, b in zip(sizes, pressing, strict=True)), default=0
+    )
+    margin = min(float(n.min()) / mean, 1 - most) if mean > 0 else 0.0
+    if margin >= _ENOUGH:
+        return Shares(of_n, of_t, margin)
+    found = _furthest_inside(rows, members, mu, np.concatenate([n, f]), mean, d)
+    if found is None:
+        return Shares(of_n, of_t, 0.0)
+    x, margin = found
+    return Shares(_led(of_n, rows.normal, x[: len(n)]), _led(of_t, rows.along, x[len(n) :]), margin)
+
+
+def _like_springs(g: Array, stiffness: Array) -> Array:
+    """D G (Gᵀ D G)⁻¹; where a stiffness is none its force hardly counts."""
+    if not g.size:
+        return g
+    least = 1e-9 * stiffness.max(initial=0)
+    by = np.maximum(stiffness, least)[:, None] * g if least > 0 else g
+    return np.asarray(np.linalg.solve(g.T @ by, by.T).T)
+
+
+def _led(of: Array, g: Array, forces: Array) -> Array:
+    """Shares that give forces at this instant."""
+    r = g.T @ forces
+    size = float(r @ r) if r.size else 0.0
+    return of + np.multiply.outer(forces - of @ r, r) / size if size > 0 else of
+
+
+def _furthest_inside(
+    rows: Rows, members: Sequence[int], mu: Array, given: Array, mean: float, d: int
+) -> tuple[Array, float] | None:
+    """Forces (N, then F) with the same sums and moments, |F| ≤ (1 − m) μ_s (N − m N₀), N₀ a share of the mean, and m."""
+    k, wide = len(members), d - 1
+    order, blocks, where = list[int](), list[tuple[int, int, int]](), {i: n for n, i in enumerate(rows.sticks)}
+    for n, i in enumerate(members):
+        own = [n, *(k + wide * where[i] + j for j in range(wide))] if i in where else [n]
+        blocks.append((len(order), len(own), where.get(i, -1)))
+        order += own
+    g = np.zeros((len(order), rows.normal.shape[1] + rows.along.shape[1]))
+    g[:k, : rows.normal.shape[1]], g[k:, rows.normal.shape[1] :] = rows.normal, rows.along
+    q = np.linalg.qr(g[order])[0].T
+
+    def at(m: float) -> Array | None:
+        shift = np.zeros(len(given))
+        shift[:k] = m * _APART * mean
+        cones = [Block(first, size, (1 - m) * mu[n] if n >= 0 else 0.0) for first, size, n in blocks]
+        near = (given - shift)[order]
+        forces = least_forces(cones, q, near, near).forces
+        if forces is None:
+            return None
+        x = np.zeros(len(given))
+        x[order] = forces
+        return x + shift
+
+    m = 0.5
+    for _ in range(_HALVINGS):
+        best = at(m)
+        if best is not None:
+            break
+        m /= 2
+    else:
+        return None
+    step = m / 2
+    for _ in range(_MORE):
+        x = at(m + step)
+        if x is not None:
+            best, m = x, m + step
+        step /= 2
+    assert best is not None
+    return best, m
