@@ -12,7 +12,8 @@ import itertools
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cache, partial
+from functools import partial
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -86,6 +87,8 @@ class Chosen(NamedTuple):
     choice: Choice | None
     modes: Any
     directions: Array
+    constants: Mapping[Any, float] = MappingProxyType({})
+    equations: kn.Equations | None = None
 
 
 def chosen(at: Instant) -> Chosen:
@@ -94,13 +97,15 @@ def chosen(at: Instant) -> Chosen:
     state = dict(zip(at.model.coordinates, at.q, strict=True))
     x = np.array([*(state[s] for s in eom.coordinates), *at.u])
     motion = ContactMotion(eom, (at.t, at.t + 1), (at.values, {}), {"atol": 1e-10, "rtol": 1e-10, "settings": None})
-    modes, directions = None, np.zeros(0)
+    modes, directions, constants, equations = None, np.zeros(0), dict[Any, float](), None
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Expected one mode of the contacts", kn.KaneWarning)
         try:
             after, now = motion.begin(at.t, x)
             np.testing.assert_allclose(after, x, rtol=0, atol=1e-9)  # nothing hits
             choice, modes, directions = now.choice, now.modes, now.directions
+            constants = motion.constants(now, at.t, after)
+            equations = motion.mode(modes, constants, after)
         except ContactError as none:
             return Chosen(None if "none found" in str(none) else 0, None, None, directions)
         except kn.SimulationError as error:
@@ -111,7 +116,14 @@ def chosen(at: Instant) -> Chosen:
             sliding[at.closed] = at.state.sliding
             choice = choose(touch.problem(at.closed, sliding, touch.numbers.laws[:, 0]))
     assert choice is not None
-    return Chosen({Count.ONE: 1, Count.SEVERAL: 2, Count.UNKNOWN: None}[choice.count], choice, modes, directions)
+    return Chosen(
+        {Count.ONE: 1, Count.SEVERAL: 2, Count.UNKNOWN: None}[choice.count],
+        choice,
+        modes,
+        directions,
+        constants,
+        equations,
+    )
 
 
 def in_units(choice: Choice, at: Instant) -> tuple[Array, Array]:
@@ -157,17 +169,6 @@ def beside_cones(at: Instant) -> str:
     return beside_equations(at, found, kinds, a) if choice.solution.determined else "a continuum"
 
 
-@cache
-def in_modes(eom: kn.Equations, modes: Any) -> kn.Equations:
-    with (
-        warnings.catch_warnings()
-    ):  # with the parameters drawn there are such configurations, with the defaults there may be none
-        warnings.filterwarnings(
-            "ignore", "Expected configuration constraints that some configuration satisfies", kn.KaneWarning
-        )
-        return kn.derive(eom.system.in_modes(modes))
-
-
 def by_oracle(at: Instant, kinds: Sequence[str], a: Array) -> Array:
     """u̇ in the modes of the closed contacts, whose accelerations are a."""
     words, d = ["separated"] * len(at.modes), at.state.d
@@ -183,11 +184,13 @@ def beside_equations(at: Instant, found: Chosen, kinds: Sequence[str], a: Array)
     """The accelerations of the equations of the modes are the oracle's: "one"; "held" where forces are not determined."""
     if found.modes is None:
         return "held"
-    wanted, eom = by_oracle(at, kinds, a), in_modes(at.model.eom, found.modes)
+    wanted, first, eom = by_oracle(at, kinds, a), at.model.eom, found.equations
+    assert eom is not None
     state = dict(zip(at.model.coordinates, at.q, strict=True)) | dict(zip(eom.speeds, at.u, strict=True))
     numbers = state | {kn.time: at.t} | dict(at.values)
-    for c, way in zip(eom.system.contacts, found.directions, strict=True):
+    for c, way in zip(first.system.contacts, found.directions, strict=True):
         numbers |= dict(zip(c.direction, way, strict=False))
+    numbers |= found.constants
     values = np.array(kn.evaluate(list(eom.solved.accelerations), numbers), dtype=float)
     if not np.isfinite(values).all():  # where other speeds are dependent
         here = {*eom.coordinates, *eom.parameters}
