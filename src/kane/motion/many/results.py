@@ -89,6 +89,8 @@ class Results:
     def __init__(self, eom: Equations, kept: Sequence[Quantity], t: Array, instances: Instances) -> None:
         self.eom, self.kept, self.t, self.instances = eom, kept, t, instances
         n = instances.count
+        self.columns = {s: k for k, s in enumerate(eom.state)}
+        self.usual = np.arange(len(t))
         self.values: dict[str, Array] = {}
         self.texts = {name: np.full(n, "", dtype=object) for name in ("status", "cause", "event", "warning")}
         self.steps = np.zeros(n, dtype=np.int64)
@@ -101,12 +103,26 @@ class Results:
             self._note(k, one)
         if motions:
             own = _together([motion for _, motion in motions])
-            rows = np.cumsum([0, *(len(motion) for _, motion in motions)])
-            places = [_places(motion.t, self.t) for _, motion in motions]
+            at, there = self._places([motion for _, motion in motions])
             for one in self.kept:
-                table = np.asarray(own[one.what])
-                for (k, _), first, (at, there) in zip(motions, rows.tolist(), places, strict=False):
-                    self._keep(one, k, np.where(_wide(there, table.ndim), table[first + at], np.nan))
+                place = self.columns.get(one.what) if isinstance(one.what, Expr) else None
+                table = np.asarray(own[one.what]) if place is None else own.states[:, place]
+                values = table[at]
+                values[~there] = np.nan
+                self._keep(one, [k for k, _ in motions], values)
+
+    def _places(self, motions: Sequence[Solution]) -> tuple[Any, Any]:
+        """Where each motion's samples at the times t are in the table of all, after what acts there, and whether there are such."""
+        at, there, first = np.empty((len(motions), len(self.t)), dtype=np.int64), np.ones((len(motions), len(self.t)), dtype=bool), 0
+        for k, motion in enumerate(motions):
+            if np.array_equal(motion.t, self.t):
+                at[k] = self.usual
+            else:
+                at[k] = np.maximum(np.searchsorted(motion.t, self.t, side="right") - 1, 0)
+                there[k] = motion.t[at[k]] == self.t
+            at[k] += first
+            first += len(motion)
+        return at, there
 
     def _note(self, k: int, one: Outcome) -> None:
         motion = one.motion
@@ -114,15 +130,15 @@ class Results:
         if motion is not None:
             told = {"status": motion.status, "cause": motion.message, "event": motion.event.name if motion.event else ""}
             self.steps[k], self.end_t[k], self.end_state[k] = motion.steps, motion.t[-1], motion.states[-1]
-        for name, text in (told | {"warning": "; ".join(one.told)}).items():
+        for name, text in (told | {"warning": "; ".join(dict.fromkeys(one.told))}).items():
             self.texts[name][k] = text
 
-    def _keep(self, one: Quantity, k: int, values: Array) -> None:
-        """The values of an instance along t, or what they are reduced to."""
-        kept = values if one.reduce is None else np.asarray(one.reduce(values), dtype=float)
+    def _keep(self, one: Quantity, places: Sequence[int], values: Array) -> None:
+        """The values of instances along t (instances × t × …), or what they are reduced to."""
+        kept = values if one.reduce is None else np.array([one.reduce(row) for row in values], dtype=float)
         if one.name not in self.values:
-            self.values[one.name] = np.full((self.instances.count, *kept.shape), np.nan)
-        self.values[one.name][k] = kept
+            self.values[one.name] = np.full((self.instances.count, *kept.shape[1:]), np.nan)
+        self.values[one.name][places] = kept
 
     def dataset(self, facts: Mapping[str, Any]) -> Any:
         """The Dataset; `facts` are told in its attributes."""
@@ -177,13 +193,3 @@ def _together(motions: Sequence[Solution]) -> Solution:
         phases=tuple(phase for m in motions for phase in m.phases),
         phase=np.concatenate(numbers),
     )
-
-
-def _places(own: Array, times: Array) -> tuple[Any, Any]:
-    """Where the samples of a motion at these times are, the later one where an event acts, and whether there are such."""
-    at = np.maximum(np.searchsorted(own, times, side="right") - 1, 0)
-    return at, own[at] == times
-
-
-def _wide(mask: Any, ndim: int) -> Any:
-    return mask.reshape(-1, *[1] * (ndim - 1))

@@ -1,21 +1,19 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tiles: some instances one after the other on one thread, each one call of machine code that holds no lock of the interpreter.
 
-What a kernel cannot judge, or what needs Python on its way, is left: it is simulated afterwards, one instance after the other. What
-warns does so there too, as warnings are the process's. So `run_tile` is all that a thread does, and where several instances would
-step at once.
+What a kernel cannot judge, or what needs Python on its way, is left open: it is simulated afterwards, one instance after the other.
+So `run_tile` is all that a thread does.
 """
 
 import os
-import warnings
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from threading import Event as Flag
 from typing import Any, NamedTuple
 
 from kane.equations.equations import Equations
-from kane.errors import KaneWarning, cut
+from kane.errors import cut, listed_warnings
 from kane.motion.many.instances import Instances
 from kane.motion.runner import Plan, Runner, Runners
 from kane.motion.simulate import by_runner, check_kept, runner_of, simulate
@@ -50,42 +48,47 @@ class Outcome(NamedTuple):
 
     motion: Solution | None
     error: str = ""
-    told: tuple[str, ...] = ()
+    told: Sequence[str] = ()
+
+    @property
+    def is_open(self) -> bool:
+        """Whether there is neither."""
+        return self.motion is None and not self.error
 
 
-class Found(NamedTuple):
-    """What a tile found of an instance: a motion, and whether it surely keeps its energy, or why there is none; neither is open."""
-
-    motion: Solution | None = None
-    kept: bool = False
-    error: str = ""
-
-
-def run_tile(family: Family, runners: Runners, tile: range, stop: Flag) -> list[Found]:
-    """The motions of a tile of instances, so far as a kernel decides them."""
-    found: list[Found] = []
+def run_tile(family: Family, runners: Runners, tile: range, stop: Flag) -> list[Outcome]:
+    """What became of a tile of instances; those that no kernel can judge are open, with neither a motion nor an error."""
     own = family.instances.vary_inputs
     runner = None if own else runners.take(family.runner)
     try:
-        for k in tile:
-            if stop.is_set():
-                break
-            try:
-                found.append(_one(family, family.runner(k) if own else runner, k))
-            except Exception as error:
-                found.append(Found(error=_words(error)))
+        return [
+            decided(lambda k=k: _by_kernel(family, family.runner(k) if own else runner, k))
+            for k in tile
+            if not stop.is_set()
+        ]
     finally:
         if runner is not None:
             runners.give_back(runner)
-    return found
 
 
-def _one(family: Family, runner: Runner | None, k: int) -> Found:
+def decided(motion_of: Callable[[], Solution | None]) -> Outcome:
+    """What becomes of an instance, whatever that raises or warns of."""
+    with listed_warnings() as told:
+        try:
+            return Outcome(motion_of(), "", told)
+        except Exception as error:
+            return Outcome(None, _words(error), told)
+
+
+def _by_kernel(family: Family, runner: Runner | None, k: int) -> Solution | None:
     at = family.instances.at(k)
     if runner is None or at["q"] is None or at["u"] is None:
-        return Found()
+        return None
     start = at["q"], at["u"], at["states"], at["parameters"]
-    return Found(*by_runner(runner, family.eom, family.plan, start, at["inputs"]))
+    motion, kept = by_runner(runner, family.eom, family.plan, start, at["inputs"])
+    if motion is not None and (not kept or family.check):
+        check_kept(motion, family.check)
+    return motion
 
 
 def _words(error: Exception) -> str:
@@ -95,27 +98,22 @@ def _words(error: Exception) -> str:
 
 
 def outcomes(family: Family, threads: int) -> Iterator[tuple[range, list[Outcome]]]:
-    """What became of the instances, tile by tile as they are done; the first instance says whether a kernel runs them."""
-    first = _first(family)
-    tiles = _tiles(family.instances.count, threads)
-    if first is None:
-        for tile in tiles:
-            yield tile, [_whole(family, k, Found()) for k in tile]
-        return
+    """What became of the instances, tile by tile as they are done; the first one that can start says whether a kernel runs them."""
+    first, tiles = _first(family), _tiles(family.instances.count, threads)
     runners, stop = Runners(), Flag()
+    if first is None:
+        yield from ((tile, [_simulated(family, k) for k in tile]) for tile in tiles)
+        return
     runners.give_back(first)
     if threads == 1 or len(tiles) == 1:
-        for tile in tiles:
-            yield tile, _wholes(family, tile, run_tile(family, runners, tile, stop))
+        yield from ((tile, _closed(family, tile, run_tile(family, runners, tile, stop))) for tile in tiles)
         return
     with ThreadPoolExecutor(threads, thread_name_prefix="kane") as pool:
         try:
-            work: dict[Future[list[Found]], range] = {
-                pool.submit(run_tile, family, runners, tile, stop): tile for tile in tiles
-            }
+            work = {pool.submit(run_tile, family, runners, tile, stop): tile for tile in tiles}
             for done in as_completed(work):
                 tile = work.pop(done)
-                yield tile, _wholes(family, tile, done.result())
+                yield tile, _closed(family, tile, done.result())
         finally:  # Ctrl-C, or nobody asks any more
             stop.set()
             pool.shutdown(cancel_futures=True)
@@ -136,37 +134,14 @@ def _tiles(count: int, threads: int) -> list[range]:
     return [range(k, min(k + size, count)) for k in range(0, count, size)]
 
 
-def _wholes(family: Family, tile: range, found: list[Found]) -> list[Outcome]:
-    return [_whole(family, k, one) for k, one in zip(tile, found, strict=True)]
+def _closed(family: Family, tile: range, found: Sequence[Outcome]) -> list[Outcome]:
+    """Instances that are open are simulated."""
+    return [_simulated(family, k) if one.is_open else one for k, one in zip(tile, found, strict=True)]
 
 
-def _whole(family: Family, k: int, found: Found) -> Outcome:
-    """What became of the kth instance: what is open is simulated, what is doubtful is checked, and what either warns of is kept."""
-    if found.error:
-        return Outcome(None, found.error)
-    if found.motion is not None and found.kept and not family.check:
-        return Outcome(found.motion)
-    with warnings.catch_warnings(record=True) as told:
-        warnings.simplefilter("always", KaneWarning)
-        try:
-            motion = found.motion
-            if motion is None:
-                motion = _simulated(family, k)
-            else:
-                check_kept(motion, family.check)
-        except Exception as error:
-            return Outcome(None, _words(error), _texts(told))
-    return Outcome(motion, told=_texts(told))
-
-
-def _texts(told: Sequence[warnings.WarningMessage]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(str(one.message) for one in told))
-
-
-def _simulated(family: Family, k: int) -> Solution:
+def _simulated(family: Family, k: int) -> Outcome:
     options = family.plan._asdict() | {"settings": family.settings, "check": family.check}
-    motion: Solution = check_whole(simulate(family.eom, **family.instances.at(k), **options))
-    return motion
+    return decided(lambda: check_whole(simulate(family.eom, **family.instances.at(k), **options)))
 
 
 def cores() -> int:
