@@ -239,7 +239,9 @@ def runner_of(
     constants = None if parameters is None else parameter_values(eom.system, parameters)
     known = None if constants is None else own_parameters(parameters) | constants
     drives = input_functions(eom, inputs, span, known)
-    p = np.array([(1.0 if s.default is None else s.default) if constants is None else constants[s] for s in eom.parameters])
+    p = np.array(
+        [(1.0 if s.default is None else s.default) if constants is None else constants[s] for s in eom.parameters]
+    )
     stepper = Stepper(eom, p, tuple(drives.values()), settings)
     name = chosen(method.name, stepper, stepper.now.drives, method.rtol, method.max_step)
     places = tuple(t for f in drives.values() if isinstance(f, Formula) for t in f.breakpoints(span))

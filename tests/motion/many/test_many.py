@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Many motions at once: each is the one that `kn.simulate` gives, to the bit, by any number of threads; one that fails stops no other."""
+"""Many motions at once: each is that of `kn.simulate`, to the bit, by any number of threads; one that fails stops no other."""
 
 from __future__ import annotations
 
@@ -105,12 +105,10 @@ def test_events_that_act_and_that_end():
 @pytest.mark.parametrize("module", [bouncing_ball, mass_on_belt])
 def test_contacts(module):
     eom = kn.derive(module.system())
-    q = {s: 0.5 for s in eom.coordinates} | {eom.coordinates[0]: spread(0.5, 1.0, 3)}
-    u = {s: 0.1 for s in eom.speeds}
+    q = dict.fromkeys(eom.coordinates, 0.5) | {eom.coordinates[0]: spread(0.5, 1.0, 3)}
+    u = dict.fromkeys(eom.speeds, 0.1)
     runs = kn.simulate_many(eom, (0, 2), q=q, u=u, samples=11, threads=2)
-    given = [
-        {"q": {s: c if np.ndim(c) == 0 else c[n] for s, c in q.items()}, "u": u, "samples": 11} for n in range(3)
-    ]
+    given = [{"q": {s: c if np.ndim(c) == 0 else c[n] for s, c in q.items()}, "u": u, "samples": 11} for n in range(3)]
     one_by_one(eom, (0, 2), runs, given)
 
 
@@ -169,9 +167,8 @@ def test_one_that_fails_stops_no_other(threads):
     assert np.isnan(runs.end_t.values[1])
     assert 0 < runs.end_t.values[2] < 3
     assert np.isfinite(runs.end_state.values[2]).all()
-    one_by_one(
-        eom, (0, 3), runs.isel(instance=[0, 2]), [{"q": [q], "u": [0], "parameters": {m: 2.0, k: c}, "samples": 5} for q, c in ((1, -1), (5, 1))]
-    )  # fmt: skip
+    given = [{"q": [q], "u": [0], "parameters": {m: 2.0, k: c}, "samples": 5} for q, c in ((1, -1), (5, 1))]
+    one_by_one(eom, (0, 3), runs.isel(instance=[0, 2]), given)
 
 
 def test_a_function_that_raises_stops_no_other():
@@ -232,9 +229,7 @@ def test_tables_of_pandas_and_xarray():
     for design in (frame, table, {"q1": q, "m1": list(mass)}):
         own = kn.simulate_many(TWO, (0, 1), q={"q2": 0.5}, u=[0, 0], design=design, samples=3)
         assert own.identical(usual)
-    own = kn.simulate_many(
-        TWO, (0, 1), q={"q1": frame["q1"], "q2": 0.5}, u=[0, 0], parameters=frame[["m1"]], samples=3
-    )
+    own = kn.simulate_many(TWO, (0, 1), q={"q1": frame["q1"], "q2": 0.5}, u=[0, 0], parameters=frame[["m1"]], samples=3)
     assert own.identical(usual)
 
 

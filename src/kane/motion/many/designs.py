@@ -72,9 +72,16 @@ def _product(design: Mapping[Any, Any], count: int | None, seed: int | None) -> 
 
 def _points(design: Mapping[Any, Any], sampler: str, count: int | None, seed: int | None) -> dict[Any, Array]:
     wanted = expect.whole(
-        count, f'count=, the instances of a design by sampler="{sampler}", a whole number above 0', least=1, error=SimulationError
+        count,
+        f'count=, the instances of a design by sampler="{sampler}", a whole number above 0',
+        least=1,
+        error=SimulationError,
     )
-    start = SEED if seed is None else expect.whole(seed, "seed= as a whole number from 0 on", least=0, error=SimulationError)
+    start = (
+        SEED
+        if seed is None
+        else expect.whole(seed, "seed= as a whole number from 0 on", least=0, error=SimulationError)
+    )
     low, high = np.array([_bounds(key, value) for key, value in design.items()]).T
     points = low + (high - low) * SAMPLERS[sampler](len(low), wanted, np.random.default_rng(start))
     return dict(zip(design, points.T, strict=True))

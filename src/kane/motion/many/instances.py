@@ -107,7 +107,9 @@ def _by_symbol(kind: str, symbols: Sequence[Symbol], given: Any) -> dict[Any, An
     together = {key: value for key, value in table.items() if isinstance(key, tuple)}
     rest = {key: value for key, value in table.items() if key not in together}
     own = {s for s in symbols if isinstance(s, Parameter)}
-    foreign = {s: v for s, v in rest.items() if isinstance(s, Parameter) and s not in own}  # shared by variants of a model
+    foreign = {
+        s: v for s, v in rest.items() if isinstance(s, Parameter) and s not in own
+    }  # shared by variants of a model
     named = {s: v for s, v in rest.items() if s not in foreign}
     return {**named_values(_WORDS[kind], symbols, named), **together}
 
@@ -136,8 +138,8 @@ def _in_order(kind: str, symbols: Sequence[Symbol], given: Any) -> dict[Any, Any
         ) from error
     if table.ndim not in (1, 2) or table.shape[-1] != len(symbols):
         raise SimulationError(
-            f"Expected {kind} as an array (instances × {len(symbols)}) of {names}, or ({len(symbols)}) for all instances, got the shape "
-            f"{table.shape}. Transpose it, or give a dict {{name: values}}."
+            f"Expected {kind} as an array (instances × {len(symbols)}) of {names}, or ({len(symbols)}) for all instances, got the "
+            f"shape {table.shape}. Transpose it, or give a dict {{name: values}}."
         )
     return dict(zip(symbols, table.T if table.ndim == 2 else table, strict=True))
 
@@ -167,7 +169,9 @@ def _add_design(
     for key, value in table.items():
         kind, s = _found(symbols, every, key)
         if s in values[kind]:
-            raise ValueMissingError(f"Expected one value for {s.name}, got two, by {kind}= and by design=. Leave one out.")
+            raise ValueMissingError(
+                f"Expected one value for {s.name}, got two, by {kind}= and by design=. Leave one out."
+            )
         values[kind][s] = value
 
 
@@ -197,7 +201,9 @@ def _column(kind: str, s: Any, value: Any) -> Array:
     try:
         column = np.asarray(value, dtype=float)
     except (TypeError, ValueError) as error:
-        raise SimulationError(f"Expected numbers for {s} in {kind}, got {cut(repr(value))}. Give one for each instance.") from error
+        raise SimulationError(
+            f"Expected numbers for {s} in {kind}, got {cut(repr(value))}. Give one for each instance."
+        ) from error
     if column.ndim > 1:
         raise SimulationError(
             f"Expected one axis, the instances, for {s} in {kind}, got the shape {column.shape}. Flatten it, or let a design combine "
@@ -217,12 +223,14 @@ def _common_length(lengths: Mapping[str, int]) -> int:
     """The number of instances."""
     none = [name for name, n in lengths.items() if n == 0]
     if none:
-        raise SimulationError(f"Expected at least one instance, got an array without numbers for {', '.join(none)}. Give some, or a number.")
+        raise SimulationError(
+            f"Expected at least one instance, got an array without numbers for {', '.join(none)}. Give some, or a number."
+        )
     several = {name: n for name, n in lengths.items() if n != 1}
     if len(set(several.values())) > 1:
         told = ", ".join(f"{n} for {name}" for name, n in several.items())
         raise SimulationError(
-            f"Expected arrays of one length, a number for each instance, got {told}. Give as many of each, one number for all, or let a "
-            'design combine them, design={…}, sampler="product".'
+            f"Expected arrays of one length, a number for each instance, got {told}. Give as many of each, one number for all, or "
+            'let a design combine them, design={…}, sampler="product".'
         )
     return next(iter(several.values()), 1)

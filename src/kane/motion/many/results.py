@@ -11,6 +11,7 @@ from kane import expect
 from kane.equations.equations import Equations
 from kane.errors import SimulationError
 from kane.expr.node import Expr
+from kane.expr.symbols import Symbol
 from kane.motion.many.instances import STARTS, Instances
 from kane.motion.many.tiles import Outcome
 from kane.motion.solution.solution import Solution
@@ -43,7 +44,7 @@ REDUCTIONS: Mapping[str, Reduction] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Quantity:
-    """What is kept of each motion: an expression, vector or name, its unit and description, and what reduces it over t, if anything."""
+    """What is kept of each motion: an expression, vector or name, its unit and description, and what reduces it."""
 
     name: str
     what: Any
@@ -65,7 +66,9 @@ def quantities(eom: Equations, outputs: Mapping[str, Any] | None, reduce: Any) -
     if outputs is None:
         found = [(s.name, s, eom.unit(s), s.description) for s in eom.state]
     else:
-        found = [(name, what, eom.unit(what) if isinstance(what, Expr) else "", "") for name, what in named(outputs).items()]
+        found = [
+            (name, what, eom.unit(what) if isinstance(what, Expr) else "", "") for name, what in named(outputs).items()
+        ]
     names = [name for name, *_ in found]
     if isinstance(reduce, Mapping):
         for name in reduce:
@@ -89,8 +92,9 @@ class Results:
     def __init__(self, eom: Equations, kept: Sequence[Quantity], t: Array, instances: Instances) -> None:
         self.eom, self.kept, self.t, self.instances = eom, kept, t, instances
         n = instances.count
-        self.columns = {s: k for k, s in enumerate(eom.state)}
+        self.columns: dict[Symbol, int] = {s: k for k, s in enumerate(eom.state)}
         self.usual = np.arange(len(t))
+        self.done = 0
         self.values: dict[str, Array] = {}
         self.texts = {name: np.full(n, "", dtype=object) for name in ("status", "cause", "event", "warning")}
         self.steps = np.zeros(n, dtype=np.int64)
@@ -98,22 +102,26 @@ class Results:
 
     def put(self, tile: range, found: Sequence[Outcome]) -> None:
         """What became of the instances of a tile."""
+        self.done += len(tile)
         motions = [(k, one.motion) for k, one in zip(tile, found, strict=True) if one.motion is not None]
         for k, one in zip(tile, found, strict=True):
             self._note(k, one)
         if motions:
             own = _together([motion for _, motion in motions])
             at, there = self._places([motion for _, motion in motions])
-            for one in self.kept:
-                place = self.columns.get(one.what) if isinstance(one.what, Expr) else None
-                table = np.asarray(own[one.what]) if place is None else own.states[:, place]
-                values = table[at]
+            for quantity in self.kept:
+                column = self.columns.get(quantity.what) if isinstance(quantity.what, Symbol) else None
+                values = (np.asarray(own[quantity.what]) if column is None else own.states[:, column])[at]
                 values[~there] = np.nan
-                self._keep(one, [k for k, _ in motions], values)
+                self._keep(quantity, [k for k, _ in motions], values)
 
     def _places(self, motions: Sequence[Solution]) -> tuple[Any, Any]:
         """Where each motion's samples at the times t are in the table of all, after what acts there, and whether there are such."""
-        at, there, first = np.empty((len(motions), len(self.t)), dtype=np.int64), np.ones((len(motions), len(self.t)), dtype=bool), 0
+        at, there, first = (
+            np.empty((len(motions), len(self.t)), dtype=np.int64),
+            np.ones((len(motions), len(self.t)), dtype=bool),
+            0,
+        )
         for k, motion in enumerate(motions):
             if np.array_equal(motion.t, self.t):
                 at[k] = self.usual
@@ -128,7 +136,11 @@ class Results:
         motion = one.motion
         told = {"status": "failed", "cause": one.error, "event": ""}
         if motion is not None:
-            told = {"status": motion.status, "cause": motion.message, "event": motion.event.name if motion.event else ""}
+            told = {
+                "status": motion.status,
+                "cause": motion.message,
+                "event": motion.event.name if motion.event else "",
+            }
             self.steps[k], self.end_t[k], self.end_state[k] = motion.steps, motion.t[-1], motion.states[-1]
         for name, text in (told | {"warning": "; ".join(dict.fromkeys(one.told))}).items():
             self.texts[name][k] = text
@@ -149,7 +161,10 @@ class Results:
             values = self.values.get(one.name, np.full((n, count) if one.reduce is None else (n,), np.nan))
             first = ["instance"] if one.reduce else ["instance", "t"]
             own[one.name] = labelled(xarray, one.name, values, first, one.unit, one.description)
-        own |= {name: xarray.Variable("instance", texts.astype(str), {"long_name": _TOLD[name]}) for name, texts in self.texts.items()}
+        own |= {
+            name: xarray.Variable("instance", texts.astype(str), {"long_name": _TOLD[name]})
+            for name, texts in self.texts.items()
+        }
         own["steps"] = xarray.Variable("instance", self.steps, {"long_name": "steps"})
         own["end_t"] = xarray.Variable("instance", self.end_t, {"units": "s", "long_name": "time of the last state"})
         own["end_state"] = xarray.Variable(("instance", "state"), self.end_state, {"long_name": "last state"})
@@ -173,7 +188,7 @@ _TOLD = {
     "event": "the event that ended the motion",
     "warning": "what was warned of",
 }
-_VARIED = {kind: "start value of" for kind in STARTS} | {"parameters": "parameter", "inputs": "input"}
+_VARIED = dict.fromkeys(STARTS, "start value of") | {"parameters": "parameter", "inputs": "input"}
 
 
 def _together(motions: Sequence[Solution]) -> Solution:

@@ -10,9 +10,9 @@ from kane import expect
 from kane.equations.equations import Equations, check_equations
 from kane.errors import SimulationError, warn
 from kane.expr.node import Expr
+from kane.expr.piecewise import Table
 from kane.motion.inputs.expressions import Sampled
 from kane.motion.inputs.functions import Signal
-from kane.expr.piecewise import Table
 from kane.motion.integrators import AdaptiveStep, FixedStep
 from kane.motion.many.instances import Instances, instances
 from kane.motion.many.results import Results, quantities
@@ -108,18 +108,19 @@ def simulate_many(
     many = instances(eom, given, design, sampler, count, seed)
     kept = quantities(eom, outputs, reduce)
     cure = "Leave it out for as many as there are processors."
-    workers = cores() if threads is None else expect.whole(
-        threads, "threads= as a whole number above 0", cure, least=1, error=SimulationError
+    workers = (
+        cores()
+        if threads is None
+        else expect.whole(threads, "threads= as a whole number above 0", cure, least=1, error=SimulationError)
     )
     _warn_of_python(many)
     times = sample_times(plan.samples, whole_span)
     t = np.concatenate([whole_span[:1], times[(times > whole_span[0]) & (times < whole_span[1])], whole_span[1:]])
-    results, done = Results(eom, kept, t, many), 0
+    results = Results(eom, kept, t, many)
     with working("Simulating many"):
         for tile, found in outcomes(Family(eom, plan, settings, check, many), workers):
             results.put(tile, found)
-            done += len(tile)
-            far(lambda: f"{done} of {many.count}")
+            far(lambda: f"{results.done} of {many.count}")
     return results.dataset(_facts(plan, many))
 
 
@@ -128,8 +129,8 @@ def _warn_of_python(many: Instances) -> None:
     asked = [str(s) for s, f in (many.common["inputs"] or {}).items() if isinstance(f, Sampled) or _asks(f)]
     if asked and many.count > 1:
         warn(
-            f"Expected inputs that machine code evaluates, got functions of Python for {', '.join(asked)}: the {many.count} motions run one "
-            "after the other. Write them as expressions of time and state, or tables, for threads."
+            f"Expected inputs that machine code evaluates, got functions of Python for {', '.join(asked)}: the {many.count} motions run "
+            "one after the other. Write them as expressions of time and state, or tables, for threads."
         )
 
 

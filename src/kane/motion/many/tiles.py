@@ -58,30 +58,27 @@ class Outcome(NamedTuple):
 
 def run_tile(family: Family, runners: Runners, tile: range, stop: Flag) -> list[Outcome]:
     """What became of a tile of instances; those that no kernel can judge are open, with neither a motion nor an error."""
-    own = family.instances.vary_inputs
-    runner = None if own else runners.take(family.runner)
+    runner = None if family.instances.vary_inputs else runners.take(family.runner)
     try:
-        return [
-            decided(lambda k=k: _by_kernel(family, family.runner(k) if own else runner, k))
-            for k in tile
-            if not stop.is_set()
-        ]
+        return [decided(_by_kernel, family, runner, k) for k in tile if not stop.is_set()]
     finally:
         if runner is not None:
             runners.give_back(runner)
 
 
-def decided(motion_of: Callable[[], Solution | None]) -> Outcome:
+def decided(motion_of: Callable[..., Solution | None], *arguments: Any) -> Outcome:
     """What becomes of an instance, whatever that raises or warns of."""
     with listed_warnings() as told:
         try:
-            return Outcome(motion_of(), "", told)
+            return Outcome(motion_of(*arguments), "", told)
         except Exception as error:
             return Outcome(None, _words(error), told)
 
 
 def _by_kernel(family: Family, runner: Runner | None, k: int) -> Solution | None:
+    """The motion of the kth instance by a runner, which is its own where there is none for all; None where that cannot judge it."""
     at = family.instances.at(k)
+    runner = runner or family.runner(k)
     if runner is None or at["q"] is None or at["u"] is None:
         return None
     start = at["q"], at["u"], at["states"], at["parameters"]
@@ -102,7 +99,7 @@ def outcomes(family: Family, threads: int) -> Iterator[tuple[range, list[Outcome
     first, tiles = _first(family), _tiles(family.instances.count, threads)
     runners, stop = Runners(), Flag()
     if first is None:
-        yield from ((tile, [_simulated(family, k) for k in tile]) for tile in tiles)
+        yield from ((tile, [decided(_simulated, family, k) for k in tile]) for tile in tiles)
         return
     runners.give_back(first)
     if threads == 1 or len(tiles) == 1:
@@ -136,12 +133,13 @@ def _tiles(count: int, threads: int) -> list[range]:
 
 def _closed(family: Family, tile: range, found: Sequence[Outcome]) -> list[Outcome]:
     """Instances that are open are simulated."""
-    return [_simulated(family, k) if one.is_open else one for k, one in zip(tile, found, strict=True)]
+    return [decided(_simulated, family, k) if one.is_open else one for k, one in zip(tile, found, strict=True)]
 
 
-def _simulated(family: Family, k: int) -> Outcome:
+def _simulated(family: Family, k: int) -> Solution:
     options = family.plan._asdict() | {"settings": family.settings, "check": family.check}
-    return decided(lambda: check_whole(simulate(family.eom, **family.instances.at(k), **options)))
+    motion: Solution = check_whole(simulate(family.eom, **family.instances.at(k), **options))
+    return motion
 
 
 def cores() -> int:
