@@ -252,7 +252,7 @@ class Runner:
         stepper = Stepper(eom, p.copy(), self.now.drives, self.now.settings)
         if known is None:
             y = admitted_start(stepper, Begin(at[0], at[1], None, at[2]), constants, self.span[0])
-            if unheld(stepper) or stepper.eom is not self.holding.stepper.eom or stepper.changes:
+            if unheld(stepper) or stepper.eom is not self.plain.eom or stepper.changes:
                 return None
             if len(self.starts) >= _STARTS:
                 self.starts.clear()
@@ -315,6 +315,8 @@ class Runner:
             before = copy(stiffness)
             if back is ReturnCode.FULL:
                 self._met()
+                continue
+            if self.holding is not None and self.holding.completes(back, self.s):
                 continue
             late = time.monotonic() - begun > _PATIENCE or self.method.max_seconds < np.inf
             if back is not ReturnCode.LIMIT or late or self.s[Slot.STEPS] >= min(most, MANY_STEPS):
