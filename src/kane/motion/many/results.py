@@ -100,10 +100,10 @@ class Results:
         self.steps = np.zeros(n, dtype=np.int64)
         self.end_t, self.end_state = np.full(n, np.nan), np.full((n, len(eom.state)), np.nan)
 
-    def put(self, tile: range, found: Sequence[Outcome]) -> None:
+    def put(self, tile: range, found: Sequence[Outcome[Solution]]) -> None:
         """What became of the instances of a tile."""
         self.done += len(tile)
-        motions = [(k, one.motion) for k, one in zip(tile, found, strict=True) if one.motion is not None]
+        motions = [(k, one.found) for k, one in zip(tile, found, strict=True) if one.found is not None]
         for k, one in zip(tile, found, strict=True):
             self._note(k, one)
         if motions:
@@ -132,8 +132,8 @@ class Results:
             first += len(motion)
         return at, there
 
-    def _note(self, k: int, one: Outcome) -> None:
-        motion = one.motion
+    def _note(self, k: int, one: Outcome[Solution]) -> None:
+        motion = one.found
         told = {"status": "failed", "cause": one.error, "event": ""}
         if motion is not None:
             told = {

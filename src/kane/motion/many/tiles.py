@@ -10,16 +10,26 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from threading import Event as Flag
-from typing import Any, NamedTuple
+from typing import Any, Generic, NamedTuple, TypeVar
 
+import numpy as np
+
+from kane.analysis.state_checks import start_state
+from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations
 from kane.errors import cut, listed_warnings
+from kane.expr.node import Expr
+from kane.motion.many.batch import Batch, fits
 from kane.motion.many.instances import Instances
-from kane.motion.runner import Plan, Runner, Runners
+from kane.motion.runner import Plan, Runner, check_values
 from kane.motion.simulate import by_runner, check_kept, runner_of, simulate
+from kane.motion.solution.phases import Phase
 from kane.motion.solution.solution import Solution
+from kane.numeric.arrays import Array
 from kane.program.native.machine import Settings
 from kane.progress import check_whole
+
+T = TypeVar("T")
 
 _PARTS = 8
 """So many tiles a thread at least, so that none waits long for the last one."""
@@ -43,34 +53,111 @@ class Family:
         return runner_of(self.eom, self.plan, at["inputs"], self.settings, at["parameters"] or {})
 
 
-class Outcome(NamedTuple):
+class Outcome(NamedTuple, Generic[T]):
     """What became of an instance: its motion, or what was raised in its place, and what was warned of."""
 
-    motion: Solution | None
+    found: T | None
     error: str = ""
     told: Sequence[str] = ()
 
     @property
     def is_open(self) -> bool:
         """Whether there is neither."""
-        return self.motion is None and not self.error
+        return self.found is None and not self.error
 
 
-def run_tile(family: Family, runners: Runners, tile: range, stop: Flag) -> list[Outcome]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Bound:
+    """What a thread runs tiles with: a runner, unless each instance has its own, and its batch, where it is run in one call."""
+
+    runner: Runner | None
+    batch: Batch | None = None
+
+
+class Pool:
+    """As many of a family's as have run tiles at the same time; `first` is one of them."""
+
+    def __init__(self, family: Family, first: Runner) -> None:
+        self.family = family
+        self._free = [self._bound(first)]
+
+    def _bound(self, runner: Runner | None) -> Bound:
+        if runner is None or self.family.instances.vary_inputs:
+            return Bound(None)
+        return Bound(runner, Batch(runner) if fits(runner) else None)
+
+    def take(self) -> Bound:
+        """One that no other thread has."""
+        try:
+            return self._free.pop()
+        except IndexError:
+            return self._bound(self.family.runner())
+
+    def give_back(self, bound: Bound) -> None:
+        """It is free again."""
+        self._free.append(bound)
+
+
+def run_tile(family: Family, pool: Pool, tile: range, stop: Flag) -> list[Outcome[Solution]]:
     """What became of a tile of instances; those that no kernel can judge are open, with neither a motion nor an error."""
-    runner = None if family.instances.vary_inputs else runners.take(family.runner)
+    if stop.is_set():
+        return []
+    bound = pool.take()
     try:
-        return [decided(_by_kernel, family, runner, k) for k in tile if not stop.is_set()]
+        if bound.batch is not None:
+            return _in_one_call(family, bound.batch, tile)
+        return [decided(_by_kernel, family, bound.runner, k) for k in tile if not stop.is_set()]
     finally:
-        if runner is not None:
-            runners.give_back(runner)
+        pool.give_back(bound)
 
 
-def decided(motion_of: Callable[..., Solution | None], *arguments: Any) -> Outcome:
+def _in_one_call(family: Family, batch: Batch, tile: range) -> list[Outcome[Solution]]:
+    """What became of a tile by one call; those that did not get to the end in it are run by themselves."""
+    runner, parameters = batch.runner, family.eom.parameters
+    starts = [decided(_start, family, runner, k) for k in tile]
+    rows = [one.found for one in starts if one.found is not None]
+    x = np.array([start.x for start in rows]).reshape(len(rows), len(family.eom.state))
+    p = np.array([[start.constants[s] for s in parameters] for start in rows]).reshape(len(rows), len(parameters))
+    results = batch.run(x, p)
+    found: list[Outcome[Solution]] = []
+    places = iter(range(len(rows)))
+    for k, one in zip(tile, starts, strict=True):
+        if one.found is None:
+            found.append(Outcome(None, one.error, one.told))
+        elif results.done[n := next(places)]:
+            phase = Phase(one.found.constants, runner.drives)
+            motion = runner.motion(family.eom, phase, results.states[n], results.told[n])
+            sure = results.kept[n] and not family.check
+            found.append(Outcome(motion) if sure else decided(_checked, family, motion))
+        else:
+            found.append(decided(_by_kernel, family, runner, k))
+    return found
+
+
+class Start(NamedTuple):
+    """(q, u, a) of an instance, and its parameters."""
+
+    x: Array
+    constants: dict[Expr, float]
+
+
+def _start(family: Family, runner: Runner, k: int) -> Start:
+    at = family.instances.at(k)
+    constants = parameter_values(family.eom.system, at["parameters"])
+    check_values(family.eom, np.array([constants[s] for s in family.eom.parameters]), runner.span)
+    return Start(start_state(family.eom, at["q"], at["u"], at["states"]), constants)
+
+
+def _checked(family: Family, motion: Solution) -> Solution:
+    check_kept(motion, family.check)
+    return motion
+
+
+def decided(found: Callable[..., T | None], *arguments: Any) -> Outcome[T]:
     """What becomes of an instance, whatever that raises or warns of."""
     with listed_warnings() as told:
         try:
-            return Outcome(motion_of(*arguments), "", told)
+            return Outcome(found(*arguments), "", told)
         except Exception as error:
             return Outcome(None, _words(error), told)
 
@@ -83,9 +170,7 @@ def _by_kernel(family: Family, runner: Runner | None, k: int) -> Solution | None
         return None
     start = at["q"], at["u"], at["states"], at["parameters"]
     motion, kept = by_runner(runner, family.eom, family.plan, start, at["inputs"])
-    if motion is not None and (not kept or family.check):
-        check_kept(motion, family.check)
-    return motion
+    return motion if motion is None or (kept and not family.check) else _checked(family, motion)
 
 
 def _words(error: Exception) -> str:
@@ -94,26 +179,25 @@ def _words(error: Exception) -> str:
     return str(error) if own else f"{type(error).__name__}: {cut(str(error), 500)}"
 
 
-def outcomes(family: Family, threads: int) -> Iterator[tuple[range, list[Outcome]]]:
+def outcomes(family: Family, threads: int) -> Iterator[tuple[range, list[Outcome[Solution]]]]:
     """What became of the instances, tile by tile as they are done; the first one that can start says whether a kernel runs them."""
     first, tiles = _first(family), _tiles(family.instances.count, threads)
-    runners, stop = Runners(), Flag()
     if first is None:
         yield from ((tile, [decided(_simulated, family, k) for k in tile]) for tile in tiles)
         return
-    runners.give_back(first)
+    pool, stop = Pool(family, first), Flag()
     if threads == 1 or len(tiles) == 1:
-        yield from ((tile, _closed(family, tile, run_tile(family, runners, tile, stop))) for tile in tiles)
+        yield from ((tile, _closed(family, tile, run_tile(family, pool, tile, stop))) for tile in tiles)
         return
-    with ThreadPoolExecutor(threads, thread_name_prefix="kane") as pool:
+    with ThreadPoolExecutor(threads, thread_name_prefix="kane") as executor:
         try:
-            work = {pool.submit(run_tile, family, runners, tile, stop): tile for tile in tiles}
+            work = {executor.submit(run_tile, family, pool, tile, stop): tile for tile in tiles}
             for done in as_completed(work):
                 tile = work.pop(done)
                 yield tile, _closed(family, tile, done.result())
         finally:  # Ctrl-C, or nobody asks any more
             stop.set()
-            pool.shutdown(cancel_futures=True)
+            executor.shutdown(cancel_futures=True)
 
 
 def _first(family: Family) -> Runner | None:
@@ -131,7 +215,7 @@ def _tiles(count: int, threads: int) -> list[range]:
     return [range(k, min(k + size, count)) for k in range(0, count, size)]
 
 
-def _closed(family: Family, tile: range, found: Sequence[Outcome]) -> list[Outcome]:
+def _closed(family: Family, tile: range, found: Sequence[Outcome[Solution]]) -> list[Outcome[Solution]]:
     """Instances that are open are simulated."""
     return [decided(_simulated, family, k) if one.is_open else one for k, one in zip(tile, found, strict=True)]
 
