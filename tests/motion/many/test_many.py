@@ -69,6 +69,28 @@ def test_trees(threads):
     assert np.array_equal(runs["q2(0)"], q[:, 1])
 
 
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"samples": [0.5, 1.25]},
+        {"samples": []},
+        {"samples": [3.0], "method": "dop853"},
+        {"method": "radau9", "samples": 5},
+        {"max_steps": 20, "samples": 5},
+        {"method": "midpoint", "max_step": 1e-3, "samples": 3},
+        {"method": "RK45", "samples": 3, "rtol": 1e-6},
+        {"breakpoints": [0.3], "samples": 4},
+    ],
+    ids=str,
+)
+def test_options(options):
+    """Motions that a tile runs in one call, and those that end otherwise or take many steps."""
+    q, mass = np.stack([spread(-1, 1, 4), spread(0.5, -2, 4)], axis=-1), spread(1, 3, 4)
+    runs = kn.simulate_many(TWO, (0, 3), q=q, u=[0, 0.1], parameters={"m1": mass}, **options)
+    given = [{"q": q[n], "u": [0, 0.1], "parameters": {"m1": mass[n]}, **options} for n in range(4)]
+    one_by_one(TWO, (0, 3), runs, given)
+
+
 @pytest.mark.parametrize("system", [four_bar, slider_crank])
 def test_closed_loops(system):
     eom = kn.derive(system.system())

@@ -129,8 +129,8 @@ def _warn_of_python(many: Instances) -> None:
     asked = [str(s) for s, f in (many.common["inputs"] or {}).items() if isinstance(f, Sampled) or _asks(f)]
     if asked and many.count > 1:
         warn(
-            f"Expected inputs that machine code evaluates, got functions of Python for {', '.join(asked)}: the {many.count} motions run "
-            "one after the other. Write them as expressions of time and state, or tables, for threads."
+            f"Expected inputs that machine code evaluates, got functions of Python for {', '.join(asked)}: the {many.count} motions "
+            "run one after the other. Write them as expressions of time and state, or tables, for threads."
         )
 
 

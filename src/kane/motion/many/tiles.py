@@ -2,7 +2,7 @@
 """Tiles: some instances one after the other on one thread, each one call of machine code that holds no lock of the interpreter.
 
 What a kernel cannot judge, or what needs Python on its way, is left open: it is simulated afterwards, one instance after the other.
-So `run_tile` is all that a thread does.
+So `run_tile` is all that a thread does, and `batch.py` where a tile is one call.
 """
 
 import os

@@ -74,14 +74,13 @@ def _limit(rtol: float) -> float:
 
 
 def keeps_sharply(kinetic: Array, total: Array, work: Array, rtol: float) -> Mask:
-    """Whether `energy_check` of K, E and ∫P dt, all (… × n), is surely sharp: D(t) and its steps beside K and |E − E(0)| at t alone."""
+    """Whether `energy_check` of K, E and ∫P dt, all (… × n), is surely sharp: D(t), its steps beside K and |E − E(0)| at t alone."""
     change = total - total[..., :1]
     drift = np.abs(change - work)
     allowed = (_SHARP * _limit(rtol) / 2) * np.maximum(
         kinetic, np.abs(change)
     )  # halves, as two of them make a step of D
-    found: Mask = (drift <= allowed).all(axis=-1) & (drift[..., :-1] <= allowed[..., 1:]).all(axis=-1)
-    return found
+    return np.asarray((drift <= allowed).all(axis=-1) & (drift[..., :-1] <= allowed[..., 1:]).all(axis=-1))
 
 
 def energy_check(
