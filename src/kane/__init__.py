@@ -214,7 +214,7 @@ __all__ = [
     "configuration_constraint", "motion_constraint", "contact",
     "reaction", "auxiliary_speed", "Event", "System",
     "derive", "Equations", "compile", "Compiled", "Jacobian", "Handle", "Settings", "State", "assemble", "guess",
-    "signal", "Signal", "sampled", "simulate", "simulate_many", "prepare", "integrators", "Solution", "load_solution", "Accuracy",
+    "signal", "Signal", "sampled", "simulate", "simulate_many", "prepare", "integrators", "Solution", "load_solution",
     "linearize", "trim", "equilibrium", "inverse", "analysis", "plot", "report", "figures",
     "Expr", "Matrix", "diff", "gradient", "jacobian", "time_derivative", "substitute", "evaluate", "free_symbols",
     "unit_of", "to_text", "to_latex", "to_sympy", "from_sympy", "expr",
