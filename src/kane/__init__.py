@@ -80,7 +80,7 @@ if TYPE_CHECKING:
     from kane.motion.prepared import Prepared as Prepared
     from kane.motion.prepared import prepare
     from kane.motion.simulate import simulate
-    from kane.motion.solution.accuracy import Accuracy
+    from kane.motion.solution.accuracy import Accuracy as Accuracy
     from kane.motion.solution.solution import Solution
     from kane.present.provenance import show_versions
     from kane.program.native.machine import Settings
