@@ -76,10 +76,11 @@ if TYPE_CHECKING:
     from kane.motion.inputs.expressions import sampled
     from kane.motion.inputs.functions import Signal, signal
     from kane.motion.load import load_solution
+    from kane.motion.many.simulate_many import simulate_many
     from kane.motion.prepared import Prepared as Prepared
     from kane.motion.prepared import prepare
     from kane.motion.simulate import simulate
-    from kane.motion.solution.accuracy import Accuracy
+    from kane.motion.solution.accuracy import Accuracy as Accuracy
     from kane.motion.solution.solution import Solution
     from kane.present.provenance import show_versions
     from kane.program.native.machine import Settings
@@ -169,6 +170,7 @@ _NAMES = {
     "motion.inputs.functions": "Signal signal",
     "motion.inputs.expressions": "sampled",
     "motion.load": "load_solution",
+    "motion.many.simulate_many": "simulate_many",
     "motion.integrators":
         "AdaptiveStep Auto Cvode Dop853 FixedStep Gauss16 Lsoda Midpoint Radau9 Rk4 ScipyBDF ScipyDOP853 ScipyRK23 "
         "ScipyRK45 ScipyRadau Tsit5 Tsitpap8 Vern9",
@@ -212,7 +214,7 @@ __all__ = [
     "configuration_constraint", "motion_constraint", "contact",
     "reaction", "auxiliary_speed", "Event", "System",
     "derive", "Equations", "compile", "Compiled", "Jacobian", "Handle", "Settings", "State", "assemble", "guess",
-    "signal", "Signal", "sampled", "simulate", "prepare", "integrators", "Solution", "load_solution", "Accuracy",
+    "signal", "Signal", "sampled", "simulate", "simulate_many", "prepare", "integrators", "Solution", "load_solution",
     "linearize", "trim", "equilibrium", "inverse", "analysis", "plot", "report", "figures",
     "Expr", "Matrix", "diff", "gradient", "jacobian", "time_derivative", "substitute", "evaluate", "free_symbols",
     "unit_of", "to_text", "to_latex", "to_sympy", "from_sympy", "expr",

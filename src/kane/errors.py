@@ -7,8 +7,10 @@ Every message says what was expected, what came, where, and the cure.
 import difflib
 import os
 import sys
+import threading
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, NoReturn
 
 
@@ -158,10 +160,29 @@ _HERE = os.path.dirname(os.path.abspath(__file__))
 
 def warn(message: str, category: type[KaneWarning] | None = None) -> None:
     """A `KaneWarning`, or one of a `category` of its own, at the innermost line outside of kane."""
+    listed: list[str] | None = getattr(_here, "listed", None)
+    if listed is not None:
+        listed.append(message)
+        return
     frame, level = sys._getframe(), 1
     while frame.f_back is not None and frame.f_code.co_filename.startswith(_HERE):
         frame, level = frame.f_back, level + 1
     warnings.warn(message, category or KaneWarning, stacklevel=level)
+
+
+_here = threading.local()
+
+
+@contextmanager
+def listed_warnings() -> Iterator[list[str]]:
+    """Within, what this thread warns of is listed and not shown; filters of `warnings` are those of all threads."""
+    before: list[str] | None = getattr(_here, "listed", None)
+    listed: list[str] = []
+    _here.listed = listed
+    try:
+        yield listed
+    finally:
+        _here.listed = before
 
 
 __all__ = [

@@ -263,7 +263,7 @@ def moments(part: Part, constants: Mapping[Expr, float]) -> list[float] | None:
     if any(s not in constants and (isinstance(s, Parameter) or len(frames) == 1) for s in symbols):
         return None
     values = {s: constants[s] if s in constants else draw(SEED, s) for s in symbols}
-    n = np.array([[float(evaluate(x, values)) for x in row] for row in rows])
+    n = np.array(evaluate([x for row in rows for x in row], values), dtype=float).reshape(3, 3)
     return [float(x) for x in np.linalg.eigvalsh((n + n.T) / 2)] if np.isfinite(n).all() else None
 
 

@@ -25,8 +25,8 @@ from kane.motion.hybrid.events import Inspection, Verdict
 from kane.motion.hybrid.sides import on_their_sides
 from kane.motion.projection import Numbers, Tolerances
 from kane.motion.right_hand_side import Given, Routines, routines
-from kane.motion.steppers.context import Slot
-from kane.motion.steppers.held import CHANGES, COUNTS, POORLY, room
+from kane.motion.steppers.context import ReturnCode, Slot
+from kane.motion.steppers.held import CHANGES, COUNTS, POORER, POORLY, room
 from kane.motion.steps import Stepper, better
 from kane.numeric.arrays import Array
 from kane.numeric.scale import POOR, UNUSABLE
@@ -190,6 +190,13 @@ class Holding:
                 h = hoisted(found.rates, t, y[: found.width], now.p, now.inputs(t, y))
                 self.rates.put(k, found.rates, h)
                 self.steppable[k], self.hoisted[k], ready[k] = plain, (found.rates, h), 1.0
+
+    def completes(self, back: ReturnCode, s: Array) -> bool:
+        """Whether a kernel came back for a choice of dependent speeds that it does not have, which it is given."""
+        wants = back is ReturnCode.LOOK and s[Slot.HELD] == POORER and s[Slot.WORST] >= 0
+        if wants:
+            self.compile(int(s[Slot.WORST]))
+        return bool(wants)
 
     def _is_alike(self, other: Routines) -> bool:
         """Whether all that the kernel takes besides the rates is that of other dependent speeds, too."""

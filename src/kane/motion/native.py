@@ -431,8 +431,7 @@ class NativeCourse(Course):
         """The constraints of the step that is taken next, in which they may be singular or not be kept."""
         s, holding = self.s, self.holding
         assert holding is not None
-        if s[Slot.HELD] == POORER and s[Slot.WORST] >= 0:
-            holding.compile(int(s[Slot.WORST]))
+        if holding.completes(ReturnCode.LOOK, s):
             return None
         start, h = float(s[Slot.TIME]), self._next()
         dense = self._dense(start, h)

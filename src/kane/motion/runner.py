@@ -252,7 +252,7 @@ class Runner:
         stepper = Stepper(eom, p.copy(), self.now.drives, self.now.settings)
         if known is None:
             y = admitted_start(stepper, Begin(at[0], at[1], None, at[2]), constants, self.span[0])
-            if unheld(stepper) or stepper.eom is not self.holding.stepper.eom or stepper.changes:
+            if unheld(stepper) or stepper.eom is not self.plain.eom or stepper.changes:
                 return None
             if len(self.starts) >= _STARTS:
                 self.starts.clear()
@@ -298,9 +298,8 @@ class Runner:
                 if back is ReturnCode.EVENT or any(len(jumps) for _, jumps in met):
                     return self._with_jumps(eom, phase, again, back), False
                 k, e, _ = self.verdict.T
-                return self._held(self._finished(eom, phase, again)), keeps_sharply(
-                    k, e, self.some[:, -1], self.method.rtol
-                )
+                kept = bool(keeps_sharply(k, e, self.some[:, -1], self.method.rtol))
+                return self._held(self._finished(eom, phase, again)), kept
         return None, False
 
     def _steps(self, begun: float) -> tuple[ReturnCode, Stiffness]:
@@ -315,6 +314,8 @@ class Runner:
             before = copy(stiffness)
             if back is ReturnCode.FULL:
                 self._met()
+                continue
+            if self.holding is not None and self.holding.completes(back, self.s):
                 continue
             late = time.monotonic() - begun > _PATIENCE or self.method.max_seconds < np.inf
             if back is not ReturnCode.LIMIT or late or self.s[Slot.STEPS] >= min(most, MANY_STEPS):
@@ -400,10 +401,15 @@ class Runner:
         return replace(motion, segments=segments, samples=samples, events=events)
 
     def _finished(self, eom: Equations, phase: Phase, again: Callable[..., Any]) -> Solution:
-        s, t, states = self.s, self.t, self.states.copy()
+        return self.motion(eom, phase, self.states.copy(), self.s, again)
+
+    def motion(
+        self, eom: Equations, phase: Phase, states: Array, s: Array, again: Callable[..., Any] | None = None
+    ) -> Solution:
+        """The motion that reached the end, by its samples and by s there."""
         return Solution(
             eom,
-            t.copy(),
+            self.t.copy(),
             states[:, :-1],
             states[:, -1],
             phase.parameters,
@@ -418,7 +424,7 @@ class Runner:
             atol=self.method.atol,
             method=self.method.name,
             phases=(phase,),
-            phase=np.zeros(len(t), dtype=np.int64),
+            phase=np.zeros(len(self.t), dtype=np.int64),
             _again=again,
             _options=self.options,
         )

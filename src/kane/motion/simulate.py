@@ -144,7 +144,7 @@ def simulate(
             eom, span, begin, (constants, drives), options, bounds, sample_times(samples, span)
         )
     again = repeating(start, _given(values, law, plan.first_step, options))
-    _check_kept(solution := replace(solution, _again=again, _options=options), check)
+    check_kept(solution := replace(solution, _again=again, _options=options), check)
     return solution
 
 
@@ -195,21 +195,28 @@ def repeated(
     if runner is None:
         return None
     try:
-        q, u, states, parameters = at
-        if parameters is None:
-            runner.usual = runner.usual or parameter_values(eom.system, None)
-        constants = dict(runner.usual) if parameters is None else parameter_values(eom.system, parameters)
-        runner.take(eom, constants)
-        again = repeating(None, _given(parameters, inputs, plan.first_step, runner.options))
-        x = runner.begin(eom, (q, u, states), constants)
-        solution, kept = (None, False) if x is None else runner.run(eom, x, constants, again)
+        solution, kept = by_runner(runner, eom, plan, at, inputs)
     finally:
         runners.give_back(runner)
     if solution is None:
         return None
     if not kept or check:
-        _check_kept(solution, check)
+        check_kept(solution, check)
     return solution
+
+
+def by_runner(
+    runner: Runner, eom: Equations, plan: Plan, at: tuple[Any, Any, Any, Any], inputs: Any
+) -> tuple[Solution | None, bool]:
+    """A motion by a runner that no other one has, and whether it surely keeps its energy; None where the runner cannot judge it."""
+    q, u, states, parameters = at
+    if parameters is None:
+        runner.usual = runner.usual or parameter_values(eom.system, None)
+    constants = dict(runner.usual) if parameters is None else parameter_values(eom.system, parameters)
+    runner.take(eom, constants)
+    again = repeating(None, _given(parameters, inputs, plan.first_step, runner.options))
+    x = runner.begin(eom, (q, u, states), constants)
+    return (None, False) if x is None else runner.run(eom, x, constants, again)
 
 
 def _options(plan: Plan, settings: Settings | None, start: Solution | None) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -219,12 +226,22 @@ def _options(plan: Plan, settings: Settings | None, start: Solution | None) -> t
     return told(given | {"settings": settings}, start), bounds
 
 
-def runner_of(eom: Equations, plan: Plan, inputs: Any, settings: Settings | None) -> Runner | None:
-    """A kernel bound for the motions of a plan, where nothing has to be looked after on their way."""
+def runner_of(
+    eom: Equations, plan: Plan, inputs: Any, settings: Settings | None, parameters: Mapping[Any, float] | None = None
+) -> Runner | None:
+    """A kernel bound for the motions of a plan, where nothing has to be looked after on their way.
+
+    Inputs that hold parameters take these `parameters`, and the runner is for motions with them alone.
+    """
     span = check_span(plan.span)
     options, bounds = _options(plan, settings, None)
-    method, drives = solver(options, bounds), input_functions(eom, inputs, span)
-    p = np.array([1.0 if s.default is None else s.default for s in eom.parameters])
+    method = solver(options, bounds)
+    constants = None if parameters is None else parameter_values(eom.system, parameters)
+    known = None if constants is None else own_parameters(parameters) | constants
+    drives = input_functions(eom, inputs, span, known)
+    p = np.array(
+        [(1.0 if s.default is None else s.default) if constants is None else constants[s] for s in eom.parameters]
+    )
     stepper = Stepper(eom, p, tuple(drives.values()), settings)
     name = chosen(method.name, stepper, stepper.now.drives, method.rtol, method.max_step)
     places = tuple(t for f in drives.values() if isinstance(f, Formula) for t in f.breakpoints(span))
@@ -298,7 +315,7 @@ def _finer(solution: Solution, given: dict[str, Any]) -> dict[str, Any]:
     return given
 
 
-def _check_kept(solution: Solution, functions: Sequence[Any]) -> None:
+def check_kept(solution: Solution, functions: Sequence[Any]) -> None:
     """Warn of an energy, or another function, that changes along the motion though it should not."""
     if solution.status != "stopped" and not solution.keeps_energy:
         warn(_wrong_energy(solution))

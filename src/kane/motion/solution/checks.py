@@ -27,7 +27,7 @@ from kane.expr.ops import Immutable
 from kane.expr.regular import Sizes, size
 from kane.model.loads import Load
 from kane.motion.solution.phases import Indices, leaps
-from kane.numeric.arrays import Array, distinct
+from kane.numeric.arrays import Array, Mask, distinct
 from kane.numeric.scale import EPS
 
 _PARTS = 10
@@ -73,15 +73,14 @@ def _limit(rtol: float) -> float:
     return min(max(_STEPS * rtol, _DIGITS), _MOST)
 
 
-def keeps_sharply(kinetic: Array, total: Array, work: Array, rtol: float) -> bool:
-    """Whether `energy_check` of K, E and ∫P dt, all (n), is surely sharp: D(t) and its steps beside K and |E − E(0)| at t alone."""
-    change = total - total[0]
+def keeps_sharply(kinetic: Array, total: Array, work: Array, rtol: float) -> Mask:
+    """Whether `energy_check` of K, E and ∫P dt, all (… × n), is surely sharp: D(t), its steps beside K and |E − E(0)| at t alone."""
+    change = total - total[..., :1]
     drift = np.abs(change - work)
     allowed = (_SHARP * _limit(rtol) / 2) * np.maximum(
         kinetic, np.abs(change)
     )  # halves, as two of them make a step of D
-    n = len(drift)
-    return bool(np.count_nonzero(drift <= allowed) == n and np.count_nonzero(drift[:-1] <= allowed[1:]) == n - 1)
+    return np.asarray((drift <= allowed).all(axis=-1) & (drift[..., :-1] <= allowed[..., 1:]).all(axis=-1))
 
 
 def energy_check(

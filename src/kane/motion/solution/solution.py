@@ -188,22 +188,21 @@ class Solution(Attributes):
 
     def by_sample(self, exprs: Callable[[Equations], Any]) -> list[Array]:
         """Values (n each) of the expressions that `exprs` makes of the equations that hold at each sample."""
-        places: dict[tuple[Equations, int], list[int]] = {}
-        inputs = [id(phase.inputs) for phase in self.phases]
-        whose = self.phase.tolist()
-        for k, (eom, n) in enumerate(zip(self.samples or (self.equations,) * len(self), whose, strict=True)):
-            places.setdefault((eom, inputs[n]), []).append(k)
-        parts = [
-            (at, self._along(eom, merged(self.phases, self.phase[at]), exprs(eom), at))
-            for (eom, _), at in places.items()
-        ]
+        found: dict[Equations, int] = {}
+        inputs = {key: k for k, key in enumerate(dict.fromkeys(id(phase.inputs) for phase in self.phases))}
+        whose = np.array([inputs[id(phase.inputs)] for phase in self.phases])[self.phase]
+        every = self.samples or (self.equations,)
+        number = np.array([found.setdefault(eom, len(found)) for eom in every]) * len(inputs) + whose
+        equations = list(found)
+        places = [(equations[k // len(inputs)], np.flatnonzero(number == k)) for k in distinct(number).tolist()]
+        parts = [(at, self._along(eom, merged(self.phases, self.phase[at]), exprs(eom), at)) for eom, at in places]
         tables = [np.empty(len(self)) for _ in parts[0][1]]
         for at, values in parts:
             for whole, part in zip(tables, values, strict=True):
                 whole[at] = part
         return tables
 
-    def _along(self, eom: Equations, phase: Phase, exprs: Any, at: list[int]) -> list[Array]:
+    def _along(self, eom: Equations, phase: Phase, exprs: Any, at: Indices) -> list[Array]:
         """Values (n each) of expressions at samples of a phase, whose parameters may have a value for each."""
         t, states = self.t[at], self.states[at]
         q, u, a = np.split(states.T, np.cumsum([len(eom.coordinates), len(eom.speeds)]))

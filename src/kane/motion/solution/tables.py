@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Motions as tables of pandas and xarray, with units."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ def columns(motion: Any, outputs: Mapping[str, Any] | None) -> dict[str, tuple[A
     eom: Equations = motion.equations
     own = (*eom.state, *eom.inputs)
     found = {s.name: (np.asarray(motion[s]), eom.unit(s), s.description) for s in own}
-    for name, what in _named(outputs).items():
+    for name, what in named(outputs).items():
         if name in found or name == "t":
             raise ArgumentError(
                 f"Expected a new name for an output, got {name!r}, which the motion has. Choose another."
@@ -28,7 +28,14 @@ def columns(motion: Any, outputs: Mapping[str, Any] | None) -> dict[str, tuple[A
     return found
 
 
-def _named(outputs: Any) -> Mapping[str, Any]:
+def named(outputs: Any) -> Mapping[str, Any]:
+    """Outputs by name; none where they are left out.
+
+    Raises
+    ------
+    ArgumentError
+        if they are no dict of names
+    """
     if outputs is None:
         return {}
     if isinstance(outputs, Mapping) and all(isinstance(name, str) for name in outputs):
@@ -48,7 +55,7 @@ def facts(motion: Any) -> dict[str, Any]:
 
 def dataframe(motion: Any, outputs: Mapping[str, Any] | None) -> Any:
     """See Solution.to_dataframe."""
-    pandas = _package("pandas")
+    pandas = package("pandas")
     table: dict[str, Array] = {}
     units: dict[str, str] = {}
     for name, (values, unit, _) in columns(motion, outputs).items():
@@ -70,12 +77,10 @@ def _labels(shape: tuple[int, ...]) -> list[str]:
 
 def dataset(motion: Any, outputs: Mapping[str, Any] | None) -> Any:
     """See Solution.to_xarray."""
-    xarray = _package("xarray")
+    xarray = package("xarray")
     variables = {}
     for name, (values, unit, description) in columns(motion, outputs).items():
-        dims = ["t", *(["axis"] if values.shape[1:] == (3,) else [f"{name}_{k}" for k in range(1, values.ndim)])]
-        told = {"units": unit, "long_name": description or name}
-        variables[name] = xarray.Variable(dims, values, {k: v for k, v in told.items() if v})
+        variables[name] = labelled(xarray, name, values, ["t"], unit, description)
     for text, values in motion.regimes.items():
         told = {"long_name": f"regime of {text}: the sign of what it turns on, of friction 1 where it slides"}
         variables[f"regime {text}"] = xarray.Variable("t", values, told)
@@ -85,7 +90,22 @@ def dataset(motion: Any, outputs: Mapping[str, Any] | None) -> Any:
     return xarray.Dataset(variables, coordinates, facts(motion))
 
 
-def _package(name: str) -> Any:
+def labelled(xarray: Any, name: str, values: Array, first: Sequence[str], unit: str, description: str) -> Any:
+    """Values as a Variable of xarray whose `first` dimensions are named; "axis" is that of vectors."""
+    n = len(first)
+    rest = ["axis"] if values.shape[n:] == (3,) else [f"{name}_{k}" for k in range(1, values.ndim - n + 1)]
+    told = {"units": unit, "long_name": description or name}
+    return xarray.Variable([*first, *rest], values, {k: v for k, v in told.items() if v})
+
+
+def package(name: str) -> Any:
+    """A package that is no requirement.
+
+    Raises
+    ------
+    ImportError
+        if it is not there
+    """
     from importlib import import_module
 
     try:

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The motions of a tile in one call of machine code: a kernel that begins each, calls the kernel that runs it, and keeps its samples.
+
+It serves motions that nothing but their end ends: without constraints, events and switches, and with the same inputs. Those that come
+back otherwise are run anew by themselves. This is where several instances would step at once.
+"""
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from kane.motion.methods import kernel_of
+from kane.motion.native import LOOKS
+from kane.motion.runner import Runner, judged
+from kane.motion.solution.checks import keeps_sharply
+from kane.motion.steppers.context import SIZE, ReturnCode
+from kane.motion.steppers.table import INTEGRATORS
+from kane.numeric.arrays import Array, Mask
+from kane.numeric.scale import SURELY_REGULAR
+from kane.program.kernel.language import INT, Kernel
+from kane.program.kernel.writer import Writer
+from kane.program.native.calls import RESULT, KeptCalls
+from kane.program.native.entry import CompiledKernel
+from kane.program.native.machine import Settings
+
+
+def tile_kernel() -> Kernel:
+    """`count` motions one after the other: y(0) a row of `starts`, p one of `ps`; a row of `out`, `ends` and `told` (s) for each."""
+    w = Writer("tile")
+    count, n, size, p_count, rows_count = map(w.number, ("count", "n", "size", "p_count", "rows_count"))
+    s, y, lag, p, rows, calls = (w.array(name) for name in ("s", "y", "lag", "p", "rows", "calls"))
+    slots, starts, ps, out, ends, told, codes = map(w.array, ("slots", "starts", "ps", "out", "ends", "told", "codes"))
+    make, hoist = (w.callee(name, "array") for name in ("make", "hoist"))
+    done = w.variable("done", INT)
+    with w.count(count) as i:
+        with w.count(size) as j:
+            s[j] = slots[j]
+        with w.few(n) as j:
+            y[j] = starts[i * n + j]
+            lag[j] = 0.0
+        with w.few(p_count) as j:
+            p[j] = ps[i * p_count + j]
+        hoist(calls.at(0))
+        make(calls.at(0))
+        codes[i] = calls[RESULT]
+        with w.count(size) as j:
+            told[i * size + j] = s[j]
+        with w.few(n) as j:
+            ends[i * n + j] = y[j]
+        with w.count(rows_count * n) as j:
+            out[i * rows_count * n + j] = rows[j]
+    done.put(count)
+    return w.finished(done)
+
+
+@cache
+def _compiled(settings: Settings) -> CompiledKernel:
+    return CompiledKernel(tile_kernel(), settings)
+
+
+def fits(runner: Runner) -> bool:
+    """Whether the motions of a runner are run so."""
+    now = runner.now
+    plain = runner.holding is None and now.events is None and not now.quantities
+    return plain and not INTEGRATORS[runner.method.name].implicit
+
+
+class Ran(NamedTuple):
+    """Motions of a batch: samples (… × t × y), what the kernel tells of each (s), which are done, which surely keep their energy."""
+
+    states: Array
+    told: Array
+    done: Mask
+    kept: Mask
+
+
+class Batch:
+    """The kernel of a runner, called for many motions at once."""
+
+    def __init__(self, runner: Runner) -> None:
+        self.runner, given, now = runner, runner.given, runner.now
+        settings = now.settings or Settings()
+        kernel = kernel_of(runner.method.name, now)
+        own = given | {"limit": int(min(LOOKS, runner.method.max_steps))}
+        hoists = [(own[f"hoist_{name}"], own[name]) for name in own if f"hoist_{name}" in own]
+        drive = own["single_drive"], own["hd"]
+        self.calls = KeptCalls(1, settings)
+        named = {a.name: own[a.name] for a in kernel.kernel.arguments}
+        self.calls.put(0, (kernel, named), hoists, (drive, drive), own["p"])
+        self.kernel = _compiled(settings)
+        self.routine = now.eom.numeric(now.settings).routine(judged).flat
+
+    def run(self, x: Array, p: Array) -> Ran:
+        """The motions from (q, u, a), a row of x each, with parameters, a row of p.
+
+        The runner has other parameters afterwards than it has been told.
+        """
+        runner, given, count = self.runner, self.runner.given, len(x)
+        n, samples = len(runner.y), len(runner.rows)
+        states, told = np.zeros((count, len(runner.t), n)), np.zeros((count, SIZE))
+        states[:, 0, :-1] = x
+        starts, out = states[:, 0].copy(), np.zeros((count, samples, n))
+        ends, codes = np.zeros((count, n)), np.zeros(count)
+        runner.told = b""
+        self.kernel(
+            {
+                "count": count, "n": n, "size": SIZE, "p_count": p.shape[1], "rows_count": samples,
+                "s": runner.s, "y": runner.y, "lag": given["lag"], "p": given["p"], "rows": given["rows"],
+                "calls": self.calls.table, "slots": runner.slots, "starts": starts.ravel(), "ps": np.append(p, 0.0),
+                "out": np.append(out, 0.0) if not samples else out.ravel(), "ends": ends.ravel(), "told": told.ravel(),
+                "codes": codes, "make": self.calls.make, "hoist": self.calls.hoist,
+            }
+        )  # fmt: skip
+        states[:, 1 : samples + 1] = out
+        states[:, samples + 1 :] = ends[:, None]
+        regular, kept = self._judged(states, p)
+        return Ran(states, told, (codes == ReturnCode.END) & regular, kept)
+
+    def _judged(self, states: Array, p: Array) -> tuple[Mask, Mask]:
+        """Whether equations are surely regular at the start of each motion, and it surely keeps its energy."""
+        runner = self.runner
+        few, count = runner.few, len(states)
+        rows, n = count * len(few), states.shape[2]
+        some = np.ascontiguousarray(states[:, few])
+        t, every = (
+            np.tile(runner.t[few], count),
+            np.repeat(np.append(p, np.zeros((count, 1)), axis=1), len(few), axis=0),
+        )
+        found = np.zeros((rows, 3))
+        places = (t, 1), (some.reshape(rows, n), n), (every, every.shape[1]), (runner.given["single_r"], 0)
+        self.routine.on_rows(*places, out=found)()
+        k, e, pivot = np.moveaxis(found.reshape(count, len(few), 3), -1, 0)
+        with np.errstate(invalid="ignore"):
+            return pivot[:, 0] > SURELY_REGULAR, keeps_sharply(k, e, some[:, :, -1], runner.method.rtol)

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Designs: values of several quantities between bounds, by SciPy's low-discrepancy samplers, or every combination of levels.
+
+Sobol' points are scrambled and cut from the next power of two (Owen 1998; SciPy, `scipy.stats.qmc`).
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from kane import expect
+from kane.errors import SimulationError, cut
+from kane.numeric.arrays import Array
+from kane.numeric.sampling import SEED
+
+
+def _sobol(width: int, count: int, rng: np.random.Generator) -> Array:
+    from scipy.stats import qmc
+
+    return np.asarray(qmc.Sobol(width, seed=rng).random_base2((count - 1).bit_length())[:count])
+
+
+def _latin(width: int, count: int, rng: np.random.Generator) -> Array:
+    from scipy.stats import qmc
+
+    return np.asarray(qmc.LatinHypercube(width, seed=rng).random(count))
+
+
+def _halton(width: int, count: int, rng: np.random.Generator) -> Array:
+    from scipy.stats import qmc
+
+    return np.asarray(qmc.Halton(width, seed=rng).random(count))
+
+
+def _uniform(width: int, count: int, rng: np.random.Generator) -> Array:
+    return rng.random((count, width))
+
+
+PRODUCT = "product"
+SAMPLERS: Mapping[str, Callable[[int, int, np.random.Generator], Array]] = {
+    "sobol": _sobol,
+    "latin": _latin,
+    "halton": _halton,
+    "uniform": _uniform,
+}
+"""Points (count × width) of the unit cube, by the name of what draws them."""
+
+
+def drawn(design: Mapping[Any, Any], sampler: str, count: int | None, seed: int | None) -> dict[Any, Array]:
+    """Values of each quantity, an instance each: every combination of the levels of a product, else `count` points between bounds.
+
+    Raises
+    ------
+    SimulationError
+        if the sampler is unknown, bounds are no two finite numbers in order, or count and seed do not fit it
+    """
+    expect.one_of(sampler, (*SAMPLERS, PRODUCT), "the sampler of a design to be", error=SimulationError)
+    expect.that(design, "at least one quantity in a design", design, "Name some: {'m': (1, 2)}.", error=SimulationError)
+    return _product(design, count, seed) if sampler == PRODUCT else _points(design, sampler, count, seed)
+
+
+def _product(design: Mapping[Any, Any], count: int | None, seed: int | None) -> dict[Any, Array]:
+    given = [name for name, value in (("count", count), ("seed", seed)) if value is not None]
+    cure = "Leave it out: a product has as many instances as its levels have combinations."
+    expect.none(given, "no count or seed of a product", "{}", cure, error=SimulationError)
+    levels = [_numbers(key, value, "levels of a product, a list of numbers,") for key, value in design.items()]
+    columns = np.array(list(product(*levels))).reshape(-1, len(levels)).T
+    return dict(zip(design, columns, strict=True))
+
+
+def _points(design: Mapping[Any, Any], sampler: str, count: int | None, seed: int | None) -> dict[Any, Array]:
+    wanted = expect.whole(
+        count,
+        f'count=, the instances of a design by sampler="{sampler}", a whole number above 0',
+        least=1,
+        error=SimulationError,
+    )
+    start = (
+        SEED
+        if seed is None
+        else expect.whole(seed, "seed= as a whole number from 0 on", least=0, error=SimulationError)
+    )
+    low, high = np.array([_bounds(key, value) for key, value in design.items()]).T
+    points = low + (high - low) * SAMPLERS[sampler](len(low), wanted, np.random.default_rng(start))
+    return dict(zip(design, points.T, strict=True))
+
+
+def _bounds(key: Any, value: Any) -> Sequence[float]:
+    found = _numbers(key, value, "two bounds (low, high)")
+    if len(found) != 2 or not found[0] <= found[1]:
+        raise SimulationError(
+            f"Expected two bounds (low, high) for {key} in a design, got {cut(repr(value))}. Give the smaller one first; levels of "
+            f'which each is taken want sampler="{PRODUCT}", and values of the instances themselves no sampler.'
+        )
+    return found
+
+
+def _numbers(key: Any, value: Any, what: str) -> list[float]:
+    """A list of finite numbers."""
+    try:
+        found = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        found = np.zeros(())
+    if found.ndim != 1 or not np.isfinite(found).all():
+        raise SimulationError(f"Expected {what} for {key} in a design, got {cut(repr(value))}. Give finite numbers.")
+    numbers: list[float] = found.tolist()
+    return numbers

@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Instances: what each of many motions starts from and is given, one number a motion or one for all.
+
+Columns come from dicts, arrays whose leading axis counts instances, pandas' DataFrames, xarray's Datasets and designs. A number, or an
+array of one, is that of all instances; other arrays have one length, the number of instances.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kane.equations.equations import Equations
+from kane.errors import SimulationError, ValueMissingError, cut
+from kane.expr.evaluation import free_symbols
+from kane.expr.node import Expr
+from kane.expr.symbols import Input, Parameter, Symbol
+from kane.motion.many.designs import drawn
+from kane.numeric.arrays import Array
+from kane.numeric.sampling import named_values, unknown
+
+STARTS = ("q", "u", "states")
+KINDS = (*STARTS, "parameters", "inputs")
+"""What an instance has a value of, as `kn.simulate` takes it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Instances:
+    """`count` motions: of each kind what all have in common, as it was given, and by symbol the columns (count) that differ.
+
+    `common` has None of a kind that is left out altogether, or of which every value differs.
+    """
+
+    count: int
+    common: Mapping[str, Any]
+    columns: Mapping[str, Mapping[Any, Array]]
+
+    def at(self, k: int) -> dict[str, Any]:
+        """What `kn.simulate` takes of the kth one."""
+        found: dict[str, Any] = {}
+        for kind in KINDS:
+            own = {s: float(column[k]) for s, column in self.columns[kind].items()}
+            common = self.common[kind]
+            found[kind] = common if not own else {**(common or {}), **own}
+        return found
+
+    @property
+    def vary_inputs(self) -> bool:
+        """Whether inputs differ, themselves or by parameters that they hold."""
+        laws = [v for v in (self.common["inputs"] or {}).values() if isinstance(v, Expr)]
+        return bool(self.columns["inputs"]) or not set(self.columns["parameters"]).isdisjoint(free_symbols(laws))
+
+    @property
+    def varied(self) -> Iterator[tuple[str, Any, Array]]:
+        """Kind, symbol and values of what differs."""
+        for kind in KINDS:
+            for s, column in self.columns[kind].items():
+                yield kind, s, column
+
+
+def instances(
+    eom: Equations, given: Mapping[str, Any], design: Any, sampler: str | None, count: int | None, seed: int | None
+) -> Instances:
+    """The instances that the values of each kind, and a design of any of them by name, make.
+
+    Raises
+    ------
+    ValueMissingError
+        if a name is unknown, or comes twice
+    SimulationError
+        if arrays have different lengths or none at all, a number is not finite, or the design is not admissible
+    """
+    symbols = _symbols(eom, given)
+    values = {kind: _by_symbol(kind, symbols[kind], given[kind]) for kind in KINDS}
+    _add_design(values, symbols, design, sampler, count, seed)
+    columns = {kind: _columns(kind, own) for kind, own in values.items()}
+    lengths = {f"{s} ({kind})": len(c) for kind, own in columns.items() for s, c in own.items()}
+    many = _common_length(lengths)
+    common: dict[str, Any] = {}
+    for kind, own in values.items():
+        rest = {s: v for s, v in own.items() if s not in columns[kind]}
+        rest |= {s: float(c[0]) for s, c in columns[kind].items() if len(c) == 1}
+        common[kind] = rest or None
+        columns[kind] = {s: c for s, c in columns[kind].items() if len(c) > 1}
+    return Instances(many, common, columns)
+
+
+def _symbols(eom: Equations, given: Mapping[str, Any]) -> dict[str, tuple[Symbol, ...]]:
+    """The symbols of each kind: parameters that stand in inputs alone are among the parameters."""
+    inputs = given["inputs"].values() if isinstance(given["inputs"], Mapping) else ()
+    gains = [s for s in free_symbols([v for v in inputs if isinstance(v, Expr)]) if isinstance(s, Parameter)]
+    return {
+        "q": tuple(eom.coordinates),
+        "u": tuple(eom.speeds),
+        "states": tuple(eom.states),
+        "parameters": tuple(dict.fromkeys([*eom.system.parameters, *gains])),
+        "inputs": tuple(s for s in eom.inputs if isinstance(s, Input)),
+    }
+
+
+def _by_symbol(kind: str, symbols: Sequence[Symbol], given: Any) -> dict[Any, Any]:
+    """What is given of a kind by symbol; several inputs that have one function together stay so."""
+    table = _table(given)
+    if not isinstance(table, Mapping):
+        table = _in_order(kind, symbols, table)
+    together = {key: value for key, value in table.items() if isinstance(key, tuple)}
+    rest = {key: value for key, value in table.items() if key not in together}
+    own = {s for s in symbols if isinstance(s, Parameter)}
+    foreign = {
+        s: v for s, v in rest.items() if isinstance(s, Parameter) and s not in own
+    }  # shared by variants of a model
+    named = {s: v for s, v in rest.items() if s not in foreign}
+    return {**named_values(_WORDS[kind], symbols, named), **together}
+
+
+_WORDS = {"q": "coordinates", "u": "speeds"} | {kind: kind for kind in ("states", "parameters", "inputs")}
+
+
+def _table(given: Any) -> Any:
+    """A DataFrame or Dataset as a dict of its columns; what else there is stays."""
+    if hasattr(given, "iloc") and hasattr(given, "columns"):
+        return {name: given[name] for name in given.columns}
+    if hasattr(given, "data_vars"):
+        return {name: given[name] for name in given.data_vars}
+    return {} if given is None else given
+
+
+def _in_order(kind: str, symbols: Sequence[Symbol], given: Any) -> dict[Any, Any]:
+    """Values in the order of the symbols, along the last axis."""
+    names = ", ".join(s.name for s in symbols)
+    try:
+        table = np.asarray(given, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise SimulationError(
+            f"Expected {kind} as a dict {{name: value}} or an array (instances × {len(symbols)}) of {names}, got {cut(repr(given))}. "
+            "Give a dict, in which numbers and arrays may stand side by side."
+        ) from error
+    if table.ndim not in (1, 2) or table.shape[-1] != len(symbols):
+        raise SimulationError(
+            f"Expected {kind} as an array (instances × {len(symbols)}) of {names}, or ({len(symbols)}) for all instances, got the "
+            f"shape {table.shape}. Transpose it, or give a dict {{name: values}}."
+        )
+    return dict(zip(symbols, table.T if table.ndim == 2 else table, strict=True))
+
+
+def _add_design(
+    values: dict[str, dict[Any, Any]],
+    symbols: Mapping[str, Sequence[Symbol]],
+    design: Any,
+    sampler: str | None,
+    count: int | None,
+    seed: int | None,
+) -> None:
+    """The quantities of a design join those of their kinds; without a sampler they are values of the instances themselves."""
+    table = _table(design)
+    if not isinstance(table, Mapping):
+        raise SimulationError(
+            f"Expected a design as a dict, a DataFrame or a Dataset of names, got {cut(repr(design))}. Name each: {{'m': (1, 2)}}."
+        )
+    if sampler is not None:
+        table = drawn(table, sampler, count, seed)
+    elif count is not None or seed is not None:
+        raise SimulationError(
+            'Expected sampler= where count= or seed= are given, got none. Choose "sobol", "latin", "halton" or "uniform", or leave '
+            "them out: without a sampler a design has the values of the instances themselves."
+        )
+    every = [s for own in symbols.values() for s in own]
+    for key, value in table.items():
+        kind, s = _found(symbols, every, key)
+        if s in values[kind]:
+            raise ValueMissingError(
+                f"Expected one value for {s.name}, got two, by {kind}= and by design=. Leave one out."
+            )
+        values[kind][s] = value
+
+
+def _found(symbols: Mapping[str, Sequence[Symbol]], every: Sequence[Symbol], key: Any) -> tuple[str, Symbol]:
+    """The kind and the symbol that a key of a design means."""
+    for kind, own in symbols.items():
+        for s in own:
+            if s is key or (isinstance(key, str) and s.name == key):
+                return kind, s
+    raise ValueMissingError(
+        f"Expected coordinates, speeds, states, parameters and inputs of the system in a design, got {unknown(key, every)}"
+    )
+
+
+def _columns(kind: str, values: Mapping[Any, Any]) -> dict[Any, Array]:
+    """Those of the values that are arrays. A tuple as an input is a function with its derivatives."""
+    listed = (np.ndarray, list) if kind == "inputs" else (np.ndarray, list, tuple)
+    found: dict[Any, Array] = {}
+    for s, value in values.items():
+        if isinstance(value, listed) or hasattr(value, "to_numpy"):
+            found[s] = _column(kind, s, value.to_numpy() if hasattr(value, "to_numpy") else value)
+    return found
+
+
+def _column(kind: str, s: Any, value: Any) -> Array:
+    """A column of finite numbers."""
+    try:
+        column = np.asarray(value, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise SimulationError(
+            f"Expected numbers for {s} in {kind}, got {cut(repr(value))}. Give one for each instance."
+        ) from error
+    if column.ndim > 1:
+        raise SimulationError(
+            f"Expected one axis, the instances, for {s} in {kind}, got the shape {column.shape}. Flatten it, or let a design combine "
+            f'values, design={{…}}, sampler="product".'
+        )
+    column = column.reshape(-1)
+    wrong = np.flatnonzero(~np.isfinite(column))
+    if wrong.size:
+        raise SimulationError(
+            f"Expected finite numbers for {s} in {kind}, got {column[wrong[0]]} for instance {wrong[0]}, {wrong.size} of "
+            f"{len(column)} in all. Leave these instances out."
+        )
+    return column
+
+
+def _common_length(lengths: Mapping[str, int]) -> int:
+    """The number of instances."""
+    none = [name for name, n in lengths.items() if n == 0]
+    if none:
+        raise SimulationError(
+            f"Expected at least one instance, got an array without numbers for {', '.join(none)}. Give some, or a number."
+        )
+    several = {name: n for name, n in lengths.items() if n != 1}
+    if len(set(several.values())) > 1:
+        told = ", ".join(f"{n} for {name}" for name, n in several.items())
+        raise SimulationError(
+            f"Expected arrays of one length, a number for each instance, got {told}. Give as many of each, one number for all, or "
+            'let a design combine them, design={…}, sampler="product".'
+        )
+    return next(iter(several.values()), 1)

@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Results of many motions: arrays that fill tile by tile, as one Dataset of xarray over (instance, t)."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from kane import expect
+from kane.equations.equations import Equations
+from kane.errors import SimulationError
+from kane.expr.node import Expr
+from kane.expr.symbols import Symbol
+from kane.motion.many.instances import STARTS, Instances
+from kane.motion.many.tiles import Outcome
+from kane.motion.solution.solution import Solution
+from kane.motion.solution.tables import labelled, named, package
+from kane.numeric.arrays import Array
+
+Reduction = Callable[[Array], Any]
+
+
+def _last(values: Array) -> Array:
+    """The last number that there is, of values along t."""
+    at = np.isfinite(values).cumsum(axis=0).argmax(axis=0)
+    found: Array = np.take_along_axis(values, at[None], axis=0)[0]
+    return found
+
+
+def _mean(values: Array) -> Array:
+    count = np.isfinite(values).sum(axis=0)
+    return np.where(count > 0, np.nansum(values, axis=0) / np.maximum(count, 1), np.nan)
+
+
+REDUCTIONS: Mapping[str, Reduction] = {
+    "last": _last,
+    "max": lambda values: np.fmax.reduce(values, axis=0),
+    "min": lambda values: np.fmin.reduce(values, axis=0),
+    "mean": _mean,
+}
+"""What is kept of values along t (n × …), by name; samples that a motion does not reach are NaN and do not count."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Quantity:
+    """What is kept of each motion: an expression, vector or name, its unit and description, and what reduces it."""
+
+    name: str
+    what: Any
+    unit: str
+    description: str
+    reduce: Reduction | None
+
+
+def quantities(eom: Equations, outputs: Mapping[str, Any] | None, reduce: Any) -> list[Quantity]:
+    """Coordinates, speeds and further states where no outputs are named, else these.
+
+    Raises
+    ------
+    ArgumentError
+        if outputs are no dict of names
+    SimulationError
+        if a reduction is unknown
+    """
+    if outputs is None:
+        found = [(s.name, s, eom.unit(s), s.description) for s in eom.state]
+    else:
+        found = [
+            (name, what, eom.unit(what) if isinstance(what, Expr) else "", "") for name, what in named(outputs).items()
+        ]
+    names = [name for name, *_ in found]
+    if isinstance(reduce, Mapping):
+        for name in reduce:
+            expect.one_of(name, names, "reduce= to name outputs,", error=SimulationError)
+        return [Quantity(*one, _reduction(reduce[one[0]]) if one[0] in reduce else None) for one in found]
+    one = None if reduce is None else _reduction(reduce)
+    return [Quantity(*row, one) for row in found]
+
+
+def _reduction(given: Any) -> Reduction:
+    if callable(given):
+        own: Reduction = given
+        return own
+    cure = "Or give a function of the values along t."
+    return REDUCTIONS[expect.one_of(given, REDUCTIONS, "reduce= to be", cure, error=SimulationError)]
+
+
+class Results:
+    """Numbers of all instances, NaN where there are none (yet): what is kept over t, and how each motion ended."""
+
+    def __init__(self, eom: Equations, kept: Sequence[Quantity], t: Array, instances: Instances) -> None:
+        self.eom, self.kept, self.t, self.instances = eom, kept, t, instances
+        n = instances.count
+        self.columns: dict[Symbol, int] = {s: k for k, s in enumerate(eom.state)}
+        self.usual = np.arange(len(t))
+        self.done = 0
+        self.values: dict[str, Array] = {}
+        self.texts = {name: np.full(n, "", dtype=object) for name in ("status", "cause", "event", "warning")}
+        self.steps = np.zeros(n, dtype=np.int64)
+        self.end_t, self.end_state = np.full(n, np.nan), np.full((n, len(eom.state)), np.nan)
+
+    def put(self, tile: range, found: Sequence[Outcome[Solution]]) -> None:
+        """What became of the instances of a tile."""
+        self.done += len(tile)
+        motions = [(k, one.found) for k, one in zip(tile, found, strict=True) if one.found is not None]
+        for k, one in zip(tile, found, strict=True):
+            self._note(k, one)
+        if motions:
+            own = _together([motion for _, motion in motions])
+            at, there = self._places([motion for _, motion in motions])
+            for quantity in self.kept:
+                column = self.columns.get(quantity.what) if isinstance(quantity.what, Symbol) else None
+                values = (np.asarray(own[quantity.what]) if column is None else own.states[:, column])[at]
+                values[~there] = np.nan
+                self._keep(quantity, [k for k, _ in motions], values)
+
+    def _places(self, motions: Sequence[Solution]) -> tuple[Any, Any]:
+        """Where each motion's samples at the times t are in the table of all, after what acts there, and whether there are such."""
+        at, there, first = (
+            np.empty((len(motions), len(self.t)), dtype=np.int64),
+            np.ones((len(motions), len(self.t)), dtype=bool),
+            0,
+        )
+        for k, motion in enumerate(motions):
+            if np.array_equal(motion.t, self.t):
+                at[k] = self.usual
+            else:
+                at[k] = np.maximum(np.searchsorted(motion.t, self.t, side="right") - 1, 0)
+                there[k] = motion.t[at[k]] == self.t
+            at[k] += first
+            first += len(motion)
+        return at, there
+
+    def _note(self, k: int, one: Outcome[Solution]) -> None:
+        motion = one.found
+        told = {"status": "failed", "cause": one.error, "event": ""}
+        if motion is not None:
+            told = {
+                "status": motion.status,
+                "cause": motion.message,
+                "event": motion.event.name if motion.event else "",
+            }
+            self.steps[k], self.end_t[k], self.end_state[k] = motion.steps, motion.t[-1], motion.states[-1]
+        for name, text in (told | {"warning": "; ".join(dict.fromkeys(one.told))}).items():
+            self.texts[name][k] = text
+
+    def _keep(self, one: Quantity, places: Sequence[int], values: Array) -> None:
+        """The values of instances along t (instances × t × …), or what they are reduced to."""
+        kept = values if one.reduce is None else np.array([one.reduce(row) for row in values], dtype=float)
+        if one.name not in self.values:
+            self.values[one.name] = np.full((self.instances.count, *kept.shape[1:]), np.nan)
+        self.values[one.name][places] = kept
+
+    def dataset(self, facts: Mapping[str, Any]) -> Any:
+        """The Dataset; `facts` are told in its attributes."""
+        xarray = package("xarray")
+        n, count = self.instances.count, len(self.t)
+        own: dict[str, Any] = {}
+        for one in self.kept:
+            values = self.values.get(one.name, np.full((n, count) if one.reduce is None else (n,), np.nan))
+            first = ["instance"] if one.reduce else ["instance", "t"]
+            own[one.name] = labelled(xarray, one.name, values, first, one.unit, one.description)
+        own |= {
+            name: xarray.Variable("instance", texts.astype(str), {"long_name": _TOLD[name]})
+            for name, texts in self.texts.items()
+        }
+        own["steps"] = xarray.Variable("instance", self.steps, {"long_name": "steps"})
+        own["end_t"] = xarray.Variable("instance", self.end_t, {"units": "s", "long_name": "time of the last state"})
+        own["end_state"] = xarray.Variable(("instance", "state"), self.end_state, {"long_name": "last state"})
+        coordinates = {
+            "instance": np.arange(n),
+            "t": xarray.Variable("t", self.t, {"units": "s", "long_name": "time"}),
+            "state": [s.name for s in self.eom.state],
+        }
+        if any("axis" in v.dims for v in own.values()):
+            coordinates["axis"] = ["x", "y", "z"]
+        for kind, s, column in self.instances.varied:
+            name = f"{s}(0)" if kind in STARTS else str(s)
+            told = {"units": self.eom.unit(s), "long_name": s.description or f"{_VARIED[kind]} {s}"}
+            coordinates[name] = xarray.Variable("instance", column, {key: text for key, text in told.items() if text})
+        return xarray.Dataset(own, coordinates, dict(facts))
+
+
+_TOLD = {
+    "status": "finished, event, stopped, or failed at the start",
+    "cause": "why the motion ended, or did not begin",
+    "event": "the event that ended the motion",
+    "warning": "what was warned of",
+}
+_VARIED = dict.fromkeys(STARTS, "start value of") | {"parameters": "parameter", "inputs": "input"}
+
+
+def _together(motions: Sequence[Solution]) -> Solution:
+    """Motions of several instances as one table, each with phases of its own: what is read off it is evaluated once for all."""
+    first = motions[0]
+    if len(motions) == 1:
+        return first
+    offsets = np.cumsum([0, *(len(m.phases) for m in motions)])
+    numbers = [m.phase + offset for m, offset in zip(motions, offsets.tolist(), strict=False)]
+    several = any(m.samples for m in motions)
+    return replace(
+        first,
+        t=np.concatenate([m.t for m in motions]),
+        states=np.concatenate([m.states for m in motions]),
+        work=np.concatenate([m.work for m in motions]),
+        samples=tuple(eom for m in motions for eom in m.samples or (m.equations,) * len(m)) if several else (),
+        phases=tuple(phase for m in motions for phase in m.phases),
+        phase=np.concatenate(numbers),
+    )

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`simulate_many`: the motions of many instances, spread over threads."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from kane import expect
+from kane.equations.equations import Equations, check_equations
+from kane.errors import SimulationError, warn
+from kane.expr.node import Expr
+from kane.expr.piecewise import Table
+from kane.motion.inputs.expressions import Sampled
+from kane.motion.inputs.functions import Signal
+from kane.motion.integrators import AdaptiveStep, FixedStep
+from kane.motion.many.instances import Instances, instances
+from kane.motion.many.results import Results, quantities
+from kane.motion.many.tiles import Family, cores, outcomes
+from kane.motion.runner import Plan
+from kane.motion.solution.checks import checking_functions
+from kane.motion.solution.tables import package
+from kane.motion.start import check_span, sample_times
+from kane.program.native.machine import Settings
+from kane.progress import far, working
+
+
+def simulate_many(
+    eom: Equations,
+    span: tuple[float, float],
+    *,
+    q: Any = None,
+    u: Any = None,
+    states: Any = None,
+    parameters: Any = None,
+    inputs: Mapping[Any, Any] | None = None,
+    design: Any = None,
+    sampler: str | None = None,
+    count: int | None = None,
+    seed: int | None = None,
+    outputs: Mapping[str, Any] | None = None,
+    reduce: Any = None,
+    threads: int | None = None,
+    method: str | AdaptiveStep | FixedStep | None = None,
+    rtol: float | None = None,
+    atol: float | None = None,
+    samples: int | Sequence[float] = 501,
+    max_steps: int | None = None,
+    max_step: float | None = None,
+    first_step: float | None = None,
+    breakpoints: Sequence[float] | None = None,
+    max_seconds: float | None = None,
+    settings: Settings | None = None,
+    check: Sequence[Any] = (),
+) -> Any:
+    """Many motions over one span: each that of `kn.simulate`, bit for bit, on threads where a kernel runs it by itself.
+
+    Equations and kernels are prepared once. An instance that cannot start or stops does not stop the others: `status` and `cause` say
+    what became of it. Motions whose inputs are functions of Python run one after the other.
+
+    Parameters
+    ----------
+    eom : Equations
+    span : (float, float)
+        beginning and end (s)
+    q, u, states, parameters : start values and parameters, a number for all instances or an array (n) for each, by symbol or name:
+        a dict, a DataFrame of pandas, a Dataset of xarray; or an array (n × as many as there are) in order
+    inputs : as `kn.simulate` takes them, the same for all; or an array (n) of numbers, one for each instance. Parameters in
+        expressions have the values of the instance
+    design : a table as above with names of any kind, or, with a sampler, {name: (low, high)}
+    sampler : "sobol", "latin", "halton" or "uniform", `count` points between the bounds; "product", every combination of the
+        numbers {name: [levels]}
+    count, seed : how many instances the sampler draws, and from which seed; the same one unless told
+    outputs : {name: expression, vector, or name}, kept in place of the coordinates, speeds and states
+    reduce : "last", "max", "min", "mean" over t, or a function of the values (samples × …) of an instance, in which NaN is beyond its
+        end; or a dict of these by output
+    threads : as many as there are processors unless told
+    method, rtol, atol, samples, max_steps, max_step, first_step, breakpoints, max_seconds, settings, check
+        as `kn.simulate` takes them
+
+    Returns
+    -------
+    xarray.Dataset
+        dimensions instance, t and state. Variables by name, units in their attributes; `status` ("finished", "event", "stopped", or
+        "failed" at the start), `cause`, `event`, `warning`, `steps`, `end_t` (s) and `end_state` of each instance. What differs
+        stands along instance as coordinates: parameters and inputs by name, start values as "q1(0)". Beyond the end of a motion is NaN
+
+    Raises
+    ------
+    ImportError
+        without xarray (`pip install 'kane[table]'`)
+    SimulationError
+        if arrays do not fit together, a number is not finite, there is no instance, or an option is not admissible
+    ValueMissingError
+        if a name is unknown
+
+    Examples
+    --------
+    >>> runs = kn.simulate_many(eom, (0, 10), u=[0, 0], design={"q1": (-1, 1), "m": (1, 2)}, q={"q2": 0}, sampler="sobol", count=256)
+    >>> runs["q1"].std("instance").plot()
+    """
+    check_equations(eom)
+    package("xarray")
+    whole_span = check_span(span)
+    checking_functions(eom.derived, check)
+    plan = Plan(span, method, rtol, atol, samples, max_steps, max_step, first_step, breakpoints, max_seconds).spelled()
+    given = {"q": q, "u": u, "states": states, "parameters": parameters, "inputs": inputs}
+    many = instances(eom, given, design, sampler, count, seed)
+    kept = quantities(eom, outputs, reduce)
+    cure = "Leave it out for as many as there are processors."
+    workers = (
+        cores()
+        if threads is None
+        else expect.whole(threads, "threads= as a whole number above 0", cure, least=1, error=SimulationError)
+    )
+    _warn_of_python(many)
+    times = sample_times(plan.samples, whole_span)
+    t = np.concatenate([whole_span[:1], times[(times > whole_span[0]) & (times < whole_span[1])], whole_span[1:]])
+    results = Results(eom, kept, t, many)
+    with working("Simulating many"):
+        for tile, found in outcomes(Family(eom, plan, settings, check, many), workers):
+            results.put(tile, found)
+            far(lambda: f"{results.done} of {many.count}")
+    return results.dataset(_facts(plan, many))
+
+
+def _warn_of_python(many: Instances) -> None:
+    """Warn once of inputs that need Python on the way."""
+    asked = [str(s) for s, f in (many.common["inputs"] or {}).items() if isinstance(f, Sampled) or _asks(f)]
+    if asked and many.count > 1:
+        warn(
+            f"Expected inputs that machine code evaluates, got functions of Python for {', '.join(asked)}: the {many.count} motions "
+            "run one after the other. Write them as expressions of time and state, or tables, for threads."
+        )
+
+
+def _asks(given: Any) -> bool:
+    if isinstance(given, tuple | list):
+        return any(map(_asks, given))
+    return isinstance(given, Signal) or (callable(given) and not isinstance(given, Expr | Table))
+
+
+def _facts(plan: Plan, many: Instances) -> dict[str, Any]:
+    """What is the same of all motions."""
+    own = {name: value for name, value in plan._asdict().items() if isinstance(value, str | float | int)}
+    own |= {f"parameter {s}": float(v) for s, v in (many.common["parameters"] or {}).items()}
+    own.pop("samples", None)
+    return own

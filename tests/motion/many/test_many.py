@@ -1,0 +1,335 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Many motions at once: each is that of `kn.simulate`, to the bit, by any number of threads; one that fails stops no other."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+
+import kane as kn
+from kane.gallery import four_bar, pendulums, slider_crank
+from kane.gallery.contacts import bouncing_ball, mass_on_belt
+from tests.peer import require
+
+require("xarray")
+
+TWO = kn.derive(pendulums.system(2))
+x, v = kn.coordinate("x"), kn.speed("v")
+m, k = kn.parameter("m", 2.0), kn.parameter("k", 3.0)
+gain = kn.parameter("gain", 1.0)
+F = kn.input("F")
+N = kn.Frame("N")
+P = kn.Point("O", fixed_in=N).at("P", x * N.x)
+
+
+def block(*loads, **more):
+    """A block on a line."""
+    forces = [kn.Force(P, f * N.x) for f in loads]
+    return kn.derive(kn.System(N, bodies=[kn.Particle("block", P, m)], speeds={v: x.dt}, loads=forces, **more))
+
+
+DRIVEN = block(F - k * x)
+BALL = block(-9.81 * m, events=[kn.Event("bounce", x, direction=-1, then={v: -0.9 * v})])
+LANDS = block(-9.81 * m, events=[kn.Event("lands", x, direction=-1)])
+
+
+def one_by_one(eom, span, runs, given):
+    """Each instance as `kn.simulate` has it, beside what `runs` have of it."""
+    for n, own in enumerate(given):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", kn.KaneWarning)
+            sol = kn.simulate(kn.derive(eom.system), span, **own)
+        at = np.searchsorted(sol.t, runs.t.values, side="right") - 1
+        there = sol.t[at] == runs.t.values
+        for j, s in enumerate(eom.state):
+            own_values = np.where(there, sol.states[at, j], np.nan)
+            assert np.array_equal(runs[s.name].values[n], own_values, equal_nan=True), (n, s)
+        assert runs.status.values[n] == sol.status
+        assert runs.cause.values[n] == sol.message
+        assert runs.end_t.values[n] == sol.t[-1]
+        assert np.array_equal(runs.end_state.values[n], sol.states[-1])
+        assert runs.steps.values[n] == sol.steps
+
+
+def spread(low, high, count=6):
+    return np.linspace(low, high, count)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_trees(threads):
+    q, mass = np.stack([spread(-1, 1), spread(0.5, -2)], axis=-1), spread(1, 3)
+    runs = kn.simulate_many(TWO, (0, 3), q=q, u=[0, 0.1], parameters={"m1": mass}, samples=21, threads=threads)
+    given = [{"q": q[n], "u": [0, 0.1], "parameters": {"m1": mass[n]}, "samples": 21} for n in range(6)]
+    one_by_one(TWO, (0, 3), runs, given)
+    assert runs["q1"].dims == ("instance", "t")
+    assert runs["q1"].attrs["units"] == TWO.unit(TWO.coordinates[0])
+    assert np.array_equal(runs["m1"], mass)
+    assert np.array_equal(runs["q2(0)"], q[:, 1])
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"samples": [0.5, 1.25]},
+        {"samples": []},
+        {"samples": [3.0], "method": "dop853"},
+        {"method": "radau9", "samples": 5},
+        {"max_steps": 20, "samples": 5},
+        {"method": "midpoint", "max_step": 1e-3, "samples": 3},
+        {"method": "RK45", "samples": 3, "rtol": 1e-6},
+        {"breakpoints": [0.3], "samples": 4},
+    ],
+    ids=str,
+)
+def test_options(options):
+    """Motions that a tile runs in one call, and those that end otherwise or take many steps."""
+    q, mass = np.stack([spread(-1, 1, 4), spread(0.5, -2, 4)], axis=-1), spread(1, 3, 4)
+    runs = kn.simulate_many(TWO, (0, 3), q=q, u=[0, 0.1], parameters={"m1": mass}, **options)
+    given = [{"q": q[n], "u": [0, 0.1], "parameters": {"m1": mass[n]}, **options} for n in range(4)]
+    one_by_one(TWO, (0, 3), runs, given)
+
+
+@pytest.mark.parametrize("system", [four_bar, slider_crank])
+def test_closed_loops(system):
+    eom = kn.derive(system.system())
+    first, *others = eom.coordinates
+    name = eom.independent_speeds[0]
+    start = kn.assemble(eom, q={first: 1.2, **{c: kn.guess(0.3) for c in others}})
+    angles, near = spread(1.1, 1.3, 4), {c: kn.guess(start.q[c]) for c in others}
+    for parameters in ({}, {eom.parameters[0].name: spread(1.0, 1.02, 4) * eom.parameters[0].default}):
+        runs = kn.simulate_many(
+            eom, (0, 2), q={first: angles, **near}, u={name: 0.5}, parameters=parameters, samples=11, threads=2
+        )
+        given = [
+            {
+                "q": {first: angles[n], **near},
+                "u": {name: 0.5},
+                "parameters": {s: c[n] for s, c in parameters.items()},
+                "samples": 11,
+            }
+            for n in range(4)
+        ]
+        one_by_one(eom, (0, 2), runs, given)
+
+
+def test_events_that_act_and_that_end():
+    heights = spread(0.2, 2)
+    runs = kn.simulate_many(BALL, (0, 1.5), q={x: heights}, u={v: 0}, samples=16, threads=2)
+    one_by_one(BALL, (0, 1.5), runs, [{"q": {x: h}, "u": {v: 0}, "samples": 16} for h in heights])
+    runs = kn.simulate_many(LANDS, (0, 0.5), q={x: heights}, u={v: 0}, samples=16)
+    one_by_one(LANDS, (0, 0.5), runs, [{"q": {x: h}, "u": {v: 0}, "samples": 16} for h in heights])
+    assert set(runs.event.values) == {"lands", ""}
+    assert np.all(np.isnan(runs["x"].values[0, -1]))
+
+
+@pytest.mark.parametrize("module", [bouncing_ball, mass_on_belt])
+def test_contacts(module):
+    eom = kn.derive(module.system())
+    q = dict.fromkeys(eom.coordinates, 0.5) | {eom.coordinates[0]: spread(0.5, 1.0, 3)}
+    u = dict.fromkeys(eom.speeds, 0.1)
+    runs = kn.simulate_many(eom, (0, 2), q=q, u=u, samples=11, threads=2)
+    given = [{"q": {s: c if np.ndim(c) == 0 else c[n] for s, c in q.items()}, "u": u, "samples": 11} for n in range(3)]
+    one_by_one(eom, (0, 2), runs, given)
+
+
+def test_inputs():
+    """Numbers of each instance, and laws with parameters of the model and of their own."""
+    force, stiff, gains = spread(1, 2, 4), spread(2, 4, 4), spread(0.5, 2, 4)
+    begin = {"q": {x: 1.0}, "u": {v: 0.0}}
+    more = {"samples": 11, "threads": 2}
+    runs = kn.simulate_many(DRIVEN, (0, 2), **begin, inputs={F: force}, parameters={k: stiff}, **more)
+    given = [
+        {**begin, "inputs": {F: f}, "parameters": {k: c}, "samples": 11} for f, c in zip(force, stiff, strict=True)
+    ]
+    one_by_one(DRIVEN, (0, 2), runs, given)
+    assert np.array_equal(runs["F"], force)
+    for law in (-2 * x - 3 * v, -gain * v - k * x, -gain * kn.sign(x - 0.3), kn.sin(gain * kn.time)):
+        runs = kn.simulate_many(DRIVEN, (0, 2), **begin, inputs={F: law}, parameters={k: stiff, gain: gains}, **more)
+        given = [
+            {**begin, "inputs": {F: law}, "parameters": {k: c, gain: g}, "samples": 11}
+            for c, g in zip(stiff, gains, strict=True)
+        ]
+        one_by_one(DRIVEN, (0, 2), runs, given)
+
+
+def test_functions_of_python_run_one_after_the_other():
+    law, masses = (lambda t, s: -s[1]), spread(1, 2, 3)
+    with pytest.warns(kn.KaneWarning, match=r"got functions of Python for F: the 3 motions run one after the other"):
+        runs = kn.simulate_many(
+            DRIVEN, (0, 1), q={x: 1}, u={v: 0}, inputs={F: law}, parameters={m: masses}, samples=6, threads=2
+        )
+    given = [{"q": {x: 1}, "u": {v: 0}, "inputs": {F: law}, "parameters": {m: c}, "samples": 6} for c in masses]
+    one_by_one(DRIVEN, (0, 1), runs, given)
+
+
+@pytest.mark.parametrize("threads", [1, 2, 5])
+def test_threads_do_not_matter(threads):
+    q = np.random.default_rng(3).uniform(-2, 2, (150, 2))
+    given = {"q": q, "u": [0, 0], "samples": 7, "outputs": {"energy": TWO.energy, "q1": TWO.coordinates[0]}}
+    assert kn.simulate_many(TWO, (0, 2), threads=threads, **given).identical(
+        kn.simulate_many(TWO, (0, 2), threads=1, **given)
+    )
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_one_that_fails_stops_no_other(threads):
+    """A mass of zero has no start, a force that grows without bound has no end, others have both."""
+    eom = block(k * x**3)
+    masses, stiff, start = np.tile([2.0, 0.0, 2.0], 20), np.tile([-1.0, -1.0, 1.0], 20), np.tile([1.0, 1.0, 5.0], 20)
+    runs = kn.simulate_many(
+        eom, (0, 3), q={x: start}, u={v: 0}, parameters={m: masses, k: stiff}, samples=5, threads=threads
+    )
+    assert list(runs.status.values[:3]) == ["finished", "failed", "stopped"]
+    assert np.array_equal(runs.status.values, np.tile(runs.status.values[:3], 20))
+    with pytest.raises(kn.SimulationError) as told:
+        kn.simulate(eom, (0, 3), q=[1], u=[0], parameters={m: 0.0, k: -1.0})
+    assert runs.cause.values[1] == str(told.value)
+    assert np.isnan(runs.end_t.values[1])
+    assert 0 < runs.end_t.values[2] < 3
+    assert np.isfinite(runs.end_state.values[2]).all()
+    given = [{"q": [q], "u": [0], "parameters": {m: 2.0, k: c}, "samples": 5} for q, c in ((1, -1), (5, 1))]
+    one_by_one(eom, (0, 3), runs.isel(instance=[0, 2]), given)
+
+
+def test_a_function_that_raises_stops_no_other():
+    with pytest.warns(kn.KaneWarning, match="one after the other"):
+        runs = kn.simulate_many(
+            DRIVEN, (0, 1), q={x: [1.0, 20.0]}, u={v: 0}, inputs={F: lambda t, s: 1 // int(s[0] < 10)}, samples=3
+        )
+    assert list(runs.status.values) == ["finished", "failed"]
+    assert "ZeroDivisionError" in runs.cause.values[1]
+
+
+def test_what_is_warned_of_is_told_of_each():
+    """A fixed step that is too long keeps no energy."""
+    runs = kn.simulate_many(
+        TWO, (0, 3), q={"q1": [0.1, 2.5], "q2": 0}, u=[0, 0], method="rk4", max_step=0.1, samples=5, threads=2
+    )
+    with pytest.warns(kn.KaneWarning) as told:
+        kn.simulate(TWO, (0, 3), q=[2.5, 0], u=[0, 0], method="rk4", max_step=0.1, samples=5)
+    assert runs.warning.values[1] == str(told[0].message)
+
+
+def test_outputs_and_reductions():
+    q = spread(0.1, 1.0, 5)
+    outputs = {"energy": TWO.energy, "height": kn.cos(TWO.coordinates[0]), "F": TWO.coordinates[1]}
+    given = {"q": {"q1": q, "q2": 0}, "u": [0, 0], "parameters": {"m1": spread(1, 2, 5)}, "samples": 9}
+    runs = kn.simulate_many(TWO, (0, 1), **given, outputs=outputs)
+    assert "q1" not in runs
+    for n in range(5):
+        own = {"q": [q[n], 0], "u": [0, 0], "parameters": {"m1": spread(1, 2, 5)[n]}, "samples": 9}
+        sol = kn.simulate(TWO, (0, 1), **own)
+        for name, what in outputs.items():
+            np.testing.assert_allclose(runs[name].values[n], sol[what], rtol=1e-13, atol=1e-13)
+    for name in ("last", "max", "min", "mean"):
+        less = kn.simulate_many(TWO, (0, 1), **given, outputs=outputs, reduce=name)
+        whole = runs["height"].isel(t=-1) if name == "last" else getattr(runs["height"], name)("t")
+        np.testing.assert_allclose(less["height"], whole, rtol=1e-14)
+        assert less["height"].dims == ("instance",)
+    own = kn.simulate_many(TWO, (0, 1), **given, outputs=outputs, reduce={"height": np.ptp})
+    np.testing.assert_allclose(own["height"], runs["height"].max("t") - runs["height"].min("t"), rtol=1e-14)
+    assert own["energy"].dims == ("instance", "t")
+
+
+def test_reductions_stop_where_the_motion_does():
+    runs = kn.simulate_many(LANDS, (0, 2), q={x: [1.0, 2.0]}, u={v: 0}, samples=201, reduce="min")
+    assert np.all(runs["x"].values >= 0)
+    assert np.all(np.isfinite(runs["v"].values))
+
+
+# Instances -----------------------------------------------------------------------------------------------------------
+
+
+def test_tables_of_pandas_and_xarray():
+    pandas, xarray = require("pandas"), require("xarray")
+    q, mass = spread(0, 1, 3), spread(1, 2, 3)
+    usual = kn.simulate_many(TWO, (0, 1), q={"q1": q, "q2": 0.5}, u=[0, 0], parameters={"m1": mass}, samples=3)
+    frame = pandas.DataFrame({"q1": q, "m1": mass})
+    table = xarray.Dataset({"q1": ("run", q), "m1": ("run", mass)})
+    for design in (frame, table, {"q1": q, "m1": list(mass)}):
+        own = kn.simulate_many(TWO, (0, 1), q={"q2": 0.5}, u=[0, 0], design=design, samples=3)
+        assert own.identical(usual)
+    own = kn.simulate_many(TWO, (0, 1), q={"q1": frame["q1"], "q2": 0.5}, u=[0, 0], parameters=frame[["m1"]], samples=3)
+    assert own.identical(usual)
+
+
+@pytest.mark.parametrize("sampler", ["sobol", "latin", "halton", "uniform"])
+def test_designs_between_bounds(sampler):
+    given = {"design": {"m1": (1, 2), "q1": (0, 0.5)}, "sampler": sampler, "q": {"q2": 0}, "u": [0, 0], "samples": 2}
+    runs = kn.simulate_many(TWO, (0, 0.1), **given, count=37)
+    assert runs.sizes["instance"] == 37
+    assert 1 <= runs["m1"].min() < 1.2
+    assert 1.8 < runs["m1"].max() <= 2
+    assert 0 <= runs["q1(0)"].min() < runs["q1(0)"].max() <= 0.5
+    assert runs.identical(kn.simulate_many(TWO, (0, 0.1), **given, count=37))
+    other = kn.simulate_many(TWO, (0, 0.1), **given, count=37, seed=1)
+    assert not np.array_equal(other["m1"], runs["m1"])
+
+
+def test_a_product_has_every_combination():
+    given = {"design": {"m1": [1, 2], "q1": [0.1, 0.2, 0.3]}, "sampler": "product", "q": {"q2": 0}, "u": [0, 0]}
+    runs = kn.simulate_many(TWO, (0, 0.1), **given, samples=2)
+    assert list(zip(runs["m1"].values, runs["q1(0)"].values, strict=True)) == [
+        (a, b) for a in (1, 2) for b in (0.1, 0.2, 0.3)
+    ]
+
+
+def test_numbers_alone_are_one_instance():
+    assert kn.simulate_many(TWO, (0, 1), q=[0.1, 0], u=[0, 0], samples=3).sizes["instance"] == 1
+
+
+START = {"q": [0.1, 0.2], "u": [0, 0]}
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "told"),
+    [
+        (
+            {"q": {"q1": [1, 2, 3], "q2": 0}, "u": [0, 0], "parameters": {"m1": [1, 2]}},
+            kn.SimulationError,
+            r"arrays of one length.* got 3 for q1 \(q\), 2 for m1 \(parameters\)\. Give as many of each",
+        ),
+        (START | {"q": np.zeros((5, 3))}, kn.SimulationError, r"\(instances × 2\) of q1, q2.* got the shape \(5, 3\)"),
+        (START | {"q": [[0.1, 0.2], 3]}, kn.SimulationError, r"as a dict.*Give a dict"),
+        (START | {"parameters": {"m1": np.ones((2, 2))}}, kn.SimulationError, r"one axis, the instances, for m1"),
+        (START | {"parameters": {"m9": [1, 2]}}, kn.errors.ValueMissingError, r"got one for 'm9'\. Did you mean"),
+        (START | {"parameters": {"m1": []}}, kn.SimulationError, r"at least one instance.* for m1"),
+        (START | {"parameters": {"m1": ["a", "b"]}}, kn.SimulationError, r"numbers for m1 in parameters"),
+        (
+            START | {"design": {"m1": [1, np.nan, 3]}},
+            kn.SimulationError,
+            r"finite numbers for m1 in parameters, got nan for instance 1, 1 of 3",
+        ),
+        (START | {"design": {"q1": [1, 2]}}, kn.errors.ValueMissingError, r"one value for q1, got two, by q= and by"),
+        (START | {"design": {"b": (1, 2)}, "sampler": "sobol", "count": 3}, kn.errors.ValueMissingError, r"got 'b'"),
+        (START | {"design": {"m1": (2, 1)}, "sampler": "sobol", "count": 3}, kn.SimulationError, r"two bounds"),
+        (
+            START | {"design": {"m1": (np.nan, 1)}, "sampler": "latin", "count": 3},
+            kn.SimulationError,
+            r"two bounds \(low, high\) for m1 in a design, got \(nan, 1\)",
+        ),
+        (START | {"design": {"m1": (1, 2)}, "sampler": "sobol"}, kn.SimulationError, r"count=.*got None"),
+        (START | {"design": {"m1": (1, 2)}, "sampler": "sobol", "count": 0}, kn.SimulationError, r"count=.*got 0"),
+        (START | {"design": {"m1": (1, 2)}, "sampler": "sobl", "count": 2}, kn.SimulationError, r"Did you mean sobol"),
+        (START | {"design": {"m1": (1, 2)}, "count": 2}, kn.SimulationError, r"Expected sampler= where count="),
+        (START | {"design": {"m1": [1, 2]}, "sampler": "product", "count": 2}, kn.SimulationError, r"no count or seed"),
+        (START | {"design": {}, "sampler": "sobol", "count": 2}, kn.SimulationError, r"at least one quantity"),
+        (START | {"design": 3}, kn.SimulationError, r"a design as a dict"),
+        (START | {"reduce": "median"}, kn.SimulationError, r"reduce= to be one of last, max, min, mean"),
+        (START | {"reduce": {"b": "max"}}, kn.SimulationError, r"reduce= to name outputs"),
+        (START | {"threads": 0}, kn.SimulationError, r"threads= as a whole number above 0"),
+        (START | {"outputs": [1]}, kn.errors.ArgumentError, r"outputs as a dict"),
+        (START | {"samples": 0.5}, kn.SimulationError, r"samples"),
+    ],
+)
+def test_bad_input(given, error, told):
+    with pytest.raises(error, match=told):
+        kn.simulate_many(TWO, (0, 1), **given)
+
+
+def test_without_xarray(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "xarray", None)
+    with pytest.raises(ImportError, match=r"pip install 'kane\[table\]'"):
+        kn.simulate_many(TWO, (0, 1), **START)
