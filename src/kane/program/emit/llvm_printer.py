@@ -124,12 +124,14 @@ _FORMS: Mapping[str, Mapping[Op | str, str]] = {
         "less": "{r} = icmp slt {t} {0}, {1}",
         "at_most": "{r} = icmp sle {t} {0}, {1}",
         "float": "{r} = sitofp {t} {0} to {v}",
+        "splat": _SPLAT,
     },
     "bool": {
         "and": "{r} = and {t} {0}, {1}",
         "or": "{r} = or {t} {0}, {1}",
         "not": "{r} = xor {t} {0}, {true}",
         "select": "{r} = select {t} {0}, {v} {1}, {v} {2}",
+        "splat": _SPLAT,
         "any": "{r}.bits = bitcast {t} {0} to i{lanes}\n{r} = icmp ne i{lanes} {r}.bits, 0",
     },
 }
@@ -288,8 +290,10 @@ class LlvmPrinter(Printer):
         width: int = 1,
         shared: Collection[str] = (),
         near: Mapping[str, Near] | None = None,
+        masked: str = "",
     ) -> None:
         super().__init__()
+        self.masked = masked
         self.calls, self.flags, self.shared, self.near = calls, flags, shared, near or {}
         self.type, self.lanes = language.Type("float", width), Lanes(width)
         self.kind = self.lanes.double
@@ -448,7 +452,12 @@ class LlvmPrinter(Printer):
         """A value to memory."""
         address = self.address(s)
         kind = self.kind if isinstance(s.value, int) else typed(language.type_of(s.value))
-        self.lines.append(f"  store {kind} {self.names[s.value]}, ptr {address}, align 8")
+        value = self.names[s.value]
+        if s.base == self.masked:
+            value, before = f"{address}.new", f"{address}.old"
+            self.add(f"{before} = load {kind}, ptr {address}, align 8")
+            self.add(f"{value} = select {self.lanes.of('i1')} %lanes, {kind} {self.names[s.value]}, {kind} {before}")
+        self.lines.append(f"  store {kind} {value}, ptr {address}, align 8")
 
     def get(self, s: language.Get) -> None:
         """A value from a cell."""
