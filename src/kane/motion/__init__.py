@@ -19,6 +19,8 @@ __getattr__ = offered(
         "inputs.expressions": "Formula Sampled",
         "inputs.functions": "Asked input_functions jumps",
         "arguments": "by_kind",
+        "course": "Method",
+        "lanes": "Ends run_in_lanes runs_in_lanes",
         "methods": "cornered SOLVERS",
         "native": "NativeCourse",
         "projection": "ConstraintProjection constraint_numbers constraint_projection crosses is_constrained looked_at",

@@ -22,7 +22,7 @@ __getattr__ = offered(
         "kernel.writer": "Writer",
         "native.": "machine store",
         "native.compiled_routine": "BundleRoutine CompiledRoutine",
-        "native.entry": "Bound CompiledKernel aligned entry hoisted wide_entry",
+        "native.entry": "Bound CompiledKernel aligned entry hoisted own_entries wide_entry",
         "native.machine": "Library Processor compile_text host object_code target",
         "passes.": "limbs optimize",
         "passes.limbs": "gathered",

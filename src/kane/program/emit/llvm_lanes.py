@@ -9,7 +9,7 @@ A routine is told by bits which lanes it writes; each number that it takes is an
 """
 
 from kane.errors import ProgramError
-from kane.program.emit.llvm_printer import Calls, LlvmPrinter, lines, typed, vector
+from kane.program.emit.llvm_printer import Calls, LlvmPrinter, kept, lines, typed, vector
 from kane.program.kernel import language
 from kane.program.kernel.language import INT, Operand, Type
 from kane.program.kernel.lanes import Varying
@@ -125,14 +125,7 @@ class LanesPrinter(LlvmPrinter):
             at = f"{self.lanes.of('ptr')} {self.places(s.base, s.offset)}"
             self.add(self.scattered("scatter", f"{self.kind} {value}, {at}, i32 8, {self.some} {mask}"))
             return
-        self.keep(self.kind, value, self.place(s.base, s.offset), ", align 8")
-
-    def keep(self, kind: str, value: str, address: str, align: str = "") -> None:
-        """A value at an address, of the lanes that run."""
-        before = self.new("before")
-        if self.mask:
-            self.add(f"{before} = load {kind}, ptr {address}{align}")
-        self.add(f"store {kind} {self.choose(kind, value, before, self.mask)}, ptr {address}{align}")
+        self.lines += kept(self.new("at"), self.lanes, value, self.place(s.base, s.offset), self.mask)
 
     def cell_type(self, cell: language.Cell) -> str:
         """The type of a cell."""
@@ -144,10 +137,13 @@ class LanesPrinter(LlvmPrinter):
 
     def put(self, s: language.Put) -> None:
         """A value to a cell, of the lanes that run."""
-        if s.cell in self.varying.cells:
-            self.keep(self.cell_type(s.cell), self.wide(s.value), f"%cell.{s.cell.name}")
-        else:
+        if s.cell not in self.varying.cells:
             super().put(s)
+            return
+        kind, cell, before = self.cell_type(s.cell), f"%cell.{s.cell.name}", self.new("before")
+        if self.mask:
+            self.add(f"{before} = load {kind}, ptr {cell}")
+        self.add(f"store {kind} {self.choose(kind, self.wide(s.value), before, self.mask)}, ptr {cell}")
 
     # ------------------------------------------------------------------------------------------------------ control
 

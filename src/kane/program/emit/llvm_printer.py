@@ -164,6 +164,19 @@ def divided(result: str, operands: Sequence[str], answer: str, flags: str) -> li
     return _DIVIDED.format(*operands, answer, r=result, f=flags, nan=bits(math.nan)).split("\n")
 
 
+def kept(name: str, lanes: Lanes, value: str, address: str, mask: str) -> list[str]:
+    """The lines that store a vector in the lanes of a mask, or in all where there is none; names begin with `name`."""
+    kind = lanes.double
+    if not mask:
+        return [f"  store {kind} {value}, ptr {address}, align 8"]
+    # `volatile`, else LLVM would make one store with a mask of it, after which a load waits until memory has it
+    return [
+        f"  {name}.old = load volatile {kind}, ptr {address}, align 8",
+        f"  {name}.new = select {lanes.of('i1')} {mask}, {kind} {value}, {kind} {name}.old",
+        f"  store {kind} {name}.new, ptr {address}, align 8",
+    ]
+
+
 @cache
 def _fields(type_: Type, made: Type) -> dict[str, object]:
     """The types and the numbers."""
@@ -454,10 +467,9 @@ class LlvmPrinter(Printer):
         kind = self.kind if isinstance(s.value, int) else typed(language.type_of(s.value))
         value = self.names[s.value]
         if s.base == self.masked:
-            value, before = f"{address}.new", f"{address}.old"
-            self.add(f"{before} = load {kind}, ptr {address}, align 8")
-            self.add(f"{value} = select {self.lanes.of('i1')} %lanes, {kind} {self.names[s.value]}, {kind} {before}")
-        self.lines.append(f"  store {kind} {value}, ptr {address}, align 8")
+            self.lines += kept(address, self.lanes, value, address, "%lanes")
+        else:
+            self.lines.append(f"  store {kind} {value}, ptr {address}, align 8")
 
     def get(self, s: language.Get) -> None:
         """A value from a cell."""
