@@ -5,12 +5,12 @@ A kernel goes on from t by at most `limit` steps and returns why it came back (`
 what rounding left of it, and so is every component of y.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import IntEnum
 from typing import Literal
 
 from kane.numeric.scale import EPS
-from kane.program.kernel.language import INT, Address, Immediate, Kernel, Put
+from kane.program.kernel.language import INT, Address, Argument, ArrayOf, Immediate, Kernel, Put
 from kane.program.kernel.writer import Array, Term, Variable, Writer
 
 
@@ -91,6 +91,10 @@ WIDE: tuple[Literal["float", "array"], ...] = ("array", *RATE[1:])
 """What it takes on lanes."""
 QUEUE = ("queue", "instances", "results")
 """The arrays of a queue of instances, see `queue_kernel`."""
+LOADED = ("s", "y", "p", "r", "times", "seen", "largest", "leaves", "held_reach")
+SAVED = ("s", "y", "rows", "log", "jumps", "held_marks")
+CLEARED = ("lag", "held_log")
+"""The arrays of which an instance has numbers in `instances`, and in `results`, and that begin with zeros, where a kernel has them."""
 
 
 _STILL, _NEAR, _CONSTANT = 1e-5, 1e-6, 1e-15
@@ -119,13 +123,9 @@ class StepperContext:
         self.turned: Variable | None = None
         self.renewed, self.fixed = w.variable("renewed", INT), False
         self.hoists: list[tuple[str, Array]] = [("h", self.h)]
+        self._hoisting: dict[str, Callable[..., None]] = {}
         self.cursor, self.prepared = w.variable("cursor", INT), w.variable("prepared", INT)
         self.queued = queued
-        if queued:
-            queue = (w.array(name) for name in QUEUE)
-            self.turned_over = (self.s, self.y, self.lag, self.p, self.r, self.times, self.rows, *queue)
-            self.take_next = w.callee("next", *["array"] * len(self.turned_over))
-
     def steps(
         self,
         begin: Callable[[], None],
@@ -163,9 +163,11 @@ class StepperContext:
         """Whether there is a step to take; of a queue's instance that has ended why is noted, and the next one is taken up."""
         w = self.writer
         if self.queued:
+            arrays = [*turned_over(w.arguments), *(w.array(name).argument.name for name in QUEUE)]
+            take_next = w.callee("next", *["array"] * len(arrays))
             with w.when(self.back.get() > 0):
                 self.put(Slot.BACK, w.compute("float", self.back.get()))
-                self.take_next(*(array.at(0) for array in self.turned_over))
+                take_next(*(Address(name, Immediate(INT, 0)) for name in arrays))
                 self.back.put(w.compute("int", self.get(Slot.BACK)))
                 with w.when(self.back.get() < 1):
                     self.rehoist()
@@ -233,7 +235,9 @@ class StepperContext:
     def rehoist(self) -> None:
         """What is hoisted of all routines for the parameters as they are now."""
         for name, array in self.hoists:
-            self.writer.callee(f"hoist_{name}", "array", "array")(self.p.at(0), array.at(0))
+            if name not in self._hoisting:
+                self._hoisting[name] = self.writer.callee(f"hoist_{name}", "array", "array")
+            self._hoisting[name](self.p.at(0), array.at(0))
 
     def drive(self, t: Term | Address, x: Address) -> None:
         """The inputs at a time."""
@@ -411,6 +415,12 @@ class StepperContext:
         self.more(Slot.REJECTED, 1.0)
         with w.when(wished < self.shortest()):
             self.back.put(w.select(finite, w.integer(ReturnCode.UNDERFLOW), w.integer(ReturnCode.NOT_FINITE)))
+
+
+def turned_over(arguments: Sequence[Argument]) -> list[str]:
+    """The arrays that are an instance's own, in the order of the arguments."""
+    own = {*LOADED, *SAVED, *CLEARED}
+    return [a.name for a in arguments if isinstance(a, ArrayOf) and a.name in own]
 
 
 _TEN_ROUNDINGS = 10 * EPS
