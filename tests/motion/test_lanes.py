@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 import kane as kn
 from kane import Settings
-from kane.gallery import double_pendulum, four_bar, furuta_pendulum, pendulums, spherical_pendulum
-from kane.motion import Method, ReturnCode, Stepper, input_functions, run_in_lanes, runs_in_lanes
+from kane.gallery import double_pendulum, four_bar, furuta_pendulum, pendulums, slider_crank, spherical_pendulum
+from kane.motion import Begin, Method, ReturnCode, Stepper, admitted_start, input_functions, run_in_lanes, runs_in_lanes
 from tests.examples import examples
 
 EXACT = Settings(contract=False)
@@ -154,12 +154,12 @@ def test_a_lane_that_fails_disturbs_no_other(rng):
 
 
 def test_what_lanes_do_not_run():
-    """Constraints, events and implicit methods."""
+    """Implicit methods, methods on lanes of their own, breakpoints, and contacts."""
     one = stepper(kn.derive(double_pendulum.system()))
     assert not runs_in_lanes(one, Method("gauss16", 1e-9, 1e-9, 100))
     assert not runs_in_lanes(one, Method("radau9", 1e-9, 1e-9, 100))
     assert not runs_in_lanes(one, Method("vern9", 1e-9, 1e-9, 100, breakpoints=(0.5,)))
-    assert not runs_in_lanes(stepper(kn.derive(four_bar.system())), Method("vern9", 1e-9, 1e-9, 100))
+    assert not runs_in_lanes(one, Method("DOP853", 1e-9, 1e-9, 100))
 
 
 def ball():
@@ -214,3 +214,43 @@ def test_events(method, width, rng):
     assert found.back[5] == ReturnCode.LOOK
     assert asked < count / 4
     assert max(map(len, found.jumps)) > 2
+
+
+CONSTRAINED = {
+    "four-bar": (four_bar.system, {"q1": 1.57}, {"u1": 1.0}, 0.4),
+    "slider-crank": (slider_crank.system, {"q1": 0.7}, {"u1": 3.0}, 0.15),
+}
+
+
+@pytest.mark.parametrize("name", CONSTRAINED)
+def test_constraints(name, rng):
+    """Steps and samples are moved onto the constraints; an instance that wants other dependent speeds is left to Python."""
+    make, q, u, longest = CONSTRAINED[name]
+    eom, count = kn.derive(make()), 19
+    defaults = np.array([s.default for s in eom.parameters])
+    parameters = defaults * rng.uniform(0.98, 1.02, (count, len(defaults)))
+    starts, begun, reach = [], [], []
+    for p in parameters:
+        begun.append(({s: v + rng.normal() * 0.01 for s, v in q.items()}, u))
+        one = Stepper(eom, p, (), EXACT)
+        named = dict(zip(eom.parameters, p, strict=True))
+        starts.append(admitted_start(one, Begin(*begun[-1], None, None), named, 0.0)[:-1])
+        reach.append(one.reach)
+    spans = np.column_stack([np.zeros(count), rng.uniform(0.02, longest, count)])
+    times = spans[:, 1:] * np.linspace(0.1, 1, 5)
+    way = Method("tsitpap8", TOLERANCE, TOLERANCE, 100_000)
+    assert runs_in_lanes(stepper(eom), way)
+    given = np.array(starts), parameters, np.zeros((count, 0)), spans, times
+    found, left = run_in_lanes(stepper(eom), way, *given, np.array(reach)), 0
+    for k, (start, span) in enumerate(zip(begun, spans, strict=True)):
+        options = {"rtol": TOLERANCE, "atol": TOLERANCE, "samples": [0, *times[k]], "settings": EXACT}
+        named = dict(zip(eom.parameters, parameters[k], strict=True))
+        sol = kn.simulate(eom, tuple(span), q=start[0], u=start[1], parameters=named, method="tsitpap8", **options)
+        if found.back[k] == ReturnCode.LOOK:
+            left += 1
+            assert any(event.name.startswith("dependent speeds") for event, _ in sol.events)
+            continue
+        assert found.back[k] == ReturnCode.END
+        assert np.array_equal(found.samples[k, :, :-1], sol.states[1:])
+        assert found.steps[k] == sol.steps
+    assert left < count / 2

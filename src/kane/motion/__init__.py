@@ -21,6 +21,8 @@ __getattr__ = offered(
         "arguments": "by_kind",
         "course": "Method",
         "lanes": "Ends run_in_lanes runs_in_lanes",
+        "loop": "admitted_start",
+        "solution.resumed": "Begin",
         "methods": "cornered SOLVERS",
         "native": "NativeCourse",
         "projection": "ConstraintProjection constraint_numbers constraint_projection crosses is_constrained looked_at",

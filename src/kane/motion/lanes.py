@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.motion.arguments import Arguments
+from kane.motion.constraint_kernels import entries, holding, holding_one, unheld
 from kane.motion.course import Method
 from kane.motion.hybrid.automaton import asks, evaluated
 from kane.motion.inputs.functions import constant
@@ -33,7 +34,10 @@ from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.entry import CompiledKernel, Entry, aligned, own_entries
 from kane.program.native.machine import Settings
 
-SHARED = frozenset({*QUEUE, "pauses", "kinds", "least", "shares", "pivots", "actions"})
+_TABLES = ("entry_at", "turn_at", "chosen_at", "dependent", "sphere_at", "ready", "quiet")
+SHARED = frozenset(
+    {*QUEUE, "pauses", "kinds", "least", "shares", "pivots", "actions", *(f"held_{name}" for name in _TABLES)}
+)
 """The arrays that all instances have in common."""
 
 
@@ -60,17 +64,19 @@ def runs_in_lanes(stepper: Stepper, method: Method) -> bool:
     return (
         method.name in INTEGRATORS
         and INTEGRATORS[method.name].queues
-        and not (is_constrained(eom) or eom.system.contacts or switches(eom))
-        and not (eom.events and eom.numeric().value(asks))
+        and not (eom.system.contacts or switches(eom) or unheld(stepper))
+        and not (bool(eom.events) and eom.numeric().value(asks))
         and not method.breakpoints
         and all(constant(f) is not None for f in stepper.now.drives)
     )
 
 
 @cache
-def _compiled(name: str, watched: bool, width: int, settings: Settings) -> tuple[CompiledKernel, CompiledKernel]:
+def _compiled(
+    name: str, held: bool, watched: bool, width: int, settings: Settings
+) -> tuple[CompiledKernel, CompiledKernel]:
     """The kernel of an integrator in lanes, and that of their queue."""
-    kernel = narrowed(INTEGRATORS[name].kernel(queued=True, watched=watched))
+    kernel = narrowed(INTEGRATORS[name].kernel(queued=True, held=held, watched=watched))
     queue = queue_kernel(width, turned_over(kernel.arguments))
     return CompiledKernel(kernel, settings, width=width, shared=SHARED), CompiledKernel(queue, settings)
 
@@ -83,17 +89,22 @@ def run_in_lanes(
     inputs: Array,
     spans: Array,
     times: Array,
+    reach: Array | None = None,
     width: int = 8,
 ) -> Ends:
     """The motions from `starts` (k × n), with `parameters` (k × p) and `inputs` (k × r), over `spans` (k × 2), at `times` (k × m).
 
-    Times ascend in each row, after the beginning of the span. It runs without the interpreter's lock, in arrays of its own.
+    Times ascend in each row, after the beginning of the span. Starts are on the constraints, of whose A entries have had the sizes
+    `reach` (k × rows × speeds). It runs without the interpreter's lock, in arrays of its own.
     """
     (count, m), n = times.shape, starts.shape[1] + 1
     now, settings = stepper.now, stepper.now.settings or Settings()
-    kernel, queue = _compiled(method.name, now.events is not None, width, settings)
+    held = is_constrained(now.eom)
+    kernel, queue = _compiled(method.name, held, now.events is not None, width, settings)
     one = Arguments(method.name, now, float(spans[0, 0]), np.zeros(SIZE), np.zeros(n))
     given = one.given | {"times": np.zeros(m + 1), "rows": np.zeros(max(1, m * n))}
+    if held:
+        given |= holding_one(now, float(spans[0, 0]), np.append(starts[0], 0.0)) | {"held_marks": np.zeros(m + 1)}
     own = turned_over(kernel.kernel.arguments)
     sizes = {name: len(given[name]) for name in own}
     table = {name: np.tile(given[name], (count, 1)) for name in LOADED if name in own}
@@ -102,6 +113,10 @@ def run_in_lanes(
     table["p"][:, : parameters.shape[1]] = parameters
     table["r"][:, : inputs.shape[1]] = inputs
     table["times"][:, :m], table["times"][:, m] = times, np.inf
+    if held and reach is not None:
+        table["held_reach"][:, :-1] = np.array(
+            [a[*np.array(entries(now.eom), dtype=int).reshape(-1, 2).T] for a in reach]
+        )
     begins = _beside_no_threshold(now, given, spans[:, 0], table) if now.events is not None else np.ones(count, bool)
     stored = {name: sizes[name] for name in SAVED if name in own}
     results = np.full((int(begins.sum()), sum(stored.values())), np.nan)
@@ -116,7 +131,7 @@ def run_in_lanes(
             "next": queue.entry,
         }
         | _codes(now, width, [a.name for a in kernel.kernel.arguments if isinstance(a, Callee)])
-        | {name: given[name] for name in ("events", "own", "acts", "sides_at") if name in given}
+        | {name: value for name, value in given.items() if isinstance(value, int)}
         | {"n": n, "limit": method.max_steps, "samples": m, "driven": 0, "breakpoints": 0}
     )
     whole = np.full((count, results.shape[1]), np.nan)
@@ -128,12 +143,16 @@ def run_in_lanes(
 
 def _codes(now: Routines, width: int, callees: list[str]) -> dict[str, Entry]:
     """The routines that a kernel calls, in lanes; the rates stand for those that it does not."""
-    routines: dict[str, CompiledRoutine] = {} if now.events is None else evaluated(now)
-    own = {name: own_entries(routine, width) for name, routine in {"rhs": now.rates, **routines}.items()}
-    hoists = {f"hoist_h{name[0]}": hoist for name, (_, hoist) in own.items() if name != "rhs"}
-    run, hoist = own["rhs"]
-    codes = {name: code for name, (code, _) in own.items()} | hoists
-    return {name: codes.get(name, hoist if name.startswith("hoist") else run) for name in callees if name != "next"}
+    routines: dict[str, tuple[CompiledRoutine, str]] = {}
+    if now.events is not None:
+        routines |= {name: (routine, f"hoist_h{name[0]}") for name, routine in evaluated(now).items()}
+    if is_constrained(now.eom):
+        routines["constraints"] = now.eom.numeric(now.settings).routine(holding).flat, "hoist_held_h"
+    run, hoist = own_entries(now.rates, width)
+    codes = {name: hoist if name.startswith("hoist") else run for name in callees if name != "next"}
+    for name, (routine, hoisting) in routines.items():
+        codes[name], codes[hoisting] = own_entries(routine, width)
+    return codes
 
 
 def _beside_no_threshold(now: Routines, given: Given, t: Array, table: Mapping[str, Array]) -> Mask:
@@ -141,7 +160,7 @@ def _beside_no_threshold(now: Routines, given: Given, t: Array, table: Mapping[s
     routine, count = evaluated(now)["glance"], given["events"]
     wanted = sum(len(port.symbols) for port in routine.program.ports if port.name == "p")
     x, p, r = table["y"][:, : now.width], table["p"][:, :wanted], table["r"][:, : len(now.drives)]
-    known: Mask = np.isfinite(np.hstack([x, p, r])).all(axis=1)
+    known: Mask = np.array(np.isfinite(np.hstack([x, p, r])).all(axis=1))
     found = np.full((len(t), 2 * count), np.nan)
     if known.any():
         found[known] = routine(t[known], x[known], p[known], r[known] if now.drives else None)
@@ -149,7 +168,7 @@ def _beside_no_threshold(now: Routines, given: Given, t: Array, table: Mapping[s
     table["seen"][:, :count], table["largest"][:, :count], table["leaves"][:] = values, np.abs(values), 0.0
     own = given["kinds"].reshape(-1, KINDS)[:count, 2] > 0
     away = np.abs(values - given["least"][:count]) > ROUNDED_TERMS * terms
-    beside: Mask = (away | ~own).all(axis=1) & np.isfinite(found).all(axis=1)
+    beside: Mask = np.array(np.hstack([away | ~own, np.isfinite(found)]).all(axis=1))
     return beside
 
 
@@ -159,6 +178,9 @@ def _ends(stored: Mapping[str, Array], times: Array) -> Ends:
     samples = stored["rows"][:, : m * n].reshape(count, m, n)
     samples[np.arange(m) >= s[:, Slot.SAMPLE, None]] = np.nan
     back, steps, logged, jumped = s[:, [Slot.BACK, Slot.STEPS, Slot.LOGGED, Slot.JUMPS]].T.astype(np.int64)
+    if "held_marks" in stored:  # Python moves such samples onto the constraints
+        marked = (stored["held_marks"][:, :m] > 0.0) & (np.arange(m) < s[:, Slot.SAMPLE, None])
+        back[marked.any(axis=1)] = ReturnCode.LOOK
     ends = Ends(samples, stored["y"], s[:, Slot.TIME], back, steps)
     if "log" not in stored:
         return ends

@@ -39,7 +39,11 @@ class Random:
         self.rng, self.w = rng, Writer("random")
         self.n = self.w.number("n")
         self.x, self.y, self.c = (self.w.array(name) for name in "xyc")
-        self.back, self.cell, self.whole = self.w.variable("back", INT), self.w.variable("cell"), self.w.variable("whole", INT)
+        self.back, self.cell, self.whole = (
+            self.w.variable("back", INT),
+            self.w.variable("cell"),
+            self.w.variable("whole", INT),
+        )
         self.indices = [self.w.integer(0), self.w.integer(SIZE - 1)]
 
     def index(self):
@@ -132,7 +136,12 @@ def test_routines_with_parameters_of_their_own(width, rng):
     task = Task("all", roots, (len(roots),), ["y0", "y1", "y2"])
     given_ports = ports((a, b, c), (k, l), tuple(s for s in kn.expr.free_symbols(roots) if s.name == "F"))
     routine = CompiledRoutine(build_program("own", given_ports, [task]), "all", EXACT)
-    x, p, r, t = rng.uniform(0.5, 2, (3, width)), rng.uniform(0.5, 2, (2, width)), rng.normal(size=(1, width)), np.zeros(width)
+    x, p, r, t = (
+        rng.uniform(0.5, 2, (3, width)),
+        rng.uniform(0.5, 2, (2, width)),
+        rng.normal(size=(1, width)),
+        np.zeros(width),
+    )
     h = np.repeat(hoisted(routine, 0.0, x[:, 0], p[:, 0], r[:, 0]), width)
     run, hoist = own_entries(routine, width)
     out, running = np.full((3, width), np.nan), rng.random(width) < 0.5

@@ -126,6 +126,7 @@ class StepperContext:
         self._hoisting: dict[str, Callable[..., None]] = {}
         self.cursor, self.prepared = w.variable("cursor", INT), w.variable("prepared", INT)
         self.queued = queued
+
     def steps(
         self,
         begin: Callable[[], None],
@@ -164,7 +165,7 @@ class StepperContext:
         w = self.writer
         if self.queued:
             arrays = [*turned_over(w.arguments), *(w.array(name).argument.name for name in QUEUE)]
-            take_next = w.callee("next", *["array"] * len(arrays))
+            take_next = w.callee("next", *(RATE[-1] for _ in arrays))
             with w.when(self.back.get() > 0):
                 self.put(Slot.BACK, w.compute("float", self.back.get()))
                 take_next(*(Address(name, Immediate(INT, 0)) for name in arrays))

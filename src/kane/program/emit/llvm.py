@@ -30,8 +30,8 @@ from kane.program.emit.llvm_lanes import LanesPrinter
 from kane.program.emit.llvm_limbs import limbs_body
 from kane.program.emit.llvm_printer import FEW, Calls, Lanes, LlvmPrinter, Near, pointed, typed, vector
 from kane.program.emit.sincos import llvm_sincos
-from kane.program.kernel.language import ArrayOf, Compute, Integer, Kernel, Read, SinCos, Statement, Write
 from kane.program.kernel.lanes import varying
+from kane.program.kernel.language import ArrayOf, Compute, Integer, Kernel, Read, SinCos, Statement, Write
 from kane.program.passes.tiers import WHOLE
 from kane.program.program import Port, Program, Routine
 

@@ -11,8 +11,8 @@ A routine is told by bits which lanes it writes; each number that it takes is an
 from kane.errors import ProgramError
 from kane.program.emit.llvm_printer import Calls, LlvmPrinter, kept, lines, typed, vector
 from kane.program.kernel import language
-from kane.program.kernel.language import INT, Operand, Type
 from kane.program.kernel.lanes import Varying
+from kane.program.kernel.language import INT, Operand, Type
 
 
 class LanesPrinter(LlvmPrinter):
@@ -69,8 +69,8 @@ class LanesPrinter(LlvmPrinter):
         if s.value not in self.varying:
             super().compute(s)
             return
-        types = [Type(language.type_of(x).kind, self.width) for x in (s.arguments[0], s.value)]
-        self.operation(self.names[s.value], s.op, [self.wide(a) for a in s.arguments], *types, s.lane)
+        given, made = (Type(language.type_of(x).kind, self.width) for x in (s.arguments[0], s.value))
+        self.operation(self.names[s.value], s.op, [self.wide(a) for a in s.arguments], given, made)
 
     # ------------------------------------------------------------------------------------------------------- memory
 
@@ -97,9 +97,7 @@ class LanesPrinter(LlvmPrinter):
         """A call of what reads or writes the lanes' numbers at addresses of their own."""
         pointers, kind = self.lanes.of("ptr"), f"v{self.width}f64.v{self.width}p0"
         reads = action == "gather"
-        takes = (
-            f"{pointers}, i32, {self.some}, {self.kind}" if reads else f"{self.kind}, {pointers}, i32, {self.some}"
-        )
+        takes = f"{pointers}, i32, {self.some}, {self.kind}" if reads else f"{self.kind}, {pointers}, i32, {self.some}"
         result = self.kind if reads else "void"
         self.calls.declared.add(f"declare {result} @llvm.masked.{action}.{kind}({takes})")
         return f"call {result} @llvm.masked.{action}.{kind}({given})"
@@ -118,7 +116,9 @@ class LanesPrinter(LlvmPrinter):
     def store(self, s: language.Write) -> None:
         """A value to memory, of the lanes that run."""
         if s.base in self.shared:
-            raise ProgramError(f"Expected {s.base}, which all lanes share, to be read alone, got a kernel that writes to it.")
+            raise ProgramError(
+                f"Expected {s.base}, which all lanes share, to be read alone, got a kernel that writes to it."
+            )
         value = self.wide(s.value)
         if s.offset in self.varying:
             mask = self.mask or self.lanes.all("i1", "true")
@@ -247,4 +247,3 @@ class LanesPrinter(LlvmPrinter):
         function = f"@llvm.vector.reduce.smax.v{self.width}i64"
         self.calls.declared.add(f"declare i64 {function}({kind})")
         return [f"  %results = load {kind}, ptr %cell.{cell.name}", f"  %result = call i64 {function}({kind} %results)"]
-

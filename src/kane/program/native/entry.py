@@ -167,8 +167,8 @@ class CompiledKernel:
     """One compiled kernel: `kernel(**given)` with an array, integer or `Entry` for each of its arguments.
 
     Threads may call it at the same time with arrays of their own; it runs without the interpreter's lock. `loops` says that
-    it has long ones, which LLVM may make faster. Where there is a `width` it runs so many instances at once (`emit_kernel_lanes`), which
-    have `shared` arrays.
+    it has long ones, which LLVM may make faster. Where there is a `width` it runs so many instances at once
+    (`emit_kernel_lanes`), which have `shared` arrays.
     """
 
     __slots__ = ("_function", "entry", "kernel")
