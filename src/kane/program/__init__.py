@@ -19,6 +19,7 @@ __getattr__ = offered(
         "kernel.language": (
             "ArrayOf Compute Immediate FLOAT INT If Kernel Read Integer Put SinCos Write Type Value verified_kernel"
         ),
+        "kernel.narrow": "narrowed",
         "kernel.writer": "Writer",
         "native.": "machine store",
         "native.compiled_routine": "BundleRoutine CompiledRoutine",

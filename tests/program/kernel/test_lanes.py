@@ -11,7 +11,19 @@ from hypothesis import strategies as st
 import kane as kn
 from kane import Settings
 from kane.errors import ProgramError
-from kane.program import INT, CompiledKernel, CompiledRoutine, Task, Writer, build_program, hoisted, own_entries
+from kane.program import (
+    INT,
+    CompiledKernel,
+    CompiledRoutine,
+    Task,
+    Type,
+    Writer,
+    build_program,
+    hoisted,
+    narrowed,
+    own_entries,
+    verified_kernel,
+)
 from tests.examples import examples
 from tests.program.programs import ports
 
@@ -152,3 +164,26 @@ def test_routines_with_parameters_of_their_own(width, rng):
     for j in range(width):
         expected = routine(0.0, x[:, j], p[:, j], r[:, j]) if running[j] else np.full(3, np.nan)
         assert np.array_equal(out[:, j], expected, equal_nan=True)
+
+
+def test_values_of_several_numbers_become_several(rng):
+    """Sums, largest ones, comparisons and cells of eight numbers: the same bits, alone and in lanes."""
+    w = Writer("wide")
+    w.number("n")
+    x, y = w.array("x"), w.array("y")
+    back, cell = w.variable("back", INT), w.variable("cell", Type("float", 8))
+    a, b = x.lanes(0, 8), x.lanes(8, 8)
+    with w.when(w.compute("any", a < b)):
+        cell.put(w.compute("max", a * b, w.compute("splat8", x[3])) - w.lanes(*range(8)))
+    y.store(0, w.select(a < b, cell.get(), -a))
+    y[8], y[9], y[10] = (w.compute(op, cell.get()) for op in ("sum", "largest", "sum"))
+    y[11] = w.compute("lane", cell.get(), lane=5)
+    kernel = w.finished(back)
+    narrow = verified_kernel(narrowed(kernel))
+    values, after = rng.normal(size=(16, 8)), np.zeros((12, 8))
+    CompiledKernel(narrow, EXACT, width=8)({"n": 0, "x": values, "y": after})
+    for k in range(8):
+        for one in (kernel, narrow):
+            own = np.zeros(12)
+            CompiledKernel(one, EXACT)({"n": 0, "x": values[:, k].copy(), "y": own})
+            assert np.array_equal(own, after[:, k])

@@ -10,7 +10,8 @@ The functions of Programs are, for each Program, `hoist(parameters, h)`, and for
 Vectors are passed as pointers to doubles. Sines and cosines of angles that are known at the same time are computed side by side
 in the lanes of a vector.
 
-A routine at several states at once is one function, `<name>.lanes<width>(ports, h, out)`, in which every port is a pointer.
+A routine at several states at once is one function, `<name>.lanes<width>(ports, h, out)`, in which every port is a pointer. With
+parameters of their own it is `<name>.own<width>(mask, ports, h, out)`.
 
 The two functions through which Python enters a kernel, as LLVM text.
 
