@@ -119,6 +119,14 @@ def among(choices: Sequence[Partition], place: int) -> Given:
     }
 
 
+def holding_one(now: Routines, t: float, y: Array) -> Given:
+    """What a kernel is told of constraints that steps one choice of dependent speeds."""
+    routine, given = now.eom.numeric(now.settings).routine(holding).flat, structure(now.eom, len(y))
+    given["held_h"] = hoisted(routine, t, y[: now.width], now.p[: len(now.eom.parameters)], now.inputs(t, y))
+    given["hoist_held_h"], given["constraints"] = hoist_entry(routine), entry(routine)
+    return given | among(choices(now.eom)[:1], 0)
+
+
 _CHOICES = 6
 """So many choices of dependent speeds are compared in a kernel at most."""
 
@@ -152,14 +160,9 @@ class Holding:
         self.stepper, now, eom = stepper, stepper.now, stepper.eom
         self.arguments, self.at = arguments, (t, y.copy())
         self.rows, self.columns = np.array(entries(eom), dtype=int).reshape(-1, 2).T
-        routine = eom.numeric(now.settings).routine(holding).flat
-        self.given = structure(eom, len(y))
-        self.given["held_h"] = hoisted(routine, t, y[: now.width], now.p, now.inputs(t, y))
-        self.given["hoist_held_h"] = hoist_entry(routine)
-        self.given["constraints"] = entry(routine)
+        self.given = holding_one(now, t, y)
         self.choices, self.steppable = choices(eom), dict[int, Routines]({0: now})
         self.hoisted = {0: (arguments.now.rates, arguments.given["h"])}
-        self.given |= among(self.choices[:1], 0)
         if len(self.choices) > 1 and not arguments.integrator.implicit:
             self.choose_among()
 

@@ -19,10 +19,11 @@ __getattr__ = offered(
         "kernel.language": (
             "ArrayOf Compute Immediate FLOAT INT If Kernel Read Integer Put SinCos Write Type Value verified_kernel"
         ),
+        "kernel.narrow": "narrowed",
         "kernel.writer": "Writer",
         "native.": "machine store",
         "native.compiled_routine": "BundleRoutine CompiledRoutine",
-        "native.entry": "Bound CompiledKernel aligned entry hoisted wide_entry",
+        "native.entry": "Bound CompiledKernel aligned entry hoisted own_entries wide_entry",
         "native.machine": "Library Processor compile_text host object_code target",
         "passes.": "limbs optimize",
         "passes.limbs": "gathered",

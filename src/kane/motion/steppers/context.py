@@ -5,12 +5,12 @@ A kernel goes on from t by at most `limit` steps and returns why it came back (`
 what rounding left of it, and so is every component of y.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import IntEnum
 from typing import Literal
 
 from kane.numeric.scale import EPS
-from kane.program.kernel.language import INT, Address, Kernel
+from kane.program.kernel.language import INT, Address, Argument, ArrayOf, Immediate, Kernel, Put
 from kane.program.kernel.writer import Array, Term, Variable, Writer
 
 
@@ -45,7 +45,7 @@ class Slot(IntEnum):
     is the length of the motion, PHASE when an action was last taken, SINCE how long after the one before; LOGGED events
     and JUMPS are noted; `control` may have it STOPPED. SIDED is 0 where the sides of switches are not known, 2 where some turn. Where
     END is a place at which a switch turns, TURNING is 1 and BEYOND the end behind it. CHOICE is which dependent speeds are stepped,
-    MEASURED whether the sizes of constraints are those of this step.
+    MEASURED whether the sizes of constraints are those of this step. BACK is why the instance of a queue has ended.
     """
 
     TIME = 0
@@ -81,6 +81,7 @@ class Slot(IntEnum):
     BEYOND = 30
     CHOICE = 31
     MEASURED = 32
+    BACK = 33
 
 
 SIZE = len(Slot)
@@ -88,6 +89,12 @@ RATE: tuple[Literal["float", "array"], ...] = ("float", "array", "array", "array
 """What the routine of (q̇, u̇, P) takes: t, (q, u), p, r, h, and what it writes to."""
 WIDE: tuple[Literal["float", "array"], ...] = ("array", *RATE[1:])
 """What it takes on lanes."""
+QUEUE = ("queue", "instances", "results")
+"""The arrays of a queue of instances, see `queue_kernel`."""
+LOADED = ("s", "y", "p", "r", "times", "seen", "largest", "leaves", "held_reach")
+SAVED = ("s", "y", "rows", "log", "jumps", "held_marks")
+CLEARED = ("lag", "held_log")
+"""The arrays of which an instance has numbers in `instances`, and in `results`, and that begin with zeros, where a kernel has them."""
 
 
 _STILL, _NEAR, _CONSTANT = 1e-5, 1e-6, 1e-15
@@ -101,7 +108,7 @@ class StepperContext:
     arrays of what is hoisted of each routine.
     """
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, queued: bool = False) -> None:
         self.writer = w = Writer(name)
         self.n, self.limit, self.samples = w.number("n"), w.number("limit"), w.number("samples")
         self.s, self.y, self.lag, self.work = w.array("s"), w.array("y"), w.array("lag"), w.array("work")
@@ -116,7 +123,9 @@ class StepperContext:
         self.turned: Variable | None = None
         self.renewed, self.fixed = w.variable("renewed", INT), False
         self.hoists: list[tuple[str, Array]] = [("h", self.h)]
+        self._hoisting: dict[str, Callable[..., None]] = {}
         self.cursor, self.prepared = w.variable("cursor", INT), w.variable("prepared", INT)
+        self.queued = queued
 
     def steps(
         self,
@@ -127,10 +136,13 @@ class StepperContext:
     ) -> Kernel:
         """The kernel: step(h, last) after step until there is a reason to come back, `begin()` before one that is FRESH.
 
-        Steps that are `fixed` are of one length; `settle()` gives switches their sides.
+        Steps that are `fixed` are of one length; `settle()` gives switches their sides. Where instances are `queued`, the next one is
+        taken up instead of coming back.
         """
         w, self.fixed = self.writer, fixed
-        with w.repeat(lambda: self.back.get() < 1):
+        if self.queued:
+            self.back.put(1)
+        with w.repeat(self.goes_on):
             admitted = self.get(Slot.FRESH) > 1.0
             with w.when(self.get(Slot.FRESH) > 0.0):
                 if settle is not None:
@@ -143,7 +155,30 @@ class StepperContext:
                 step(*self.length())
                 with w.when(self.arrived.get() > 0):
                     self.pass_breakpoint()
+            if self.queued:
+                with w.when(self.back.get() > 0):
+                    self.forget()
         return w.finished(self.back)
+
+    def goes_on(self) -> Term:
+        """Whether there is a step to take; of a queue's instance that has ended why is noted, and the next one is taken up."""
+        w = self.writer
+        if self.queued:
+            arrays = [*turned_over(w.arguments), *(w.array(name).argument.name for name in QUEUE)]
+            take_next = w.callee("next", *(RATE[-1] for _ in arrays))
+            with w.when(self.back.get() > 0):
+                self.put(Slot.BACK, w.compute("float", self.back.get()))
+                take_next(*(Address(name, Immediate(INT, 0)) for name in arrays))
+                self.back.put(w.compute("int", self.get(Slot.BACK)))
+                with w.when(self.back.get() < 1):
+                    self.rehoist()
+        return self.back.get() < 1
+
+    def forget(self) -> None:
+        """Nothing in cells is of the instance that has ended, but why it has."""
+        for cell in self.writer.cells:
+            if cell is not self.back.cell:
+                self.writer.add(Put(cell, Immediate(cell.type, 0 if cell.type == INT else 0.0)))
 
     def begin_step_anew(self) -> None:
         """The next step begins from its rates, and chooses its length, if steps are not of one length."""
@@ -201,7 +236,9 @@ class StepperContext:
     def rehoist(self) -> None:
         """What is hoisted of all routines for the parameters as they are now."""
         for name, array in self.hoists:
-            self.writer.callee(f"hoist_{name}", "array", "array")(self.p.at(0), array.at(0))
+            if name not in self._hoisting:
+                self._hoisting[name] = self.writer.callee(f"hoist_{name}", "array", "array")
+            self._hoisting[name](self.p.at(0), array.at(0))
 
     def drive(self, t: Term | Address, x: Address) -> None:
         """The inputs at a time."""
@@ -379,6 +416,12 @@ class StepperContext:
         self.more(Slot.REJECTED, 1.0)
         with w.when(wished < self.shortest()):
             self.back.put(w.select(finite, w.integer(ReturnCode.UNDERFLOW), w.integer(ReturnCode.NOT_FINITE)))
+
+
+def turned_over(arguments: Sequence[Argument]) -> list[str]:
+    """The arrays that are an instance's own, in the order of the arguments."""
+    own = {*LOADED, *SAVED, *CLEARED}
+    return [a.name for a in arguments if isinstance(a, ArrayOf) and a.name in own]
 
 
 _TEN_ROUNDINGS = 10 * EPS

@@ -22,15 +22,17 @@ _STABLE = 4.0
 _TINY, _HUGE = 2.0**-1000, 1e300
 
 
-def explicit_kernel(tableau: Tableau, held: bool = False, watched: bool = False, sided: bool = False) -> Kernel:
+def explicit_kernel(
+    tableau: Tableau, held: bool = False, watched: bool = False, sided: bool = False, queued: bool = False
+) -> Kernel:
     """The kernel that goes on by adaptive steps: each component's error is held to rtol |y| + atol by itself.
 
     Where constraints are `held`, the end of each step and each sample are moved onto them; one that is `watched` looks for events, and
-    for switches where it is `sided`.
+    for switches where it is `sided`. Where instances are `queued` it takes up one after the other.
 
     `work` holds `rows(tableau)` rows of n: the k, the state of a stage, y' and what rounding leaves of it, dense output.
     """
-    return _Explicit(tableau, held, watched, sided).kernel()
+    return _Explicit(tableau, StepperContext(tableau.name, queued), held, watched, sided).kernel()
 
 
 def rows(tableau: Tableau) -> int:
@@ -62,8 +64,8 @@ def explicit_dense(tableau: Tableau, given: Mapping[str, Any], h: float, start: 
 class _Explicit:
     """A kernel while it is written."""
 
-    def __init__(self, tableau: Tableau, held: bool, watched: bool, sided: bool) -> None:
-        self.tableau, self.context = tableau, StepperContext(tableau.name)
+    def __init__(self, tableau: Tableau, context: StepperContext, held: bool, watched: bool, sided: bool) -> None:
+        self.tableau, self.context = tableau, context
         self.writer = self.context.writer
         self.rhs = self.writer.callee("rhs", *RATE)
         self.context.drives(*RATE)

@@ -44,7 +44,7 @@ def room(n: int, counts: dict[str, int]) -> int:
     """How many doubles the array `room` of `Held` has for n components."""
     c, m, s, d = (counts[name] for name in ("closures", "rows", "speeds", "chosen"))
     numbers = 2 * c + m + sum(counts[name] for name in ("branches", "entries", "turns"))
-    return numbers + 2 * m + d * s + 2 * d * d + 2 * d * d + d + s + n
+    return numbers + 2 * m + d * s + 2 * d * d + 2 * d * d + d + s + 2 * n
 
 
 class Held:
@@ -97,7 +97,7 @@ class Held:
             at = at + count
         self.f, self.terms, self.b, self.cosines, self.a, self.w, self.left, self.sizes = places[:8]
         self.rows, self.block, self.last, self.gram, self.x, self.delta = places[8:]
-        self.probe = at
+        self.probe, self.state = at, at + self.context.n
 
     def index(self, array: Array, at: Term) -> Term:
         """An index that is kept as a double."""
@@ -114,7 +114,10 @@ class Held:
     # --------------------------------------------------------------------------------------------- at a state
 
     def numbers(self, t: Term, array: Array, place: Term) -> None:
-        """f, A, b and the others at time t and the state at a place, whose Euler parameters are divided by their length before."""
+        """f, A, b and the others at time t and the state at a place, whose Euler parameters are divided by their length before.
+
+        Routines read the state in `room`: lanes give them places that are the same in all.
+        """
         w, o = self.writer, self.context
         with w.few(self.spheres) as k:
             at = [self.index(self.sphere_at, k * 4 + j) + place for j in range(4)]
@@ -122,6 +125,10 @@ class Held:
             length = w.compute("sqrt", w.sum([x * x for x in e]))
             for i, x in zip(at, e, strict=True):
                 array[i] = x / length
+        if array is not self.room:
+            with w.few(o.n) as i:
+                self.room[self.state + i] = array[place + i]
+            array, place = self.room, self.state
         o.drive_single(t, array.at(place))
         self.call(t, array.at(place), o.p.at(0), o.single_r.at(0), self.h.at(0), self.room.at(0))
 

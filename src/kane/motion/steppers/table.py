@@ -31,7 +31,7 @@ class Integrator:
     steps of a `fixed` one are as long as `max_step`. One that `holds` constraints has another kernel for that:
     `kernel(held=True)`, one that watches for events: `kernel(watched=True)`, and for switches too: `kernel(watched=True, sided=True)`;
     one that `collocates` has another one for rates with corners, which its stages alone may miss: `kernel(cornered=True)`. An
-    `implicit` one takes derivatives of the rates. One that
+    `implicit` one takes derivatives of the rates; one that `queues` runs many instances in lanes: `kernel(queued=True)`. One that
     watches tells of the step that it has found: `dense(given, h, start)` is the state along it, and `end(n)` says where in `work` its
     end stands.
     """
@@ -46,6 +46,7 @@ class Integrator:
     holds: bool = False
     implicit: bool = False
     collocates: bool = False
+    queues: bool = False
     dense: Callable[[Mapping[str, Any], float, float], Callable[[Array], Array]] | None = None
     end: Callable[[int], int] | None = None
 
@@ -59,6 +60,7 @@ def _explicit(tableau: Tableau) -> Integrator:
         driven=max(tableau.c) <= 1,
         fixed=not tableau.errors,
         holds=True,
+        queues=True,
         dense=partial(explicit_dense, tableau),
         end=partial(explicit_end, tableau),
     )

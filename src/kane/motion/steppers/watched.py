@@ -156,10 +156,13 @@ class Watched:
     def at_state(
         self, routine: Callable[..., None], h: Array, t: Term, state: tuple[Array, Term], to: tuple[Array, Term]
     ) -> None:
-        """A routine of one state is called."""
+        """A routine of one state is called, which stands in `probe`: lanes give routines places that are the same in all."""
         o, (array, at), (out, place) = self.context, state, to
-        o.drive_single(t, array.at(at))
-        routine(t, array.at(at), o.p.at(0), o.single_r.at(0), h.at(0), out.at(place))
+        if array is not self.probe:
+            with self.writer.count(o.n) as i:
+                self.probe[i] = array[at + i]
+        o.drive_single(t, self.probe.at(0))
+        routine(t, self.probe.at(0), o.p.at(0), o.single_r.at(0), h.at(0), out.at(place))
 
     def decide(self, t: Term, h: Term) -> None:
         """Of a step of length h from t that was looked at the passages; `asks` why it is not gone on from, if it is not."""

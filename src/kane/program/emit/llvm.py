@@ -10,7 +10,8 @@ The functions of Programs are, for each Program, `hoist(parameters, h)`, and for
 Vectors are passed as pointers to doubles. Sines and cosines of angles that are known at the same time are computed side by side
 in the lanes of a vector.
 
-A routine at several states at once is one function, `<name>.lanes<width>(ports, h, out)`, in which every port is a pointer.
+A routine at several states at once is one function, `<name>.lanes<width>(ports, h, out)`, in which every port is a pointer. With
+parameters of their own it is `<name>.own<width>(mask, ports, h, out)`.
 
 The two functions through which Python enters a kernel, as LLVM text.
 
@@ -22,13 +23,15 @@ returns 1 where an input is not finite, 2 where a result is not, 3 for both, els
 It returns the first row with a result that is not finite, or −1.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from kane.program.emit import walk
+from kane.program.emit.llvm_lanes import LanesPrinter
 from kane.program.emit.llvm_limbs import limbs_body
 from kane.program.emit.llvm_printer import FEW, Calls, Lanes, LlvmPrinter, Near, pointed, typed, vector
 from kane.program.emit.sincos import llvm_sincos
+from kane.program.kernel.lanes import varying
 from kane.program.kernel.language import ArrayOf, Compute, Integer, Kernel, Read, SinCos, Statement, Write
 from kane.program.passes.tiers import WHOLE
 from kane.program.program import Port, Program, Routine
@@ -247,24 +250,62 @@ def emit_wide(program: Program, routine: Routine, width: int, contract: bool = T
     )
 
 
+def emit_own(program: Program, routine: Routine, width: int, contract: bool = True) -> str:
+    """The module of a routine at `width` states at once, each with parameters of its own, and of the hoisting for it.
+
+    Of each function the first argument is an integer, whose bits say in which lanes it writes.
+    """
+    module = _LlvmModule(contract, 1, width, masked=True)
+    (hoist,) = hoists([program])
+    functions = ((walk.hoisting(program), hoist), (walk.function_of(program, routine), routine.name))
+    return module.text([module.function(program, f, own_name(name, width), WHOLE) for f, name in functions])
+
+
 def emit_kernel_llvm(kernel: Kernel, contract: bool = True) -> str:
     """The text of a module with the one function `i64 @<name>(arguments)`; addresses of arrays and routines are pointers."""
     calls = Calls()
     printer = LlvmPrinter(calls, "contract " * contract)
-    printer.add(*(f"%cell.{c.name} = alloca {typed(c.type)}" for c in kernel.cells))
-    printer.add(*(f"store {typed(c.type)} zeroinitializer, ptr %cell.{c.name}" for c in kernel.cells))
+    types = [(f"%cell.{c.name}", typed(c.type)) for c in kernel.cells]
     printer.block(kernel.body)
+    back = [f"  %result = load i64, ptr %cell.{kernel.result.name}"]
+    return _kernel_text(kernel, kernel.name, calls, types, [], [*printer.lines, *back])
+
+
+def emit_kernel_lanes(kernel: Kernel, width: int, shared: Collection[str] = (), contract: bool = True) -> str:
+    """The module of `i64 @<name>.own<width>(arguments)`, the kernel for `width` instances at once; it returns the largest result.
+
+    Of arrays but for those that they have `shared`, each number is `width` doubles side by side. Routines are those of `emit_own`.
+    """
+    calls = Calls()
+    printer = LanesPrinter(calls, "contract " * contract, width, varying(kernel, shared))
+    types = [(f"%cell.{c.name}", printer.cell_type(c)) for c in kernel.cells]
+    printer.block(kernel.body)
+    back = printer.largest(kernel.result)
+    return _kernel_text(kernel, own_name(kernel.name, width), calls, types, printer.rooms, [*printer.lines, *back])
+
+
+def _kernel_text(
+    kernel: Kernel,
+    name: str,
+    calls: Calls,
+    cells: Sequence[tuple[str, str]],
+    rooms: Sequence[str],
+    body: Sequence[str],
+) -> str:
+    """The module of a kernel, whose `cells` have types."""
     arguments = ", ".join(
-        f"i64 {printer.names[a.value]}"
+        f"i64 %v{a.value}"
         if isinstance(a, Integer)
         else f"ptr noalias {vector(a.name)}"
         if isinstance(a, ArrayOf)
         else f"ptr %{a.name}"
         for a in kernel.arguments
     )
-    head = f"define i64 @{kernel.name}({arguments}) nounwind {{"
-    back = [f"  %result = load i64, ptr %cell.{kernel.result.name}", "  ret i64 %result", "}"]
-    return "\n".join([*sorted(calls.declared), head, *printer.lines, *back, *FEW, ""])
+    head = f"define i64 @{name}({arguments}) nounwind {{"
+    places = [f"  {cell} = alloca {kind}" for cell, kind in cells]
+    zeros = [f"  store {kind} zeroinitializer, ptr {cell}" for cell, kind in cells]
+    end = ["  ret i64 %result", "}"]
+    return "\n".join([*sorted(calls.declared), head, *places, *rooms, *zeros, *body, *end, *FEW, ""])
 
 
 def selection() -> str:
@@ -414,13 +455,22 @@ def wide_name(routine: str, width: int) -> str:
     return f"{routine}.lanes{width}"
 
 
+def own_name(routine: str, width: int) -> str:
+    """The name of the function of several states with parameters of their own, or of a kernel of several instances."""
+    return f"{routine}.own{width}"
+
+
 @dataclass(frozen=True, slots=True)
 class _LlvmModule:
-    """The functions so far, of `width` states at once; sines are up to `lanes` side by side."""
+    """The functions so far, of `width` states at once; sines are up to `lanes` side by side.
+
+    Where they are `masked` each state has parameters of its own, and results are written in some lanes alone.
+    """
 
     contract: bool
     lanes: int
     width: int = 1
+    masked: bool = False
     calls: Calls = field(default_factory=Calls)
 
     def text(self, functions: Iterable[str]) -> str:
@@ -444,19 +494,22 @@ class _LlvmModule:
         parts = walk.pieces(program, function, style)
         scalars = _scalars(program) if self.width == 1 else {}
         common = _constants(program, self.width) | scalars
-        shared = {walk.KEPT, *(port.name for port in program.ports if port.hoisted)}
+        shared = set() if self.masked else {walk.KEPT, *(port.name for port in program.ports if port.hoisted)}
+        target = function.target if self.masked else ""
+        mask = _mask(self.width) * self.masked
         texts, calls, own = [], [], self._arguments(function)
         for k, part in enumerate(parts.chunks):
             body = self._loaded(program, walk.statements(program, function, part, style))
             if len(parts.chunks) == 1:
-                lines = self._printer(common, shared).body(body)
-                return _definition(f"define void @{name}({_signature(own)})", lines)
+                lines = self._printer(common, shared, masked=target).body(body)
+                return _definition(f"define void @{name}({_signature(own)})", [*mask, *lines])
             near = pointed(body) if self.width == 1 else {}
             given = [(kind, value, "") for kind, value in [*own, ("ptr", vector(walk.WORK))]]
             if self.width == 1:
                 given = [*_passed(scalars, body, near)]
             head = f"define internal void @{name}.{k}({_signature((kind, value) for kind, value, _ in given)})"
-            texts.append(_definition(head, self._printer(common, shared, near).body(body), " noinline"))
+            lines = self._printer(common, shared, near, target).body(body)
+            texts.append(_definition(head, [*mask, *lines], " noinline"))
             calls += [f"  {value}.{k} = {address}" for _, value, address in given if address]
             passed = ", ".join(f"{kind} {value}{f'.{k}' * bool(address)}" for kind, value, address in given)
             calls.append(f"  call void @{name}.{k}({passed})")
@@ -465,12 +518,18 @@ class _LlvmModule:
 
     def _arguments(self, function: walk.Function) -> list[tuple[str, str]]:
         kinds = [("double" if p.scalar and self.width == 1 else "ptr", vector(p.name)) for p in function.ports]
-        return kinds + [("ptr", vector(base)) for base in dict.fromkeys((walk.KEPT, function.target))]
+        vectors = [("ptr", vector(base)) for base in dict.fromkeys((walk.KEPT, function.target))]
+        return [("i64", "%mask")] * self.masked + kinds + vectors
 
     def _printer(
-        self, common: Mapping[int, str], shared: Iterable[str] = (), near: Mapping[str, Near] | None = None
+        self,
+        common: Mapping[int, str],
+        shared: Iterable[str] = (),
+        near: Mapping[str, Near] | None = None,
+        masked: str = "",
     ) -> LlvmPrinter:
-        return LlvmPrinter(self.calls, "contract " * self.contract, common, self.width, frozenset(shared), near)
+        flags = "contract " * self.contract
+        return LlvmPrinter(self.calls, flags, common, self.width, frozenset(shared), near, masked)
 
     def _loaded(self, program: Program, body: list[Statement]) -> list[Statement]:
         """The statements, after loads of the scalars that they read where these are pointers."""
@@ -479,6 +538,11 @@ class _LlvmModule:
         read = {a for s in body for a in _read(s)}
         ports = enumerate(port for port in program.ports for _ in port.symbols)
         return [*(Read(i, port.name, 0) for i, port in ports if port.scalar and i in read), *body]
+
+
+def _mask(width: int) -> list[str]:
+    """The lines that make truth values of lanes of bits."""
+    return [f"  %mask.own = trunc i64 %mask to i{width}", f"  %lanes = bitcast i{width} %mask.own to <{width} x i1>"]
 
 
 def _definition(head: str, lines: Sequence[str], attributes: str = "") -> str:

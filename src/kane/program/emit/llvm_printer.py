@@ -124,12 +124,14 @@ _FORMS: Mapping[str, Mapping[Op | str, str]] = {
         "less": "{r} = icmp slt {t} {0}, {1}",
         "at_most": "{r} = icmp sle {t} {0}, {1}",
         "float": "{r} = sitofp {t} {0} to {v}",
+        "splat": _SPLAT,
     },
     "bool": {
         "and": "{r} = and {t} {0}, {1}",
         "or": "{r} = or {t} {0}, {1}",
         "not": "{r} = xor {t} {0}, {true}",
         "select": "{r} = select {t} {0}, {v} {1}, {v} {2}",
+        "splat": _SPLAT,
         "any": "{r}.bits = bitcast {t} {0} to i{lanes}\n{r} = icmp ne i{lanes} {r}.bits, 0",
     },
 }
@@ -160,6 +162,19 @@ def guard(result: str, operands: Sequence[str]) -> tuple[list[str], str]:
 def divided(result: str, operands: Sequence[str], answer: str, flags: str) -> list[str]:
     """The lines of a division by what a guard passes on, that asks for the answer when the quotient is known."""
     return _DIVIDED.format(*operands, answer, r=result, f=flags, nan=bits(math.nan)).split("\n")
+
+
+def kept(name: str, lanes: Lanes, value: str, address: str, mask: str) -> list[str]:
+    """The lines that store a vector in the lanes of a mask, or in all where there is none; names begin with `name`."""
+    kind = lanes.double
+    if not mask:
+        return [f"  store {kind} {value}, ptr {address}, align 8"]
+    # `volatile`, else LLVM would make one store with a mask of it, after which a load waits until memory has it
+    return [
+        f"  {name}.old = load volatile {kind}, ptr {address}, align 8",
+        f"  {name}.new = select {lanes.of('i1')} {mask}, {kind} {value}, {kind} {name}.old",
+        f"  store {kind} {name}.new, ptr {address}, align 8",
+    ]
 
 
 @cache
@@ -288,8 +303,10 @@ class LlvmPrinter(Printer):
         width: int = 1,
         shared: Collection[str] = (),
         near: Mapping[str, Near] | None = None,
+        masked: str = "",
     ) -> None:
         super().__init__()
+        self.masked = masked
         self.calls, self.flags, self.shared, self.near = calls, flags, shared, near or {}
         self.type, self.lanes = language.Type("float", width), Lanes(width)
         self.kind = self.lanes.double
@@ -448,7 +465,11 @@ class LlvmPrinter(Printer):
         """A value to memory."""
         address = self.address(s)
         kind = self.kind if isinstance(s.value, int) else typed(language.type_of(s.value))
-        self.lines.append(f"  store {kind} {self.names[s.value]}, ptr {address}, align 8")
+        value = self.names[s.value]
+        if s.base == self.masked:
+            self.lines += kept(address, self.lanes, value, address, "%lanes")
+        else:
+            self.lines.append(f"  store {kind} {value}, ptr {address}, align 8")
 
     def get(self, s: language.Get) -> None:
         """A value from a cell."""

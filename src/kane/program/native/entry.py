@@ -2,7 +2,7 @@
 """Kernels as machine code, and routines as they call them: where their code begins, and what was hoisted for them."""
 
 import ctypes
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +10,17 @@ import numpy as np
 
 from kane.errors import ProgramError
 from kane.numeric.arrays import Array
-from kane.program.emit.llvm import block, emit_kernel_llvm, emit_wide, hoists, selection, wide_name
+from kane.program.emit.llvm import (
+    block,
+    emit_kernel_lanes,
+    emit_kernel_llvm,
+    emit_own,
+    emit_wide,
+    hoists,
+    own_name,
+    selection,
+    wide_name,
+)
 from kane.program.kernel.language import Argument, ArrayOf, Integer, Kernel
 from kane.program.native.compiled_routine import CompiledRoutine, new_block
 from kane.program.native.machine import Library, Settings, compile_text, target
@@ -86,6 +96,18 @@ def wide_entry(routine: CompiledRoutine, width: int) -> Entry:
     return Entry(routine.more[symbol], symbol)
 
 
+def own_entries(routine: CompiledRoutine, width: int) -> tuple[Entry, Entry]:
+    """The function of `width` evaluations at once, each with parameters of its own, and what hoists for it; see `emit_own`."""
+    symbols = [own_name(name, width) for name in (routine.name, hoists([routine.program])[0])]
+    if symbols[0] not in routine.more:
+        settings = routine.settings
+        text = emit_own(routine.program, routine.routine, width, settings.contract)
+        on = target(settings.cpu, settings.features)
+        routine.more[symbols[0]] = compile_text(text, on, symbols, settings.cache)
+    run, hoist = (Entry(routine.more[symbols[0]], symbol) for symbol in symbols)
+    return run, hoist
+
+
 class Selection:
     """Several routines of the same ports as one, of which a number in p says which is called; `table` is what it takes as h.
 
@@ -145,19 +167,24 @@ class CompiledKernel:
     """One compiled kernel: `kernel(**given)` with an array, integer or `Entry` for each of its arguments.
 
     Threads may call it at the same time with arrays of their own; it runs without the interpreter's lock. `loops` says that
-    it has long ones, which LLVM may make faster.
+    it has long ones, which LLVM may make faster. Where there is a `width` it runs so many instances at once
+    (`emit_kernel_lanes`), which have `shared` arrays.
     """
 
     __slots__ = ("_function", "entry", "kernel")
 
-    def __init__(self, kernel: Kernel, settings: Settings, loops: bool = True) -> None:
+    def __init__(
+        self, kernel: Kernel, settings: Settings, loops: bool = True, width: int = 0, shared: Collection[str] = ()
+    ) -> None:
         self.kernel = kernel
         on = target(settings.cpu, settings.features)
-        text = emit_kernel_llvm(kernel, settings.contract)
-        library = compile_text(text, on, [kernel.name], settings.cache, loops)
+        text, name = emit_kernel_llvm(kernel, settings.contract), kernel.name
+        if width:
+            text, name = emit_kernel_lanes(kernel, width, shared, settings.contract), own_name(name, width)
+        library = compile_text(text, on, [name], settings.cache, loops)
         kinds = [_INTEGER if isinstance(a, Integer) else _POINTER for a in kernel.arguments]
-        self.entry = Entry(library, kernel.name)
-        self._function = library.function(kernel.name, _INTEGER, *kinds)
+        self.entry = Entry(library, name)
+        self._function = library.function(name, _INTEGER, *kinds)
 
     def __call__(self, given: Mapping[str, Array | int | Entry | Hook]) -> int:
         """What the kernel returns; it writes to the arrays.

@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Many motions of the same equations in lanes: the kernel that runs one, printed for several at once, which go through a queue.
+
+Each lane has a time, step, end, parameters, inputs and events of its own, and takes up the next instance where its own has ended.
+Motions are those of one call of an explicit method's kernel, with inputs that are numbers. What a kernel asks of Python ends an
+instance with the `ReturnCode` that says so: it is to be run alone.
+"""
+
+from collections.abc import Mapping
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from kane.motion.arguments import Arguments
+from kane.motion.constraint_kernels import entries, holding, holding_one, unheld
+from kane.motion.course import Method
+from kane.motion.hybrid.automaton import asks, evaluated
+from kane.motion.inputs.functions import constant
+from kane.motion.native import first_slots
+from kane.motion.projection import is_constrained
+from kane.motion.right_hand_side import Given, Routines, switches
+from kane.motion.steppers.context import LOADED, QUEUE, SAVED, SIZE, ReturnCode, Slot, turned_over
+from kane.motion.steppers.crossings import KINDS
+from kane.motion.steppers.queue import queue_kernel
+from kane.motion.steppers.table import INTEGRATORS
+from kane.motion.steps import Stepper
+from kane.numeric.arrays import Array, Mask
+from kane.numeric.scale import ROUNDED_TERMS
+from kane.program.kernel.language import ArrayOf, Callee
+from kane.program.kernel.narrow import narrowed
+from kane.program.native.compiled_routine import CompiledRoutine
+from kane.program.native.entry import CompiledKernel, Entry, aligned, own_entries
+from kane.program.native.machine import Settings
+
+_TABLES = ("entry_at", "turn_at", "chosen_at", "dependent", "sphere_at", "ready", "quiet")
+SHARED = frozenset(
+    {*QUEUE, "pauses", "kinds", "least", "shares", "pivots", "actions", *(f"held_{name}" for name in _TABLES)}
+)
+"""The arrays that all instances have in common."""
+
+
+class Ends(NamedTuple):
+    """Of each of k instances its samples (k × m × n), and its last state (k × n), time, `ReturnCode`, and steps.
+
+    A state is (q, u, a) and the work of the loads. Samples that were not reached are NaN; one at the instant of an action is the
+    state after it. Of each instance `events` holds the passages (time, number of the event), and `jumps` where it was ended or
+    changed (time, how many events by then, state before, state after).
+    """
+
+    samples: Array
+    states: Array
+    t: Array
+    back: npt.NDArray[np.int64]
+    steps: npt.NDArray[np.int64]
+    events: tuple[Array, ...] = ()
+    jumps: tuple[Array, ...] = ()
+
+
+def runs_in_lanes(stepper: Stepper, method: Method) -> bool:
+    """Whether lanes run such motions."""
+    eom = stepper.eom
+    return (
+        method.name in INTEGRATORS
+        and INTEGRATORS[method.name].queues
+        and not (eom.system.contacts or switches(eom) or unheld(stepper))
+        and not (bool(eom.events) and eom.numeric().value(asks))
+        and not method.breakpoints
+        and all(constant(f) is not None for f in stepper.now.drives)
+    )
+
+
+@cache
+def _compiled(
+    name: str, held: bool, watched: bool, width: int, settings: Settings
+) -> tuple[CompiledKernel, CompiledKernel]:
+    """The kernel of an integrator in lanes, and that of their queue."""
+    kernel = narrowed(INTEGRATORS[name].kernel(queued=True, held=held, watched=watched))
+    queue = queue_kernel(width, turned_over(kernel.arguments))
+    return CompiledKernel(kernel, settings, width=width, shared=SHARED), CompiledKernel(queue, settings)
+
+
+def run_in_lanes(
+    stepper: Stepper,
+    method: Method,
+    starts: Array,
+    parameters: Array,
+    inputs: Array,
+    spans: Array,
+    times: Array,
+    reach: Array | None = None,
+    width: int = 8,
+) -> Ends:
+    """The motions from `starts` (k × n), with `parameters` (k × p) and `inputs` (k × r), over `spans` (k × 2), at `times` (k × m).
+
+    Times ascend in each row, after the beginning of the span. Starts are on the constraints, of whose A entries have had the sizes
+    `reach` (k × rows × speeds). It runs without the interpreter's lock, in arrays of its own.
+    """
+    (count, m), n = times.shape, starts.shape[1] + 1
+    now, settings = stepper.now, stepper.now.settings or Settings()
+    held = is_constrained(now.eom)
+    kernel, queue = _compiled(method.name, held, now.events is not None, width, settings)
+    one = Arguments(method.name, now, float(spans[0, 0]), np.zeros(SIZE), np.zeros(n))
+    given = one.given | {"times": np.zeros(m + 1), "rows": np.zeros(max(1, m * n))}
+    if held:
+        given |= holding_one(now, float(spans[0, 0]), np.append(starts[0], 0.0)) | {"held_marks": np.zeros(m + 1)}
+    own = turned_over(kernel.kernel.arguments)
+    sizes = {name: len(given[name]) for name in own}
+    table = {name: np.tile(given[name], (count, 1)) for name in LOADED if name in own}
+    table["s"][:] = _slots(method, spans)
+    table["y"][:, :-1], table["y"][:, -1] = starts, 0.0
+    table["p"][:, : parameters.shape[1]] = parameters
+    table["r"][:, : inputs.shape[1]] = inputs
+    table["times"][:, :m], table["times"][:, m] = times, np.inf
+    if held and reach is not None:
+        table["held_reach"][:, :-1] = np.array(
+            [a[*np.array(entries(now.eom), dtype=int).reshape(-1, 2).T] for a in reach]
+        )
+    begins = _beside_no_threshold(now, given, spans[:, 0], table) if now.events is not None else np.ones(count, bool)
+    stored = {name: sizes[name] for name in SAVED if name in own}
+    results = np.full((int(begins.sum()), sum(stored.values())), np.nan)
+    names = [a.name for a in kernel.kernel.arguments if isinstance(a, ArrayOf)]
+    kernel(
+        {name: _in_lanes(given[name], width) for name in names if name not in SHARED}
+        | {name: given[name] for name in names if name in SHARED and name in given}
+        | {
+            "queue": np.array([0.0, len(results), *sizes.values(), *[-1.0] * width]),
+            "instances": np.hstack(list(table.values()))[begins],
+            "results": results,
+            "next": queue.entry,
+        }
+        | _codes(now, width, [a.name for a in kernel.kernel.arguments if isinstance(a, Callee)])
+        | {name: value for name, value in given.items() if isinstance(value, int)}
+        | {"n": n, "limit": method.max_steps, "samples": m, "driven": 0, "breakpoints": 0}
+    )
+    whole = np.full((count, results.shape[1]), np.nan)
+    whole[begins] = results
+    whole[~begins, : SIZE + n] = np.hstack([table["s"], table["y"]])[~begins]
+    whole[~begins, Slot.BACK] = ReturnCode.LOOK
+    return _ends(dict(zip(stored, np.split(whole, np.cumsum([*stored.values()])[:-1], axis=1), strict=True)), times)
+
+
+def _codes(now: Routines, width: int, callees: list[str]) -> dict[str, Entry]:
+    """The routines that a kernel calls, in lanes; the rates stand for those that it does not."""
+    routines: dict[str, tuple[CompiledRoutine, str]] = {}
+    if now.events is not None:
+        routines |= {name: (routine, f"hoist_h{name[0]}") for name, routine in evaluated(now).items()}
+    if is_constrained(now.eom):
+        routines["constraints"] = now.eom.numeric(now.settings).routine(holding).flat, "hoist_held_h"
+    run, hoist = own_entries(now.rates, width)
+    codes = {name: hoist if name.startswith("hoist") else run for name in callees if name != "next"}
+    for name, (routine, hoisting) in routines.items():
+        codes[name], codes[hoisting] = own_entries(routine, width)
+    return codes
+
+
+def _beside_no_threshold(now: Routines, given: Given, t: Array, table: Mapping[str, Array]) -> Mask:
+    """The instances that start at no threshold of an event, of which `table` is then told; the others are for Python."""
+    routine, count = evaluated(now)["glance"], given["events"]
+    wanted = sum(len(port.symbols) for port in routine.program.ports if port.name == "p")
+    x, p, r = table["y"][:, : now.width], table["p"][:, :wanted], table["r"][:, : len(now.drives)]
+    known: Mask = np.array(np.isfinite(np.hstack([x, p, r])).all(axis=1))
+    found = np.full((len(t), 2 * count), np.nan)
+    if known.any():
+        found[known] = routine(t[known], x[known], p[known], r[known] if now.drives else None)
+    values, terms = found[:, :count], found[:, count:]
+    table["seen"][:, :count], table["largest"][:, :count], table["leaves"][:] = values, np.abs(values), 0.0
+    own = given["kinds"].reshape(-1, KINDS)[:count, 2] > 0
+    away = np.abs(values - given["least"][:count]) > ROUNDED_TERMS * terms
+    beside: Mask = np.array(np.hstack([away | ~own, np.isfinite(found)]).all(axis=1))
+    return beside
+
+
+def _ends(stored: Mapping[str, Array], times: Array) -> Ends:
+    """What was stored of the instances."""
+    (count, m), n, s = times.shape, stored["y"].shape[1], stored["s"]
+    samples = stored["rows"][:, : m * n].reshape(count, m, n)
+    samples[np.arange(m) >= s[:, Slot.SAMPLE, None]] = np.nan
+    back, steps, logged, jumped = s[:, [Slot.BACK, Slot.STEPS, Slot.LOGGED, Slot.JUMPS]].T.astype(np.int64)
+    if "held_marks" in stored:  # Python moves such samples onto the constraints
+        marked = (stored["held_marks"][:, :m] > 0.0) & (np.arange(m) < s[:, Slot.SAMPLE, None])
+        back[marked.any(axis=1)] = ReturnCode.LOOK
+    ends = Ends(samples, stored["y"], s[:, Slot.TIME], back, steps)
+    if "log" not in stored:
+        return ends
+    events = tuple(row[: 2 * k].reshape(-1, 2).copy() for row, k in zip(stored["log"], logged, strict=True))
+    width = 2 * n + 2
+    jumps = tuple(row[: width * k].reshape(-1, width).copy() for row, k in zip(stored["jumps"], jumped, strict=True))
+    for k in np.flatnonzero(jumped):
+        for t, row in zip(jumps[k][:, 0], jumps[k], strict=True):
+            samples[k, times[k] == t] = row[2 + n :]
+    return ends._replace(events=events, jumps=jumps)
+
+
+def _in_lanes(array: Array, width: int) -> Array:
+    """Each number once for each lane."""
+    made = aligned(len(array) * width)
+    made[:] = np.repeat(array, width)
+    return made
+
+
+def _slots(method: Method, spans: Array) -> Array:
+    """What the kernel is told of each instance."""
+    found: dict[bytes, Array] = {}
+    for span in spans:
+        if span.tobytes() not in found:
+            t0, t1 = map(float, span)
+            s = found[span.tobytes()] = np.zeros(SIZE)
+            s[: Slot.FRESH + 1] = first_slots(method, (t0, t1), t0, t1)
+            s[Slot.SPAN], s[Slot.PHASE] = t1 - t0, t0
+    return np.array([found[span.tobytes()] for span in spans])

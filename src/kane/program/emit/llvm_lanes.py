@@ -1,0 +1,249 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Kernels as lines of LLVM for several instances at once, one a lane of vectors.
+
+Each double of an array is `width` of them side by side, one a lane, but in `shared` arrays. What is the same in all lanes is one
+number (`kane.program.kernel.lanes`). A choice is made by the lanes for which its condition holds, and a loop is run by those for which
+it still does: the others keep what they had. A block that no lane runs is jumped over.
+
+A routine is told by bits which lanes it writes; each number that it takes is an address of one for each lane.
+"""
+
+from kane.errors import ProgramError
+from kane.program.emit.llvm_printer import Calls, LlvmPrinter, kept, lines, typed, vector
+from kane.program.kernel import language
+from kane.program.kernel.lanes import Varying
+from kane.program.kernel.language import INT, Operand, Type
+
+
+class LanesPrinter(LlvmPrinter):
+    """The lines of one kernel; `mask` is the name of the truth values that say which lanes run, "" where all do."""
+
+    def __init__(self, calls: Calls, flags: str, width: int, varying: Varying) -> None:
+        super().__init__(calls, flags, width=width, shared=varying.shared)
+        self.varying, self.width = varying, width
+        self.mask = ""
+        self.rooms: list[str] = []
+        self.some = self.lanes.of("i1")
+
+    # ------------------------------------------------------------------------------------------------------- values
+
+    def new(self, what: str) -> str:
+        """A name that nothing else has."""
+        return f"%{what}{len(self.lines)}"
+
+    def wide_type(self, type_: Type) -> str:
+        """A type in every lane."""
+        return typed(Type(type_.kind, self.width))
+
+    def wide(self, operand: Operand) -> str:
+        """An operand in every lane."""
+        if operand in self.varying:
+            return self.names[operand]
+        type_ = language.type_of(operand)
+        if isinstance(operand, language.Immediate):
+            return self.lanes.all(typed(type_), self.names[operand])
+        name = self.new("all")
+        self.add(*lines("splat", name, [self.names[operand]], "", type_, Type(type_.kind, self.width)))
+        return name
+
+    def room(self, what: str, type_: str) -> str:
+        """A place on the stack."""
+        name = self.new(what)
+        self.rooms.append(f"  {name} = alloca {type_}")
+        return name
+
+    def choose(self, type_: str, value: str, before: str, mask: str) -> str:
+        """The value in lanes that run, in others what was there before."""
+        if not mask:
+            return value
+        name = self.new("kept")
+        self.add(f"{name} = select {self.some} {mask}, {type_} {value}, {type_} {before}")
+        return name
+
+    def where(self, condition: str) -> str:
+        """The lanes that run and for which a condition holds; of others it may be anything, so no `and` of the two."""
+        return self.choose(self.some, condition, "zeroinitializer", self.mask)
+
+    def compute(self, s: language.Compute) -> None:
+        """An operation, in all lanes where it differs."""
+        if s.value not in self.varying:
+            super().compute(s)
+            return
+        given, made = (Type(language.type_of(x).kind, self.width) for x in (s.arguments[0], s.value))
+        self.operation(self.names[s.value], s.op, [self.wide(a) for a in s.arguments], given, made)
+
+    # ------------------------------------------------------------------------------------------------------- memory
+
+    def place(self, base: str, offset: Operand) -> str:
+        """The address of a number, or of those of all lanes."""
+        if offset in self.varying:
+            raise ProgramError(f"Expected a place in {base} that all lanes share: a routine takes one address.")
+        name, kind = self.new("a"), "double" if base in self.shared else self.kind
+        self.add(f"{name} = getelementptr inbounds {kind}, ptr {vector(base)}, i64 {self.names[offset]}")
+        return name
+
+    def places(self, base: str, offset: Operand) -> str:
+        """The addresses of the numbers of an array that lanes read at places of their own."""
+        name, at, kind = self.new("a"), self.wide(offset), self.lanes.of("i64")
+        if base not in self.shared:
+            lane = ", ".join(f"i64 {k}" for k in range(self.width))
+            self.add(f"{name}.row = mul {kind} {at}, {self.lanes.all('i64', self.width)}")
+            self.add(f"{name}.at = add {kind} {name}.row, <{lane}>")
+            at = f"{name}.at"
+        self.add(f"{name} = getelementptr double, ptr {vector(base)}, {kind} {at}")
+        return name
+
+    def scattered(self, action: str, given: str) -> str:
+        """A call of what reads or writes the lanes' numbers at addresses of their own."""
+        pointers, kind = self.lanes.of("ptr"), f"v{self.width}f64.v{self.width}p0"
+        reads = action == "gather"
+        takes = f"{pointers}, i32, {self.some}, {self.kind}" if reads else f"{self.kind}, {pointers}, i32, {self.some}"
+        result = self.kind if reads else "void"
+        self.calls.declared.add(f"declare {result} @llvm.masked.{action}.{kind}({takes})")
+        return f"call {result} @llvm.masked.{action}.{kind}({given})"
+
+    def load(self, s: language.Read) -> None:
+        """A value from memory."""
+        name, mask = self.names[s.value], self.mask or self.lanes.all("i1", "true")
+        if s.offset in self.varying:
+            at = f"{self.lanes.of('ptr')} {self.places(s.base, s.offset)}"
+            given = f"{at}, i32 8, {self.some} {mask}, {self.kind} zeroinitializer"
+            self.add(f"{name} = {self.scattered('gather', given)}")
+        else:
+            kind = self.kind if s.value in self.varying else "double"
+            self.add(f"{name} = load {kind}, ptr {self.place(s.base, s.offset)}, align 8")
+
+    def store(self, s: language.Write) -> None:
+        """A value to memory, of the lanes that run."""
+        if s.base in self.shared:
+            raise ProgramError(
+                f"Expected {s.base}, which all lanes share, to be read alone, got a kernel that writes to it."
+            )
+        value = self.wide(s.value)
+        if s.offset in self.varying:
+            mask = self.mask or self.lanes.all("i1", "true")
+            at = f"{self.lanes.of('ptr')} {self.places(s.base, s.offset)}"
+            self.add(self.scattered("scatter", f"{self.kind} {value}, {at}, i32 8, {self.some} {mask}"))
+            return
+        self.lines += kept(self.new("at"), self.lanes, value, self.place(s.base, s.offset), self.mask)
+
+    def cell_type(self, cell: language.Cell) -> str:
+        """The type of a cell."""
+        return self.wide_type(cell.type) if cell in self.varying.cells else typed(cell.type)
+
+    def get(self, s: language.Get) -> None:
+        """A value from a cell."""
+        self.add(f"{self.names[s.value]} = load {self.cell_type(s.cell)}, ptr %cell.{s.cell.name}")
+
+    def put(self, s: language.Put) -> None:
+        """A value to a cell, of the lanes that run."""
+        if s.cell not in self.varying.cells:
+            super().put(s)
+            return
+        kind, cell, before = self.cell_type(s.cell), f"%cell.{s.cell.name}", self.new("before")
+        if self.mask:
+            self.add(f"{before} = load {kind}, ptr {cell}")
+        self.add(f"store {kind} {self.choose(kind, self.wide(s.value), before, self.mask)}, ptr {cell}")
+
+    # ------------------------------------------------------------------------------------------------------ control
+
+    def call(self, s: language.CallRoutine) -> None:
+        """A routine, for the lanes that run."""
+        given, bits = [], str(2**self.width - 1)
+        if self.mask:
+            bits = self.new("bits")
+            self.add(f"{bits}.own = bitcast {self.some} {self.mask} to i{self.width}")
+            self.add(f"{bits} = zext i{self.width} {bits}.own to i64")
+        for a in s.arguments:
+            if isinstance(a, language.Address):
+                given.append(self.place(a.base, a.offset))
+            else:
+                given.append(self.room("number", self.kind))
+                self.add(f"store {self.kind} {self.wide(a)}, ptr {given[-1]}, align {8 * self.width}")
+        self.add(f"call void %{s.callee.name}(i64 {bits}{''.join(f', ptr {x}' for x in given)})")
+
+    def under(self, mask: str, label: str, block: language.Block, after: str) -> None:
+        """A block behind a label, by the lanes of a mask; then it goes on behind another label."""
+        outer, self.mask = self.mask, mask
+        self.labelled(label, block)
+        self.mask = outer
+        self.add(f"br label %{after}")
+
+    def jump(self, mask: str, label: str, other: str) -> None:
+        """On behind a label if any lane of a mask is there, else behind the other."""
+        bits, any_ = self.new("bits"), self.new("any")
+        self.add(
+            f"{bits} = bitcast {self.some} {mask} to i{self.width}",
+            f"{any_} = icmp ne i{self.width} {bits}, 0",
+            f"br i1 {any_}, label %{label}, label %{other}",
+        )
+
+    def choice(self, s: language.If) -> None:
+        """Both blocks, each by the lanes for which it is, if there are any."""
+        if s.condition not in self.varying:
+            super().choice(s)
+            return
+        condition = self.names[s.condition]
+        for block, holds in ((s.then, True), (s.other, False)):
+            if not block:
+                continue
+            if not holds:
+                condition = self.new("not")
+                true = self.lanes.all("i1", "true")
+                self.add(f"{condition} = xor {self.some} {self.names[s.condition]}, {true}")
+            mask = self.where(condition)
+            then, end = self.labels("then", "end")
+            self.jump(mask, then, end)
+            self.under(mask, then, block, end)
+            self.labelled(end)
+
+    def loop(self, s: language.While) -> None:
+        """A block by the lanes for which a condition still holds."""
+        if s.condition not in self.varying:
+            super().loop(s)
+            return
+        head, body, end = self.labels("head", "body", "end")
+        outer, room = self.mask, self.room("live", self.some)
+        self.add(f"store {self.some} {outer or self.lanes.all('i1', 'true')}, ptr {room}", f"br label %{head}")
+        self.lines.append(f"{head}:")
+        self.mask = self.new("running")
+        self.add(f"{self.mask} = load {self.some}, ptr {room}")
+        self.block(s.head)
+        mask = self.where(self.names[s.condition])
+        self.add(f"store {self.some} {mask}, ptr {room}")
+        self.jump(mask, body, end)
+        self.under(mask, body, s.body, head)
+        self.mask = outer
+        self.labelled(end)
+
+    def count(self, s: language.Count) -> None:
+        """A block for each integer, by the lanes for which it is in their range."""
+        if s.start not in self.varying and s.stop not in self.varying:
+            super().count(s)
+            return
+        before, head, body, last, end, more, on = self.labels("before", "head", "body", "last", "end", "next", "on")
+        wide = s.counter in self.varying
+        kind = self.wide_type(INT) if wide else "i64"
+        index, one = self.names[s.counter], self.lanes.all("i64", 1) if wide else "1"
+        start, stop = self.wide(s.start) if wide else self.names[s.start], self.wide(s.stop)
+        self.add(f"br label %{before}")
+        self.labelled(before)
+        self.add(f"br label %{head}")
+        self.labelled(head)
+        self.add(f"{index} = phi {kind} [ {start}, %{before} ], [ %{more}, %{last} ]")
+        self.add(f"%{on} = icmp slt {self.wide_type(INT)} {self.wide(s.counter)}, {stop}")
+        mask = self.where(f"%{on}")
+        self.jump(mask, body, end)
+        self.under(mask, body, s.body, last)
+        self.labelled(last)
+        self.add(f"%{more} = add {kind} {index}, {one}", f"br label %{head}{', !llvm.loop !0' * s.few}")
+        self.labelled(end)
+
+    def largest(self, cell: language.Cell) -> list[str]:
+        """The lines that make the largest integer of the lanes' cells the %result."""
+        kind = self.cell_type(cell)
+        if cell not in self.varying.cells:
+            return [f"  %result = load i64, ptr %cell.{cell.name}"]
+        function = f"@llvm.vector.reduce.smax.v{self.width}i64"
+        self.calls.declared.add(f"declare i64 {function}({kind})")
+        return [f"  %results = load {kind}, ptr %cell.{cell.name}", f"  %result = call i64 {function}({kind} %results)"]
