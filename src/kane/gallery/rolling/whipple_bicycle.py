@@ -47,10 +47,10 @@ def system(speeds: str = "rates") -> kn.System:
     q = x, y, _, _, theta, delta, _, theta_F = tuple(kn.coordinate(*c) for c in COORDINATES)
     g = kn.parameter("g", 9.81, "m/s^2", "acceleration of free fall")
     tilt = kn.parameter("lambda", math.pi / 10, "rad", "tilt of the steering axis")
-    frames = N, Y, L, B, S, H, *_ = _frames(q, tilt)
+    every = N, Y, L, B, S, H, *_ = frames(q, tilt)
     O = kn.Point("O", fixed_in=N)
     P = O.at("P", x * N.x + y * N.y)
-    bodies, (R_hat, F_hat) = _bodies(frames, P, tilt)
+    four, (R_hat, F_hat) = bodies(every, P, tilt)
     rear = kn.no_slip(R_hat, along=(Y.x, Y.y), name="rear wheel")
     front = kn.no_slip(F_hat, along=(H.x, H.y), name="front wheel")
     height = kn.touching(F_hat, O, normal=N.z, name="front wheel on the road")
@@ -58,8 +58,8 @@ def system(speeds: str = "rates") -> kn.System:
     T_delta = kn.input("T_delta", "N*m", "steer torque between rear frame and fork")
     return kn.System(
         N,
-        bodies=bodies,
-        speeds=choose(_definitions(frames, delta, theta_F, P), speeds),
+        bodies=four,
+        speeds=choose(definitions(every, delta, theta_F, P), speeds),
         loads=[
             kn.gravity(g * N.z),
             kn.Torque(B, T_phi * L.x, name="lean torque"),
@@ -72,7 +72,8 @@ def system(speeds: str = "rates") -> kn.System:
     )
 
 
-def _frames(q: tuple[kn.expr.Coordinate, ...], tilt: kn.Expr) -> Frames:
+def frames(q: tuple[kn.expr.Coordinate, ...], tilt: kn.Expr) -> Frames:
+    """The frames by the eight coordinates."""
     _, _, psi, phi, theta, delta, theta_R, theta_F = q
     N = kn.Frame("N")
     Y = N.rotate("Y", psi, N.z)
@@ -84,7 +85,7 @@ def _frames(q: tuple[kn.expr.Coordinate, ...], tilt: kn.Expr) -> Frames:
     return N, Y, L, B, S, H, E, L.rotate("R", theta_R, L.y), H.rotate("F", theta_F, H.y)
 
 
-def _bodies(frames: Frames, P: kn.Point, tilt: kn.Expr) -> tuple[tuple[kn.RigidBody, ...], tuple[kn.Point, kn.Point]]:
+def bodies(frames: Frames, P: kn.Point, tilt: kn.Expr) -> tuple[tuple[kn.RigidBody, ...], tuple[kn.Point, kn.Point]]:
     """The four bodies above the rear contact P, and the wheels' particles in contact."""
     w = kn.parameter("w", 1.02, "m", "wheel base")
     c = kn.parameter("c", 0.08, "m", "trail")
@@ -120,7 +121,7 @@ def _bodies(frames: Frames, P: kn.Point, tilt: kn.Expr) -> tuple[tuple[kn.RigidB
     ), (R_hat, F_hat)
 
 
-def _definitions(
+def definitions(
     frames: Frames, delta: kn.expr.Coordinate, theta_F: kn.expr.Coordinate, P: kn.Point
 ) -> dict[str, dict[kn.expr.Speed, kn.Expr]]:
     """The speeds u by name of the choice."""
