@@ -47,10 +47,13 @@ def system(speeds: str = "rates") -> kn.System:
     q = x, y, _, _, theta, delta, _, theta_F = tuple(kn.coordinate(*c) for c in COORDINATES)
     g = kn.parameter("g", 9.81, "m/s^2", "acceleration of free fall")
     tilt = kn.parameter("lambda", math.pi / 10, "rad", "tilt of the steering axis")
-    every = N, Y, L, B, S, H, *_ = frames(q, tilt)
+    every = N, Y, L, B, S, H, _, R, F = frames(q, tilt)
     O = kn.Point("O", fixed_in=N)
     P = O.at("P", x * N.x + y * N.y)
-    four, (R_hat, F_hat) = bodies(every, P, tilt)
+    four, (r_R, r_F) = bodies(every, P, tilt)
+    R_hat = four[0].mass_center.fixed_in(R, "R^", r_R * L.z)
+    lean = N.z.dot(H.y)
+    F_hat = four[3].mass_center.fixed_in(F, "F^", r_F * (N.z - lean * H.y) / kn.sqrt(1 - lean**2))
     rear = kn.no_slip(R_hat, along=(Y.x, Y.y), name="rear wheel")
     front = kn.no_slip(F_hat, along=(H.x, H.y), name="front wheel")
     height = kn.touching(F_hat, O, normal=N.z, name="front wheel on the road")
@@ -85,8 +88,8 @@ def frames(q: tuple[kn.expr.Coordinate, ...], tilt: kn.Expr) -> Frames:
     return N, Y, L, B, S, H, E, L.rotate("R", theta_R, L.y), H.rotate("F", theta_F, H.y)
 
 
-def bodies(frames: Frames, P: kn.Point, tilt: kn.Expr) -> tuple[tuple[kn.RigidBody, ...], tuple[kn.Point, kn.Point]]:
-    """The four bodies above the rear contact P, and the wheels' particles in contact."""
+def bodies(frames: Frames, P: kn.Point, tilt: kn.Expr) -> tuple[tuple[kn.RigidBody, ...], tuple[kn.expr.Parameter, ...]]:
+    """The four bodies – rear wheel, rear frame, fork, front wheel – above the rear contact P, and the wheels' radii."""
     w = kn.parameter("w", 1.02, "m", "wheel base")
     c = kn.parameter("c", 0.08, "m", "trail")
     r_R, r_F = (
@@ -101,7 +104,7 @@ def bodies(frames: Frames, P: kn.Point, tilt: kn.Expr) -> tuple[tuple[kn.RigidBo
         """Measure numbers along S.x and S.z of dx B.x + dz B.z."""
         return kn.cos(tilt) * dx - kn.sin(tilt) * dz, kn.sin(tilt) * dx + kn.cos(tilt) * dz
 
-    N, _, L, B, S, H, E, R, F = frames
+    _, _, L, B, S, H, E, R, F = frames
     reach = along(w + c, r_R)[0]  # from the rear axle square to the steering axis
     front_x, front_z = along(w, r_R - r_F)
     fork_x, fork_z = along(x_H, z_H + r_R)
@@ -110,15 +113,12 @@ def bodies(frames: Frames, P: kn.Point, tilt: kn.Expr) -> tuple[tuple[kn.RigidBo
     A = Rs.at("A", reach * S.x)
     Hs = A.at("H*", (fork_x - reach) * H.x + fork_z * H.z)
     Fs = A.at("F*", (front_x - reach) * H.x + front_z * H.z)
-    R_hat = Rs.fixed_in(R, "R^", r_R * L.z)
-    lean = N.z.dot(H.y)
-    F_hat = Fs.fixed_in(F, "F^", r_F * (N.z - lean * H.y) / kn.sqrt(1 - lean**2))
     return (
         kn.RigidBody("rear wheel", frame=R, mass_center=Rs, mass=m_R, inertia=kn.inertia(L, I_R, J_R, I_R)),
         kn.RigidBody("rear frame", frame=B, mass_center=Bs, mass=m_B, inertia=kn.inertia(B, *inertia_B)),
         kn.RigidBody("fork", frame=H, mass_center=Hs, mass=m_H, inertia=kn.inertia(E, *inertia_H)),
         kn.RigidBody("front wheel", frame=F, mass_center=Fs, mass=m_F, inertia=kn.inertia(H, I_F, J_F, I_F)),
-    ), (R_hat, F_hat)
+    ), (r_R, r_F)
 
 
 def definitions(
