@@ -88,7 +88,9 @@ def frames(q: tuple[kn.expr.Coordinate, ...], tilt: kn.Expr) -> Frames:
     return N, Y, L, B, S, H, E, L.rotate("R", theta_R, L.y), H.rotate("F", theta_F, H.y)
 
 
-def bodies(frames: Frames, P: kn.Point, tilt: kn.Expr) -> tuple[tuple[kn.RigidBody, ...], tuple[kn.expr.Parameter, ...]]:
+def bodies(
+    frames: Frames, P: kn.Point, tilt: kn.Expr
+) -> tuple[tuple[kn.RigidBody, ...], tuple[kn.expr.Parameter, ...]]:
     """The four bodies – rear wheel, rear frame, fork, front wheel – above the rear contact P, and the wheels' radii."""
     w = kn.parameter("w", 1.02, "m", "wheel base")
     c = kn.parameter("c", 0.08, "m", "trail")
