@@ -62,7 +62,7 @@ def test_accelerations_of_each_mode(modes: tuple[str, ...], seed: int) -> None:
 
     poses, twists = [], []
     for body in SYSTEM.rigid_bodies:
-        own = body.inertia.frames()[0] if body.name == "fork" else body.frame
+        own: Any = body.inertia.frames()[0] if body.name == "fork" else body.frame
         turned = np.column_stack([vector(a) for a in (own.x, own.y, own.z)])
         poses.append(Pose(vector(body.mass_center.position(body.mass_center.root())), turned))
         twists.append(Twist(vector(eom.velocities[body.mass_center]), vector(eom.angular_velocities[body.frame])))
@@ -105,9 +105,9 @@ def test_accelerations_of_each_mode(modes: tuple[str, ...], seed: int) -> None:
     torques[1] -= steering
     J, n = rows.A[held], len(nu)
     mass = np.zeros((n, n))
-    for i, (body, pose) in enumerate(zip(bodies, poses, strict=True)):
-        mass[6 * i : 6 * i + 3, 6 * i : 6 * i + 3] = body.mass * np.eye(3)
-        mass[6 * i + 3 : 6 * i + 6, 6 * i + 3 : 6 * i + 6] = pose.R @ body.inertia @ pose.R.T
+    for i, (solid, pose) in enumerate(zip(bodies, poses, strict=True)):
+        mass[6 * i : 6 * i + 3, 6 * i : 6 * i + 3] = solid.mass * np.eye(3)
+        mass[6 * i + 3 : 6 * i + 6, 6 * i + 3 : 6 * i + 6] = pose.R @ solid.inertia @ pose.R.T
     force = loads(bodies, poses, twists, None, torques, np.array([0.0, 0.0, g]))
     left = np.block([[mass, -np.array(pushed).T], [J, np.zeros((len(J), len(J)))]])
     found = np.linalg.solve(left, np.concatenate([force, -rows.bias[held]]))
