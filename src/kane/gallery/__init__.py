@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from kane.gallery.contacts import rocking_block as rocking_block
     from kane.gallery.contacts import shaken_block as shaken_block
     from kane.gallery.contacts import simplest_walker as simplest_walker
+    from kane.gallery.contacts import skidding_bicycle as skidding_bicycle
     from kane.gallery.contacts import skidding_disk as skidding_disk
     from kane.gallery.contacts import slider_crank_with_clearance as slider_crank_with_clearance
     from kane.gallery.contacts import stacked_blocks as stacked_blocks
@@ -60,7 +61,7 @@ _PLACES = """
     contacts.tippe_top contacts.painleve_rod contacts.dry_oscillator contacts.shaken_block contacts.stacked_blocks
     contacts.rocking_block contacts.pool_ball contacts.ball_on_turntable contacts.eulers_disk contacts.newtons_cradle
     contacts.woodpecker contacts.slider_crank_with_clearance
-    contacts.rimless_wheel contacts.simplest_walker contacts.compass_gait
+    contacts.rimless_wheel contacts.simplest_walker contacts.compass_gait contacts.skidding_bicycle
 """
 GALLERY: dict[str, str] = {place.rpartition(".")[2]: f"kane.gallery.{place}" for place in _PLACES.split()}
 """Module path of each system by name, from simple to rich."""

@@ -121,7 +121,12 @@ def friction(c: ContactLaw, mode: ContactMode, forces_: Forces) -> Load:
     for row, f in zip(c.slips, c.friction_forces, strict=True):
         forces += [(p, v * sizes[f]) for p, v in row.forces]
         torques += [(frame, v * sizes[f]) for frame, v in row.torques]
-    return Load(f"friction of {c.name}", tuple(forces), tuple(torques))
+    return Load(friction_name(c), tuple(forces), tuple(torques))
+
+
+def friction_name(c: ContactLaw) -> str:
+    """The name of the load that is the friction of a contact that slips."""
+    return f"friction of {c.name}"
 
 
 def _endings(c: ContactLaw, mode: ContactMode, group: Group, forces: Forces) -> Iterator[Event]:

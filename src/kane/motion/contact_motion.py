@@ -414,10 +414,10 @@ class ContactMotion:
     def _unpressed(self, touch: Touch, closed: set[int], sliding: Array, friction: Array) -> set[int]:
         """The contacts whose normal forces are none but for rounding: those of a body that lies flat vanish together."""
         order, d = sorted(closed), self.layout.d
-        pressed = touch.choose(order, sliding, friction).forces[::d]
-        rows = [d * n for n in order]
-        size = touch.bias_terms[rows] / touch.mobility[rows, rows]
-        return {n for n, force, most in zip(order, pressed, size, strict=True) if force <= NOTHING * most}
+        pressed = dict(zip(order, touch.choose(order, sliding, friction).forces[::d], strict=True))
+        rows = {n: d * n for n in order if not self.contacts[n].sized and self.contacts[n].pressed_by is None}
+        size = {n: touch.bias_terms[k] / touch.mobility[k, k] for n, k in rows.items()}
+        return {n for n, most in size.items() if pressed[n] <= NOTHING * most}
 
     def _parts(self, touch: Touch, i: int, apart: Decided) -> bool:
         """Whether a gap does not close again where its contact is taken for open; at N = 0 both are right but for rounding."""

@@ -15,6 +15,7 @@ from kane.errors import cut
 from kane.expr.build import neg
 from kane.expr.evaluation import evaluate
 from kane.expr.node import Expr
+from kane.model.contact_modes import friction_name
 from kane.model.declarations import Event
 from kane.motion.hybrid.events import End, Fresh, StepSeen, met_along, still_there, thresholds
 from kane.motion.right_hand_side import Routines, Switch, switches
@@ -115,7 +116,8 @@ class Pace:
 
 def chattering(now: Routines, pace: Pace) -> str:
     """Which load turns to and fro at a switch by the last states, or stands at it, and what to do; "" where none does."""
-    found = switches(now.eom, now.laws)
+    ends = {friction_name(c) for c in now.eom.system.contacts}  # before |v| is zero, by an event that is near it
+    found = [s for s in switches(now.eom, now.laws) if s.jumps or s.load not in ends]
     if not found or not pace.states:
         return ""
 

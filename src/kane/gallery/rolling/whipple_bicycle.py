@@ -47,10 +47,13 @@ def system(speeds: str = "rates") -> kn.System:
     q = x, y, _, _, theta, delta, _, theta_F = tuple(kn.coordinate(*c) for c in COORDINATES)
     g = kn.parameter("g", 9.81, "m/s^2", "acceleration of free fall")
     tilt = kn.parameter("lambda", math.pi / 10, "rad", "tilt of the steering axis")
-    frames = N, Y, L, B, S, H, *_ = _frames(q, tilt)
+    every = N, Y, L, B, S, H, _, R, F = frames(q, tilt)
     O = kn.Point("O", fixed_in=N)
     P = O.at("P", x * N.x + y * N.y)
-    bodies, (R_hat, F_hat) = _bodies(frames, P, tilt)
+    four, (r_R, r_F) = bodies(every, P, tilt)
+    R_hat = four[0].mass_center.fixed_in(R, "R^", r_R * L.z)
+    lean = N.z.dot(H.y)
+    F_hat = four[3].mass_center.fixed_in(F, "F^", r_F * (N.z - lean * H.y) / kn.sqrt(1 - lean**2))
     rear = kn.no_slip(R_hat, along=(Y.x, Y.y), name="rear wheel")
     front = kn.no_slip(F_hat, along=(H.x, H.y), name="front wheel")
     height = kn.touching(F_hat, O, normal=N.z, name="front wheel on the road")
@@ -58,8 +61,8 @@ def system(speeds: str = "rates") -> kn.System:
     T_delta = kn.input("T_delta", "N*m", "steer torque between rear frame and fork")
     return kn.System(
         N,
-        bodies=bodies,
-        speeds=choose(_definitions(frames, delta, theta_F, P), speeds),
+        bodies=four,
+        speeds=choose(definitions(every, delta, theta_F, P), speeds),
         loads=[
             kn.gravity(g * N.z),
             kn.Torque(B, T_phi * L.x, name="lean torque"),
@@ -72,7 +75,8 @@ def system(speeds: str = "rates") -> kn.System:
     )
 
 
-def _frames(q: tuple[kn.expr.Coordinate, ...], tilt: kn.Expr) -> Frames:
+def frames(q: tuple[kn.expr.Coordinate, ...], tilt: kn.Expr) -> Frames:
+    """The frames by the eight coordinates."""
     _, _, psi, phi, theta, delta, theta_R, theta_F = q
     N = kn.Frame("N")
     Y = N.rotate("Y", psi, N.z)
@@ -84,8 +88,10 @@ def _frames(q: tuple[kn.expr.Coordinate, ...], tilt: kn.Expr) -> Frames:
     return N, Y, L, B, S, H, E, L.rotate("R", theta_R, L.y), H.rotate("F", theta_F, H.y)
 
 
-def _bodies(frames: Frames, P: kn.Point, tilt: kn.Expr) -> tuple[tuple[kn.RigidBody, ...], tuple[kn.Point, kn.Point]]:
-    """The four bodies above the rear contact P, and the wheels' particles in contact."""
+def bodies(
+    frames: Frames, P: kn.Point, tilt: kn.Expr
+) -> tuple[tuple[kn.RigidBody, ...], tuple[kn.expr.Parameter, ...]]:
+    """The four bodies – rear wheel, rear frame, fork, front wheel – above the rear contact P, and the wheels' radii."""
     w = kn.parameter("w", 1.02, "m", "wheel base")
     c = kn.parameter("c", 0.08, "m", "trail")
     r_R, r_F = (
@@ -100,7 +106,7 @@ def _bodies(frames: Frames, P: kn.Point, tilt: kn.Expr) -> tuple[tuple[kn.RigidB
         """Measure numbers along S.x and S.z of dx B.x + dz B.z."""
         return kn.cos(tilt) * dx - kn.sin(tilt) * dz, kn.sin(tilt) * dx + kn.cos(tilt) * dz
 
-    N, _, L, B, S, H, E, R, F = frames
+    _, _, L, B, S, H, E, R, F = frames
     reach = along(w + c, r_R)[0]  # from the rear axle square to the steering axis
     front_x, front_z = along(w, r_R - r_F)
     fork_x, fork_z = along(x_H, z_H + r_R)
@@ -109,18 +115,15 @@ def _bodies(frames: Frames, P: kn.Point, tilt: kn.Expr) -> tuple[tuple[kn.RigidB
     A = Rs.at("A", reach * S.x)
     Hs = A.at("H*", (fork_x - reach) * H.x + fork_z * H.z)
     Fs = A.at("F*", (front_x - reach) * H.x + front_z * H.z)
-    R_hat = Rs.fixed_in(R, "R^", r_R * L.z)
-    lean = N.z.dot(H.y)
-    F_hat = Fs.fixed_in(F, "F^", r_F * (N.z - lean * H.y) / kn.sqrt(1 - lean**2))
     return (
         kn.RigidBody("rear wheel", frame=R, mass_center=Rs, mass=m_R, inertia=kn.inertia(L, I_R, J_R, I_R)),
         kn.RigidBody("rear frame", frame=B, mass_center=Bs, mass=m_B, inertia=kn.inertia(B, *inertia_B)),
         kn.RigidBody("fork", frame=H, mass_center=Hs, mass=m_H, inertia=kn.inertia(E, *inertia_H)),
         kn.RigidBody("front wheel", frame=F, mass_center=Fs, mass=m_F, inertia=kn.inertia(H, I_F, J_F, I_F)),
-    ), (R_hat, F_hat)
+    ), (r_R, r_F)
 
 
-def _definitions(
+def definitions(
     frames: Frames, delta: kn.expr.Coordinate, theta_F: kn.expr.Coordinate, P: kn.Point
 ) -> dict[str, dict[kn.expr.Speed, kn.Expr]]:
     """The speeds u by name of the choice."""
