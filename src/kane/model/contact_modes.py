@@ -12,7 +12,7 @@ from kane.expr.symbols import Reaction
 from kane.expr.visit import substituted
 from kane.model.contacts import ContactLaw, ContactMode, Modes
 from kane.model.declarations import Event
-from kane.model.loads import Load
+from kane.model.loads import Load, Slip
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
@@ -121,7 +121,8 @@ def friction(c: ContactLaw, mode: ContactMode, forces_: Forces) -> Load:
     for row, f in zip(c.slips, c.friction_forces, strict=True):
         forces += [(p, v * sizes[f]) for p, v in row.forces]
         torques += [(frame, v * sizes[f]) for frame, v in row.torques]
-    return Load(friction_name(c), tuple(forces), tuple(torques))
+    shared = c.normal_force in forces_  # a multiplier that others share may have either sign, N has an event of its own
+    return Load(friction_name(c), tuple(forces), tuple(torques), slip=Slip(None) if shared else None)
 
 
 def friction_name(c: ContactLaw) -> str:

@@ -373,7 +373,7 @@ class ContactMotion:
         stand = next((s.members for s in stands(self.contacts, now.modes) if i in s.members), ())
         if stand and kind in ("opens", "slips") and not hits:
             same = replace(now, closed=(), choice=None)
-            if self._shares(same, t, x)[1][i] > ENDS:
+            if self._shares(same, t, x)[1][i] > GIVEN:  # enough for an event to show
                 return x, same, t
         if kind == "opens" and not hits:
             for off in (self._unpressed(touch, closed, sliding, friction) | {i}, {i}):
@@ -393,11 +393,22 @@ class ContactMotion:
         return x, decided, begins
 
     def _opens(self, touch: Touch, closed: set[int], below: set[int], modes: Modes) -> None:
-        """Gaps that open have left zero, where rounding, or what has closed besides and moved them `below`, says otherwise."""
+        """Gaps that open have left zero, where rounding, or what has closed besides and moved them `below`, says otherwise.
+
+        Raises
+        ------
+        SimulationError
+            if a contact has opened and fallen so often, each time twice as low, that it would be below what counts as closed
+        """
         for n in closed | below:
             gap, mode = float(touch.numbers.gaps[n]), modes[n]
             if mode is ContactMode.SEPARATED and n in closed:  # without speed
                 self.slack[n] = ROUNDED * touch.numbers.gap_terms[n] + 2 * abs(gap)
+                if self.slack[n] > EQUAL * touch.numbers.gap_terms[n]:
+                    raise SimulationError(
+                        f"Expected a contact that stays closed or opens, got {self.contacts[n].name!r}, which hops: it opens, "
+                        "and falls, without end. Give what yields a stiffness, or less friction"
+                    )
             elif mode is ContactMode.SEPARATED:
                 self.slack[n] = max(-gap, 0.0)
 

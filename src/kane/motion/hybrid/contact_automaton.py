@@ -244,8 +244,9 @@ class _Automaton(After):
             self.largest[at] = of.absolute(value)
             for j in range(LEAVES):
                 self.leaves[at * LEAVES + j] = 0.0
-            band = self.glanced[w.compute("int", self.own[mode]) + e] * ROUNDED_TERMS
-            beside = of.absolute(value - self.least[at]) > band
+            beside = (
+                of.absolute(value - self.least[at]) > self.glanced[w.compute("int", self.own[mode]) + e] * ROUNDED_TERMS
+            )
             contact = w.compute("int", self.meaning[at * 2])
             leaves = (contact >= 0) & (self.leaving[w.select(contact < 0, w.integer(0), contact)] > 0.0)
             leaves = leaves & (self.begun[at] > 0.0)
@@ -253,7 +254,6 @@ class _Automaton(After):
                 self.seen[at] = self.least[at]
                 for j, x in enumerate((1.0, 1.0, 1.0, 0.0, SOON)):
                     self.leaves[at * LEAVES + j] = x
-                self.leaves[at * LEAVES + 3] = band  # the side of what rebounds by less than rounding leaves
             with w.otherwise(), w.when(~beside & (self.begun[at] > -0.5)):
                 self.found.put(1)
         ahead = s[int(Slot.END)] - self.t.get() > 10.0 * s[int(Slot.SHORTEST)] + SAME_TIME * of.absolute(self.t.get())

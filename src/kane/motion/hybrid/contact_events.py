@@ -7,7 +7,7 @@ from kane.motion.hybrid.contact_decisions import SLIP, STICK, Decisions
 from kane.motion.hybrid.contact_impacts import Impacts
 from kane.motion.steppers.context import Slot
 from kane.motion.steppers.dense import factor, solve
-from kane.numeric.scale import ROUNDED, ROUNDED_SUM, SAME_TIME
+from kane.numeric.scale import EQUAL, ROUNDED, ROUNDED_SUM, SAME_TIME
 from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Array, Term, Variable, Writer
 
@@ -255,6 +255,7 @@ class After:
         with w.few(of.k) as i, w.when((self.touching[i] > 0.0) & ~(self.next[i] > SEPARATED)):  # opens without speed
             gap, terms = of.numbers[of.gaps + i], of.numbers[of.gap_terms + i]
             self.slack[i] = ROUNDED * terms + 2.0 * of.absolute(gap)
+            of.doubt(self.slack[i] > EQUAL * terms)
 
     def parts(self) -> None:
         """Whether the gap of the event does not close again, its contact taken for open: then that is what follows."""

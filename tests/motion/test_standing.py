@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Bodies that stand on more points of a plane than determine their forces: they move where no forces hold them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+import clarabel
+import numpy as np
+import pytest
+from scipy import sparse
+
+import kane as kn
+
+G, MASS, HEIGHT, MU = 9.81, 2.0, 0.5, 0.5
+FEET = ((0.3, 0.0), (-0.2, 0.3), (-0.2, -0.3))
+CORNERS = ((0.3, 0.2), (0.3, -0.2), (-0.3, 0.2), (-0.3, -0.2))
+LINE = ((0.3, 0.0), (0.0, 0.0), (-0.3, 0.0))
+TIGHT = {"rtol": 1e-10, "atol": 1e-12}
+P = kn.parameter("P", 0.0, "N/s")
+AT = (0.1, -0.15)
+"""Where a force P t along x pulls, at the height of the mass centre's foot point."""
+
+
+@cache
+def box(points: Sequence[tuple[float, float]], static: float = MU) -> kn.Equations:
+    """A body on an incline of a given slope, on points below its mass centre."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    I = N.rotate("I", kn.parameter("slope", 0.0), N.y)
+    x, y, z, a, b, c = kn.coordinates("x y z a b c")
+    B = I.rotate_body("B", [a, b, c], "321")
+    C = O.at("C", x * I.x + y * I.y + z * I.z)
+    contacts = []
+    for k, (px, py) in enumerate(points):
+        foot = C.fixed_in(B, f"F{k}", px * B.x + py * B.y - HEIGHT * B.z)
+        contacts.append(kn.contact(kn.joints.point_on_plane(f"c{k}", foot, O, normal=I.z), MU, static=static))
+    pulled = C.fixed_in(B, "A", AT[0] * B.x + AT[1] * B.y - HEIGHT * B.z)
+    body = kn.RigidBody("box", frame=B, mass_center=C, mass=MASS, inertia=kn.inertia(B, 0.2, 0.3, 0.4))
+    loads = [kn.gravity(-G * N.z), kn.Force(pulled, P * kn.time * I.x)]
+    return kn.derive(kn.System(N, bodies=[body], speeds="rates", loads=loads, contacts=contacts))
+
+
+REST = {"q": [0, 0, HEIGHT, 0, 0, 0], "u": [0] * 6}
+
+
+def forces(sol: kn.Solution, k: int = -1) -> tuple[Any, Any]:
+    """N (n) and F (n × 2) at an output."""
+    contacts = sol.equations.system.contacts
+    n = [float(sol[c.normal_force][k]) for c in contacts]
+    return np.array(n), np.array([[float(sol[f][k]) for f in c.friction_forces] for c in contacts])
+
+
+@pytest.mark.parametrize("points", [FEET, CORNERS, LINE])
+def test_what_stands_moves_exactly_zero(points: Any) -> None:
+    sol = kn.simulate(box(points), (0, 1000), parameters={"slope": 0.2}, **REST)
+    assert sol.status == "finished"
+    assert set(np.unique([sol.modes[f"c{k}"] for k in range(len(points))])) == {"stick"}
+    np.testing.assert_array_equal(sol.q - sol.q[0], 0)
+    n, f = forces(sol)
+    r = np.array(points)
+    assert n.sum() == pytest.approx(MASS * G * np.cos(0.2), rel=1e-12)
+    assert f.sum(axis=0) == pytest.approx([-MASS * G * np.sin(0.2), 0], abs=1e-11)
+    assert (np.linalg.norm(f, axis=1) < MU * n).all()
+    # moments about the mass centre
+    assert n @ r[:, 0] == pytest.approx(-HEIGHT * f.sum(axis=0)[0], abs=1e-11)
+    assert n @ r[:, 1] == pytest.approx(0, abs=1e-11)
+    assert (r[:, 0] * f[:, 1] - r[:, 1] * f[:, 0]).sum() == pytest.approx(0, abs=1e-11)
+
+
+@pytest.mark.parametrize("points", [FEET, CORNERS])
+def test_a_body_slides_down_and_stops(points: Any) -> None:
+    a = G * (np.sin(0.55) - MU * np.cos(0.55))
+    sol = kn.simulate(box(points), (0, 1), parameters={"slope": 0.55}, **REST, **TIGHT)
+    assert sol["x"][-1] == pytest.approx(a / 2, abs=1e-10)
+    a = G * (MU * np.cos(0.1) - np.sin(0.1))
+    sol = kn.simulate(box(points), (0, 1), parameters={"slope": 0.1}, q=REST["q"], u=[0.5, 0, 0, 0, 0, 0], **TIGHT)
+    assert sol["x"][-1] == pytest.approx(0.125 / a, abs=1e-10)
+    assert np.abs(sol.u[-1]).max() < 1e-11
+
+
+def largest(points: Any) -> float:
+    """The largest pull that forces within the cones hold: a conic problem in the pull, N and F."""
+    k = len(points)
+    width = 1 + 3 * k
+    at, r = np.array(AT), np.array(points)
+    sums = np.zeros((6, width))
+    given = np.array([0, 0, MASS * G, 0, 0, 0])
+    for i, (x, y) in enumerate(r):
+        n, fx, fy = 1 + 3 * i + np.arange(3)
+        sums[0, fx] = sums[1, fy] = sums[2, n] = 1
+        sums[3, n], sums[3, fy] = y, HEIGHT
+        sums[4, n], sums[4, fx] = -x, -HEIGHT
+        sums[5, fy], sums[5, fx] = x, -y
+    sums[:, 0] = [1, 0, 0, 0, -HEIGHT, -at[1]]
+    cone = np.zeros((3 * k, width))
+    for i in range(k):
+        cone[3 * i, 1 + 3 * i], cone[3 * i + 1, 2 + 3 * i], cone[3 * i + 2, 3 + 3 * i] = -MU, -1, -1
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    for name in ("tol_gap_abs", "tol_gap_rel", "tol_feas"):
+        setattr(settings, name, 1e-12)
+    cones = [clarabel.ZeroConeT(6), *[clarabel.SecondOrderConeT(3)] * k]
+    cost = np.zeros(width)
+    cost[0] = -1.0
+    rows = sparse.csc_matrix(np.vstack([sums, cone]))
+    right = np.append(given, np.zeros(3 * k))
+    solver = clarabel.DefaultSolver(sparse.csc_matrix((width, width)), cost, rows, right, cones, settings)
+    return float(solver.solve().x[0])
+
+
+@pytest.mark.parametrize("points", [FEET, CORNERS])
+def test_a_pull_beside_the_middle_moves_it_where_no_forces_hold(points: Any) -> None:
+    """The limit of all distributions, not of one: beside a conic solver."""
+    most = largest(points)
+    sol = kn.simulate(box(points, 0.500001), (0, 2 * most), parameters={"P": 1.0}, max_seconds=60, **REST, **TIGHT)
+    slips = [t for e, t in sol.events if e.name.endswith(("slips", "opens"))]
+    moves = sol.t[np.flatnonzero(np.abs(sol.u).max(axis=1) > 0)[0]]
+    assert slips
+    last = max(t for t in slips if t <= moves + 1e-9)
+    assert last == pytest.approx(most, rel=3e-6)  # μ_s is so much larger
