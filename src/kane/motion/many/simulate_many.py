@@ -41,6 +41,7 @@ def simulate_many(
     outputs: Mapping[str, Any] | None = None,
     reduce: Any = None,
     threads: int | None = None,
+    lanes: bool | None = None,
     method: str | AdaptiveStep | FixedStep | None = None,
     rtol: float | None = None,
     atol: float | None = None,
@@ -118,8 +119,8 @@ def simulate_many(
     t = np.concatenate([whole_span[:1], times[(times > whole_span[0]) & (times < whole_span[1])], whole_span[1:]])
     results = Results(eom, kept, t, many)
     with working("Simulating many"):
-        for tile, found in outcomes(Family(eom, plan, settings, check, many), workers):
-            results.put(tile, found)
+        for found in outcomes(Family(eom, plan, settings, check, many, lanes), workers):
+            results.put(found)
             far(lambda: f"{results.done} of {many.count}")
     return results.dataset(_facts(plan, many))
 
