@@ -181,5 +181,6 @@ class Batch:
         with np.errstate(invalid="ignore"):
             kept = keeps_sharply(k, e, work, rtol)
             for i in np.flatnonzero(~kept):
-                kept[i] = energy_check(runner.t[few], k[i], e[i], work[i], open_).sharply(rtol)
+                one = energy_check(runner.t[few], k[i], e[i], work[i], open_)
+                kept[i] = one.sharply(rtol) or (len(few) == len(runner.t) and not one.exceeds(rtol))
             return pivot[:, 0] > SURELY_REGULAR, kept

@@ -38,8 +38,8 @@ _PARTS = 8
 """So many tiles a thread at least, so that none waits long for the last one."""
 _MOST = 256
 """Instances of a tile at most: their samples are in memory twice."""
-FEW = 16
-"""With fewer instances there are no lanes."""
+FEW = 64
+"""With fewer instances there are no lanes: code for them takes 0.1 s, or seconds where a stepper is compiled for the first time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
