@@ -14,7 +14,7 @@ from kane.motion.many.lanes import run_in_lanes, runs_in_lanes
 from kane.motion.methods import kernel_of
 from kane.motion.native import LOOKS
 from kane.motion.runner import Noted, Runner, judged
-from kane.motion.solution.checks import energy_check, keeps_sharply
+from kane.motion.solution.checks import keeps_sharply
 from kane.motion.steppers.context import SIZE, ReturnCode
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import Stepper
@@ -165,8 +165,7 @@ class Batch:
 
     def _judged(self, states: Array, p: Array) -> tuple[Mask, Mask]:
         """Whether equations are surely regular at the start of each motion, and it surely keeps its energy."""
-        runner = self.runner
-        few, count = runner.few, len(states)
+        runner, few, count = self.runner, self.runner.few, len(states)
         rows, n = count * len(few), states.shape[2]
         some = np.ascontiguousarray(states[:, few])
         t, every = (
@@ -177,10 +176,7 @@ class Batch:
         places = (t, 1), (some.reshape(rows, n), n), (every, every.shape[1]), (runner.given["single_r"], 0)
         self.routine.on_rows(*places, out=found)()
         k, e, pivot = np.moveaxis(found.reshape(count, len(few), 3), -1, 0)
-        rtol, work, open_ = runner.method.rtol, some[:, :, -1], np.zeros(len(few))
+        whole = len(few) == len(runner.t)
         with np.errstate(invalid="ignore"):
-            kept = keeps_sharply(k, e, work, rtol)
-            for i in np.flatnonzero(~kept):
-                one = energy_check(runner.t[few], k[i], e[i], work[i], open_)
-                kept[i] = one.sharply(rtol) or (len(few) == len(runner.t) and not one.exceeds(rtol))
+            kept = keeps_sharply(k, e, some[:, :, -1], runner.method.rtol, whole)
             return pivot[:, 0] > SURELY_REGULAR, kept
