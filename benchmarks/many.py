@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Many double pendulums on one core and two, a second: `python -m benchmarks.many [COUNT [PAIRS]]`, beside heyoka where it is there.
 
-Rods start at rest at random angles and move for 10 s. Tolerances differ, so that each keeps the energy to 1e-8 in the median: `drift`
+Rods start at rest at random angles and move for 10 s, at the loosest tolerances that keep the energy to 1e-8 in the median: `drift`
 is its change over the largest that there is. Both sides run in turn.
 """
 
@@ -19,7 +19,7 @@ from benchmarks.rhs_cases import optional
 from kane.gallery import pendulums
 
 END, GRAVITY = 10.0, 9.81
-TOLERANCE, PEERS = 3e-8, 3e-7
+TOLERANCE, PEERS = 3e-8, 1e-7  # at 1.2e-7 a Taylor series loses an order, and drifts by 3e-8
 
 
 def starts(count: int) -> Array:
