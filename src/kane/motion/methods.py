@@ -160,9 +160,19 @@ def _native(stepper: Stepper, drives: Sequence[Any], rtol: float) -> str:
         return _BENT
     if any(isinstance(e, SlipEnd) for e in stepper.eom.events):
         return _NARROW
-    if own.isdisjoint(LIBRARY) and target(settings.cpu, settings.features).lanes >= _LANES:
+    if own.isdisjoint(LIBRARY) and has_lanes(settings):
         return _WIDE
     return _NARROW if rtol <= _TIGHT or of_time(stepper.now) else _LOOSE
+
+
+def side_by_side(method: str) -> str:
+    """The method for many instances in lanes, where "auto" takes `method` for one: an explicit one in place of collocation."""
+    return _NARROW if method == _WIDE else method
+
+
+def has_lanes(settings: Settings) -> bool:
+    """Whether vectors of the processor have as many lanes as code on lanes needs to gain by them."""
+    return target(settings.cpu, settings.features).lanes >= _LANES
 
 
 def check_method(method: Any) -> str:

@@ -80,6 +80,8 @@ def _least_pivot(m: list[list[Expr]]) -> Expr:
     return least
 
 
+Noted = tuple[Array, Array]
+"""Passages of events, rows (t, event), and rows of `jumps`."""
 _STARTS = 64
 """So many starts of constrained motions are kept, which are sought by iteration."""
 
@@ -173,7 +175,7 @@ class Runner:
         self.starts: dict[Any, tuple[Array, Array]] = {}
         self.holding: Holding | None = None
         self.marks = np.zeros(len(times) + 1)
-        self.noted: list[tuple[Array, Array]] = []
+        self.noted: list[Noted] = []
         self.changed: list[tuple[float, Routines]] = []
         later = times[times > span[0]]
         ends = [] if later.size and later[-1] == span[1] else [span[1]]
@@ -294,13 +296,34 @@ class Runner:
                     return replace(
                         self._continued(eom, x, phase, begun, stiffness), _again=again, _options=self.options
                     ), False
-                met = [] if self.now.events is None else self._met()
-                if back is ReturnCode.EVENT or any(len(jumps) for _, jumps in met):
-                    return self._with_jumps(eom, phase, again, back), False
+                if self.now.events is not None:
+                    self._met()
                 k, e, _ = self.verdict.T
-                kept = bool(keeps_sharply(k, e, self.some[:, -1], self.method.rtol))
-                return self._held(self._finished(eom, phase, again)), kept
+                kept = not self._jumps(back) and bool(keeps_sharply(k, e, self.some[:, -1], self.method.rtol))
+                return self._ended(eom, phase, back, again), kept
         return None, False
+
+    def _ended(
+        self, eom: Equations, phase: Phase, back: ReturnCode, again: Callable[..., Any] | None = None
+    ) -> Solution:
+        """The motion that is at its end, by what the arrays tell of it."""
+        if self._jumps(back):
+            return self._with_jumps(eom, phase, again, back)
+        return self._held(self._finished(eom, phase, again))
+
+    def _jumps(self, back: ReturnCode) -> bool:
+        """Whether an event ends the motion, or changes its state."""
+        return back is ReturnCode.EVENT or any(len(jumps) for _, jumps in self.noted)
+
+    def ended(
+        self, eom: Equations, phase: Phase, stepper: Stepper | None, states: Array, s: Array, met: Noted | None
+    ) -> Solution:
+        """A motion that other code has run to its end: its samples, its slots, what was noted of events and actions."""
+        self.states[:], self.y[:], self.s[:] = states, states[-1], s
+        self.noted[:], self.changed[:] = [] if met is None else [met], []
+        if self.holding is not None and stepper is not None:
+            self.holding.restart(stepper)
+        return self._ended(eom, phase, ReturnCode(int(s[Slot.BACK])))
 
     def _steps(self, begun: float) -> tuple[ReturnCode, Stiffness]:
         """The kernel's steps up to the end, or as long as there is nothing to look at; and what was told of stiffness before that."""
@@ -331,7 +354,7 @@ class Runner:
             way = self.span, np.append(x, 0.0), self.times[:-1]
             return continued(stepper, self.method, way, phase, (self.given, stiffness), begun)
 
-    def _met(self) -> list[tuple[Array, Array]]:
+    def _met(self) -> list[Noted]:
         """What was noted of events and actions, part by part: rows (t, event) and rows of `jumps`; and of dependent speeds."""
         s, width = self.s, 2 * len(self.y) + 2
         self.changed += self.holding.changes() if self.holding is not None else ()
@@ -341,7 +364,7 @@ class Runner:
             s[Slot.LOGGED] = s[Slot.JUMPS] = 0.0
         return self.noted
 
-    def _with_jumps(self, eom: Equations, phase: Phase, again: Callable[..., Any], back: ReturnCode) -> Solution:
+    def _with_jumps(self, eom: Equations, phase: Phase, again: Callable[..., Any] | None, back: ReturnCode) -> Solution:
         """The motion with two samples where an event changes its state, before and after."""
         n, count, events = len(self.y), int(self.s[Slot.SAMPLE]), eom.events
         met = [(events[int(k)], t) for log, _ in self.noted for t, k in log.tolist()]
@@ -400,7 +423,7 @@ class Runner:
         events = tuple(sorted([*motion.events, *stepper.changes], key=itemgetter(1)))
         return replace(motion, segments=segments, samples=samples, events=events)
 
-    def _finished(self, eom: Equations, phase: Phase, again: Callable[..., Any]) -> Solution:
+    def _finished(self, eom: Equations, phase: Phase, again: Callable[..., Any] | None) -> Solution:
         return self.motion(eom, phase, self.states.copy(), self.s, again)
 
     def motion(

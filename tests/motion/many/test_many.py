@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Many motions at once: each is that of `kn.simulate`, to the bit, by any number of threads; one that fails stops no other."""
+"""Many motions at once: each is that of `kn.simulate`, by any number of threads, in lanes or not; one that fails stops no other."""
 
 from __future__ import annotations
 
@@ -33,6 +33,9 @@ def block(*loads, **more):
 DRIVEN = block(F - k * x)
 BALL = block(-9.81 * m, events=[kn.Event("bounce", x, direction=-1, then={v: -0.9 * v})])
 LANDS = block(-9.81 * m, events=[kn.Event("lands", x, direction=-1)])
+
+
+EXACT = kn.Settings(contract=False)
 
 
 def one_by_one(eom, span, runs, given):
@@ -173,13 +176,13 @@ def test_threads_do_not_matter(threads):
     )
 
 
-@pytest.mark.parametrize("threads", [1, 2])
-def test_one_that_fails_stops_no_other(threads):
+@pytest.mark.parametrize(("threads", "lanes"), [(1, False), (2, False), (1, True), (2, True)])
+def test_one_that_fails_stops_no_other(threads, lanes):
     """A mass of zero has no start, a force that grows without bound has no end, others have both."""
     eom = block(k * x**3)
     masses, stiff, start = np.tile([2.0, 0.0, 2.0], 20), np.tile([-1.0, -1.0, 1.0], 20), np.tile([1.0, 1.0, 5.0], 20)
     runs = kn.simulate_many(
-        eom, (0, 3), q={x: start}, u={v: 0}, parameters={m: masses, k: stiff}, samples=5, threads=threads
+        eom, (0, 3), q={x: start}, u={v: 0}, parameters={m: masses, k: stiff}, samples=5, threads=threads, lanes=lanes
     )
     assert list(runs.status.values[:3]) == ["finished", "failed", "stopped"]
     assert np.array_equal(runs.status.values, np.tile(runs.status.values[:3], 20))
@@ -190,7 +193,8 @@ def test_one_that_fails_stops_no_other(threads):
     assert 0 < runs.end_t.values[2] < 3
     assert np.isfinite(runs.end_state.values[2]).all()
     given = [{"q": [q], "u": [0], "parameters": {m: 2.0, k: c}, "samples": 5} for q, c in ((1, -1), (5, 1))]
-    one_by_one(eom, (0, 3), runs.isel(instance=[0, 2]), given)
+    # the one that stops is run by itself
+    one_by_one(eom, (0, 3), runs.isel(instance=[2] if lanes else [0, 2]), given[1:] if lanes else given)
 
 
 def test_a_function_that_raises_stops_no_other():
@@ -237,6 +241,69 @@ def test_reductions_stop_where_the_motion_does():
     runs = kn.simulate_many(LANDS, (0, 2), q={x: [1.0, 2.0]}, u={v: 0}, samples=201, reduce="min")
     assert np.all(runs["x"].values >= 0)
     assert np.all(np.isfinite(runs["v"].values))
+
+
+# Lanes ---------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_motions_in_lanes_are_those_of_one(threads):
+    """Bit for bit where nothing is contracted, with parameters that differ or not, and few samples or none at the end."""
+    q, mass = np.random.default_rng(1).uniform(-2, 2, (70, 2)), spread(1, 3, 70)
+    for more in ({"samples": 5}, {"samples": [0.5, 1.25]}, {"samples": 3, "method": "tsitpap8"}):
+        for own in ({}, {"m1": mass}):
+            runs = kn.simulate_many(
+                TWO, (0, 2), q=q, u=[0, 0.1], parameters=own, settings=EXACT, threads=threads, **more
+            )
+            given = [
+                {"method": "vern9"}
+                | more
+                | {"q": q[n], "u": [0, 0.1], "parameters": {s: c[n] for s, c in own.items()}, "settings": EXACT}
+                for n in range(0, 70, 9)
+            ]
+            one_by_one(TWO, (0, 2), runs.isel(instance=slice(0, 70, 9)), given)
+
+
+@pytest.mark.parametrize(("eom", "end"), [(BALL, 1.5), (LANDS, 0.5)], ids=["acts", "ends"])
+def test_events_in_lanes(eom, end):
+    heights = spread(0.2, 2, 20)
+    given = {"u": {v: 0}, "samples": 16, "settings": EXACT, "method": "vern9"}
+    runs = kn.simulate_many(eom, (0, end), q={x: heights}, lanes=True, **given)
+    one_by_one(eom, (0, end), runs, [{"q": {x: h}, **given} for h in heights])
+
+
+def test_closed_loops_in_lanes():
+    eom = kn.derive(four_bar.system())
+    start = kn.assemble(eom, q={"q1": 1.2, **{c: kn.guess(0.3) for c in eom.coordinates[1:]}})
+    near, angles = {c: kn.guess(start.q[c]) for c in eom.coordinates[1:]}, spread(1.1, 1.3, 20)
+    name = eom.parameters[0].name
+    for own in ({}, {name: spread(1.0, 1.02, 20) * eom.parameters[0].default}):
+        given = {"u": {eom.independent_speeds[0]: 0.5}, "samples": 6, "settings": EXACT, "method": "dop853"}
+        runs = kn.simulate_many(eom, (0, 1), q={"q1": angles, **near}, parameters=own, lanes=True, **given)
+        one_by_one(
+            eom,
+            (0, 1),
+            runs,
+            [
+                {"q": {"q1": a, **near}, "parameters": {s: c[n] for s, c in own.items()}, **given}
+                for n, a in enumerate(angles)
+            ],
+        )
+
+
+def test_few_instances_go_without_lanes():
+    """From a number of instances on there are lanes, unless told; both are as near to the motion as the tolerances say."""
+    q = spread(0.1, 0.5, 64)
+    given = {"u": [0, 0], "samples": 3, "settings": EXACT}
+    few = kn.simulate_many(TWO, (0, 1), q={"q1": q[:63], "q2": 0}, **given)
+    alone = kn.simulate_many(TWO, (0, 1), q={"q1": q, "q2": 0}, lanes=False, **given)
+    many = kn.simulate_many(TWO, (0, 1), q={"q1": q, "q2": 0}, **given)
+    assert np.array_equal(few["q1"], alone["q1"][:63])
+    assert np.array_equal(alone["q1"][5], kn.simulate(TWO, (0, 1), q=[q[5], 0], **given).states[:, 0])
+    np.testing.assert_allclose(many["q1"], alone["q1"], atol=1e-8)
+    np.testing.assert_allclose(
+        many["q1"], kn.simulate_many(TWO, (0, 1), q={"q1": q, "q2": 0}, **given | {"settings": None})["q1"], atol=1e-8
+    )
 
 
 # Instances -----------------------------------------------------------------------------------------------------------

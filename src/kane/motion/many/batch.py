@@ -1,21 +1,23 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The motions of a tile in one call of machine code: a kernel that begins each, calls the kernel that runs it, and keeps its samples.
 
-It serves motions that nothing but their end ends: without constraints, events and switches, and with the same inputs. Those that come
-back otherwise are run anew by themselves. This is where several instances would step at once.
+It serves motions that nothing but their end ends: without constraints, events and switches, and with the same inputs. Lanes serve
+those with constraints and events, too (`lanes.py`). Motions that come back otherwise are run anew by themselves.
 """
 
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from kane.motion.many.lanes import run_in_lanes, runs_in_lanes
 from kane.motion.methods import kernel_of
 from kane.motion.native import LOOKS
-from kane.motion.runner import Runner, judged
+from kane.motion.runner import Noted, Runner, judged
 from kane.motion.solution.checks import keeps_sharply
 from kane.motion.steppers.context import SIZE, ReturnCode
 from kane.motion.steppers.table import INTEGRATORS
+from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.scale import SURELY_REGULAR
 from kane.program.kernel.language import INT, Kernel
@@ -59,6 +61,17 @@ def _compiled(settings: Settings) -> CompiledKernel:
     return CompiledKernel(tile_kernel(), settings)
 
 
+def _stepper(runner: Runner) -> Stepper:
+    now = runner.plain
+    return Stepper(now.eom, now.p[: len(now.eom.parameters)].copy(), now.drives, now.settings)
+
+
+def goes_in_lanes(runner: Runner) -> bool:
+    """Whether lanes run the motions of a runner: they look at no clock, and an end on constraints is a sample that is moved there."""
+    ends = runner.holding is None or len(runner.t) == len(runner.rows) + 1
+    return ends and runner.method.max_seconds == np.inf and runs_in_lanes(_stepper(runner), runner.method)
+
+
 def fits(runner: Runner) -> bool:
     """Whether the motions of a runner are run so."""
     now = runner.now
@@ -67,19 +80,35 @@ def fits(runner: Runner) -> bool:
 
 
 class Ran(NamedTuple):
-    """Motions of a batch: samples (… × t × y), what the kernel tells of each (s), which are done, which surely keep their energy."""
+    """Motions of a batch: samples (… × t × y), what the kernel tells of each (s), which are done, which surely keep their energy.
+
+    Of each `met` has what was noted of events and actions, where there are any.
+    """
 
     states: Array
     told: Array
     done: Mask
     kept: Mask
+    met: tuple[Noted, ...] = ()
+
+
+_Rows = tuple[Array, Array, Array, Any, tuple[Noted, ...]]
+"""Samples, last states, slots, return codes, and what was met."""
 
 
 class Batch:
-    """The kernel of a runner, called for many motions at once."""
+    """The kernel of a runner, called for many motions at once: in lanes, or one after the other."""
 
-    def __init__(self, runner: Runner) -> None:
-        self.runner, given, now = runner, runner.given, runner.now
+    def __init__(self, runner: Runner, lanes: bool = False) -> None:
+        self.runner, now = runner, runner.now
+        self.lanes = _stepper(runner) if lanes else None
+        if not lanes:
+            self._bind()
+        self.routine = now.eom.numeric(now.settings).routine(judged).flat
+
+    def _bind(self) -> None:
+        """The kernel of a tile and what it calls."""
+        runner, given, now = self.runner, self.runner.given, self.runner.now
         settings = now.settings or Settings()
         kernel = kernel_of(runner.method.name, now)
         own = given | {"limit": int(min(LOOKS, runner.method.max_steps))}
@@ -89,18 +118,38 @@ class Batch:
         named = {a.name: own[a.name] for a in kernel.kernel.arguments}
         self.calls.put(0, (kernel, named), hoists, (drive, drive), own["p"])
         self.kernel = _compiled(settings)
-        self.routine = now.eom.numeric(now.settings).routine(judged).flat
 
-    def run(self, x: Array, p: Array) -> Ran:
-        """The motions from (q, u, a), a row of x each, with parameters, a row of p.
+    def run(self, x: Array, p: Array, reach: Array | None = None) -> Ran:
+        """The motions from (q, u, a), a row of x each, with parameters, a row of p, and `reach`, what entries of A have reached.
 
         The runner has other parameters afterwards than it has been told.
         """
-        runner, given, count = self.runner, self.runner.given, len(x)
-        n, samples = len(runner.y), len(runner.rows)
-        states, told = np.zeros((count, len(runner.t), n)), np.zeros((count, SIZE))
+        n, samples = len(self.runner.y), len(self.runner.rows)
+        states = np.zeros((len(x), len(self.runner.t), n))
         states[:, 0, :-1] = x
-        starts, out = states[:, 0].copy(), np.zeros((count, samples, n))
+        run = self._one_by_one(states, p) if self.lanes is None else self._in_lanes(states, p, reach)
+        rows, ends, told, codes, met = run
+        states[:, 1 : samples + 1] = rows
+        states[:, samples + 1 :] = ends[:, None]
+        regular, kept = self._judged(states, p)
+        plain = np.array([not len(jumps) for _, jumps in met], dtype=bool) if met else True
+        held = self.runner.holding is not None
+        done = (codes == ReturnCode.END) | ((codes == ReturnCode.EVENT) & (not held))
+        return Ran(states, told, done & regular, kept & (codes == ReturnCode.END) & plain, met)
+
+    def _in_lanes(self, states: Array, p: Array, reach: Array | None) -> _Rows:
+        assert self.lanes is not None
+        runner, count = self.runner, len(states)
+        inputs = np.tile(runner.r, (count, 1)).reshape(count, -1)
+        spans, times = np.tile(runner.span, (count, 1)), np.tile(runner.times[:-1], (count, 1))
+        ends = run_in_lanes(self.lanes, runner.method, states[:, 0, :-1], p, inputs, spans, times, reach)
+        met = tuple(zip(ends.events, ends.jumps, strict=True))
+        return ends.samples, ends.states, ends.told, ends.back, met
+
+    def _one_by_one(self, states: Array, p: Array) -> _Rows:
+        runner, given, count = self.runner, self.runner.given, len(states)
+        n, samples = len(runner.y), len(runner.rows)
+        starts, told, out = states[:, 0].copy(), np.zeros((count, SIZE)), np.zeros((count, samples, n))
         ends, codes = np.zeros((count, n)), np.zeros(count)
         runner.told = b""
         self.kernel(
@@ -112,15 +161,11 @@ class Batch:
                 "codes": codes, "make": self.calls.make, "hoist": self.calls.hoist,
             }
         )  # fmt: skip
-        states[:, 1 : samples + 1] = out
-        states[:, samples + 1 :] = ends[:, None]
-        regular, kept = self._judged(states, p)
-        return Ran(states, told, (codes == ReturnCode.END) & regular, kept)
+        return out, ends, told, codes, ()
 
     def _judged(self, states: Array, p: Array) -> tuple[Mask, Mask]:
         """Whether equations are surely regular at the start of each motion, and it surely keeps its energy."""
-        runner = self.runner
-        few, count = runner.few, len(states)
+        runner, few, count = self.runner, self.runner.few, len(states)
         rows, n = count * len(few), states.shape[2]
         some = np.ascontiguousarray(states[:, few])
         t, every = (
@@ -131,5 +176,7 @@ class Batch:
         places = (t, 1), (some.reshape(rows, n), n), (every, every.shape[1]), (runner.given["single_r"], 0)
         self.routine.on_rows(*places, out=found)()
         k, e, pivot = np.moveaxis(found.reshape(count, len(few), 3), -1, 0)
+        whole = len(few) == len(runner.t)
         with np.errstate(invalid="ignore"):
-            return pivot[:, 0] > SURELY_REGULAR, keeps_sharply(k, e, some[:, :, -1], runner.method.rtol)
+            kept = keeps_sharply(k, e, some[:, :, -1], runner.method.rtol, whole)
+            return pivot[:, 0] > SURELY_REGULAR, kept

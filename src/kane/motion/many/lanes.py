@@ -46,7 +46,7 @@ class Ends(NamedTuple):
 
     A state is (q, u, a) and the work of the loads. Samples that were not reached are NaN; one at the instant of an action is the
     state after it. Of each instance `events` holds the passages (time, number of the event), and `jumps` where it was ended or
-    changed (time, how many events by then, state before, state after).
+    changed (time, how many events by then, state before, state after). `told` are the slots (k × SIZE).
     """
 
     samples: Array
@@ -56,6 +56,7 @@ class Ends(NamedTuple):
     steps: npt.NDArray[np.int64]
     events: tuple[Array, ...] = ()
     jumps: tuple[Array, ...] = ()
+    told: Array = np.zeros((0, SIZE))
 
 
 def runs_in_lanes(stepper: Stepper, method: Method) -> bool:
@@ -181,7 +182,7 @@ def _ends(stored: Mapping[str, Array], times: Array) -> Ends:
     if "held_marks" in stored:  # Python moves such samples onto the constraints
         marked = (stored["held_marks"][:, :m] > 0.0) & (np.arange(m) < s[:, Slot.SAMPLE, None])
         back[marked.any(axis=1)] = ReturnCode.LOOK
-    ends = Ends(samples, stored["y"], s[:, Slot.TIME], back, steps)
+    ends = Ends(samples, stored["y"], s[:, Slot.TIME], back, steps, told=s)
     if "log" not in stored:
         return ends
     events = tuple(row[: 2 * k].reshape(-1, 2).copy() for row, k in zip(stored["log"], logged, strict=True))

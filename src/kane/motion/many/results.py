@@ -13,7 +13,7 @@ from kane.errors import SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol
 from kane.motion.many.instances import STARTS, Instances
-from kane.motion.many.tiles import Outcome
+from kane.motion.many.tiles import Outcome, Tile
 from kane.motion.solution.solution import Solution
 from kane.motion.solution.tables import labelled, named, package
 from kane.numeric.arrays import Array
@@ -100,20 +100,29 @@ class Results:
         self.steps = np.zeros(n, dtype=np.int64)
         self.end_t, self.end_state = np.full(n, np.nan), np.full((n, len(eom.state)), np.nan)
 
-    def put(self, tile: range, found: Sequence[Outcome[Solution]]) -> None:
+    def put(self, found: Tile) -> None:
         """What became of the instances of a tile."""
-        self.done += len(tile)
-        motions = [(k, one.found) for k, one in zip(tile, found, strict=True) if one.found is not None]
-        for k, one in zip(tile, found, strict=True):
+        for k, one in found.outcomes.items():
             self._note(k, one)
+        motions = {k: one.found for k, one in found.outcomes.items() if one.found is not None}
         if motions:
-            own = _together([motion for _, motion in motions])
-            at, there = self._places([motion for _, motion in motions])
-            for quantity in self.kept:
-                column = self.columns.get(quantity.what) if isinstance(quantity.what, Symbol) else None
-                values = (np.asarray(own[quantity.what]) if column is None else own.states[:, column])[at]
+            self._keep_all(list(motions), _together([*motions.values()]), *self._places([*motions.values()]))
+        if found.finished is not None:
+            which, steps, table = found.finished
+            self.texts["status"][which], self.texts["cause"][which] = table.status, table.message
+            ends = np.arange(1, len(which) + 1) * len(self.t) - 1
+            self.steps[which], self.end_t[which], self.end_state[which] = steps, table.t[-1], table.states[ends]
+            self._keep_all(which, table, np.arange(len(table)).reshape(len(which), -1))
+        self.done += len(found.outcomes) + (len(found.finished.instances) if found.finished else 0)
+
+    def _keep_all(self, which: Sequence[int], table: Solution, at: Any, there: Any = None) -> None:
+        """What is kept of instances, by their motions as a table and where in it their samples are."""
+        for quantity in self.kept:
+            column = self.columns.get(quantity.what) if isinstance(quantity.what, Symbol) else None
+            values = (np.asarray(table[quantity.what]) if column is None else table.states[:, column])[at]
+            if there is not None:
                 values[~there] = np.nan
-                self._keep(quantity, [k for k, _ in motions], values)
+            self._keep(quantity, which, values)
 
     def _places(self, motions: Sequence[Solution]) -> tuple[Any, Any]:
         """Where each motion's samples at the times t are in the table of all, after what acts there, and whether there are such."""

@@ -6,9 +6,9 @@ So `run_tile` is all that a thread does, and `batch.py` where a tile is one call
 """
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from threading import Event as Flag
 from typing import Any, Generic, NamedTuple, TypeVar
 
@@ -19,12 +19,15 @@ from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations
 from kane.errors import cut, listed_warnings
 from kane.expr.node import Expr
-from kane.motion.many.batch import Batch, fits
+from kane.motion.many.batch import Batch, Ran, fits, goes_in_lanes
 from kane.motion.many.instances import Instances
+from kane.motion.methods import has_lanes, side_by_side
 from kane.motion.runner import Plan, Runner, check_values
 from kane.motion.simulate import by_runner, check_kept, runner_of, simulate
-from kane.motion.solution.phases import Phase
+from kane.motion.solution.phases import Indices, Phase
 from kane.motion.solution.solution import Solution
+from kane.motion.steppers.context import Slot
+from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
 from kane.program.native.machine import Settings
 from kane.progress import check_whole
@@ -33,8 +36,10 @@ T = TypeVar("T")
 
 _PARTS = 8
 """So many tiles a thread at least, so that none waits long for the last one."""
-_MOST = 64
+_MOST = 256
 """Instances of a tile at most: their samples are in memory twice."""
+FEW = 64
+"""With fewer instances there are no lanes: code for them takes 0.1 s, or seconds where a stepper is compiled for the first time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,6 +51,7 @@ class Family:
     settings: Settings | None
     check: Sequence[Any]
     instances: Instances
+    lanes: bool | None = None
 
     def runner(self, k: int = 0) -> Runner | None:
         """A runner with the inputs of the kth instance; None where Python is asked between two steps."""
@@ -66,6 +72,21 @@ class Outcome(NamedTuple, Generic[T]):
         return self.found is None and not self.error
 
 
+class Finished(NamedTuple):
+    """Motions that got to the end and surely keep their energy: which instances, their steps, and all of them as one table."""
+
+    instances: list[int]
+    steps: Array
+    table: Solution
+
+
+class Tile(NamedTuple):
+    """What became of the instances of a tile: those that were judged one by one, and those that were together."""
+
+    outcomes: dict[int, Outcome[Solution]]
+    finished: Finished | None = None
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Bound:
     """What a thread runs tiles with: a runner, unless each instance has its own, and its batch, where it is run in one call."""
@@ -79,11 +100,15 @@ class Pool:
 
     def __init__(self, family: Family, first: Runner) -> None:
         self.family = family
+        self.lanes = None if family.instances.vary_inputs else _in_lanes(family, first)
         self._free = [self._bound(first)]
 
     def _bound(self, runner: Runner | None) -> Bound:
         if runner is None or self.family.instances.vary_inputs:
             return Bound(None)
+        if self.lanes is not None:
+            own = self.lanes.runner()
+            return Bound(runner, None if own is None else Batch(own, lanes=True))
         return Bound(runner, Batch(runner) if fits(runner) else None)
 
     def take(self) -> Bound:
@@ -98,54 +123,140 @@ class Pool:
         self._free.append(bound)
 
 
-def run_tile(family: Family, pool: Pool, tile: range, stop: Flag) -> list[Outcome[Solution]]:
+def _in_lanes(family: Family, first: Runner) -> Family | None:
+    """The family with the method that runs it in lanes; None where its motions run one by one.
+
+    What lanes gain must pay for code that is compiled for them, so that few instances do without.
+    """
+    settings = family.settings or Settings()
+    if family.lanes is False or (family.lanes is None and (family.instances.count < FEW or not has_lanes(settings))):
+        return None
+    method = side_by_side(first.method.name) if first.method.free else first.method.name
+    own = replace(family, plan=family.plan._replace(method=method))
+    runner = own.runner()
+    return own if runner is not None and goes_in_lanes(runner) else None
+
+
+def run_tile(family: Family, pool: Pool, tile: range, stop: Flag) -> Tile:
     """What became of a tile of instances; those that no kernel can judge are open, with neither a motion nor an error."""
     if stop.is_set():
-        return []
+        return Tile({})
     bound = pool.take()
     try:
         if bound.batch is not None:
-            return _in_one_call(family, bound.batch, tile)
-        return [decided(_by_kernel, family, bound.runner, k) for k in tile if not stop.is_set()]
+            return _in_one_call(family, bound, bound.batch, tile)
+        return Tile({k: decided(_by_kernel, family, bound.runner, k) for k in tile if not stop.is_set()})
     finally:
         pool.give_back(bound)
 
 
-def _in_one_call(family: Family, batch: Batch, tile: range) -> list[Outcome[Solution]]:
+def _in_one_call(family: Family, bound: Bound, batch: Batch, tile: range) -> Tile:
     """What became of a tile by one call; those that did not get to the end in it are run by themselves."""
-    runner, parameters = batch.runner, family.eom.parameters
-    starts = [decided(_start, family, runner, k) for k in tile]
-    rows = [one.found for one in starts if one.found is not None]
-    x = np.array([start.x for start in rows]).reshape(len(rows), len(family.eom.state))
-    p = np.array([[start.constants[s] for s in parameters] for start in rows]).reshape(len(rows), len(parameters))
-    results = batch.run(x, p)
-    found: list[Outcome[Solution]] = []
-    places = iter(range(len(rows)))
-    for k, one in zip(tile, starts, strict=True):
-        if one.found is None:
-            found.append(Outcome(None, one.error, one.told))
-        elif results.done[n := next(places)]:
-            phase = Phase(one.found.constants, runner.drives)
-            motion = runner.motion(family.eom, phase, results.states[n], results.told[n])
-            sure = results.kept[n] and not family.check
-            found.append(Outcome(motion) if sure else decided(_checked, family, motion))
-        else:
-            found.append(decided(_by_kernel, family, runner, k))
-    return found
+    runner = batch.runner
+    starts = _starts(family, runner, tile)
+    found = {k: Outcome[Solution](None, one.error, one.told) for k, one in starts.items() if one.found is None}
+    begun = {k: one.found for k, one in starts.items() if one.found is not None}
+    if not begun:
+        return Tile(_one_by_one(family, bound, found))
+    places, begins = list(begun), list(begun.values())
+    reach = None if runner.holding is None else np.array([s.reach for s in begins])
+    ran = batch.run(np.array([s.x for s in begins]), np.array([s.p for s in begins]), reach)
+    together = ran.done & ran.kept & (not family.check) & (runner.holding is None)
+    for n in np.flatnonzero(~together):
+        k, start = places[n], begins[n]
+        found[k] = decided(_judged, family, batch, ran, int(n), start) if ran.done[n] else Outcome(None)
+    finished = _together(family, batch, ran, np.flatnonzero(together), places, begins) if together.any() else None
+    return Tile(_one_by_one(family, bound, found), finished)
+
+
+def _one_by_one(family: Family, bound: Bound, found: dict[int, Outcome[Solution]]) -> dict[int, Outcome[Solution]]:
+    """Instances that are open are run by themselves."""
+    return {k: decided(_by_kernel, family, bound.runner, k) if one.is_open else one for k, one in found.items()}
+
+
+def _judged(family: Family, batch: Batch, ran: Ran, n: int, start: "Start") -> Solution:
+    """The nth motion of a batch, by itself."""
+    runner, phase = batch.runner, Phase(start.constants(family.eom), batch.runner.drives)
+    if batch.lanes is None:
+        motion = runner.motion(family.eom, phase, ran.states[n], ran.told[n])
+    else:
+        met = ran.met[n] if ran.met else None
+        motion = runner.ended(family.eom, phase, start.stepper, ran.states[n], ran.told[n], met)
+    return motion if ran.kept[n] and not family.check else _checked(family, motion)
+
+
+def _together(
+    family: Family, batch: Batch, ran: Ran, which: Indices, places: Sequence[int], begins: Sequence["Start"]
+) -> Finished:
+    """Motions of a batch as one table; phases differ where parameters do."""
+    runner, eom, (_, m, n) = batch.runner, family.eom, ran.states.shape
+    own = [begins[k] for k in which] if family.instances.columns["parameters"] else [begins[which[0]]]
+    phases = tuple(Phase(start.constants(eom), runner.drives) for start in own)
+    one = runner.motion(eom, phases[0], ran.states[which].reshape(-1, n), ran.told[which[0]])
+    phase = np.repeat(np.arange(len(which)) % len(phases), m)
+    table = replace(one, t=np.tile(runner.t, len(which)), phases=phases, phase=phase)
+    return Finished([places[k] for k in which], ran.told[which, Slot.STEPS], table)
 
 
 class Start(NamedTuple):
-    """(q, u, a) of an instance, and its parameters."""
+    """(q, u, a) of an instance and its parameters; its stepper, and what entries of A have reached, where there are constraints."""
 
     x: Array
-    constants: dict[Expr, float]
+    p: Array
+    usual: Mapping[Expr, float]
+    stepper: Stepper | None = None
+    reach: Array | None = None
+
+    def constants(self, eom: Equations) -> dict[Expr, float]:
+        """The parameters by symbol."""
+        return {**self.usual, **dict(zip(eom.parameters, self.p.tolist(), strict=True))}
 
 
-def _start(family: Family, runner: Runner, k: int) -> Start:
-    at = family.instances.at(k)
-    constants = parameter_values(family.eom.system, at["parameters"])
-    check_values(family.eom, np.array([constants[s] for s in family.eom.parameters]), runner.span)
-    return Start(start_state(family.eom, at["q"], at["u"], at["states"]), constants)
+def _starts(family: Family, runner: Runner, tile: range) -> dict[int, Outcome[Start]]:
+    """The starts of a tile. Those without constraints differ by columns of finite numbers alone: the first one stands for all."""
+    eom, many = family.eom, family.instances
+    first = decided(_unchecked, family, tile[0])
+    if runner.holding is not None or first.found is None:
+        return {k: decided(_held_start, family, runner, k) for k in tile}
+    x, p = np.tile(first.found.x, (len(tile), 1)), np.tile(first.found.p, (len(tile), 1))
+    places = {s: x[:, i] for i, s in enumerate(eom.state)} | {s: p[:, i] for i, s in enumerate(eom.parameters)}
+    for _, s, column in many.varied:
+        if s in places:
+            places[s][:] = column[tile.start : tile.stop]
+    usual = first.found.usual
+    rows = [Start(*row, usual) for row in zip(x, p, strict=True)]
+    if not many.columns["parameters"]:
+        one = _admitted(family, runner, p[0])
+        return {k: Outcome(None if one.error else row, one.error) for k, row in zip(tile, rows, strict=True)}
+    judged = [_admitted(family, runner, row) for row in p]
+    return {k: Outcome(None if one.error else row, one.error) for k, row, one in zip(tile, rows, judged, strict=True)}
+
+
+def _admitted(family: Family, runner: Runner, p: Array) -> Outcome[None]:
+    """What is raised where there is no motion with some parameters."""
+    return decided(lambda: check_values(family.eom, p, runner.span))
+
+
+def _unchecked(family: Family, k: int) -> Start:
+    """The start of the kth instance, unless constraints move it."""
+    at, eom = family.instances.at(k), family.eom
+    constants = parameter_values(eom.system, at["parameters"])
+    x = start_state(eom, at["q"], at["u"], at["states"])
+    return Start(x, np.array([constants[s] for s in eom.parameters]), constants)
+
+
+def _held_start(family: Family, runner: Runner, k: int) -> Start | None:
+    """The start of the kth instance on its constraints; None where it has to be judged otherwise."""
+    at, eom = family.instances.at(k), family.eom
+    constants = parameter_values(eom.system, at["parameters"])
+    if runner.holding is None:
+        start_state(eom, at["q"], at["u"], at["states"])  # tells what is wrong
+    runner.take(eom, constants)
+    x = None if at["q"] is None or at["u"] is None else runner.begin(eom, (at["q"], at["u"], at["states"]), constants)
+    if x is None or runner.holding is None:
+        return None
+    stepper = runner.holding.stepper
+    return Start(x.copy(), np.array([constants[s] for s in eom.parameters]), constants, stepper, stepper.reach.copy())
 
 
 def _checked(family: Family, motion: Solution) -> Solution:
@@ -179,22 +290,22 @@ def _words(error: Exception) -> str:
     return str(error) if own else f"{type(error).__name__}: {cut(str(error), 500)}"
 
 
-def outcomes(family: Family, threads: int) -> Iterator[tuple[range, list[Outcome[Solution]]]]:
+def outcomes(family: Family, threads: int) -> Iterator[Tile]:
     """What became of the instances, tile by tile as they are done; the first one that can start says whether a kernel runs them."""
     first, tiles = _first(family), _tiles(family.instances.count, threads)
     if first is None:
-        yield from ((tile, [decided(_simulated, family, k) for k in tile]) for tile in tiles)
+        yield from (Tile({k: decided(_simulated, family, k) for k in tile}) for tile in tiles)
         return
     pool, stop = Pool(family, first), Flag()
     if threads == 1 or len(tiles) == 1:
-        yield from ((tile, _closed(family, tile, run_tile(family, pool, tile, stop))) for tile in tiles)
+        yield from (_closed(family, run_tile(family, pool, tile, stop)) for tile in tiles)
         return
     with ThreadPoolExecutor(threads, thread_name_prefix="kane") as executor:
         try:
-            work = {executor.submit(run_tile, family, pool, tile, stop): tile for tile in tiles}
+            work = {executor.submit(run_tile, family, pool, tile, stop) for tile in tiles}
             for done in as_completed(work):
-                tile = work.pop(done)
-                yield tile, _closed(family, tile, done.result())
+                work.discard(done)
+                yield _closed(family, done.result())
         finally:  # Ctrl-C, or nobody asks any more
             stop.set()
             executor.shutdown(cancel_futures=True)
@@ -215,9 +326,10 @@ def _tiles(count: int, threads: int) -> list[range]:
     return [range(k, min(k + size, count)) for k in range(0, count, size)]
 
 
-def _closed(family: Family, tile: range, found: Sequence[Outcome[Solution]]) -> list[Outcome[Solution]]:
+def _closed(family: Family, found: Tile) -> Tile:
     """Instances that are open are simulated."""
-    return [decided(_simulated, family, k) if one.is_open else one for k, one in zip(tile, found, strict=True)]
+    own = {k: decided(_simulated, family, k) if one.is_open else one for k, one in found.outcomes.items()}
+    return found._replace(outcomes=own)
 
 
 def _simulated(family: Family, k: int) -> Solution:

@@ -73,11 +73,14 @@ def _limit(rtol: float) -> float:
     return min(max(_STEPS * rtol, _DIGITS), _MOST)
 
 
-def keeps_sharply(kinetic: Array, total: Array, work: Array, rtol: float) -> Mask:
-    """Whether `energy_check` of K, E and ∫P dt, all (… × n), is surely sharp: D(t), its steps beside K and |E − E(0)| at t alone."""
+def keeps_sharply(kinetic: Array, total: Array, work: Array, rtol: float, whole: bool = False) -> Mask:
+    """Whether `energy_check` of K, E and ∫P dt, all (… × n), is surely sharp: D(t), its steps beside K and |E − E(0)| at t alone.
+
+    Where these are the `whole` of the samples it is enough that it surely does not exceed the limit.
+    """
     change = total - total[..., :1]
     drift = np.abs(change - work)
-    allowed = (_SHARP * _limit(rtol) / 2) * np.maximum(
+    allowed = ((1.0 if whole else _SHARP) * _limit(rtol) / 2) * np.maximum(
         kinetic, np.abs(change)
     )  # halves, as two of them make a step of D
     return np.asarray((drift <= allowed).all(axis=-1) & (drift[..., :-1] <= allowed[..., 1:]).all(axis=-1))
