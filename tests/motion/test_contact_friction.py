@@ -365,7 +365,7 @@ def test_a_disk_that_rolls_stops(opens):
     np.testing.assert_allclose(couple[moves], ARM * 2 * G, rtol=1e-12)
     np.testing.assert_allclose(force[moves], -2 / t, rtol=1e-12)
     assert not couple[sol.t > t + 1e-9].any()
-    assert not sol.u[-1].any()
+    assert np.abs(sol.u[-1]).max() < 1e-100
 
 
 @pytest.mark.parametrize("static", [None, 0.006])
@@ -411,7 +411,7 @@ def test_there_is_no_couple_where_nothing_presses():
     first = sol.t < 0.14
     np.testing.assert_allclose(sol.u[first][:, 2], -1 / RADIUS, rtol=1e-14)
     assert words(sol, roll.name)[-1] == "stick"
-    assert not sol.u[-1].any()
+    assert np.abs(sol.u[-1]).max() < 1e-100
 
 
 @pytest.mark.parametrize("sense", [1, -1])
