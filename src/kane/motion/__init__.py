@@ -25,6 +25,7 @@ __getattr__ = offered(
         "solution.resumed": "Begin",
         "methods": "cornered SOLVERS",
         "native": "NativeCourse",
+        "runner": "check_values surely_admitted",
         "projection": "ConstraintProjection constraint_numbers constraint_projection crosses is_constrained looked_at",
         "right_hand_side": "has_jumps quantities rates routines unembedded entries exact pattern",
         "simulator_c": "METHODS emit_simulator",

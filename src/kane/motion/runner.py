@@ -32,7 +32,7 @@ from kane.motion.hybrid.events import check_witnesses, ended_by
 from kane.motion.hybrid.sides import on_their_sides, unfit
 from kane.motion.inputs.breakpoints import next_end
 from kane.motion.inputs.functions import asked, constant
-from kane.motion.inputs.smooth import check_prescribed
+from kane.motion.inputs.smooth import check_prescribed, pieces_prescribed
 from kane.motion.integrators import spelled
 from kane.motion.loop import admitted_start, continued
 from kane.motion.methods import kernel_of
@@ -43,11 +43,11 @@ from kane.motion.solution.checks import keeps_sharply
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.resumed import Begin
 from kane.motion.solution.solution import Segment, Solution, some_of
-from kane.motion.start import POSITIVE, check_masses, moves_pivots
+from kane.motion.start import POSITIVE, check_masses, moves_pivots, surely_have_mass
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import Stepper
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, Mask
 from kane.numeric.scale import SURELY_REGULAR
 from kane.program.from_expressions import Bundle
 from kane.program.native.entry import hoisted
@@ -128,6 +128,14 @@ def check_values(eom: Equations, p: Array, span: tuple[float, float]) -> None:
     check_witnesses(eom, constants)
     check_prescribed(eom, constants, span)
     admitted.put(key, True)
+
+
+def surely_admitted(eom: Equations, p: Array) -> Mask:
+    """With which rows of values of the parameters `check_values` surely finds nothing."""
+    if pieces_prescribed(eom):
+        return np.zeros(len(p), dtype=bool)
+    watched = ~(p == 0).any(axis=1) if eom.system.events else True
+    return surely_have_mass(eom, dict(zip(eom.parameters, p.T, strict=True)), len(p)) & watched
 
 
 def _admitted(eom: Equations) -> Kept[bool]:

@@ -19,11 +19,11 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.ops import OPS, SQRT
 from kane.expr.regular import size
-from kane.expr.symbols import Coordinate
+from kane.expr.symbols import Coordinate, Parameter
 from kane.model.beams.beam import Beam
 from kane.model.bodies import largest_moment, least_moment, parts_of
 from kane.motion.steppers.table import INTEGRATORS
-from kane.numeric.arrays import Array, distinct
+from kane.numeric.arrays import Array, Mask, distinct
 from kane.numeric.rank import balance, null_direction, singular
 from kane.numeric.sampling import SEED, finite_number, sample
 from kane.numeric.scale import EPS, MOTION_RANK, SOLVE_RANK, TAKES_PART, UNRELATED
@@ -164,6 +164,29 @@ def check_masses(eom: Equations, constants: Mapping[Expr, float]) -> None:
                 f"Expected central principal moments of inertia ≥ 0 for {part.name}, got {least:g} at the values of the parameters. "
                 "Correct them."
             )
+
+
+def surely_have_mass(eom: Equations, columns: Mapping[Expr, Array], count: int) -> Mask:
+    """For which of so many values of the parameters `check_masses` surely finds nothing; none where it has to be asked."""
+    sure = np.ones(count, dtype=bool)
+    if any(isinstance(body, Beam) for body in eom.system.bodies):
+        return ~sure
+    for part in parts_of(eom.system.bodies):
+        if not part.momenta and all(s in columns for s in free_symbols([part.mass])):
+            sure &= np.asarray(evaluate(part.mass, columns)) >= 0
+        frames = () if part.inertia is None else part.inertia.frames()
+        entries = [x for row in part.inertia.components(frames[0]).rows for x in row] if part.inertia and frames else []
+        unknown = [s for s in free_symbols(entries) if s not in columns]
+        if unknown and (len(frames) == 1 or any(isinstance(s, Parameter) for s in unknown)):
+            continue
+        if unknown:
+            return np.zeros(count, dtype=bool)
+        if entries:
+            values = np.broadcast_to(np.stack(evaluate(entries, columns), axis=-1), (count, 9)).reshape(-1, 3, 3)
+            finite = np.isfinite(values).all(axis=(1, 2))
+            n = np.where(finite[:, None, None], values, np.eye(3))
+            sure &= finite & (np.linalg.eigvalsh((n + n.swapaxes(1, 2)) / 2)[:, 0] >= 0)
+    return sure
 
 
 def _check_beams(eom: Equations, constants: Mapping[Expr, float]) -> None:

@@ -11,6 +11,7 @@ import pytest
 import kane as kn
 from kane.gallery import four_bar, pendulums, slider_crank
 from kane.gallery.contacts import bouncing_ball, mass_on_belt
+from kane.motion import check_values, surely_admitted
 from tests.peer import require
 
 require("xarray")
@@ -400,3 +401,28 @@ def test_without_xarray(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "xarray", None)
     with pytest.raises(ImportError, match=r"pip install 'kane\[table\]'"):
         kn.simulate_many(TWO, (0, 1), **START)
+
+
+def test_values_that_are_surely_admitted_are_admitted() -> None:
+    """A column of masses and moments at once says what each row says by itself, where it says something."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, a = kn.coordinates("x a")
+    B = N.rotate("B", a, N.z)
+    m, i, j = (kn.parameter(name, default) for name, default in (("m", 1.0), ("i", 1.0), ("j", 0.1)))
+    body = kn.RigidBody("body", frame=B, mass_center=O.at("C", x * N.x), mass=m, inertia=kn.inertia(B, i, i, i, j))
+    eom = kn.derive(kn.System(N, bodies=[body], speeds="rates"))
+    rng = np.random.default_rng(1)
+    p = rng.uniform(-0.5, 2, (200, 3))
+    p[0, 0] = np.nan
+    sure = surely_admitted(eom, p)
+    right = []
+    for row in p:
+        try:
+            check_values(eom, row, (0.0, 1.0))
+            right.append(True)
+        except kn.SimulationError:
+            right.append(False)
+    assert 20 < sure.sum() < 180
+    np.testing.assert_array_equal(sure[1:], right[1:])
+    assert not sure[0]

@@ -22,7 +22,7 @@ from kane.expr.node import Expr
 from kane.motion.many.batch import Batch, Ran, fits, goes_in_lanes
 from kane.motion.many.instances import Instances
 from kane.motion.methods import has_lanes, side_by_side
-from kane.motion.runner import Plan, Runner, check_values
+from kane.motion.runner import Plan, Runner, check_values, surely_admitted
 from kane.motion.simulate import by_runner, check_kept, runner_of, simulate
 from kane.motion.solution.phases import Indices, Phase
 from kane.motion.solution.solution import Solution
@@ -228,7 +228,8 @@ def _starts(family: Family, runner: Runner, tile: range) -> dict[int, Outcome[St
     if not many.columns["parameters"]:
         one = _admitted(family, runner, p[0])
         return {k: Outcome(None if one.error else row, one.error) for k, row in zip(tile, rows, strict=True)}
-    judged = [_admitted(family, runner, row) for row in p]
+    sure = surely_admitted(eom, p)
+    judged = [Outcome[None](None) if so else _admitted(family, runner, row) for so, row in zip(sure, p, strict=True)]
     return {k: Outcome(None if one.error else row, one.error) for k, row, one in zip(tile, rows, judged, strict=True)}
 
 
