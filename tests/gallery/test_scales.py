@@ -197,7 +197,7 @@ def slow_but(quick, names):
 
 
 OTHERWISE = {"slider_crank_with_clearance", "ball_on_turntable", "skidding_bicycle"}
-"""Impacts that come ever faster are as many as absolute tolerances tell; dependent speeds change where units of a ball, a bicycle mix."""
+"""Ever faster impacts are as many as absolute tolerances tell; dependent speeds change where units of a ball, a bicycle mix."""
 
 
 @pytest.mark.parametrize(
