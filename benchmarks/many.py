@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -58,7 +59,7 @@ def main() -> None:
         drift = np.abs(energy(run(x)) - energy(x)) / (4 * GRAVITY)
         print(f"{name}: drift {np.median(drift):.1e} in the median, {drift.max():.1e} at most")
     for name, run in sides.items():
-        print(f"{count} motions:", paired(lambda: one(x), lambda: run(x), pairs).line("kane", name))  # noqa: B023
+        print(f"{count} motions:", paired(partial(one, x), partial(run, x), pairs).line("kane", name))
 
 
 if __name__ == "__main__":

@@ -322,10 +322,10 @@ def held_together(touch: Touch, modes: Sequence[ContactMode], directions: Array)
             leader = i
         elif len(following) < len(own):
             if found[i].carried:
-                raise _undetermined(contacts[i])
+                raise undetermined(contacts[i])
             _check_stands(touch, i, following)
             found[i], ways[i] = ContactMode.ACROSS, following[0].along
-            kept.append(max(own, key=lambda row: abs(ways[i][own.index(row) - 1])))
+            kept.append(own[int(np.argmax(np.abs(ways[i][::-1])))])  # the row across is −d₂ v₁ + d₁ v₂
         elif not found[i].carried:
             if not _by_one_row(following, [d * leader + 1 + k for k in range(len(own))], d):
                 _check_stands(touch, i, following)
@@ -366,17 +366,19 @@ def _by_one_row(following: Sequence[_Follows], first: Sequence[int], d: int) -> 
 
 
 def _check_stands(touch: Touch, i: int, following: Sequence[_Follows]) -> None:
-    """Refuse what follows from other rows than those of the same kind, across a plane or along it, of one body on it."""
+    """Refuse what follows from other rows than those of one body on one plane."""
     d, contacts = touch.layout.d, touch.layout.contacts
     others = {place // d for _, shares in following for place in shares} - {i}
     c = contacts[i]
     if c.between is None or any(contacts[n].between != c.between for n in others):
-        raise _undetermined(c)
+        raise undetermined(c)
 
 
-def _undetermined(c: ContactLaw) -> SimulationError:
+def undetermined(*contacts: ContactLaw) -> SimulationError:
+    """What is raised where rigid bodies do not tell the forces of contacts."""
+    names = ", ".join(repr(c.name) for c in contacts)
     return SimulationError(
-        f"Expected contacts whose forces rigid bodies determine, got {c.name!r}, whose rows follow from those of others. Leave it "
+        f"Expected contacts whose forces rigid bodies determine, got {names}, whose rows follow from those of others. Leave one "
         "out, or give what yields a stiffness"
     )
 

@@ -19,8 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.contacts.cones import Block, least_forces
-from kane.equations.contact_modes import Touch
-from kane.errors import SimulationError
+from kane.equations.contact_modes import Touch, undetermined
 from kane.model.contact_modes import Stand
 from kane.model.contacts import ContactMode, Modes
 from kane.numeric.arrays import Array
@@ -76,11 +75,7 @@ def rows_of(touch: Touch, stand: Stand, modes: Modes, directions: Array) -> Rows
     g = np.linalg.solve(rows @ w @ rows.T, rows @ w[:, normals + along]).T
     beside = np.abs(g[:n, r:]).max(initial=0), np.abs(g[n:, :r]).max(initial=0)
     if max(beside) > GIVEN * np.abs(g).max():
-        names = ", ".join(contacts[i].name for i in stand.members)
-        raise SimulationError(
-            f"Expected contacts of a body with one plane, got others, {names}: rigid bodies do not tell their forces. Leave one "
-            "out, or give what yields a stiffness"
-        )
+        raise undetermined(*(contacts[i] for i in stand.members))
     return Rows(g[:n, :r], g[n:, r:], sticks)
 
 
@@ -151,13 +146,13 @@ def _furthest_inside(
         x[order] = forces
         return x + shift
 
-    m = 0.5
+    m, best = 1.0, None
     for _ in range(_HALVINGS):
+        m /= 2
         best = at(m)
         if best is not None:
             break
-        m /= 2
-    else:
+    if best is None:
         return None
     step = m / 2
     for _ in range(_MORE):
@@ -165,5 +160,4 @@ def _furthest_inside(
         if x is not None:
             best, m = x, m + step
         step /= 2
-    assert best is not None
     return best, m

@@ -22,6 +22,7 @@ from kane.expr.node import Expr, as_expr, constant_value
 from kane.expr.ops import CONST, Immutable
 from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol
 from kane.model.solids import central_inertia
+from kane.numeric.arrays import Array
 from kane.numeric.sampling import SEED, SEEDS, draw, sample
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame, Point
@@ -253,8 +254,11 @@ def check_inertia(name: str, inertia: Dyadic) -> None:
         )
 
 
-def moments(part: Part, constants: Mapping[Expr, float]) -> list[float] | None:
-    """Central principal moments at the values of the parameters, rising; None without inertia, or where it holds other symbols."""
+def moments(part: Part, constants: Mapping[Expr, Any]) -> Array | None:
+    """Central principal moments (… × 3) at values of the parameters, numbers or columns, rising.
+
+    None without inertia, where it holds other symbols, or where none is finite; NaN in rows that are not.
+    """
     inertia = part.inertia
     if inertia is None or not (frames := inertia.frames()):
         return None
@@ -263,20 +267,27 @@ def moments(part: Part, constants: Mapping[Expr, float]) -> list[float] | None:
     if any(s not in constants and (isinstance(s, Parameter) or len(frames) == 1) for s in symbols):
         return None
     values = {s: constants[s] if s in constants else draw(SEED, s) for s in symbols}
-    n = np.array(evaluate([x for row in rows for x in row], values), dtype=float).reshape(3, 3)
-    return [float(x) for x in np.linalg.eigvalsh((n + n.T) / 2)] if np.isfinite(n).all() else None
+    entries = np.stack(np.broadcast_arrays(*evaluate([x for row in rows for x in row], values)), axis=-1)
+    n = entries.astype(float).reshape(*entries.shape[:-1], 3, 3)
+    finite = np.isfinite(n).all(axis=(-2, -1), keepdims=True)
+    if not finite.any():
+        return None
+    found = np.linalg.eigvalsh(np.where(finite, (n + n.swapaxes(-2, -1)) / 2, 0.0))
+    return np.where(finite[..., 0], found, np.nan)
 
 
-def least_moment(part: Part, constants: Mapping[Expr, float]) -> float | None:
+def least_moment(part: Part, constants: Mapping[Expr, Any]) -> Any:
     """The least of them, 0 where it is rounding's; None where they are not known."""
     found = moments(part, constants)
-    return None if found is None else 0.0 if abs(found[0]) <= DECLARED * abs(found[-1]) else found[0]
+    if found is None:
+        return None
+    return np.where(np.abs(found[..., 0]) <= DECLARED * np.abs(found[..., -1]), 0.0, found[..., 0])
 
 
 def largest_moment(part: Part, constants: Mapping[Expr, float]) -> float:
     """The largest of them, 0 without inertia."""
     found = moments(part, constants)
-    return found[-1] if found is not None else 0.0 if part.inertia is None else 1.0
+    return float(found[-1]) if found is not None else 0.0 if part.inertia is None else 1.0
 
 
 def check_turning(inertial: Basis, parts: Iterable[tuple[str, Basis, Dyadic]]) -> None:

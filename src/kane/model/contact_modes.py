@@ -43,6 +43,8 @@ class Stand(NamedTuple):
 
 def stands(contacts: Sequence[ContactLaw], modes: Modes) -> list[Stand]:
     """The stands of a mode."""
+    if all(mode < ContactMode.ACROSS for mode in modes):
+        return []
     found: dict[Any, list[int]] = {}
     for i, (c, mode) in enumerate(zip(contacts, modes, strict=True)):
         if mode is not ContactMode.SEPARATED and c.gap is not None and c.between is not None:
@@ -134,7 +136,7 @@ def _endings(c: ContactLaw, mode: ContactMode, group: Group, forces: Forces) -> 
     """The events that end a mode of a contact."""
 
     def event(what: str, quantity: Expr, direction: int = -1) -> Event:
-        return Event(f"{c.name} {what}", substituted(quantity, forces) if forces else quantity, 0.0, direction, True)
+        return Event(f"{c.name} {what}", substituted(quantity, forces), 0.0, direction, True)
 
     if mode is ContactMode.SEPARATED:
         if c.gap is not None:
@@ -158,14 +160,15 @@ def in_mode(contacts: Sequence[ContactLaw], modes: Modes, exprs: Sequence[Expr])
     """Expressions with N and F of the contacts as their modes have them, where these are no unknowns."""
     if not modes:
         return exprs
-    forces = standing = standing_forces(contacts, modes)
+    standing = standing_forces(contacts, modes)
+    forces = dict(standing)
     for c, mode, group in zip(contacts, modes, groups(contacts, modes), strict=True):
         if mode is ContactMode.SEPARATED:
-            forces = forces | dict.fromkeys((*_own_normal(c), *c.friction_forces), ZERO)
+            forces |= dict.fromkeys((*_own_normal(c), *c.friction_forces), ZERO)
         elif mode.slips:
-            forces = forces | {f: substituted(e, standing) for f, e in c.sliding_friction(mode).items()}
+            forces |= {f: substituted(e, standing) for f, e in c.sliding_friction(mode).items()}
         whole = add(sum_of(other.most for other in group), as_expr(_NO_FRICTION))
         for other in group if len(group) > 1 else ():
             pairs = zip(other.friction_forces, c.friction_forces, strict=True)
-            forces = forces | {f: mul(total, div(other.most, whole)) for f, total in pairs}
+            forces |= {f: mul(total, div(other.most, whole)) for f, total in pairs}
     return [substituted(e, forces) for e in exprs] if forces else exprs

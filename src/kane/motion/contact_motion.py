@@ -243,15 +243,20 @@ class ContactMotion:
 
     def mode(self, modes: Modes, numbers: Mapping[Expr, float], x: Array) -> Equations:
         """The equations of modes; rows of stands are independent in their directions alone."""
-        here: dict[Expr, float] = {**dict(zip(self.eom.coordinates, x.tolist(), strict=False)), **numbers}
-        return self.modes_of.equations(modes, here if stands(self.contacts, modes) else None)
+        if not stands(self.contacts, modes):
+            return self.modes_of.equations(modes)
+        return self.modes_of.equations(modes, {**dict(zip(self.eom.coordinates, x.tolist(), strict=False)), **numbers})
 
     def _shares(self, now: Decided, t: float, x: Array) -> tuple[dict[Expr, float], dict[int, float]]:
         """The shares of contacts in the forces of stands, and the margins of these by contact."""
-        found, margins, touch = dict[Expr, float](), dict[int, float](), self.touch(t, x)
-        for stand in stands(self.contacts, now.modes):
+        found, margins, every = dict[Expr, float](), dict[int, float](), stands(self.contacts, now.modes)
+        if not every:
+            return found, margins
+        touch = self.touch(t, x)
+        forces = self._forces(touch, now)
+        for stand in every:
             rows = rows_of(touch, stand, now.modes, now.directions)
-            own = shares(touch, stand, now.modes, rows, self._forces(touch, now))
+            own = shares(touch, stand, now.modes, rows, forces)
             margins |= dict.fromkeys(stand.members, own.margin)
             along = own.along.reshape(len(rows.sticks), self.layout.d - 1, len(stand.along))
             for i, row in zip(stand.members, own.normal, strict=True):
@@ -274,8 +279,11 @@ class ContactMotion:
 
     def balanced(self, now: Decided, numbers: Mapping[Expr, float], t: float, x: Array) -> None:
         """Refuse contacts of a stand whose places on the plane have moved beside each other: shares are of one instant."""
+        every = stands(self.contacts, now.modes)
+        if not every:
+            return
         touch = self.touch(t, x)
-        for stand in stands(self.contacts, now.modes):
+        for stand in every:
             rows = rows_of(touch, stand, now.modes, now.directions)
             own = [self.contacts[i].shares[0][: len(stand.normals)] for i in stand.members]
             along = [w[: len(stand.along)] for i in rows.sticks for w in self.contacts[i].shares[1:]]

@@ -6,7 +6,7 @@ cos q2 = 6e-17 at q2 = π/2 is zero. Where the mass matrix is singular but for r
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.ops import OPS, SQRT
 from kane.expr.regular import size
-from kane.expr.symbols import Coordinate, Parameter
+from kane.expr.symbols import Coordinate
 from kane.model.beams.beam import Beam
 from kane.model.bodies import largest_moment, least_moment, parts_of
 from kane.motion.steppers.table import INTEGRATORS
@@ -147,57 +147,44 @@ _TIMES = 1000
 """So many numbers at least must lie within a time span."""
 
 
-def check_masses(eom: Equations, constants: Mapping[Expr, float]) -> None:
-    """No mass below zero with the parameters' values, and nothing of a beam that is not above zero."""
-    _check_beams(eom, constants)
+class _Bounded(NamedTuple):
+    """A number of a body, or a column of it, that must not be below zero, or zero where it must be `above`; what is said of it."""
+
+    value: Any
+    above: bool
+    expected: str
+    written: Expr | None = None
+
+
+def _bounded(eom: Equations, constants: Mapping[Expr, Any]) -> Iterator[_Bounded]:
+    """What beams are made of, masses, and least moments of inertia, at values of the parameters."""
+    for beam in eom.system.bodies:
+        for what, measure in beam.measures() if isinstance(beam, Beam) else ():
+            yield _Bounded(evaluate(measure, constants), True, f"{what} of {beam.name} above zero", measure)
     for part in parts_of(eom.system.bodies):
         if not part.momenta and all(s in constants for s in free_symbols([part.mass])):
-            value = float(evaluate(part.mass, constants))
-            if value < 0:
-                raise SimulationError(
-                    f"Expected a mass ≥ 0 for {part.name}, got {cut(part.mass)} = {value:g} at the values of the parameters. "
-                    "Correct them."
-                )
+            yield _Bounded(evaluate(part.mass, constants), False, f"a mass ≥ 0 for {part.name}", part.mass)
         least = least_moment(part, constants)
-        if least is not None and least < 0:
+        if least is not None:
+            yield _Bounded(least, False, f"central principal moments of inertia ≥ 0 for {part.name}")
+
+
+def check_masses(eom: Equations, constants: Mapping[Expr, float]) -> None:
+    """No mass below zero with the parameters' values, and nothing of a beam that is not above zero."""
+    for value, above, expected, written in _bounded(eom, constants):
+        if value < 0 or (above and not value > 0):
+            came = "" if written is None else f"{cut(written)} = "
             raise SimulationError(
-                f"Expected central principal moments of inertia ≥ 0 for {part.name}, got {least:g} at the values of the parameters. "
-                "Correct them."
+                f"Expected {expected}, got {came}{float(value):g} at the values of the parameters. Correct them."
             )
 
 
 def surely_have_mass(eom: Equations, columns: Mapping[Expr, Array], count: int) -> Mask:
-    """For which of so many values of the parameters `check_masses` surely finds nothing; none where it has to be asked."""
+    """For which of so many values of the parameters `check_masses` surely finds nothing."""
     sure = np.ones(count, dtype=bool)
-    if any(isinstance(body, Beam) for body in eom.system.bodies):
-        return ~sure
-    for part in parts_of(eom.system.bodies):
-        if not part.momenta and all(s in columns for s in free_symbols([part.mass])):
-            sure &= np.asarray(evaluate(part.mass, columns)) >= 0
-        frames = () if part.inertia is None else part.inertia.frames()
-        entries = [x for row in part.inertia.components(frames[0]).rows for x in row] if part.inertia and frames else []
-        unknown = [s for s in free_symbols(entries) if s not in columns]
-        if unknown and (len(frames) == 1 or any(isinstance(s, Parameter) for s in unknown)):
-            continue
-        if unknown:
-            return np.zeros(count, dtype=bool)
-        if entries:
-            values = np.broadcast_to(np.stack(evaluate(entries, columns), axis=-1), (count, 9)).reshape(-1, 3, 3)
-            finite = np.isfinite(values).all(axis=(1, 2))
-            n = np.where(finite[:, None, None], values, np.eye(3))
-            sure &= finite & (np.linalg.eigvalsh((n + n.swapaxes(1, 2)) / 2)[:, 0] >= 0)
+    for value, above, *_ in _bounded(eom, columns):
+        sure &= np.asarray(value > 0 if above else value >= 0)
     return sure
-
-
-def _check_beams(eom: Equations, constants: Mapping[Expr, float]) -> None:
-    for beam in eom.system.bodies:
-        for what, measure in beam.measures() if isinstance(beam, Beam) else ():
-            value = float(evaluate(measure, constants))
-            if not value > 0:
-                raise SimulationError(
-                    f"Expected {what} of {beam.name} above zero, got {cut(measure)} = {value:g} at the values of the parameters. "
-                    "Correct them."
-                )
 
 
 def massless(eom: Equations, constants: Mapping[Expr, float]) -> str:

@@ -115,9 +115,8 @@ def run_in_lanes(
     table["r"][:, : inputs.shape[1]] = inputs
     table["times"][:, :m], table["times"][:, m] = times, np.inf
     if held and reach is not None:
-        table["held_reach"][:, :-1] = np.array(
-            [a[*np.array(entries(now.eom), dtype=int).reshape(-1, 2).T] for a in reach]
-        )
+        rows, columns = np.array(entries(now.eom), dtype=int).reshape(-1, 2).T
+        table["held_reach"][:, :-1] = reach[:, rows, columns]
     begins = _beside_no_threshold(now, given, spans[:, 0], table) if now.events is not None else np.ones(count, bool)
     stored = {name: sizes[name] for name in SAVED if name in own}
     results = np.full((int(begins.sum()), sum(stored.values())), np.nan)

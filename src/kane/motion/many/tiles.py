@@ -225,9 +225,6 @@ def _starts(family: Family, runner: Runner, tile: range) -> dict[int, Outcome[St
             places[s][:] = column[tile.start : tile.stop]
     usual = first.found.usual
     rows = [Start(*row, usual) for row in zip(x, p, strict=True)]
-    if not many.columns["parameters"]:
-        one = _admitted(family, runner, p[0])
-        return {k: Outcome(None if one.error else row, one.error) for k, row in zip(tile, rows, strict=True)}
     sure = surely_admitted(eom, p)
     judged = [Outcome[None](None) if so else _admitted(family, runner, row) for so, row in zip(sure, p, strict=True)]
     return {k: Outcome(None if one.error else row, one.error) for k, row, one in zip(tile, rows, judged, strict=True)}

@@ -178,9 +178,10 @@ class CompiledKernel:
     ) -> None:
         self.kernel = kernel
         on = target(settings.cpu, settings.features)
-        text, name = emit_kernel_llvm(kernel, settings.contract), kernel.name
         if width:
-            text, name = emit_kernel_lanes(kernel, width, shared, settings.contract), own_name(name, width)
+            text, name = emit_kernel_lanes(kernel, width, shared, settings.contract), own_name(kernel.name, width)
+        else:
+            text, name = emit_kernel_llvm(kernel, settings.contract), kernel.name
         library = compile_text(text, on, [name], settings.cache, loops)
         kinds = [_INTEGER if isinstance(a, Integer) else _POINTER for a in kernel.arguments]
         self.entry = Entry(library, name)
