@@ -111,7 +111,7 @@ def chosen(at: Instant) -> Chosen:
         except kn.SimulationError as error:
             if UNDETERMINED not in str(error):
                 raise
-            touch = motion.touch(at.t, x)
+            modes, touch = None, motion.touch(at.t, x)
             sliding = np.zeros((len(at.modes), at.state.d - 1))
             sliding[at.closed] = at.state.sliding
             choice = choose(touch.problem(at.closed, sliding, touch.numbers.laws[:, 0]))
@@ -231,7 +231,7 @@ def planar_states(plane: Plane, rng: np.random.Generator) -> Iterator[Instant]:
         for i, touch in enumerate(plane.touches):
             if touch.stops:
                 v[2 * i + 1] = 0.0
-        if clear(kinds, gaps, v, 2):
+        if clear(kinds, gaps, w, v, 2):
             laws = [x.kinetic for x in plane.touches], [x.static for x in plane.touches]
             yield instant(
                 model, model.values(plane), t, q, u, kinds, (w, b, terms, v), laws,
@@ -255,7 +255,7 @@ def spatial_states(scene: Scene, rng: np.random.Generator) -> Iterator[Instant]:
         q, u = state
         reduced = spatial_contacts.reduced(scene, q, u)
         gaps = spatial_contacts.rows(scene, spatial_contacts.posed(scene, q), np.zeros(6 * len(scene.solids))).gaps
-        if clear(kinds, gaps, reduced[3], 3):
+        if clear(kinds, gaps, reduced[0], reduced[3], 3):
             laws = [x.kinetic for x in scene.touches], [x.static for x in scene.touches]
             yield instant(
                 model, model.values(scene), 0.0, q, u, kinds, reduced, laws, partial(solved_in_space, scene, q, u)
@@ -266,9 +266,12 @@ def solved_in_space(scene: Scene, q: Array, u: Array, words: Sequence[str], alon
     return spatial_contacts.solved(scene, q, u, words, along).accelerations
 
 
-def clear(kinds: Sequence[str], gaps: Any, v: Array, d: int) -> bool:
-    """Whether what is open is open, and slips are some or none."""
+def clear(kinds: Sequence[str], gaps: Any, w: Array, v: Array, d: int) -> bool:
+    """Whether what is open is open, slips are some or none, and no gap is at its least or largest: such a one has a root in √ε only."""
     slips = np.linalg.norm(v.reshape(-1, d)[:, 1:], axis=1)
+    mobility = np.diag(w).reshape(-1, d)
+    if (mobility[:, 0] < 1e-9 * mobility.max(axis=1)).any():
+        return False
     opened = all(g > 1e-3 for g, kind in zip(gaps, kinds, strict=True) if kind == "separated")
     return opened and all(s < 1e-11 or s > 1e-3 for s in slips)
 
