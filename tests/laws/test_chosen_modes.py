@@ -267,7 +267,7 @@ def solved_in_space(scene: Scene, q: Array, u: Array, words: Sequence[str], alon
 
 
 def clear(kinds: Sequence[str], gaps: Any, w: Array, v: Array, d: int) -> bool:
-    """Whether what is open is open, slips are some or none, and no gap is at its least or largest: such a one has a root in √ε only."""
+    """Whether what is open is open, slips are some or none, and no gap is at its extremum: its root is known to √ε only."""
     slips = np.linalg.norm(v.reshape(-1, d)[:, 1:], axis=1)
     mobility = np.diag(w).reshape(-1, d)
     if (mobility[:, 0] < 1e-9 * mobility.max(axis=1)).any():
