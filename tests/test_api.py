@@ -84,6 +84,7 @@ FAMILIES = (
     "attitude",
     "beams",
     "cycles",
+    "fitting",
     "errors",
     "expr",
     "figures",

@@ -14,8 +14,8 @@ from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import Attributes, SimulationError
 from kane.expr.node import Expr
 from kane.motion.cycles.branch import CycleBranch, follow
-from kane.motion.cycles.return_map import ReturnMap
 from kane.motion.cycles.shooting import Linearized, Shooting, Shot
+from kane.motion.derivatives.return_map import ReturnMap
 from kane.motion.solution.solution import Solution
 from kane.motion.start import check_tolerance
 from kane.numeric.arrays import Array, Complex
@@ -172,7 +172,7 @@ def limit_cycle(
 
     Notes
     -----
-    Variational equations with saltation matrices: `kane.motion.cycles.variation`. Parker, T. S., Chua, L. O. (1989), Practical
+    Variational equations with saltation matrices: `kane.motion.derivatives.variation`. Parker, T. S., Chua, L. O. (1989), Practical
     Numerical Algorithms for Chaotic Systems, Springer, ch. 5; Leine, R. I., Nijmeijer, H. (2004), Dynamics and Bifurcations of
     Non-Smooth Mechanical Systems, Springer, ch. 7.
 

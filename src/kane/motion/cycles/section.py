@@ -11,8 +11,8 @@ from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import Attributes, SimulationError
-from kane.motion.cycles.return_map import ReturnMap
 from kane.motion.cycles.shooting import Shooting
+from kane.motion.derivatives.return_map import ReturnMap
 from kane.numeric.arrays import Array
 from kane.numeric.sampling import symbols_named
 from kane.program.native.machine import Settings

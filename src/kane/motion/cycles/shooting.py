@@ -22,9 +22,9 @@ from kane.equations.state import State, guess
 from kane.errors import SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter
-from kane.motion.cycles.return_map import ReturnMap
-from kane.motion.cycles.tangents import basis_of, flow_of
-from kane.motion.cycles.variation import Differential
+from kane.motion.derivatives.return_map import ReturnMap
+from kane.motion.derivatives.tangents import basis_of, flow_of
+from kane.motion.derivatives.variation import Differential
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array, Complex
 from kane.numeric.scale import ROUNDED_CHAIN, SAME_TIME, SIX_DIGITS, STATE_RANK

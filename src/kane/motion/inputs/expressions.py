@@ -41,12 +41,20 @@ CORNERS = frozenset(OPS[name] for name in ("abs", "sign", "min", "max", "less", 
 class Formula:
     """An expression of time and of parameters, which have `values`: called with a time it gives its value.
 
-    Where it holds symbols of the `state` too, it is called with a time and (q, u).
+    Where it holds symbols of the `state` too, it is called with a time and (q, u). `written` is the same with symbols for parameters
+    that the model does not hold, `gains` are the numbers of these in `expr`.
     """
 
     expr: Expr
     values: Mapping[Expr, Any]
     state: tuple[Symbol, ...] = ()
+    written: Expr | None = None
+    gains: Mapping[Expr, Any] = field(default_factory=dict)
+
+    @property
+    def whole(self) -> Expr:
+        """The expression of all its parameters."""
+        return self.expr if self.written is None else self.written
 
     def __call__(self, t: Any, x: Any = ()) -> float:
         """The value at time t, and state x."""
@@ -65,10 +73,11 @@ class Formula:
 
     def derivative(self, order: int = 1) -> "Formula":
         """The nth derivative by time."""
-        expr = self.expr
+        expr, whole = self.expr, self.written
         for _ in range(order):
-            expr = tangent(expr, lambda leaf: ONE if isinstance(leaf, Time) else ZERO)
-        return Formula(expr, self.values, self.state)
+            expr = tangent(expr, _by_time)
+            whole = None if whole is None else tangent(whole, _by_time)
+        return Formula(expr, self.values, self.state, whole, self.gains)
 
     def breakpoints(self, span: tuple[float, float]) -> tuple[float, ...]:
         """The times within the span at which it jumps or bends."""
@@ -78,6 +87,10 @@ class Formula:
     def smooth(self) -> bool:
         """Whether it has no corners."""
         return not any(node.op in CORNERS or isinstance(node.op, Piecewise) for node in postorder([self.expr]))
+
+
+def _by_time(leaf: Expr) -> Expr:
+    return ONE if isinstance(leaf, Time) else ZERO
 
 
 def turning_laws(drives: Iterable[Any]) -> tuple[Expr, ...]:
@@ -108,12 +121,17 @@ def formula(name: str, expr: Expr, parameters: Mapping[Expr, Any], state: tuple[
     return Formula(expr, given, state if own.intersection(symbols) else ())
 
 
-def with_gains(eom: Equations, expr: Expr, parameters: Mapping[Expr, Any]) -> Expr:
-    """The expression with numbers for parameters that the model does not hold."""
+def gains(eom: Equations, expr: Expr, parameters: Mapping[Expr, Any]) -> dict[Expr, float]:
+    """The values of parameters that the model does not hold."""
     own = set(eom.parameters)
     foreign = [s for s in free_symbols([expr]) if isinstance(s, Parameter) and s not in own]
     numbers = {s: parameters.get(s, s.default) for s in foreign}
-    return substituted(expr, {s: constant(float(v)) for s, v in numbers.items() if v is not None})
+    return {s: float(v) for s, v in numbers.items() if v is not None}
+
+
+def with_gains(eom: Equations, expr: Expr, parameters: Mapping[Expr, Any]) -> Expr:
+    """The expression with numbers for parameters that the model does not hold."""
+    return substituted(expr, {s: constant(v) for s, v in gains(eom, expr, parameters).items()})
 
 
 def own_parameters(given: Any) -> dict[Expr, Any]:

@@ -3,7 +3,7 @@
 
 import copy
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from inspect import Parameter as Parameter_
 from inspect import signature as signature_of
@@ -28,6 +28,7 @@ from kane.motion.inputs.expressions import (
     SharedLaw,
     along,
     formula,
+    gains,
     law,
     with_gains,
 )
@@ -120,7 +121,11 @@ def input_functions(
     values = {s: v(time) if isinstance(v, Table) else v for s, v in values.items()}
     state = eom.state
     values = {
-        s: formula(str(s), with_gains(eom, v, known), known, () if input_of(s) in moving else state)
+        s: replace(
+            formula(str(s), with_gains(eom, v, known), known, () if input_of(s) in moving else state),
+            written=v,
+            gains=gains(eom, v, known),
+        )
         if isinstance(v, Expr)
         else v
         for s, v in values.items()

@@ -16,24 +16,22 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.dynamics.slopes import slopes
-from kane.equations.compiled import ports
-from kane.equations.equations import Equations
 from kane.errors import SimulationError
 from kane.expr.symbols import Parameter
 from kane.model.declarations import Event
 from kane.motion.contact_motion import ContactMotion
-from kane.motion.cycles.jumps import JumpSlopes, action, gradients, impact
-from kane.motion.cycles.tangents import Side
-from kane.motion.cycles.transition import Stretch, transition
+from kane.motion.derivatives.forcing import forcing
+from kane.motion.derivatives.jumps import JumpSlopes, action, gradients, impact
+from kane.motion.derivatives.tangents import Side
+from kane.motion.derivatives.transition import Stretch, transition
 from kane.motion.inputs.breakpoints import next_end, on_from
 from kane.motion.inputs.expressions import controllers, turning_laws
 from kane.motion.loop import breakpoints_of
-from kane.motion.right_hand_side import Routines, has_jumps, only, routines
+from kane.motion.right_hand_side import Routines, has_jumps, routines
+from kane.motion.solution.phases import Indices
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.numeric.scale import SIX_DIGITS
-from kane.program.from_expressions import Bundle, Shaped
 from kane.program.native.machine import Settings
 
 _AGREES = 1e-9
@@ -49,16 +47,6 @@ class Variation(NamedTuple):
     t: Array
 
 
-def parameter_slopes(eom: Equations, *by: Parameter) -> Bundle[Array]:
-    """∂(q̇, u̇, ȧ)/∂parameters."""
-    return Bundle(
-        "by_parameters",
-        ports(eom.derived),
-        only,
-        {"x": Shaped((len(eom.state), len(by)), slopes(eom.solved, by).entries)},
-    )
-
-
 class Differential:
     """The derivative of motions of the same equations, by their start and by parameters."""
 
@@ -66,6 +54,7 @@ class Differential:
         self.by, self.settings, self.options = tuple(by), settings, options
         self._known: dict[tuple[Any, bytes], tuple[Routines, Any]] = {}
         self.scale, self.length = np.ones(1), 1.0
+        self._ends: dict[int, Array] = {}
 
     def _routines(self, motion: Solution, row: int) -> tuple[Routines, Any]:
         eom = motion.samples[row] if motion.samples else motion.equations
@@ -76,9 +65,7 @@ class Differential:
         if key not in self._known:
             now = routines(eom, p, drives, self.settings)
             _check(now)
-            own = now.routine(parameter_slopes, *self.by) if self.by else None
-            by = None if own is None else lambda t, x: own(t, x, now.p, now.inputs_all(t, x))
-            self._known[key] = now, by
+            self._known[key] = now, forcing(now, self.by)
         return self._known[key]
 
     def side(self, motion: Solution, row: int) -> Side:
@@ -99,28 +86,45 @@ class Differential:
             if the motion has none: it grazes an event, or two events come at one instant
         """
         n, k = motion.states.shape[1], len(self.by)
-        self._known, self.length = {}, float(motion.t[-1] - motion.t[0])
-        psi = np.eye(n, n + k)
-        size = np.abs(motion.states).max(axis=0)
-        self.scale = np.maximum(size, 1e-3 * size.max(initial=0) or 1.0)
-        stretches = self._stretches(motion)
-        flows = iter(self._transitions(motion, stretches, again))
-        own = [stretch.phase for stretch in stretches]
-        last = int(motion.phase[-1])
-        for number in range(last + 1):
-            for _ in range(own.count(number)):
-                flow = next(flows)
-                psi = flow[:, :n] @ psi
-                psi[:, n:] += flow[:, n:]
-            if number < last:
-                row = int(np.flatnonzero(motion.phase == number)[-1])
-                psi, dt = self._across(motion, row, psi, number + 1, section)
+        psi, dt, _ = self._walk(motion, again, section, np.eye(n, n + k), every=False)
         if section is None:
             dt = np.append(np.zeros(n), np.zeros(k) if period_slopes is None else period_slopes)
             return Variation(psi + np.outer(self.side(motion, len(motion) - 1).rate, dt), dt)
         if section.then is None:
             psi, dt = self._saltation(self.side(motion, len(motion) - 1), None, section, psi, None)
         return Variation(psi, dt)
+
+    def along(self, motion: Solution, again: Again, start: Array) -> Array:
+        """δx at every sample (samples × n × m + k), where the start changes by `start` δ(ξ, p) (n × m + k)."""
+        return self._walk(motion, again, None, start, every=True)[2]
+
+    def _walk(
+        self, motion: Solution, again: Again, section: Event | None, psi: Array, *, every: bool
+    ) -> tuple[Array, Array, Array]:
+        """δx at the end, δτ of the last event, and δx at every sample if that is asked for."""
+        n = motion.states.shape[1]
+        k = psi.shape[1] - len(self.by)
+        self._known, self.length = {}, float(motion.t[-1] - motion.t[0])
+        size = np.abs(motion.states).max(axis=0)
+        self.scale = np.maximum(size, 1e-3 * size.max(initial=0) or 1.0)
+        stretches = self._stretches(motion, every)
+        flows = self._transitions(motion, stretches, again)
+        last, dt, found = int(motion.phase[-1]), np.zeros(psi.shape[1]), np.zeros((len(motion) * every, *psi.shape))
+        for number in range(last + 1):
+            if every:
+                found[np.flatnonzero(motion.phase == number)[0]] = psi
+            for stretch, flow in zip(stretches, flows, strict=True):
+                if stretch.phase != number:
+                    continue
+                at = flow[:, :, :n] @ psi
+                at[:, :, k:] += flow[:, :, n:]
+                if every:
+                    found[list(stretch.rows)] = at[list(stretch.places)]
+                psi = at[-1]
+            if number < last:
+                row = int(np.flatnonzero(motion.phase == number)[-1])
+                psi, dt = self._across(motion, row, psi, number + 1, section)
+        return psi, dt, found
 
     def _groups(self, motion: Solution, rows: Any) -> list[tuple[int, int]]:
         """Runs of samples with the same equations, first and last row of each."""
@@ -132,24 +136,30 @@ class Differential:
         found.append((begin, int(rows[-1])))
         return found
 
-    def _stretches(self, motion: Solution) -> list[Stretch]:
-        """The stretches with one set of equations and no breakpoint within."""
+    def _stretches(self, motion: Solution, every: bool) -> list[Stretch]:
+        """The stretches with one set of equations and no breakpoint within; with `every` their edges are all samples."""
         breaks, found = sorted(breakpoints_of(motion, ())), list[Stretch]()
         for number in range(int(motion.phase[-1]) + 1):
             for start, end in self._groups(motion, np.flatnonzero(motion.phase == number)):
                 now, by = self._routines(motion, start)
-                t, stop, x = float(motion.t[start]), float(motion.t[end]), motion.states[start]
+                t, stop = float(motion.t[start]), float(motion.t[end])
+                x: Array | None = motion.states[start]
+                rows = np.arange(start + 1, end + 1) if every else np.zeros(0, dtype=int)
                 while t < stop:
                     until = next_end(breaks, t, stop)
                     if until > t:
-                        found.append(Stretch(now, by, x, t, until, number))
+                        own = rows[(motion.t[rows] > t) & (motion.t[rows] <= until)]
+                        edges = np.unique([t, *motion.t[own], until])
+                        at = tuple((np.searchsorted(edges, motion.t[own]) - 1).tolist())
+                        found.append(Stretch(now, by, x, edges, number, tuple(own.tolist()), at))
+                        x = None
                     t = on_from(until) if until < stop else stop
         return found
 
     def _transitions(self, motion: Solution, stretches: list[Stretch], again: Again) -> list[Array]:
         """Φ of each stretch, with steps halved until it is known."""
         whole = max(self.length, 1e-300)
-        steps = [max(2, math.ceil(motion.steps * (s.t1 - s.t0) / whole)) for s in stretches]
+        steps = [s.parts(max(2, math.ceil(motion.steps * (s.t1 - s.t0) / whole))) for s in stretches]
         found = self._with(stretches, [*range(len(stretches))], steps, again)
         open_, done = [*range(len(stretches))], dict(enumerate(found))
         for _ in range(_HALVINGS):
@@ -163,10 +173,10 @@ class Differential:
         at = stretches[open_[0]]
         raise SimulationError(
             f"Expected variational equations that can be stepped, got none from t = {at.t0:.6g} to {at.t1:.6g}: their solutions go on "
-            f"changing at {steps[open_[0]]} steps of order 16."
+            f"changing at {steps[open_[0]].sum()} steps of order 16."
         )
 
-    def _with(self, stretches: list[Stretch], which: list[int], steps: list[int], again: Again) -> list[Array]:
+    def _with(self, stretches: list[Stretch], which: list[int], steps: list[Indices], again: Again) -> list[Array]:
         """Φ of some stretches by so many steps of each."""
         times = {i: stretches[i].times(steps[i]) for i in which}
         resolved = [i for i in which if np.all(np.diff(times[i].reshape(-1)) > 0)]
@@ -175,11 +185,13 @@ class Differential:
         found = []
         for i in which:
             at = stretches[i]
-            guess = np.broadcast_to(at.x, (*times[i].shape, len(at.x)))
+            x = self._ends[i - 1] if at.x is None else at.x
+            guess = np.broadcast_to(x, (*times[i].shape, len(x)))
             if motion is not None and i in set(resolved):
                 rows = np.flatnonzero(motion.phase == at.phase)
                 guess = motion.states[rows[np.searchsorted(motion.t[rows], times[i])]]
-            found.append(transition(at, steps[i], guess, self.scale))
+            phi, self._ends[i] = transition(at, x, steps[i], guess, self.scale)
+            found.append(phi)
         return found
 
     def _across(

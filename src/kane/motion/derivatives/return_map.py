@@ -18,7 +18,7 @@ from kane.expr.symbols import Parameter, Time
 from kane.model.contacts import laws_of
 from kane.model.declarations import Event, expressions
 from kane.motion.contact_motion import run_over_time
-from kane.motion.cycles.variation import Differential, Variation
+from kane.motion.derivatives.variation import Again, Differential, Variation
 from kane.motion.inputs.expressions import own_parameters
 from kane.motion.inputs.functions import input_functions
 from kane.motion.right_hand_side import rates
@@ -96,8 +96,20 @@ class ReturnMap:
         SimulationError
             if the section is not reached, or the motion ends before
         """
+        motion = self.motion(x, parameters, samples, begin)
+        t0 = self.t0 if begin is None else begin
+        self._check_end(motion, (t0, t0 + self.length(parameter_values(self.eom.system, parameters))))
+        return motion
+
+    def motion(
+        self, x: Array, parameters: Mapping[Any, float] | None, samples: Any = (), begin: float | None = None
+    ) -> Solution:
+        """The same, wherever it ends; `parameters` may hold those of inputs alone."""
         eom = self.eom
-        constants = parameter_values(eom.system, parameters)
+        own = set(eom.parameters)
+        constants = parameter_values(
+            eom.system, {s: v for s, v in (parameters or {}).items() if s in own or not isinstance(s, Parameter)}
+        )
         t0 = self.t0 if begin is None else begin
         span = t0, t0 + self.length(constants)
         drives = input_functions(eom, self.inputs, span, own_parameters(parameters) | constants)
@@ -106,9 +118,10 @@ class ReturnMap:
         bounds = {"max_steps": None, "max_seconds": None, "first_step": None}
         q, u, a = np.split(x, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
         first = Begin(q, u, None, a, fresh=self._fresh(x, constants))
-        motion = run_over_time(eom)(eom, span, first, (constants, drives), options, bounds, sample_times(samples, span))
-        self._check_end(motion, span)
-        return motion
+        found: Solution = run_over_time(eom)(
+            eom, span, first, (constants, drives), options, bounds, sample_times(samples, span)
+        )
+        return found
 
     @property
     def inputs_at_start(self) -> dict[Any, float]:
@@ -159,17 +172,20 @@ class ReturnMap:
 
     def differential(self, motion: Solution, by: tuple[Parameter, ...] = ()) -> Variation:
         """The derivative of the end of a motion."""
-        options = OPTIONS | {"rtol": self.tolerances[0], "atol": self.tolerances[1], "settings": self.settings}
-        walk = Differential(by, self.settings, options | {"contacts": self.eom})
-        slopes = None
+        walk, slopes = self.walk(by), None
         if self.section is None and isinstance(self.period, Expr):
             values = dict(motion.parameters)
             slopes = np.array([float(evaluate(diff(self.period, p), values)) for p in by])
+        return walk(motion, self.again(motion, motion.parameters), self.section, slopes)
 
-        def again(samples: Array) -> Solution:
-            return self(motion.states[0], motion.parameters, samples, float(motion.t[0]))
+    def walk(self, by: tuple[Parameter, ...]) -> Differential:
+        """What differentiates its motions."""
+        options = OPTIONS | {"rtol": self.tolerances[0], "atol": self.tolerances[1], "settings": self.settings}
+        return Differential(by, self.settings, options | {"contacts": self.eom})
 
-        return walk(motion, again, self.section, slopes)
+    def again(self, motion: Solution, parameters: Mapping[Any, float]) -> Again:
+        """The same motion at other samples."""
+        return lambda samples: self.motion(motion.states[0], parameters, samples, float(motion.t[0]))
 
     @property
     def timed(self) -> bool:

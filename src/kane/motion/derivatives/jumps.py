@@ -21,7 +21,7 @@ from kane.expr.visit import substituted
 from kane.model.contacts import ContactMode
 from kane.model.declarations import Event, target
 from kane.motion.contact_motion import ContactMotion
-from kane.motion.cycles.tangents import Side, allowed
+from kane.motion.derivatives.tangents import Side, allowed
 from kane.motion.hybrid.actions import Instant, acted, following
 from kane.motion.inputs.expressions import Formula
 from kane.motion.inputs.functions import constant
@@ -64,12 +64,12 @@ def gradients(side: Side, exprs: Sequence[Expr], by: Sequence[Parameter]) -> lis
     open_: list[Symbol] = []
     for s, f in zip(eom.inputs, side.now.drives, strict=True):
         if isinstance(f, Formula):
-            laws[s] = f.expr
+            laws[s] = f.whole
         elif constant(f) is None:
             open_.append(s)
     plain = [substituted(e, laws) for e in without_unknowns(eom.solved, [substituted(e, laws) for e in exprs])]
     symbols = (*eom.state, time, *by, *open_)
-    values = {**{s: v for f in side.now.drives if isinstance(f, Formula) for s, v in f.values.items()}}
+    values = {**{s: v for f in side.now.drives if isinstance(f, Formula) for s, v in {**f.values, **f.gains}.items()}}
     values |= side.now.values(side.t, side.x)
     found = []
     for e in plain:

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""∂f/∂p along a motion: by parameters of the equations, and by those of inputs that are expressions, f(x, t, p, r(x, t, p))."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from kane.dynamics.slopes import slopes
+from kane.equations.compiled import ports
+from kane.equations.equations import Equations
+from kane.expr.differentiation import tangent
+from kane.expr.evaluation import evaluate
+from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.symbols import Symbol, time
+from kane.motion.inputs.expressions import Formula
+from kane.motion.right_hand_side import Routines, only
+from kane.numeric.arrays import Array
+from kane.program.from_expressions import Bundle, Shaped
+
+
+def symbol_slopes(eom: Equations, *by: Symbol) -> Bundle[Array]:
+    """∂(q̇, u̇, ȧ)/∂symbols, parameters or inputs."""
+    return Bundle(
+        "by_parameters",
+        ports(eom.derived),
+        only,
+        {"x": Shaped((len(eom.state), len(by)), slopes(eom.solved, by).entries)},
+    )
+
+
+def forcing(now: Routines, by: Sequence[Symbol]) -> Callable[[Array, Array], Array] | None:
+    """∂f/∂p (m × n × k) at times (m) and states (m × n); None where there are no parameters."""
+    if not by:
+        return None
+    eom, own = now.eom, set(now.eom.parameters)
+    direct = [s for s in by if s in own]
+    laws = {s: f for s, f in zip(eom.inputs, now.drives, strict=True) if isinstance(f, Formula)}
+    turned = {s: [tangent(f.whole, {p: ONE}) for p in by] for s, f in laws.items()}
+    turned = {s: row for s, row in turned.items() if any(e is not ZERO for e in row)}
+    routine = now.routine(symbol_slopes, *direct, *turned) if direct or turned else None
+    place = [k for k, s in enumerate(by) if s in own]
+
+    def along(t: Array, x: Array) -> Array:
+        found = np.zeros((len(t), x.shape[1], len(by)))
+        if routine is None:
+            return found
+        whole = routine(t, x, now.p, now.inputs_all(t, x))
+        found[:, :, place] = whole[:, :, : len(direct)]
+        for i, (s, row) in enumerate(turned.items()):
+            at: dict[Expr, Any] = {
+                **laws[s].values,
+                **laws[s].gains,
+                **dict(zip(eom.state, x.T, strict=False)),
+                time: t,
+            }
+            for k, slope in enumerate(evaluate(row, at)):
+                found[:, :, k] += whole[:, :, len(direct) + i] * np.broadcast_to(slope, t.shape)[:, None]
+        return found
+
+    return along

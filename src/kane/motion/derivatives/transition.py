@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Ψ′ = J Ψ + ∂f/∂p over a stretch of a motion, by Gauss's collocation with eight stages, order 16 (Hairer & Wanner 1996, sec. IV.5).
+
+The states at the stages come from the motion, and Newton's steps on the equations of collocation make them exact to rounding. J is
+evaluated at all stages of all steps together. Steps are halved until Ψ changes no more: what is left falls with the sixteenth power.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from kane.motion.inputs.functions import following
+from kane.motion.right_hand_side import Routines, entries, exact, is_long
+from kane.motion.solution.phases import Indices
+from kane.motion.steppers.collocation import gauss
+from kane.numeric.arrays import Array
+from kane.numeric.scale import ROUNDED, ROUNDED_CHAIN
+
+_NODES = gauss(8)
+_C, _B = np.array(_NODES.c), np.array(_NODES.b)
+_A = np.array(_NODES.a).T
+_ROUNDS = 8
+"""Newton's steps at most."""
+_ENTRIES = 1 << 23
+"""So many entries, at most, of the matrices of collocation are there together."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stretch:
+    """From the state x on over times `edges` (e) with one set of equations; `by` gives ∂f/∂p (m × n × k) at times and states.
+
+    Without x it goes on from the end of the one before.
+    `rows` are the samples of the motion that are asked for, `places` which edges behind the first they are at.
+    """
+
+    now: Routines
+    by: Callable[[Array, Array], Array] | None
+    x: Array | None
+    edges: Array
+    phase: int
+    rows: tuple[int, ...] = ()
+    places: tuple[int, ...] = ()
+
+    @property
+    def t0(self) -> float:
+        """The beginning."""
+        return float(self.edges[0])
+
+    @property
+    def t1(self) -> float:
+        """The end."""
+        return float(self.edges[-1])
+
+    def parts(self, steps: int) -> Indices:
+        """Into how many steps of one length each interval between edges is cut, where the whole takes so many."""
+        share: Array = np.diff(self.edges) / max(self.t1 - self.t0, 1e-300)
+        return np.maximum(np.ceil(steps * share - ROUNDED_CHAIN).astype(np.int64), 1)
+
+    def steps(self, parts: Indices) -> tuple[Array, Array]:
+        """Beginnings and lengths of all steps."""
+        h = np.repeat(np.diff(self.edges) / parts, parts)
+        place = np.concatenate([np.arange(m) for m in parts])
+        return np.repeat(self.edges[:-1], parts) + place * h, h
+
+    def times(self, parts: Indices) -> Array:
+        """The times of all stages (steps × 8)."""
+        t, h = self.steps(parts)
+        return np.asarray(t[:, None] + h[:, None] * _C)
+
+
+def rates(now: Routines, t: Array, x: Array) -> Array:
+    """f (k × n) at times (k) and states (k × n)."""
+    r = now.inputs_all(t, x) if now.drives else None
+    return now.rates(t, x, now.p, r)[:, :-1]
+
+
+def jacobians(now: Routines, t: Array, x: Array) -> Array:
+    """J (k × n × n) at times (k) and states (k × n)."""
+    n = now.width
+    if is_long(now) or following(now.drives):
+        j = exact(now)
+        return np.array([j(s, np.append(row, 0.0))[:n, :n] for s, row in zip(t.tolist(), x, strict=True)])
+    return now.routine(entries)(t, x, now.p, now.inputs_all(t, x))[:, :n, :n]
+
+
+def transition(stretch: Stretch, x: Array, parts: Indices, guess: Array, scale: Array) -> tuple[Array, Array]:
+    """δx = Φ δ(x₀, p) at the edges behind the first (e − 1 × n × n + k), and the last state.
+
+    From the state x on, and states near those at the stages (steps × 8 × n).
+    """
+    n, (t, h) = len(x), stretch.steps(parts)
+    ends, k = set((np.cumsum(parts) - 1).tolist()), 0
+    chunk = max(1, _ENTRIES // (len(_C) * n) ** 2)
+    phi, found = None, list[Array]()
+    for start in range(0, len(t), chunk):
+        some = slice(start, start + chunk)
+        own, gained, x = _chunk(stretch, (t[some, None] + h[some, None] * _C, h[some]), x, guess[some], scale)
+        k = gained.shape[2]
+        phi = np.eye(n, n + k) if phi is None else phi
+        for m in range(len(own)):
+            phi = own[m] @ phi
+            phi[:, n:] += gained[m]
+            if start + m in ends:
+                found.append(phi)
+    return np.array(found), x
+
+
+def _chunk(
+    stretch: Stretch, at: tuple[Array, Array], start: Array, guess: Array, scale: Array
+) -> tuple[Array, Array, Array]:
+    """Each step's own ∂x/∂x₀ and ∂x/∂p, and the state at the end of the last one; `at` are times of stages and lengths."""
+    now, n, x, (times, h) = stretch.now, len(start), guess.copy(), at
+    steps, s = times.shape
+    flat, end = times.reshape(-1), start
+    for _ in range(_ROUNDS):
+        f = rates(now, flat, x.reshape(-1, n)).reshape(steps, s, n)
+        j = jacobians(now, flat, x.reshape(-1, n)).reshape(steps, s, n, n)
+        whole = np.eye(s * n) - np.einsum("m,ij,mjab->miajb", h, _A, j).reshape(steps, s * n, s * n)
+        unit = np.tile(np.eye(n), (s, 1))
+        right = np.concatenate(
+            [
+                np.broadcast_to(unit, (steps, s * n, n)),
+                (np.einsum("m,ij,mjb->mib", h, _A, f) - x).reshape(steps, s * n, 1),
+            ],
+            axis=2,
+        )
+        solved = np.linalg.solve(whole, right).reshape(steps, s, n, n + 1)
+        change, end = np.empty_like(x), start
+        for m in range(steps):
+            change[m] = solved[m, :, :, :n] @ end + solved[m, :, :, n]
+            end = end + h[m] * _B @ (f[m] + np.einsum("jab,jb->ja", j[m], change[m]))
+        x = x + change
+        if not np.abs(change / scale).max(initial=0) > ROUNDED * s * n:
+            break
+    own = np.eye(n) + np.einsum("m,j,mjab,mjbc->mac", h, _B, j, solved[:, :, :, :n])
+    if stretch.by is None:
+        return own, np.zeros((steps, n, 0)), end
+    forced = stretch.by(flat, x.reshape(-1, n)).reshape(steps, s, n, -1)
+    right = np.einsum("m,ij,mjak->miak", h, _A, forced).reshape(steps, s * n, -1)
+    of_p = np.linalg.solve(whole, right).reshape(steps, s, n, -1)
+    return own, np.einsum("m,j,mjak->mak", h, _B, forced + np.einsum("mjab,mjbk->mjak", j, of_p)), end
