@@ -31,6 +31,7 @@ from kane.expr.piecewise import switches as switches_of
 from kane.expr.symbols import Symbol, time
 from kane.motion.inputs.breakpoints import Clock, clock, is_timed
 from kane.motion.inputs.expressions import Number, SharedLaw, law_ports, turning_laws, value
+from kane.motion.inputs.expressions import along as input_along
 from kane.motion.inputs.functions import following, follows, law_and, law_of
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.rank import Mixed, least_constraint
@@ -240,7 +241,10 @@ class Routines:
 
     def inputs_all(self, t: Array, y: Array) -> Array:
         """Values of the inputs (k × inputs) at times (k) and states (k × n)."""
-        return np.array([self.inputs(s, row) for s, row in zip(t, y, strict=True)])
+        states = y[:, : self.width]
+        return (
+            np.stack([input_along(f, t, states) for f in self.drives], axis=1) if self.drives else np.zeros((len(t), 0))
+        )
 
     def rate(self, t: float, y: Array) -> Array:
         """(q̇, u̇, P)."""

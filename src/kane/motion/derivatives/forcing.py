@@ -29,24 +29,19 @@ def symbol_slopes(eom: Equations, *by: Symbol) -> Bundle[Array]:
     )
 
 
-def forcing(now: Routines, by: Sequence[Symbol]) -> Callable[[Array, Array], Array] | None:
-    """∂f/∂p (m × n × k) at times (m) and states (m × n); None where there are no parameters."""
-    if not by:
-        return None
-    eom, own = now.eom, set(now.eom.parameters)
-    direct = [s for s in by if s in own]
+def input_slopes(now: Routines, by: Sequence[Symbol]) -> Callable[[Array, Array], Array] | None:
+    """∂f/∂r ∂r/∂symbols (m × n × k) of inputs that are expressions, at times (m) and states (m × n); None where it is zero."""
+    eom = now.eom
     laws = {s: f for s, f in zip(eom.inputs, now.drives, strict=True) if isinstance(f, Formula)}
     turned = {s: [tangent(f.whole, {p: ONE}) for p in by] for s, f in laws.items()}
     turned = {s: row for s, row in turned.items() if any(e is not ZERO for e in row)}
-    routine = now.routine(symbol_slopes, *direct, *turned) if direct or turned else None
-    place = [k for k, s in enumerate(by) if s in own]
+    if not turned:
+        return None
+    routine = now.routine(symbol_slopes, *turned)
 
     def along(t: Array, x: Array) -> Array:
-        found = np.zeros((len(t), x.shape[1], len(by)))
-        if routine is None:
-            return found
-        whole = routine(t, x, now.p, now.inputs_all(t, x))
-        found[:, :, place] = whole[:, :, : len(direct)]
+        of_inputs = routine(t, x, now.p, now.inputs_all(t, x))
+        slopes = np.empty((len(t), len(turned), len(by)))
         for i, (s, row) in enumerate(turned.items()):
             at: dict[Expr, Any] = {
                 **laws[s].values,
@@ -54,8 +49,26 @@ def forcing(now: Routines, by: Sequence[Symbol]) -> Callable[[Array, Array], Arr
                 **dict(zip(eom.state, x.T, strict=False)),
                 time: t,
             }
-            for k, slope in enumerate(evaluate(row, at)):
-                found[:, :, k] += whole[:, :, len(direct) + i] * np.broadcast_to(slope, t.shape)[:, None]
-        return found
+            for k, value in enumerate(evaluate(row, at)):
+                slopes[:, i, k] = value
+        return np.asarray(of_inputs @ slopes)
+
+    return along
+
+
+def forcing(now: Routines, by: Sequence[Symbol]) -> Callable[[Array, Array], Array] | None:
+    """∂f/∂p (m × n × k) at times (m) and states (m × n); None where there are no parameters."""
+    if not by:
+        return None
+    own = set(now.eom.parameters)
+    place = [k for k, s in enumerate(by) if s in own]
+    routine = now.routine(symbol_slopes, *(by[k] for k in place)) if place else None
+    through = input_slopes(now, by)
+
+    def along(t: Array, x: Array) -> Array:
+        found = np.zeros((len(t), x.shape[1], len(by)))
+        if routine is not None:
+            found[:, :, place] = routine(t, x, now.p, now.inputs_all(t, x))
+        return found if through is None else found + through(t, x)
 
     return along

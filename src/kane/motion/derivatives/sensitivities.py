@@ -2,7 +2,7 @@
 """`sensitivities`: the exact derivatives of a motion by parameters and start values, at every sample."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Unpack
 
@@ -13,8 +13,8 @@ from kane.analysis.assembly import assemble
 from kane.analysis.state_checks import start_state
 from kane.dynamics.readings.quantities import asked, parameter_values, without_unknowns
 from kane.equations.equations import Equations, check_equations
-from kane.equations.state import State, StateValues, by_keyword, state_of
-from kane.errors import Attributes, SimulationError
+from kane.equations.state import Guess, State, StateValues, by_keyword, state_of
+from kane.errors import Attributes, ExpressionError, SimulationError
 from kane.expr.differentiation import gradient
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr, constant
@@ -28,7 +28,7 @@ from kane.motion.inputs.expressions import Formula
 from kane.motion.solution.solution import Solution
 from kane.motion.start import check_span, check_tolerance
 from kane.numeric.arrays import Array
-from kane.numeric.sampling import symbols_named
+from kane.numeric.sampling import named_values, symbols_named
 from kane.numeric.scale import SIX_DIGITS
 from kane.program.native.machine import Settings
 from kane.progress import working
@@ -61,8 +61,12 @@ class Sensitivities(Attributes):
     def __getitem__(self, what: Any) -> Array:
         motion = self.motion
         wanted = asked(motion.equations.derived, what)
-        found = [self._of(e) for e in wanted.roots]
-        return found[0] if not wanted.shape else np.moveaxis(wanted.filled(found), -2, 0) if len(found) else np.zeros(0)
+        if wanted.shape is None:
+            raise ExpressionError(
+                "Expected expressions of one kind in s[…], got a list of several: ask for one after the other."
+            )
+        found = np.array([self._of(e) for e in wanted.roots])
+        return np.moveaxis(found, 0, 1).reshape(len(motion), *wanted.shape, len(self.by))
 
     def _of(self, expr: Expr) -> Array:
         """dexpr/db (n × k)."""
@@ -136,11 +140,25 @@ class Course:
         own = tuple(s for s in self.by if isinstance(s, Parameter))
         walk = self.map.walk(own)
         free = [s for s in self.by if not isinstance(s, Parameter)]
-        begin = _start_slopes(walk, motion, free, own)
+        begin = _start_slopes(walk, motion, (free, _told(self.map.eom, self.given)), own)
         again = self.map.again(motion, self.parameters)
         found = walk.along(motion, again, begin)
         order = {s: k for k, s in enumerate((*free, *own))}
         return Sensitivities(motion, self.by, found[:, :, [order[s] for s in self.by]])
+
+
+def _told(eom: Equations, given: State) -> list[Symbol]:
+    """The start values that were given as numbers, no guesses."""
+    found = list[Symbol]()
+    for kind, group in (("q", eom.coordinates), ("u", eom.speeds)):
+        own = getattr(given, kind)
+        values = (
+            named_values(kind, group, own)
+            if isinstance(own, Mapping)
+            else dict(zip(group, own if own is not None else (), strict=False))
+        )
+        found += [s for s in group if s in values and not isinstance(values[s], Guess)]
+    return found
 
 
 def _foreign(eom: Equations, key: Any) -> bool:
@@ -161,12 +179,15 @@ def _symbols(eom: Equations, given: State, by: Any) -> tuple[Symbol, ...]:
     return found
 
 
-def _start_slopes(walk: Differential, motion: Solution, free: Sequence[Symbol], by: Sequence[Parameter]) -> Array:
+def _start_slopes(
+    walk: Differential, motion: Solution, starts: tuple[Sequence[Symbol], Sequence[Symbol]], by: Sequence[Parameter]
+) -> Array:
     """δx of the start: by start values, and what constraints add to a change of parameters.
 
-    The independent start values are those in `free`, and as many others as the constraints leave; they stay where a parameter changes.
+    Of the start values those by which the motion is differentiated are independent, then those that were given, then others, as many
+    as the constraints leave; they stay where a parameter changes.
     """
-    side = walk.side(motion, 0)
+    side, (free, told) = walk.side(motion, 0), starts
     eom, n = side.now.eom, side.now.width
     place = {s: i for i, s in enumerate(eom.state)}
     if not eom.system.euler_parameters and not eom.constraints.constraints:
@@ -176,8 +197,9 @@ def _start_slopes(walk: Differential, motion: Solution, free: Sequence[Symbol], 
     kept = [place[s] for s in free]
     _check_independent(basis, kept, free, flow.states)
     sizes = np.abs(basis).max(axis=1)
-    for i in (place[names[name]] for name in flow.states if name in names):
-        if np.linalg.matrix_rank(basis[[*kept, i]] / sizes[[*kept, i], None], SIX_DIGITS) > len(kept):
+    for i in (place[s] for s in (*told, *(names[name] for name in flow.states if name in names))):
+        some = [*kept, i]
+        if sizes[i] > 0 and np.linalg.matrix_rank(basis[some] / sizes[some, None], SIX_DIGITS) > len(kept):
             kept.append(i)
     rest = basis[kept]
     if len(kept) < basis.shape[1]:  # angles of Euler parameters

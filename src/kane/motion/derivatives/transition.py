@@ -10,7 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kane.motion.inputs.functions import following
+from kane.motion.derivatives.forcing import input_slopes
+from kane.motion.inputs.expressions import Formula
+from kane.motion.inputs.functions import follows
 from kane.motion.right_hand_side import Routines, entries, exact, is_long
 from kane.motion.solution.phases import Indices
 from kane.motion.steppers.collocation import gauss
@@ -31,7 +33,7 @@ class Stretch:
     """From the state x on over times `edges` (e) with one set of equations; `by` gives ∂f/∂p (m × n × k) at times and states.
 
     Without x it goes on from the end of the one before.
-    `rows` are the samples of the motion that are asked for, `places` which edges behind the first they are at.
+    `rows` are the samples of the motion that are asked for, `places` at which edges they are.
     """
 
     now: Routines
@@ -78,10 +80,13 @@ def rates(now: Routines, t: Array, x: Array) -> Array:
 def jacobians(now: Routines, t: Array, x: Array) -> Array:
     """J (k × n × n) at times (k) and states (k × n)."""
     n = now.width
-    if is_long(now) or following(now.drives):
+    by_python = any(getattr(f, "of_state", False) and not isinstance(f, Formula) for f in now.drives)
+    if is_long(now) or by_python:
         j = exact(now)
         return np.array([j(s, np.append(row, 0.0))[:n, :n] for s, row in zip(t.tolist(), x, strict=True)])
-    return now.routine(entries)(t, x, now.p, now.inputs_all(t, x))[:, :n, :n]
+    held = now.routine(entries)(t, x, now.p, now.inputs_all(t, x))[:, :n, :n]
+    through = input_slopes(now, now.eom.state) if follows(now.drives) else None
+    return held if through is None else held + through(t, x)
 
 
 def transition(stretch: Stretch, x: Array, parts: Indices, guess: Array, scale: Array) -> tuple[Array, Array]:

@@ -119,7 +119,7 @@ class Differential:
                 at = flow[:, :, :n] @ psi
                 at[:, :, k:] += flow[:, :, n:]
                 if every:
-                    found[list(stretch.rows)] = at[list(stretch.places)]
+                    found[list(stretch.rows)] = np.concatenate([psi[None], at])[list(stretch.places)]
                 psi = at[-1]
             if number < last:
                 row = int(np.flatnonzero(motion.phase == number)[-1])
@@ -148,9 +148,9 @@ class Differential:
                 while t < stop:
                     until = next_end(breaks, t, stop)
                     if until > t:
-                        own = rows[(motion.t[rows] > t) & (motion.t[rows] <= until)]
-                        edges = np.unique([t, *motion.t[own], until])
-                        at = tuple((np.searchsorted(edges, motion.t[own]) - 1).tolist())
+                        own, rows = np.split(rows, [np.searchsorted(motion.t[rows], until, side="right")])
+                        edges = np.unique([t, *np.maximum(motion.t[own], t), until])
+                        at = tuple(np.searchsorted(edges, motion.t[own]).tolist())
                         found.append(Stretch(now, by, x, edges, number, tuple(own.tolist()), at))
                         x = None
                     t = on_from(until) if until < stop else stop
@@ -214,7 +214,7 @@ class Differential:
         self, before: Side, after: Side | None, event: Event, psi: Array, onward: Side | None
     ) -> tuple[Array, Array]:
         """δx⁺ and δτ of an event; `onward` is where the motion goes on, None where it ends there."""
-        n = before.now.width
+        k = psi.shape[1] - len(self.by)
         (h,) = gradients(before, [event.quantity], self.by)
         f = before.rate
         rate = float(h.x @ f + h.t)
@@ -226,10 +226,10 @@ class Differential:
                 f"its quantity has the rate {rate:.3g}: a motion beside it may miss it, and there is no derivative."
             )
         dt = -(h.x @ psi) / rate
-        dt[n:] -= h.p / rate
+        dt[k:] -= h.p / rate
         own = self._jump(before, after or before, event)
         moved = own.x @ (psi + np.outer(f, dt)) + np.outer(own.t, dt)
-        moved[:, n:] += own.p
+        moved[:, k:] += own.p
         if onward is not None:
             moved = moved - np.outer(onward.rate, dt)
         return moved, dt

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Derivatives of motions beside differences of motions at 1e-13, closed forms, and each other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kane as kn
+from kane.fitting import sensitivities
+from kane.gallery import load
+
+WEIGHTS = ((-2, 1 / 12), (-1, -8 / 12), (1, 8 / 12), (2, -1 / 12))
+TIGHT = {"rtol": 1e-13, "atol": 1e-13}
+
+
+def oscillator():
+    """ẍ = F − c ẋ − k x − x³ with F = A cos w t − 0.05 c x."""
+    k, c, A, w = (kn.parameter(name, value) for name, value in (("k", 2.0), ("c", 0.1), ("A", 0.7), ("w", 1.3)))
+    F, N = kn.input("F"), kn.Frame("N")
+    x, u = kn.coordinate("x"), kn.speed("u")
+    O = kn.Point("O", fixed_in=N)
+    P = O.at("P", x * N.x)
+    force = kn.Force(P, (F - c * u - k * x - x**3) * N.x)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("B", P, 1.0)], speeds={u: x.dt}, loads=[force]))
+    return eom, {F: A * kn.cos(w * kn.time) - 0.05 * c * x}, (k, c, A, w, x, u)
+
+
+def differences(eom, span, by, given, samples, what=None, step=1e-3, rows=slice(None)):
+    """∂(states or what)/∂by by differences of fourth order."""
+    found = []
+    for s in by:
+        total = 0.0
+        for place, weight in WEIGHTS:
+            changed = {kind: dict(given.get(kind, {})) for kind in ("q", "u", "parameters")}
+            kind = next(k for k, own in changed.items() if s in own)
+            h = step * max(1.0, abs(changed[kind][s]))
+            changed[kind][s] += place * h
+            motion = kn.simulate(eom, span, samples=samples, **{**given, **changed}, **TIGHT)
+            total = total + weight / h * (motion.states if what is None else motion[what])[rows]
+        found.append(total)
+    return np.stack(found, axis=-1)
+
+
+def test_by_parameters_of_equations_and_inputs_and_starts():
+    """All kinds of b at once, and the total derivative of an expression that holds an input."""
+    eom, inputs, by = oscillator()
+    k, c, A, w, x, u = by
+    given = {"q": {x: 0.4}, "u": {u: 0.0}, "parameters": {k: 2.0, c: 0.1, A: 0.7, w: 1.3}, "inputs": inputs}
+    s = sensitivities(eom, (0, 6), by, samples=13, **given)
+    wanted = differences(eom, (0, 6), by, given, 13)
+    assert s.states.shape == (13, 2, 6)
+    np.testing.assert_allclose(s.states, wanted, rtol=0, atol=2e-9 * np.abs(wanted).max())
+    F = eom.inputs[0]
+    of_power = differences(eom, (0, 6), by, given, 13, F * u + k * x)
+    np.testing.assert_allclose(s[F * u + k * x], of_power, rtol=0, atol=2e-9 * np.abs(of_power).max())
+    force = s[F]
+    t, xs = s.t, s.motion["x"]
+    np.testing.assert_allclose(force[:, 2], np.cos(1.3 * t) - 0.05 * 0.1 * s["x"][:, 2], rtol=1e-12)
+    np.testing.assert_allclose(force[:, 1], -0.05 * xs - 0.05 * 0.1 * s["x"][:, 1], rtol=1e-12, atol=1e-14)
+
+
+def test_of_vectors_and_lists():
+    eom, inputs, by = oscillator()
+    _, _, _, _, x, u = by
+    s = sensitivities(eom, (0, 1), [x, u], q=[0.4], u=[0.0], inputs=inputs, samples=3)
+    N = eom.system.inertial
+    assert s[[x, u]].shape == (3, 2, 2)
+    np.testing.assert_array_equal(s[[x, u]], s.states)
+    np.testing.assert_array_equal(s[2 * x * N.y][:, 1], 2 * s[x])
+
+
+def test_of_a_ball_that_bounces():
+    """With v = √(2 g y₀), behind the nth bounce y = eⁿ v (t − tₙ) − ½ g (t − tₙ)², tₙ = (v/g)(1 + 2 e (1 − eⁿ⁻¹)/(1 − e))."""
+    ball = load("bouncing_ball")
+    eom = kn.derive(ball.system())
+    m, g, e = eom.parameters
+    (y,) = eom.coordinates
+    values = {m: 1.0, g: 9.81, e: 0.8}
+    s = sensitivities(eom, (0, 2.0), [y, g, e], q={y: 1.0}, u=[0.0], parameters=values, samples=41)
+    y0, G, E, t = kn.parameter("y0"), kn.parameter("G"), kn.parameter("E"), kn.time
+    v, bounces = kn.sqrt(2 * G * y0), [ev.name for ev, _ in s.motion.events]
+    assert len(bounces) >= 2
+    for n in (1, 2):
+        begin, end = (np.sqrt(2 / 9.81) * (1 + 2 * sum(0.8**i for i in range(1, j))) if j else 0.0 for j in (n, n + 1))
+        at = (s.t > begin + 1e-6) & (s.t < end - 1e-6)
+        assert at.sum() > 3
+        tn = v / G * (1 + 2 * sum(E**i for i in range(1, n)))
+        height = E**n * v * (t - tn) - G * (t - tn) ** 2 / 2
+        for k, by in enumerate((y0, G, E)):
+            numbers = {y0: 1.0, G: 9.81, E: 0.8, t: s.t[at]}
+            wanted = kn.evaluate(kn.diff(height, by), numbers)
+            np.testing.assert_allclose(s[y][at, k], wanted, rtol=1e-10, atol=1e-10)
+
+
+def test_of_stick_and_slip():
+    """A mass on a belt through several changes of mode: by friction, stiffness and start."""
+    belt = load("mass_on_belt")
+    eom = kn.derive(belt.system())
+    own = {p.name: p for p in eom.parameters}
+    given = {"parameters": {p: p.default for p in eom.parameters}}
+    given |= {
+        kind: {s: belt.START[kind][s.name] for s in group}
+        for kind, group in (("q", eom.coordinates), ("u", eom.speeds))
+    }
+    mu = [p for name, p in own.items() if name.startswith("mu")]
+    by = [*mu, own["k"], eom.coordinates[0]]
+    s = sensitivities(eom, (0, 6.0), by, samples=2, **given)
+    assert len(s.motion.mode_history) >= 3
+    last = differences(eom, (0, 6.0), by, given, 2, eom.coordinates[0], 1e-4, -1)
+    np.testing.assert_allclose(s[eom.coordinates[0]][-1], last, rtol=1e-7, atol=1e-8)
+
+
+def four_bar():
+    bar = load("four_bar")
+    eom = kn.derive(bar.system())
+    q, u = dict(zip((s.name for s in eom.coordinates), eom.coordinates, strict=True)), eom.speeds
+    start = {"q": {q[name]: value for name, value in bar.START["q"].items()}, "u": {u[0]: 5.0}}
+    return eom, {**start, "parameters": {p: p.default for p in eom.parameters}}
+
+
+@pytest.mark.parametrize("names", [("a", "c"), ("q1",), ("u1", "m2")])
+def test_of_a_four_bar(names):
+    """What the closure makes dependent follows; the independent start values stay."""
+    eom, given = four_bar()
+    by = [next(s for s in (*eom.state, *eom.parameters) if s.name == name) for name in names]
+    s = sensitivities(eom, (0, 1.5), by, samples=6, **given)
+    wanted = differences(eom, (0, 1.5), by, given, 6, None, 1e-4)
+    np.testing.assert_allclose(s.states, wanted, rtol=0, atol=2e-7 * np.abs(wanted).max())
+
+
+def test_start_values_that_depend_on_each_other():
+    eom, given = four_bar()
+    with pytest.raises(kn.SimulationError, match="follow from the others"):
+        sensitivities(eom, (0, 1), ["q1", "q2"], **given)
+
+
+@pytest.mark.parametrize(
+    ("by", "error", "said"),
+    [
+        ([], kn.SimulationError, "some parameters"),
+        (["k", "k"], kn.SimulationError, "k twice"),
+        (["K"], kn.ValueMissingError, "Expected one of"),
+    ],
+)
+def test_what_is_no_list_of_unknowns(by, error, said):
+    eom, inputs, _ = oscillator()
+    with pytest.raises(error, match=said):
+        sensitivities(eom, (0, 1), by, q=[0.4], u=[0.0], inputs=inputs)
+
+
+def test_behind_a_breakpoint():
+    """A force that jumps in time: F = 2 behind t = 1, else 0. x = ½ 2 (t − 1)² there, and ∂x/∂m = −x/m."""
+    m, F, N = kn.parameter("m", 1.0), kn.input("F"), kn.Frame("N")
+    x, u = kn.coordinate("x"), kn.speed("u")
+    O = kn.Point("O", fixed_in=N)
+    P = O.at("P", x * N.x)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("B", P, m)], speeds={u: x.dt}, loads=[kn.Force(P, F * N.x)]))
+    law = kn.where(kn.less(kn.time, 1.0), 0.0, 2.0)
+    s = sensitivities(eom, (0, 3), [m, x, u], q=[0.0], u=[0.0], inputs={F: law}, samples=7)
+    late = np.maximum(s.t - 1, 0)
+    np.testing.assert_allclose(s[x], np.column_stack([-(late**2), np.ones(7), s.t]), atol=1e-12)
