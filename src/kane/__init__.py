@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from kane.expr.piecewise import table
     from kane.expr.symbols import coordinate, coordinates, input, parameter, parameters, speed, speeds, state, time
     from kane.figures import *
+    from kane.fitting import *
     from kane.integrators import *
     from kane.interop.sympy import from_sympy, to_sympy
     from kane.joints import *
@@ -167,6 +168,8 @@ _NAMES = {
     "motion.cycles.branch": "CycleBranch CycleChange",
     "motion.cycles.limit_cycle": "LimitCycle limit_cycle",
     "motion.cycles.section": "SectionPoints poincare",
+    "motion.derivatives.sensitivities": "Sensitivities sensitivities",
+    "motion.fitting.fit": "Fit fit",
     "motion.solution.accuracy": "Accuracy",
     "motion.inputs.functions": "Signal signal",
     "motion.inputs.expressions": "sampled",

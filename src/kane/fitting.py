@@ -2,5 +2,6 @@
 """Derivatives of motions, and what follows from them."""
 
 from kane.motion.derivatives.sensitivities import Sensitivities, sensitivities
+from kane.motion.fitting.fit import Fit, fit
 
-__all__ = ["Sensitivities", "sensitivities"]
+__all__ = ["Fit", "Sensitivities", "fit", "sensitivities"]

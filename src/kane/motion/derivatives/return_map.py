@@ -22,6 +22,7 @@ from kane.motion.derivatives.variation import Again, Differential, Variation
 from kane.motion.inputs.expressions import own_parameters
 from kane.motion.inputs.functions import input_functions
 from kane.motion.right_hand_side import rates
+from kane.motion.runner import check_values
 from kane.motion.solution.resumed import OPTIONS, Begin
 from kane.motion.solution.solution import Solution
 from kane.motion.start import sample_times
@@ -112,6 +113,7 @@ class ReturnMap:
         )
         t0 = self.t0 if begin is None else begin
         span = t0, t0 + self.length(constants)
+        check_values(eom, np.array([constants[p] for p in eom.parameters]), span)
         drives = input_functions(eom, self.inputs, span, own_parameters(parameters) | constants)
         rtol, atol = self.tolerances
         options = OPTIONS | {"rtol": rtol, "atol": atol, "settings": self.settings}

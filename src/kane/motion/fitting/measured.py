@@ -63,9 +63,13 @@ def measured(eom: Equations, data: Any, outputs: Mapping[str, Any] | None) -> Me
     expect.none(strange, f"columns of data that are {known}", "{}", error=ValueMissingError)
     exprs = {name: (own[name] if name in own else asked(eom.derived, name)) for name in columns}
     for name, found in exprs.items():
-        expect.that(found.shape == (), f"an expression for the column {name!r}", "a vector or list", error=SimulationError)
+        expect.that(
+            found.shape == (), f"an expression for the column {name!r}", "a vector or list", error=SimulationError
+        )
         _check_unit(eom, name, found.roots[0], units.get(name))
-    values = np.column_stack([_numbers(name, column, len(t)) for name, column in columns.items()] or [np.zeros((len(t), 0))])
+    values = np.column_stack(
+        [_numbers(name, column, len(t)) for name, column in columns.items()] or [np.zeros((len(t), 0))]
+    )
     _check_times(t)
     if not np.isfinite(values).any():
         raise SimulationError("Expected data with at least one column of measured values besides t, got none.")
@@ -110,7 +114,9 @@ def _check_times(t: Array) -> None:
     if not (np.isfinite(t).all() and len(t) > 1 and (np.diff(t) > 0).all()):
         where = next((i for i in range(len(t) - 1) if not t[i + 1] > t[i]), 0)
         told = f"{t[where]:g}, then {t[where + 1]:g} in row {where + 1}" if len(t) > 1 else f"{len(t)} of them"
-        raise SimulationError(f"Expected times of data that increase, two at least, got {told}. Sort the rows, and drop doubles.")
+        raise SimulationError(
+            f"Expected times of data that increase, two at least, got {told}. Sort the rows, and drop doubles."
+        )
 
 
 def _check_unit(eom: Equations, name: str, expr: Expr, unit: str | None) -> None:

@@ -1,0 +1,575 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`fit`: parameters, start values and gains that make a motion pass measured values nearest, with what they are known to.
+
+With the measured values y of columns c at times i, and h of the model, the sum of ((y − h)/σ_c)² is least. Its Jacobian is exact:
+−(∂h/∂x Ψ + ∂h/∂p)/σ_c with Ψ of the variational equations. Unstable and chaotic motions are cut into segments, each with a start of
+its own; what they leave between each other counts as measured to be zero, ever more precisely (Bock 1987; Voss, Timmer, Kurths 2004).
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any, Unpack
+
+import numpy as np
+from scipy.linalg import null_space
+from scipy.optimize import least_squares
+
+from kane import expect
+from kane.analysis.flow import Flow
+from kane.equations.equations import Equations
+from kane.equations.state import Guess, State, StateValues, by_keyword, guess, state_of
+from kane.errors import Attributes, KaneError, SimulationError, cut
+from kane.expr.node import Expr
+from kane.expr.symbols import Parameter, Symbol
+from kane.motion.derivatives.sensitivities import Course, Sensitivities
+from kane.motion.derivatives.tangents import flow_of
+from kane.motion.fitting.measured import Measured, measured, starts_of
+from kane.motion.solution.phases import Indices
+from kane.motion.solution.solution import Solution
+from kane.numeric.arrays import Array
+from kane.numeric.sampling import named_values
+from kane.numeric.scale import SIX_DIGITS
+from kane.program.native.machine import Settings
+from kane.progress import far, working
+
+_UNDETERMINED = 1e-8
+"""Singular values of the Jacobian, its columns of length 1, of the largest: derivatives known to 1e-9 do not tell less from zero."""
+_ROUNDS = 8
+"""Times that the deviations of columns are estimated anew."""
+_SETTLED = 0.01
+_ARRIVED, _LEAST = 1e-10, 1e-8
+"""The last step of segments, and the least share of one, in sizes of the unknowns."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(Attributes):
+    """What makes a motion pass measured values nearest.
+
+    Attributes
+    ----------
+    values : {symbol: value} of the unknowns
+    errors : {symbol: standard error}
+    covariance : (k × k), in the order of the unknowns
+    sigma : {column: standard deviation of what was measured}, as given or estimated
+    residuals : {column: measured less motion (n)}, NaN in gaps
+    motion : Solution
+        the motion that was found, at the times of the data
+    parameters : all values of parameters, for `kn.simulate(…, parameters=fit.parameters)`
+    start : State
+    gap : what segments leave between each other, the largest share of the size of a state; 0 of one segment
+    steps : evaluations of the motion
+    """
+
+    values: Mapping[Symbol, float]
+    errors: Mapping[Symbol, float]
+    covariance: Array
+    sigma: Mapping[str, float]
+    residuals: Mapping[str, Array]
+    motion: Solution
+    parameters: Mapping[Expr, float]
+    start: State
+    gap: float
+    steps: int
+    data: Measured
+
+    @property
+    def correlation(self) -> Array:
+        """Of the estimates (k × k)."""
+        sizes = np.sqrt(np.diag(self.covariance))
+        return np.asarray(self.covariance / np.outer(sizes, sizes))
+
+    def __repr__(self) -> str:
+        found = ", ".join(f"{s} = {v:.6g} ± {self.errors[s]:.2g}" for s, v in self.values.items())
+        spread = ", ".join(f"{name} {s:.3g}" for name, s in self.sigma.items())
+        return f"Fit({found}; σ {spread}; {self.steps} motions)"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Segment:
+    """One motion of the fit: rows of the data, the start as it was given, and which start values are unknown."""
+
+    data: Measured
+    given: State
+    free: tuple[Symbol, ...]
+    until: float
+
+
+class _Failed(Exception):
+    """A motion that does not reach the end of its segment."""
+
+
+class Problem:
+    """Residuals and their Jacobian over z: unknown parameters, then the unknown start values of each segment."""
+
+    def __init__(
+        self,
+        eom: Equations,
+        segments: Sequence[Segment],
+        unknown: Sequence[Parameter],
+        tolerances: tuple[float, float],
+        settings: Settings | None,
+    ) -> None:
+        self.eom, self.segments, self.unknown = eom, tuple(segments), tuple(unknown)
+        self.tolerances, self.settings = tolerances, settings
+        self.sigma, self.steps = np.ones(segments[0].data.values.shape[1]), 0
+        self.scale = np.ones(len(eom.state))
+        self._last: tuple[bytes, list[tuple[Sensitivities, Indices]]] | None = None
+
+    @property
+    def places(self) -> list[slice]:
+        """Where the start values of each segment stand in z."""
+        ends = np.cumsum([len(self.unknown), *(len(s.free) for s in self.segments)])
+        return [slice(int(a), int(b)) for a, b in pairwise(ends)]
+
+    def course(self, k: int, z: Array) -> Course:
+        """The motions of a segment at z."""
+        segment = self.segments[k]
+        given, k_p = segment.given, len(self.unknown)
+        own = dict(given.parameters or {}) | dict(zip(self.unknown, z[:k_p].tolist(), strict=True))
+        starts = dict(zip(segment.free, z[self.places[k]].tolist(), strict=True))
+        groups = {
+            kind: _set(kind, group, getattr(given, kind), starts)
+            for kind, group in (("q", self.eom.coordinates), ("u", self.eom.speeds), ("states", self.eom.states))
+        }
+        at = State(**groups, parameters=own, inputs=given.inputs)
+        by = (*self.unknown, *segment.free)
+        return Course.of(self.eom, (segment.data.t[0], segment.until), by, at, self.tolerances, self.settings)
+
+    def _motions(self, z: Array) -> list[tuple[Sensitivities, Indices]]:
+        """Of each segment, with the rows of its data and the last."""
+        key = z.tobytes()
+        if self._last is None or self._last[0] != key:
+            found = list[tuple[Sensitivities, Indices]]()
+            for k, segment in enumerate(self.segments):
+                course = self.course(k, z)
+                motion = course.motion(np.unique([*segment.data.t, segment.until]))
+                self.steps += 1
+                if not motion.t[-1] >= segment.until:
+                    raise _Failed(motion.message)
+                found.append((course.sensitivities(motion), np.searchsorted(motion.t, segment.data.t)))
+            far(lambda: f"{self.steps} motions")
+            self._last = key, found
+        return self._last[1]
+
+    def both(self, z: Array) -> tuple[Array, Array]:
+        """Residuals (m) and Jacobian (m × z)."""
+        rows, slopes, motions = list[Array](), list[Array](), self._motions(z)
+        for k, (s, at) in enumerate(motions):
+            data = self.segments[k].data
+            for c, expr in enumerate(data.exprs):
+                there = data.there[:, c]
+                rows.append((data.values[there, c] - s.motion[expr][at][there]) / self.sigma[c])
+                own = -s[expr][at][there] / self.sigma[c]
+                slopes.append(self._spread(own, k, len(z)))
+        return np.concatenate(rows), np.concatenate(slopes)
+
+    def joints(self, z: Array) -> tuple[Array, Array]:
+        """What segments leave between each other, of the size of each state, and its Jacobian."""
+        motions, rows, slopes = self._motions(z), list[Array](), list[Array]()
+        for k, ((before, _), (after, _)) in enumerate(pairwise(motions)):
+            free = set(self.segments[k + 1].free)
+            kept = [i for i, x in enumerate(self.eom.state) if x in free]
+            size = self.scale[kept, None]
+            rows.append((before.motion.states[-1, kept] - after.motion.states[0, kept]) / size[:, 0])
+            own = self._spread(before.states[-1, kept] / size, k, len(z))
+            slopes.append(own - self._spread(after.states[0, kept] / size, k + 1, len(z)))
+        return np.concatenate(rows), np.concatenate(slopes)
+
+    def condensed(self, z: Array) -> Array:
+        """The Jacobian by parameters and the first start alone, from which the starts of other segments follow."""
+        _, j = self.both(z)
+        first = len(self.unknown) + len(self.segments[0].free)
+        if j.shape[1] == first:
+            return j
+        _, g = self.joints(z)
+        return np.asarray(j[:, :first] - j[:, first:] @ np.linalg.solve(g[:, first:], g[:, :first]))
+
+    def _spread(self, own: Array, k: int, width: int) -> Array:
+        """Slopes by the unknowns of a segment as slopes by all."""
+        whole, k_p = np.zeros((len(own), width)), len(self.unknown)
+        whole[:, :k_p], whole[:, self.places[k]] = own[:, :k_p], own[:, k_p:]
+        return whole
+
+    def residuals(self, z: Array) -> Array:
+        """They are infinite where a motion does not reach its end."""
+        try:
+            return self.both(z)[0]
+        except (_Failed, KaneError):
+            return np.full(sum(int(s.data.there.sum()) for s in self.segments), np.inf)
+
+    @property
+    def _gaps(self) -> int:
+        return sum(len(s.free) for s in self.segments[1:])
+
+    def gap(self, z: Array) -> float:
+        """What segments leave between each other, of the size of a state."""
+        motions, most = self._motions(z), 0.0
+        for (before, _), (after, _) in pairwise(motions):
+            apart = np.abs(before.motion.states[-1] - after.motion.states[0]) / self.scale
+            most = max(most, float(apart.max(initial=0.0)))
+        return most
+
+
+def _set(kind: str, group: Sequence[Symbol], given: Any, starts: Mapping[Symbol, float]) -> Any:
+    """Values of a kind with some of them as they are now."""
+    own = {s: v for s, v in starts.items() if s in set(group)}
+    if given is None and not own:
+        return None
+    return {**dict(named_values(kind, group, given)), **own}
+
+
+@by_keyword
+def fit(
+    eom: Equations,
+    data: Any,
+    unknown: Any,
+    state: State | None = None,
+    *,
+    outputs: Mapping[str, Any] | None = None,
+    sigma: Any = None,
+    bounds: Mapping[Any, tuple[float | None, float | None]] | None = None,
+    segments: int = 1,
+    rtol: float = 1e-10,
+    atol: float = 1e-10,
+    max_steps: int = 100,
+    settings: Settings | None = None,
+    **by_kind: Unpack[StateValues],
+) -> Fit:
+    """Parameters and start values of the motion that passes measured values nearest, by least squares with exact Jacobians.
+
+    Any equations whose motions have derivatives are fitted: closed loops, contacts with stick and slip, events, inputs with gains.
+
+    Parameters
+    ----------
+    eom : Equations
+    data : DataFrame, Dataset, or dict of arrays
+        times "t" (s), and columns that are names of the equations or of `outputs`; NaN where a value is missing. The motion begins at
+        the first time
+    unknown : parameters, of the equations or of inputs that are expressions; coordinates, speeds or states whose start values are
+        unknown. `parameters`, `q`, `u` have where the search begins
+    outputs : {column: expression}, what was measured where that is no symbol's name
+    sigma : standard deviation of each column, {column: σ}, or a number for all. Unless told it is estimated from what is left
+    bounds : {unknown: (low, high)}, None for no bound
+    segments : into how many pieces the motion is cut, each with a start of its own, where small errors grow: more than one where
+        errors grow a thousandfold along the data
+    rtol, atol : tolerances of the motions
+    max_steps : evaluations of one least-squares problem at most
+    q, u, states, parameters, inputs : as `kn.simulate` takes them
+
+    Returns
+    -------
+    Fit
+        values, standard errors, covariance, residuals and the motion
+
+    Raises
+    ------
+    SimulationError
+        if data do not fit the equations, unknowns are not determined by what was measured (those are named), the first motion does
+        not reach the end of the data, or no minimum is found
+
+    Notes
+    -----
+    Bock, H. G. (1987), Randwertproblemmethoden zur Parameteridentifizierung in Systemen nichtlinearer Differentialgleichungen, Bonner
+    Mathematische Schriften 183; `scipy.optimize.least_squares`, method "trf".
+
+    Examples
+    --------
+    >>> fit = kn.fit(eom, data, ["k", "c", "x"], q={"x": 0.1}, u=[0], parameters={"k": 1})
+    >>> fit.values[k], fit.errors[k], fit.residuals["x"]
+    """
+    given = state_of(state, **by_kind)
+    found = measured(eom, data, outputs)
+    count = expect.whole(segments, "segments= as a whole number above 0", least=1, error=SimulationError)
+    expect.that(
+        count <= len(found.t) // 2, "two rows of data or more a segment", count, "Take fewer.", error=SimulationError
+    )
+    first = Course.of(eom, (found.t[0], found.t[-1]), unknown, given, (rtol, atol), settings)
+    parameters = [s for s in first.by if isinstance(s, Parameter)]
+    with working("Fitting"):
+        pieces = _segments(first, found, count)
+        problem = Problem(eom, pieces, parameters, (rtol, atol), settings)
+        search = Search(problem, first, _bounds(first, bounds), max_steps)
+        return search.run(_sigma(found, sigma))
+
+
+def _sigma(data: Measured, given: Any) -> Array | None:
+    if given is None:
+        return None
+    own = dict.fromkeys(data.names, given) if expect.is_number(given) else dict(given)
+    missing = [name for name in data.names if name not in own]
+    expect.none(missing, "σ of every column", "none of {}", error=SimulationError)
+    found = np.array([float(own[name]) for name in data.names])
+    expect.that(bool((found > 0).all() and np.isfinite(found).all()), "σ above zero", given, error=SimulationError)
+    return found
+
+
+def _bounds(course: Course, given: Mapping[Any, Any] | None) -> dict[Symbol, tuple[float, float]]:
+    """Bounds by symbol."""
+    found: dict[Any, Any] = named_values("bounds", course.by, given)
+    own: dict[Symbol, tuple[float, float]] = {}
+    for s, pair in found.items():
+        ends = pair if isinstance(pair, Sequence) and len(pair) == 2 else (np.nan, np.nan)
+        low, high = (-np.inf if ends[0] is None else ends[0], np.inf if ends[1] is None else ends[1])
+        if not low < high:
+            raise SimulationError(f"Expected bounds of {s} as (low, high), None for none, got {cut(repr(pair))}.")
+        own[s] = (float(low), float(high))
+    return own
+
+
+def _segments(course: Course, data: Measured, count: int) -> list[Segment]:
+    """The pieces of the data, and where each begins: behind the first near what was measured, and the motion of the first values."""
+    free = tuple(s for s in course.by if not isinstance(s, Parameter))
+    if count == 1:
+        return [Segment(data, course.given, free, float(data.t[-1]))]
+    rows = [len(data.t) * k // count for k in range(count + 1)]
+    motion = course.motion(data.t)
+    values, rates = starts_of(data, rows[1:-1])
+    found = [Segment(data.between(0, rows[1]), course.given, free, float(data.t[rows[1]]))]
+    for k, row in enumerate(rows[1:-1]):
+        at = int(min(np.searchsorted(motion.t, data.t[row]), len(motion) - 1))
+        state = dict(zip(course.map.eom.state, motion.states[at].tolist(), strict=True))
+        state |= _measured_state(course, values, rates, k)
+        last = rows[k + 2]
+        until = float(data.t[min(last, len(data.t) - 1)])
+        found.append(_begun(course, data.between(row, last), state, until))
+    return found
+
+
+def _measured_state(
+    course: Course, values: Mapping[Expr, Array], rates: Mapping[Expr, Array], k: int
+) -> dict[Symbol, float]:
+    """What of a state was measured at the beginning of a segment; speeds by rates where all coordinates were."""
+    eom, found = course.map.eom, dict[Symbol, float]()
+    found |= {s: float(values[s][k]) for s in eom.state if s in values}
+    if all(q in values for q in eom.coordinates) and not eom.system.euler_parameters:
+        q, rate = ({s: float(own[s][k]) for s in eom.coordinates} for own in (values, rates))
+        own = {s: v for s, v in course.parameters.items() if s in set(eom.parameters)}
+        u = eom.speeds_from_rates(q=q, rates=rate, parameters=own)
+        found |= {s: float(v) for s, v in u.items() if s not in found}
+    return found
+
+
+def _begun(course: Course, data: Measured, state: Mapping[Symbol, float], until: float) -> Segment:
+    """A segment whose whole start is unknown: independent values, and the others near theirs."""
+    eom = course.map.eom
+    independent = set(eom.state)
+    if eom.constraints.constraints or eom.system.euler_parameters:
+        motion = course.motion([0.0 + course.map.t0])
+        flow: Flow = flow_of(course.map.walk(()).side(motion, 0))
+        independent = {s for s in eom.state if s.name in set(flow.states)}
+    kind = {
+        name: {s: state[s] if s in independent else guess(state[s]) for s in group}
+        for name, group in (("q", eom.coordinates), ("u", eom.speeds), ("states", eom.states))
+    }
+    given = replace(course.given, **kind)
+    return Segment(data, given, tuple(s for s in eom.state if s in independent), until)
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """The least-squares problems, one after the other: σ estimated anew, segments ever closer."""
+
+    problem: Problem
+    course: Course
+    bounds: Mapping[Symbol, tuple[float, float]]
+    most: int
+
+    def run(self, sigma: Array | None) -> Fit:
+        """The fit."""
+        problem = self.problem
+        z = np.concatenate([self._start(), *(self._own(k) for k in range(len(problem.segments)))])
+        data = [s.data for s in problem.segments]
+        spread = np.nanstd(np.concatenate([d.values for d in data]), axis=0)
+        problem.sigma = np.where(spread > 0, spread, 1.0) if sigma is None else sigma
+        try:
+            problem.both(z)
+        except _Failed as failed:
+            raise SimulationError(
+                f"Expected a first motion over all of the data, got one that ended before: {failed}. Begin nearer: parameters= and "
+                "q=, u= have the first values of the unknowns; or take segments=."
+            ) from None
+        problem.scale = self._sizes(z)
+        z = self._solved(z)
+        for _ in range(_ROUNDS if sigma is None else 0):
+            before, problem.sigma = problem.sigma, self._left(z)
+            if np.all(np.abs(problem.sigma / before - 1) < _SETTLED):
+                break
+            z = self._solved(z) if len(before) > 1 else z
+        return self._found(z)
+
+    def _start(self) -> Array:
+        given = self.course.parameters
+        found = [given.get(p, p.default) for p in self.problem.unknown]
+        missing = [p.name for p, v in zip(self.problem.unknown, found, strict=True) if v is None]
+        expect.none(missing, "a first value of each unknown", "none of {}", "Give parameters=.", error=SimulationError)
+        return np.array(found, dtype=float)
+
+    def _own(self, k: int) -> Array:
+        """The first start values of a segment; those left out of its start are as they are assembled."""
+        segment, eom = self.problem.segments[k], self.problem.eom
+        told: dict[Any, Any] = {}
+        for kind, group in (("q", eom.coordinates), ("u", eom.speeds), ("states", eom.states)):
+            told |= named_values(kind, group, getattr(segment.given, kind))
+        if all(s in told for s in segment.free):
+            values = [told[s] for s in segment.free]
+            found: Array = np.array([float(v.value if isinstance(v, Guess) else v) for v in values])
+            return found
+        start: dict[Any, float] = dict(zip(eom.state, self.course.start.tolist(), strict=True))
+        return np.array([start[s] for s in segment.free])
+
+    def _sizes(self, z: Array) -> Array:
+        """By what gaps of states are measured, so that a joint is that much more precise than what was measured."""
+        states = np.concatenate([s.motion.states for s, _ in self.problem._motions(z)])
+        size = np.abs(states).max(axis=0)
+        return np.maximum(size, 1e-3 * size.max(initial=0.0) or 1.0)
+
+    def _solved(self, z: Array) -> Array:
+        """The least squares from z on."""
+        problem = self.problem
+        symbols = [*problem.unknown, *(s for own in problem.segments for s in own.free)]
+        first = {s: k for k, s in reversed([*enumerate(symbols)])}
+        low, high = np.full(len(z), -np.inf), np.full(len(z), np.inf)
+        for s, (a, b) in self.bounds.items():
+            low[first[s]], high[first[s]] = a, b
+        outside = [str(s) for s, v, a, b in zip(symbols, z, low, high, strict=True) if not a <= v <= b]
+        expect.none(outside, "first values within the bounds", "others of {}", error=SimulationError)
+        if len(problem.segments) > 1:
+            return self._joined(z, (low, high))
+        call: Callable[..., Any] = least_squares
+        found = call(
+            problem.residuals, z, jac=lambda at: problem.both(at)[1], bounds=(low, high), x_scale="jac", method="trf",
+            xtol=1e-12, ftol=1e-12, gtol=1e-13, max_nfev=self.most,
+        )  # fmt: skip
+        if found.status <= 0:
+            raise self._none(str(found.message))
+        return np.asarray(found.x)
+
+    def _joined(self, z: Array, bounds: tuple[Array, Array]) -> Array:
+        """The least squares under the condition that segments meet, by Gauss' and Newton's steps (Bock 1987).
+
+        A step d has the least |r + J d| of those with c + G d = 0; it is halved until ½ r² + μ |c| falls, μ above the multipliers.
+        """
+        problem = self.problem
+        size = np.concatenate([np.abs(z[: len(problem.unknown)]), *map(self._sizes_of, range(len(problem.segments)))])
+        size = np.where(size > 0, size, 1.0)
+        for _ in range(self.most):
+            (r, j), (c, g) = problem.both(z), problem.joints(z)
+            j, g = j * size, g * size
+            back = -np.linalg.lstsq(g, c)[0]
+            free = null_space(g)
+            d = back + free @ np.linalg.lstsq(j @ free, -(r + j @ back))[0]
+            if max(np.abs(d).max(), np.abs(c).max()) <= _ARRIVED:
+                return z + size * d
+            mu = 2.0 * float(np.abs(np.linalg.lstsq(g.T, -j.T @ (r + j @ d))[0]).max())
+            fall = float(r @ (j @ d)) - mu * float(np.abs(c).sum())
+            with np.errstate(divide="ignore", invalid="ignore"):
+                room = np.where(
+                    d > 0, (bounds[1] - z) / (size * d), np.where(d < 0, (bounds[0] - z) / (size * d), np.inf)
+                )
+            share, now = min(1.0, 0.99 * float(room.min())), self._merit(z, mu)
+            while share > _LEAST and not self._merit(z + share * size * d, mu) <= now + 1e-4 * share * fall:
+                share /= 2
+            if share <= _LEAST:
+                if np.abs(d).max() <= SIX_DIGITS and np.abs(c).max() <= SIX_DIGITS:
+                    return z
+                raise self._none("no step makes it less")
+            z = z + share * size * d
+        raise self._none("all steps were taken")
+
+    def _merit(self, z: Array, mu: float) -> float:
+        try:
+            r, c = self.problem.both(z)[0], self.problem.joints(z)[0]
+        except (_Failed, KaneError):
+            return float("inf")
+        return 0.5 * float(r @ r) + mu * float(np.abs(c).sum())
+
+    def _sizes_of(self, k: int) -> Array:
+        place = {s: i for i, s in enumerate(self.problem.eom.state)}
+        return self.problem.scale[[place[s] for s in self.problem.segments[k].free]]
+
+    def _none(self, said: str) -> SimulationError:
+        return SimulationError(
+            f"Expected a minimum within {self.most} steps, got none: {said.rstrip('.')}. Begin nearer, take more segments, or allow "
+            "more: max_steps=."
+        )
+
+    def _left(self, z: Array) -> Array:
+        """σ of each column from what is left, for as many values less its share of the unknowns."""
+        motions, count = self.problem._motions(z), len(self.problem.sigma)
+        total, values = np.zeros(count), np.zeros(count)
+        for (s, at), segment in zip(motions, self.problem.segments, strict=True):
+            for c, expr in enumerate(segment.data.exprs):
+                there = segment.data.there[:, c]
+                total[c] += float(np.sum((segment.data.values[there, c] - s.motion[expr][at][there]) ** 2))
+                values[c] += int(there.sum())
+        free = len(z) - self.problem._gaps
+        share = 1 - free / max(values.sum(), free + 1)
+        floor = 1e-12 * np.maximum(self.problem.sigma, 1e-300)
+        return np.asarray(np.maximum(np.sqrt(total / np.maximum(values * share, 1e-300)), floor))
+
+    def _found(self, z: Array) -> Fit:
+        problem, eom = self.problem, self.problem.eom
+        self._check_determined(z)
+        j = problem.condensed(z)
+        whole: Array = np.asarray(np.linalg.pinv(j.T @ j, hermitian=True), dtype=np.float64)
+        symbols = (*problem.unknown, *problem.segments[0].free)
+        place = {s: i for i, s in enumerate(symbols)}
+        order = [place[s] for s in self.course.by]
+        covariance: Array = whole[np.ix_(order, order)]
+        values = {s: float(z[i]) for s, i in zip(self.course.by, order, strict=True)}
+        first = problem.course(0, z)
+        data = measured_whole(problem.segments)
+        course = replace(first, map=replace(first.map, period=float(data.t[-1] - data.t[0])))
+        motion = course.motion(data.t)
+        at = np.minimum(np.searchsorted(motion.t, data.t), len(motion) - 1)
+        own = [motion[e][at] if motion.status == "finished" else np.full(len(data.t), np.nan) for e in data.exprs]
+        residuals = {name: data.values[:, c] - own[c] for c, name in enumerate(data.names)}
+        start = dict(zip(eom.state, course.start.tolist(), strict=True))
+        groups = [{s: start[s] for s in group} for group in (eom.coordinates, eom.speeds, eom.states)]
+        return Fit(
+            values,
+            {s: float(np.sqrt(covariance[i, i])) for i, s in enumerate(self.course.by)},
+            covariance,
+            dict(zip(data.names, problem.sigma.tolist(), strict=True)),
+            residuals,
+            motion,
+            course.parameters,
+            State(groups[0], groups[1], states=groups[2], t=float(data.t[0])),
+            problem.gap(z),
+            problem.steps,
+            data,
+        )
+
+    def _check_determined(self, z: Array) -> None:
+        """Refuse unknowns that what was measured does not tell apart, by name."""
+        problem = self.problem
+        j, symbols = problem.condensed(z), (*problem.unknown, *problem.segments[0].free)
+        sizes = np.linalg.norm(j, axis=0)
+        dead = [str(s) for s, size in zip(symbols, sizes, strict=True) if not size > 0]
+        if dead:
+            raise SimulationError(
+                f"Expected unknowns on which the measured columns depend, got {', '.join(dead)}, on which none does. Measure more, or "
+                "give their values."
+            )
+        _, values, rows = np.linalg.svd(j / sizes, full_matrices=False)
+        weak = np.flatnonzero(values <= _UNDETERMINED * values[0])
+        if len(j) < j.shape[1] or len(weak):
+            shares = np.abs(rows[weak]).max(axis=0) if len(weak) else np.ones(j.shape[1])
+            names = dict.fromkeys(str(s) for s, x in zip(symbols, shares, strict=True) if x > 0.1 * shares.max())
+            raise SimulationError(
+                f"Expected data that determine the unknowns, got some that leave {', '.join(names)} undetermined: a change of them "
+                f"together changes nothing that was measured ({max(len(weak), j.shape[1] - len(j))} of {j.shape[1]} directions). Give values "
+                "of some, or measure more."
+            )
+
+
+def measured_whole(segments: Sequence[Segment]) -> Measured:
+    """The data of all segments."""
+    first = segments[0].data
+    return Measured(
+        np.concatenate([s.data.t for s in segments]),
+        first.names,
+        first.exprs,
+        np.concatenate([s.data.values for s in segments]),
+    )

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Fits of motions whose parameters are known: values within their standard errors, errors that are right, what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kane as kn
+from kane.gallery import load
+from tests.motion.derivatives.test_sensitivities import four_bar, oscillator
+
+
+def named(fit):
+    return {s.name: v for s, v in fit.values.items()}
+
+
+def noisy(motion, deviations, rng):
+    return {name: motion[name] + s * rng.normal(size=len(motion)) for name, s in deviations.items()}
+
+
+def test_without_noise_the_values_are_exact():
+    """Parameters of the equations and of an input, and a start value."""
+    eom, inputs, (k, c, A, _, x, _) = oscillator()
+    t = np.linspace(0, 5, 41)
+    true = kn.simulate(eom, (0, 5), q=[0.4], u=[0.0], inputs=inputs, samples=t, rtol=1e-12, atol=1e-12)
+    begin = {"q": {x: 0.3}, "u": [0.0], "parameters": {k: 1.7, c: 0.15, A: 0.6}}
+    found = kn.fit(eom, {"t": t, "x": true["x"]}, [k, c, A, x], inputs=inputs, **begin)
+    assert [*found.values] == [k, c, A, x]
+    np.testing.assert_allclose([*found.values.values()], [2.0, 0.1, 0.7, 0.4], rtol=1e-8)
+    assert found.sigma["x"] < 1e-9
+    again = kn.simulate(eom, (0, 5), start=found.start.replace(parameters=found.parameters), inputs=inputs, samples=t)
+    np.testing.assert_allclose(again["x"], true["x"], atol=1e-7)
+
+
+def normal_deviates(eom, span, true, unknown, first, deviations, count, **given):
+    """(estimate − truth)/standard error of all unknowns of `count` fits to noisy data (count × k)."""
+    rng, rows = np.random.default_rng(1), []
+    for _ in range(count):
+        data = {"t": true.t, **noisy(true, deviations, rng)}
+        found = kn.fit(eom, data, unknown, **first, **given)
+        rows.append([(found.values[s] - wanted) / found.errors[s] for s, wanted in given_truth(true, found)])
+    return np.array(rows)
+
+
+def given_truth(true, found):
+    start = dict(zip(true.equations.state, true.states[0], strict=True))
+    return [(s, true.parameters[s] if s in true.parameters else start[s]) for s in found.values]
+
+
+@pytest.mark.slow
+def test_a_tree_within_its_errors():
+    eom, inputs, (k, c, _, _, x, u) = oscillator()
+    t = np.linspace(0, 6, 61)
+    true = kn.simulate(eom, (0, 6), q=[0.4], u=[0.0], inputs=inputs, samples=t)
+    first = {"q": {x: 0.35}, "u": {u: 0.05}, "parameters": {k: 1.8, c: 0.12}}
+    z = normal_deviates(eom, (0, 6), true, [k, c, x, u], first, {"x": 0.01, "u": 0.03}, 40, inputs=inputs)
+    assert np.mean(np.abs(z) < 3) >= 0.99
+    assert 0.8 < z.std() < 1.2
+
+
+@pytest.mark.slow
+def test_a_four_bar_within_its_errors():
+    eom, given = four_bar()
+    t = np.linspace(0, 0.8, 41)
+    true = kn.simulate(eom, (0, 0.8), samples=t, **given)
+    m2 = next(p for p in eom.parameters if p.name == "m2")
+    first = {
+        "q": given["q"],
+        "u": {eom.speeds[0]: 4.9},
+        "parameters": {**given["parameters"], m2: 1.2 * given["parameters"][m2]},
+    }
+    z = normal_deviates(eom, (0, 0.8), true, [m2, eom.speeds[0]], first, {"q1": 1e-3, "q3": 2e-3}, 20)
+    assert np.mean(np.abs(z) < 3) >= 0.97
+    assert 0.75 < z.std() < 1.3
+
+
+def test_friction_of_stick_and_slip():
+    """Both coefficients of a mass on a belt from a noisy place, through changes of mode."""
+    belt = load("mass_on_belt")
+    eom = kn.derive(belt.system())
+    own = {p.name: p for p in eom.parameters}
+    t = np.linspace(0, 5, 101)
+    true = kn.simulate(eom, (0, 5), **belt.START, samples=t)
+    x = eom.coordinates[0]
+    rows = np.searchsorted(true.t, t)
+    data = {"t": t, x.name: true[x][rows] + 1e-3 * np.random.default_rng(2).normal(size=len(t))}
+    first = {own["mu_s"]: 1.05 * own["mu_s"].default, own["mu_k"]: 0.95 * own["mu_k"].default}
+    found = kn.fit(eom, data, [own["mu_s"], own["mu_k"]], **belt.START, parameters=first)
+    for s, value in found.values.items():
+        assert abs(value - s.default) < 3 * found.errors[s]
+        assert found.errors[s] < 2e-2 * s.default
+    assert found.sigma[x.name] == pytest.approx(1e-3, rel=0.3)
+
+
+def test_a_chaotic_motion_in_segments():
+    """A double pendulum over a time in which errors grow a million times: one segment stays at a false minimum, ten do not."""
+    pendulum = load("double_pendulum")
+    eom = kn.derive(pendulum.system())
+    t = np.linspace(0, 12, 241)
+    q = dict(zip(eom.coordinates, (2.0, 2.5), strict=True))
+    true = kn.simulate(eom, (0, 12), q=q, u=[0, 0], samples=t, rtol=1e-12, atol=1e-12)
+    rng = np.random.default_rng(3)
+    data = {"t": t} | {s.name: true[s] + 1e-3 * rng.normal(size=len(t)) for s in eom.coordinates}
+    length = next(p for p in eom.parameters if p.unit == "m" or p.name.lower().startswith("l"))
+    value = true.parameters[length]
+    found = kn.fit(eom, data, [length], q=q, u=[0, 0], parameters={length: 1.02 * value}, segments=10)
+    assert abs(found.values[length] - value) < 4 * found.errors[length] < 1e-3 * value
+    assert found.gap < 1e-4
+
+
+def test_gaps_and_frames():
+    """A DataFrame with NaN: rows that miss a column still count for the others."""
+    pandas = pytest.importorskip("pandas")
+    eom, inputs, (k, _, _, _, x, u) = oscillator()
+    t = np.linspace(0, 4, 41)
+    true = kn.simulate(eom, (0, 4), q=[0.4], u=[0.0], inputs=inputs, samples=t, rtol=1e-12, atol=1e-12)
+    frame = pandas.DataFrame({"t": t, "place": 2 * true["x"], "u": true["u"]})
+    frame.loc[3:20, "place"] = np.nan
+    frame.loc[15, "u"] = np.nan
+    found = kn.fit(
+        eom, frame, [k], q={x: 0.4}, u={u: 0.0}, parameters={k: 1.5}, inputs=inputs, outputs={"place": 2 * x}
+    )
+    assert found.values[k] == pytest.approx(2.0, rel=1e-8)
+    assert np.isnan(found.residuals["place"]).sum() == 18
+
+
+def test_unknowns_that_are_not_determined_are_named():
+    """The masses of a linkage under gravity alone: their common factor moves nothing."""
+    eom, given = four_bar()
+    true = kn.simulate(eom, (0, 0.6), samples=31, **given)
+    data = {"t": true.t, "q1": true["q1"]}
+    with pytest.raises(kn.SimulationError, match=r"m1, m2, m3 undetermined"):
+        kn.fit(eom, data, ["m1", "m2", "m3"], **given)
+    with pytest.raises(kn.SimulationError, match=r"depend, got .*: |on which none does"):
+        kn.fit(eom, {"t": true.t[:2], "q1": true["q1"][:2]}, ["m1"], **{**given, "u": {eom.speeds[0]: 0.0}})
+
+
+@pytest.mark.parametrize(
+    ("data", "error", "said"),
+    [
+        ({"x": [1, 2]}, kn.ValueMissingError, "times of the data"),
+        ({"t": [0, 1, 1], "x": [1, 2, 3]}, kn.SimulationError, "1, then 1 in row 2"),
+        ({"t": [0, 1], "x": [1, 2, 3]}, kn.SimulationError, "2 numbers"),
+        ({"t": [0, 1], "x": [1, np.inf]}, kn.SimulationError, "infinite"),
+        ({"t": [0, 1], "y": [1, 2]}, kn.ValueMissingError, "columns of data"),
+        ({"t": [0, 1], "x": [np.nan, np.nan]}, kn.SimulationError, "at least one column"),
+        ({"t": [0, 1], "x": ["a", "b"]}, kn.SimulationError, "numbers in the column"),
+        (3.0, kn.SimulationError, "DataFrame"),
+    ],
+)
+def test_data_that_are_none(data, error, said):
+    eom, inputs, (k, *_) = oscillator()
+    with pytest.raises(error, match=said):
+        kn.fit(eom, data, [k], q=[0.4], u=[0.0], inputs=inputs)
+
+
+def test_bounds_hold():
+    eom, inputs, (k, _, _, _, x, u) = oscillator()
+    t = np.linspace(0, 3, 31)
+    true = kn.simulate(eom, (0, 3), q=[0.4], u=[0.0], inputs=inputs, samples=t)
+    data = {"t": t, "x": true["x"]}
+    found = kn.fit(eom, data, [k], q={x: 0.4}, u={u: 0}, inputs=inputs, parameters={k: 1.0}, bounds={k: (0.5, 1.5)})
+    assert found.values[k] == pytest.approx(1.5, abs=1e-3)
+    with pytest.raises(kn.SimulationError, match="within the bounds"):
+        kn.fit(eom, data, [k], q={x: 0.4}, u={u: 0}, inputs=inputs, parameters={k: 1.0}, bounds={k: (1.5, 2.5)})
+    with pytest.raises(kn.SimulationError, match="bounds of k"):
+        kn.fit(eom, data, [k], q={x: 0.4}, u={u: 0}, inputs=inputs, parameters={k: 1.0}, bounds={k: (2, 1)})
