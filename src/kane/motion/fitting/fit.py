@@ -35,11 +35,12 @@ from kane.progress import far, working
 
 _UNDETERMINED = 1e-8
 """Singular values of the Jacobian, its columns of length 1, of the largest: derivatives known to 1e-9 do not tell less from zero."""
+_NEAR = 1e-4
 _ROUNDS = 8
 """Times that the deviations of columns are estimated anew."""
 _SETTLED = 0.01
-_ARRIVED, _LEAST = 1e-10, 1e-8
-"""The last step of segments, and the least share of one, in sizes of the unknowns."""
+_ARRIVED, _LEAST, _FAR = 1e-10, 1e-8, 0.5
+"""The last step of segments, the least share of one, and the longest, in sizes of the unknowns."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -249,7 +250,8 @@ def fit(
     unknown : parameters, of the equations or of inputs that are expressions; coordinates, speeds or states whose start values are
         unknown. `parameters`, `q`, `u` have where the search begins
     outputs : {column: expression}, what was measured where that is no symbol's name
-    sigma : standard deviation of each column, {column: σ}, or a number for all. Unless told it is estimated from what is left
+    sigma : standard deviation of each column, {column: σ}, or a number for all. Unless told it is estimated from what is left;
+        with several segments it must be told
     bounds : {unknown: (low, high)}, None for no bound
     segments : into how many pieces the motion is cut, each with a start of its own, where small errors grow: more than one where
         errors grow a thousandfold along the data
@@ -284,6 +286,11 @@ def fit(
     expect.that(
         count <= len(found.t) // 2, "two rows of data or more a segment", count, "Take fewer.", error=SimulationError
     )
+    if count > 1 and sigma is None:
+        raise SimulationError(
+            "Expected sigma= with segments=, got none: how far segments may be apart on the way is weighed against what the data are "
+            "known to. Give the standard deviation of each column, sigma={'q1': 0.001}."
+        )
     first = Course.of(eom, (found.t[0], found.t[-1]), unknown, given, (rtol, atol), settings)
     parameters = [s for s in first.by if isinstance(s, Parameter)]
     with working("Fitting"):
@@ -413,8 +420,8 @@ class Search:
             told |= named_values(kind, group, getattr(segment.given, kind))
         if all(s in told for s in segment.free):
             values = [told[s] for s in segment.free]
-            found: Array = np.array([float(v.value if isinstance(v, Guess) else v) for v in values])
-            return found
+            own: Array = np.array([float(v.value if isinstance(v, Guess) else v) for v in values])
+            return own
         start: dict[Any, float] = dict(zip(eom.state, self.course.start.tolist(), strict=True))
         return np.array([start[s] for s in segment.free])
 
@@ -422,7 +429,7 @@ class Search:
         """By what gaps of states are measured, so that a joint is that much more precise than what was measured."""
         states = np.concatenate([s.motion.states for s, _ in self.problem._motions(z)])
         size = np.abs(states).max(axis=0)
-        return np.maximum(size, 1e-3 * size.max(initial=0.0) or 1.0)
+        return np.asarray(np.maximum(size, 1e-3 * size.max(initial=0.0) or 1.0))
 
     def _solved(self, z: Array) -> Array:
         """The least squares from z on."""
@@ -451,6 +458,7 @@ class Search:
         A step d has the least |r + J d| of those with c + G d = 0; it is halved until ½ r² + μ |c| falls, μ above the multipliers.
         """
         problem = self.problem
+        z = self._nearer(z, bounds)
         size = np.concatenate([np.abs(z[: len(problem.unknown)]), *map(self._sizes_of, range(len(problem.segments)))])
         size = np.where(size > 0, size, 1.0)
         for _ in range(self.most):
@@ -460,14 +468,15 @@ class Search:
             free = null_space(g)
             d = back + free @ np.linalg.lstsq(j @ free, -(r + j @ back))[0]
             if max(np.abs(d).max(), np.abs(c).max()) <= _ARRIVED:
-                return z + size * d
+                return np.asarray(z + size * d)
             mu = 2.0 * float(np.abs(np.linalg.lstsq(g.T, -j.T @ (r + j @ d))[0]).max())
             fall = float(r @ (j @ d)) - mu * float(np.abs(c).sum())
             with np.errstate(divide="ignore", invalid="ignore"):
                 room = np.where(
                     d > 0, (bounds[1] - z) / (size * d), np.where(d < 0, (bounds[0] - z) / (size * d), np.inf)
                 )
-            share, now = min(1.0, 0.99 * float(room.min())), self._merit(z, mu)
+            share = min(1.0, _FAR / float(np.abs(d).max()), 0.99 * float(room.min()))
+            now = self._merit(z, mu)
             while share > _LEAST and not self._merit(z + share * size * d, mu) <= now + 1e-4 * share * fall:
                 share /= 2
             if share <= _LEAST:
@@ -476,6 +485,33 @@ class Search:
                 raise self._none("no step makes it less")
             z = z + share * size * d
         raise self._none("all steps were taken")
+
+    def _nearer(self, z: Array, bounds: tuple[Array, Array]) -> Array:
+        """Gaps count as if measured, ten times more each time: from far away they need not close at once."""
+        problem = self.problem
+        call: Callable[..., Any] = least_squares
+        (r, _), (c, _) = problem.both(z), problem.joints(z)
+        if float(np.abs(c).max()) <= SIX_DIGITS:
+            return z
+        weight = float(np.linalg.norm(r)) / float(np.linalg.norm(c))
+
+        def both(at: Array, share: float) -> tuple[Array, Array]:
+            (r, j), (c, g) = problem.both(at), problem.joints(at)
+            return np.concatenate([r, share * c]), np.vstack([j, share * g])
+
+        def residuals(at: Array, share: float) -> Array:
+            try:
+                return both(at, share)[0]
+            except (_Failed, KaneError):
+                return np.full(len(r) + len(c), np.inf)
+
+        for share in (weight, 10 * weight, 100 * weight):
+            found = call(
+                residuals, z, jac=lambda at, share: both(at, share)[1], bounds=bounds, x_scale="jac", args=(share,),
+                xtol=_NEAR, ftol=_NEAR, max_nfev=self.most,
+            )  # fmt: skip
+            z = np.asarray(found.x)
+        return z
 
     def _merit(self, z: Array, mu: float) -> float:
         try:
@@ -486,7 +522,7 @@ class Search:
 
     def _sizes_of(self, k: int) -> Array:
         place = {s: i for i, s in enumerate(self.problem.eom.state)}
-        return self.problem.scale[[place[s] for s in self.problem.segments[k].free]]
+        return np.asarray(self.problem.scale[[place[s] for s in self.problem.segments[k].free]])
 
     def _none(self, said: str) -> SimulationError:
         return SimulationError(
@@ -559,8 +595,8 @@ class Search:
             names = dict.fromkeys(str(s) for s, x in zip(symbols, shares, strict=True) if x > 0.1 * shares.max())
             raise SimulationError(
                 f"Expected data that determine the unknowns, got some that leave {', '.join(names)} undetermined: a change of them "
-                f"together changes nothing that was measured ({max(len(weak), j.shape[1] - len(j))} of {j.shape[1]} directions). Give values "
-                "of some, or measure more."
+                f"together changes nothing that was measured ({max(len(weak), j.shape[1] - len(j))} of {j.shape[1]} directions). Give "
+                "values of some, or measure more."
             )
 
 
