@@ -82,6 +82,7 @@ class ContactMotion:
         self.q = len(eom.coordinates)
         self.none = np.zeros((len(self.contacts), self.layout.d - 1))  # no slip of any contact
         self.highest, self.fastest, self.rebound, self.slack = np.zeros((4, len(self.contacts)))
+        self.brief = False  # the mode that has ended lasted no time
 
     def touch(self, t: float, x: Array) -> Touch:
         """The contacts at an instant."""
@@ -156,8 +157,9 @@ class ContactMotion:
         leaves = problem.normals(done.velocity) > NOTHING * problem.normals(size)
         stays = {i for i, off in zip(order, leaves, strict=True) if not off}
         off = [i for i in order if i not in stays]
-        flat, over = self._flat(t, after, stays, off)
-        if flat:
+        rebound = self.rebound.copy()
+        flat, over = self._flat(t, after, stays, off, rebound)
+        while flat:
             touch = self.touch(t, after)
             sliding = self._still(touch, stays, self.none)
             stuck = [i for i in stays if not sliding[i].any()]
@@ -168,10 +170,18 @@ class ContactMotion:
                 down = (rates < -NOTHING * touch.velocity_terms)[:: self.layout.d]
                 flat = [i for i in off if i not in stays and down[i]]
             after[self.q : self.q + touch.width] += change
+            off = [i for i in off if i not in stays]
+            flat, later = self._flat(t, after, stays, off, rebound)  # beside these others fall faster
+            over = max(over, later)
         return after, self.layout.together(stays), over
 
-    def _flat(self, t: float, x: Array, closed: set[int], off: Sequence[int]) -> tuple[list[int], float]:
-        """Contacts whose further rebounds are less than tolerances tell, and when they are over."""
+    def _flat(
+        self, t: float, x: Array, closed: set[int], off: Sequence[int], rebound: Array
+    ) -> tuple[list[int], float]:
+        """Contacts whose further rebounds are less than tolerances or rounding tell, and when they are over.
+
+        The speeds after the impacts before, `rebound`, stand for a restitution where none is given.
+        """
         touch, order, forces = self.touch(t, x), sorted(self.layout.together(closed)), np.zeros(0)
         if order:
             sliding = self._still(touch, set(order), self.none)
@@ -180,13 +190,13 @@ class ContactMotion:
         flat, over = [], t
         for i in off:
             v = touch.gap_rates[i]
-            e = touch.numbers.laws[i, 2] or (v / self.rebound[i] if self.rebound[i] > v else 0.0)
+            e = touch.numbers.laws[i, 2] or (v / rebound[i] if rebound[i] > v else 0.0)
             self.rebound[i] = v
             height = -v * v / (2 * a[i]) if a[i] < 0 else np.inf
             open_ = self.atol + self.rtol * touch.numbers.gap_terms[i]
             if height < np.inf:
                 self.highest[i] = max(self.highest[i], height)
-            if height <= max(FLAT * open_, LOW * self.highest[i]):
+            if height <= max(FLAT * open_, LOW * self.highest[i], ROUNDED * touch.numbers.gap_terms[i]):
                 flat.append(i)
                 over = max(over, t - 2 * v / (a[i] * (1 - e))) if e < 1 else over
         return flat, over
@@ -386,7 +396,8 @@ class ContactMotion:
         if kind == "opens" and not hits:
             for off in (self._unpressed(touch, closed, sliding, friction) | {i}, {i}):
                 apart = self.decide(t, x, closed - off, sliding, friction, now.modes)
-                if all(self._parts(touch, n, apart) for n in off):
+                # a mode that lasted no time began with N > 0, and N has fallen through zero since
+                if all((self.brief and n == i) or self._parts(touch, n, apart) for n in off):
                     self._opens(touch, closed, set(), apart.modes)
                     return x, apart, t
         if kind == "slips" and not hits:
@@ -622,6 +633,7 @@ class _Way:
 
     def _arrives(self, t: float, x: Array, work: float) -> None:
         self.still = self.still + 1 if t <= self.t else 0
+        self.at.brief = self.still > 0
         self.t, self.x, self.work = t, x, work
 
     def _led(self, went: Went) -> Event | None:

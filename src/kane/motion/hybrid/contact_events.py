@@ -47,8 +47,8 @@ class After:
         self.touching, self.hits, self.leaving, self.kept = self._arrays("touching", "hits", "leaving", "kept")
         self.drives = w.callee("drive", "float", "array", "array", "array", "array")
         self.driven = w.number("driven")
-        self.which, self.kind, self.hit, self.found, self.last, self.task, self.next_task = self._cells(
-            "which", "event_kind", "hit", "found", "last", "task", "next_task"
+        self.which, self.kind, self.hit, self.found, self.last, self.task, self.next_task, self.still = self._cells(
+            "which", "event_kind", "hit", "found", "last", "task", "next_task", "still"
         )
         self.over, self.t, self.rate, self.terms = (
             w.variable(name) for name in ("over", "time", "rate_of", "terms_of")
@@ -258,7 +258,10 @@ class After:
             of.doubt(self.slack[i] > EQUAL * terms)
 
     def parts(self) -> None:
-        """Whether the gap of the event does not close again, its contact taken for open: then that is what follows."""
+        """Whether the gap of the event does not close again, its contact taken for open: then that is what follows.
+
+        So it is where the mode lasted no time: its force, above zero where it began, has fallen through zero since.
+        """
         w, of = self.w, self.of
         i, kd = self.which.get(), of.k * of.d
         row = i * of.d
@@ -270,7 +273,7 @@ class After:
             part = of.room[of.mobility + row * kd + other] * of.room[of.force + c]
             a.put(a.get() + part)
             terms.put(terms.get() + of.absolute(part))
-        with w.when((of.places[row] > -0.5) & (a.get() >= -(terms.get() * NOTHING))):
+        with w.when((of.places[row] > -0.5) & ((a.get() >= -(terms.get() * NOTHING)) | (self.still.get() > 0))):
             self.found.put(1)
 
     def press(self) -> None:
@@ -334,8 +337,7 @@ class After:
         room, d, kd = of.room, of.d, of.k * of.d
         rests = self.last
         rests.put(0)
-        self.over.put(self.t.get())
-        with w.few(of.k) as i, w.when((self.leaving[i] > 0.0) & (of.unsure.get() < 1)):
+        with w.few(of.k) as i, w.when((self.leaving[i] > self.touching[i]) & (of.unsure.get() < 1)):
             pushed = of.sum(
                 of.count.get() * d,
                 lambda c: (
@@ -344,7 +346,8 @@ class After:
                 ),
             )
             a, v, given = pushed + of.unforced(i * d)[0], room[of.velocity + i * d], of.numbers[of.laws + i * 3 + 2]
-            guessed = w.select(self.rebound[i] > v, v / self.rebound[i], 0.0)
+            before = self.kept[of.k * 3 + i]
+            guessed = w.select(before > v, v / before, 0.0)
             e = w.select(given > 0.0, given, guessed)
             self.rebound[i] = v
             falls = a < 0.0
@@ -352,13 +355,15 @@ class After:
             open_ = self.tolerances[0] + self.tolerances[1] * of.numbers[of.gap_terms + i]
             with w.when(falls):
                 self.highest[i] = of.largest(self.highest[i], height)
-            with w.when(height <= of.largest(open_ * FLAT, self.highest[i] * LOW)):
+            rounded = of.numbers[of.gap_terms + i] * ROUNDED
+            with w.when(height <= of.largest(open_ * FLAT, self.highest[i] * LOW, rounded)):
                 rests.put(1)
                 self.hits[i] = 2.0
                 after = self.t.get() - v * 2.0 / (a * (1.0 - e))
                 self.over.put(w.select(e < 1.0, of.largest(self.over.get(), after), self.over.get()))
         with w.when((rests.get() > 0) & (of.unsure.get() < 1)):
             self.hold()
+            self.next_task.put(_REST)  # beside these others fall faster
 
     def hold(self) -> None:
         """The least change of speeds after which gaps that rest have no rates, and contacts that do not slip no slip."""
