@@ -40,7 +40,7 @@ from kane.motion.solution.resumed import Begin
 from kane.motion.solution.solution import Segment, Solution
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
-from kane.numeric.scale import EQUAL, GIVEN, ROUNDED, SAME_TIME
+from kane.numeric.scale import EQUAL, GIVEN, ROUNDED, ROUNDED_TERMS, SAME_TIME
 from kane.progress import collecting_seldom
 
 _MODES = 10_000_000
@@ -394,10 +394,11 @@ class ContactMotion:
             if self._shares(same, t, x)[1][i] > GIVEN:  # enough for an event to show
                 return x, same, t
         if kind == "opens" and not hits:
-            for off in (self._unpressed(touch, closed, sliding, friction) | {i}, {i}):
+            share = self._turned(touch, sliding)
+            for off in (self._unpressed(touch, closed, sliding, friction, share) | {i}, {i}):
                 apart = self.decide(t, x, closed - off, sliding, friction, now.modes)
                 # a mode that lasted no time began with N > 0, and N has fallen through zero since
-                if all((self.brief and n == i) or self._parts(touch, n, apart) for n in off):
+                if all((self.brief and n == i) or self._parts(touch, n, apart, share) for n in off):
                     self._opens(touch, closed, set(), apart.modes)
                     return x, apart, t
         if kind == "slips" and not hits:
@@ -408,8 +409,28 @@ class ContactMotion:
                 also = [n for n, most in zip(together, static, strict=True) if friction[n] >= most * (1 - ENDS)]
                 sliding[also] = self._along_forces(now, also, t, x)
         decided = self.decide(t, x, closed, sliding, friction, now.modes)
+        back = set[int]() if hits else self._falls_back(touch, now, decided)
+        if back:
+            closed = self.layout.together(closed | back)
+            stuck = [n for n in closed - back if not sliding[n].any()]
+            x = x.copy()
+            x[self.q : self.q + touch.width] += touch.held(sorted(closed), stuck)
+            touch = self.touch(t, x)
+            still = self._still(touch, back, now.directions)
+            sliding = np.where(still.any(axis=1, keepdims=True), still, sliding)
+            decided = self.decide(t, x, closed, sliding, friction, now.modes)
         self._opens(touch, closed, below, decided.modes)
         return x, decided, begins
+
+    def _falls_back(self, touch: Touch, now: Decided, decided: Decided) -> set[int]:
+        """Contacts that have opened and fall again before their gaps are more than rounding: they have never been open."""
+        a, v, d = touch.accelerations(decided.closed, decided.forces)[0], touch.gap_rates, self.layout.d
+        found = set()
+        for n, (c, before, mode) in enumerate(zip(self.contacts, now.modes, decided.modes, strict=True)):
+            falls = c.gap is not None and before is mode is ContactMode.SEPARATED and a[d * n] < 0
+            if falls and touch.numbers.gaps[n] - v[n] ** 2 / (2 * a[d * n]) <= ROUNDED * touch.numbers.gap_terms[n]:
+                found.add(n)
+        return found
 
     def _opens(self, touch: Touch, closed: set[int], below: set[int], modes: Modes) -> None:
         """Gaps that open have left zero, where rounding, or what has closed besides and moved them `below`, says otherwise.
@@ -441,20 +462,28 @@ class ContactMotion:
         far = abs(touch.gap_rates[n]) * (self.span[1] - self.span[0])
         return bool(touch.numbers.gaps[n] + self.slack[n] <= SAME_TIME * (touch.numbers.gap_terms[n] + far))
 
-    def _unpressed(self, touch: Touch, closed: set[int], sliding: Array, friction: Array) -> set[int]:
-        """The contacts whose normal forces are none but for rounding: those of a body that lies flat vanish together."""
+    def _turned(self, touch: Touch, sliding: Array) -> float:
+        """The share of its terms that is nothing of a force: rounding turns directions of slow slips, and forces with them."""
+        slow = [
+            ROUNDED_TERMS * touch.slip_terms[n].max() / np.linalg.norm(touch.slips[n])
+            for n in np.flatnonzero(sliding.any(axis=1))
+        ]
+        return float(max([NOTHING, *slow]))
+
+    def _unpressed(self, touch: Touch, closed: set[int], sliding: Array, friction: Array, share: float) -> set[int]:
+        """The contacts whose normal forces are none but for a share: those of a body that lies flat vanish together."""
         order, d = sorted(closed), self.layout.d
         pressed = dict(zip(order, touch.choose(order, sliding, friction).forces[::d], strict=True))
         rows = {n: d * n for n in order if not self.contacts[n].sized and self.contacts[n].pressed_by is None}
         size = {n: touch.bias_terms[k] / touch.mobility[k, k] for n, k in rows.items()}
-        return {n for n, most in size.items() if pressed[n] <= NOTHING * most}
+        return {n for n, most in size.items() if pressed[n] <= share * most}
 
-    def _parts(self, touch: Touch, i: int, apart: Decided) -> bool:
-        """Whether a gap does not close again where its contact is taken for open; at N = 0 both are right but for rounding."""
+    def _parts(self, touch: Touch, i: int, apart: Decided, share: float) -> bool:
+        """Whether a gap does not close again where its contact is taken for open; at N = 0 both are right but for a share."""
         if self.contacts[i].gap is None:
             return False
         a, terms = touch.accelerations(apart.closed, apart.forces)
-        return bool(a[self.layout.d * i] >= -NOTHING * terms[self.layout.d * i])
+        return bool(a[self.layout.d * i] >= -share * terms[self.layout.d * i])
 
     def _along_forces(self, now: Decided, also: Sequence[int], t: float, x: Array) -> Array:
         """The directions in which contacts begin to slip whose friction has reached its most: against these forces."""

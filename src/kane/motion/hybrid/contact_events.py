@@ -7,7 +7,7 @@ from kane.motion.hybrid.contact_decisions import SLIP, STICK, Decisions
 from kane.motion.hybrid.contact_impacts import Impacts
 from kane.motion.steppers.context import Slot
 from kane.motion.steppers.dense import factor, solve
-from kane.numeric.scale import EQUAL, ROUNDED, ROUNDED_SUM, SAME_TIME
+from kane.numeric.scale import EQUAL, ROUNDED, ROUNDED_SUM, ROUNDED_TERMS, SAME_TIME
 from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Array, Term, Variable, Writer
 
@@ -257,6 +257,22 @@ class After:
             self.slack[i] = ROUNDED * terms + 2.0 * of.absolute(gap)
             of.doubt(self.slack[i] > EQUAL * terms)
 
+        with w.few(of.k) as i, w.when((self.hit.get() < 1) & (of.places[i * d] > -0.5)):  # falls back within rounding
+            gap, v, terms = of.numbers[of.gaps + i], of.room[of.velocity + i * d], of.numbers[of.gap_terms + i]
+            with w.when(~(self.modes[i] > SEPARATED) & (gap <= terms * ROUNDED)):
+                twice = self.gap_acceleration(i) * 2.0
+                of.doubt((twice < 0.0) & (v * v <= (gap - terms * ROUNDED) * twice))
+
+    def gap_acceleration(self, i: Term) -> Term:
+        """The acceleration of a gap by the forces at hand."""
+        of, kd = self.of, self.of.k * self.of.d
+
+        def pushed(c: Term) -> Term:
+            row = of.index(of.own + of.whole(c)) * of.d + of.rest_of(c)
+            return of.room[of.mobility + i * of.d * kd + row] * of.room[of.force + c]
+
+        return of.sum(of.count.get() * of.d, pushed) + of.unforced(i * of.d)[0]
+
     def parts(self) -> None:
         """Whether the gap of the event does not close again, its contact taken for open: then that is what follows.
 
@@ -275,6 +291,9 @@ class After:
             terms.put(terms.get() + of.absolute(part))
         with w.when((of.places[row] > -0.5) & ((a.get() >= -(terms.get() * NOTHING)) | (self.still.get() > 0))):
             self.found.put(1)
+        with w.when(self.found.get() < 1), w.few(of.k) as n:  # forces turn with directions of slow slips
+            slow = self.slip(n) * NOTHING < self.slip_terms(n) * ROUNDED_TERMS
+            of.doubt(self.slipping(n) & (self.slip_count[n] > 1.5) & slow)
 
     def press(self) -> None:
         """Forces in the modes at hand: against them slip begins; unsure where others vanish with the one that opens."""
@@ -334,18 +353,11 @@ class After:
     def flat(self) -> None:
         """Contacts whose further rebounds are less than tolerances tell rest: `touching`, and when the last of these is over."""
         w, of = self.w, self.of
-        room, d, kd = of.room, of.d, of.k * of.d
+        room, d = of.room, of.d
         rests = self.last
         rests.put(0)
         with w.few(of.k) as i, w.when((self.leaving[i] > self.touching[i]) & (of.unsure.get() < 1)):
-            pushed = of.sum(
-                of.count.get() * d,
-                lambda c: (
-                    room[of.mobility + i * d * kd + of.index(of.own + of.whole(c)) * d + of.rest_of(c)]
-                    * room[of.force + c]
-                ),
-            )
-            a, v, given = pushed + of.unforced(i * d)[0], room[of.velocity + i * d], of.numbers[of.laws + i * 3 + 2]
+            a, v, given = self.gap_acceleration(i), room[of.velocity + i * d], of.numbers[of.laws + i * 3 + 2]
             before = self.kept[of.k * 3 + i]
             guessed = w.select(before > v, v / before, 0.0)
             e = w.select(given > 0.0, given, guessed)
