@@ -410,7 +410,9 @@ class ContactMotion:
                 sliding[also] = self._along_forces(now, also, t, x)
         decided = self.decide(t, x, closed, sliding, friction, now.modes)
         back = set[int]() if hits else self._falls_back(touch, now, decided)
-        if back:
+        # a slip that has turned before its end, and goes on: from rest, along its acceleration
+        turned = kind == "sticks" and not hits and decided.modes[i].slips and len(self.contacts[i].slips) > 1
+        if back or turned:
             closed = self.layout.together(closed | back)
             stuck = [n for n in closed - back if not sliding[n].any()]
             x = x.copy()
