@@ -446,7 +446,8 @@ class ContactMotion:
             gap, mode = float(touch.numbers.gaps[n]), modes[n]
             if mode is ContactMode.SEPARATED and n in closed:  # without speed
                 self.slack[n] = ROUNDED * touch.numbers.gap_terms[n] + 2 * abs(gap)
-                if self.slack[n] > EQUAL * touch.numbers.gap_terms[n]:
+                far = touch.velocity_terms[n * self.layout.d] * (self.span[1] - self.span[0])  # a gap may be one coordinate
+                if self.slack[n] > EQUAL * (touch.numbers.gap_terms[n] + far):
                     raise SimulationError(
                         f"Expected a contact that stays closed or opens, got {self.contacts[n].name!r}, which hops: it opens, "
                         "and falls, without end. Give what yields a stiffness, or less friction"
