@@ -159,5 +159,7 @@ def test_a_dropped_tripod_does_not_hop(slope: float, q: list[float], u: list[flo
         assert np.abs(gap[modes != "separated"]).max(initial=0) < 1e-10
         assert n.min() > -1e-9 * size
         f = np.linalg.norm([sol[x] for x in c.friction_forces], axis=0)
-        inside = sol.phase == np.append(sol.phase[1:], -1)  # where a slip ends its direction turns within rounding of times
+        inside = sol.phase == np.append(
+            sol.phase[1:], -1
+        )  # where a slip ends its direction turns within rounding of times
         assert (f <= MU * n * (1 + 1e-9) + 1e-9 * size)[inside].all()

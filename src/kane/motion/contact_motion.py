@@ -413,16 +413,21 @@ class ContactMotion:
         # a slip that has turned before its end, and goes on: from rest, along its acceleration
         turned = kind == "sticks" and not hits and decided.modes[i].slips and len(self.contacts[i].slips) > 1
         if back or turned:
-            closed = self.layout.together(closed | back)
-            stuck = [n for n in closed - back if not sliding[n].any()]
-            x = x.copy()
-            x[self.q : self.q + touch.width] += touch.held(sorted(closed), stuck)
-            touch = self.touch(t, x)
-            still = self._still(touch, back, now.directions)
-            sliding = np.where(still.any(axis=1, keepdims=True), still, sliding)
+            x, sliding = self._brought_to_rest(touch, x, closed, back, sliding)
+            closed, touch = self.layout.together(closed | back), self.touch(t, x)
             decided = self.decide(t, x, closed, sliding, friction, now.modes)
         self._opens(touch, closed, below, decided.modes)
         return x, decided, begins
+
+    def _brought_to_rest(
+        self, touch: Touch, x: Array, closed: set[int], back: set[int], sliding: Array
+    ) -> tuple[Array, Array]:
+        """The state with gaps of `closed` and `back` at rest, and slips where no `sliding` is; directions of slips, of `back`, too."""
+        stuck = [n for n in closed if not sliding[n].any()]
+        after = x.copy()
+        after[self.q : self.q + touch.width] += touch.held(sorted(self.layout.together(closed | back)), stuck)
+        still = self._still(touch, back, self.none)
+        return after, np.where(still.any(axis=1, keepdims=True), still, sliding)
 
     def _falls_back(self, touch: Touch, now: Decided, decided: Decided) -> set[int]:
         """Contacts that have opened and fall again before their gaps are more than rounding: they have never been open."""
@@ -446,7 +451,8 @@ class ContactMotion:
             gap, mode = float(touch.numbers.gaps[n]), modes[n]
             if mode is ContactMode.SEPARATED and n in closed:  # without speed
                 self.slack[n] = ROUNDED * touch.numbers.gap_terms[n] + 2 * abs(gap)
-                far = touch.velocity_terms[n * self.layout.d] * (self.span[1] - self.span[0])  # a gap may be one coordinate
+                # of a gap that is one coordinate the terms are none where it is closed
+                far = touch.velocity_terms[n * self.layout.d] * (self.span[1] - self.span[0])
                 if self.slack[n] > EQUAL * (touch.numbers.gap_terms[n] + far):
                     raise SimulationError(
                         f"Expected a contact that stays closed or opens, got {self.contacts[n].name!r}, which hops: it opens, "

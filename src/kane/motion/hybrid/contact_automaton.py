@@ -251,7 +251,7 @@ class _Automaton(After):
             leaves = leaves & (self.begun[at] > 0.0)
             with w.when(leaves):
                 self.seen[at] = self.least[at]
-                for j, x in enumerate((1.0, 1.0, 1.0, band, SOON)):
+                for j, x in enumerate((*map(w.constant, (1.0, 1.0, 1.0)), band, w.constant(SOON))):
                     self.leaves[at * LEAVES + j] = x
             with w.otherwise(), w.when(~beside & (self.begun[at] > -0.5)):
                 self.found.put(1)

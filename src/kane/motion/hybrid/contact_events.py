@@ -251,7 +251,9 @@ class After:
                 with w.few(d - 1) as j:
                     self.next_ways[i * (d - 1) + j] = of.room[of.dirs + n * d + j]
                 slides = self.slip(i) > self.slip_terms(i) * NOTHING
-                of.doubt(self.here(i) & self.is_(STICKING) & (self.slip_count[i] > 1.5))  # it may have turned before its end
+                of.doubt(
+                    self.here(i) & self.is_(STICKING) & (self.slip_count[i] > 1.5)
+                )  # it may have turned before its end
                 self.next[i] = w.select((self.slip_count[i] > 1.5) & slides, SLIPS, STRAIGHT)
         with w.few(of.k) as i, w.when((self.touching[i] > 0.0) & ~(self.next[i] > SEPARATED)):  # opens without speed
             gap, terms = of.numbers[of.gaps + i], of.numbers[of.gap_terms + i]
