@@ -20,8 +20,6 @@ from kane.numeric.arrays import Array
 from kane.numeric.sampling import named_values, unknown
 
 STARTS = ("q", "u", "states")
-TABLES = (*STARTS, "parameters", "inputs", "t")
-"""The kinds of values that an instance has, as `kn.simulate` takes them; the time of states alone."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,6 +107,7 @@ def _symbols(eom: Equations, given: Mapping[str, Any]) -> dict[str, tuple[Symbol
         "parameters": tuple(dict.fromkeys([*eom.system.parameters, *gains])),
         "inputs": tuple(s for s in eom.inputs if isinstance(s, Input) or "t" in given),
         "t": (time,),
+        "rates": tuple(eom.coordinates),
     }
 
 
@@ -127,7 +126,7 @@ def _by_symbol(kind: str, symbols: Sequence[Symbol], given: Any) -> dict[Any, An
     return {**named_values(_WORDS[kind], symbols, named), **together}
 
 
-_WORDS = {"q": "coordinates", "u": "speeds"} | {kind: kind for kind in ("states", "parameters", "inputs", "t")}
+_WORDS = {"q": "coordinates", "u": "speeds", "rates": "rates, by coordinate,"} | {kind: kind for kind in ("states", "parameters", "inputs", "t")}
 
 
 def table_of(given: Any) -> Any:
