@@ -23,7 +23,7 @@ from kane.analysis.many.assembled import One, Routes, assembled
 from kane.analysis.many.poses import Poses, poses
 from kane.analysis.perturbations import turning
 from kane.analysis.state_checks import GivenEntries, entries, misses
-from kane.dynamics.constraints.manifold import LevelSet, manifold, turned_closures
+from kane.dynamics.constraints.manifold import LevelSet, turned_closures
 from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import State, StateValues, by_keyword, state_of
@@ -454,7 +454,7 @@ def _configurations(
     eom: Equations, start: GivenEntries, constants: Mapping[Expr, Any], every: bool
 ) -> list[tuple[Closed, str]]:
     """Where the coordinates are, and which branch that is in words: the nearest, or all that are found."""
-    constraints = manifold(eom.system)
+    constraints = eom.derived.conditions
     names = [q.name for q in eom.coordinates]
     if not constraints.f:
         missing = (names[i] for i in start.missing)

@@ -19,7 +19,7 @@ from kane.analysis.local import Slopes, Values, coded, slopes_at, solver, values
 from kane.analysis.operating_point import closed, state_from
 from kane.analysis.perturbations import Perturbations, perturbations
 from kane.analysis.state_checks import StateArrays, entries, open_shares
-from kane.dynamics.constraints.manifold import branches, manifold, turned_closures
+from kane.dynamics.constraints.manifold import branches, turned_closures
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import GROUPS, State, StateValues, by_keyword, state_of
@@ -437,7 +437,7 @@ def _plain(task: Problem, best: Closed) -> Array:
 def _astray(conditions: Conditions) -> Callable[[Array], Array]:
     """By what angles closures are turned at X."""
     eom = conditions.eom
-    constraints, nq, width = manifold(eom.system), len(eom.coordinates), len(eom.state)
+    constraints, nq, width = eom.derived.conditions, len(eom.coordinates), len(eom.state)
     rest = [*eom.inputs, *eom.parameters, time]
 
     def angles(x: Array) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 
 from kane.analysis.many.poses import Poses
 from kane.analysis.state_checks import misses
-from kane.dynamics.constraints.manifold import LevelSet, manifold, turned_closures
+from kane.dynamics.constraints.manifold import LevelSet, turned_closures
 from kane.dynamics.constraints.partition import choose
 from kane.equations.compiled import ports
 from kane.equations.equations import Equations
@@ -49,8 +49,8 @@ class Closing(NamedTuple):
 
 def closing(eom: Equations) -> Bundle[Closing]:
     """The constraints on q, those of Euler parameters too, and on u."""
-    held, rows = manifold(eom.system), eom.derived.constraints
-    groups = {"f": list(held.f), "gradient": held.gradient, "a": rows.a, "b": list(rows.b)}
+    conditions, rows = eom.derived.conditions, eom.derived.constraints
+    groups = {"f": list(conditions.f), "gradient": conditions.gradient, "a": rows.a, "b": list(rows.b)}
     return Bundle("closing", ports(eom.derived), Closing, groups)
 
 
@@ -61,10 +61,10 @@ class _Square(NamedTuple):
 
 def square(eom: Equations, rows: Sequence[int], columns: Sequence[int]) -> Bundle[_Square]:
     """Some of f, and their derivatives in some of the coordinates."""
-    held = manifold(eom.system)
+    conditions = eom.derived.conditions
     return Bundle(
         "square", ports(eom.derived), _Square,
-        {"f": [held.f[i] for i in rows], "gradient": held.gradient.take(rows, columns)},
+        {"f": [conditions.f[i] for i in rows], "gradient": conditions.gradient.take(rows, columns)},
     )  # fmt: skip
 
 
@@ -86,7 +86,7 @@ def assembled(poses: Poses, routes: Routes) -> Any:
     u, left = np.full((poses.count, len(eom.speeds)), np.nan), np.full(poses.count, np.nan)
     base, free = _start(poses)
     causes = dict(poses.failed)
-    if manifold(eom.system).f and not free:
+    if eom.derived.conditions.f and not free:
         found, causes = poses.each(routes.alone)
         for k, one in found.items():
             q[k], u[k], left[k] = one
@@ -141,24 +141,25 @@ def _follow(
         )
     chosen = tuple(sorted(rows.rows))
     flat, n = numeric.routine(square, chosen, tuple(free)).flat, len(free)
-    held = [i for i in range(len(eom.coordinates)) if i not in free]
-    width = len(held)
+    given = [i for i in range(len(eom.coordinates)) if i not in free]
+    width = len(given)
     state, ends = np.zeros(len(eom.state)), np.cumsum([width, len(eom.parameters), len(eom.inputs)])
 
     def function(x: Array, data: Array) -> tuple[Array, Array]:
-        state[free], state[held] = x, data[:width]
+        state[free], state[given] = x, data[:width]
         numbers = flat(float(data[-1]), state, data[width : ends[1]], data[ends[1] : ends[2]])
         return numbers[:n], numbers[n:].reshape(n, n)
 
     t, p, r = numbers
     order = np.array([k for k in range(start, poses.count) if k not in causes])
-    found = follow(function, np.column_stack([q[:, held], p, r, t])[order], one.q[free], level.usual.x)
+    found = follow(function, np.column_stack([q[:, given], p, r, t])[order], one.q[free], level.usual.x)
     for row, end in found.ends.items():
         causes[int(order[row])] = _ended(eom, free, int(order[end.last]), end)
     reached = np.array([k for row, k in enumerate(order) if row not in found.ends])
     q[np.ix_(reached, free)] = found.x[[row for row in range(len(order)) if row not in found.ends]]
-    _polish(poses, numeric.routine(closing), q, (reached, free, list(chosen)))
-    _check(poses, level, (q, left), reached, causes)
+    f = _polish(poses, numeric.routine(closing), q, (reached, free, list(chosen)))
+    left[reached] = np.abs(f).max(axis=1, initial=0)
+    _check(poses, level, q, reached, f, causes)
 
 
 def _level(poses: Poses, k: int) -> LevelSet:
@@ -166,7 +167,7 @@ def _level(poses: Poses, k: int) -> LevelSet:
     t, p, r = (x[k] for x in poses.numbers())
     eom = poses.eom
     values: dict[Expr, Any] = {**dict(zip((*eom.parameters, *eom.inputs), (*p, *r), strict=True)), time: t}
-    return manifold(eom.system).at(values)
+    return eom.derived.conditions.at(values)
 
 
 def _ended(eom: Equations, free: Sequence[int], last: int, end: End) -> str:
@@ -184,8 +185,8 @@ def _states(poses: Poses, q: Array) -> Array:
     return x
 
 
-def _polish(poses: Poses, routine: Any, q: Array, where: tuple[Array, list[int], list[int]]) -> None:
-    """One more of Newton's steps at all places, where it does not lead away: what is left then is rounding's."""
+def _polish(poses: Poses, routine: Any, q: Array, where: tuple[Array, list[int], list[int]]) -> Array:
+    """One more of Newton's steps at all places, where it does not lead away: what is left of f then (k × m) is rounding's."""
     places, free, rows = where
     t, p, r = (x[places] for x in poses.numbers())
     now = routine(t, _states(poses, q[places]), p, r)
@@ -195,24 +196,21 @@ def _polish(poses: Poses, routine: Any, q: Array, where: tuple[Array, list[int],
     then = routine(t, _states(poses, moved), p, r)
     better = np.abs(then.f).max(axis=1, initial=0) <= np.abs(now.f).max(axis=1, initial=0)
     q[places[better]] = moved[better]
+    return np.where(better[:, None], then.f, now.f)
 
 
-def _check(poses: Poses, level: LevelSet, places: tuple[Array, Array], reached: Array, causes: dict[int, str]) -> None:
-    """All constraints hold where configurations were reached, and closures are as they are meant."""
-    (q, left), eom = places, poses.eom
-    t, p, r = (x[reached] for x in poses.numbers())
-    f = eom.numeric().routine(closing)(t, _states(poses, q[reached]), p, r).f
-    left[reached] = np.abs(f).max(axis=1, initial=0)
+def _check(poses: Poses, level: LevelSet, q: Array, reached: Array, f: Array, causes: dict[int, str]) -> None:
+    """All constraints hold at the configurations that were reached, and closures are as they are meant."""
+    eom, (t, p, r) = poses.eom, (x[reached] for x in poses.numbers())
     values: dict[Expr, Any] = {**dict(zip((*eom.parameters, *eom.inputs), (*p.T, *r.T), strict=True)), time: t}
     turned, shares = level.manifold.at(values).turned(q[reached]), level.shares(f)
-    for row, k in enumerate(reached.tolist()):
+    for row in np.flatnonzero(~(shares <= CLOSED).all(axis=1) | turned.any(axis=1)).tolist():
         bad = misses(level.manifold.names, f[row], shares[row], CLOSED)
-        if bad or turned[row].any():
-            told = ", ".join(bad) or turned_closures(level.manifold.branches, turned[row])
-            causes[k] = (
-                f"Expected a configuration that satisfies the constraints, got one that misses {told}: rows that follow from the others "
-                "at the first instance do not here. Assemble it by itself."
-            )
+        told = ", ".join(bad) or turned_closures(level.manifold.branches, turned[row])
+        causes[int(reached[row])] = (
+            f"Expected a configuration that satisfies the constraints, got one that misses {told}: rows that follow from the others "
+            "at the first instance do not here. Assemble it by itself."
+        )
 
 
 def _move(poses: Poses, places: tuple[Array, Array, Array], routes: Routes, causes: dict[int, str]) -> None:
