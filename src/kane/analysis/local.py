@@ -30,7 +30,7 @@ from kane.expr.symbols import Symbol, time
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited
 from kane.numeric.arrays import Array
-from kane.numeric.rank import balanced, mobility, singular
+from kane.numeric.rank import balanced, mobility, singular, surely_regular
 from kane.numeric.scale import NEAR_SINGULAR, SOLVE_RANK, SURE_RANK
 from kane.program.from_expressions import Bundle
 from kane.program.program import Port
@@ -173,6 +173,15 @@ def independent_rows(eom: Equations, a: Array) -> tuple[int, ...]:
             "state beside it."
         )
     return partition.rows
+
+
+def independent_rows_of(eom: Equations, a: Array) -> list[tuple[int, ...]]:
+    """`independent_rows` at each of several A (k × m × n)."""
+    if eom.embedding is None or not len(a):
+        return [()] * len(a)
+    rows = eom.embedding.partition.rows
+    sure = surely_regular(balanced(a[:, list(rows)]), SURE_RANK)
+    return [rows if surely else independent_rows(eom, own) for surely, own in zip(sure.tolist(), a, strict=True)]
 
 
 def _units(values: Values, n: int) -> Array:

@@ -288,6 +288,6 @@ def _least(a: Array, right: Array) -> tuple[Array, Mask]:
 def _dataset(poses: Poses, q: Array, u: Array, left: Array, causes: Mapping[int, str]) -> Any:
     xarray, eom = package("xarray"), poses.eom
     symbols: tuple[Coordinate | Speed, ...] = (*eom.coordinates, *eom.speeds)
-    own = {s.name: poses.variable(xarray, s, x) for s, x in zip(symbols, np.hstack([q, u]).T, strict=True)}
+    own = poses.variables(symbols, np.hstack([q, u]).T)
     own["residual"] = xarray.Variable("instance", left, {"long_name": "what is left of the constraints"})
     return poses.dataset(own, causes, {})

@@ -105,6 +105,11 @@ class Poses:
                     shown[s.name] = self.variable(xarray, s, np.asarray(value, dtype=float), first)
         return xarray.Dataset(own, shown)
 
+    def variables(self, symbols: Sequence[Symbol], values: Array) -> dict[str, Any]:
+        """Values (symbols × k) by name."""
+        xarray = package("xarray")
+        return {s.name: self.variable(xarray, s, x) for s, x in zip(symbols, values, strict=True)}
+
     def variable(self, xarray: Any, s: Symbol, values: Array, first: Sequence[str] = ("instance",)) -> Any:
         """Values of a symbol, with its unit and its description."""
         unit = "s" if s is time else self.eom.unit(s)
