@@ -100,7 +100,7 @@ class Poses:
         shown: dict[str, Any] = {"instance": np.arange(self.count), **names}
         for kind in (*STARTS, *BY_NAME):
             for s, value in self.given(kind).items():
-                if s.name not in own and isinstance(value, float | int | np.ndarray):
+                if s.name not in own | shown and isinstance(value, float | int | np.ndarray):
                     first = ["instance"] if np.ndim(value) else []
                     shown[s.name] = self.variable(xarray, s, np.asarray(value, dtype=float), first)
         return xarray.Dataset(own, shown)
