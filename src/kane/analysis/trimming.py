@@ -38,6 +38,8 @@ from kane.progress import working
 
 _NEAR = (3, 8)
 """Seeds of the states near the start at which it is asked what depends on what."""
+_SURELY = 1e-3
+"""Share of the tolerance below which it does not matter at which state sizes are those."""
 _ROUNDS = 3
 """Times that sizes of what moves and of what must vanish follow from each other."""
 
@@ -397,16 +399,20 @@ def _of_many(
             return None
         conditions = replace(task.conditions, quick=True)
 
-        def shares(x: Array) -> float:
-            return float(_shares(conditions, x).max(initial=0))
+        terms = conditions.sizes(task.start).terms
+
+        def holds(x: Array) -> bool:
+            # far below the tolerance by the sizes at the first, which cost less than those there
+            near = share(conditions(x)[0], terms).max(initial=0) <= _SURELY * tolerance
+            return bool(near or _shares(conditions, x).max(initial=0) <= tolerance)
 
         def square(x: Array) -> tuple[Array, Array]:
             f, j = conditions(x)
             return f / measured.rows, j[:, list(task.free)] / measured.rows[:, None]
 
-        return Followed(task.start, task.free, task.conditions.symbols, measured.columns, square, shares)
+        return Followed(task.start, task.free, task.conditions.symbols, measured.columns, square, holds)
 
-    return trimmed(many, Routes(alone, followed, tolerance))
+    return trimmed(many, Routes(alone, followed))
 
 
 def equilibrium(

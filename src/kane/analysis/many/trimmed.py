@@ -22,22 +22,21 @@ _TOLD = 4
 
 
 class Followed(NamedTuple):
-    """Conditions to follow: X at the start, which of it is `free`, its `symbols` and sizes; F and ∂F/∂X_free there, shares left of F."""
+    """Conditions to follow: X at the start, which of it is `free`, its `symbols` and sizes, F and ∂F/∂X_free, whether F counts as 0."""
 
     start: Array
     free: Sequence[int]
     symbols: Sequence[Symbol]
     sizes: Array
     square: Callable[[Array], tuple[Array, Array]]
-    shares: Callable[[Array], float]
+    holds: Callable[[Array], bool]
 
 
 class Routes(NamedTuple):
-    """How the kth is found by itself, what to follow from it (None where that cannot be), and which shares count as zero."""
+    """How the kth is found by itself, and what to follow from it, None where that cannot be."""
 
     alone: Callable[[int], State]
     followed: Callable[[int], Followed | None]
-    tolerance: float
 
 
 def trimmed(poses: Poses, routes: Routes) -> Any:
@@ -57,7 +56,7 @@ def trimmed(poses: Poses, routes: Routes) -> Any:
         x[start] = [found[start][s] for s in symbols]
         task = routes.followed(start)
         if task is not None:
-            _follow(poses, task, (x, start), routes.tolerance, causes)
+            _follow(poses, task, (x, start), causes)
     for k in [k for k in poses.open if k not in causes and np.isnan(x[k]).any()]:
         try:
             one = routes.alone(k)
@@ -69,9 +68,7 @@ def trimmed(poses: Poses, routes: Routes) -> Any:
     return _dataset(poses, symbols, x, causes)
 
 
-def _follow(
-    poses: Poses, task: Followed, places: tuple[Array, int], tolerance: float, causes: dict[int, str]
-) -> None:
+def _follow(poses: Poses, task: Followed, places: tuple[Array, int], causes: dict[int, str]) -> None:
     """X of all (k × …) that the branch of the one at `start` leads to."""
     (x, start), free = places, list(task.free)
     first = x[start].copy()
@@ -98,7 +95,7 @@ def _follow(
     for row, k in enumerate(order):
         end = found.ends.get(row)
         whole[k, free] = found.x[row] if end is None else end.x
-        if end is None and task.shares(whole[k]) <= tolerance:
+        if end is None and task.holds(whole[k]):
             x[k] = whole[k]
             continue
         at_end = ", ".join(f"{task.symbols[i].name} = {whole[k, i]:.6g}" for i in free[:_TOLD])
