@@ -348,18 +348,18 @@ class Assembled(Attributes):
 @overload
 def assemble(
     eom: Equations,
-    state: State | None = None,
+    state: State | Any | None = None,
     *,
     rates: Mapping[Any, Any] | None = None,
     all_branches: Literal[False] = False,
     **values: Unpack[StateValues],
-) -> Assembled: ...
+) -> Assembled | Any: ...
 
 
 @overload
 def assemble(
     eom: Equations,
-    state: State | None = None,
+    state: State | Any | None = None,
     *,
     rates: Mapping[Any, Any] | None = None,
     all_branches: Literal[True],
@@ -370,12 +370,12 @@ def assemble(
 @by_keyword
 def assemble(
     eom: Equations,
-    state: State | None = None,
+    state: State | Any | None = None,
     *,
     rates: Mapping[Any, Any] | None = None,
     all_branches: bool = False,
     **values: Unpack[StateValues],
-) -> Assembled | tuple[Assembled, ...]:
+) -> Assembled | tuple[Assembled, ...] | Any:
     """A state that satisfies all constraints: of the configurations that many starts lead to, the one nearest to the guesses.
 
     Values that are given are kept, guesses (`kn.guess(value)`) may move, what is left out is solved for: coordinates by
@@ -392,6 +392,11 @@ def assemble(
     rates : rates of coordinates by coordinate, in place of `u`
     inputs : values at `t` of the inputs (and of their derivatives) that constraints hold
     all_branches : return all that are found, nearest first; angles that differ by turns are one
+
+    Of arrays in the places of numbers (n, one for each state, as `kn.simulate_many` takes them; t, too) the result is a Dataset of
+    xarray over instance: coordinates, speeds, `residual`, `status` and `cause`. The first state is found as above, and the branch that
+    it is on is followed along the arrays, in parts where steps are long. Where it ends, at a dead point or out of reach, the state is
+    NaN, and `cause` says so; the next ones are reached from the last before it. Angles turn on: they are not taken back to the guess.
 
     Raises
     ------

@@ -56,7 +56,9 @@ class ConstraintForces(Attributes):
 
 
 @by_keyword
-def constraint_forces(eom: Equations, state: State | Any | None = None, **values: Unpack[StateValues]) -> ConstraintForces | Any:
+def constraint_forces(
+    eom: Equations, state: State | Any | None = None, **values: Unpack[StateValues]
+) -> ConstraintForces | Any:
     """The forces of constraints at a state, by multipliers and by auxiliary speeds.
 
     Parameters
@@ -66,6 +68,8 @@ def constraint_forces(eom: Equations, state: State | Any | None = None, **values
     state : `kn.State`, in place of the values that follow
     q, u : a state on the constraints; dependent speeds may be left out
     parameters, inputs, t, states : as in `eom.evaluate`
+
+    Of arrays, or a Dataset as `kn.assemble` gives it, in the places of numbers the result is a Dataset over instance and constraint.
 
     Raises
     ------
@@ -112,7 +116,9 @@ def _of_many(many: Poses, forces: Callable[[State], tuple[Array, Array]], names:
     told = {"by_multipliers": "by multipliers", "by_auxiliary_speeds": "by an auxiliary speed"}
     xarray = package("xarray")
     own = {
-        name: xarray.Variable(("instance", "constraint"), x.T, {"long_name": f"force or torque of a constraint, {text}"})
+        name: xarray.Variable(
+            ("instance", "constraint"), x.T, {"long_name": f"force or torque of a constraint, {text}"}
+        )
         for (name, text), x in zip(told.items(), found, strict=True)
     }
     return many.dataset(own, causes, {"constraint": list(names)})

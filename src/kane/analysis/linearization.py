@@ -87,8 +87,11 @@ class Linearizer(Attributes):
 
     def _of_many(self, many: Poses, independent: Sequence[Any], options: Mapping[str, Any]) -> Any:
         """Those at many states as a Dataset; what is left out of these is solved for as in `assemble`."""
-        eom, given = self.eom, {**many.given("q"), **many.given("u")}
-        if not many.failed and any(s not in given or isinstance(given[s], Guess) for s in (*eom.coordinates, *eom.speeds)):
+        eom = self.eom
+        given = {**many.given("q"), **many.given("u")}
+        if not many.failed and any(
+            s not in given or isinstance(given[s], Guess) for s in (*eom.coordinates, *eom.speeds)
+        ):
             whole = poses(eom, assemble(eom, many.of_state()), {"states": many.given("states")})
             assert whole is not None
             many = whole
@@ -161,8 +164,8 @@ def linearize(
         taken, such as {"x": 1}
     settings : how to compile
 
-    Of arrays, or a Dataset as `kn.assemble` gives it, in the places of numbers the result is a Dataset over instance: A, B, C, D, rates
-    and output_values along rate, state, input and output. Independent is what is so at the first; steady=False is a hundred times faster.
+    Of arrays, or a Dataset as `kn.assemble` gives it, in the places of numbers the result is a Dataset over instance: A, B, C, D,
+    rates and output_values along rate, state, input and output. Independent is what is so at the first; steady=False is many times faster.
 
     A beam that spins faster there than what it is declared with has it is warned of, as in motions.
 

@@ -48,7 +48,11 @@ class Inverse(Attributes):
 
     @by_keyword
     def __call__(
-        self, state: State | Any | None = None, *, given: Mapping[Any, Any] | None = None, **by_kind: Unpack[StateValues]
+        self,
+        state: State | Any | None = None,
+        *,
+        given: Mapping[Any, Any] | None = None,
+        **by_kind: Unpack[StateValues],
     ) -> dict[Symbol, Any] | Any:
         """The unknowns by symbol at a state, or at many: values may be arrays, which broadcast.
 
@@ -90,9 +94,10 @@ class Inverse(Attributes):
             inputs = {s: v for s, v in values.items() if s in set(eom.inputs)}
             speeds = eom.evaluate(list(eom.speeds), replace(at, inputs=inputs))
             values |= dict(zip(eom.speeds, speeds, strict=True))
-        own = named_values("parameters", eom.parameters, at.parameters)
-        varied = {s: np.asarray(v, dtype=float) for s, v in own.items() if np.ndim(v)}
-        constants = parameter_values(eom.system, own | {s: v.flat[0] for s, v in varied.items()}) | varied
+        sizes = named_values("parameters", eom.parameters, at.parameters)
+        varied = {s: np.asarray(v, dtype=float) for s, v in sizes.items() if np.ndim(v)}
+        plain = parameter_values(eom.system, sizes | {s: v.flat[0] for s, v in varied.items()})
+        constants: dict[Expr, Any] = {**plain, **varied}
         arrays = {s: np.asarray(v, dtype=float) for s, v in values.items()}
         times = np.asarray(at.t, dtype=float)
         shape = np.broadcast_shapes(times.shape, *(a.shape for a in (*arrays.values(), *varied.values())))
@@ -103,8 +108,8 @@ class Inverse(Attributes):
             if s in full:
                 r[..., k] = full[s]
         p = np.empty((*(shape if varied else ()), len(eom.parameters)))
-        for k, s in enumerate(eom.parameters):
-            p[..., k] = constants[s]
+        for k, m in enumerate(eom.parameters):
+            p[..., k] = constants[m]
         solution = self._solved(np.broadcast_to(times, shape), x, p, r, full)
         return {s: solution[..., k][()] for k, s in enumerate(self.unknowns)}
 

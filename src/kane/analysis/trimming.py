@@ -355,6 +355,10 @@ def trim(
     tolerance : what may remain of rates, accelerations and constraints, as a share of the terms that cancel in them
     settings : how to compile
 
+    Of arrays in the places of numbers the result is a Dataset over instance, of coordinates, speeds, states and what is guessed. The
+    steady motion of the first is followed along the arrays; where that ends the cause is told, and the next ones are reached from the
+    last before it. Conditions are those that apply at the first.
+
     Raises
     ------
     SimulationError
@@ -379,9 +383,7 @@ def trim(
         return state_from(eom, arrays)
 
 
-def _of_many(
-    many: Poses, numeric: Numeric[Equations], options: tuple[Sequence[Any], Sequence[Any], float]
-) -> Any:
+def _of_many(many: Poses, numeric: Numeric[Equations], options: tuple[Sequence[Any], Sequence[Any], float]) -> Any:
     """Those of many states as a Dataset, on the branch of the first."""
     moving, independent, tolerance = options
 

@@ -126,7 +126,8 @@ def _by_symbol(kind: str, symbols: Sequence[Symbol], given: Any) -> dict[Any, An
     return {**named_values(_WORDS[kind], symbols, named), **together}
 
 
-_WORDS = {"q": "coordinates", "u": "speeds", "rates": "rates, by coordinate,"} | {kind: kind for kind in ("states", "parameters", "inputs", "t")}
+_PLAIN = ("states", "parameters", "inputs", "t")
+_WORDS = {"q": "coordinates", "u": "speeds", "rates": "rates, by coordinate,"} | {kind: kind for kind in _PLAIN}
 
 
 def table_of(given: Any) -> Any:

@@ -105,7 +105,7 @@ def surely_regular(a: Array, threshold: float) -> Mask:
 
     Of wide ones by A Aᵀ, whose singular values are σ². Where the bound leaves doubt nothing is said.
     """
-    whole = np.isfinite(a).all(axis=(1, 2))
+    whole = np.asarray(np.isfinite(a).all(axis=(1, 2)))
     m, power = a.shape[1], 1 if a.shape[1] == a.shape[2] else 2
     inner = np.where(whole[:, None, None], a if power == 1 else a @ np.swapaxes(a, 1, 2), np.eye(m))
     try:

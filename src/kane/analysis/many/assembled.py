@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`assemble` at many states: the branch of the first followed along the arrays, then speeds of all at once.
 
-Of the constraints as many rows as there are coordinates to solve for are followed, chosen at the first state; all must hold in the end.
+Of the constraints as many rows as there are coordinates to solve for are followed, chosen at the first state; all must hold at last.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -18,12 +18,10 @@ from kane.equations.equations import Equations
 from kane.equations.state import Guess
 from kane.equations.tables import package
 from kane.errors import KaneError, SimulationError
-from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate, Speed, time
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.following import End, follow
-from kane.numeric.rank import balanced
 from kane.numeric.scale import CLOSED, GIVEN, NEAR_SINGULAR, ROUNDED, ROUNDED_ROOT
 from kane.program.from_expressions import Bundle
 
@@ -135,8 +133,8 @@ def _follow(
     rows = choose(level.one(one.q)[1][:, free] * level.usual.x / level.usual.f[:, None])
     if len(rows.rows) < len(free):
         raise SimulationError(
-            f"Expected coordinates that the constraints determine where arrays are given, got {len(free) - len(rows.rows)} guesses too "
-            "many: the place nearest to guesses is no branch to follow. Give numbers or arrays for as many of "
+            f"Expected coordinates that the constraints determine where arrays are given, got {len(free) - len(rows.rows)} guesses "
+            "too many: the place nearest to guesses is no branch to follow. Give numbers or arrays for as many of "
             f"{', '.join(eom.coordinates[i].name for i in free)}."
         )
     chosen = tuple(sorted(rows.rows))
@@ -156,7 +154,7 @@ def _follow(
     for row, end in found.ends.items():
         causes[int(order[row])] = _ended(eom, free, int(order[end.last]), end)
     reached = np.array([k for row, k in enumerate(order) if row not in found.ends])
-    q[np.ix_(reached, free)] = found.x[[row for row in range(len(order)) if row not in found.ends]]
+    q[reached[:, None], free] = found.x[[row for row in range(len(order)) if row not in found.ends]]
     f = _polish(poses, numeric.routine(closing), q, (reached, free, list(chosen)))
     left[reached] = np.abs(f).max(axis=1, initial=0)
     _check(poses, level, q, reached, f, causes)
@@ -173,8 +171,8 @@ def _level(poses: Poses, k: int) -> LevelSet:
 def _ended(eom: Equations, free: Sequence[int], last: int, end: End) -> str:
     at = ", ".join(f"{eom.coordinates[i].name} = {v:.6g}" for i, v in list(zip(free, end.x, strict=True))[:_TOLD])
     return (
-        f"Expected a configuration that the branch of the others leads to, got its end on the way from instance {last}, near {at}: a dead "
-        "point, or the limit of what the parts reach, where branches meet. Assemble what lies beyond by itself, from guesses."
+        f"Expected a configuration that the branch of the others leads to, got its end on the way from instance {last}, near {at}: a "
+        "dead point, or the limit of what the parts reach, where branches meet. Assemble what lies beyond by itself, from guesses."
     )
 
 
@@ -196,7 +194,7 @@ def _polish(poses: Poses, routine: Any, q: Array, where: tuple[Array, list[int],
     then = routine(t, _states(poses, moved), p, r)
     better = np.abs(then.f).max(axis=1, initial=0) <= np.abs(now.f).max(axis=1, initial=0)
     q[places[better]] = moved[better]
-    return np.where(better[:, None], then.f, now.f)
+    return np.asarray(np.where(better[:, None], then.f, now.f))
 
 
 def _check(poses: Poses, level: LevelSet, q: Array, reached: Array, f: Array, causes: dict[int, str]) -> None:
@@ -223,8 +221,8 @@ def _move(poses: Poses, places: tuple[Array, Array, Array], routes: Routes, caus
         left[there] = np.maximum(left[there], rest)
     for k in there[doubtful].tolist():
         try:
-            u[k], rest = routes.motion(k, q[k])
-            left[k] = max(left[k], rest)
+            u[k], open_ = routes.motion(k, q[k])
+            left[k] = max(left[k], open_)
         except KaneError as error:
             causes[k] = str(error)
 
@@ -273,16 +271,16 @@ def _least(a: Array, right: Array) -> tuple[Array, Mask]:
     """The least x of A x = right (k × m × n) by rows that are independent at the first, and where A is nearly singular."""
     chosen = sorted(choose(a[0]).rows)
     a, right = a[:, chosen], right[:, chosen]
-    across = np.swapaxes(a, 1, 2) if len(chosen) < a.shape[2] else None
-    regular = a if across is None else a @ across
+    across: Array | None = np.swapaxes(a, 1, 2) if len(chosen) < a.shape[2] else None
+    regular = a if across is None else np.asarray(a @ across)
     try:
         inverse = np.linalg.inv(regular)
         x = np.linalg.solve(regular, right[:, :, None])
     except np.linalg.LinAlgError:
         return np.zeros((len(a), a.shape[2])), np.ones(len(a), dtype=bool)
     condition = np.linalg.norm(regular, axis=(1, 2)) * np.linalg.norm(inverse, axis=(1, 2))
-    x = x if across is None else across @ x
-    return x[:, :, 0], np.asarray(~(condition < 1 / NEAR_SINGULAR))
+    x = np.asarray(x if across is None else across @ x, dtype=float)
+    return np.asarray(x[:, :, 0], dtype=float), np.asarray(~(condition < 1 / NEAR_SINGULAR), dtype=bool)
 
 
 def _dataset(poses: Poses, q: Array, u: Array, left: Array, causes: Mapping[int, str]) -> Any:

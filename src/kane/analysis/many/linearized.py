@@ -96,12 +96,12 @@ def _together(
     sure &= _placed(poses, own, state)
     free_q = [i for i, q in enumerate(eom.coordinates) if q.name in first.coordinates]
     free_u = [i for i, u in enumerate(eom.speeds) if u.name in first.speeds]
-    of_q, sure_q = _by_free(sloped.configuration, np.arange(nq), free_q, np.arange(nq + n, sloped.configuration.shape[2]))
+    of_q, sure_q = _by_free(sloped.configuration, range(nq), free_q, range(nq + n, sloped.configuration.shape[2]))
     shift = sloped.motion[:, :, :nq] @ of_q
     i, j = len(free_q), len(free_u)
     shift[:, :, i:] += sloped.motion[:, :, nq + n :]
     whole = np.concatenate([sloped.motion[:, :, nq : nq + n], shift], axis=2)
-    of_u, sure_u = _by_free(whole, np.arange(n), free_u, np.arange(n, whole.shape[2]))
+    of_u, sure_u = _by_free(whole, range(n), free_u, range(n, whole.shape[2]))
     sure &= sure_q & sure_u
     more = of_q.shape[2] - i
     moves = np.zeros((poses.count, nq + n + more, i + j + more))
@@ -138,7 +138,7 @@ def _regular(eom: Equations, own: Values) -> tuple[list[int], Mask]:
     held = eom.embedding.partition.rows if eom.embedding is not None else ()
     keep = [*range(n), *(n + i for i in sorted(held)), *range(n + m, size)]
     k = own.matrix[:, keep][:, :, keep]
-    finite = np.isfinite(k).all(axis=(1, 2)) & np.isfinite(own.right).all(axis=1)
+    finite = np.asarray(np.isfinite(k).all(axis=(1, 2)) & np.isfinite(own.right).all(axis=1))
     return keep, finite & surely_regular(balanced(np.where(finite[:, None, None], k, 1.0)), NEAR_SINGULAR**2)
 
 
@@ -155,12 +155,12 @@ def _placed(poses: Poses, own: Values, state: tuple[Array, ...]) -> Mask:
     return np.asarray(~off)
 
 
-def _by_free(a: Array, own: Array, free: Sequence[int], rest: Array) -> tuple[Array, Mask]:
+def _by_free(a: Array, own: Sequence[int], free: Sequence[int], rest: Sequence[int]) -> tuple[Array, Mask]:
     """x of A x + rest y = 0 by those that are `free`, S of x = S (x_free, y) at all states, and where it is sure.
 
     A stands in the columns `own` of `a` (k × m × …), what multiplies y in the columns `rest`.
     """
-    dependent = [i for i in own.tolist() if i not in set(free)]
+    dependent = [i for i in own if i not in set(free)]
     columns = [*(own[i] for i in free), *rest]
     solution = np.zeros((len(a), len(own), len(columns)))
     solution[:, list(free), range(len(free))] = 1.0
@@ -171,7 +171,7 @@ def _by_free(a: Array, own: Array, free: Sequence[int], rest: Array) -> tuple[Ar
     if len(rows) < len(dependent):
         return solution, np.zeros(len(a), dtype=bool)
     block = a[:, rows][:, :, dependent]
-    sure = np.isfinite(a).all(axis=(1, 2))
+    sure = np.asarray(np.isfinite(a).all(axis=(1, 2)))
     sure &= surely_regular(balanced(np.where(sure[:, None, None], block, 1.0)), NEAR_SINGULAR)
     block = np.where(sure[:, None, None], block, np.eye(len(rows)))
     solution[:, dependent] = np.linalg.solve(block, -a[:, rows][:, :, columns])
@@ -180,13 +180,15 @@ def _by_free(a: Array, own: Array, free: Sequence[int], rest: Array) -> tuple[Ar
 
 def _dataset(poses: Poses, first: Linear, found: Mapping[str, Array], causes: Mapping[int, str]) -> Any:
     xarray = package("xarray")
-    dims = {"A": ("rate", "state"), "B": ("rate", "input"), "C": ("output", "state"), "D": ("output", "input")}
-    dims |= {"rates": ("rate",), "values": ("output",)}
+    dims: dict[str, tuple[str, ...]] = {"A": ("rate", "state"), "B": ("rate", "input"), "rates": ("rate",)}
+    dims |= {"C": ("output", "state"), "D": ("output", "input"), "values": ("output",)}
     names = {"rate": [f"{s}'" for s in first.states], "state": list(first.states), "input": list(first.inputs)}
     names["output"] = list(first.outputs)
     told = {"rates": "rates of the states at the point itself", "values": "outputs at the point itself"}
     own = {
-        PARTS[part]: xarray.Variable(("instance", *dims[part]), x, {"long_name": told.get(part, f"{part} of the linear equations")})
+        PARTS[part]: xarray.Variable(
+            ("instance", *dims[part]), x, {"long_name": told.get(part, f"{part} of the linear equations")}
+        )
         for part, x in found.items()
     }
     return poses.dataset(own, causes, names)

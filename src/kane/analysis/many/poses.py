@@ -74,7 +74,7 @@ class Poses:
         return table
 
     def each(self, ask: Callable[[int], T]) -> tuple[dict[int, T], dict[int, str]]:
-        """What is found of each by itself, and the causes of those of which nothing is; values that are missing are an error of all."""
+        """What is found of each by itself, and the causes of those of which nothing is; missing values are an error of all."""
         found, causes = dict[int, T](), dict(self.failed)
         for k in self.open:
             try:
@@ -146,8 +146,8 @@ def _of_dataset(eom: Equations, table: Any, values: StateValues) -> Poses:
     """Those of a Dataset, and values of what it does not have by keyword."""
     kinds: dict[str, dict[Any, Any]] = {}
     symbols: dict[str, Sequence[Symbol]] = {kind: getattr(eom, what) for kind, what in GROUPS.items()} | {"t": (time,)}
-    for kind, own in symbols.items():
-        kinds[kind] = {s: table[s.name].to_numpy()[()] for s in own if s.name in table.variables}
+    for kind, listed in symbols.items():
+        kinds[kind] = {s: table[s.name].to_numpy()[()] for s in listed if s.name in table.variables}
     count = table.sizes.get("instance", 0)
     if not count or not all(np.shape(x) in ((), (count,)) for own in kinds.values() for x in own.values()):
         raise SimulationError(
@@ -155,21 +155,21 @@ def _of_dataset(eom: Equations, table: Any, values: StateValues) -> Poses:
             f"{dict(table.sizes)}. Give columns by name, q={{…}}, u={{…}}."
         )
     lost = np.zeros(count, dtype=bool)
-    for own in kinds.values():
-        for x in own.values():
-            lost |= ~np.isfinite(x)
+    for x in (x for own in kinds.values() for x in own.values()):
+        lost |= ~np.isfinite(x)
     if lost.all():
         raise SimulationError("Expected states in the Dataset, got none that is finite. See its `cause`.")
     texts = table["cause"].to_numpy() if "cause" in table.variables else np.full(count, "")
-    failed = {k: str(texts[k]) or "Expected finite numbers of the state, got NaN." for k in np.flatnonzero(lost).tolist()}
+    failed = {
+        k: str(texts[k]) or "Expected finite numbers of the state, got NaN." for k in np.flatnonzero(lost).tolist()
+    }
     first = int(np.argmin(lost))
     for own in kinds.values():
         own.update({s: np.where(lost, x[first], x) for s, x in own.items() if np.ndim(x)})
     kinds["t"] = kinds["t"] or {time: 0.0}
-    more = {kind: x for kind, x in values.items() if x is not None}
-    joined = instances(eom, kinds)
-    added = instances(eom, {kind: None for kind in kinds} | {kind: {time: x} if kind == "t" else x for kind, x in more.items()})
-    return _joined(eom, joined, added, count, failed)
+    more: dict[str, Any] = dict.fromkeys(kinds)
+    more |= {kind: {time: x} if kind == "t" else x for kind, x in values.items() if x is not None}
+    return _joined(eom, instances(eom, kinds), instances(eom, more), count, failed)
 
 
 def _joined(eom: Equations, one: Instances, other: Instances, count: int, failed: Mapping[int, str]) -> Poses:

@@ -22,7 +22,7 @@ _TOLD = 4
 
 
 class Followed(NamedTuple):
-    """Conditions to follow: X at the start, which of it is `free`, its `symbols` and sizes, F and ∂F/∂X_free, whether F counts as 0."""
+    """Conditions to follow: X at the start, which of it is `free`, its `symbols` and sizes; F and ∂F/∂X_free, whether F is zero."""
 
     start: Array
     free: Sequence[int]
@@ -72,7 +72,7 @@ def _follow(poses: Poses, task: Followed, places: tuple[Array, int], causes: dic
     """X of all (k × …) that the branch of the one at `start` leads to."""
     (x, start), free = places, list(task.free)
     first = x[start].copy()
-    f, j = task.square(first)
+    _, j = task.square(first)
     rows = sorted(choose(j * task.sizes[free]).rows) if free else []
     if len(rows) < len(free):
         return
@@ -101,8 +101,8 @@ def _follow(poses: Poses, task: Followed, places: tuple[Array, int], causes: dic
         at_end = ", ".join(f"{task.symbols[i].name} = {whole[k, i]:.6g}" for i in free[:_TOLD])
         way = f" on the way from instance {order[end.last]}" if end is not None else ""
         causes[k] = (
-            f"Expected a steady motion that the branch of the others leads to, got its end{way}, near {at_end}: there it meets another "
-            "one, or the equations are singular. Trim what lies beyond by itself, from guesses."
+            f"Expected a steady motion that the branch of the others leads to, got its end{way}, near {at_end}: there it meets "
+            "another one, or the equations are singular. Trim what lies beyond by itself, from guesses."
         )
 
 
