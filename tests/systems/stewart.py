@@ -21,7 +21,8 @@ def system() -> kn.System:
         P = P.rotate(f"P{axis}", a, getattr(P, axis))
     C = O.at("C", x * N.x + y * N.y + z * N.z)
     bodies = [kn.RigidBody("platform", frame=P, mass_center=C, mass=10, inertia=kn.inertia(P, 0.6, 0.7, 1.2))]
-    closing, coordinates, loads = [], [x, y, z, *angles], [kn.gravity(-9.81 * N.z)]
+    closing: list[kn.Constraint] = []
+    coordinates, loads = [x, y, z, *angles], [kn.gravity(-9.81 * N.z)]
     for k in LEGS:
         base, top = k // 2 * 2 * pi / 3 + (-0.3, 0.3)[k % 2], (k + 1) // 2 * 2 * pi / 3 - pi / 3 + (0.4, -0.4)[k % 2]
         al, be, s = kn.coordinates(f"al{k} be{k} s{k}")

@@ -165,7 +165,7 @@ def linearize(
     settings : how to compile
 
     Of arrays, or a Dataset as `kn.assemble` gives it, in the places of numbers the result is a Dataset over instance: A, B, C, D,
-    rates and output_values along rate, state, input and output. Independent is what is so at the first; steady=False is many times faster.
+    rates and output_values along rate, state, input and output. Independent is what is so at the first; with steady=False it is fast.
 
     A beam that spins faster there than what it is declared with has it is warned of, as in motions.
 

@@ -110,9 +110,10 @@ def surely_regular(a: Array, threshold: float) -> Mask:
     inner = np.where(whole[:, None, None], a if power == 1 else a @ np.swapaxes(a, 1, 2), np.eye(m))
     try:
         inverse = np.linalg.inv(inner)
-    except np.linalg.LinAlgError:
-        return np.zeros(len(a), dtype=bool)
-    share = 1 / (np.linalg.norm(inner, axis=(1, 2)) * np.linalg.norm(inverse, axis=(1, 2)))
+        share = 1 / (np.linalg.norm(inner, axis=(1, 2)) * np.linalg.norm(inverse, axis=(1, 2)))
+    except np.linalg.LinAlgError:  # where one is singular there is no inverse of any
+        values = np.linalg.svd(inner, compute_uv=False)
+        share = values[:, -1] / np.maximum(values[:, 0], np.finfo(float).tiny)
     return np.asarray(whole & (share > max(threshold**power, ROUNDED)))
 
 
