@@ -15,7 +15,7 @@ xarray = require("xarray")
 
 LINKAGE = four_bar.system()
 DRIVE = kn.input("drive", "N*m")
-CRANK = next(part.frame for part in LINKAGE.bodies[0].parts())
+CRANK = next(part.frame for part in LINKAGE.bodies[0].parts() if part.frame is not None)
 U1, *OTHERS = LINKAGE.speeds
 WEIGHT = kn.gravity(-9.81 * LINKAGE.inertial.y)
 BAR = kn.derive(
