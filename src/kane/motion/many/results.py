@@ -9,13 +9,14 @@ import numpy as np
 
 from kane import expect
 from kane.equations.equations import Equations
+from kane.equations.instances import STARTS, Instances
+from kane.equations.tables import labelled, package
 from kane.errors import SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol
-from kane.motion.many.instances import STARTS, Instances
 from kane.motion.many.tiles import Outcome, Tile
 from kane.motion.solution.solution import Solution
-from kane.motion.solution.tables import labelled, named, package
+from kane.motion.solution.tables import named
 from kane.numeric.arrays import Array
 
 Reduction = Callable[[Array], Any]

@@ -8,18 +8,19 @@ import numpy as np
 
 from kane import expect
 from kane.equations.equations import Equations, check_equations
+from kane.equations.instances import Instances, instances
+from kane.equations.tables import package
 from kane.errors import SimulationError, warn
 from kane.expr.node import Expr
 from kane.expr.piecewise import Table
 from kane.motion.inputs.expressions import Sampled
 from kane.motion.inputs.functions import Signal
 from kane.motion.integrators import AdaptiveStep, FixedStep
-from kane.motion.many.instances import Instances, instances
+from kane.motion.many import designs
 from kane.motion.many.results import Results, quantities
 from kane.motion.many.tiles import Family, cores, outcomes
 from kane.motion.runner import Plan
 from kane.motion.solution.checks import checking_functions
-from kane.motion.solution.tables import package
 from kane.motion.start import check_span, sample_times
 from kane.program.native.machine import Settings
 from kane.progress import far, working
@@ -111,7 +112,7 @@ def simulate_many(
     checking_functions(eom.derived, check)
     plan = Plan(span, method, rtol, atol, samples, max_steps, max_step, first_step, breakpoints, max_seconds).spelled()
     given = {"q": q, "u": u, "states": states, "parameters": parameters, "inputs": inputs}
-    many = instances(eom, given, design, sampler, count, seed)
+    many = instances(eom, given, designs.quantities(design, sampler, count, seed))
     kept = quantities(eom, outputs, reduce)
     cure = "Leave it out for as many as there are processors."
     workers = (

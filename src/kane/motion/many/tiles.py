@@ -17,10 +17,10 @@ import numpy as np
 from kane.analysis.state_checks import start_state
 from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations
+from kane.equations.instances import Instances
 from kane.errors import cut, listed_warnings
 from kane.expr.node import Expr
 from kane.motion.many.batch import Batch, Ran, fits, goes_in_lanes
-from kane.motion.many.instances import Instances
 from kane.motion.methods import has_lanes, side_by_side
 from kane.motion.runner import Plan, Runner, check_values, surely_admitted
 from kane.motion.simulate import by_runner, check_kept, runner_of, simulate
