@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from kane.errors import SolutionFileError
+from kane.expr.node import Expr
 from kane.motion.many.chunks import Job
 from kane.motion.many.instances import KINDS
 from kane.motion.many.results import REDUCTIONS, Results, coordinates
@@ -237,7 +238,7 @@ def _facts(job: Job) -> dict[str, str]:
     family, many = job.family, job.family.instances
     eom, plan = family.eom, family.plan._asdict()
     plan.pop("samples")
-    found = {name: repr(value) for name, value in plan.items()}
+    found = {name: _text(value) for name, value in plan.items()}
     found |= {"samples": _sha(job.t), "settings": repr(family.settings or Settings()), "lanes": repr(family.lanes)}
     found |= {"route": str(eom.route), "dependent speeds": ", ".join(map(str, eom.dependent_speeds))}
     found |= {"check": ", ".join(map(str, family.check)), "count": str(many.count)}
@@ -245,8 +246,17 @@ def _facts(job: Job) -> dict[str, str]:
     found |= {f"reduce {one.name}": known.get(one.reduce) or _code(one.reduce) for one in job.kept if one.reduce}
     for kind in KINDS:
         for s, given in (many.common[kind] or {}).items():
-            found[f"{s} ({kind})"] = _code(given) if callable(given) else repr(given)
+            found[f"{s} ({kind})"] = _text(given)
     return found | {f"{s} ({kind})": _sha(column) for kind, s, column in many.varied}
+
+
+def _text(given: Any) -> str:
+    """A value in words; numbers that are equal have equal ones."""
+    if isinstance(given, tuple | list | np.ndarray):
+        return ", ".join(map(_text, given))
+    if isinstance(given, int | float | np.number) and not isinstance(given, bool):
+        return repr(float(given))
+    return _code(given) if callable(given) and not isinstance(given, Expr) else repr(given)
 
 
 def _sha(numbers: Any) -> str:
