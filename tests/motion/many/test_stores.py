@@ -9,6 +9,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import warnings
 
 import numpy as np
 import pytest
@@ -159,6 +160,40 @@ def test_another_system(tmp_path):
     other = kn.derive(pendulums.system(3))
     with pytest.raises(kn.SolutionFileError, match="which differs in .*, which .* alone"):
         kn.simulate_many(other, (0, 1), **given | {"q": [0.1, 0.2, 0.3], "u": [0, 0, 0]})
+
+
+def gains(c):
+    """A law that closes over a number."""
+    return lambda t: c * t
+
+
+@pytest.mark.parametrize(
+    ("law", "again", "other"),
+    [
+        (lambda: gains(1.0), lambda: gains(1), lambda: gains(1.5)),
+        (lambda: kn.signal([0, 1, 2, 3], [0, 1, 0, 1]), None, lambda: kn.signal([0, 1, 2, 3], [0, 1, 0, 2])),
+        (lambda: kn.parameter("k") * kn.time, None, lambda: kn.parameter("k") * kn.time**2),
+        (lambda: [0.0, 1.0], lambda: [0, 1], lambda: [0.0, 1.5]),
+        (lambda: 1, lambda: 1.0, lambda: 1.5),
+    ],
+    ids=["function", "signal", "expression", "numbers", "number"],
+)
+def test_laws(tmp_path, law, again, other):
+    """A store knows the inputs again, whatever they are, and others."""
+    x, v, k, F, N = kn.coordinate("x"), kn.speed("v"), kn.parameter("k", 2.0), kn.input("F"), kn.Frame("N")
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x)
+    eom = kn.derive(kn.System(N, bodies=[kn.Particle("b", P, k)], speeds={v: x.dt}, loads=[kn.Force(P, F * N.x)]))
+    given = {"q": {x: [0.0, 0.1]}, "u": {v: 0}, "samples": 3, "store": tmp_path / "runs.zarr"}
+
+    def run(f):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", kn.KaneWarning)  # functions run one after the other
+            return kn.simulate_many(eom, (0, 1), inputs={F: f()}, **given).load()
+
+    first = run(law)
+    xarray.testing.assert_identical(run(again or law), first)
+    with pytest.raises(kn.SolutionFileError, match="differs in .*F"):
+        run(other)
 
 
 def test_paths(tmp_path):

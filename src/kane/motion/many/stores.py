@@ -16,7 +16,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from importlib.metadata import version
 from pathlib import Path
 from types import CodeType
@@ -243,35 +243,45 @@ def _facts(job: Job) -> dict[str, str]:
     found |= {"route": str(eom.route), "dependent speeds": ", ".join(map(str, eom.dependent_speeds))}
     found |= {"check": ", ".join(map(str, family.check)), "count": str(many.count)}
     known = {reduction: name for name, reduction in REDUCTIONS.items()}
-    found |= {f"reduce {one.name}": known.get(one.reduce) or _code(one.reduce) for one in job.kept if one.reduce}
+    found |= {f"reduce {one.name}": known.get(one.reduce) or _text(one.reduce) for one in job.kept if one.reduce}
     for kind in KINDS:
         for s, given in (many.common[kind] or {}).items():
             found[f"{s} ({kind})"] = _text(given)
     return found | {f"{s} ({kind})": _sha(column) for kind, s, column in many.varied}
 
 
-def _text(given: Any) -> str:
-    """A value in words; numbers that are equal have equal ones."""
-    if isinstance(given, tuple | list | np.ndarray):
-        return ", ".join(map(_text, given))
-    if isinstance(given, int | float | np.number) and not isinstance(given, bool):
+def _text(given: Any, depth: int = 4) -> str:
+    """A value in words; what is equal has equal ones in every process, also functions with what they close over."""
+    if given is None or isinstance(given, str | bool | Expr):  # expressions are among the formulas
+        return "an expression" if isinstance(given, Expr) else str(given)
+    if isinstance(given, int | float | np.number):
         return repr(float(given))
-    return _code(given) if callable(given) and not isinstance(given, Expr) else repr(given)
+    if isinstance(given, np.ndarray):
+        return _sha(given) if given.dtype.kind in "if" else repr(given.tolist())
+    if isinstance(given, tuple | list):
+        return ", ".join(_text(x, depth) for x in given)
+    code, name = getattr(given, "__code__", None), getattr(given, "__qualname__", type(given).__name__)
+    if isinstance(given, type) or not depth:
+        return str(name)
+    if code is None:
+        own = [getattr(given, f.name) for f in fields(given)] if is_dataclass(given) else _attributes(given)
+        return f"{name}({', '.join(_text(x, depth - 1) for x in own)})"
+    held = [c.cell_contents for c in given.__closure__ or ()]
+    told = [code.co_code, code.co_names, [c for c in code.co_consts if not isinstance(c, CodeType)]]
+    text = repr(told) + _text([*held, *(given.__defaults__ or ())], depth - 1)
+    return f"{name} {hashlib.sha256(text.encode()).hexdigest()[:16]}"
+
+
+def _attributes(given: Any) -> list[Any]:
+    """What an object holds."""
+    slots = [name for kind in type(given).__mro__ for name in getattr(kind, "__slots__", ())]
+    own = [getattr(given, name) for name in slots if hasattr(given, name) and not name.startswith("__")]
+    return [*own, *getattr(given, "__dict__", {}).values()] or [repr(given)]
 
 
 def _sha(numbers: Any) -> str:
     array = np.ascontiguousarray(numbers, dtype=float)
-    return f"{len(array)} numbers {hashlib.sha256(array.tobytes()).hexdigest()[:32]}"
-
-
-def _code(given: Any) -> str:
-    """A function by its name, code and constants."""
-    code = getattr(given, "__code__", None)
-    if code is None:
-        return getattr(given, "__qualname__", type(given).__name__)
-    constants = [c for c in code.co_consts if not isinstance(c, CodeType)]
-    text = repr((code.co_code, code.co_names, constants))
-    return f"{given.__qualname__} {hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    return f"{array.size} numbers {hashlib.sha256(array.tobytes()).hexdigest()[:32]}"
 
 
 def _zarr() -> Any:
