@@ -15,10 +15,11 @@ from kane.motion.inputs.expressions import Sampled
 from kane.motion.inputs.functions import Signal
 from kane.motion.integrators import AdaptiveStep, FixedStep
 from kane.motion.many.chunks import Job
+from kane.motion.many.cluster import checked, spread
 from kane.motion.many.instances import Instances, instances
 from kane.motion.many.results import quantities
 from kane.motion.many.stores import Store, begun, write
-from kane.motion.many.tiles import Family, cores, tiles_of
+from kane.motion.many.tiles import Family, cores, cut_into, tiles_of
 from kane.motion.runner import Plan
 from kane.motion.solution.checks import checking_functions
 from kane.motion.solution.tables import package
@@ -46,6 +47,7 @@ def simulate_many(
     lanes: bool | None = None,
     store: Any = None,
     chunk: int | None = None,
+    client: Any = None,
     method: str | AdaptiveStep | FixedStep | None = None,
     rtol: float | None = None,
     atol: float | None = None,
@@ -89,6 +91,8 @@ def simulate_many(
         grow with the number of instances. Called again, also after it was killed, it runs what is missing. The Dataset is read from it
         where it is asked for
     chunk : instances that are written together, and lost if the process is killed meanwhile; thousands of short motions unless told
+    client : a `distributed.Client` of Dask, whose workers run chunks, each on one thread, and write them to the store, which they all
+        must see, or send them back
     method, rtol, atol, samples, max_steps, max_step, first_step, breakpoints, max_seconds, settings, check
         as `kn.simulate` takes them
 
@@ -102,10 +106,10 @@ def simulate_many(
     Raises
     ------
     ImportError
-        without xarray (`pip install 'kane[table]'`)
+        without xarray (`pip install 'kane[table]'`), or with a client without distributed (`pip install 'kane[cluster]'`)
     SimulationError
         if arrays do not fit together, a number is not finite, there is no instance, an option is not admissible, or results without a
-        store are larger than 2 GiB
+        store are larger than 2 GiB, or the cluster is lost
     SolutionFileError
         if the store is of another system, other settings or other starts, and it says which; or cannot be written, and what there is
         of it is kept
@@ -119,6 +123,7 @@ def simulate_many(
     """
     check_equations(eom)
     package("xarray")
+    client = None if client is None else checked(client)
     whole_span = check_span(span)
     checking_functions(eom.derived, check)
     plan = Plan(span, method, rtol, atol, samples, max_steps, max_step, first_step, breakpoints, max_seconds).spelled()
@@ -133,18 +138,33 @@ def simulate_many(
     job = Job(Family(eom, plan, settings, check, many, lanes), kept, t, _facts(plan, many))
     with working("Simulating many"):
         if store is not None:
-            return _stored(begun(store, job, size), job, workers)
+            return _stored(begun(store, job, size), job, workers, client)
         job.check_size()
-        return job.results(tiles_of(range(many.count), workers), workers, _far(many.count)).dataset(job.facts)
+        return _in_memory(job, size, workers, client)
 
 
-def _stored(store: Store, job: Job, threads: int) -> Any:
+def _in_memory(job: Job, size: int | None, threads: int, client: Any) -> Any:
+    """The Dataset of all instances."""
+    every = range(job.count)
+    if client is None:
+        return job.results(tiles_of(every, threads), threads, _far(job.count)).dataset(job.facts)
+    parts = spread(client, job, cut_into(every, size or job.chunk_size()), None, _far(job.count))
+    whole = package("xarray").concat(
+        parts, "instance", data_vars="minimal", coords="minimal", compat="override", join="override"
+    )
+    return whole.assign_attrs(job.facts)
+
+
+def _stored(store: Store, job: Job, threads: int, client: Any) -> Any:
     """The Dataset of a store, after the chunks that it does not have."""
     missing = store.missing()
     done = job.count - sum(map(len, missing))
-    for rows in missing:
-        write(store.path, job.chunk(rows, threads, _far(job.count, done)))
-        done += len(rows)
+    if client is not None:
+        spread(client, job, missing, store.path, _far(job.count, done))
+    else:
+        for rows in missing:
+            write(store.path, job.chunk(rows, threads, _far(job.count, done)))
+            done += len(rows)
     store.tidy()
     return store.opened(job)
 

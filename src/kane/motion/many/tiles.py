@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from threading import Event as Flag
+from threading import RLock
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -38,6 +39,8 @@ _PARTS = 8
 """So many tiles a thread at least, so that none waits long for the last one."""
 MOST = 256
 """Instances of a tile at most: their samples are in memory twice."""
+_ALONE = RLock()
+"""Motions that need Python are simulated one after the other, also where several threads of a worker run chunks."""
 FEW = 64
 """With fewer instances there are no lanes: code for them takes 0.1 s, or seconds where a stepper is compiled for the first time."""
 
@@ -343,7 +346,8 @@ def _closed(family: Family, found: Tile) -> Tile:
 
 def _simulated(family: Family, k: int) -> Solution:
     options = family.plan._asdict() | {"settings": family.settings, "check": family.check}
-    motion: Solution = check_whole(simulate(family.eom, **family.instances.at(k), **options))
+    with _ALONE:
+        motion: Solution = check_whole(simulate(family.eom, **family.instances.at(k), **options))
     return motion
 
 
