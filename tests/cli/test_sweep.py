@@ -28,7 +28,19 @@ WORDS = ("--span", 0, 2, "--samples", 5, "--store", "runs.zarr")
 
 
 def test_bounds(tmp_path):
-    words = ("sweep", "double_pendulum", *WORDS, "--design", "q1=-1:1", "--design", "u2=0:2", "--count", 100, "--chunk", 64)
+    words = (
+        "sweep",
+        "double_pendulum",
+        *WORDS,
+        "--design",
+        "q1=-1:1",
+        "--design",
+        "u2=0:2",
+        "--count",
+        100,
+        "--chunk",
+        64,
+    )
     assert kane(*words, "--q", "q2=0.3").stdout == "100 instances: 100 finished.\nStore: runs.zarr\n"
     given = {"q": {"q2": 0.3}, "u": {"u1": 0}, "design": {"q1": (-1, 1), "u2": (0, 2)}, "sampler": "sobol"}
     own = kn.simulate_many(kn.derive(double_pendulum.system()), (0, 2), count=100, samples=5, **given)
@@ -60,7 +72,9 @@ def test_levels_and_those_that_fail(tmp_path):
     found = from_json("sweep", file, *words)
     (cause,) = found["causes"]
     assert (cause["status"], cause["count"]) == ("failed", 2)
-    none = kane("sweep", file, "--sampler", "product", "--design", "m=0", "--parameter", "k=1", "--store", "none", code=1)
+    none = kane(
+        "sweep", file, "--sampler", "product", "--design", "m=0", "--parameter", "k=1", "--store", "none", code=1
+    )
     assert none.stdout.startswith("1 instances: 1 failed.")
     assert "add --parameter k=…" in line(
         kane("sweep", file, "--sampler", "product", "--design", "m=1", "--store", "x", code=2).stderr

@@ -107,7 +107,9 @@ def _summary(model: NamedModel, runs: Any, store: Path) -> dict[str, Any]:
     count = runs.sizes["instance"]
     for k in range(0, count, _TOGETHER):
         some = runs.isel(instance=slice(k, k + _TOGETHER))
-        for (status, cause), n in Counter(zip(some.status.values.tolist(), some.cause.values.tolist(), strict=True)).items():
+        for (status, cause), n in Counter(
+            zip(some.status.values.tolist(), some.cause.values.tolist(), strict=True)
+        ).items():
             key = status, _NUMBER.sub("#", cause)
             statuses[status] += n
             causes[key] += n

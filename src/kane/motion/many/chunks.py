@@ -47,9 +47,7 @@ class Job:
         """Kernels, made once; another process makes its own."""
         return prepared(self.family)
 
-    def results(
-        self, tiles: Sequence[range], threads: int, told: Callable[[int], Any] = lambda done: None
-    ) -> Results:
+    def results(self, tiles: Sequence[range], threads: int, told: Callable[[int], Any] = lambda done: None) -> Results:
         """Results of consecutive tiles; `told` hears after each how many instances are done."""
         rows = range(tiles[0].start, tiles[-1].stop)
         found = Results(self.family.eom, self.kept, self.t, self.family.instances, rows)
@@ -78,5 +76,5 @@ class Job:
         if size > LARGEST:
             raise SimulationError(
                 f"Expected results of at most {LARGEST / 2**30:g} GiB in memory, got {size / 2**30:.3g} GiB of {self.count} instances at "
-                f"{len(self.t)} times. Write them to a store, store=\"runs.zarr\", or keep less: samples=, outputs=, reduce=."
+                f'{len(self.t)} times. Write them to a store, store="runs.zarr", or keep less: samples=, outputs=, reduce=.'
             )

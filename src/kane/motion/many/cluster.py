@@ -36,9 +36,7 @@ def checked(client: Any) -> Any:
     return client
 
 
-def spread(
-    client: Any, job: Job, chunks: Sequence[range], path: Path | None, told: Callable[[int], Any]
-) -> list[Any]:
+def spread(client: Any, job: Job, chunks: Sequence[range], path: Path | None, told: Callable[[int], Any]) -> list[Any]:
     """Run chunks on a cluster, to the store at a path; without one their Datasets in order. `told` hears how many instances are done.
 
     Raises

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Stores: results of many motions as a folder in the format Zarr 3, which is written chunk by chunk and goes on where it was left.
 
-A new store is a template, arrays without numbers, that is made beside its name and renamed; so a store has all of it or is not there. A
-chunk of instances is one file of each array, which one writer writes once. Its files go to the disk, each by a rename; after them the
-statuses of the chunk, which are its record: a chunk without statuses, or with such as cannot be read, has not been run. So what a killed
-process leaves is whole chunks, and parts that are written anew.
+A new store is a template, arrays without numbers, that is made beside its name and renamed; so a store has all of it or is not there.
+A chunk of instances is one file of each array, which one writer writes once. Its files go to the disk, each by a rename; after them
+the statuses of the chunk, which are its record: a chunk without statuses, or with such as cannot be read, has not been run. So what a
+killed process leaves is whole chunks, and parts that are written anew.
 
 The group ".kane" within holds what the motions are of: the system as files of solutions have it (`solution/files.py`), and options and
 start values by text or SHA-256.
@@ -138,7 +138,9 @@ def begun(given: Any, job: Job, size: int | None) -> Store:
 
 def _check_free(path: Path) -> None:
     if path.exists() and not path.is_dir():
-        raise SolutionFileError(f"Expected the path of a new store, or of one that is there, got the file {path}. {_NEW}")
+        raise SolutionFileError(
+            f"Expected the path of a new store, or of one that is there, got the file {path}. {_NEW}"
+        )
     if not path.parent.is_dir() or not os.access(path.parent, os.W_OK):
         cure = "Make it first, or choose another one."
         raise SolutionFileError(f"Expected a folder that may be written to, got {path.parent} in {path}. {cure}")
@@ -163,7 +165,8 @@ def _template(path: Path, job: Job, size: int, header: str) -> None:
     for name in (*variables, *known):
         if "/" in name or name.startswith(("__", ".")) or name == "zarr.json":
             raise SolutionFileError(
-                f"Expected names of outputs that a store can have, got {name!r}. Choose one without “/” and without “.” or “__” in front."
+                f"Expected names of outputs that a store can have, got {name!r}. Choose one without “/”, and without “.” or “__” "
+                "in front."
             )
     plain = " ".join(name for name, v in known.items() if name not in v.dims and " " not in name)
     group = _zarr().create_group(path, attributes=dict(job.facts) | ({"coordinates": plain} if plain else {}))
@@ -203,11 +206,13 @@ def _header(path: Path) -> dict[str, Any]:
     except Exception:  # what else a folder may hold has as many names as there are libraries below
         known = False
     if not known:
-        raise SolutionFileError(f"Expected a store that kn.simulate_many wrote, got {path} with something else in it. {_NEW}")
+        raise SolutionFileError(
+            f"Expected a store that kn.simulate_many wrote, got {path} with something else in it. {_NEW}"
+        )
     if header["version"] != VERSION or header["kane"] != version("kane"):
         raise SolutionFileError(
-            f"Expected a store of this version of kane, {version('kane')}, got one of version {header['kane']}: {path}. Its numbers may "
-            f"differ. {_NEW}"
+            f"Expected a store of this version of kane, {version('kane')}, got one of version {header['kane']}: {path}. Its numbers "
+            f"may differ. {_NEW}"
         )
     return dict(header)
 

@@ -112,5 +112,6 @@ def package(name: str, extra: str = "table") -> Any:
         return import_module(name)
     except ModuleNotFoundError as error:
         raise ImportError(
-            f"Expected the package {name}, got none. Install it, pip install 'kane[{extra}]'; sol.t, sol.q, sol.u and sol[…] need none."
+            f"Expected the package {name}, got none. Install it, pip install 'kane[{extra}]'; sol.t, sol.q, sol.u and sol[…] need "
+            "none."
         ) from error
