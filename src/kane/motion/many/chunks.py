@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Chunks: consecutive instances whose results are made, kept or sent, and written together.
 
-How a chunk is cut into tiles follows from its length alone, so that its numbers depend neither on threads nor on which process runs it.
+How a chunk is cut into tiles follows from its length alone, so that its numbers depend neither on threads nor on the process.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -75,6 +75,6 @@ class Job:
         size = self.count * self.bytes_of_one()
         if size > LARGEST:
             raise SimulationError(
-                f"Expected results of at most {LARGEST / 2**30:g} GiB in memory, got {size / 2**30:.3g} GiB of {self.count} instances at "
-                f'{len(self.t)} times. Write them to a store, store="runs.zarr", or keep less: samples=, outputs=, reduce=.'
+                f"Expected results of at most {LARGEST / 2**30:g} GiB in memory, got {size / 2**30:.3g} GiB of {self.count} instances "
+                f'at {len(self.t)} times. Write them to a store, store="runs.zarr", or keep less: samples=, outputs=, reduce=.'
             )

@@ -108,7 +108,7 @@ def _reduction(given: Any) -> Reduction:
 
 
 class Results:
-    """Numbers of all instances, or of some `rows` of them, NaN where there are none (yet): what is kept over t, how each motion ended."""
+    """Numbers of all instances, or of `rows` of them, NaN where there are none (yet): what is kept over t, how each motion ended."""
 
     def __init__(
         self, eom: Equations, kept: Sequence[Quantity], t: Array, instances: Instances, rows: range | None = None
