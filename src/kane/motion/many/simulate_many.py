@@ -88,8 +88,8 @@ def simulate_many(
     lanes : whether motions run in lanes where lanes run such motions; unless told from 64 instances on, if vectors of the processor
         have four lanes or more. Without lanes each is that of `kn.simulate`, bit for bit
     store : the path of a folder, "runs.zarr", to which results are written chunk by chunk in the format Zarr 3, so that memory does
-        not grow with the number of instances. Called again, also after it was killed, it runs what is missing. The Dataset reads from it
-        what is asked for
+        not grow with the number of instances. Called again, also after it was killed, it runs what is missing. The Dataset reads
+        from it what is asked for
     chunk : instances that are written together, and lost if the process is killed meanwhile; thousands of short motions unless told
     client : a `distributed.Client` of Dask, whose workers run chunks, each on one thread, and write them to the store, which they all
         must see, or send them back
