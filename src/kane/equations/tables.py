@@ -17,8 +17,8 @@ def labelled(xarray: Any, name: str, values: Array, first: Sequence[str], unit: 
     return xarray.Variable([*first, *rest], values, {k: v for k, v in told.items() if v})
 
 
-def package(name: str) -> Any:
-    """A package that is no requirement.
+def package(name: str, extra: str = "table") -> Any:
+    """A package that is no requirement, but comes with an extra.
 
     Raises
     ------
@@ -31,5 +31,6 @@ def package(name: str) -> Any:
         return import_module(name)
     except ModuleNotFoundError as error:
         raise ImportError(
-            f"Expected the package {name}, got none. Install it, pip install 'kane[table]'; sol.t, sol.q, sol.u and sol[…] need none."
+            f"Expected the package {name}, got none. Install it, pip install 'kane[{extra}]'; sol.t, sol.q, sol.u and sol[…] need "
+            "none."
         ) from error
