@@ -24,7 +24,6 @@ from typing import Any
 
 import numpy as np
 
-from kane.equations.instances import KINDS
 from kane.equations.tables import package
 from kane.errors import SolutionFileError
 from kane.expr.node import Expr
@@ -249,7 +248,7 @@ def _facts(job: Job) -> dict[str, str]:
     found |= {"check": ", ".join(map(str, family.check)), "count": str(many.count)}
     known = {reduction: name for name, reduction in REDUCTIONS.items()}
     found |= {f"reduce {one.name}": known.get(one.reduce) or _text(one.reduce) for one in job.kept if one.reduce}
-    for kind in KINDS:
+    for kind in many.columns:
         for s, given in (many.common[kind] or {}).items():
             found[f"{s} ({kind})"] = _text(given)
     return found | {f"{s} ({kind})": _sha(column) for kind, s, column in many.varied}
