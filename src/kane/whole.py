@@ -70,14 +70,14 @@ def exchange(
         write(fresh)
         with contextlib.suppress(FileNotFoundError):
             fresh.chmod(stat.S_IMODE(path.stat().st_mode))
-        _to_disk(fresh)
+        to_disk(fresh)
         if reason := refusal(path, own):
             raise error(reason)
         os.replace(fresh, path)
     except BaseException:
         fresh.unlink(missing_ok=True)
         raise
-    _to_disk(path.parent)
+    to_disk(path.parent)
 
 
 def opened(path: Path) -> BinaryIO:
@@ -94,7 +94,8 @@ def _kind(status: os.stat_result) -> str:
     return next((name for holds, name in _KINDS if holds(status.st_mode)), "device")
 
 
-def _to_disk(path: Path) -> None:
+def to_disk(path: Path) -> None:
+    """What was written of a file, or of the names in a folder, stays if the machine stops."""
     with contextlib.suppress(OSError):  # some systems open no folder, some file systems flush none
         handle = os.open(path, os.O_RDONLY)
         try:

@@ -17,6 +17,7 @@ from kane.gallery.contacts import bouncing_ball, mass_on_belt
 from kane.motion import ContactMotion, ContactRunner
 from tests.examples import examples
 from tests.laws.test_contacts import started
+from tests.oracles.planar_contacts import Plane, Plate, Touch
 from tests.systems.planar_contacts import planes, system
 
 TIGHT = {"rtol": 1e-10, "atol": 1e-11}
@@ -69,6 +70,30 @@ def test_the_gallerys_motions_are_those_that_python_decides(name: str, decisions
     agree(first, wanted, 1e-9)
     agree(again, first, 1e-12)
     agree(kn.simulate(eom, (0, SPANS[name]), **options), again, 0.0)
+
+
+BESIDE_ONE_THAT_RESTS = Plane(
+    0.5,
+    (Plate(0.5, 1.0), Plate(2.0, 0.3, ((0.2, 0.4), (0.5, -0.4)))),
+    (
+        Touch(0, (0.3, -0.5), kinetic=0.1, static=0.4, restitution=0.5),
+        Touch(1, (0.2, -0.2), 0.3, kinetic=0.5, static=0.5, restitution=0.2),
+        Touch(0, (0.3, 0.0), stops="a", restitution=0.2),
+    ),
+)
+"""A corner and a stop rebound by turns, ever lower; where the corner comes to rest the stop falls onto it a last time."""
+
+
+def test_what_rebounds_beside_one_that_rests_does_not_hop() -> None:
+    eom = kn.derive(system(BESIDE_ONE_THAT_RESTS, "poisson"))
+    q = [-0.003367546485025019, 0.5903493197695717, -0.1551347066200971, -0.022251072607077316]
+    u = [1.2719321377014239, 1.0924679696631143, -0.7220543862094954, 0.7047413712900338]
+    for run in (kn.simulate, by_python):
+        sol = run(eom, (0, 0.43), q=q, u=u, **TIGHT)
+        assert sol.status == "finished"
+        names = [e.name for e, _ in sol.events]
+        assert names[names.index("c0 rests") + 1 :] == ["c2 closes", "c2 rests"]
+        assert sol.modes["c2"][-1] == "closed"
 
 
 @examples(0.3)

@@ -124,3 +124,42 @@ def test_a_pull_beside_the_middle_moves_it_where_no_forces_hold(points: Any) -> 
     assert slips
     last = max(t for t in slips if t <= moves + 1e-9)
     assert last == pytest.approx(most, rel=3e-6)  # μ_s is so much larger
+
+
+DROPPED = (
+    # a foot rebounds while another lands; its gap is less than rounding of it, its speed is upward
+    (
+        0.08925840733949875,
+        [0, 0, 0.794525762764591, 0.23396133343231235, 0.19342429652584225, -0.012007245715300707],
+        [0.5026828498748657, 0.989713033285805, 0, 0, 0, 0],
+    ),
+    # a foot's slip ends while another's normal force, which depends on its direction, vanishes; then slips begin that turn
+    (
+        0.050409206149430896,
+        [0, 0, 0.7665288295306796, 0.17225898449321003, -0.1563783342042287, 0.22589053848642232],
+        [-1.2883614637495544, 0.39512206018200824, 0, 0.42986369482223, 0.6960427239628685, -1.184117966757189],
+    ),
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("slope", "q", "u"), DROPPED, ids=["rebounds", "turns"])
+def test_a_dropped_tripod_does_not_hop(slope: float, q: list[float], u: list[float]) -> None:
+    """Feet without restitution: the motion goes on past the instants at which feet close, open and stick together."""
+    sol = kn.simulate(box(FEET), (0, 2), parameters={"slope": slope}, q=q, u=u, **TIGHT)
+    assert sol.status == "finished", sol.message
+    size = np.abs(sol.energy).max()
+    assert np.diff(sol.energy).max() < 1e-8 * size
+    times = np.array([t for _, t in sol.events])
+    assert np.diff(np.sort(times)[::10]).min() > 0  # no ten changes at one instant
+    for c in sol.equations.system.contacts:
+        assert c.gap is not None
+        modes, gap, n = sol.modes[c.name], sol[c.gap.expr], sol[c.normal_force]
+        assert gap.min() > -1e-10
+        assert np.abs(gap[modes != "separated"]).max(initial=0) < 1e-10
+        assert n.min() > -1e-9 * size
+        f = np.linalg.norm([sol[x] for x in c.friction_forces], axis=0)
+        inside = sol.phase == np.append(
+            sol.phase[1:], -1
+        )  # where a slip ends its direction turns within rounding of times
+        assert (f <= MU * n * (1 + 1e-9) + 1e-9 * size)[inside].all()

@@ -19,13 +19,15 @@ from typing import Any, Literal, NamedTuple, Unpack, overload
 import numpy as np
 
 from kane import expect
+from kane.analysis.many.assembled import One, Routes, assembled
+from kane.analysis.many.poses import Poses, poses
 from kane.analysis.perturbations import turning
 from kane.analysis.state_checks import GivenEntries, entries, misses
-from kane.dynamics.constraints.manifold import LevelSet, manifold, turned_closures
+from kane.dynamics.constraints.manifold import LevelSet, turned_closures
 from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import State, StateValues, by_keyword, state_of
-from kane.errors import Attributes, SimulationError, ValueMissingError
+from kane.errors import ArgumentError, Attributes, SimulationError, ValueMissingError
 from kane.expr.evaluation import evaluate
 from kane.expr.matrix import dot
 from kane.expr.node import Expr
@@ -346,18 +348,18 @@ class Assembled(Attributes):
 @overload
 def assemble(
     eom: Equations,
-    state: State | None = None,
+    state: State | Any | None = None,
     *,
     rates: Mapping[Any, Any] | None = None,
     all_branches: Literal[False] = False,
     **values: Unpack[StateValues],
-) -> Assembled: ...
+) -> Assembled | Any: ...
 
 
 @overload
 def assemble(
     eom: Equations,
-    state: State | None = None,
+    state: State | Any | None = None,
     *,
     rates: Mapping[Any, Any] | None = None,
     all_branches: Literal[True],
@@ -368,12 +370,12 @@ def assemble(
 @by_keyword
 def assemble(
     eom: Equations,
-    state: State | None = None,
+    state: State | Any | None = None,
     *,
     rates: Mapping[Any, Any] | None = None,
     all_branches: bool = False,
     **values: Unpack[StateValues],
-) -> Assembled | tuple[Assembled, ...]:
+) -> Assembled | tuple[Assembled, ...] | Any:
     """A state that satisfies all constraints: of the configurations that many starts lead to, the one nearest to the guesses.
 
     Values that are given are kept, guesses (`kn.guess(value)`) may move, what is left out is solved for: coordinates by
@@ -391,6 +393,11 @@ def assemble(
     inputs : values at `t` of the inputs (and of their derivatives) that constraints hold
     all_branches : return all that are found, nearest first; angles that differ by turns are one
 
+    Of arrays in the places of numbers (n, one for each state, as `kn.simulate_many` takes them; t, too) the result is a Dataset of
+    xarray over instance: coordinates, speeds, `residual`, `status` and `cause`. The first state is found as above, and the branch that
+    it is on is followed along the arrays, in parts where steps are long. Where it ends, at a dead point or out of reach, the state is
+    NaN, and `cause` says so; the next ones are reached from the last before it. Angles turn on: they are not taken back to the guess.
+
     Raises
     ------
     ValueMissingError
@@ -400,10 +407,13 @@ def assemble(
         which closure is turned
     """
     check_equations(eom)
+    many = poses(eom, state, values, rates)
+    if many is not None:
+        with working("Assembling"):
+            return _of_many(many, all_branches)
     given = state_of(state, **values)
     q, u = given.q, given.u
-    constants: dict[Expr, Any] = {**parameter_values(eom.system, given.parameters), time: float(given.t)}
-    constants.update(named_values("inputs", eom.inputs, given.inputs))
+    constants = _constants(eom, given)
     if u is not None and rates is not None:
         raise SimulationError("Expected either u= or rates= to assemble with, got both.")
     wanted = _wanted_speeds(eom, u, rates)
@@ -419,11 +429,37 @@ def assemble(
     return tuple(made) if all_branches else made[0]
 
 
+def _constants(eom: Equations, given: State) -> dict[Expr, Any]:
+    """Parameters, inputs and the time by symbol."""
+    constants: dict[Expr, Any] = {**parameter_values(eom.system, given.parameters), time: float(given.t)}
+    return constants | named_values("inputs", eom.inputs, given.inputs)
+
+
+def _of_many(many: Poses, all_branches: bool) -> Any:
+    """The states as a Dataset, on the branch of the first."""
+    eom, by_rates = many.eom, "rates" in many.instances.columns
+    cure = "Ask for all branches at one state."
+    expect.that(not all_branches, "all_branches= of one state", came="arrays", cure=cure, error=ArgumentError)
+    rates = many.instances.at if by_rates else None
+
+    def alone(k: int) -> One:
+        found = assemble(eom, many.state(k), rates=rates(k)["rates"] if rates else None)
+        return One(np.array([*found.q.values()]), np.array([*found.u.values()]), found.residual)
+
+    def motion(k: int, q: Array) -> tuple[Array, float]:
+        given = many.state(k)
+        wanted = _wanted_speeds(eom, given.u, rates(k)["rates"] if rates else None)
+        at = _constants(eom, given) | dict(zip(eom.coordinates, q.tolist(), strict=True))
+        return _motion(eom, wanted, at, by_rates)
+
+    return assembled(many, Routes(alone, motion, not by_rates and eom.solved.twin is None))
+
+
 def _configurations(
     eom: Equations, start: GivenEntries, constants: Mapping[Expr, Any], every: bool
 ) -> list[tuple[Closed, str]]:
     """Where the coordinates are, and which branch that is in words: the nearest, or all that are found."""
-    constraints = manifold(eom.system)
+    constraints = eom.derived.conditions
     names = [q.name for q in eom.coordinates]
     if not constraints.f:
         missing = (names[i] for i in start.missing)

@@ -13,16 +13,18 @@ nonholonomic partial velocities, so that constraints hold on. What slips, slips 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Unpack
 
 import numpy as np
 
 from kane import expect
+from kane.analysis.many.poses import Poses, poses
 from kane.equations.equations import Equations, check_equations, derive
 from kane.equations.state import State, StateValues, by_keyword, state_of
-from kane.errors import ArgumentError, Attributes, SimulationError, cut
+from kane.equations.tables import package
+from kane.errors import ArgumentError, Attributes, KaneError, SimulationError, cut, listed_warnings
 from kane.expr.symbols import Reaction, Speed
 from kane.model.constraints import Constraint, check_unit, constraint_of, reaction
 from kane.numeric.arrays import Array
@@ -54,7 +56,9 @@ class ConstraintForces(Attributes):
 
 
 @by_keyword
-def constraint_forces(eom: Equations, state: State | None = None, **values: Unpack[StateValues]) -> ConstraintForces:
+def constraint_forces(
+    eom: Equations, state: State | Any | None = None, **values: Unpack[StateValues]
+) -> ConstraintForces | Any:
     """The forces of constraints at a state, by multipliers and by auxiliary speeds.
 
     Parameters
@@ -64,6 +68,8 @@ def constraint_forces(eom: Equations, state: State | None = None, **values: Unpa
     state : `kn.State`, in place of the values that follow
     q, u : a state on the constraints; dependent speeds may be left out
     parameters, inputs, t, states : as in `eom.evaluate`
+
+    Of arrays, or a Dataset as `kn.assemble` gives it, in the places of numbers the result is a Dataset over instance and constraint.
 
     Raises
     ------
@@ -77,16 +83,45 @@ def constraint_forces(eom: Equations, state: State | None = None, **values: Unpa
     expected, came = "constraints that say where their forces act", "none: scalars that must vanish do not"
     cure = "Declare them with kn.distance, kn.no_slip, kn.coincident, …."
     expect.that(placed, expected, came=came, cure=cure, error=SimulationError)
-    at = state_of(state, **values)
     known: dict[Constraint, Reaction] = {c: r for r in eom.reactions if (c := constraint_of(r)) is not None}
     own = {c: known[c] if c in known else reaction(f"lambda_{k}", constraint=c) for k, c in enumerate(placed)}
     added = [r for c, r in own.items() if c not in known]
     others = derive(eom.system.replace(reactions=(*eom.reactions, *added), dependent_speeds=eom.dependent_speeds))
-    evident = others.evaluate(list(own.values()), at)
-    multipliers = eom.evaluate([eom.multipliers[c] for c in placed], at)
+
+    def forces(at: State) -> tuple[Array, Array]:
+        evident = others.evaluate(list(own.values()), at)
+        return eom.evaluate([eom.multipliers[c] for c in placed], at), evident
+
+    many = poses(eom, state, values)
+    if many is not None:
+        return _of_many(many, forces, [c.name for c in placed])
+    multipliers, evident = forces(state_of(state, **values))
     return ConstraintForces(
         dict(zip(placed, map(float, multipliers), strict=True)), dict(zip(placed, map(float, evident), strict=True))
     )
+
+
+def _of_many(many: Poses, forces: Callable[[State], tuple[Array, Array]], names: Sequence[str]) -> Any:
+    """The forces of all states as a Dataset; where there are none it is asked at that state alone why."""
+    with listed_warnings() as warned:
+        found = np.array([[np.broadcast_to(x, many.count) for x in both] for both in forces(many.of_state())])
+    causes, lost = dict(many.failed), ~np.isfinite(found).all(axis=(0, 1))
+    # a warning names the first place alone
+    for k in [k for k in many.open if warned or lost[k]]:
+        try:
+            found[:, :, k] = forces(many.state(k))
+        except KaneError as error:
+            causes[k] = str(error)
+    found[:, :, list(causes)] = np.nan
+    told = {"by_multipliers": "by multipliers", "by_auxiliary_speeds": "by an auxiliary speed"}
+    xarray = package("xarray")
+    own = {
+        name: xarray.Variable(
+            ("instance", "constraint"), x.T, {"long_name": f"force or torque of a constraint, {text}"}
+        )
+        for (name, text), x in zip(told.items(), found, strict=True)
+    }
+    return many.dataset(own, causes, {"constraint": list(names)})
 
 
 _TURNS = 181

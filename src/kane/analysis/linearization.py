@@ -13,10 +13,13 @@ from typing import Any, Unpack
 import numpy as np
 
 from kane import expect
+from kane.analysis.assembly import assemble
 from kane.analysis.differentiable import Side, differentiable
 from kane.analysis.flow import Flow, Preference, Steadiness, changing, dependence, flow_at, steadiness
 from kane.analysis.linear import Linear
 from kane.analysis.local import Outputs, outputs_of
+from kane.analysis.many.linearized import Routes, linearized
+from kane.analysis.many.poses import Poses, poses
 from kane.analysis.one_sided import Piece
 from kane.analysis.operating_point import arrays_at, state_from, warn_of_beams
 from kane.analysis.perturbations import FreePart, by_free_part, perturbations, spread, tangents, turning_rates
@@ -26,7 +29,7 @@ from kane.dynamics.readings.quantities import without_unknowns
 from kane.dynamics.readings.unsolved import unsolved
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations, check_equations
-from kane.equations.state import State, StateValues, by_keyword, state_of
+from kane.equations.state import Guess, State, StateValues, by_keyword, state_of
 from kane.errors import Attributes, CornerError, SimulationError, ValueMissingError, cut
 from kane.expr.differentiation import tangent
 from kane.expr.evaluation import evaluate, free_symbols
@@ -53,7 +56,7 @@ class Linearizer(Attributes):
     @by_keyword
     def __call__(
         self,
-        state: State | None = None,
+        state: State | Any | None = None,
         *,
         independent: Sequence[Any] = (),
         leave_out: Sequence[Any] = (),
@@ -61,8 +64,13 @@ class Linearizer(Attributes):
         tolerance: float = 1e-8,
         side: Side | None = None,
         **values: Unpack[StateValues],
-    ) -> Linear:
+    ) -> Linear | Any:
         """See `linearize`."""
+        many = poses(self.eom, state, values)
+        if many is not None:
+            with working("Linearizing"):
+                options = {"steady": steady, "tolerance": tolerance, "side": side, "leave_out": leave_out}
+                return self._of_many(many, independent, options)
         with working("Linearizing"):
             numeric = self.eom.numeric(self.settings)
             arrays = arrays_at(numeric, state_of(state, **values))
@@ -76,6 +84,24 @@ class Linearizer(Attributes):
             linear = self._linear(smooth, verdict)
             gone = [leave_out] if isinstance(leave_out, str) else leave_out
             return linear.without(*gone) if len(gone) else linear
+
+    def _of_many(self, many: Poses, independent: Sequence[Any], options: Mapping[str, Any]) -> Any:
+        """Those at many states as a Dataset; what is left out of these is solved for as in `assemble`."""
+        eom = self.eom
+        given = {**many.given("q"), **many.given("u")}
+        if not many.failed and any(
+            s not in given or isinstance(given[s], Guess) for s in (*eom.coordinates, *eom.speeds)
+        ):
+            whole = poses(eom, assemble(eom, many.of_state()), {"states": many.given("states")})
+            assert whole is not None
+            many = whole
+
+        def alone(k: int, names: Sequence[str]) -> Linear:
+            found: Linear = self(many.state(k), independent=names or independent, **options)
+            return found
+
+        together = not (options["steady"] or options["leave_out"] or options["side"])
+        return linearized(many, eom.numeric(self.settings), self.outputs, Routes(alone, together))
 
     @staticmethod
     def _steady_with(flow: Flow, fixed: bool, tolerance: float) -> str:
@@ -107,7 +133,7 @@ def linearizer(
 @by_keyword
 def linearize(
     eom: Equations,
-    state: State | None = None,
+    state: State | Any | None = None,
     *,
     outputs: Mapping[str, Any] | Sequence[Any] | None = None,
     independent: Sequence[Any] = (),
@@ -117,7 +143,7 @@ def linearize(
     side: Side | None = None,
     settings: Settings | None = None,
     **values: Unpack[StateValues],
-) -> Linear:
+) -> Linear | Any:
     """ẋ = A x + B r about an equilibrium or a steady motion, all constraints included.
 
     The dependent perturbations are eliminated by the implicit function theorem at the point. In a steady motion coordinates may
@@ -138,6 +164,9 @@ def linearize(
         taken, such as {"x": 1}
     settings : how to compile
 
+    Of arrays, or a Dataset as `kn.assemble` gives it, in the places of numbers the result is a Dataset over instance: A, B, C, D,
+    rates and output_values along rate, state, input and output. Independent is what is so at the first; with steady=False it is fast.
+
     A beam that spins faster there than what it is declared with has it is warned of, as in motions.
 
     Raises
@@ -153,7 +182,8 @@ def linearize(
     linear = evaluate(
         state, independent=independent, leave_out=leave_out, steady=steady, tolerance=tolerance, side=side, **values
     )
-    warn_of_beams(eom, [linear.point])
+    if isinstance(linear, Linear):
+        warn_of_beams(eom, [linear.point])
     return linear
 
 

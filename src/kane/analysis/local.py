@@ -30,7 +30,7 @@ from kane.expr.symbols import Symbol, time
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited
 from kane.numeric.arrays import Array
-from kane.numeric.rank import balanced, mobility, singular
+from kane.numeric.rank import balanced, mobility, singular, surely_regular
 from kane.numeric.scale import NEAR_SINGULAR, SOLVE_RANK, SURE_RANK
 from kane.program.from_expressions import Bundle
 from kane.program.program import Port
@@ -175,6 +175,15 @@ def independent_rows(eom: Equations, a: Array) -> tuple[int, ...]:
     return partition.rows
 
 
+def independent_rows_of(eom: Equations, a: Array) -> list[tuple[int, ...]]:
+    """`independent_rows` at each of several A (k × m × n)."""
+    if eom.embedding is None or not len(a):
+        return [()] * len(a)
+    rows = eom.embedding.partition.rows
+    sure = surely_regular(balanced(a[:, list(rows)]), SURE_RANK)
+    return [rows if surely else independent_rows(eom, own) for surely, own in zip(sure.tolist(), a, strict=True)]
+
+
 def _units(values: Values, n: int) -> Array:
     """How large the entries of K (rows × columns) are by their units alone, those of each kind of unknown together.
 
@@ -224,6 +233,24 @@ def solver(eom: Equations, values: Values, state: StateArrays | None = None) -> 
     def solve(right: Array) -> Array:
         z = np.zeros(right.shape)
         z[keep] = np.linalg.solve(matrix, right[keep])
+        return z
+
+    return solve
+
+
+def quick_solver(eom: Equations, values: Values, state: StateArrays | None = None) -> Callable[[Array], Array]:
+    """The same as `solver` where K is known to be regular with the rows of the embedding; a SingularError where it is singular."""
+    n, m, s = len(eom.speeds), len(eom.b), len(eom.reactions)
+    rows = eom.embedding.partition.rows if eom.embedding is not None else ()
+    keep = [*range(n), *(n + i for i in rows), *range(n + m, n + m + s)]
+    matrix = values.matrix[keep][:, keep]
+
+    def solve(right: Array) -> Array:
+        z = np.zeros(right.shape)
+        try:
+            z[keep] = np.linalg.solve(matrix, right[keep])
+        except np.linalg.LinAlgError as error:
+            raise SingularError("Expected regular equations of motion at this state, got singular ones.") from error
         return z
 
     return solve

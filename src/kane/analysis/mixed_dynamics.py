@@ -13,7 +13,8 @@ from typing import Any, NamedTuple, Unpack
 import numpy as np
 
 from kane import expect
-from kane.analysis.local import at_false_pole, independent_rows
+from kane.analysis.local import at_false_pole, independent_rows_of
+from kane.analysis.many.poses import poses
 from kane.analysis.state_checks import StateArrays, check_branch, check_configuration
 from kane.dynamics.readings.quantities import parameter_values
 from kane.dynamics.readings.unsolved import Unsolved, unsolved
@@ -28,7 +29,7 @@ from kane.expr.node import ZERO, Expr
 from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Symbol, rate, time
 from kane.numeric.arrays import Array
-from kane.numeric.rank import balance, singular
+from kane.numeric.rank import balance, singular, surely_regular
 from kane.numeric.sampling import named_values, symbol_named
 from kane.numeric.scale import INVERSE_RANK, STATE_RANK, TAKES_PART
 from kane.program.from_expressions import Bundle
@@ -47,9 +48,13 @@ class Inverse(Attributes):
 
     @by_keyword
     def __call__(
-        self, state: State | None = None, *, given: Mapping[Any, Any] | None = None, **by_kind: Unpack[StateValues]
-    ) -> dict[Symbol, Any]:
-        """The unknowns at a state, or at many: values may be arrays, which broadcast.
+        self,
+        state: State | Any | None = None,
+        *,
+        given: Mapping[Any, Any] | None = None,
+        **by_kind: Unpack[StateValues],
+    ) -> dict[Symbol, Any] | Any:
+        """The unknowns by symbol at a state, or at many: values may be arrays, which broadcast.
 
         Parameters
         ----------
@@ -59,12 +64,17 @@ class Inverse(Attributes):
         inputs : the inputs among them, if they come by themselves (`**point.arguments`); those that are unknown are left out
         states : values of further states; those left out take their defaults
 
+        Of a Dataset over instance, as `kn.assemble` gives it of arrays, in the place of the state the result is one, too: a state at
+        which the unknowns are not determined is marked there, and stops no other.
+
         Raises
         ------
         SingularError
             if the unknowns are not determined; names the combination that is left open. If the constraints lose rank at a state
         """
         eom = self.eom
+        if hasattr(state, "data_vars"):
+            return self._of_dataset(state, given, by_kind)
         at = state_of(state, **by_kind)
         values = named_values("coordinates", eom.coordinates, at.q) | named_values("speeds", eom.speeds, at.u)
         values |= {a: a.default for a in eom.states} | named_values("states", eom.states, at.states)
@@ -84,19 +94,45 @@ class Inverse(Attributes):
             inputs = {s: v for s, v in values.items() if s in set(eom.inputs)}
             speeds = eom.evaluate(list(eom.speeds), replace(at, inputs=inputs))
             values |= dict(zip(eom.speeds, speeds, strict=True))
-        constants = parameter_values(eom.system, at.parameters)
+        sizes = named_values("parameters", eom.parameters, at.parameters)
+        varied = {s: np.asarray(v, dtype=float) for s, v in sizes.items() if np.ndim(v)}
+        plain = parameter_values(eom.system, sizes | {s: v.flat[0] for s, v in varied.items()})
+        constants: dict[Expr, Any] = {**plain, **varied}
         arrays = {s: np.asarray(v, dtype=float) for s, v in values.items()}
         times = np.asarray(at.t, dtype=float)
-        shape = np.broadcast_shapes(times.shape, *(a.shape for a in arrays.values()))
+        shape = np.broadcast_shapes(times.shape, *(a.shape for a in (*arrays.values(), *varied.values())))
         full = {s: np.broadcast_to(a, shape) for s, a in arrays.items()}
         x = np.stack([full[s] for s in eom.state], axis=-1)
         r = np.zeros((*shape, len(eom.inputs)))
         for k, s in enumerate(eom.inputs):
             if s in full:
                 r[..., k] = full[s]
-        p = np.array([constants[s] for s in eom.parameters])
+        p = np.empty((*(shape if varied else ()), len(eom.parameters)))
+        for k, m in enumerate(eom.parameters):
+            p[..., k] = constants[m]
         solution = self._solved(np.broadcast_to(times, shape), x, p, r, full)
         return {s: solution[..., k][()] for k, s in enumerate(self.unknowns)}
+
+    def _of_dataset(self, state: Any, given: Mapping[Any, Any] | None, by_kind: StateValues) -> Any:
+        """The unknowns at states of a Dataset, those by themselves where all together have none."""
+        many = poses(self.eom, state, by_kind)
+        assert many is not None
+        own = named_values("quantities that are given", self.known, given)
+
+        def at(k: int) -> dict[Symbol, Any]:
+            return self(many.state(k), given={s: np.broadcast_to(v, many.count)[k] for s, v in own.items()})
+
+        values, causes = np.full((len(self.unknowns), many.count), np.nan), dict(many.failed)
+        try:
+            found = self(many.of_state(), given=own)
+            for row, s in zip(values, self.unknowns, strict=True):
+                row[:] = found[s]
+        except (SingularError, SimulationError):
+            each, causes = many.each(at)
+            for k, one in each.items():
+                values[:, k] = [one[s] for s in self.unknowns]
+        values[:, list(causes)] = np.nan
+        return many.dataset(many.variables(self.unknowns, values), causes, {})
 
     def along(self, solution: Any, given: Mapping[Any, Any] | None = None) -> dict[Symbol, Array]:
         """The unknowns along a motion from `simulate`; what `given` does not hold is taken from the motion itself."""
@@ -114,11 +150,12 @@ class Inverse(Attributes):
         solution = eom.numeric(self.settings).routine(_mixed, *self.driven)(t, x, p, r)
         if t.size:
             first = (0,) * t.ndim
-            given = StateArrays(float(t[first]), x[first], p, r[first]).given(eom)
+            own = p[first] if p.ndim > 1 else p
+            given = StateArrays(float(t[first]), x[first], own, r[first]).given(eom)
             check_configuration(
                 eom, solution.configuration, solution.terms, given, "a state", "Assemble it with kn.assemble."
             )
-        rest: dict[Expr, Any] = {time: t, **dict(zip(eom.parameters, p, strict=True))}
+        rest: dict[Expr, Any] = {time: t, **dict(zip(eom.parameters, np.moveaxis(p, -1, 0), strict=True))}
         rest |= dict(zip(eom.inputs, np.moveaxis(r, -1, 0), strict=True))
         check_branch(eom, x[..., : len(eom.coordinates)], rest, "states", ", kn.guess(…) of the coordinates")
         whole, right = np.concatenate([solution.matrix, -solution.drive], axis=-1), solution.right
@@ -137,29 +174,29 @@ class Inverse(Attributes):
                 "parameters are singular there. Take other states."
             )
         held: dict[tuple[int, ...], list[int]] = {}
-        for k, state in enumerate(flat_whole):
-            held.setdefault(independent_rows(eom, state[n : n + m, :n]), []).append(k)
+        for k, rows in enumerate(independent_rows_of(eom, flat_whole[:, n : n + m, :n])):
+            held.setdefault(rows, []).append(k)
         z = np.empty((len(flat_whole), len(self.unknowns)))
         for independent, places in held.items():
-            rows = [*range(n), *(n + i for i in independent), *range(n + m, size)]
+            kept = [*range(n), *(n + i for i in independent), *range(n + m, size)]
             taken = [*(columns[a] for a in self.unknowns), *(n + i for i in independent)]
-            square = flat_whole[np.ix_(places, rows, taken)]
+            square = flat_whole[np.ix_(places, kept, taken)]
             self._check_regular(square)
-            solved = np.linalg.solve(square, flat_right[np.ix_(places, rows)][..., None])
+            solved = np.linalg.solve(square, flat_right[np.ix_(places, kept)][..., None])
             z[places] = solved[:, : len(self.unknowns), 0]
         return z.reshape(*right.shape[:-1], len(self.unknowns))
 
     def _check_regular(self, square: Array) -> None:
-        count = square.shape[-1]
-        for matrix in square.reshape(-1, count, count):
-            scaled = balance(matrix, order=(1, 0), rounding=0.0)
-            values = singular(scaled.matrix)
-            told = at_false_pole(self.eom)
-            if values.regular(STATE_RANK if told else INVERSE_RANK):
+        told = at_false_pole(self.eom)
+        threshold = STATE_RANK if told else INVERSE_RANK
+        scaled = balance(square, order=(1, 0), rounding=0.0)
+        for k in np.flatnonzero(~surely_regular(scaled.matrix, threshold)).tolist():
+            values = singular(scaled.matrix[k])
+            if values.regular(threshold):
                 continue
             if told:
                 raise SingularError(told)
-            own = (values.right[-1] / scaled.columns[0])[: len(self.unknowns)]
+            own = (values.right[-1] / scaled.columns[k, 0])[: len(self.unknowns)]
             own = own / (np.abs(own).max(initial=0) or 1.0)
             terms = [f"{v:+.4g} {a.name}" for a, v in zip(self.unknowns, own, strict=True) if abs(v) > TAKES_PART]
             raise SingularError(

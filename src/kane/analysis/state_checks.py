@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from kane import expect
-from kane.dynamics.constraints.manifold import manifold, turned_closures
+from kane.dynamics.constraints.manifold import turned_closures
 from kane.equations.equations import Equations
 from kane.equations.state import Guess
 from kane.errors import SimulationError, ValueMissingError
@@ -116,7 +116,7 @@ def open_shares(eom: Equations, residual: Array, terms: Array, values: Mapping[E
     shares = np.asarray(np.abs(residual) / np.maximum(terms, _TINY))
     if not residual.shape[-1] or bool((shares <= GIVEN).all()):
         return shares
-    usual = manifold(eom.system).at(values).usual.f[: residual.shape[-1]]
+    usual = eom.derived.conditions.at(values).usual.f[: residual.shape[-1]]
     return np.asarray(np.abs(residual) / np.maximum(terms, usual))
 
 
@@ -141,7 +141,7 @@ def check_configuration(
 
 def check_branch(eom: Equations, q: Array, rest: Mapping[Expr, Any], what: str, cure: str) -> None:
     """No closure is turned away from the branch that it means, at any of the coordinates q (… × n); `rest` holds all other values."""
-    conditions = manifold(eom.system)
+    conditions = eom.derived.conditions
     angles = conditions.at(rest).turned(q)
     away = angles.any(axis=-1)
     if away.any():

@@ -15,11 +15,13 @@ from kane import expect
 from kane.analysis.differentiable import warn_of_jumps
 from kane.analysis.flow import Flow, Preference, dependence, flow_at, magnitudes, scaled, share
 from kane.analysis.linearization import choice_of
-from kane.analysis.local import Slopes, Values, coded, slopes_at, solver, values_at
+from kane.analysis.local import Slopes, Values, all_switches, coded, quick_solver, slopes_at, solver, values_at
+from kane.analysis.many.poses import Poses, poses
+from kane.analysis.many.trimmed import Followed, Routes, trimmed
 from kane.analysis.operating_point import closed, state_from
 from kane.analysis.perturbations import Perturbations, perturbations
 from kane.analysis.state_checks import StateArrays, entries, open_shares
-from kane.dynamics.constraints.manifold import branches, manifold, turned_closures
+from kane.dynamics.constraints.manifold import branches, turned_closures
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import GROUPS, State, StateValues, by_keyword, state_of
@@ -36,6 +38,8 @@ from kane.progress import working
 
 _NEAR = (3, 8)
 """Seeds of the states near the start at which it is asked what depends on what."""
+_SURELY = 1e-3
+"""Share of the tolerance below which it does not matter at which state sizes are those."""
 _ROUNDS = 3
 """Times that sizes of what moves and of what must vanish follow from each other."""
 
@@ -53,7 +57,7 @@ class Conditions:
     """F and ∂F/∂X; `symbols` names X; rates must vanish of the perturbations `constant`, the speeds `steady`, the states `further`.
 
     Dependent speeds that follow from what matters are among `steady`: at a dead centre the acceleration of the independent ones alone
-    may vanish though nothing is at rest.
+    may vanish though nothing is at rest. `quick` are those near states at which the equations were found regular.
     """
 
     numeric: Numeric[Equations]
@@ -63,6 +67,7 @@ class Conditions:
     steady: tuple[int, ...]
     further: tuple[int, ...] = ()
     constraints_only: bool = False
+    quick: bool = False
 
     @property
     def eom(self) -> Equations:
@@ -133,7 +138,7 @@ class Conditions:
         """What stands in the equations at X, z (zero for constraints alone), the derivatives, and what solves for z."""
         eom, state, run = self.eom, self.state(x), coded(self.numeric)
         values = values_at(run, state)
-        solve = np.zeros_like if self.constraints_only else solver(eom, values, state)
+        solve = np.zeros_like if self.constraints_only else (quick_solver if self.quick else solver)(eom, values, state)
         z = solve(values.right)
         slopes = slopes_at(run, state, z)
         if eom.parameters:
@@ -326,14 +331,14 @@ def problem(numeric: Numeric[Equations], given: State, moving: Sequence[Any], in
 @by_keyword
 def trim(
     eom: Equations,
-    state: State | None = None,
+    state: State | Any | None = None,
     *,
     moving: Sequence[Any] = (),
     independent: Sequence[Any] = (),
     tolerance: float = SOLVED,
     settings: Settings | None = None,
     **values: Unpack[StateValues],
-) -> State:
+) -> State | Any:
     """A steady motion or an equilibrium: u̇ = 0 of the independent speeds, q̇ = 0 of the coordinates that matter, all constraints.
 
     Values that are given are kept, guesses (`kn.guess(value)`) may move, coordinates and speeds left out are solved for, from zero,
@@ -350,6 +355,10 @@ def trim(
     tolerance : what may remain of rates, accelerations and constraints, as a share of the terms that cancel in them
     settings : how to compile
 
+    Of arrays in the places of numbers the result is a Dataset over instance, of coordinates, speeds, states and what is guessed. The
+    steady motion of the first is followed along the arrays; where that ends the cause is told, and the next ones are reached from the
+    last before it. Conditions are those that apply at the first.
+
     Raises
     ------
     SimulationError
@@ -358,6 +367,10 @@ def trim(
         if the conditions do not determine what is left out
     """
     check_equations(eom)
+    many = poses(eom, state, values)
+    if many is not None:
+        with working("Trimming"):
+            return _of_many(many, eom.numeric(settings), (moving, independent, tolerance))
     with working("Trimming"):
         numeric = eom.numeric(settings)
         task = problem(numeric, state_of(state, **values), moving, independent)
@@ -368,6 +381,40 @@ def trim(
         arrays = closed(numeric, task.conditions.state(x))
         warn_of_jumps(numeric, arrays, tolerance)
         return state_from(eom, arrays)
+
+
+def _of_many(many: Poses, numeric: Numeric[Equations], options: tuple[Sequence[Any], Sequence[Any], float]) -> Any:
+    """Those of many states as a Dataset, on the branch of the first."""
+    moving, independent, tolerance = options
+
+    def alone(k: int) -> State:
+        found: State = trim(
+            numeric.equations, many.state(k), moving=moving, independent=independent, tolerance=tolerance,
+            settings=numeric.settings,
+        )  # fmt: skip
+        return found
+
+    def followed(k: int) -> Followed | None:
+        task = problem(numeric, many.state(k), moving, independent)
+        measured = task.measured
+        if isinstance(many.given("t")[time], np.ndarray) or numeric.value(all_switches):
+            return None
+        conditions = replace(task.conditions, quick=True)
+
+        terms = conditions.sizes(task.start).terms
+
+        def holds(x: Array) -> bool:
+            # far below the tolerance by the sizes at the first, which cost less than those there
+            near = share(conditions(x)[0], terms).max(initial=0) <= _SURELY * tolerance
+            return bool(near or _shares(conditions, x).max(initial=0) <= tolerance)
+
+        def square(x: Array) -> tuple[Array, Array]:
+            f, j = conditions(x)
+            return f / measured.rows, j[:, list(task.free)] / measured.rows[:, None]
+
+        return Followed(task.start, task.free, task.conditions.symbols, measured.columns, square, holds)
+
+    return trimmed(many, Routes(alone, followed))
 
 
 def equilibrium(
@@ -437,7 +484,7 @@ def _plain(task: Problem, best: Closed) -> Array:
 def _astray(conditions: Conditions) -> Callable[[Array], Array]:
     """By what angles closures are turned at X."""
     eom = conditions.eom
-    constraints, nq, width = manifold(eom.system), len(eom.coordinates), len(eom.state)
+    constraints, nq, width = eom.derived.conditions, len(eom.coordinates), len(eom.state)
     rest = [*eom.inputs, *eom.parameters, time]
 
     def angles(x: Array) -> Array:

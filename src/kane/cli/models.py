@@ -51,11 +51,14 @@ def model_of(text: str) -> NamedModel:
     if text in GALLERY:
         module = load(text)
         return _model(text, module, None, STARTS.get(text, {}))
-    path = Path(text)
+    path, function = Path(text), "system"
+    head, sign, tail = text.rpartition(":")
+    if sign and tail.isidentifier() and not path.is_file():
+        path, function = Path(head), tail
     if not path.is_file():
-        raise Misuse(_unknown(text, path))
+        raise Misuse(_unknown(str(path), path))
     with own_code(path), redirect_stdout(sys.stderr):  # what the file prints must not mix with results
-        return _model(path.stem, _imported(path), path, {})
+        return _model(path.stem, _imported(path), path, {}, function)
 
 
 def names_like(start: str) -> list[str]:
@@ -109,15 +112,17 @@ def _imported(path: Path) -> ModuleType:
     return module
 
 
-def _model(name: str, module: ModuleType, path: Path | None, start: Mapping[str, Any]) -> NamedModel:
+def _model(
+    name: str, module: ModuleType, path: Path | None, start: Mapping[str, Any], function: str = "system"
+) -> NamedModel:
     where = short(path) if path else name
-    maker = _maker(module, where)
+    maker = _maker(module, where, function)
     began = time.perf_counter()
     system = maker()
     declared = time.perf_counter() - began
     if not isinstance(system, kn.System):
         cure = "end it with `return kn.System(…)`" if system is None else "return the System itself"
-        raise ModelError(f"Expected system() in {where} to return a kn.System, got {_kind(system)}: {cure}.")
+        raise ModelError(f"Expected {function}() in {where} to return a kn.System, got {_kind(system)}: {cure}.")
     with own_code(path, "START"):
         begin = _start(getattr(module, "START", start), where)
     with own_code(path, "SPAN"):
@@ -130,26 +135,26 @@ def _kind(value: object) -> str:
     return "None" if value is None else f"{type(value).__name__} ({cut(repr(value))})"
 
 
-def _maker(module: ModuleType, where: str) -> Callable[[], Any]:
-    maker: Any = getattr(module, "system", None)
+def _maker(module: ModuleType, where: str, name: str) -> Callable[[], Any]:
+    maker: Any = getattr(module, name, None)
     if maker is None:
         own = [n for n, f in vars(module).items() if inspect.isfunction(f) and f.__module__ == module.__name__]
         has = f"only {', '.join(f'{n}()' for n in own)}" if own else "no function"
-        near = difflib.get_close_matches("system", own, n=1)
-        cure = f"Rename {near[0]} to system, or define" if near else "Define"
+        near = difflib.get_close_matches(name, own, n=1)
+        cure = f"Rename {near[0]} to {name}, or define" if near else "Define"
         raise ModelError(
-            f"Expected a function system() in {where}, got {has}. {cure} one that returns a kn.System; `kane new example.py` writes "
+            f"Expected a function {name}() in {where}, got {has}. {cure} one that returns a kn.System; `kane new example.py` writes "
             "an example."
         )
     if not callable(maker):
         raise ModelError(
-            f"Expected system in {where} to be a function, got {_kind(maker)}: write `def system(): … return kn.System(…)`."
+            f"Expected {name} in {where} to be a function, got {_kind(maker)}: write `def {name}(): … return kn.System(…)`."
         )
     try:
         inspect.signature(maker).bind()
     except TypeError as error:
         raise ModelError(
-            f"Expected system() in {where} to need no arguments, got one with {error}: give it a default."
+            f"Expected {name}() in {where} to need no arguments, got one with {error}: give it a default."
         ) from error
     return maker  # type: ignore[no-any-return]
 
@@ -205,7 +210,7 @@ Name = Annotated[
     str,
     typer.Argument(
         metavar="MODEL",
-        help="A system of the gallery, or a Python file with system().",
+        help="A system of the gallery, or a Python file with system(); FILE:NAME for another function of it.",
         autocompletion=names_like,
         show_default=False,
     ),

@@ -44,10 +44,12 @@ def start(model: NamedModel, eom: kn.Equations, told: Mapping[str, Sequence[str]
     A name that the system does not have is Misuse in `told`, and a ModelError in START.
     """
     with own_code(model.path, "START"):
-        return _start(model, eom, told)
+        begin = declared_start(model, eom, told)
+        return _assembled(eom, begin, model.span[0]) if eom.system.constraints else begin
 
 
-def _start(model: NamedModel, eom: kn.Equations, options: Mapping[str, Sequence[str] | None]) -> Start:
+def declared_start(model: NamedModel, eom: kn.Equations, options: Mapping[str, Sequence[str] | None]) -> Start:
+    """As `start`, but what START guesses or leaves out is not solved for."""
     symbols_of: dict[str, list[Any]] = {
         "q": list(eom.coordinates),
         "u": list(eom.speeds),
@@ -73,8 +75,7 @@ def _start(model: NamedModel, eom: kn.Equations, options: Mapping[str, Sequence[
             for s in symbols
             if s.name not in values[kind] and not (kind in ("parameters", "states") and s.default is not None)
         ]
-    begin = Start(**values, missing=tuple(missing))
-    return _assembled(eom, begin, model.span[0]) if eom.system.constraints else begin
+    return Start(**values, missing=tuple(missing))
 
 
 def _assignments(option: str, texts: Sequence[str] | None) -> dict[str, float]:
@@ -119,11 +120,7 @@ def _expected(kind: str, names: Sequence[str]) -> str:
 
 def motion(model: NamedModel, eom: kn.Equations, begin: Start, end: float | None) -> kn.Solution:
     """The motion from the start of SPAN to `end`, or to the end of SPAN; Misuse where start values are missing."""
-    if begin.missing:
-        raise Misuse(
-            f"Expected a value for everything at the start, got none for some: add {' '.join(begin.missing)}, or set them in START of "
-            "the model's file."
-        )
+    check_complete(begin.missing)
     span = (model.span[0], model.span[1] if end is None else end)
     if not span[1] > span[0]:
         raise Misuse(f"Expected the motion to end after its start at {span[0]:g} s, got --t1 {span[1]:g}.")
@@ -133,6 +130,15 @@ def motion(model: NamedModel, eom: kn.Equations, begin: Start, end: float | None
         )
     whole: kn.Solution = check_whole(solution)
     return whole
+
+
+def check_complete(missing: Sequence[str]) -> None:
+    """Misuse where start values are missing, by the options that give them."""
+    if missing:
+        raise Misuse(
+            f"Expected a value for everything at the start, got none for some: add {' '.join(missing)}, or set them in START of "
+            "the model's file."
+        )
 
 
 ENDINGS = (".png", ".svg", ".pdf")

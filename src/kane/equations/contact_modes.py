@@ -371,7 +371,7 @@ def _check_stands(touch: Touch, i: int, following: Sequence[_Follows]) -> None:
     others = {place // d for _, shares in following for place in shares} - {i}
     c = contacts[i]
     if c.between is None or any(contacts[n].between != c.between for n in others):
-        raise undetermined(c)
+        raise undetermined(c, *(contacts[n] for n in sorted(others)))
 
 
 def undetermined(*contacts: ContactLaw) -> SimulationError:

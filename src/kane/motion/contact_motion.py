@@ -40,7 +40,7 @@ from kane.motion.solution.resumed import Begin
 from kane.motion.solution.solution import Segment, Solution
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
-from kane.numeric.scale import EQUAL, GIVEN, ROUNDED, SAME_TIME
+from kane.numeric.scale import EQUAL, GIVEN, ROUNDED, ROUNDED_TERMS, SAME_TIME
 from kane.progress import collecting_seldom
 
 _MODES = 10_000_000
@@ -82,6 +82,7 @@ class ContactMotion:
         self.q = len(eom.coordinates)
         self.none = np.zeros((len(self.contacts), self.layout.d - 1))  # no slip of any contact
         self.highest, self.fastest, self.rebound, self.slack = np.zeros((4, len(self.contacts)))
+        self.brief = False  # the mode that has ended lasted no time
 
     def touch(self, t: float, x: Array) -> Touch:
         """The contacts at an instant."""
@@ -156,8 +157,9 @@ class ContactMotion:
         leaves = problem.normals(done.velocity) > NOTHING * problem.normals(size)
         stays = {i for i, off in zip(order, leaves, strict=True) if not off}
         off = [i for i in order if i not in stays]
-        flat, over = self._flat(t, after, stays, off)
-        if flat:
+        rebound = self.rebound.copy()
+        flat, over = self._flat(t, after, stays, off, rebound)
+        while flat:
             touch = self.touch(t, after)
             sliding = self._still(touch, stays, self.none)
             stuck = [i for i in stays if not sliding[i].any()]
@@ -168,10 +170,18 @@ class ContactMotion:
                 down = (rates < -NOTHING * touch.velocity_terms)[:: self.layout.d]
                 flat = [i for i in off if i not in stays and down[i]]
             after[self.q : self.q + touch.width] += change
+            off = [i for i in off if i not in stays]
+            flat, later = self._flat(t, after, stays, off, rebound)  # beside these others fall faster
+            over = max(over, later)
         return after, self.layout.together(stays), over
 
-    def _flat(self, t: float, x: Array, closed: set[int], off: Sequence[int]) -> tuple[list[int], float]:
-        """Contacts whose further rebounds are less than tolerances tell, and when they are over."""
+    def _flat(
+        self, t: float, x: Array, closed: set[int], off: Sequence[int], rebound: Array
+    ) -> tuple[list[int], float]:
+        """Contacts whose further rebounds are less than tolerances or rounding tell, and when they are over.
+
+        The speeds after the impacts before, `rebound`, stand for a restitution where none is given.
+        """
         touch, order, forces = self.touch(t, x), sorted(self.layout.together(closed)), np.zeros(0)
         if order:
             sliding = self._still(touch, set(order), self.none)
@@ -180,13 +190,13 @@ class ContactMotion:
         flat, over = [], t
         for i in off:
             v = touch.gap_rates[i]
-            e = touch.numbers.laws[i, 2] or (v / self.rebound[i] if self.rebound[i] > v else 0.0)
+            e = touch.numbers.laws[i, 2] or (v / rebound[i] if rebound[i] > v else 0.0)
             self.rebound[i] = v
             height = -v * v / (2 * a[i]) if a[i] < 0 else np.inf
             open_ = self.atol + self.rtol * touch.numbers.gap_terms[i]
             if height < np.inf:
                 self.highest[i] = max(self.highest[i], height)
-            if height <= max(FLAT * open_, LOW * self.highest[i]):
+            if height <= max(FLAT * open_, LOW * self.highest[i], ROUNDED * touch.numbers.gap_terms[i]):
                 flat.append(i)
                 over = max(over, t - 2 * v / (a[i] * (1 - e))) if e < 1 else over
         return flat, over
@@ -384,9 +394,11 @@ class ContactMotion:
             if self._shares(same, t, x)[1][i] > GIVEN:  # enough for an event to show
                 return x, same, t
         if kind == "opens" and not hits:
-            for off in (self._unpressed(touch, closed, sliding, friction) | {i}, {i}):
+            share = self._turned(touch, sliding)
+            for off in (self._unpressed(touch, closed, sliding, friction, share) | {i}, {i}):
                 apart = self.decide(t, x, closed - off, sliding, friction, now.modes)
-                if all(self._parts(touch, n, apart) for n in off):
+                # a mode that lasted no time began with N > 0, and N has fallen through zero since
+                if all((self.brief and n == i) or self._parts(touch, n, apart, share) for n in off):
                     self._opens(touch, closed, set(), apart.modes)
                     return x, apart, t
         if kind == "slips" and not hits:
@@ -397,8 +409,35 @@ class ContactMotion:
                 also = [n for n, most in zip(together, static, strict=True) if friction[n] >= most * (1 - ENDS)]
                 sliding[also] = self._along_forces(now, also, t, x)
         decided = self.decide(t, x, closed, sliding, friction, now.modes)
+        back = set[int]() if hits else self._falls_back(touch, now, decided)
+        # a slip that has turned before its end, and goes on: from rest, along its acceleration
+        turned = kind == "sticks" and not hits and decided.modes[i].slips and len(self.contacts[i].slips) > 1
+        if back or turned:
+            x, sliding = self._brought_to_rest(touch, x, closed, back, sliding)
+            closed, touch = self.layout.together(closed | back), self.touch(t, x)
+            decided = self.decide(t, x, closed, sliding, friction, now.modes)
         self._opens(touch, closed, below, decided.modes)
         return x, decided, begins
+
+    def _brought_to_rest(
+        self, touch: Touch, x: Array, closed: set[int], back: set[int], sliding: Array
+    ) -> tuple[Array, Array]:
+        """The state with gaps of `closed` and `back` at rest, and slips where no `sliding` is; directions of slips, of `back`, too."""
+        stuck = [n for n in closed if not sliding[n].any()]
+        after = x.copy()
+        after[self.q : self.q + touch.width] += touch.held(sorted(self.layout.together(closed | back)), stuck)
+        still = self._still(touch, back, self.none)
+        return after, np.where(still.any(axis=1, keepdims=True), still, sliding)
+
+    def _falls_back(self, touch: Touch, now: Decided, decided: Decided) -> set[int]:
+        """Contacts that have opened and fall again before their gaps are more than rounding: they have never been open."""
+        a, v, d = touch.accelerations(decided.closed, decided.forces)[0], touch.gap_rates, self.layout.d
+        found = set()
+        for n, (c, before, mode) in enumerate(zip(self.contacts, now.modes, decided.modes, strict=True)):
+            falls = c.gap is not None and before is mode is ContactMode.SEPARATED and a[d * n] < 0
+            if falls and touch.numbers.gaps[n] - v[n] ** 2 / (2 * a[d * n]) <= ROUNDED * touch.numbers.gap_terms[n]:
+                found.add(n)
+        return found
 
     def _opens(self, touch: Touch, closed: set[int], below: set[int], modes: Modes) -> None:
         """Gaps that open have left zero, where rounding, or what has closed besides and moved them `below`, says otherwise.
@@ -412,7 +451,9 @@ class ContactMotion:
             gap, mode = float(touch.numbers.gaps[n]), modes[n]
             if mode is ContactMode.SEPARATED and n in closed:  # without speed
                 self.slack[n] = ROUNDED * touch.numbers.gap_terms[n] + 2 * abs(gap)
-                if self.slack[n] > EQUAL * touch.numbers.gap_terms[n]:
+                # of a gap that is one coordinate the terms are none where it is closed
+                far = touch.velocity_terms[n * self.layout.d] * (self.span[1] - self.span[0])
+                if self.slack[n] > EQUAL * (touch.numbers.gap_terms[n] + far):
                     raise SimulationError(
                         f"Expected a contact that stays closed or opens, got {self.contacts[n].name!r}, which hops: it opens, "
                         "and falls, without end. Give what yields a stiffness, or less friction"
@@ -430,20 +471,28 @@ class ContactMotion:
         far = abs(touch.gap_rates[n]) * (self.span[1] - self.span[0])
         return bool(touch.numbers.gaps[n] + self.slack[n] <= SAME_TIME * (touch.numbers.gap_terms[n] + far))
 
-    def _unpressed(self, touch: Touch, closed: set[int], sliding: Array, friction: Array) -> set[int]:
-        """The contacts whose normal forces are none but for rounding: those of a body that lies flat vanish together."""
+    def _turned(self, touch: Touch, sliding: Array) -> float:
+        """The share of its terms that is nothing of a force: rounding turns directions of slow slips, and forces with them."""
+        slow = [
+            ROUNDED_TERMS * touch.slip_terms[n].max() / np.linalg.norm(touch.slips[n])
+            for n in np.flatnonzero(sliding.any(axis=1))
+        ]
+        return float(max([NOTHING, *slow]))
+
+    def _unpressed(self, touch: Touch, closed: set[int], sliding: Array, friction: Array, share: float) -> set[int]:
+        """The contacts whose normal forces are none but for a share: those of a body that lies flat vanish together."""
         order, d = sorted(closed), self.layout.d
         pressed = dict(zip(order, touch.choose(order, sliding, friction).forces[::d], strict=True))
         rows = {n: d * n for n in order if not self.contacts[n].sized and self.contacts[n].pressed_by is None}
         size = {n: touch.bias_terms[k] / touch.mobility[k, k] for n, k in rows.items()}
-        return {n for n, most in size.items() if pressed[n] <= NOTHING * most}
+        return {n for n, most in size.items() if pressed[n] <= share * most}
 
-    def _parts(self, touch: Touch, i: int, apart: Decided) -> bool:
-        """Whether a gap does not close again where its contact is taken for open; at N = 0 both are right but for rounding."""
+    def _parts(self, touch: Touch, i: int, apart: Decided, share: float) -> bool:
+        """Whether a gap does not close again where its contact is taken for open; at N = 0 both are right but for a share."""
         if self.contacts[i].gap is None:
             return False
         a, terms = touch.accelerations(apart.closed, apart.forces)
-        return bool(a[self.layout.d * i] >= -NOTHING * terms[self.layout.d * i])
+        return bool(a[self.layout.d * i] >= -share * terms[self.layout.d * i])
 
     def _along_forces(self, now: Decided, also: Sequence[int], t: float, x: Array) -> Array:
         """The directions in which contacts begin to slip whose friction has reached its most: against these forces."""
@@ -622,6 +671,7 @@ class _Way:
 
     def _arrives(self, t: float, x: Array, work: float) -> None:
         self.still = self.still + 1 if t <= self.t else 0
+        self.at.brief = self.still > 0
         self.t, self.x, self.work = t, x, work
 
     def _led(self, went: Went) -> Event | None:

@@ -100,6 +100,23 @@ def singular(a: Array) -> Singular:
     return Singular(*np.linalg.svd(a))
 
 
+def surely_regular(a: Array, threshold: float) -> Mask:
+    """Of which matrices (k × m × n, m ≤ n) the least singular value counts, by σ_m ≥ 1/‖A⁻¹‖ and σ_1 ≤ ‖A‖ in Frobenius' norm.
+
+    Of wide ones by A Aᵀ, whose singular values are σ². Where the bound leaves doubt nothing is said.
+    """
+    whole = np.asarray(np.isfinite(a).all(axis=(1, 2)))
+    m, power = a.shape[1], 1 if a.shape[1] == a.shape[2] else 2
+    inner = np.where(whole[:, None, None], a if power == 1 else a @ np.swapaxes(a, 1, 2), np.eye(m))
+    try:
+        inverse = np.linalg.inv(inner)
+        share = 1 / (np.linalg.norm(inner, axis=(1, 2)) * np.linalg.norm(inverse, axis=(1, 2)))
+    except np.linalg.LinAlgError:  # where one is singular there is no inverse of any
+        values = np.linalg.svd(inner, compute_uv=False)
+        share = values[:, -1] / np.maximum(values[:, 0], np.finfo(float).tiny)
+    return np.asarray(whole & (share > max(threshold**power, ROUNDED)))
+
+
 def null_direction(a: Array, threshold: float) -> Array | None:
     """x (n) with A x = 0, its entries scaled; None where A is regular (or not finite, so that nothing can be said)."""
     if not np.all(np.isfinite(a)):

@@ -67,8 +67,8 @@ class _Automaton(After):
         )
         self.make, self.hoist = (w.callee(name, "array") for name in ("make", "hoist"))
         self.look = w.callee("look", "float", "array", "array", "array", "array")
-        self.back, self.mode, self.rows, self.noted_count, self.still, self.begins = self._cells(
-            "back", "mode", "row_count", "noted_count", "still", "begins"
+        self.back, self.mode, self.rows, self.noted_count, self.begins = self._cells(
+            "back", "mode", "row_count", "noted_count", "begins"
         )
         self.code = w.variable("code")
 
@@ -146,7 +146,7 @@ class _Automaton(After):
             self.of.doubt(self.still.get() > AT_ONCE)
             self.kind.put(w.compute("int", kind))
             self.which.put(w.compute("int", contact))
-            self.over.put(0.0)
+            self.over.put(self.t.get())
             self.keep(back=False)
             self.decide_after()
             with w.when(self.of.unsure.get() < 1):
@@ -244,15 +244,14 @@ class _Automaton(After):
             self.largest[at] = of.absolute(value)
             for j in range(LEAVES):
                 self.leaves[at * LEAVES + j] = 0.0
-            beside = (
-                of.absolute(value - self.least[at]) > self.glanced[w.compute("int", self.own[mode]) + e] * ROUNDED_TERMS
-            )
+            band = self.glanced[w.compute("int", self.own[mode]) + e] * ROUNDED_TERMS
+            beside = of.absolute(value - self.least[at]) > band
             contact = w.compute("int", self.meaning[at * 2])
             leaves = (contact >= 0) & (self.leaving[w.select(contact < 0, w.integer(0), contact)] > 0.0)
             leaves = leaves & (self.begun[at] > 0.0)
             with w.when(leaves):
                 self.seen[at] = self.least[at]
-                for j, x in enumerate((1.0, 1.0, 1.0, 0.0, SOON)):
+                for j, x in enumerate((*map(w.constant, (1.0, 1.0, 1.0)), band, w.constant(SOON))):
                     self.leaves[at * LEAVES + j] = x
             with w.otherwise(), w.when(~beside & (self.begun[at] > -0.5)):
                 self.found.put(1)

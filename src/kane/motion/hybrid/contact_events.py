@@ -7,7 +7,7 @@ from kane.motion.hybrid.contact_decisions import SLIP, STICK, Decisions
 from kane.motion.hybrid.contact_impacts import Impacts
 from kane.motion.steppers.context import Slot
 from kane.motion.steppers.dense import factor, solve
-from kane.numeric.scale import EQUAL, ROUNDED, ROUNDED_SUM, SAME_TIME
+from kane.numeric.scale import EQUAL, ROUNDED, ROUNDED_SUM, ROUNDED_TERMS, SAME_TIME
 from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Array, Term, Variable, Writer
 
@@ -47,8 +47,8 @@ class After:
         self.touching, self.hits, self.leaving, self.kept = self._arrays("touching", "hits", "leaving", "kept")
         self.drives = w.callee("drive", "float", "array", "array", "array", "array")
         self.driven = w.number("driven")
-        self.which, self.kind, self.hit, self.found, self.last, self.task, self.next_task = self._cells(
-            "which", "event_kind", "hit", "found", "last", "task", "next_task"
+        self.which, self.kind, self.hit, self.found, self.last, self.task, self.next_task, self.still = self._cells(
+            "which", "event_kind", "hit", "found", "last", "task", "next_task", "still"
         )
         self.over, self.t, self.rate, self.terms = (
             w.variable(name) for name in ("over", "time", "rate_of", "terms_of")
@@ -251,14 +251,36 @@ class After:
                 with w.few(d - 1) as j:
                     self.next_ways[i * (d - 1) + j] = of.room[of.dirs + n * d + j]
                 slides = self.slip(i) > self.slip_terms(i) * NOTHING
+                of.doubt(
+                    self.here(i) & self.is_(STICKING) & (self.slip_count[i] > 1.5)
+                )  # it may have turned before its end
                 self.next[i] = w.select((self.slip_count[i] > 1.5) & slides, SLIPS, STRAIGHT)
         with w.few(of.k) as i, w.when((self.touching[i] > 0.0) & ~(self.next[i] > SEPARATED)):  # opens without speed
             gap, terms = of.numbers[of.gaps + i], of.numbers[of.gap_terms + i]
             self.slack[i] = ROUNDED * terms + 2.0 * of.absolute(gap)
             of.doubt(self.slack[i] > EQUAL * terms)
 
+        with w.few(of.k) as i, w.when((self.hit.get() < 1) & (of.places[i * d] > -0.5)):  # falls back within rounding
+            gap, v, terms = of.numbers[of.gaps + i], of.room[of.velocity + i * d], of.numbers[of.gap_terms + i]
+            with w.when(~(self.modes[i] > SEPARATED) & (gap <= terms * ROUNDED)):
+                twice = self.gap_acceleration(i) * 2.0
+                of.doubt((twice < 0.0) & (v * v <= (gap - terms * ROUNDED) * twice))
+
+    def gap_acceleration(self, i: Term) -> Term:
+        """The acceleration of a gap by the forces at hand."""
+        of, kd = self.of, self.of.k * self.of.d
+
+        def pushed(c: Term) -> Term:
+            row = of.index(of.own + of.whole(c)) * of.d + of.rest_of(c)
+            return of.room[of.mobility + i * of.d * kd + row] * of.room[of.force + c]
+
+        return of.sum(of.count.get() * of.d, pushed) + of.unforced(i * of.d)[0]
+
     def parts(self) -> None:
-        """Whether the gap of the event does not close again, its contact taken for open: then that is what follows."""
+        """Whether the gap of the event does not close again, its contact taken for open: then that is what follows.
+
+        So it is where the mode lasted no time: its force, above zero where it began, has fallen through zero since.
+        """
         w, of = self.w, self.of
         i, kd = self.which.get(), of.k * of.d
         row = i * of.d
@@ -270,8 +292,11 @@ class After:
             part = of.room[of.mobility + row * kd + other] * of.room[of.force + c]
             a.put(a.get() + part)
             terms.put(terms.get() + of.absolute(part))
-        with w.when((of.places[row] > -0.5) & (a.get() >= -(terms.get() * NOTHING))):
+        with w.when((of.places[row] > -0.5) & ((a.get() >= -(terms.get() * NOTHING)) | (self.still.get() > 0))):
             self.found.put(1)
+        with w.when(self.found.get() < 1), w.few(of.k) as n:  # forces turn with directions of slow slips
+            slow = self.slip(n) * NOTHING < self.slip_terms(n) * ROUNDED_TERMS
+            of.doubt(self.slipping(n) & (self.slip_count[n] > 1.5) & slow)
 
     def press(self) -> None:
         """Forces in the modes at hand: against them slip begins; unsure where others vanish with the one that opens."""
@@ -331,20 +356,13 @@ class After:
     def flat(self) -> None:
         """Contacts whose further rebounds are less than tolerances tell rest: `touching`, and when the last of these is over."""
         w, of = self.w, self.of
-        room, d, kd = of.room, of.d, of.k * of.d
+        room, d = of.room, of.d
         rests = self.last
         rests.put(0)
-        self.over.put(self.t.get())
-        with w.few(of.k) as i, w.when((self.leaving[i] > 0.0) & (of.unsure.get() < 1)):
-            pushed = of.sum(
-                of.count.get() * d,
-                lambda c: (
-                    room[of.mobility + i * d * kd + of.index(of.own + of.whole(c)) * d + of.rest_of(c)]
-                    * room[of.force + c]
-                ),
-            )
-            a, v, given = pushed + of.unforced(i * d)[0], room[of.velocity + i * d], of.numbers[of.laws + i * 3 + 2]
-            guessed = w.select(self.rebound[i] > v, v / self.rebound[i], 0.0)
+        with w.few(of.k) as i, w.when((self.leaving[i] > self.touching[i]) & (of.unsure.get() < 1)):
+            a, v, given = self.gap_acceleration(i), room[of.velocity + i * d], of.numbers[of.laws + i * 3 + 2]
+            before = self.kept[of.k * 3 + i]
+            guessed = w.select(before > v, v / before, 0.0)
             e = w.select(given > 0.0, given, guessed)
             self.rebound[i] = v
             falls = a < 0.0
@@ -352,13 +370,15 @@ class After:
             open_ = self.tolerances[0] + self.tolerances[1] * of.numbers[of.gap_terms + i]
             with w.when(falls):
                 self.highest[i] = of.largest(self.highest[i], height)
-            with w.when(height <= of.largest(open_ * FLAT, self.highest[i] * LOW)):
+            rounded = of.numbers[of.gap_terms + i] * ROUNDED
+            with w.when(height <= of.largest(open_ * FLAT, self.highest[i] * LOW, rounded)):
                 rests.put(1)
                 self.hits[i] = 2.0
                 after = self.t.get() - v * 2.0 / (a * (1.0 - e))
                 self.over.put(w.select(e < 1.0, of.largest(self.over.get(), after), self.over.get()))
         with w.when((rests.get() > 0) & (of.unsure.get() < 1)):
             self.hold()
+            self.next_task.put(_REST)  # beside these others fall faster
 
     def hold(self) -> None:
         """The least change of speeds after which gaps that rest have no rates, and contacts that do not slip no slip."""

@@ -327,7 +327,8 @@ def at_start(
             continue
         if event.name in known:
             side = known[event.name]
-            fresh[event.name] = Leaves(side, 1 if side else departure(event, now, t, state, share)[1])
+            order = 1 if side else departure(event, now, t, state, share)[1]
+            fresh[event.name] = Leaves(side, order, _rounding(event, now, t, state, ROUNDED_TERMS))
         elif abs(value - event.threshold) <= (band := _rounding(event, now, t, state, share)):
             side, order = departure(event, now, t, state, share)
             fresh[event.name] = Leaves(side, order, band)

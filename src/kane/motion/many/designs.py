@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from kane import expect
+from kane.equations.instances import table_of
 from kane.errors import SimulationError, cut
 from kane.numeric.arrays import Array
 from kane.numeric.sampling import SEED
@@ -46,6 +47,29 @@ SAMPLERS: Mapping[str, Callable[[int, int, np.random.Generator], Array]] = {
     "uniform": _uniform,
 }
 """Points (count × width) of the unit cube, by the name of what draws them."""
+
+
+def quantities(design: Any, sampler: str | None, count: int | None, seed: int | None) -> Mapping[Any, Any]:
+    """The values of a design by name: without a sampler those of the instances themselves.
+
+    Raises
+    ------
+    SimulationError
+        if it is no table of names, or not admissible
+    """
+    table = table_of(design)
+    if not isinstance(table, Mapping):
+        raise SimulationError(
+            f"Expected a design as a dict, a DataFrame or a Dataset of names, got {cut(repr(design))}. Name each: {{'m': (1, 2)}}."
+        )
+    if sampler is not None:
+        return drawn(table, sampler, count, seed)
+    if count is not None or seed is not None:
+        raise SimulationError(
+            'Expected sampler= where count= or seed= are given, got none. Choose "sobol", "latin", "halton" or "uniform", or leave '
+            "them out: without a sampler a design has the values of the instances themselves."
+        )
+    return table
 
 
 def drawn(design: Mapping[Any, Any], sampler: str, count: int | None, seed: int | None) -> dict[Any, Array]:

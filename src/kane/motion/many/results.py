@@ -8,14 +8,16 @@ from typing import Any
 import numpy as np
 
 from kane import expect
+from kane.dynamics.readings.quantities import asked
 from kane.equations.equations import Equations
-from kane.errors import SimulationError
+from kane.equations.instances import STARTS, Instances
+from kane.equations.tables import labelled, package
+from kane.errors import SimulationError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol
-from kane.motion.many.instances import STARTS, Instances
 from kane.motion.many.tiles import Outcome, Tile
 from kane.motion.solution.solution import Solution
-from kane.motion.solution.tables import labelled, named, package
+from kane.motion.solution.tables import named
 from kane.numeric.arrays import Array
 
 Reduction = Callable[[Array], Any]
@@ -52,6 +54,26 @@ class Quantity:
     description: str
     reduce: Reduction | None
 
+    def shape(self, eom: Equations, samples: int) -> tuple[int, ...]:
+        """The shape of the values of one instance.
+
+        Raises
+        ------
+        SimulationError
+            if what reduces them does not take zeros
+        """
+        wanted = asked(eom.derived, self.what)
+        values = np.asarray(wanted.filled([np.zeros(samples)] * len(wanted.roots)))
+        if self.reduce is None:
+            return values.shape
+        try:
+            return np.asarray(self.reduce(values), dtype=float).shape
+        except Exception as error:
+            raise SimulationError(
+                f"Expected a function as reduce= of {self.name!r} that takes any numbers (samples × …), as the shape of what it gives "
+                f"is asked of zeros, got {type(error).__name__}: {cut(str(error), 200)}. Let it return NaN where there is no value."
+            ) from error
+
 
 def quantities(eom: Equations, outputs: Mapping[str, Any] | None, reduce: Any) -> list[Quantity]:
     """Coordinates, speeds and further states where no outputs are named, else these.
@@ -87,11 +109,14 @@ def _reduction(given: Any) -> Reduction:
 
 
 class Results:
-    """Numbers of all instances, NaN where there are none (yet): what is kept over t, and how each motion ended."""
+    """Numbers of all instances, or of `rows` of them, NaN where there are none (yet): what is kept over t, how each motion ended."""
 
-    def __init__(self, eom: Equations, kept: Sequence[Quantity], t: Array, instances: Instances) -> None:
+    def __init__(
+        self, eom: Equations, kept: Sequence[Quantity], t: Array, instances: Instances, rows: range | None = None
+    ) -> None:
         self.eom, self.kept, self.t, self.instances = eom, kept, t, instances
-        n = instances.count
+        self.rows = range(instances.count) if rows is None else rows
+        n = len(self.rows)
         self.columns: dict[Symbol, int] = {s: k for k, s in enumerate(eom.state)}
         self.usual = np.arange(len(t))
         self.done = 0
@@ -103,12 +128,13 @@ class Results:
     def put(self, found: Tile) -> None:
         """What became of the instances of a tile."""
         for k, one in found.outcomes.items():
-            self._note(k, one)
-        motions = {k: one.found for k, one in found.outcomes.items() if one.found is not None}
+            self._note(k - self.rows.start, one)
+        motions = {k - self.rows.start: one.found for k, one in found.outcomes.items() if one.found is not None}
         if motions:
             self._keep_all(list(motions), _together([*motions.values()]), *self._places([*motions.values()]))
         if found.finished is not None:
-            which, steps, table = found.finished
+            places, steps, table = found.finished
+            which = [k - self.rows.start for k in places]
             self.texts["status"][which], self.texts["cause"][which] = table.status, table.message
             ends = np.arange(1, len(which) + 1) * len(self.t) - 1
             self.steps[which], self.end_t[which], self.end_state[which] = steps, table.t[-1], table.states[ends]
@@ -158,16 +184,24 @@ class Results:
         """The values of instances along t (instances × t × …), or what they are reduced to."""
         kept = values if one.reduce is None else np.array([one.reduce(row) for row in values], dtype=float)
         if one.name not in self.values:
-            self.values[one.name] = np.full((self.instances.count, *kept.shape[1:]), np.nan)
+            self.values[one.name] = np.full((len(self.rows), *kept.shape[1:]), np.nan)
         self.values[one.name][places] = kept
 
     def dataset(self, facts: Mapping[str, Any]) -> Any:
         """The Dataset; `facts` are told in its attributes."""
+        own = self.variables()
+        return package("xarray").Dataset(
+            own, coordinates(self.eom, self.t, self.instances, self.rows, own), dict(facts)
+        )
+
+    def variables(self) -> dict[str, Any]:
+        """Variables of xarray by name."""
         xarray = package("xarray")
-        n, count = self.instances.count, len(self.t)
         own: dict[str, Any] = {}
         for one in self.kept:
-            values = self.values.get(one.name, np.full((n, count) if one.reduce is None else (n,), np.nan))
+            values = self.values.get(one.name)
+            if values is None:
+                values = np.full((len(self.rows), *one.shape(self.eom, len(self.t))), np.nan)
             first = ["instance"] if one.reduce else ["instance", "t"]
             own[one.name] = labelled(xarray, one.name, values, first, one.unit, one.description)
         own |= {
@@ -177,18 +211,25 @@ class Results:
         own["steps"] = xarray.Variable("instance", self.steps, {"long_name": "steps"})
         own["end_t"] = xarray.Variable("instance", self.end_t, {"units": "s", "long_name": "time of the last state"})
         own["end_state"] = xarray.Variable(("instance", "state"), self.end_state, {"long_name": "last state"})
-        coordinates = {
-            "instance": np.arange(n),
-            "t": xarray.Variable("t", self.t, {"units": "s", "long_name": "time"}),
-            "state": [s.name for s in self.eom.state],
-        }
-        if any("axis" in v.dims for v in own.values()):
-            coordinates["axis"] = ["x", "y", "z"]
-        for kind, s, column in self.instances.varied:
-            name = f"{s}(0)" if kind in STARTS else str(s)
-            told = {"units": self.eom.unit(s), "long_name": s.description or f"{_VARIED[kind]} {s}"}
-            coordinates[name] = xarray.Variable("instance", column, {key: text for key, text in told.items() if text})
-        return xarray.Dataset(own, coordinates, dict(facts))
+        return own
+
+
+def coordinates(eom: Equations, t: Array, many: Instances, rows: range, variables: Mapping[str, Any]) -> dict[str, Any]:
+    """What stands along the dimensions of variables, for the instances `rows`: Variables of xarray by name."""
+    xarray = package("xarray")
+    found = {
+        "instance": xarray.Variable("instance", np.arange(rows.start, rows.stop)),
+        "t": xarray.Variable("t", t, {"units": "s", "long_name": "time"}),
+        "state": xarray.Variable("state", np.array([s.name for s in eom.state])),
+    }
+    if any("axis" in v.dims for v in variables.values()):
+        found["axis"] = xarray.Variable("axis", np.array(["x", "y", "z"]))
+    for kind, s, column in many.varied:
+        name = f"{s}(0)" if kind in STARTS else str(s)
+        told = {"units": eom.unit(s), "long_name": s.description or f"{_VARIED[kind]} {s}"}
+        values = column[rows.start : rows.stop]
+        found[name] = xarray.Variable("instance", values, {key: text for key, text in told.items() if text})
+    return found
 
 
 _TOLD = {

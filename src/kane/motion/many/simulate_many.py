@@ -1,25 +1,29 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`simulate_many`: the motions of many instances, spread over threads."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from kane import expect
 from kane.equations.equations import Equations, check_equations
+from kane.equations.instances import Instances, instances
+from kane.equations.tables import package
 from kane.errors import SimulationError, warn
 from kane.expr.node import Expr
 from kane.expr.piecewise import Table
 from kane.motion.inputs.expressions import Sampled
 from kane.motion.inputs.functions import Signal
 from kane.motion.integrators import AdaptiveStep, FixedStep
-from kane.motion.many.instances import Instances, instances
-from kane.motion.many.results import Results, quantities
-from kane.motion.many.tiles import Family, cores, outcomes
+from kane.motion.many import designs
+from kane.motion.many.chunks import Job
+from kane.motion.many.cluster import checked, spread
+from kane.motion.many.results import quantities
+from kane.motion.many.stores import Store, begun, write
+from kane.motion.many.tiles import Family, cores, cut_into, tiles_of
 from kane.motion.runner import Plan
 from kane.motion.solution.checks import checking_functions
-from kane.motion.solution.tables import package
 from kane.motion.start import check_span, sample_times
 from kane.program.native.machine import Settings
 from kane.progress import far, working
@@ -42,6 +46,9 @@ def simulate_many(
     reduce: Any = None,
     threads: int | None = None,
     lanes: bool | None = None,
+    store: Any = None,
+    chunk: int | None = None,
+    client: Any = None,
     method: str | AdaptiveStep | FixedStep | None = None,
     rtol: float | None = None,
     atol: float | None = None,
@@ -81,6 +88,12 @@ def simulate_many(
     threads : as many as there are processors unless told
     lanes : whether motions run in lanes where lanes run such motions; unless told from 64 instances on, if vectors of the processor
         have four lanes or more. Without lanes each is that of `kn.simulate`, bit for bit
+    store : the path of a folder, "runs.zarr", to which results are written chunk by chunk in the format Zarr 3, so that memory does
+        not grow with the number of instances. Called again, also after it was killed, it runs what is missing. The Dataset reads
+        from it what is asked for
+    chunk : instances that are written together, and lost if the process is killed meanwhile; thousands of short motions unless told
+    client : a `distributed.Client` of Dask, whose workers run chunks, each on one thread, and write them to the store, which they all
+        must see, or send them back
     method, rtol, atol, samples, max_steps, max_step, first_step, breakpoints, max_seconds, settings, check
         as `kn.simulate` takes them
 
@@ -94,9 +107,13 @@ def simulate_many(
     Raises
     ------
     ImportError
-        without xarray (`pip install 'kane[table]'`)
+        without xarray (`pip install 'kane[table]'`), or with a client without distributed (`pip install 'kane[cluster]'`)
     SimulationError
-        if arrays do not fit together, a number is not finite, there is no instance, or an option is not admissible
+        if arrays do not fit together, a number is not finite, there is no instance, an option is not admissible, or results without a
+        store are larger than 2 GiB, or the cluster is lost
+    SolutionFileError
+        if the store is of another system, other settings or other starts, and it says which; or cannot be written, and what there is
+        of it is kept
     ValueMissingError
         if a name is unknown
 
@@ -107,27 +124,60 @@ def simulate_many(
     """
     check_equations(eom)
     package("xarray")
+    client = None if client is None else checked(client)
     whole_span = check_span(span)
     checking_functions(eom.derived, check)
     plan = Plan(span, method, rtol, atol, samples, max_steps, max_step, first_step, breakpoints, max_seconds).spelled()
     given = {"q": q, "u": u, "states": states, "parameters": parameters, "inputs": inputs}
-    many = instances(eom, given, design, sampler, count, seed)
+    many = instances(eom, given, designs.quantities(design, sampler, count, seed))
     kept = quantities(eom, outputs, reduce)
-    cure = "Leave it out for as many as there are processors."
-    workers = (
-        cores()
-        if threads is None
-        else expect.whole(threads, "threads= as a whole number above 0", cure, least=1, error=SimulationError)
-    )
+    workers = _whole(threads, "threads=", "Leave it out for as many as there are processors.") or cores()
+    size = _whole(chunk, "chunk=, instances of a chunk,", "Leave it out for chunks of seconds.")
     _warn_of_python(many)
     times = sample_times(plan.samples, whole_span)
     t = np.concatenate([whole_span[:1], times[(times > whole_span[0]) & (times < whole_span[1])], whole_span[1:]])
-    results = Results(eom, kept, t, many)
+    job = Job(Family(eom, plan, settings, check, many, lanes), kept, t, _facts(plan, many))
     with working("Simulating many"):
-        for found in outcomes(Family(eom, plan, settings, check, many, lanes), workers):
-            results.put(found)
-            far(lambda: f"{results.done} of {many.count}")
-    return results.dataset(_facts(plan, many))
+        if store is not None:
+            return _stored(begun(store, job, size), job, workers, client)
+        job.check_size()
+        return _in_memory(job, size, workers, client)
+
+
+def _in_memory(job: Job, size: int | None, threads: int, client: Any) -> Any:
+    """The Dataset of all instances."""
+    every = range(job.count)
+    if client is None:
+        return job.results(tiles_of(every, threads), threads, _far(job.count)).dataset(job.facts)
+    parts = spread(client, job, cut_into(every, size or job.chunk_size()), None, _far(job.count))
+    whole = package("xarray").concat(
+        parts, "instance", data_vars="minimal", coords="minimal", compat="override", join="override"
+    )
+    return whole.assign_attrs(job.facts)
+
+
+def _stored(store: Store, job: Job, threads: int, client: Any) -> Any:
+    """The Dataset of a store, after the chunks that it does not have."""
+    missing = store.missing()
+    done = job.count - sum(map(len, missing))
+    if client is not None:
+        spread(client, job, missing, store.path, _far(job.count, done))
+    else:
+        for rows in missing:
+            write(store.path, job.chunk(rows, threads, _far(job.count, done)))
+            done += len(rows)
+    store.tidy()
+    return store.opened(job)
+
+
+def _far(count: int, before: int = 0) -> Callable[[int], None]:
+    """How many instances of all are done, for the line on the terminal."""
+    return lambda done: far(lambda: f"{before + done} of {count}")
+
+
+def _whole(given: Any, what: str, cure: str) -> int | None:
+    expected = f"{what} as a whole number above 0"
+    return None if given is None else expect.whole(given, expected, cure, least=1, error=SimulationError)
 
 
 def _warn_of_python(many: Instances) -> None:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from threading import Event as Flag
+from threading import RLock
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -17,10 +18,10 @@ import numpy as np
 from kane.analysis.state_checks import start_state
 from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations
+from kane.equations.instances import Instances
 from kane.errors import cut, listed_warnings
 from kane.expr.node import Expr
 from kane.motion.many.batch import Batch, Ran, fits, goes_in_lanes
-from kane.motion.many.instances import Instances
 from kane.motion.methods import has_lanes, side_by_side
 from kane.motion.runner import Plan, Runner, check_values, surely_admitted
 from kane.motion.simulate import by_runner, check_kept, runner_of, simulate
@@ -36,8 +37,10 @@ T = TypeVar("T")
 
 _PARTS = 8
 """So many tiles a thread at least, so that none waits long for the last one."""
-_MOST = 256
+MOST = 256
 """Instances of a tile at most: their samples are in memory twice."""
+_ALONE = RLock()
+"""Motions that need Python are simulated one after the other, also where several threads of a worker run chunks."""
 FEW = 64
 """With fewer instances there are no lanes: code for them takes 0.1 s, or seconds where a stepper is compiled for the first time."""
 
@@ -288,13 +291,18 @@ def _words(error: Exception) -> str:
     return str(error) if own else f"{type(error).__name__}: {cut(str(error), 500)}"
 
 
-def outcomes(family: Family, threads: int) -> Iterator[Tile]:
-    """What became of the instances, tile by tile as they are done; the first one that can start says whether a kernel runs them."""
-    first, tiles = _first(family), _tiles(family.instances.count, threads)
-    if first is None:
+def prepared(family: Family) -> Pool | None:
+    """What runs tiles of a family; None where Python is asked on the way. The first instance that can start says which."""
+    first = _first(family)
+    return None if first is None else Pool(family, first)
+
+
+def outcomes(family: Family, pool: Pool | None, tiles: Sequence[range], threads: int) -> Iterator[Tile]:
+    """What became of the instances, tile by tile as they are done."""
+    if pool is None:
         yield from (Tile({k: decided(_simulated, family, k) for k in tile}) for tile in tiles)
         return
-    pool, stop = Pool(family, first), Flag()
+    stop = Flag()
     if threads == 1 or len(tiles) == 1:
         yield from (_closed(family, run_tile(family, pool, tile, stop)) for tile in tiles)
         return
@@ -319,9 +327,15 @@ def _first(family: Family) -> Runner | None:
     return None
 
 
-def _tiles(count: int, threads: int) -> list[range]:
-    size = max(1, min(_MOST, count // (_PARTS * threads)))
-    return [range(k, min(k + size, count)) for k in range(0, count, size)]
+def tiles_of(rows: range, threads: int) -> list[range]:
+    """Instances cut into tiles."""
+    size = max(1, min(MOST, len(rows) // (_PARTS * threads)))
+    return cut_into(rows, size)
+
+
+def cut_into(rows: range, size: int) -> list[range]:
+    """Ranges of one size, the last one perhaps smaller."""
+    return [rows[k : k + size] for k in range(0, len(rows), size)]
 
 
 def _closed(family: Family, found: Tile) -> Tile:
@@ -332,7 +346,8 @@ def _closed(family: Family, found: Tile) -> Tile:
 
 def _simulated(family: Family, k: int) -> Solution:
     options = family.plan._asdict() | {"settings": family.settings, "check": family.check}
-    motion: Solution = check_whole(simulate(family.eom, **family.instances.at(k), **options))
+    with _ALONE:
+        motion: Solution = check_whole(simulate(family.eom, **family.instances.at(k), **options))
     return motion
 
 

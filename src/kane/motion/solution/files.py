@@ -10,7 +10,7 @@ that are defined in a part of the numbers only, such as √x, the arguments are 
 import hashlib
 import json
 import zipfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -206,12 +206,12 @@ class Declared(NamedTuple):
     numbers: Array
 
 
-def declared(system: System) -> Declared:
-    """What a system declares."""
+def declared(system: System, more: Iterable[tuple[str, Any]] = ()) -> Declared:
+    """What a system declares, and more things by name."""
     things: list[list[Any]] = []
     roots: list[Expr] = []
     inner: list[slice] = []
-    for name, what in _things(system):
+    for name, what in (*_things(system), *more):
         told = list(_told(what))
         exprs = [x for x in told if isinstance(x, Expr)]
         within = [a for n in postorder(lowered(exprs)) if n.op not in _EVERYWHERE for a in n.args]

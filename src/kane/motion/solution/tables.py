@@ -1,17 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Motions as tables of pandas and xarray, with units."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from kane.equations.equations import Equations
+from kane.equations.tables import AXES, labelled, package
 from kane.errors import ArgumentError, cut
 from kane.expr.node import Expr
 from kane.numeric.arrays import Array
-
-_AXES = ("x", "y", "z")
 
 
 def columns(motion: Any, outputs: Mapping[str, Any] | None) -> dict[str, tuple[Array, str, str]]:
@@ -71,7 +70,7 @@ def dataframe(motion: Any, outputs: Mapping[str, Any] | None) -> Any:
 def _labels(shape: tuple[int, ...]) -> list[str]:
     """The ends of names of components: .x, .y, .z of vectors, .1.1 of others."""
     if shape == (3,):
-        return [f".{a}" for a in _AXES]
+        return [f".{a}" for a in AXES]
     return ["".join(f".{i + 1}" for i in place) for place in np.ndindex(*shape)]
 
 
@@ -86,31 +85,5 @@ def dataset(motion: Any, outputs: Mapping[str, Any] | None) -> Any:
         variables[f"regime {text}"] = xarray.Variable("t", values, told)
     coordinates: dict[str, Any] = {"t": xarray.Variable("t", motion.t, {"units": "s", "long_name": "time"})}
     if any("axis" in v.dims for v in variables.values()):
-        coordinates["axis"] = list(_AXES)
+        coordinates["axis"] = list(AXES)
     return xarray.Dataset(variables, coordinates, facts(motion))
-
-
-def labelled(xarray: Any, name: str, values: Array, first: Sequence[str], unit: str, description: str) -> Any:
-    """Values as a Variable of xarray whose `first` dimensions are named; "axis" is that of vectors."""
-    n = len(first)
-    rest = ["axis"] if values.shape[n:] == (3,) else [f"{name}_{k}" for k in range(1, values.ndim - n + 1)]
-    told = {"units": unit, "long_name": description or name}
-    return xarray.Variable([*first, *rest], values, {k: v for k, v in told.items() if v})
-
-
-def package(name: str) -> Any:
-    """A package that is no requirement.
-
-    Raises
-    ------
-    ImportError
-        if it is not there
-    """
-    from importlib import import_module
-
-    try:
-        return import_module(name)
-    except ModuleNotFoundError as error:
-        raise ImportError(
-            f"Expected the package {name}, got none. Install it, pip install 'kane[table]'; sol.t, sol.q, sol.u and sol[…] need none."
-        ) from error

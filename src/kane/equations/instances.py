@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Instances: what each of many motions starts from and is given, one number a motion or one for all.
+"""Instances: what each of many motions or states starts from and is given, one number for each or one for all.
 
 Columns come from dicts, arrays whose leading axis counts instances, pandas' DataFrames, xarray's Datasets and designs. A number, or an
 array of one, is that of all instances; other arrays have one length, the number of instances.
@@ -15,19 +15,16 @@ from kane.equations.equations import Equations
 from kane.errors import SimulationError, ValueMissingError, cut
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
-from kane.expr.symbols import Input, Parameter, Symbol
-from kane.motion.many.designs import drawn
+from kane.expr.symbols import Input, Parameter, Symbol, time
 from kane.numeric.arrays import Array
 from kane.numeric.sampling import named_values, unknown
 
 STARTS = ("q", "u", "states")
-KINDS = (*STARTS, "parameters", "inputs")
-"""What an instance has a value of, as `kn.simulate` takes it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Instances:
-    """`count` motions: of each kind what all have in common, as it was given, and by symbol the columns (count) that differ.
+    """`count` of them: of each kind what all have in common, as it was given, and by symbol the columns (count) that differ.
 
     `common` has None of a kind that is left out altogether, or of which every value differs.
     """
@@ -39,8 +36,8 @@ class Instances:
     def at(self, k: int) -> dict[str, Any]:
         """What `kn.simulate` takes of the kth one."""
         found: dict[str, Any] = {}
-        for kind in KINDS:
-            own = {s: float(column[k]) for s, column in self.columns[kind].items()}
+        for kind, columns in self.columns.items():
+            own = {s: float(column[k]) for s, column in columns.items()}
             common = self.common[kind]
             found[kind] = common if not own else {**(common or {}), **own}
         return found
@@ -54,26 +51,39 @@ class Instances:
     @property
     def varied(self) -> Iterator[tuple[str, Any, Array]]:
         """Kind, symbol and values of what differs."""
-        for kind in KINDS:
-            for s, column in self.columns[kind].items():
+        for kind, columns in self.columns.items():
+            for s, column in columns.items():
                 yield kind, s, column
 
 
-def instances(
-    eom: Equations, given: Mapping[str, Any], design: Any, sampler: str | None, count: int | None, seed: int | None
-) -> Instances:
-    """The instances that the values of each kind, and a design of any of them by name, make.
+def has_columns(given: Mapping[str, Any]) -> bool:
+    """Whether values of some kind are those of many: a table, an array with a row for each, or columns among numbers."""
+    return any(map(_is_many, given.values()))
+
+
+def _is_many(given: Any) -> bool:
+    if hasattr(given, "data_vars") or hasattr(given, "iloc"):
+        return True
+    if isinstance(given, Mapping):
+        return any(np.ndim(v) > 0 for v in given.values() if not isinstance(v, Expr) and not callable(v))
+    if isinstance(given, list | tuple):
+        return any(isinstance(v, list | tuple | np.ndarray) and np.ndim(v) > 0 for v in given)
+    return isinstance(given, np.ndarray) and given.ndim > 1
+
+
+def instances(eom: Equations, given: Mapping[str, Any], design: Mapping[Any, Any] | None = None) -> Instances:
+    """The instances that the values of each kind, and a table of values of any of them by name, make.
 
     Raises
     ------
     ValueMissingError
         if a name is unknown, or comes twice
     SimulationError
-        if arrays have different lengths or none at all, a number is not finite, or the design is not admissible
+        if arrays have different lengths or none at all, or a number is not finite
     """
     symbols = _symbols(eom, given)
-    values = {kind: _by_symbol(kind, symbols[kind], given[kind]) for kind in KINDS}
-    _add_design(values, symbols, design, sampler, count, seed)
+    values = {kind: _by_symbol(kind, symbols[kind], own) for kind, own in given.items()}
+    _add_design(values, {kind: symbols[kind] for kind in given}, design or {})
     columns = {kind: _columns(kind, own) for kind, own in values.items()}
     lengths = {f"{s} ({kind})": len(c) for kind, own in columns.items() for s, c in own.items()}
     many = _common_length(lengths)
@@ -95,13 +105,15 @@ def _symbols(eom: Equations, given: Mapping[str, Any]) -> dict[str, tuple[Symbol
         "u": tuple(eom.speeds),
         "states": tuple(eom.states),
         "parameters": tuple(dict.fromkeys([*eom.system.parameters, *gains])),
-        "inputs": tuple(s for s in eom.inputs if isinstance(s, Input)),
+        "inputs": tuple(s for s in eom.inputs if isinstance(s, Input) or "t" in given),
+        "t": (time,),
+        "rates": tuple(eom.coordinates),
     }
 
 
 def _by_symbol(kind: str, symbols: Sequence[Symbol], given: Any) -> dict[Any, Any]:
     """What is given of a kind by symbol; several inputs that have one function together stay so."""
-    table = _table(given)
+    table = table_of(given)
     if not isinstance(table, Mapping):
         table = _in_order(kind, symbols, table)
     together = {key: value for key, value in table.items() if isinstance(key, tuple)}
@@ -114,10 +126,11 @@ def _by_symbol(kind: str, symbols: Sequence[Symbol], given: Any) -> dict[Any, An
     return {**named_values(_WORDS[kind], symbols, named), **together}
 
 
-_WORDS = {"q": "coordinates", "u": "speeds"} | {kind: kind for kind in ("states", "parameters", "inputs")}
+_PLAIN = ("states", "parameters", "inputs", "t")
+_WORDS = {"q": "coordinates", "u": "speeds", "rates": "rates, by coordinate,"} | {kind: kind for kind in _PLAIN}
 
 
-def _table(given: Any) -> Any:
+def table_of(given: Any) -> Any:
     """A DataFrame or Dataset as a dict of its columns; what else there is stays."""
     if hasattr(given, "iloc") and hasattr(given, "columns"):
         return {name: given[name] for name in given.columns}
@@ -145,26 +158,9 @@ def _in_order(kind: str, symbols: Sequence[Symbol], given: Any) -> dict[Any, Any
 
 
 def _add_design(
-    values: dict[str, dict[Any, Any]],
-    symbols: Mapping[str, Sequence[Symbol]],
-    design: Any,
-    sampler: str | None,
-    count: int | None,
-    seed: int | None,
+    values: dict[str, dict[Any, Any]], symbols: Mapping[str, Sequence[Symbol]], table: Mapping[Any, Any]
 ) -> None:
-    """The quantities of a design join those of their kinds; without a sampler they are values of the instances themselves."""
-    table = _table(design)
-    if not isinstance(table, Mapping):
-        raise SimulationError(
-            f"Expected a design as a dict, a DataFrame or a Dataset of names, got {cut(repr(design))}. Name each: {{'m': (1, 2)}}."
-        )
-    if sampler is not None:
-        table = drawn(table, sampler, count, seed)
-    elif count is not None or seed is not None:
-        raise SimulationError(
-            'Expected sampler= where count= or seed= are given, got none. Choose "sobol", "latin", "halton" or "uniform", or leave '
-            "them out: without a sampler a design has the values of the instances themselves."
-        )
+    """The quantities of a design join those of their kinds."""
     every = [s for own in symbols.values() for s in own]
     for key, value in table.items():
         kind, s = _found(symbols, every, key)

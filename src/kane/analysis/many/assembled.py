@@ -1,0 +1,291 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`assemble` at many states: the branch of the first followed along the arrays, then speeds of all at once.
+
+Of the constraints as many rows as there are coordinates to solve for are followed, chosen at the first state; all must hold at last.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kane.analysis.many.poses import Poses
+from kane.analysis.state_checks import misses
+from kane.dynamics.constraints.manifold import LevelSet, turned_closures
+from kane.dynamics.constraints.partition import choose
+from kane.equations.compiled import ports
+from kane.equations.equations import Equations
+from kane.equations.state import Guess
+from kane.equations.tables import package
+from kane.errors import KaneError, SimulationError
+from kane.expr.node import Expr
+from kane.expr.symbols import Coordinate, Speed, time
+from kane.numeric.arrays import Array, Mask
+from kane.numeric.following import End, follow
+from kane.numeric.scale import CLOSED, GIVEN, NEAR_SINGULAR, ROUNDED, ROUNDED_ROOT
+from kane.program.from_expressions import Bundle
+
+_TOLD = 4
+
+
+class One(NamedTuple):
+    """A state on the constraints, q and u in order, and what is left of the constraints."""
+
+    q: Array
+    u: Array
+    residual: float
+
+
+class Closing(NamedTuple):
+    """f, ∂f/∂q, A and b at states."""
+
+    f: Array
+    gradient: Array
+    a: Array
+    b: Array
+
+
+def closing(eom: Equations) -> Bundle[Closing]:
+    """The constraints on q, those of Euler parameters too, and on u."""
+    conditions, rows = eom.derived.conditions, eom.derived.constraints
+    groups = {"f": list(conditions.f), "gradient": conditions.gradient, "a": rows.a, "b": list(rows.b)}
+    return Bundle("closing", ports(eom.derived), Closing, groups)
+
+
+class _Square(NamedTuple):
+    f: Array
+    gradient: Array
+
+
+def square(eom: Equations, rows: Sequence[int], columns: Sequence[int]) -> Bundle[_Square]:
+    """Some of f, and their derivatives in some of the coordinates."""
+    conditions = eom.derived.conditions
+    return Bundle(
+        "square", ports(eom.derived), _Square,
+        {"f": [conditions.f[i] for i in rows], "gradient": conditions.gradient.take(rows, columns)},
+    )  # fmt: skip
+
+
+class Routes(NamedTuple):
+    """How one is found by itself: the kth state, and the kth speeds at q with what is left of the constraints on them.
+
+    Speeds of all are found `together` where A u + b = 0 says what is held.
+    """
+
+    alone: Callable[[int], One]
+    motion: Callable[[int, Array], tuple[Array, float]]
+    together: bool
+
+
+def assembled(poses: Poses, routes: Routes) -> Any:
+    """The states as a Dataset; coordinates that are guessed or left out are solved for."""
+    eom = poses.eom
+    q = np.full((poses.count, len(eom.coordinates)), np.nan)
+    u, left = np.full((poses.count, len(eom.speeds)), np.nan), np.full(poses.count, np.nan)
+    base, free = _start(poses)
+    causes = dict(poses.failed)
+    if eom.derived.conditions.f and not free:
+        found, causes = poses.each(routes.alone)
+        for k, one in found.items():
+            q[k], u[k], left[k] = one
+        return _dataset(poses, q, u, left, causes)
+    first = _first(poses, routes.alone, causes)
+    if first is not None:
+        q[:], left[:] = base, 0.0
+        if free:
+            _follow(poses, (q, left), free, *first, causes)
+        _move(poses, (q, u, left), routes, causes)
+    for values in (q, u, left):
+        values[list(causes)] = np.nan
+    return _dataset(poses, q, u, left, causes)
+
+
+def _start(poses: Poses) -> tuple[Array, list[int]]:
+    """Coordinates as they are given (k × n), and which of them are solved for."""
+    given, coordinates = poses.given("q"), poses.eom.coordinates
+    base, free = np.zeros((poses.count, len(coordinates))), list[int]()
+    for i, s in enumerate(coordinates):
+        value = given.get(s)
+        if value is None or isinstance(value, Guess):
+            free.append(i)
+        else:
+            base[:, i] = value
+    return base, free
+
+
+def _first(poses: Poses, alone: Callable[[int], One], causes: dict[int, str]) -> tuple[int, One] | None:
+    """The first one that there is; those before it are told why there is none."""
+    for k in poses.open:
+        try:
+            return k, alone(k)
+        except SimulationError as error:
+            causes[k] = str(error)
+    return None
+
+
+def _follow(
+    poses: Poses, places: tuple[Array, Array], free: list[int], start: int, one: One, causes: dict[int, str]
+) -> None:
+    """Coordinates q (k × n) in the places that are free, and what is left of the constraints there."""
+    (q, left), eom = places, poses.eom
+    numeric, numbers = eom.numeric(), poses.numbers()
+    level = _level(poses, start).of(one.q, free)
+    rows = choose(level.one(one.q)[1][:, free] * level.usual.x / level.usual.f[:, None])
+    if len(rows.rows) < len(free):
+        raise SimulationError(
+            f"Expected coordinates that the constraints determine where arrays are given, got {len(free) - len(rows.rows)} guesses "
+            "too many: the place nearest to guesses is no branch to follow. Give numbers or arrays for as many of "
+            f"{', '.join(eom.coordinates[i].name for i in free)}."
+        )
+    chosen = tuple(sorted(rows.rows))
+    flat, n = numeric.routine(square, chosen, tuple(free)).flat, len(free)
+    given = [i for i in range(len(eom.coordinates)) if i not in free]
+    width = len(given)
+    state, ends = np.zeros(len(eom.state)), np.cumsum([width, len(eom.parameters), len(eom.inputs)])
+
+    def function(x: Array, data: Array) -> tuple[Array, Array]:
+        state[free], state[given] = x, data[:width]
+        numbers = flat(float(data[-1]), state, data[width : ends[1]], data[ends[1] : ends[2]])
+        return numbers[:n], numbers[n:].reshape(n, n)
+
+    t, p, r = numbers
+    order = np.array([k for k in range(start, poses.count) if k not in causes])
+    found = follow(function, np.column_stack([q[:, given], p, r, t])[order], one.q[free], level.usual.x)
+    for row, end in found.ends.items():
+        causes[int(order[row])] = _ended(eom, free, int(order[end.last]), end)
+    reached = np.array([k for row, k in enumerate(order) if row not in found.ends])
+    q[reached[:, None], free] = found.x[[row for row in range(len(order)) if row not in found.ends]]
+    f = _polish(poses, numeric.routine(closing), q, (reached, free, list(chosen)))
+    left[reached] = np.abs(f).max(axis=1, initial=0)
+    _check(poses, level, q, reached, f, causes)
+
+
+def _level(poses: Poses, k: int) -> LevelSet:
+    """The configuration constraints of the kth state."""
+    t, p, r = (x[k] for x in poses.numbers())
+    eom = poses.eom
+    values: dict[Expr, Any] = {**dict(zip((*eom.parameters, *eom.inputs), (*p, *r), strict=True)), time: t}
+    return eom.derived.conditions.at(values)
+
+
+def _ended(eom: Equations, free: Sequence[int], last: int, end: End) -> str:
+    at = ", ".join(f"{eom.coordinates[i].name} = {v:.6g}" for i, v in list(zip(free, end.x, strict=True))[:_TOLD])
+    return (
+        f"Expected a configuration that the branch of the others leads to, got its end on the way from instance {last}, near {at}: a "
+        "dead point, or the limit of what the parts reach, where branches meet. Assemble what lies beyond by itself, from guesses."
+    )
+
+
+def _states(poses: Poses, q: Array) -> Array:
+    """(q, 0, 0) (k × …) as routines take it."""
+    x = np.zeros((len(q), len(poses.eom.state)))
+    x[:, : q.shape[1]] = q
+    return x
+
+
+def _polish(poses: Poses, routine: Any, q: Array, where: tuple[Array, list[int], list[int]]) -> Array:
+    """One more of Newton's steps at all places, where it does not lead away: what is left of f then (k × m) is rounding's."""
+    places, free, rows = where
+    t, p, r = (x[places] for x in poses.numbers())
+    now = routine(t, _states(poses, q[places]), p, r)
+    g = now.gradient[:, rows][:, :, free]
+    moved = q[places]
+    moved[:, free] -= np.linalg.solve(g, now.f[:, rows, None])[:, :, 0]
+    then = routine(t, _states(poses, moved), p, r)
+    better = np.abs(then.f).max(axis=1, initial=0) <= np.abs(now.f).max(axis=1, initial=0)
+    q[places[better]] = moved[better]
+    return np.asarray(np.where(better[:, None], then.f, now.f))
+
+
+def _check(poses: Poses, level: LevelSet, q: Array, reached: Array, f: Array, causes: dict[int, str]) -> None:
+    """All constraints hold at the configurations that were reached, and closures are as they are meant."""
+    eom, (t, p, r) = poses.eom, (x[reached] for x in poses.numbers())
+    values: dict[Expr, Any] = {**dict(zip((*eom.parameters, *eom.inputs), (*p.T, *r.T), strict=True)), time: t}
+    turned, shares = level.manifold.at(values).turned(q[reached]), level.shares(f)
+    for row in np.flatnonzero(~(shares <= CLOSED).all(axis=1) | turned.any(axis=1)).tolist():
+        bad = misses(level.manifold.names, f[row], shares[row], CLOSED)
+        told = ", ".join(bad) or turned_closures(level.manifold.branches, turned[row])
+        causes[int(reached[row])] = (
+            f"Expected a configuration that satisfies the constraints, got one that misses {told}: rows that follow from the others "
+            "at the first instance do not here. Assemble it by itself."
+        )
+
+
+def _move(poses: Poses, places: tuple[Array, Array, Array], routes: Routes, causes: dict[int, str]) -> None:
+    """Speeds u (k × n) with A u + b = 0 where there are configurations."""
+    q, u, left = places
+    there = np.array([k for k in range(poses.count) if k not in causes], dtype=int)
+    doubtful = np.ones(len(there), dtype=bool)
+    if routes.together:
+        u[there], rest, doubtful = _speeds(poses, q, there)
+        left[there] = np.maximum(left[there], rest)
+    for k in there[doubtful].tolist():
+        try:
+            u[k], open_ = routes.motion(k, q[k])
+            left[k] = max(left[k], open_)
+        except KaneError as error:
+            causes[k] = str(error)
+
+
+def _speeds(poses: Poses, q: Array, places: Array) -> tuple[Array, Array, Mask]:
+    """u with A u + b = 0 at all places, what is left of that, and where it is in doubt."""
+    eom, (t, p, r) = poses.eom, (x[places] for x in poses.numbers())
+    now = eom.numeric().routine(closing)(t, _states(poses, q[places]), p, r)
+    x, free = _wanted(poses, places)
+    if not now.b.shape[1] or not len(places):
+        return x, np.zeros(len(places)), np.zeros(len(places), dtype=bool)
+    # as at one state: what a unit of each speed does, and the sizes of rows
+    pace = np.abs(now.a).max(axis=1, initial=0)
+    pace = np.where(pace > ROUNDED * pace.max(axis=1, keepdims=True, initial=0), pace, 1.0)
+    rows = now.a / pace[:, None, :]
+    size = np.abs(rows).max(axis=2, initial=0)
+    scale = np.maximum(size, np.maximum(ROUNDED_ROOT * size.max(axis=1, keepdims=True), np.finfo(float).tiny))
+    rows, rest, y = rows / scale[:, :, None], now.b / scale, x * pace
+    doubtful = np.zeros(len(places), dtype=bool)
+    if free:
+        change, doubtful = _least(rows[:, :, free], -(_times(rows, y) + rest))
+        y[:, free] += change
+    left = np.abs(_times(rows, y) + rest).max(axis=1, initial=0)
+    most = np.maximum(np.abs(y).max(axis=1, initial=0), np.abs(rest).max(axis=1, initial=0))
+    return y / pace, left, doubtful | ~(left <= GIVEN * most)
+
+
+def _wanted(poses: Poses, places: Array) -> tuple[Array, list[int]]:
+    """Speeds as they are given (k × n), and which of them follow from the constraints."""
+    given, x, free = poses.given("u"), np.zeros((len(places), len(poses.eom.speeds))), list[int]()
+    for i, s in enumerate(poses.eom.speeds):
+        value = given.get(s)
+        if value is None or isinstance(value, Guess):
+            free.append(i)
+            x[:, i] = 0.0 if value is None else value.value
+        else:
+            x[:, i] = np.asarray(value)[places] if np.ndim(value) else value
+    return x, free
+
+
+def _times(a: Array, x: Array) -> Array:
+    return np.asarray((a @ x[:, :, None])[:, :, 0])
+
+
+def _least(a: Array, right: Array) -> tuple[Array, Mask]:
+    """The least x of A x = right (k × m × n) by rows that are independent at the first, and where A is nearly singular."""
+    chosen = sorted(choose(a[0]).rows)
+    a, right = a[:, chosen], right[:, chosen]
+    across: Array | None = np.swapaxes(a, 1, 2) if len(chosen) < a.shape[2] else None
+    regular = a if across is None else np.asarray(a @ across)
+    try:
+        inverse = np.linalg.inv(regular)
+        x = np.linalg.solve(regular, right[:, :, None])
+    except np.linalg.LinAlgError:
+        return np.zeros((len(a), a.shape[2])), np.ones(len(a), dtype=bool)
+    condition = np.linalg.norm(regular, axis=(1, 2)) * np.linalg.norm(inverse, axis=(1, 2))
+    x = np.asarray(x if across is None else across @ x, dtype=float)
+    return np.asarray(x[:, :, 0], dtype=float), np.asarray(~(condition < 1 / NEAR_SINGULAR), dtype=bool)
+
+
+def _dataset(poses: Poses, q: Array, u: Array, left: Array, causes: Mapping[int, str]) -> Any:
+    xarray, eom = package("xarray"), poses.eom
+    symbols: tuple[Coordinate | Speed, ...] = (*eom.coordinates, *eom.speeds)
+    own = poses.variables(symbols, np.hstack([q, u]).T)
+    own["residual"] = xarray.Variable("instance", left, {"long_name": "what is left of the constraints"})
+    return poses.dataset(own, causes, {})

@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`linearize` at many states: all at once where that is A and B alone, else one after the other.
+
+Independent are at all states the perturbations that are so at the first. All at once, the implicit function theorem is that of
+`kane.analysis.perturbations` on stacks of matrices; a state at which something is in doubt (rank, the constraints, what is not
+finite) is linearized by itself.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kane.analysis.linear import Linear
+from kane.analysis.local import Outputs, Values, all_switches, answers, coded, slopes, values
+from kane.analysis.many.poses import Poses
+from kane.analysis.one_sided import lengths
+from kane.analysis.perturbations import perturbations
+from kane.dynamics.constraints.partition import choose
+from kane.equations.compiled import Numeric
+from kane.equations.equations import Equations
+from kane.equations.tables import package
+from kane.errors import KaneError, SimulationError
+from kane.expr.node import Expr
+from kane.expr.symbols import time
+from kane.numeric.arrays import Array, Mask
+from kane.numeric.rank import balanced, surely_regular
+from kane.numeric.scale import NEAR_SINGULAR, ROUNDED_CHAIN
+
+PARTS = {"A": "A", "B": "B", "C": "C", "D": "D", "rates": "rates", "values": "output_values"}
+"""Arrays of a `Linear`, and their names in a Dataset, of which `values` is a method."""
+_TINY = np.finfo(float).tiny
+
+
+class Routes(NamedTuple):
+    """How the kth is linearized by itself, with the names of what is to be independent; whether all may be at once."""
+
+    alone: Callable[[int, Sequence[str]], Linear]
+    together: bool
+
+
+def linearized(poses: Poses, numeric: Numeric[Equations], outputs: Outputs, routes: Routes) -> Any:
+    """A, B, C, D, rates and values of all states as a Dataset."""
+    causes = dict(poses.failed)
+    first = _first(poses, routes, causes)
+    if first is None:
+        raise SimulationError(f"Expected a state to linearize about, got none of {poses.count}. {causes[0]}")
+    names = [s for s in first.states if s not in first.further]
+    found = {part: np.full((poses.count, *getattr(first, part).shape), np.nan) for part in PARTS}
+    sure = np.zeros(poses.count, dtype=bool)
+    if routes.together and is_plain(numeric, outputs):
+        sure = _together(poses, numeric, outputs, first, found)
+    for k in [k for k in poses.open if not sure[k] and k not in causes]:
+        try:
+            own = routes.alone(k, names)
+        except KaneError as error:
+            causes[k] = str(error)
+            continue
+        for part, whole in found.items():
+            whole[k] = getattr(own, part)
+    for whole in found.values():
+        whole[list(causes)] = np.nan
+    return _dataset(poses, first, found, causes)
+
+
+def _first(poses: Poses, routes: Routes, causes: dict[int, str]) -> Linear | None:
+    """The first that can be linearized about; those before it are told why they cannot."""
+    for k in poses.open:
+        try:
+            return routes.alone(k, ())
+        except (SimulationError, ArithmeticError) as error:
+            causes[k] = str(error)
+    return None
+
+
+def is_plain(numeric: Numeric[Equations], outputs: Outputs) -> bool:
+    """Whether nothing switches, no length vanishes, and what is perturbed are the coordinates themselves."""
+    tables = (numeric.value(make, *outputs.roots) for make in (all_switches, lengths))
+    return numeric.equations.solved.twin is None and not numeric.value(perturbations).sets and not any(tables)
+
+
+def _together(
+    poses: Poses, numeric: Numeric[Equations], outputs: Outputs, first: Linear, found: Mapping[str, Array]
+) -> Mask:
+    """A, …, of all states, and of which they are sure."""
+    eom, run, (t, p, r) = numeric.equations, coded(numeric), poses.numbers()
+    state = (t, _states(poses), p, r)
+    own: Values = run(values)(*state)
+    nq, n = len(eom.coordinates), len(eom.speeds)
+    keep, sure = _regular(eom, own)
+    k, right = own.matrix[:, keep][:, :, keep], own.right
+    k[~sure] = np.eye(len(keep))
+    z = np.zeros(right.shape)
+    z[:, keep] = np.linalg.solve(k, right[:, keep, None])[:, :, 0]
+    sloped = run(slopes)(*state, z)
+    sure &= _placed(poses, own, state)
+    free_q = [i for i, q in enumerate(eom.coordinates) if q.name in first.coordinates]
+    free_u = [i for i, u in enumerate(eom.speeds) if u.name in first.speeds]
+    of_q, sure_q = _by_free(sloped.configuration, range(nq), free_q, range(nq + n, sloped.configuration.shape[2]))
+    shift = sloped.motion[:, :, :nq] @ of_q
+    i, j = len(free_q), len(free_u)
+    shift[:, :, i:] += sloped.motion[:, :, nq + n :]
+    whole = np.concatenate([sloped.motion[:, :, nq : nq + n], shift], axis=2)
+    of_u, sure_u = _by_free(whole, range(n), free_u, range(n, whole.shape[2]))
+    sure &= sure_q & sure_u
+    more = of_q.shape[2] - i
+    moves = np.zeros((poses.count, nq + n + more, i + j + more))
+    moves[:, :nq, :i], moves[:, :nq, i + j :] = of_q[:, :, :i], of_q[:, :, i:]
+    moves[:, nq : nq + n, :i], moves[:, nq : nq + n, i + j :] = of_u[:, :, j : j + i], of_u[:, :, j + i :]
+    moves[:, nq : nq + n, i : i + j] = of_u[:, :, :j]
+    moves[:, nq + n :, i + j :] = np.eye(more)
+    answer = np.zeros((*z.shape, moves.shape[2]))
+    answer[:, keep] = -np.linalg.solve(k, (sloped.residual @ moves)[:, keep])
+    rows = np.concatenate([(sloped.rates @ moves)[:, free_q], answer[:, free_u], sloped.states @ moves], axis=1)
+    count = rows.shape[1]
+    found["A"][:], found["B"][:] = rows[:, :, :count], rows[:, :, count:]
+    found["rates"][:] = np.concatenate([own.rates[:, free_q], z[:, free_u], own.states], axis=1)
+    if outputs.roots:
+        out = run(answers, *outputs.roots)(*state, z)
+        by = out.slopes @ np.concatenate([moves, answer], axis=1)
+        found["values"][:], found["C"][:], found["D"][:] = out.values, by[:, :, :count], by[:, :, count:]
+    finite = [np.isfinite(x.reshape(poses.count, -1)).all(axis=1) for x in found.values() if x.size]
+    return np.asarray(sure & np.logical_and.reduce(finite) if finite else sure)
+
+
+def _states(poses: Poses) -> Array:
+    """(q, u, a) of all (k × …)."""
+    eom, x = poses.eom, np.zeros((poses.count, len(poses.eom.state)))
+    given = {**poses.given("q"), **poses.given("u"), **poses.given("states")}
+    for i, s in enumerate(eom.state):
+        x[:, i] = given[s] if s in given else s.default or 0.0 if s in set(eom.states) else np.nan
+    return x
+
+
+def _regular(eom: Equations, own: Values) -> tuple[list[int], Mask]:
+    """Rows of K without those of constraints that follow from others, and at which states they are surely regular."""
+    n, m, size = len(eom.speeds), own.motion.shape[1], own.right.shape[1]
+    held = eom.embedding.partition.rows if eom.embedding is not None else ()
+    keep = [*range(n), *(n + i for i in sorted(held)), *range(n + m, size)]
+    k = own.matrix[:, keep][:, :, keep]
+    finite = np.asarray(np.isfinite(k).all(axis=(1, 2)) & np.isfinite(own.right).all(axis=1))
+    return keep, finite & surely_regular(balanced(np.where(finite[:, None, None], k, 1.0)), NEAR_SINGULAR**2)
+
+
+def _placed(poses: Poses, own: Values, state: tuple[Array, ...]) -> Mask:
+    """Which states are on the constraints, but for rounding, and closures as they are meant."""
+    eom, (t, x, p, r) = poses.eom, state
+    nq, n = len(eom.coordinates), len(eom.speeds)
+    off = (np.abs(own.configuration) > ROUNDED_CHAIN * np.maximum(own.configuration_terms, _TINY)).any(axis=1)
+    terms = (np.abs(own.constraints(n)) @ np.abs(x[:, nq : nq + n, None]))[:, :, 0]
+    off |= (np.abs(own.motion) > ROUNDED_CHAIN * np.maximum(terms, _TINY)).any(axis=1)
+    if eom.derived.conditions.branches:
+        rest: dict[Expr, Any] = {**dict(zip((*eom.parameters, *eom.inputs), (*p.T, *r.T), strict=True)), time: t}
+        off |= eom.derived.conditions.at(rest).turned(x[:, :nq]).any(axis=1)
+    return np.asarray(~off)
+
+
+def _by_free(a: Array, own: Sequence[int], free: Sequence[int], rest: Sequence[int]) -> tuple[Array, Mask]:
+    """x of A x + rest y = 0 by those that are `free`, S of x = S (x_free, y) at all states, and where it is sure.
+
+    A stands in the columns `own` of `a` (k × m × …), what multiplies y in the columns `rest`.
+    """
+    dependent = [i for i in own if i not in set(free)]
+    columns = [*(own[i] for i in free), *rest]
+    solution = np.zeros((len(a), len(own), len(columns)))
+    solution[:, list(free), range(len(free))] = 1.0
+    if not dependent:
+        return solution, np.ones(len(a), dtype=bool)
+    partition = choose(a[int(np.argmax(np.isfinite(a).all(axis=(1, 2))))][:, dependent])
+    rows = sorted(partition.rows)
+    if len(rows) < len(dependent):
+        return solution, np.zeros(len(a), dtype=bool)
+    block = a[:, rows][:, :, dependent]
+    sure = np.asarray(np.isfinite(a).all(axis=(1, 2)))
+    sure &= surely_regular(balanced(np.where(sure[:, None, None], block, 1.0)), NEAR_SINGULAR)
+    block = np.where(sure[:, None, None], block, np.eye(len(rows)))
+    solution[:, dependent] = np.linalg.solve(block, -a[:, rows][:, :, columns])
+    return solution, sure
+
+
+def _dataset(poses: Poses, first: Linear, found: Mapping[str, Array], causes: Mapping[int, str]) -> Any:
+    xarray = package("xarray")
+    dims: dict[str, tuple[str, ...]] = {"A": ("rate", "state"), "B": ("rate", "input"), "rates": ("rate",)}
+    dims |= {"C": ("output", "state"), "D": ("output", "input"), "values": ("output",)}
+    names = {"rate": [f"{s}'" for s in first.states], "state": list(first.states), "input": list(first.inputs)}
+    names["output"] = list(first.outputs)
+    told = {"rates": "rates of the states at the point itself", "values": "outputs at the point itself"}
+    own = {
+        PARTS[part]: xarray.Variable(
+            ("instance", *dims[part]), x, {"long_name": told.get(part, f"{part} of the linear equations")}
+        )
+        for part, x in found.items()
+    }
+    return poses.dataset(own, causes, names)

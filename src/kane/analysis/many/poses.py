@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Many states as they are given, by arrays or by a Dataset of such, and what is found at each as a Dataset of xarray.
+
+One that has no answer stops no other: its numbers are NaN, its `status` is "failed", and `cause` says why.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+
+from kane.dynamics.readings.quantities import parameter_values
+from kane.equations.equations import Equations
+from kane.equations.instances import STARTS, Instances, has_columns, instances
+from kane.equations.state import GROUPS, State, StateValues, state_of
+from kane.equations.tables import labelled, package
+from kane.errors import ArgumentError, KaneError, SimulationError, ValueMissingError
+from kane.expr.symbols import Symbol, time
+from kane.numeric.arrays import Array
+
+T = TypeVar("T")
+BY_NAME = ("parameters", "inputs", "t")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Poses:
+    """Many states: what each is given, and which of them are none, by number, with the cause."""
+
+    eom: Equations
+    instances: Instances
+    failed: Mapping[int, str]
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return self.instances.count
+
+    @property
+    def open(self) -> Iterator[int]:
+        """The numbers of those that are states."""
+        return (k for k in range(self.count) if k not in self.failed)
+
+    def given(self, kind: str) -> Mapping[Any, Any]:
+        """What is given of a kind by symbol: numbers, guesses, columns (k)."""
+        return {**(self.instances.common[kind] or {}), **self.instances.columns[kind]}
+
+    def state(self, k: int) -> State:
+        """The kth one; what is no kind of values of a state is left out."""
+        own = {kind: x for kind, x in self.instances.at(k).items() if kind in GROUPS}
+        return State(**own, t=float(np.broadcast_to(self.given("t")[time], self.count)[k]))
+
+    def of_state(self) -> State:
+        """All of them as one, with arrays in the places of numbers."""
+        own = {kind: dict(self.given(kind)) or None for kind in GROUPS}
+        return State(**own, t=self.given("t")[time])
+
+    def numbers(self) -> tuple[Array, Array, Array]:
+        """t (k), parameters (k × np) and inputs (k × nr), zero where none is given."""
+        eom, columns = self.eom, self.instances.columns["parameters"]
+        plain = {**self.given("parameters"), **{s: float(column[0]) for s, column in columns.items()}}
+        constants: dict[Any, Any] = {**parameter_values(eom.system, plain), **columns}
+        inputs = self.given("inputs")
+        return (
+            self._table([self.given("t")[time]])[:, 0],
+            self._table([constants[s] for s in eom.parameters]),
+            self._table([inputs.get(s, 0.0) for s in eom.inputs]),
+        )
+
+    def _table(self, columns: Sequence[Any]) -> Array:
+        table = np.empty((self.count, len(columns)))
+        for i, column in enumerate(columns):
+            table[:, i] = column
+        return table
+
+    def each(self, ask: Callable[[int], T]) -> tuple[dict[int, T], dict[int, str]]:
+        """What is found of each by itself, and the causes of those of which nothing is; missing values are an error of all."""
+        found, causes = dict[int, T](), dict(self.failed)
+        for k in self.open:
+            try:
+                found[k] = ask(k)
+            except (ValueMissingError, ArgumentError):
+                raise
+            except KaneError as error:
+                causes[k] = str(error)
+        return found, causes
+
+    def dataset(self, values: Mapping[str, Any], causes: Mapping[int, str], names: Mapping[str, Any]) -> Any:
+        """Variables over instance as a Dataset; `names` are those along their other dimensions.
+
+        Coordinates are the values that were given: along instance what differs, as numbers what is common.
+        """
+        xarray = package("xarray")
+        texts = np.full(self.count, "", dtype=object)
+        texts[list(causes)] = list(causes.values())
+        status = np.where(texts == "", "found", "failed").astype(object)
+        own = dict(values)
+        own["status"] = xarray.Variable("instance", status, {"long_name": "found, or failed"})
+        own["cause"] = xarray.Variable("instance", texts, {"long_name": "why there is none"})
+        shown: dict[str, Any] = {"instance": np.arange(self.count), **names}
+        for kind in (*STARTS, *BY_NAME):
+            for s, value in self.given(kind).items():
+                if s.name not in own | shown and isinstance(value, float | int | np.ndarray):
+                    first = ["instance"] if np.ndim(value) else []
+                    shown[s.name] = self.variable(xarray, s, np.asarray(value, dtype=float), first)
+        return xarray.Dataset(own, shown)
+
+    def variables(self, symbols: Sequence[Symbol], values: Array) -> dict[str, Any]:
+        """Values (symbols × k) by name."""
+        xarray = package("xarray")
+        return {s.name: self.variable(xarray, s, x) for s, x in zip(symbols, values, strict=True)}
+
+    def variable(self, xarray: Any, s: Symbol, values: Array, first: Sequence[str] = ("instance",)) -> Any:
+        """Values of a symbol, with its unit and its description."""
+        unit = "s" if s is time else self.eom.unit(s)
+        return labelled(xarray, s.name, values, first, unit, "time" if s is time else s.description)
+
+
+def poses(
+    eom: Equations, state: State | Any | None, values: StateValues, rates: Mapping[Any, Any] | None = None
+) -> Poses | None:
+    """The states, where arrays or a Dataset are given; None of numbers.
+
+    Raises
+    ------
+    ImportError
+        without xarray
+    SimulationError
+        if arrays have different lengths or none at all, or a number is not finite
+    ValueMissingError
+        if a name is unknown, or has two values
+    """
+    if hasattr(state, "data_vars"):
+        return _of_dataset(eom, state, values)
+    at = state_of(state, **values)
+    kinds: dict[str, Any] = {kind: getattr(at, kind) for kind in GROUPS} | {"t": {time: at.t}}
+    if rates is not None:
+        kinds["rates"] = rates
+    if not has_columns(kinds):
+        return None
+    package("xarray")
+    return Poses(eom, instances(eom, kinds), {})
+
+
+def _of_dataset(eom: Equations, table: Any, values: StateValues) -> Poses:
+    """Those of a Dataset, and values of what it does not have by keyword."""
+    kinds: dict[str, dict[Any, Any]] = {}
+    symbols: dict[str, Sequence[Symbol]] = {kind: getattr(eom, what) for kind, what in GROUPS.items()} | {"t": (time,)}
+    for kind, listed in symbols.items():
+        kinds[kind] = {s: table[s.name].to_numpy()[()] for s in listed if s.name in table.variables}
+    count = table.sizes.get("instance", 0)
+    if not count or not all(np.shape(x) in ((), (count,)) for own in kinds.values() for x in own.values()):
+        raise SimulationError(
+            f"Expected a Dataset of states over instance alone, as kn.assemble and kn.trim give it, got the dimensions "
+            f"{dict(table.sizes)}. Give columns by name, q={{…}}, u={{…}}."
+        )
+    lost = np.zeros(count, dtype=bool)
+    for x in (x for own in kinds.values() for x in own.values()):
+        lost |= ~np.isfinite(x)
+    if lost.all():
+        raise SimulationError("Expected states in the Dataset, got none that is finite. See its `cause`.")
+    texts = table["cause"].to_numpy() if "cause" in table.variables else np.full(count, "")
+    failed = {
+        k: str(texts[k]) or "Expected finite numbers of the state, got NaN." for k in np.flatnonzero(lost).tolist()
+    }
+    first = int(np.argmin(lost))
+    for own in kinds.values():
+        own.update({s: np.where(lost, x[first], x) for s, x in own.items() if np.ndim(x)})
+    kinds["t"] = kinds["t"] or {time: 0.0}
+    more: dict[str, Any] = dict.fromkeys(kinds)
+    more |= {kind: {time: x} if kind == "t" else x for kind, x in values.items() if x is not None}
+    return _joined(eom, instances(eom, kinds), instances(eom, more), count, failed)
+
+
+def _joined(eom: Equations, one: Instances, other: Instances, count: int, failed: Mapping[int, str]) -> Poses:
+    """The values of both, each symbol of one."""
+    if other.count not in (1, count):
+        raise SimulationError(f"Expected {count} values of each array beside the Dataset, got {other.count}.")
+    common, columns = dict[str, Any](), dict[str, Mapping[Any, Array]]()
+    for kind in one.columns:
+        pairs = [{**(x.common[kind] or {}), **x.columns[kind]} for x in (one, other)]
+        twice = [s.name for s in pairs[0] if s in pairs[1] and s is not time]
+        if twice:
+            raise ValueMissingError(
+                f"Expected one value for {twice[0]}, got two, by the Dataset and by keyword. Drop one: states.drop_vars({twice[0]!r})."
+            )
+        whole = pairs[0] | pairs[1]
+        columns[kind] = {s: x for s, x in whole.items() if isinstance(x, np.ndarray)}
+        common[kind] = {s: x for s, x in whole.items() if s not in columns[kind]} or None
+    return Poses(eom, Instances(count, common, columns), failed)

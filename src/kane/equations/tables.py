@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Variables of xarray with names, units and dimensions; packages that are no requirement."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from kane.numeric.arrays import Array
+
+AXES = ("x", "y", "z")
+
+
+def labelled(xarray: Any, name: str, values: Array, first: Sequence[str], unit: str, description: str) -> Any:
+    """Values as a Variable of xarray whose `first` dimensions are named; "axis" is that of vectors."""
+    n = len(first)
+    rest = ["axis"] if values.shape[n:] == (3,) else [f"{name}_{k}" for k in range(1, values.ndim - n + 1)]
+    told = {"units": unit, "long_name": description or name}
+    return xarray.Variable([*first, *rest], values, {k: v for k, v in told.items() if v})
+
+
+def package(name: str, extra: str = "table") -> Any:
+    """A package that is no requirement, but comes with an extra.
+
+    Raises
+    ------
+    ImportError
+        if it is not there
+    """
+    from importlib import import_module
+
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as error:
+        raise ImportError(
+            f"Expected the package {name}, got none. Install it, pip install 'kane[{extra}]'; sol.t, sol.q, sol.u and sol[…] need "
+            "none."
+        ) from error
