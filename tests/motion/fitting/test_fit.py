@@ -125,6 +125,15 @@ def test_gaps_and_frames():
     )
     assert found.values[k] == pytest.approx(2.0, rel=1e-8)
     assert np.isnan(found.residuals["place"]).sum() == 18
+    by_name = {
+        "q": {"x": 0.4},
+        "u": {"u": 0.0},
+        "parameters": {"k": 1.5},
+        "inputs": inputs,
+        "outputs": {"place": 2 * x},
+    }
+    again = kn.fit(eom, frame, "k", **by_name)
+    assert again.values[k] == found.values[k]
 
 
 def test_unknowns_that_are_not_determined_are_named():

@@ -127,7 +127,9 @@ class Problem:
         """The motions of a segment at z."""
         segment = self.segments[k]
         given, k_p = segment.given, len(self.unknown)
-        own = dict(given.parameters or {}) | dict(zip(self.unknown, z[:k_p].tolist(), strict=True))
+        names = {p.name for p in self.unknown}
+        own = {p: v for p, v in dict(given.parameters or {}).items() if getattr(p, "name", p) not in names}
+        own |= dict(zip(self.unknown, z[:k_p].tolist(), strict=True))
         starts = dict(zip(segment.free, z[self.places[k]].tolist(), strict=True))
         groups = {
             kind: _set(kind, group, getattr(given, kind), starts)
