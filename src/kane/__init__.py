@@ -102,6 +102,7 @@ _NAMES = {
     "analysis.assembly": "Assembled assemble",
     "analysis.comparison": "MethodComparison SpeedComparison SpeedSet compare_methods compare_speeds",
     "analysis.constraint_loads": "ConstraintForces constraint_forces Impact impact",
+    "analysis.inertial_regressor": "BaseParameters Regressor regressor",
     "analysis.linear": "Linear Mode NormalModes SecondOrder normal_modes",
     "analysis.linearization": "Linearizer SymbolicLinear linearize linearize_symbolic linearizer",
     "analysis.mixed_dynamics": "Inverse inverse",

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Derivatives of motions, and what follows from them."""
 
+from kane.analysis.inertial_regressor import BaseParameters, Regressor, regressor
 from kane.motion.derivatives.sensitivities import Sensitivities, sensitivities
 from kane.motion.fitting.fit import Fit, fit
 
-__all__ = ["Fit", "Sensitivities", "fit", "sensitivities"]
+__all__ = ["BaseParameters", "Fit", "Regressor", "Sensitivities", "fit", "regressor", "sensitivities"]

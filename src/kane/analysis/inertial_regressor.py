@@ -1,0 +1,321 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`regressor`: inverse dynamics as a linear function of the inertial parameters, and which of these a motion can tell.
+
+With the mass m of each body, first moments h = m c about the point C that the model declares as its mass centre, and the inertia
+dyadic I about C, Kane's equations of the independent speeds are
+
+    Σ ṽ_r·f + ω̃_r·τ = F̃_r,   f = m (a − g) + α × h + ω × (ω × h),   τ = I·α + ω × I·ω + h × (a − g)
+
+linear in π = (m, h, I) of all bodies: Y(q, u, u̇) π = F̃, the generalized forces of all loads but gravity (Atkeson, An, Hollerbach
+1986; partial velocities in the place of Jacobians). ṽ, ω̃ are nonholonomic partial velocities: forces of constraints do not appear,
+and closed loops are as good as trees. Base parameters are the combinations that Y can tell (Gautier & Khalil 1990), here by rank.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import reduce
+from typing import Any
+
+import numpy as np
+
+from kane.analysis.assembly import assemble
+from kane.dynamics.motions import Motions
+from kane.dynamics.readings.contributions import vanish
+from kane.dynamics.readings.quantities import parameter_values
+from kane.equations.equations import Equations, check_equations
+from kane.equations.state import guess
+from kane.errors import Attributes, KaneError, ModelError, SimulationError
+from kane.expr.build import add
+from kane.expr.differentiation import tangent
+from kane.expr.evaluation import evaluate, free_symbols
+from kane.expr.matrix import dot
+from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.symbols import rate, time
+from kane.expr.visit import substituted
+from kane.model.bodies import Particle, RigidBody
+from kane.numeric.arrays import Array
+from kane.numeric.rank import least_squares
+from kane.numeric.sampling import SEED, named_values
+from kane.space.vector import Vector
+
+_MOMENTS = ((0, 0, "xx"), (1, 1, "yy"), (2, 2, "zz"), (0, 1, "xy"), (1, 2, "yz"), (2, 0, "zx"))
+_TELLS = 1e-9
+"""A share of the largest singular value of the regressor over many states, its columns of length 1, below which nothing is told."""
+_KINDS = {"m": 2, "m c": 1, "I_x": 0, "I_y": 0, "I_z": 0}
+"""Masses count towards first moments, and these towards moments of inertia, as is usual (Gautier & Khalil 1990)."""
+_STATES = 12
+"""Random states a parameter."""
+_TRIES = 5
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BaseParameters(Attributes):
+    """The combinations β = K π that motions can tell.
+
+    Attributes
+    ----------
+    names : of all π
+    chosen : the parameters that stand for the base, one for each
+    matrix : K (rank × parameters): 1 at what is chosen, and what the others add to it
+    without : parameters that no motion tells
+    """
+
+    names: tuple[str, ...]
+    chosen: tuple[str, ...]
+    matrix: Array
+    without: tuple[str, ...]
+
+    @property
+    def rank(self) -> int:
+        """How many there are."""
+        return len(self.chosen)
+
+    @property
+    def combinations(self) -> tuple[str, ...]:
+        """Each as a sum of parameters."""
+        return tuple(" ".join(self._terms(row)).removeprefix("+ ") for row in self.matrix)
+
+    def _terms(self, row: Array) -> Iterator[str]:
+        for name, x in zip(self.names, row.tolist(), strict=True):
+            if abs(x) > 1e-9:
+                size = "" if abs(abs(x) - 1) < 1e-9 else f"{abs(x):.6g} "
+                yield f"{'-' if x < 0 else '+'} {size}{name}"
+
+    def __repr__(self) -> str:
+        return f"BaseParameters({self.rank} of {len(self.names)}: {', '.join(self.chosen)})"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Regressor(Attributes):
+    """Y of Y(q, u, u̇) π = F̃ for the inertial parameters π of all bodies.
+
+    `names` (k) are those of π, such as "rod: m", "rod: m c_x", "rod: I_zz"; `values` (k) their expressions in the model, `matrix` Y
+    (p × k) in q, u, u̇, t and the parameters of the geometry.
+    """
+
+    eom: Equations
+    names: tuple[str, ...]
+    values: tuple[Expr, ...]
+    matrix: tuple[tuple[Expr, ...], ...]
+    loads: tuple[Expr, ...]
+    drift: tuple[Expr, ...]
+
+    def numbers(self, parameters: Mapping[Any, float] | None = None) -> Array:
+        """π of the model (k)."""
+        return np.array([float(v) for v in evaluate(self.values, dict(parameter_values(self.eom.system, parameters)))])
+
+    def at(self, q: Any, u: Any, accelerations: Any, **given: Any) -> Array:
+        """Y (samples × p × k) at states with accelerations: numbers, or arrays (samples) by symbol or name or in order.
+
+        Under constraints u and u̇ are those of all speeds. `t`, `parameters` and `inputs` as for other evaluations.
+        """
+        values, count = self._values(q, u, accelerations, **given)
+        flat = evaluate([e for row in self.matrix for e in row], values)
+        table = np.stack([np.broadcast_to(np.asarray(x, dtype=float), count) for x in flat], axis=-1)
+        return table.reshape(*count, len(self.matrix), len(self.names))
+
+    def forces(self, q: Any, u: Any, accelerations: Any, **given: Any) -> Array:
+        """F̃ (samples × p) of all loads but gravity at the same states."""
+        values, count = self._values(q, u, accelerations, **given)
+        return np.stack(
+            [np.broadcast_to(np.asarray(x, dtype=float), count) for x in evaluate(self.loads, values)], axis=-1
+        )
+
+    def _values(
+        self, q: Any, u: Any, accelerations: Any, *, t: Any = 0.0, parameters: Any = None, inputs: Any = None
+    ) -> tuple[dict[Expr, Any], tuple[int, ...]]:
+        eom = self.eom
+        values: dict[Expr, Any] = {time: t, **parameter_values(eom.system, parameters)}
+        values |= named_values("coordinates", eom.coordinates, q) | named_values("speeds", eom.speeds, u)
+        own = named_values("accelerations, by speed,", eom.speeds, accelerations)
+        values |= {rate(s): own[s] for s in eom.speeds if s in own}
+        values |= named_values("inputs", eom.inputs, inputs)
+        missing = [str(s) for s in (*eom.coordinates, *eom.speeds, *map(rate, eom.speeds)) if s not in values]
+        if missing:
+            raise SimulationError(
+                f"Expected values of all coordinates, speeds and accelerations, got none of {', '.join(missing)}."
+            )
+        return values, np.broadcast_shapes(*(np.shape(v) for v in values.values()))
+
+    def base(
+        self, parameters: Mapping[Any, float] | None = None, *, near: Any = None, seed: int = SEED
+    ) -> BaseParameters:
+        """The combinations that motions tell, by the rank of Y over random states.
+
+        `near` are coordinates, by name or in order, around which states are drawn; under constraints they are assembled.
+        """
+        y = self._random(parameters, near, np.random.default_rng(seed)).reshape(-1, len(self.names))
+        sizes = np.linalg.norm(y, axis=0)
+        seen = np.flatnonzero(sizes > _TELLS * sizes.max())
+        scaled = y[:, seen] / sizes[seen]
+        chosen = list[int]()
+        rest = scaled.copy()
+        for i in sorted(range(len(seen)), key=lambda i: _KINDS[self.names[seen[i]].rpartition(": ")[2][:3]]):
+            own = rest[:, i]
+            if np.linalg.norm(own) > _TELLS**0.5:
+                chosen.append(i)
+                unit = own / np.linalg.norm(own)
+                for _ in range(2):
+                    rest -= np.outer(unit, unit @ rest)
+        chosen.sort()
+        k = np.zeros((len(chosen), len(self.names)))
+        solved = least_squares(scaled[:, chosen], scaled) if chosen else np.zeros((0, len(seen)))
+        k[:, seen] = solved * sizes[seen] / sizes[seen][chosen][:, None]
+        k[np.abs(k) < _TELLS] = 0.0
+        names = np.array(self.names, dtype=object)
+        without = tuple(names[np.setdiff1d(np.arange(len(names)), seen)].tolist())
+        return BaseParameters(self.names, tuple(names[seen[chosen]].tolist()), k, without)
+
+    def _random(self, parameters: Mapping[Any, float] | None, near: Any, rng: np.random.Generator) -> Array:
+        """Y at random states on the constraints, with accelerations that keep them."""
+        eom, found = self.eom, list[Array]()
+        count = max(6, -(-_STATES * len(self.names) // max(1, len(self.matrix))))
+        middle = dict.fromkeys(eom.coordinates, 0.0) | named_values("coordinates", eom.coordinates, near)
+        wide = 1.0 if near is None else 0.3
+        for _ in range(count * _TRIES):
+            q = {s: float(v) + wide * float(rng.normal()) for s, v in middle.items()}
+            u = {s: float(rng.normal()) for s in eom.speeds}
+            accelerations = rng.normal(size=len(eom.speeds))
+            try:
+                found.append(self._one(q, u, accelerations, parameters))
+            except KaneError:
+                continue
+            if len(found) == count:
+                return np.concatenate(found)
+        raise SimulationError(
+            f"Expected states on the constraints around {'0' if near is None else 'the coordinates of near='}, got {len(found)} of "
+            f"{count} that were drawn. Give near=, coordinates at which the mechanism closes."
+        )
+
+    def _one(self, q: Mapping[Any, float], u: Mapping[Any, float], accelerations: Array, parameters: Any) -> Array:
+        eom = self.eom
+        if not (eom.constraints.constraints or eom.system.euler_parameters):
+            return self.at(q, u, accelerations, t=0.3, parameters=parameters)
+        inputs = dict.fromkeys(eom.inputs, 0.0)
+        state = assemble(
+            eom,
+            q={s: guess(v) for s, v in q.items()},
+            u={s: guess(v) for s, v in u.items()},
+            parameters=parameters,
+            inputs=inputs,
+            t=0.3,
+        )
+        values = {**state.q, **state.u, **inputs, **parameter_values(eom.system, parameters), time: 0.3}
+        m, b = (np.array(evaluate(list(x), values), dtype=float) for x in (eom.A_n.entries, self.drift))
+        independent = [i for i, s in enumerate(eom.speeds) if s not in set(eom.dependent_speeds)]
+        dependent = [i for i in range(len(eom.speeds)) if i not in independent]
+        own = accelerations.copy()
+        if dependent:
+            own[dependent] = m.reshape(len(dependent), -1) @ own[independent] + b
+        return self.at(state.q, state.u, own, t=0.3, parameters=parameters, inputs=inputs)
+
+    def __repr__(self) -> str:
+        return f"Regressor({len(self.matrix)} equations, {len(self.names)} inertial parameters)"
+
+
+def regressor(eom: Equations) -> Regressor:
+    """Y of Y(q, u, u̇) π = F̃, for the inertial parameters of all bodies: trees, closed loops and nonholonomic systems alike.
+
+    Of each rigid body π are the mass m, the first moments m c (3) about the point that the model declares as its mass centre, and the
+    central inertia (6) there, all along the axes of the body; of a particle its mass. Measured motions and forces give π by linear
+    least squares: `np.linalg.lstsq(Y, F)`, for the combinations of `regressor.base()`.
+
+    Parameters
+    ----------
+    eom : Equations
+        of rigid bodies and particles
+
+    Returns
+    -------
+    Regressor
+        `r.at(q, u, accelerations)` is Y, `r.forces(…)` F̃, `r.numbers()` π of the model, `r.base()` what motions can tell
+
+    Raises
+    ------
+    ModelError
+        if a body is a beam, or a load depends on a reaction
+
+    Notes
+    -----
+    Atkeson, C. G., An, C. H., Hollerbach, J. M. (1986), Estimation of inertial parameters of manipulator loads and links, Int. J.
+    Robotics Research 5(3), 101–119; Gautier, M., Khalil, W. (1990), Direct calculation of minimum set of inertial parameters of serial
+    robots, IEEE Trans. Robotics and Automation 6(3), 368–373.
+
+    Examples
+    --------
+    >>> r = kn.fitting.regressor(eom)
+    >>> Y, F = r.at(q, u, accelerations), r.forces(q, u, accelerations)
+    >>> r.base().combinations
+    """
+    check_equations(eom)
+    system = eom.system
+    whole = Motions(eom.derived, eom.embedding, True)
+    free_fall = sum((g.acceleration for g in system.gravities), start=Vector())
+    names, values, columns = list[str](), list[Expr](), list[list[Expr]]()
+    for body in system.bodies:
+        if not isinstance(body, RigidBody | Particle):
+            raise ModelError(
+                f"Expected rigid bodies and particles for a regressor, got the {type(body).__name__} {body.name!r}: its mass moves "
+                "within it. Model it by rigid bodies."
+            )
+        for name, value, force, torque in _columns(whole, body, free_fall):
+            names.append(f"{body.name}: {name}")
+            values.append(value)
+            columns.append(_generalized(whole, [(body.parts()[0].mass_center, force)], [(_frame(body), torque)]))
+    forces = [x for load in system.loads for x in load.forces]
+    torques = [x for load in system.loads for x in load.torques]
+    loads = _generalized(whole, forces, torques)
+    held = [s for s in free_symbols(loads) if s in set(eom.reactions)]
+    if not vanish([tangent(e, {s: ONE}) for e in loads for s in held], eom.derived):
+        raise ModelError(
+            "Expected loads without reactions for a regressor, got some that depend on them, as friction does: F̃ would depend on π. "
+            "Leave them out of the model that is identified."
+        )
+    loads = [substituted(e, dict.fromkeys(held, ZERO)) for e in loads]  # they do no work
+    own = _independent(eom)
+    drift = [
+        dot([eom.time_derivative(eom.A_n[i, j]) for j in range(len(own))], own) + eom.time_derivative(b)
+        for i, b in enumerate(eom.b_n)
+    ]
+    return Regressor(eom, tuple(names), tuple(values), tuple(zip(*columns, strict=True)), tuple(loads), tuple(drift))
+
+
+def _independent(eom: Equations) -> list[Expr]:
+    dependent = set(eom.dependent_speeds)
+    return [u for u in eom.speeds if u not in dependent]
+
+
+def _frame(body: RigidBody | Particle) -> Any:
+    return body.frame if isinstance(body, RigidBody) else None
+
+
+def _columns(
+    whole: Motions, body: RigidBody | Particle, free_fall: Vector
+) -> Iterator[tuple[str, Expr, Vector, Vector | None]]:
+    """For each parameter of a body its name, value, and the inertia force and torque about C that a unit of it makes, less gravity."""
+    center = body.parts()[0].mass_center
+    falls = whole.acceleration(center) - free_fall
+    yield "m", body.mass, falls, None
+    if not isinstance(body, RigidBody):
+        return
+    w, turn = whole.angular_velocity(body.frame), whole.angular_acceleration(body.frame)
+    axes = (body.frame.x, body.frame.y, body.frame.z)
+    for letter, e in zip("xyz", axes, strict=True):
+        yield f"m c_{letter}", ZERO, turn.cross(e) + w.cross(w.cross(e)), e.cross(falls)
+    of_body = body.inertia.components(body.frame)
+    for i, j, letters in _MOMENTS:
+        unit = axes[i].outer(axes[j]) if i == j else axes[i].outer(axes[j]) + axes[j].outer(axes[i])
+        yield f"I_{letters}", of_body[i, j], Vector(), unit.dot(turn) + w.cross(unit.dot(w))
+
+
+def _generalized(whole: Motions, forces: Sequence[Any], torques: Sequence[Any]) -> list[Expr]:
+    """Σ ṽ_r·F + ω̃_r·T by independent speed."""
+    found = [list[Expr]() for _ in whole.speeds]
+    for point, force in forces:
+        for row, v in zip(found, whole.partial_velocities(point).values(), strict=True):
+            row.append(v.dot(whole.in_speeds(force)))
+    for frame, torque in torques:
+        if torque is not None:
+            for row, v in zip(found, whole.partial_angular_velocities(frame).values(), strict=True):
+                row.append(v.dot(whole.in_speeds(torque)))
+    return [reduce(add, row, ZERO) for row in found]

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Inverse dynamics as a linear function of inertial parameters: beside Pinocchio, along motions, and what is told by them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import kane as kn
+from kane.fitting import regressor
+from kane.gallery import load
+from tests.examples import examples
+from tests.oracles import kane_tree
+from tests.oracles.tree import random_states, random_tree
+from tests.peer import require
+
+require("pinocchio")
+import pinocchio as pin  # noqa: E402
+
+from tests.oracles import pinocchio_tree  # noqa: E402
+
+
+def unloaded(rng, bodies):
+    tree = random_tree(rng, bodies)
+    return replace(tree, bodies=tuple(replace(b, force=None, torque=None) for b in tree.bodies))
+
+
+@pytest.mark.grows
+@examples(1.0)
+@given(st.integers(1, 5), st.integers(0, 2**32))
+def test_inverse_dynamics_and_base_parameters_of_random_trees(bodies, seed):
+    """Y π at random accelerations, and the rank of Y, are Pinocchio's."""
+    rng = np.random.default_rng(seed)
+    tree = unloaded(rng, bodies)
+    model = kane_tree.derive(tree)
+    r = regressor(model.eom)
+    engine, carriers, numbers = pinocchio_tree.model_of(tree)
+    data, k = engine.createData(), 3
+    q, qdot = random_states(rng, tree, k)
+    a = rng.normal(size=q.shape)
+    order = model.order
+    y = r.at(list(q[order]), list(qdot[order]), list(a[order]))
+    forces = np.broadcast_to(r.forces(list(q[order]), list(qdot[order]), list(a[order])), y.shape[:2])
+    np.testing.assert_array_equal(forces, 0.0)
+    stacked = []
+    for i in range(k):
+        own = np.zeros((3, engine.nv))
+        own[:, numbers] = q[:, i], qdot[:, i], a[:, i]
+        wanted = pin.rnea(engine, data, *own)[numbers][order]
+        found = y[i] @ r.numbers()
+        np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12 * np.abs(y[i] * r.numbers()).sum(axis=1).max())
+    for _ in range(40):
+        stacked.append(pin.computeJointTorqueRegressor(engine, data, *rng.normal(size=(3, engine.nv))))
+    bodies_only = [10 * (joint - 1) + i for body, joint in carriers.items() if body >= 0 for i in range(10)]
+    whole = np.concatenate(stacked)[:, bodies_only]
+    sizes = np.linalg.norm(whole, axis=0)
+    seen = sizes > 1e-9 * sizes.max()
+    assert r.base(seed=seed % 1000).rank == np.linalg.matrix_rank(whole[:, seen] / sizes[seen], 1e-9)
+
+
+@pytest.mark.parametrize("name", ["four_bar", "pure_rolling_disk", "whipple_bicycle", "slider_crank"])
+def test_along_motions(name):
+    """Y π = F̃ where equations hold: loops and rolling."""
+    system = load(name)
+    eom = kn.derive(system.system())
+    sol = kn.simulate(eom, (0, 0.3), samples=7, **system.START)
+    r = regressor(eom)
+    count, n = len(eom.coordinates), len(eom.speeds)
+    given = {"t": sol.t, "parameters": sol.parameters, "inputs": {s: f(0.0) for s, f in sol.inputs.items()}}
+    accelerations = list(sol.rates()[:, count : count + n].T)
+    y, f = (of(list(sol.q.T), list(sol.u.T), accelerations, **given) for of in (r.at, r.forces))
+    pi = r.numbers(sol.parameters)
+    assert y.shape == (7, len(eom.speeds) - len(eom.dependent_speeds), len(pi))
+    terms = np.abs(y * pi).sum(axis=2).max()
+    np.testing.assert_allclose(y @ pi, np.broadcast_to(f, y.shape[:2]), rtol=0, atol=1e-11 * terms)
+
+
+def pendulums():
+    """Two rods with torques at their pins."""
+    N, g = kn.Frame("N"), kn.parameter("g", 9.81)
+    q, u = kn.coordinates("q1:3"), kn.speeds("u1:3")
+    T = [kn.input("T1"), kn.input("T2")]
+    O = kn.Point("O", fixed_in=N)
+    A = N.rotate("A", q[0], N.z)
+    B = A.rotate("B", q[1], N.z)
+    P = O.at("P", 1.0 * A.x)
+    m, I, s = kn.parameters("m1:3", 1.0), kn.parameters("I1:3", 0.1), kn.parameters("s1:3", 0.4)
+    bodies = [
+        kn.RigidBody("a", frame=A, mass_center=O.at("A*", s[0] * A.x), mass=m[0], inertia=kn.inertia(A, 1, 1, I[0])),
+        kn.RigidBody("b", frame=B, mass_center=P.at("B*", s[1] * B.x), mass=m[1], inertia=kn.inertia(B, 1, 1, I[1])),
+    ]
+    loads = [kn.gravity(-g * N.y), kn.Torque(A, T[0] * N.z), kn.Torque(B, T[1] * N.z), kn.Torque(A, -T[1] * N.z)]
+    return kn.derive(kn.System(N, bodies=bodies, speeds=dict(zip(u, (x.dt for x in q), strict=True)), loads=loads)), T
+
+
+def test_parameters_from_a_motion_and_its_torques():
+    """Linear least squares for the base parameters give those of the true masses, from a model with others."""
+    eom, T = pendulums()
+    true = {"m1": 1.3, "m2": 0.7, "I1": 0.21, "I2": 0.05}
+    laws = {T[0]: 3 * kn.sin(2.1 * kn.time), T[1]: 2 * kn.cos(3.3 * kn.time)}
+    sol = kn.simulate(eom, (0, 4), q=[0.3, -0.5], u=[0, 0], parameters=true, inputs=laws, samples=81)
+    r = regressor(eom)
+    given = {"inputs": {s: sol[s] for s in T}}
+    state = (list(sol.q.T), list(sol.u.T), list(sol.rates()[:, 2:].T))
+    base = r.base(near=[0.3, 0.4])
+    assert base.rank == 6
+    assert "a: m" in base.without or not any(c == "a: m" for c in base.chosen)
+    columns = [r.names.index(name) for name in base.chosen]
+    y, f = r.at(*state, **given)[:, :, columns].reshape(-1, 6), r.forces(*state, **given).reshape(-1)
+    found = np.linalg.lstsq(y, f)[0]
+    wanted = base.matrix @ r.numbers(true)
+    np.testing.assert_allclose(found, wanted, atol=1e-9)
+    assert np.abs(wanted - base.matrix @ r.numbers()).max() > 0.05
+
+
+def test_of_one_pendulum_by_hand():
+    """About the pivot at −s: what is told is I + … of a rod in the plane: three of ten."""
+    eom, _ = pendulums()
+    assert [n.partition(": ")[2] for n in regressor(eom).names[:10]] == [
+        "m", "m c_x", "m c_y", "m c_z", "I_xx", "I_yy", "I_zz", "I_xy", "I_yz", "I_zx",
+    ]  # fmt: skip
+    base = regressor(eom).base()
+    assert set(base.without) == {f"{b}: {x}" for b in "ab" for x in ("m c_z", "I_xx", "I_yy", "I_xy", "I_yz", "I_zx")}
+    # about the pins: I + m s², m s + h_x; the masses of b act at the end of a, too
+    of = dict(zip(base.names, base.matrix.T, strict=True))
+    rows = {name: i for i, name in enumerate(base.chosen)}
+    assert of["a: m"][rows["a: I_zz"]] == pytest.approx(-(0.4**2))
+    assert of["a: m"][rows["a: m c_x"]] == pytest.approx(0.4)
+    assert of["b: m"][rows["a: m c_x"]] == pytest.approx(1.0 - 0.0)
+
+
+def test_what_has_no_regressor():
+    beam = load("flexible_pendulum")
+    with pytest.raises(kn.ModelError, match="rigid bodies and particles"):
+        regressor(kn.derive(beam.system()))
+    with pytest.raises(kn.ModelError, match="loads without reactions"):
+        regressor(kn.derive(load("rolling_disk").system()))
+    r = regressor(pendulums()[0])
+    with pytest.raises(kn.SimulationError, match="got none of u1'"):
+        r.at([0, 0], [0, 0], {"u2": 0.0})
