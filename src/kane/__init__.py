@@ -171,6 +171,7 @@ _NAMES = {
     "motion.cycles.section": "SectionPoints poincare",
     "motion.derivatives.sensitivities": "Sensitivities sensitivities",
     "motion.fitting.fit": "Fit fit",
+    "motion.fitting.shoot": "Curve Shot curve shoot",
     "motion.solution.accuracy": "Accuracy",
     "motion.inputs.functions": "Signal signal",
     "motion.inputs.expressions": "sampled",

@@ -4,5 +4,8 @@
 from kane.analysis.inertial_regressor import BaseParameters, Regressor, regressor
 from kane.motion.derivatives.sensitivities import Sensitivities, sensitivities
 from kane.motion.fitting.fit import Fit, fit
+from kane.motion.fitting.shoot import Curve, Shot, curve, shoot
 
-__all__ = ["BaseParameters", "Fit", "Regressor", "Sensitivities", "fit", "regressor", "sensitivities"]
+__all__ = [
+    "BaseParameters", "Curve", "Fit", "Regressor", "Sensitivities", "Shot", "curve", "fit", "regressor", "sensitivities", "shoot",
+]  # fmt: skip

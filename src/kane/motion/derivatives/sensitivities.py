@@ -68,11 +68,23 @@ class Sensitivities(Attributes):
         found = np.array([self._of(e) for e in wanted.roots])
         return np.moveaxis(found, 0, 1).reshape(len(motion), *wanted.shape, len(self.by))
 
+    def value(self, expr: Expr) -> Array:
+        """An expression along the motion (n), which may hold parameters of the inputs."""
+        return np.asarray(self.motion[substituted(expr, self._numbers)])
+
+    @property
+    def _laws(self) -> dict[Expr, Formula]:
+        return {s: f for s, f in self.motion.inputs.items() if isinstance(f, Formula)}
+
+    @property
+    def _numbers(self) -> dict[Expr, Expr]:
+        """The values of parameters that stand in inputs alone."""
+        return {s: constant(v) for f in self._laws.values() for s, v in f.gains.items()}
+
     def _of(self, expr: Expr) -> Array:
         """dexpr/db (n × k)."""
         motion, n = self.motion, self.states.shape[1]
-        laws = {s: f for s, f in motion.inputs.items() if isinstance(f, Formula)}
-        numbers = {s: constant(v) for f in laws.values() for s, v in f.gains.items()}
+        laws, numbers = self._laws, self._numbers
         own = [p for p in self.by if isinstance(p, Parameter)]
 
         def slopes(eom: Equations) -> list[Expr]:

@@ -132,7 +132,7 @@ class Problem:
         own |= dict(zip(self.unknown, z[:k_p].tolist(), strict=True))
         starts = dict(zip(segment.free, z[self.places[k]].tolist(), strict=True))
         groups = {
-            kind: _set(kind, group, getattr(given, kind), starts)
+            kind: set_values(kind, group, getattr(given, kind), starts)
             for kind, group in (("q", self.eom.coordinates), ("u", self.eom.speeds), ("states", self.eom.states))
         }
         at = State(**groups, parameters=own, inputs=given.inputs)
@@ -162,7 +162,7 @@ class Problem:
             data = self.segments[k].data
             for c, expr in enumerate(data.exprs):
                 there = data.there[:, c]
-                rows.append((data.values[there, c] - s.motion[expr][at][there]) / self.sigma[c])
+                rows.append((data.values[there, c] - s.value(expr)[at][there]) / self.sigma[c])
                 own = -s[expr][at][there] / self.sigma[c]
                 slopes.append(self._spread(own, k, len(z)))
         return np.concatenate(rows), np.concatenate(slopes)
@@ -214,8 +214,8 @@ class Problem:
         return most
 
 
-def _set(kind: str, group: Sequence[Symbol], given: Any, starts: Mapping[Symbol, float]) -> Any:
-    """Values of a kind with some of them as they are now."""
+def set_values(kind: str, group: Sequence[Symbol], given: Any, starts: Mapping[Symbol, float]) -> Any:
+    """Values of a kind with some of them as they are now, None where there are none."""
     own = {s: v for s, v in starts.items() if s in set(group)}
     if given is None and not own:
         return None
@@ -539,7 +539,7 @@ class Search:
         for (s, at), segment in zip(motions, self.problem.segments, strict=True):
             for c, expr in enumerate(segment.data.exprs):
                 there = segment.data.there[:, c]
-                total[c] += float(np.sum((segment.data.values[there, c] - s.motion[expr][at][there]) ** 2))
+                total[c] += float(np.sum((segment.data.values[there, c] - s.value(expr)[at][there]) ** 2))
                 values[c] += int(there.sum())
         free = len(z) - self.problem._gaps
         share = 1 - free / max(values.sum(), free + 1)

@@ -1,0 +1,392 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`shoot`: inputs, parameters and start values with which a motion ends where it should, at the least cost, by single shooting.
+
+The cost is J = e(x(T)) + ∫ L dt, the integral by Gauss and Legendre's quadrature over panels. Gradients of costs and conditions are
+those of the variational equations, exact as the motion is (Betts 2010, ch. 3: direct shooting).
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Unpack
+
+import numpy as np
+from scipy.optimize import least_squares, minimize
+
+from kane import expect
+from kane.dynamics.readings.quantities import asked
+from kane.equations.equations import Equations
+from kane.equations.state import Guess, State, StateValues, by_keyword, state_of
+from kane.errors import Attributes, KaneError, SimulationError, cut
+from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.piecewise import Kind, table
+from kane.expr.symbols import Parameter, Symbol, time
+from kane.motion.derivatives.sensitivities import Course, Sensitivities
+from kane.motion.fitting.fit import set_values
+from kane.motion.solution.solution import Solution
+from kane.numeric.arrays import Array
+from kane.numeric.sampling import named_values
+from kane.program.native.machine import Settings
+from kane.progress import far, working
+
+_POINTS = 4
+"""Points of the quadrature in a panel, exact to the seventh degree."""
+
+
+class Curve(NamedTuple):
+    """An input whose values at `times` are the parameters `nodes`: `expression` of time."""
+
+    expression: Expr
+    nodes: tuple[Parameter, ...]
+
+
+def curve(name: str, times: Sequence[float], values: Any = 0.0, *, kind: Kind = "linear", unit: str = "") -> Curve:
+    """An input to be found: an expression of time through unknown values at times.
+
+    Parameters
+    ----------
+    name : of the parameters: name_0, name_1, …
+    times : increasing (s)
+    values : where the search begins, one for all or one each
+    kind : "linear", "cubic", or "steps", as of `kn.table`
+
+    Examples
+    --------
+    >>> F = kn.fitting.curve("F", np.linspace(0, 2, 21))
+    >>> kn.shoot(eom, (0, 2), F.nodes, inputs={"F": F.expression}, end={"theta": np.pi}, integral=F.expression**2)
+    """
+    places = np.asarray(times, dtype=float)
+    starts = np.broadcast_to(np.asarray(values, dtype=float), places.shape)
+    nodes = tuple(Parameter.declare(f"{name}_{k}", default=float(v), unit=unit) for k, v in enumerate(starts))
+    parts = [
+        p * table(places.tolist(), row.tolist(), kind, name="node")(time)
+        for p, row in zip(nodes, np.eye(len(places)), strict=True)
+    ]
+    return Curve(sum(parts, start=ZERO), nodes)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Shot(Attributes):
+    """A motion that ends where it should.
+
+    Attributes
+    ----------
+    values : {unknown: value}
+    cost : J; 0 where none was asked for
+    off : how far the conditions at the end are missed, the largest
+    motion : Solution
+    parameters, start : for `kn.simulate`
+    steps : motions that were run
+    message : of the optimizer
+    """
+
+    values: Mapping[Symbol, float]
+    cost: float
+    off: float
+    motion: Solution
+    parameters: Mapping[Expr, float]
+    start: State
+    steps: int
+    message: str
+
+    def __repr__(self) -> str:
+        shown = ", ".join(f"{s} = {v:.6g}" for s, v in [*self.values.items()][:4])
+        more = f" and {len(self.values) - 4} more" if len(self.values) > 4 else ""
+        return f"Shot({shown}{more}; cost {self.cost:.6g}, off by {self.off:.1e}, {self.steps} motions)"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Aim:
+    """What is wanted: expressions at the end between `low` and `high`, a cost at the end, and one along the motion."""
+
+    ends: tuple[Expr, ...]
+    low: Array
+    high: Array
+    cost: Expr
+    integral: Expr
+    times: Array
+    weights: Array
+
+    @property
+    def costs(self) -> bool:
+        """Whether anything is to be small."""
+        return self.cost is not ZERO or self.integral is not ZERO
+
+
+class Flight:
+    """Motions at values of the unknowns, the last one kept."""
+
+    def __init__(self, course: Course, aim: Aim, sizes: Array) -> None:
+        self.course, self.aim, self.sizes, self.steps = course, aim, sizes, 0
+        self._last: tuple[bytes, Sensitivities] | None = None
+
+    def at(self, z: Array) -> Course:
+        """The motions at z, in sizes of the unknowns."""
+        given, eom = self.course.given, self.course.map.eom
+        values = dict(zip(self.course.by, (z * self.sizes).tolist(), strict=True))
+        names = {s.name for s in values if isinstance(s, Parameter)}
+        own = {p: v for p, v in dict(given.parameters or {}).items() if getattr(p, "name", p) not in names}
+        own |= {s: v for s, v in values.items() if isinstance(s, Parameter)}
+        groups = {
+            kind: set_values(kind, group, getattr(given, kind), values)
+            for kind, group in (("q", eom.coordinates), ("u", eom.speeds), ("states", eom.states))
+        }
+        map_ = self.course.map
+        at = State(**groups, parameters=own, inputs=given.inputs)
+        return Course.of(eom, (map_.t0, map_.t0 + map_.within), self.course.by, at, map_.tolerances, map_.settings)
+
+    def sensitivities(self, z: Array) -> Sensitivities:
+        """The motion at z with its derivatives."""
+        key = z.tobytes()
+        if self._last is None or self._last[0] != key:
+            course = self.at(z)
+            motion = course.motion(self.aim.times)
+            self.steps += 1
+            far(lambda: f"{self.steps} motions")
+            if motion.status != "finished":
+                raise SimulationError(
+                    f"Expected motions to the end of the span, got one that ended before: {motion.message}."
+                )
+            self._last = key, course.sensitivities(motion)
+        return self._last[1]
+
+    def ends(self, z: Array) -> tuple[Array, Array]:
+        """Values (m) of the conditions at the end and their Jacobian."""
+        s = self.sensitivities(z)
+        if not self.aim.ends:
+            return np.zeros(0), np.zeros((0, len(z)))
+        values = np.array([s.value(e)[-1] for e in self.aim.ends])
+        return values, np.array([s[e][-1] for e in self.aim.ends]) * self.sizes
+
+    def cost(self, z: Array) -> tuple[float, Array]:
+        """J and its gradient."""
+        s, aim = self.sensitivities(z), self.aim
+        total, slope = 0.0, np.zeros(len(z))
+        if aim.cost is not ZERO:
+            total, slope = float(s.value(aim.cost)[-1]), s[aim.cost][-1].copy()
+        if aim.integral is not ZERO:
+            rows = np.minimum(np.searchsorted(s.motion.t, aim.times), len(s.motion) - 1)
+            total += float(aim.weights @ s.value(aim.integral)[rows])
+            slope = slope + aim.weights @ s[aim.integral][rows]
+        return total, slope * self.sizes
+
+
+@by_keyword
+def shoot(
+    eom: Equations,
+    span: tuple[float, float],
+    unknown: Any,
+    state: State | None = None,
+    *,
+    end: Mapping[Any, Any] | None = None,
+    cost: Any = 0,
+    integral: Any = 0,
+    panels: int = 50,
+    bounds: Mapping[Any, tuple[float | None, float | None]] | None = None,
+    rtol: float = 1e-9,
+    atol: float = 1e-9,
+    tolerance: float = 1e-8,
+    max_steps: int = 200,
+    settings: Settings | None = None,
+    **by_kind: Unpack[StateValues],
+) -> Shot:
+    """Inputs, parameters and start values with which a motion ends where it should, at the least cost.
+
+    Without a cost the conditions at the end are solved, by the change of the unknowns that is least where several solve them; with one
+    it is minimized under them by sequential quadratic programming. Contacts and events may be on the way.
+
+    Parameters
+    ----------
+    eom : Equations
+    span : (float, float)
+    unknown : parameters, of the equations or of inputs (`kn.fitting.curve` makes an input with unknown values), and coordinates,
+        speeds or states for their start values
+    end : {name or expression: value, or (low, high)} at the end of the motion
+    cost : an expression at the end that is to be least
+    integral : an expression whose integral over the motion is to be least, added to it
+    panels : of the quadrature of the integral, four points each
+    bounds : {unknown: (low, high)}, None for no bound
+    rtol, atol : tolerances of the motions
+    tolerance : how near the conditions are to be met, of sizes of one
+    max_steps : of the optimizer
+    q, u, states, parameters, inputs : where the search begins, as `kn.simulate` takes them
+
+    Returns
+    -------
+    Shot
+
+    Raises
+    ------
+    SimulationError
+        if a motion does not reach the end, or the conditions are not met
+
+    Notes
+    -----
+    `scipy.optimize.minimize`, method "SLSQP"; `least_squares` without a cost. Betts, J. T. (2010), Practical Methods for Optimal
+    Control and Estimation Using Nonlinear Programming, SIAM, ch. 3. Where small errors grow much over the span, collocation
+    is the better method: export the equations (`kn.emit`), and use CasADi or opty.
+
+    Examples
+    --------
+    >>> F = kn.fitting.curve("F", np.linspace(0, 2, 21))
+    >>> shot = kn.shoot(eom, (0, 2), F.nodes, q=[0, 0], u=[0, 0], inputs={"F": F.expression}, end={"theta": np.pi, "u1": 0, "u2": 0})
+    """
+    given = state_of(state, **by_kind)
+    course = Course.of(eom, span, unknown, given, (rtol, atol), settings)
+    aim = _aim(eom, course, end, cost, integral, panels)
+    first = _first(course)
+    low, high = _limits(course, bounds)
+    outside = [str(s) for s, v, a, b in zip(course.by, first, low, high, strict=True) if not a <= v <= b]
+    expect.none(outside, "first values within the bounds", "others of {}", error=SimulationError)
+    flight = Flight(course, aim, _sizes(course.by, first))
+    with working("Shooting"):
+        z, message = first / flight.sizes, ""
+        flight.sensitivities(z)
+        if aim.ends:
+            z, message = _met(flight, z, (low, high), max_steps)
+        if aim.costs:
+            near = Flight(course, aim, _sizes(course.by, z * flight.sizes))
+            near.steps = flight.steps
+            z, message = _least(near, z * flight.sizes / near.sizes, (low, high), tolerance, max_steps)
+            flight = near
+        return _shot(flight, z, message, tolerance)
+
+
+def _sizes(by: Sequence[Symbol], values: Array) -> Array:
+    """What a unit of each unknown is for the optimizer: its size, or a tenth of the largest of its unit."""
+    units = [getattr(s, "unit", "") for s in by]
+    largest = {unit: max(abs(v) for v, u in zip(values.tolist(), units, strict=True) if u == unit) for unit in units}
+    return np.array([max(abs(v), 0.1 * largest[u]) or 1.0 for v, u in zip(values.tolist(), units, strict=True)])
+
+
+def _aim(eom: Equations, course: Course, end: Any, cost: Any, integral: Any, panels: Any) -> Aim:
+    count = expect.whole(panels, "panels= as a whole number above 0", least=1, error=SimulationError)
+    ends, low, high = list[Expr](), list[float](), list[float]()
+    for what, wanted in dict(end or {}).items():
+        found = asked(eom.derived, what)
+        expect.that(found.shape == (), "expressions at the end", what, error=SimulationError)
+        pair = wanted if isinstance(wanted, tuple) and len(wanted) == 2 else (wanted, wanted)
+        a, b = (-np.inf if pair[0] is None else float(pair[0])), (np.inf if pair[1] is None else float(pair[1]))
+        expect.that(a <= b, f"a value of {what} at the end, or (low, high)", wanted, error=SimulationError)
+        ends.append(found.roots[0])
+        low.append(a)
+        high.append(b)
+    costs = [asked(eom.derived, e).roots[0] if isinstance(e, str) else as_expr(e) for e in (cost, integral)]
+    if not ends and all(e is ZERO for e in costs):
+        raise SimulationError("Expected something to aim at, got neither end= nor cost= nor integral=.")
+    x, w = np.polynomial.legendre.leggauss(_POINTS)
+    t0, length = course.map.t0, course.map.within
+    edges = t0 + length * np.arange(count) / count
+    times = (edges[:, None] + length / count * (x + 1) / 2).reshape(-1)
+    weights = np.tile(w * length / count / 2, count)
+    if costs[1] is ZERO:
+        times, weights = np.linspace(t0, t0 + length, 2), np.zeros(2)
+    return Aim(tuple(ends), np.array(low), np.array(high), costs[0], costs[1], times, weights)
+
+
+def _first(course: Course) -> Array:
+    """Where the unknowns begin."""
+    eom, known = course.map.eom, course.parameters
+    told: dict[Any, Any] = {}
+    for kind, group in (("q", eom.coordinates), ("u", eom.speeds), ("states", eom.states)):
+        told |= named_values(kind, group, getattr(course.given, kind))
+    found = []
+    for s in course.by:
+        value = known.get(s, s.default) if isinstance(s, Parameter) else told.get(s)
+        if value is None:
+            raise SimulationError(f"Expected a value of {s} at which the search begins, got none. Give one.")
+        found.append(float(value.value if isinstance(value, Guess) else value))
+    return np.array(found)
+
+
+def _limits(course: Course, bounds: Any) -> tuple[Array, Array]:
+    low, high = np.full(len(course.by), -np.inf), np.full(len(course.by), np.inf)
+    place = {s: k for k, s in enumerate(course.by)}
+    given: dict[Any, Any] = named_values("bounds", course.by, bounds)
+    for s, pair in given.items():
+        ends = pair if isinstance(pair, Sequence) and len(pair) == 2 else (np.nan, np.nan)
+        a, b = (-np.inf if ends[0] is None else float(ends[0])), (np.inf if ends[1] is None else float(ends[1]))
+        if not a < b:
+            raise SimulationError(f"Expected bounds of {s} as (low, high), None for none, got {cut(repr(pair))}.")
+        low[place[s]], high[place[s]] = a, b
+    return low, high
+
+
+def _met(flight: Flight, z: Array, bounds: tuple[Array, Array], most: int) -> tuple[Array, str]:
+    """The conditions alone, by least squares."""
+    aim, first = flight.aim, z
+    call: Callable[..., Any] = least_squares
+
+    def missed(at: Array) -> tuple[Array, Array]:
+        values, slopes = flight.ends(at)
+        below, above = np.minimum(values - aim.low, 0), np.maximum(values - aim.high, 0)
+        return below + above, np.where((below + above != 0)[:, None], slopes, 0.0)
+
+    def residuals(at: Array) -> Array:
+        try:
+            return missed(at)[0]
+        except KaneError:
+            return np.full(len(aim.ends), np.inf)
+
+    found = call(
+        residuals, first, jac=lambda at: missed(at)[1], bounds=_scaled(bounds, flight), xtol=1e-14, ftol=1e-14, gtol=1e-15,
+        max_nfev=most,
+    )  # fmt: skip
+    return np.asarray(found.x), str(found.message)
+
+
+def _scaled(bounds: tuple[Array, Array], flight: Flight) -> tuple[Array, Array]:
+    return bounds[0] / flight.sizes, bounds[1] / flight.sizes
+
+
+def _least(flight: Flight, z: Array, bounds: tuple[Array, Array], tolerance: float, most: int) -> tuple[Array, str]:
+    """The least cost under the conditions."""
+    aim = flight.aim
+    equal = aim.low == aim.high
+    kinds = (
+        ("eq", np.flatnonzero(equal), aim.low, 1.0),
+        ("ineq", np.flatnonzero(~equal & np.isfinite(aim.low)), aim.low, 1.0),
+        ("ineq", np.flatnonzero(~equal & np.isfinite(aim.high)), aim.high, -1.0),
+    )
+    conditions = [
+        {
+            "type": kind,
+            "fun": lambda at, rows=rows, to=to, sign=sign: sign * (flight.ends(at)[0] - to)[rows],
+            "jac": lambda at, rows=rows, sign=sign: sign * flight.ends(at)[1][rows],
+        }
+        for kind, rows, to, sign in kinds
+        if len(rows)
+    ]
+    scale = abs(flight.cost(z)[0]) or 1.0
+    call: Callable[..., Any] = minimize
+    found = call(
+        lambda at: flight.cost(at)[0] / scale, z, jac=lambda at: flight.cost(at)[1] / scale, constraints=conditions,
+        bounds=list(zip(*_scaled(bounds, flight), strict=True)), method="SLSQP", options={"maxiter": most, "ftol": tolerance},
+    )  # fmt: skip
+    return np.asarray(found.x), str(found.message)
+
+
+def _shot(flight: Flight, z: Array, message: str, tolerance: float) -> Shot:
+    aim, course = flight.aim, flight.at(z)
+    values, _ = flight.ends(z)
+    off = np.maximum(np.maximum(aim.low - values, values - aim.high), 0)
+    sizes = np.maximum(1.0, np.abs(np.where(np.isfinite(aim.low), aim.low, 0.0)))
+    if len(off) and not (off <= 10 * tolerance * sizes).all():
+        k = int(np.argmax(off / sizes))
+        raise SimulationError(
+            f"Expected unknowns with which the motion ends as asked, got {aim.ends[k]} = {values[k]:.6g} there, off by {off[k]:.2g}: "
+            f"{message.rstrip('.')}. Begin nearer, free more unknowns, or widen bounds and conditions."
+        )
+    motion = course.motion(np.linspace(course.map.t0, course.map.t0 + course.map.within, 501))
+    eom, total = course.map.eom, flight.cost(z)[0] if aim.costs else 0.0
+    start = dict(zip(eom.state, motion.states[0].tolist(), strict=True))
+    groups = [{s: start[s] for s in group} for group in (eom.coordinates, eom.speeds, eom.states)]
+    return Shot(
+        dict(zip(course.by, (z * flight.sizes).tolist(), strict=True)),
+        total,
+        float(off.max(initial=0.0)),
+        motion,
+        course.parameters,
+        State(groups[0], groups[1], states=groups[2], t=course.map.t0),
+        flight.steps,
+        message,
+    )

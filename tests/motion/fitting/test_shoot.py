@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Motions that end where they should, beside optimal control in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kane as kn
+from kane.fitting import curve
+from kane.gallery import load, pendulum_on_cart
+
+
+def pushed():
+    """A particle of 2 kg with a force: 2 ẍ = F."""
+    N, F, m = kn.Frame("N"), kn.input("F"), kn.parameter("m", 2.0)
+    x, u = kn.coordinate("x"), kn.speed("u")
+    O = kn.Point("O", fixed_in=N)
+    P = O.at("P", x * N.x)
+    return kn.derive(kn.System(N, bodies=[kn.Particle("B", P, m)], speeds={u: x.dt}, loads=[kn.Force(P, F * N.x)]))
+
+
+@pytest.mark.parametrize("kind", ["linear", "cubic"])
+def test_least_effort_from_rest_to_rest(kind):
+    """F = m (6 − 12 t) takes a mass by 1 m in 1 s from rest to rest with the least ∫ F² dt = 12 m²."""
+    eom = pushed()
+    F = curve("F", [0, 0.5, 1] if kind == "linear" else np.linspace(0, 1, 5), 0.1, kind=kind)
+    shot = kn.fitting.shoot(
+        eom, (0, 1), F.nodes, q=[0], u=[0], inputs={"F": F.expression}, end={"x": 1, "u": 0}, integral=F.expression**2
+    )
+    assert shot.cost == pytest.approx(48.0, rel=1e-7)
+    assert shot.off < 1e-7
+    np.testing.assert_allclose(list(shot.values.values())[:: 1 if kind == "linear" else 2], [12, 0, -12], atol=1e-3)
+    again = kn.simulate(eom, (0, 1), start=shot.start, parameters=shot.parameters, inputs={"F": F.expression})
+    np.testing.assert_allclose(again.states[-1], [1, 0], atol=1e-7)
+
+
+def test_bounds_and_conditions_between_values():
+    """The farthest that |F| ≤ 4 reaches in 1 s is 1 m at 2 m/s; with u ≤ 1 at the end the force is not all used."""
+    eom = pushed()
+    F = curve("F", [0, 0.5], 1.0, kind="steps")
+    bounds = dict.fromkeys(F.nodes, (-4, 4))
+    given = {"q": [0], "u": [0], "inputs": {"F": F.expression}, "bounds": bounds}
+    far = kn.fitting.shoot(eom, (0, 1), F.nodes, cost=-eom.coordinates[0], **given)
+    assert far.cost == pytest.approx(-1.0, abs=1e-6)
+    held = kn.fitting.shoot(eom, (0, 1), F.nodes, cost=-eom.coordinates[0], end={"u": (None, 1)}, **given)
+    assert -held.cost == pytest.approx(0.75, abs=1e-6)  # 2 m/s² for half a second, then none
+    np.testing.assert_allclose(list(held.values.values()), [4.0, 0.0], atol=1e-5)
+
+
+def test_a_start_that_hits():
+    """The speed at which a ball must be thrown to be back at its place after 1 s: g/2."""
+    eom = kn.derive(load("bouncing_ball").system())
+    y, u = eom.coordinates[0], eom.speeds[0]
+    shot = kn.fitting.shoot(eom, (0, 1), u, q={y: 1.0}, u={u: 4.5}, end={y: 1.0})
+    assert shot.values[u] == pytest.approx(9.81 / 2, rel=1e-9)
+    assert shot.cost == 0.0
+
+
+def test_a_pendulum_swings_up():
+    """Without a cost the conditions are solved: from hanging to standing, the cart back at rest."""
+    eom = kn.derive(pendulum_on_cart.system(force=True))
+    F = curve("F", np.linspace(0, 2, 11), 0.5)
+    end = {"theta": np.pi, "x": 0, "u_x": 0, "u_theta": 0}
+    shot = kn.fitting.shoot(eom, (0, 2), F.nodes, q=[0, 0], u=[0, 0], inputs={"F": F.expression}, end=end)
+    assert shot.off < 1e-8
+    np.testing.assert_allclose(shot.motion.states[-1], [0, np.pi, 0, 0], atol=1e-7)
+
+
+def test_what_cannot_be_met():
+    eom = pushed()
+    F = curve("F", [0, 1], 0.0)
+    given = {"q": [0], "u": [0], "inputs": {"F": F.expression}}
+    with pytest.raises(kn.SimulationError, match="ends as asked, got"):
+        kn.fitting.shoot(eom, (0, 1), F.nodes, end={"x": 1, "u": 0}, bounds=dict.fromkeys(F.nodes, (-1, 1)), **given)
+    with pytest.raises(kn.SimulationError, match="something to aim at"):
+        kn.fitting.shoot(eom, (0, 1), F.nodes, **given)
+    with pytest.raises(kn.SimulationError, match="within the bounds"):
+        kn.fitting.shoot(eom, (0, 1), F.nodes, end={"x": 1}, bounds=dict.fromkeys(F.nodes, (1, 2)), **given)
+    with pytest.raises(kn.SimulationError, match="bounds of F_0"):
+        kn.fitting.shoot(eom, (0, 1), F.nodes, end={"x": 1}, bounds={F.nodes[0]: (2, 1)}, **given)
