@@ -60,6 +60,16 @@ def test_by_parameters_of_equations_and_inputs_and_starts():
     np.testing.assert_allclose(force[:, 1], -0.05 * xs - 0.05 * 0.1 * s["x"][:, 1], rtol=1e-12, atol=1e-14)
 
 
+def test_gains_of_inputs_have_their_values_along_a_motion():
+    """A parameter that stands in an input alone has the value that was given, in `sol[…]` and in derivatives."""
+    eom, inputs, (_, _, A, _, x, _) = oscillator()
+    given = {"q": [0.4], "u": [0.0], "inputs": inputs, "parameters": {A: 0.9}}
+    sol = kn.simulate(eom, (0, 1), samples=3, **given)
+    np.testing.assert_array_equal(sol[A * x], 0.9 * sol[x])
+    s = sensitivities(eom, (0, 1), [A], samples=3, **given)
+    np.testing.assert_allclose(s[A * x][:, 0], 0.9 * s[x][:, 0] + s.motion[x], rtol=1e-12)
+
+
 def test_of_vectors_and_lists():
     eom, inputs, by = oscillator()
     _, _, _, _, x, u = by

@@ -17,7 +17,7 @@ from kane.equations.state import Guess, State, StateValues, by_keyword, state_of
 from kane.errors import Attributes, ExpressionError, SimulationError
 from kane.expr.differentiation import gradient
 from kane.expr.evaluation import free_symbols
-from kane.expr.node import Expr, constant
+from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol
 from kane.expr.visit import substituted
 from kane.model.contact_modes import in_mode
@@ -68,31 +68,16 @@ class Sensitivities(Attributes):
         found = np.array([self._of(e) for e in wanted.roots])
         return np.moveaxis(found, 0, 1).reshape(len(motion), *wanted.shape, len(self.by))
 
-    def value(self, expr: Expr) -> Array:
-        """An expression along the motion (n), which may hold parameters of the inputs."""
-        return np.asarray(self.motion[substituted(expr, self._numbers)])
-
-    @property
-    def _laws(self) -> dict[Expr, Formula]:
-        return {s: f for s, f in self.motion.inputs.items() if isinstance(f, Formula)}
-
-    @property
-    def _numbers(self) -> dict[Expr, Expr]:
-        """The values of parameters that stand in inputs alone."""
-        return {s: constant(v) for f in self._laws.values() for s, v in f.gains.items()}
-
     def _of(self, expr: Expr) -> Array:
         """dexpr/db (n × k)."""
         motion, n = self.motion, self.states.shape[1]
-        laws, numbers = self._laws, self._numbers
+        whole = {s: f.whole for s, f in motion.inputs.items() if isinstance(f, Formula)}
         own = [p for p in self.by if isinstance(p, Parameter)]
 
         def slopes(eom: Equations) -> list[Expr]:
-            whole = {s: f.whole for s, f in laws.items()}
             (held,) = in_mode(eom.system.contacts, eom.system.modes, [expr])
             (plain,) = without_unknowns(eom.solved, [substituted(held, whole)])
-            rows = gradient(substituted(plain, whole), [*eom.state, *own])
-            return [substituted(e, numbers) for e in rows]
+            return list(gradient(substituted(plain, whole), [*eom.state, *own]))
 
         table = np.stack(motion.by_sample(slopes), axis=-1)
         found: Array = np.einsum("tn,tnk->tk", table[:, :n], self.states)

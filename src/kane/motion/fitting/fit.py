@@ -162,7 +162,7 @@ class Problem:
             data = self.segments[k].data
             for c, expr in enumerate(data.exprs):
                 there = data.there[:, c]
-                rows.append((data.values[there, c] - s.value(expr)[at][there]) / self.sigma[c])
+                rows.append((data.values[there, c] - s.motion[expr][at][there]) / self.sigma[c])
                 own = -s[expr][at][there] / self.sigma[c]
                 slopes.append(self._spread(own, k, len(z)))
         return np.concatenate(rows), np.concatenate(slopes)
@@ -539,7 +539,7 @@ class Search:
         for (s, at), segment in zip(motions, self.problem.segments, strict=True):
             for c, expr in enumerate(segment.data.exprs):
                 there = segment.data.there[:, c]
-                total[c] += float(np.sum((segment.data.values[there, c] - s.value(expr)[at][there]) ** 2))
+                total[c] += float(np.sum((segment.data.values[there, c] - s.motion[expr][at][there]) ** 2))
                 values[c] += int(there.sum())
         free = len(z) - self.problem._gaps
         share = 1 - free / max(values.sum(), free + 1)

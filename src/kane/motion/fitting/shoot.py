@@ -154,7 +154,7 @@ class Flight:
         s = self.sensitivities(z)
         if not self.aim.ends:
             return np.zeros(0), np.zeros((0, len(z)))
-        values = np.array([s.value(e)[-1] for e in self.aim.ends])
+        values = np.array([s.motion[e][-1] for e in self.aim.ends])
         return values, np.array([s[e][-1] for e in self.aim.ends]) * self.sizes
 
     def cost(self, z: Array) -> tuple[float, Array]:
@@ -162,10 +162,10 @@ class Flight:
         s, aim = self.sensitivities(z), self.aim
         total, slope = 0.0, np.zeros(len(z))
         if aim.cost is not ZERO:
-            total, slope = float(s.value(aim.cost)[-1]), s[aim.cost][-1].copy()
+            total, slope = float(s.motion[aim.cost][-1]), s[aim.cost][-1].copy()
         if aim.integral is not ZERO:
             rows = np.minimum(np.searchsorted(s.motion.t, aim.times), len(s.motion) - 1)
-            total += float(aim.weights @ s.value(aim.integral)[rows])
+            total += float(aim.weights @ s.motion[aim.integral][rows])
             slope = slope + aim.weights @ s[aim.integral][rows]
         return total, slope * self.sizes
 

@@ -129,6 +129,11 @@ def gains(eom: Equations, expr: Expr, parameters: Mapping[Expr, Any]) -> dict[Ex
     return {s: float(v) for s, v in numbers.items() if v is not None}
 
 
+def gains_of(drives: Mapping[Any, Any]) -> dict[Expr, Expr]:
+    """The numbers of parameters that stand in inputs alone."""
+    return {s: constant(v) for f in drives.values() if isinstance(f, Formula) for s, v in f.gains.items()}
+
+
 def with_gains(eom: Equations, expr: Expr, parameters: Mapping[Expr, Any]) -> Expr:
     """The expression with numbers for parameters that the model does not hold."""
     return substituted(expr, {s: constant(v) for s, v in gains(eom, expr, parameters).items()})

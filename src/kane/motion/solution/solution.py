@@ -20,12 +20,13 @@ from kane.errors import ArgumentError, Attributes
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Reaction
+from kane.expr.visit import substituted
 from kane.model.constraints import Constraint
 from kane.model.contact_modes import in_mode
 from kane.model.contacts import Modes
 from kane.model.declarations import Event
 from kane.model.loads import Load
-from kane.motion.inputs.expressions import along
+from kane.motion.inputs.expressions import along, gains_of
 from kane.motion.inputs.functions import recorded
 from kane.motion.right_hand_side import sides
 from kane.motion.solution.accuracy import REPEATED, Accuracy, accuracy, between
@@ -208,6 +209,8 @@ class Solution(Attributes):
         q, u, a = np.split(states.T, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
         inputs = {s: along(f, t, states) for s, f in phase.inputs.items()}
         exprs = in_mode(eom.system.contacts, eom.system.modes, exprs)
+        if own := gains_of(phase.inputs):
+            exprs = [substituted(e, own) for e in asked(eom.derived, exprs).roots]
         values = evaluate_along(eom.solved, exprs, list(q), list(u), phase.parameters, inputs, t, list(a), held=False)
         return [np.broadcast_to(v, t.shape) for v in values]
 
