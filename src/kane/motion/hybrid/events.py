@@ -328,7 +328,9 @@ def at_start(
         if event.name in known:
             side = known[event.name]
             order = 1 if side else departure(event, now, t, state, share)[1]
-            fresh[event.name] = Leaves(side, order, _rounding(event, now, t, state, ROUNDED_TERMS))
+            # a contact may leave within the rounding of its gap; an action sets values of its own
+            band = _rounding(event, now, t, state, ROUNDED_TERMS) if now.eom.system.modes else 0.0
+            fresh[event.name] = Leaves(side, order, band)
         elif abs(value - event.threshold) <= (band := _rounding(event, now, t, state, share)):
             side, order = departure(event, now, t, state, share)
             fresh[event.name] = Leaves(side, order, band)
