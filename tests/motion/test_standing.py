@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
-import clarabel
 import numpy as np
 import pytest
 from scipy import sparse
 
 import kane as kn
+from tests.peer import require
 
 G, MASS, HEIGHT, MU = 9.81, 2.0, 0.5, 0.5
 FEET = ((0.3, 0.0), (-0.2, 0.3), (-0.2, -0.3))
@@ -98,6 +98,7 @@ def largest(points: Any) -> float:
     cone = np.zeros((3 * k, width))
     for i in range(k):
         cone[3 * i, 1 + 3 * i], cone[3 * i + 1, 2 + 3 * i], cone[3 * i + 2, 3 + 3 * i] = -MU, -1, -1
+    clarabel = require("clarabel")
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     for name in ("tol_gap_abs", "tol_gap_rel", "tol_feas"):

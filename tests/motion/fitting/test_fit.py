@@ -9,6 +9,7 @@ import pytest
 import kane as kn
 from kane.gallery import load
 from tests.motion.derivatives.test_sensitivities import four_bar, oscillator
+from tests.peer import require
 
 
 def named(fit):
@@ -113,7 +114,7 @@ def test_a_chaotic_motion_in_segments():
 
 def test_gaps_and_frames():
     """A DataFrame with NaN: rows that miss a column still count for the others."""
-    pandas = pytest.importorskip("pandas")
+    pandas = require("pandas")
     eom, inputs, (k, _, _, _, x, u) = oscillator()
     t = np.linspace(0, 4, 41)
     true = kn.simulate(eom, (0, 4), q=[0.4], u=[0.0], inputs=inputs, samples=t, rtol=1e-12, atol=1e-12)
