@@ -2,8 +2,9 @@
 """Derivatives of motions, and what follows from them."""
 
 from kane.analysis.inertial_regressor import BaseParameters, Regressor, regressor
-from kane.motion.derivatives.sensitivities import Sensitivities, sensitivities
+from kane.motion.derivatives.sensitivities import Sensitivities
 from kane.motion.fitting.fit import Fit, fit
+from kane.motion.fitting.sensitivities import sensitivities
 from kane.motion.fitting.shoot import Curve, Shot, curve, shoot
 
 __all__ = [

@@ -18,9 +18,7 @@ from tests.oracles import kane_tree
 from tests.oracles.tree import random_states, random_tree
 from tests.peer import require
 
-require("pinocchio")
-import pinocchio as pin  # noqa: E402
-
+pin = require("pinocchio")
 from tests.oracles import pinocchio_tree  # noqa: E402
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import kane as kn
+from kane.fitting import sensitivities
 from kane.gallery import load
 from tests.motion.derivatives.test_sensitivities import four_bar, oscillator
 from tests.peer import require
@@ -167,6 +168,18 @@ def test_data_that_are_none(data, error, said):
     eom, inputs, (k, *_) = oscillator()
     with pytest.raises(error, match=said):
         kn.fit(eom, data, [k], q=[0.4], u=[0.0], inputs=inputs)
+
+
+def test_data_that_begin_later():
+    """From t = 0.1 + 0.2 on, where the end is off by rounding as the beginning and the length count it."""
+    eom, inputs, (k, _, _, _, x, u) = oscillator()
+    t = 0.1 + 0.2 + np.linspace(0, 4.3, 44)
+    true = kn.simulate(eom, (t[0], t[-1]), q=[0.4], u=[0.0], inputs=inputs, samples=t, rtol=1e-12, atol=1e-12)
+    found = kn.fit(eom, {"t": t, "x": true[x]}, [k, u], q={x: 0.4}, u={u: 0.1}, parameters={k: 1.8}, inputs=inputs)
+    assert found.values[k] == pytest.approx(2.0, rel=1e-7)
+    for end in np.linspace(1, 3, 40):
+        times = np.linspace(t[0], end, 5)
+        assert len(sensitivities(eom, (t[0], end), [k], q={x: 0.4}, u={u: 0}, inputs=inputs, samples=times).t) == 5
 
 
 def test_segments_need_deviations():

@@ -200,7 +200,7 @@ def limit_cycle(
     free = tuple(s.name for s in symbols_named("cyclic", eom.state, list(cyclic)))
     with working("Closing the cycle"):
         shooting = Shooting(map_, dict(constants), free)
-        x = shooting.admitted(guess_)
+        x = map_.admitted(guess_)
         if map_.section is not None and map_.section.then is None:
             _check_on(map_, x, constants)
         return of_shot(shooting, *shooting.newton(x, tolerance, max_steps))

@@ -88,7 +88,7 @@ def poincare(
         eom, section, None, inputs=given.inputs, t0=t0, within=within, tolerances=(rtol, atol), settings=settings
     )
     shooting = Shooting(map_, dict(parameter_values(eom.system, given.parameters)), ())
-    x, t, found, message = shooting.admitted(given), t0, list[tuple[float, Array]](), "all that were asked for"
+    x, t, found, message = shooting.map.admitted(given), t0, list[tuple[float, Array]](), "all that were asked for"
     with working("Passing the section"):
         for _ in range(count):
             try:

@@ -18,7 +18,7 @@ import numpy as np
 
 from kane.analysis.assembly import assemble
 from kane.analysis.state_checks import start_state
-from kane.equations.state import State, guess
+from kane.equations.state import guess
 from kane.errors import SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter
@@ -66,16 +66,6 @@ class Shooting:
     map: ReturnMap
     constants: dict[Expr, float]
     cyclic: tuple[str, ...]
-
-    def admitted(self, given: State) -> Array:
-        """(q, u, a) of the guess, on the constraints."""
-        eom = self.map.eom
-        q, u = given.q, given.u
-        if eom.constraints.constraints:
-            inputs = self.map.inputs_at_start
-            found = assemble(eom, q=q, u=u, parameters=given.parameters, inputs=inputs, t=self.map.t0)
-            q, u = found.q, found.u
-        return start_state(eom, q, u, given.states)
 
     def onto(self, x: Array, names: Sequence[str]) -> Array:
         """The state of the constraints with the components `names` of x, the others near to it."""

@@ -18,6 +18,9 @@ from kane.motion.right_hand_side import Routines, only
 from kane.numeric.arrays import Array
 from kane.program.from_expressions import Bundle, Shaped
 
+Slopes = Callable[[Array, Array], Array] | None
+"""A derivative of f (m × n × k) at times (m) and states (m × n); None where it is zero."""
+
 
 def symbol_slopes(eom: Equations, *by: Symbol) -> Bundle[Array]:
     """∂(q̇, u̇, ȧ)/∂symbols, parameters or inputs."""
@@ -29,7 +32,7 @@ def symbol_slopes(eom: Equations, *by: Symbol) -> Bundle[Array]:
     )
 
 
-def input_slopes(now: Routines, by: Sequence[Symbol]) -> Callable[[Array, Array], Array] | None:
+def input_slopes(now: Routines, by: Sequence[Symbol]) -> Slopes:
     """∂f/∂r ∂r/∂symbols (m × n × k) of inputs that are expressions, at times (m) and states (m × n); None where it is zero."""
     eom = now.eom
     laws = {s: f for s, f in zip(eom.inputs, now.drives, strict=True) if isinstance(f, Formula)}
@@ -56,7 +59,7 @@ def input_slopes(now: Routines, by: Sequence[Symbol]) -> Callable[[Array, Array]
     return along
 
 
-def forcing(now: Routines, by: Sequence[Symbol]) -> Callable[[Array, Array], Array] | None:
+def forcing(now: Routines, by: Sequence[Symbol]) -> Slopes:
     """∂f/∂p (m × n × k) at times (m) and states (m × n); None where there are no parameters."""
     if not by:
         return None

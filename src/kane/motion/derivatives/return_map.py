@@ -8,8 +8,11 @@ from typing import Any
 import numpy as np
 
 from kane import expect
+from kane.analysis.assembly import assemble
+from kane.analysis.state_checks import start_state
 from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations, derive
+from kane.equations.state import State
 from kane.errors import SimulationError, cut
 from kane.expr.differentiation import diff, weighted
 from kane.expr.evaluation import evaluate, free_symbols
@@ -124,6 +127,14 @@ class ReturnMap:
             eom, span, first, (constants, drives), options, bounds, sample_times(samples, span)
         )
         return found
+
+    def admitted(self, given: State) -> Array:
+        """(q, u, a) of values and guesses, on the constraints."""
+        eom, q, u = self.eom, given.q, given.u
+        if eom.constraints.constraints:
+            found = assemble(eom, q=q, u=u, parameters=given.parameters, inputs=self.inputs_at_start, t=self.t0)
+            q, u = found.q, found.u
+        return start_state(eom, q, u, given.states)
 
     @property
     def inputs_at_start(self) -> dict[Any, float]:

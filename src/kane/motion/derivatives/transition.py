@@ -5,14 +5,12 @@ The states at the stages come from the motion, and Newton's steps on the equatio
 evaluated at all stages of all steps together. Steps are halved until Ψ changes no more: what is left falls with the sixteenth power.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from kane.motion.derivatives.forcing import input_slopes
+from kane.motion.derivatives.forcing import Slopes
 from kane.motion.inputs.expressions import Formula
-from kane.motion.inputs.functions import follows
 from kane.motion.right_hand_side import Routines, entries, exact, is_long
 from kane.motion.solution.phases import Indices
 from kane.motion.steppers.collocation import gauss
@@ -30,14 +28,15 @@ _ENTRIES = 1 << 23
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stretch:
-    """From the state x on over times `edges` (e) with one set of equations; `by` gives ∂f/∂p (m × n × k) at times and states.
+    """From the state x on over times `edges` (e) with one set of equations; without x from the end of the one before.
 
-    Without x it goes on from the end of the one before.
-    `rows` are the samples of the motion that are asked for, `places` at which edges they are.
+    `by` gives ∂f/∂p (m × n × k) at times and states, `feedback` what inputs that follow from the state add to ∂f/∂x. `rows` are the
+    samples of the motion that are asked for, `places` at which edges they are.
     """
 
     now: Routines
-    by: Callable[[Array, Array], Array] | None
+    by: Slopes
+    feedback: Slopes
     x: Array | None
     edges: Array
     phase: int
@@ -77,16 +76,15 @@ def rates(now: Routines, t: Array, x: Array) -> Array:
     return now.rates(t, x, now.p, r)[:, :-1]
 
 
-def jacobians(now: Routines, t: Array, x: Array) -> Array:
+def jacobians(stretch: Stretch, t: Array, x: Array) -> Array:
     """J (k × n × n) at times (k) and states (k × n)."""
-    n = now.width
+    now, n = stretch.now, stretch.now.width
     by_python = any(getattr(f, "of_state", False) and not isinstance(f, Formula) for f in now.drives)
     if is_long(now) or by_python:
         j = exact(now)
         return np.array([j(s, np.append(row, 0.0))[:n, :n] for s, row in zip(t.tolist(), x, strict=True)])
     held = now.routine(entries)(t, x, now.p, now.inputs_all(t, x))[:, :n, :n]
-    through = input_slopes(now, now.eom.state) if follows(now.drives) else None
-    return held if through is None else held + through(t, x)
+    return held if stretch.feedback is None else held + stretch.feedback(t, x)
 
 
 def transition(stretch: Stretch, x: Array, parts: Indices, guess: Array, scale: Array) -> tuple[Array, Array]:
@@ -120,7 +118,7 @@ def _chunk(
     flat, end = times.reshape(-1), start
     for _ in range(_ROUNDS):
         f = rates(now, flat, x.reshape(-1, n)).reshape(steps, s, n)
-        j = jacobians(now, flat, x.reshape(-1, n)).reshape(steps, s, n, n)
+        j = jacobians(stretch, flat, x.reshape(-1, n)).reshape(steps, s, n, n)
         whole = np.eye(s * n) - np.einsum("m,ij,mjab->miajb", h, _A, j).reshape(steps, s * n, s * n)
         unit = np.tile(np.eye(n), (s, 1))
         right = np.concatenate(

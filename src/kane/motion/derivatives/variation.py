@@ -20,12 +20,13 @@ from kane.errors import SimulationError
 from kane.expr.symbols import Parameter
 from kane.model.declarations import Event
 from kane.motion.contact_motion import ContactMotion
-from kane.motion.derivatives.forcing import forcing
+from kane.motion.derivatives.forcing import Slopes, forcing, input_slopes
 from kane.motion.derivatives.jumps import JumpSlopes, action, gradients, impact
 from kane.motion.derivatives.tangents import Side
 from kane.motion.derivatives.transition import Stretch, transition
 from kane.motion.inputs.breakpoints import next_end, on_from
 from kane.motion.inputs.expressions import controllers, turning_laws
+from kane.motion.inputs.functions import follows
 from kane.motion.loop import breakpoints_of
 from kane.motion.right_hand_side import Routines, has_jumps, routines
 from kane.motion.solution.phases import Indices
@@ -52,11 +53,11 @@ class Differential:
 
     def __init__(self, by: Sequence[Parameter], settings: Settings | None, options: Any) -> None:
         self.by, self.settings, self.options = tuple(by), settings, options
-        self._known: dict[tuple[Any, bytes], tuple[Routines, Any]] = {}
+        self._known: dict[tuple[Any, bytes], tuple[Routines, Slopes, Slopes]] = {}
         self.scale, self.length = np.ones(1), 1.0
         self._ends: dict[int, Array] = {}
 
-    def _routines(self, motion: Solution, row: int) -> tuple[Routines, Any]:
+    def _routines(self, motion: Solution, row: int) -> tuple[Routines, Slopes, Slopes]:
         eom = motion.samples[row] if motion.samples else motion.equations
         phase = motion.phases[int(motion.phase[row])]
         p = np.array([phase.parameters[s] for s in eom.parameters])
@@ -65,12 +66,13 @@ class Differential:
         if key not in self._known:
             now = routines(eom, p, drives, self.settings)
             _check(now)
-            self._known[key] = now, forcing(now, self.by)
+            feedback = input_slopes(now, eom.state) if follows(now.drives) else None
+            self._known[key] = now, forcing(now, self.by), feedback
         return self._known[key]
 
     def side(self, motion: Solution, row: int) -> Side:
         """The motion at a sample."""
-        now, _ = self._routines(motion, row)
+        now, *_ = self._routines(motion, row)
         return Side(now, motion.phases[int(motion.phase[row])], float(motion.t[row]), motion.states[row])
 
     def __call__(
@@ -141,7 +143,7 @@ class Differential:
         breaks, found = sorted(breakpoints_of(motion, ())), list[Stretch]()
         for number in range(int(motion.phase[-1]) + 1):
             for start, end in self._groups(motion, np.flatnonzero(motion.phase == number)):
-                now, by = self._routines(motion, start)
+                known = self._routines(motion, start)
                 t, stop = float(motion.t[start]), float(motion.t[end])
                 x: Array | None = motion.states[start]
                 rows = np.arange(start + 1, end + 1) if every else np.zeros(0, dtype=int)
@@ -151,7 +153,7 @@ class Differential:
                         own, rows = np.split(rows, [np.searchsorted(motion.t[rows], until, side="right")])
                         edges = np.unique([t, *np.maximum(motion.t[own], t), until])
                         at = tuple(np.searchsorted(edges, motion.t[own]).tolist())
-                        found.append(Stretch(now, by, x, edges, number, tuple(own.tolist()), at))
+                        found.append(Stretch(*known, x, edges, number, tuple(own.tolist()), at))
                         x = None
                     t = on_from(until) if until < stop else stop
         return found

@@ -16,19 +16,18 @@ from scipy.linalg import null_space
 from scipy.optimize import least_squares
 
 from kane import expect
-from kane.analysis.flow import Flow
 from kane.equations.equations import Equations
-from kane.equations.state import Guess, State, StateValues, by_keyword, guess, state_of
-from kane.errors import Attributes, KaneError, SimulationError, cut
+from kane.equations.state import State, StateValues, by_keyword, guess, state_of
+from kane.errors import Attributes, KaneError, SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol
-from kane.motion.derivatives.sensitivities import Course, Sensitivities
+from kane.motion.derivatives.course import Course
+from kane.motion.derivatives.sensitivities import Sensitivities
 from kane.motion.derivatives.tangents import flow_of
 from kane.motion.fitting.measured import Measured, measured, starts_of
 from kane.motion.solution.phases import Indices
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
-from kane.numeric.sampling import named_values
 from kane.numeric.scale import SIX_DIGITS
 from kane.program.native.machine import Settings
 from kane.progress import far, working
@@ -88,12 +87,15 @@ class Fit(Attributes):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Segment:
-    """One motion of the fit: rows of the data, the start as it was given, and which start values are unknown."""
+    """One motion of the fit, by the unknown parameters and by those of its start values that are unknown, and rows of the data."""
 
     data: Measured
-    given: State
-    free: tuple[Symbol, ...]
-    until: float
+    course: Course
+
+    @property
+    def free(self) -> tuple[Symbol, ...]:
+        """Unknown start values."""
+        return self.course.free
 
 
 class _Failed(Exception):
@@ -103,16 +105,9 @@ class _Failed(Exception):
 class Problem:
     """Residuals and their Jacobian over z: unknown parameters, then the unknown start values of each segment."""
 
-    def __init__(
-        self,
-        eom: Equations,
-        segments: Sequence[Segment],
-        unknown: Sequence[Parameter],
-        tolerances: tuple[float, float],
-        settings: Settings | None,
-    ) -> None:
+    def __init__(self, segments: Sequence[Segment], unknown: Sequence[Parameter]) -> None:
+        eom = segments[0].course.map.eom
         self.eom, self.segments, self.unknown = eom, tuple(segments), tuple(unknown)
-        self.tolerances, self.settings = tolerances, settings
         self.sigma, self.steps = np.ones(segments[0].data.values.shape[1]), 0
         self.scale = np.ones(len(eom.state))
         self._last: tuple[bytes, list[tuple[Sensitivities, Indices]]] | None = None
@@ -123,21 +118,20 @@ class Problem:
         ends = np.cumsum([len(self.unknown), *(len(s.free) for s in self.segments)])
         return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
-    def course(self, k: int, z: Array) -> Course:
-        """The motions of a segment at z."""
-        segment = self.segments[k]
-        given, k_p = segment.given, len(self.unknown)
-        names = {p.name for p in self.unknown}
-        own = {p: v for p, v in dict(given.parameters or {}).items() if getattr(p, "name", p) not in names}
-        own |= dict(zip(self.unknown, z[:k_p].tolist(), strict=True))
-        starts = dict(zip(segment.free, z[self.places[k]].tolist(), strict=True))
-        groups = {
-            kind: set_values(kind, group, getattr(given, kind), starts)
-            for kind, group in (("q", self.eom.coordinates), ("u", self.eom.speeds), ("states", self.eom.states))
-        }
-        at = State(**groups, parameters=own, inputs=given.inputs)
-        by = (*self.unknown, *segment.free)
-        return Course.of(self.eom, (segment.data.t[0], segment.until), by, at, self.tolerances, self.settings)
+    def _values(self, k: int, z: Array) -> dict[Symbol, float]:
+        """The unknowns of a segment at z."""
+        values = [*z[: len(self.unknown)].tolist(), *z[self.places[k]].tolist()]
+        return dict(zip((*self.unknown, *self.segments[k].free), values, strict=True))
+
+    @property
+    def first(self) -> Array:
+        """z where the search begins."""
+        starts = [s.course.first[len(self.unknown) :] for s in self.segments]
+        return np.concatenate([self.segments[0].course.first[: len(self.unknown)], *starts])
+
+    def of_first(self, z: Array) -> dict[Symbol, float]:
+        """Parameters and the start values of the first segment at z."""
+        return self._values(0, z)
 
     def _motions(self, z: Array) -> list[tuple[Sensitivities, Indices]]:
         """Of each segment, with the rows of its data and the last."""
@@ -145,12 +139,13 @@ class Problem:
         if self._last is None or self._last[0] != key:
             found = list[tuple[Sensitivities, Indices]]()
             for k, segment in enumerate(self.segments):
-                course = self.course(k, z)
-                motion = course.motion(np.unique([*segment.data.t, segment.until]))
+                course = segment.course.at(self._values(k, z))
+                times = np.minimum(segment.data.t, course.end)
+                motion = course.motion(np.unique([*times, course.end]))
                 self.steps += 1
-                if not motion.t[-1] >= segment.until:
+                if motion.status != "finished":
                     raise _Failed(motion.message)
-                found.append((course.sensitivities(motion), np.searchsorted(motion.t, segment.data.t)))
+                found.append((course.sensitivities(motion), np.searchsorted(motion.t, times)))
             far(lambda: f"{self.steps} motions")
             self._last = key, found
         return self._last[1]
@@ -212,14 +207,6 @@ class Problem:
             apart = np.abs(before.motion.states[-1] - after.motion.states[0]) / self.scale
             most = max(most, float(apart.max(initial=0.0)))
         return most
-
-
-def set_values(kind: str, group: Sequence[Symbol], given: Any, starts: Mapping[Symbol, float]) -> Any:
-    """Values of a kind with some of them as they are now, None where there are none."""
-    own = {s: v for s, v in starts.items() if s in set(group)}
-    if given is None and not own:
-        return None
-    return {**dict(named_values(kind, group, given)), **own}
 
 
 @by_keyword
@@ -297,9 +284,9 @@ def fit(
     parameters = [s for s in first.by if isinstance(s, Parameter)]
     with working("Fitting"):
         pieces = _segments(first, found, count)
-        problem = Problem(eom, pieces, parameters, (rtol, atol), settings)
-        search = Search(problem, first, _bounds(first, bounds), max_steps)
-        return search.run(_sigma(found, sigma))
+        return Search(Problem(pieces, parameters), first, found, first.limits(bounds), max_steps).run(
+            _sigma(found, sigma)
+        )
 
 
 def _sigma(data: Measured, given: Any) -> Array | None:
@@ -313,35 +300,35 @@ def _sigma(data: Measured, given: Any) -> Array | None:
     return found
 
 
-def _bounds(course: Course, given: Mapping[Any, Any] | None) -> dict[Symbol, tuple[float, float]]:
-    """Bounds by symbol."""
-    found: dict[Any, Any] = named_values("bounds", course.by, given)
-    own: dict[Symbol, tuple[float, float]] = {}
-    for s, pair in found.items():
-        ends = pair if isinstance(pair, Sequence) and len(pair) == 2 else (np.nan, np.nan)
-        low, high = (-np.inf if ends[0] is None else ends[0], np.inf if ends[1] is None else ends[1])
-        if not low < high:
-            raise SimulationError(f"Expected bounds of {s} as (low, high), None for none, got {cut(repr(pair))}.")
-        own[s] = (float(low), float(high))
-    return own
-
-
 def _segments(course: Course, data: Measured, count: int) -> list[Segment]:
-    """The pieces of the data, and where each begins: behind the first near what was measured, and the motion of the first values."""
-    free = tuple(s for s in course.by if not isinstance(s, Parameter))
+    """The pieces of the data, and where each begins: behind the first near what was measured, and the motion of the first values.
+
+    Behind the first the whole start is unknown: what constraints leave free; the rest is near where it was.
+    """
+    unknown = [s for s in course.by if isinstance(s, Parameter)]
     if count == 1:
-        return [Segment(data, course.given, free, float(data.t[-1]))]
-    rows = [len(data.t) * k // count for k in range(count + 1)]
+        return [Segment(data, replace(course, by=(*unknown, *course.free)))]
+    eom, rows = course.map.eom, [len(data.t) * k // count for k in range(count + 1)]
+    ends = [*data.t[rows[1:-1]].tolist(), float(data.t[-1])]
     motion = course.motion(data.t)
+    independent = set(eom.state)
+    if eom.constraints.constraints or eom.system.euler_parameters:
+        names = set(flow_of(course.map.walk(()).side(motion, 0)).states)
+        independent = {s for s in eom.state if s.name in names}
+    by = (*unknown, *(s for s in eom.state if s in independent))
     values, rates = starts_of(data, rows[1:-1])
-    found = [Segment(data.between(0, rows[1]), course.given, free, float(data.t[rows[1]]))]
+    first = replace(course.over(float(data.t[0]), ends[0]), by=(*unknown, *course.free))
+    found = [Segment(data.between(0, rows[1]), first)]
     for k, row in enumerate(rows[1:-1]):
         at = int(min(np.searchsorted(motion.t, data.t[row]), len(motion) - 1))
-        state = dict(zip(course.map.eom.state, motion.states[at].tolist(), strict=True))
-        state |= _measured_state(course, values, rates, k)
-        last = rows[k + 2]
-        until = float(data.t[min(last, len(data.t) - 1)])
-        found.append(_begun(course, data.between(row, last), state, until))
+        own = course.state(motion.states[at])
+        state: dict[Any, float] = {**own.q, **own.u, **own.states, **_measured_state(course, values, rates, k)}
+        groups = {
+            kind: {s: state[s] if s in independent else guess(state[s]) for s in getattr(own, kind)}
+            for kind in ("q", "u", "states")
+        }
+        piece = replace(course.over(float(data.t[row]), ends[k + 1]), given=replace(course.given, **groups), by=by)
+        found.append(Segment(data.between(row, rows[k + 2]), piece))
     return found
 
 
@@ -359,37 +346,20 @@ def _measured_state(
     return found
 
 
-def _begun(course: Course, data: Measured, state: Mapping[Symbol, float], until: float) -> Segment:
-    """A segment whose whole start is unknown: independent values, and the others near theirs."""
-    eom = course.map.eom
-    independent = set(eom.state)
-    if eom.constraints.constraints or eom.system.euler_parameters:
-        motion = course.motion([0.0 + course.map.t0])
-        flow: Flow = flow_of(course.map.walk(()).side(motion, 0))
-        independent = {s for s in eom.state if s.name in set(flow.states)}
-    kind = {
-        name: {s: state[s] if s in independent else guess(state[s]) for s in group}
-        for name, group in (("q", eom.coordinates), ("u", eom.speeds), ("states", eom.states))
-    }
-    given = replace(course.given, **kind)
-    return Segment(data, given, tuple(s for s in eom.state if s in independent), until)
-
-
 @dataclass(frozen=True, eq=False)
 class Search:
     """The least-squares problems, one after the other: σ estimated anew, segments ever closer."""
 
     problem: Problem
     course: Course
-    bounds: Mapping[Symbol, tuple[float, float]]
+    data: Measured
+    bounds: tuple[Array, Array]
     most: int
 
     def run(self, sigma: Array | None) -> Fit:
         """The fit."""
         problem = self.problem
-        z = np.concatenate([self._start(), *(self._own(k) for k in range(len(problem.segments)))])
-        data = [s.data for s in problem.segments]
-        spread = np.nanstd(np.concatenate([d.values for d in data]), axis=0)
+        z, spread = problem.first, np.nanstd(self.data.values, axis=0)
         problem.sigma = np.where(spread > 0, spread, 1.0) if sigma is None else sigma
         try:
             problem.both(z)
@@ -407,42 +377,18 @@ class Search:
             z = self._solved(z) if len(before) > 1 else z
         return self._found(z)
 
-    def _start(self) -> Array:
-        given = self.course.parameters
-        found = [given.get(p, p.default) for p in self.problem.unknown]
-        missing = [p.name for p, v in zip(self.problem.unknown, found, strict=True) if v is None]
-        expect.none(missing, "a first value of each unknown", "none of {}", "Give parameters=.", error=SimulationError)
-        return np.array(found, dtype=float)
-
-    def _own(self, k: int) -> Array:
-        """The first start values of a segment; those left out of its start are as they are assembled."""
-        segment, eom = self.problem.segments[k], self.problem.eom
-        told: dict[Any, Any] = {}
-        for kind, group in (("q", eom.coordinates), ("u", eom.speeds), ("states", eom.states)):
-            told |= named_values(kind, group, getattr(segment.given, kind))
-        if all(s in told for s in segment.free):
-            values = [told[s] for s in segment.free]
-            own: Array = np.array([float(v.value if isinstance(v, Guess) else v) for v in values])
-            return own
-        start: dict[Any, float] = dict(zip(eom.state, self.course.start.tolist(), strict=True))
-        return np.array([start[s] for s in segment.free])
-
     def _sizes(self, z: Array) -> Array:
-        """By what gaps of states are measured, so that a joint is that much more precise than what was measured."""
+        """By what gaps of states are measured."""
         states = np.concatenate([s.motion.states for s, _ in self.problem._motions(z)])
         size = np.abs(states).max(axis=0)
         return np.asarray(np.maximum(size, 1e-3 * size.max(initial=0.0) or 1.0))
 
     def _solved(self, z: Array) -> Array:
         """The least squares from z on."""
-        problem = self.problem
-        symbols = [*problem.unknown, *(s for own in problem.segments for s in own.free)]
-        first = {s: k for k, s in reversed([*enumerate(symbols)])}
+        problem, place = self.problem, {s: k for k, s in enumerate(self.course.by)}
+        first = [place[s] for s in problem.of_first(z)]
         low, high = np.full(len(z), -np.inf), np.full(len(z), np.inf)
-        for s, (a, b) in self.bounds.items():
-            low[first[s]], high[first[s]] = a, b
-        outside = [str(s) for s, v, a, b in zip(symbols, z, low, high, strict=True) if not a <= v <= b]
-        expect.none(outside, "first values within the bounds", "others of {}", error=SimulationError)
+        low[: len(first)], high[: len(first)] = self.bounds[0][first], self.bounds[1][first]
         if len(problem.segments) > 1:
             return self._joined(z, (low, high))
         call: Callable[..., Any] = least_squares
@@ -547,33 +493,28 @@ class Search:
         return np.asarray(np.maximum(np.sqrt(total / np.maximum(values * share, 1e-300)), floor))
 
     def _found(self, z: Array) -> Fit:
-        problem, eom = self.problem, self.problem.eom
+        problem = self.problem
         self._check_determined(z)
         j = problem.condensed(z)
         whole: Array = np.asarray(np.linalg.pinv(j.T @ j, hermitian=True), dtype=np.float64)
-        symbols = (*problem.unknown, *problem.segments[0].free)
-        place = {s: i for i, s in enumerate(symbols)}
+        values = problem.of_first(z)
+        place = {s: i for i, s in enumerate(values)}
         order = [place[s] for s in self.course.by]
         covariance: Array = whole[np.ix_(order, order)]
-        values = {s: float(z[i]) for s, i in zip(self.course.by, order, strict=True)}
-        first = problem.course(0, z)
-        data = measured_whole(problem.segments)
-        course = replace(first, map=replace(first.map, period=float(data.t[-1] - data.t[0])))
+        course, data = self.course.at(values), self.data
         motion = course.motion(data.t)
-        at = np.minimum(np.searchsorted(motion.t, data.t), len(motion) - 1)
+        at = np.minimum(np.searchsorted(motion.t, np.minimum(data.t, course.end)), len(motion) - 1)
         own = [motion[e][at] if motion.status == "finished" else np.full(len(data.t), np.nan) for e in data.exprs]
         residuals = {name: data.values[:, c] - own[c] for c, name in enumerate(data.names)}
-        start = dict(zip(eom.state, course.start.tolist(), strict=True))
-        groups = [{s: start[s] for s in group} for group in (eom.coordinates, eom.speeds, eom.states)]
         return Fit(
-            values,
+            {s: values[s] for s in self.course.by},
             {s: float(np.sqrt(covariance[i, i])) for i, s in enumerate(self.course.by)},
             covariance,
             dict(zip(data.names, problem.sigma.tolist(), strict=True)),
             residuals,
             motion,
             course.parameters,
-            State(groups[0], groups[1], states=groups[2], t=float(data.t[0])),
+            course.state(motion.states[0]),
             problem.gap(z),
             problem.steps,
             data,
@@ -582,7 +523,7 @@ class Search:
     def _check_determined(self, z: Array) -> None:
         """Refuse unknowns that what was measured does not tell apart, by name."""
         problem = self.problem
-        j, symbols = problem.condensed(z), (*problem.unknown, *problem.segments[0].free)
+        j, symbols = problem.condensed(z), [*problem.of_first(z)]
         sizes = np.linalg.norm(j, axis=0)
         dead = [str(s) for s, size in zip(symbols, sizes, strict=True) if not size > 0]
         if dead:
@@ -600,14 +541,3 @@ class Search:
                 f"together changes nothing that was measured ({max(len(weak), j.shape[1] - len(j))} of {j.shape[1]} directions). Give "
                 "values of some, or measure more."
             )
-
-
-def measured_whole(segments: Sequence[Segment]) -> Measured:
-    """The data of all segments."""
-    first = segments[0].data
-    return Measured(
-        np.concatenate([s.data.t for s in segments]),
-        first.names,
-        first.exprs,
-        np.concatenate([s.data.values for s in segments]),
-    )

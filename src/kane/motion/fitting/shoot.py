@@ -15,16 +15,15 @@ from scipy.optimize import least_squares, minimize
 from kane import expect
 from kane.dynamics.readings.quantities import asked
 from kane.equations.equations import Equations
-from kane.equations.state import Guess, State, StateValues, by_keyword, state_of
-from kane.errors import Attributes, KaneError, SimulationError, cut
+from kane.equations.state import State, StateValues, by_keyword, state_of
+from kane.errors import Attributes, KaneError, SimulationError
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.piecewise import Kind, table
 from kane.expr.symbols import Parameter, Symbol, time
-from kane.motion.derivatives.sensitivities import Course, Sensitivities
-from kane.motion.fitting.fit import set_values
+from kane.motion.derivatives.course import Course
+from kane.motion.derivatives.sensitivities import Sensitivities
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
-from kane.numeric.sampling import named_values
 from kane.program.native.machine import Settings
 from kane.progress import far, working
 
@@ -121,18 +120,7 @@ class Flight:
 
     def at(self, z: Array) -> Course:
         """The motions at z, in sizes of the unknowns."""
-        given, eom = self.course.given, self.course.map.eom
-        values = dict(zip(self.course.by, (z * self.sizes).tolist(), strict=True))
-        names = {s.name for s in values if isinstance(s, Parameter)}
-        own = {p: v for p, v in dict(given.parameters or {}).items() if getattr(p, "name", p) not in names}
-        own |= {s: v for s, v in values.items() if isinstance(s, Parameter)}
-        groups = {
-            kind: set_values(kind, group, getattr(given, kind), values)
-            for kind, group in (("q", eom.coordinates), ("u", eom.speeds), ("states", eom.states))
-        }
-        map_ = self.course.map
-        at = State(**groups, parameters=own, inputs=given.inputs)
-        return Course.of(eom, (map_.t0, map_.t0 + map_.within), self.course.by, at, map_.tolerances, map_.settings)
+        return self.course.at(dict(zip(self.course.by, (z * self.sizes).tolist(), strict=True)))
 
     def sensitivities(self, z: Array) -> Sensitivities:
         """The motion at z with its derivatives."""
@@ -233,10 +221,7 @@ def shoot(
     given = state_of(state, **by_kind)
     course = Course.of(eom, span, unknown, given, (rtol, atol), settings)
     aim = _aim(eom, course, end, cost, integral, panels)
-    first = _first(course)
-    low, high = _limits(course, bounds)
-    outside = [str(s) for s, v, a, b in zip(course.by, first, low, high, strict=True) if not a <= v <= b]
-    expect.none(outside, "first values within the bounds", "others of {}", error=SimulationError)
+    first, (low, high) = course.first, course.limits(bounds)
     flight = Flight(course, aim, _sizes(course.by, first))
     with working("Shooting"):
         z, message = first / flight.sizes, ""
@@ -283,37 +268,9 @@ def _aim(eom: Equations, course: Course, end: Any, cost: Any, integral: Any, pan
     return Aim(tuple(ends), np.array(low), np.array(high), costs[0], costs[1], times, weights)
 
 
-def _first(course: Course) -> Array:
-    """Where the unknowns begin."""
-    eom, known = course.map.eom, course.parameters
-    told: dict[Any, Any] = {}
-    for kind, group in (("q", eom.coordinates), ("u", eom.speeds), ("states", eom.states)):
-        told |= named_values(kind, group, getattr(course.given, kind))
-    found = []
-    for s in course.by:
-        value = known.get(s, s.default) if isinstance(s, Parameter) else told.get(s)
-        if value is None:
-            raise SimulationError(f"Expected a value of {s} at which the search begins, got none. Give one.")
-        found.append(float(value.value if isinstance(value, Guess) else value))
-    return np.array(found)
-
-
-def _limits(course: Course, bounds: Any) -> tuple[Array, Array]:
-    low, high = np.full(len(course.by), -np.inf), np.full(len(course.by), np.inf)
-    place = {s: k for k, s in enumerate(course.by)}
-    given: dict[Any, Any] = named_values("bounds", course.by, bounds)
-    for s, pair in given.items():
-        ends = pair if isinstance(pair, Sequence) and len(pair) == 2 else (np.nan, np.nan)
-        a, b = (-np.inf if ends[0] is None else float(ends[0])), (np.inf if ends[1] is None else float(ends[1]))
-        if not a < b:
-            raise SimulationError(f"Expected bounds of {s} as (low, high), None for none, got {cut(repr(pair))}.")
-        low[place[s]], high[place[s]] = a, b
-    return low, high
-
-
 def _met(flight: Flight, z: Array, bounds: tuple[Array, Array], most: int) -> tuple[Array, str]:
     """The conditions alone, by least squares."""
-    aim, first = flight.aim, z
+    aim = flight.aim
     call: Callable[..., Any] = least_squares
 
     def missed(at: Array) -> tuple[Array, Array]:
@@ -328,7 +285,7 @@ def _met(flight: Flight, z: Array, bounds: tuple[Array, Array], most: int) -> tu
             return np.full(len(aim.ends), np.inf)
 
     found = call(
-        residuals, first, jac=lambda at: missed(at)[1], bounds=_scaled(bounds, flight), xtol=1e-14, ftol=1e-14, gtol=1e-15,
+        residuals, z, jac=lambda at: missed(at)[1], bounds=_scaled(bounds, flight), xtol=1e-14, ftol=1e-14, gtol=1e-15,
         max_nfev=most,
     )  # fmt: skip
     return np.asarray(found.x), str(found.message)
@@ -376,17 +333,14 @@ def _shot(flight: Flight, z: Array, message: str, tolerance: float) -> Shot:
             f"Expected unknowns with which the motion ends as asked, got {aim.ends[k]} = {values[k]:.6g} there, off by {off[k]:.2g}: "
             f"{message.rstrip('.')}. Begin nearer, free more unknowns, or widen bounds and conditions."
         )
-    motion = course.motion(np.linspace(course.map.t0, course.map.t0 + course.map.within, 501))
-    eom, total = course.map.eom, flight.cost(z)[0] if aim.costs else 0.0
-    start = dict(zip(eom.state, motion.states[0].tolist(), strict=True))
-    groups = [{s: start[s] for s in group} for group in (eom.coordinates, eom.speeds, eom.states)]
+    motion = course.motion(np.linspace(course.map.t0, course.end, 501))
     return Shot(
         dict(zip(course.by, (z * flight.sizes).tolist(), strict=True)),
-        total,
+        flight.cost(z)[0] if aim.costs else 0.0,
         float(off.max(initial=0.0)),
         motion,
         course.parameters,
-        State(groups[0], groups[1], states=groups[2], t=course.map.t0),
+        course.state(motion.states[0]),
         flight.steps,
         message,
     )

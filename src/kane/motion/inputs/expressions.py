@@ -12,6 +12,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf, isfinite, nan
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -75,8 +76,8 @@ class Formula:
         """The nth derivative by time."""
         expr, whole = self.expr, self.written
         for _ in range(order):
-            expr = tangent(expr, _by_time)
-            whole = None if whole is None else tangent(whole, _by_time)
+            expr = tangent(expr, by_time)
+            whole = None if whole is None else tangent(whole, by_time)
         return Formula(expr, self.values, self.state, whole, self.gains)
 
     def breakpoints(self, span: tuple[float, float]) -> tuple[float, ...]:
@@ -89,7 +90,8 @@ class Formula:
         return not any(node.op in CORNERS or isinstance(node.op, Piecewise) for node in postorder([self.expr]))
 
 
-def _by_time(leaf: Expr) -> Expr:
+def by_time(leaf: Expr) -> Expr:
+    """The derivative of a leaf by time, of which everything else is free."""
     return ONE if isinstance(leaf, Time) else ZERO
 
 
@@ -99,14 +101,21 @@ def turning_laws(drives: Iterable[Any]) -> tuple[Expr, ...]:
     return tuple(e for e in laws if switches([e]))
 
 
-def formula(name: str, expr: Expr, parameters: Mapping[Expr, Any], state: tuple[Symbol, ...] = ()) -> Formula:
-    """The value of the input `name`; symbols of the `state` (q, u) may be in it.
+def formula(
+    name: str,
+    expr: Expr,
+    parameters: Mapping[Expr, Any],
+    state: tuple[Symbol, ...] = (),
+    gains: Mapping[Expr, float] = MappingProxyType({}),
+) -> Formula:
+    """The value of the input `name`; symbols of the `state` (q, u) and parameters with values of its own, `gains`, may be in it.
 
     Raises
     ------
     SimulationError
         if it holds something else than time, the state, and parameters of the model
     """
+    written, expr = expr, substituted(expr, {s: constant(v) for s, v in gains.items()})
     own = set(state)
     symbols = [s for s in free_symbols([expr]) if not isinstance(s, Time)]
     wrong = [f"{s} ({type(s).__name__})" for s in symbols if s not in parameters and s not in own]
@@ -118,7 +127,7 @@ def formula(name: str, expr: Expr, parameters: Mapping[Expr, Any], state: tuple[
             f"of {name}."
         )
     given: dict[Expr, Any] = {s: parameters[s] for s in symbols if s not in own}
-    return Formula(expr, given, state if own.intersection(symbols) else ())
+    return Formula(expr, given, state if own.intersection(symbols) else (), written if gains else None, gains)
 
 
 def gains(eom: Equations, expr: Expr, parameters: Mapping[Expr, Any]) -> dict[Expr, float]:
@@ -132,11 +141,6 @@ def gains(eom: Equations, expr: Expr, parameters: Mapping[Expr, Any]) -> dict[Ex
 def gains_of(drives: Mapping[Any, Any]) -> dict[Expr, Expr]:
     """The numbers of parameters that stand in inputs alone."""
     return {s: constant(v) for f in drives.values() if isinstance(f, Formula) for s, v in f.gains.items()}
-
-
-def with_gains(eom: Equations, expr: Expr, parameters: Mapping[Expr, Any]) -> Expr:
-    """The expression with numbers for parameters that the model does not hold."""
-    return substituted(expr, {s: constant(v) for s, v in gains(eom, expr, parameters).items()})
 
 
 def own_parameters(given: Any) -> dict[Expr, Any]:

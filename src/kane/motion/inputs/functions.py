@@ -3,7 +3,7 @@
 
 import copy
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from inspect import Parameter as Parameter_
 from inspect import signature as signature_of
@@ -30,7 +30,6 @@ from kane.motion.inputs.expressions import (
     formula,
     gains,
     law,
-    with_gains,
 )
 from kane.motion.inputs.smooth import check_smooth
 from kane.numeric.arrays import Array
@@ -121,11 +120,7 @@ def input_functions(
     values = {s: v(time) if isinstance(v, Table) else v for s, v in values.items()}
     state = eom.state
     values = {
-        s: replace(
-            formula(str(s), with_gains(eom, v, known), known, () if input_of(s) in moving else state),
-            written=v,
-            gains=gains(eom, v, known),
-        )
+        s: formula(str(s), v, known, () if input_of(s) in moving else state, gains(eom, v, known))
         if isinstance(v, Expr)
         else v
         for s, v in values.items()

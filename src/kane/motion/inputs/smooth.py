@@ -17,13 +17,13 @@ from kane.equations.equations import Equations
 from kane.errors import SimulationError, cut
 from kane.expr.differentiation import tangent
 from kane.expr.evaluation import evaluate, free_symbols
-from kane.expr.node import ONE, ZERO, Expr, postorder
+from kane.expr.node import Expr, postorder
 from kane.expr.ops import Op
 from kane.expr.piecewise import Piecewise
 from kane.expr.symbols import Parameter, Symbol, Time, time
 from kane.model.declarations import geometry
 from kane.motion.inputs.breakpoints import on_from, up_to
-from kane.motion.inputs.expressions import Formula
+from kane.motion.inputs.expressions import Formula, by_time
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EPS, LEAPS
 from kane.program.from_expressions import Task, build_program
@@ -180,7 +180,7 @@ def _torn(
     """Those that are not C¹, and what is said of it."""
     if not pieces:
         return
-    slope = partial(tangent, seeds=_by_time, memo={})
+    slope = partial(tangent, seeds=by_time, memo={})
     levels = [(node, slope(node), slope(slope(node))) for node in pieces]
     flat = [e for row in levels for e in row]
     known: dict[Expr, Any] = {s: parameters[s] for s in free_symbols(flat) if s in parameters}
@@ -226,7 +226,3 @@ def _around(node: Expr, roots: Sequence[Expr]) -> list[Expr]:
         holds[e] = e is node or any(holds[a] for a in e.args)
         largest.update(dict.fromkeys(a for a in e.args if holds[a] and known[a] and not known[e]))
     return list(largest | dict.fromkeys(root for root in roots if holds[root] and known[root]))
-
-
-def _by_time(leaf: Expr) -> Expr:
-    return ONE if isinstance(leaf, Time) else ZERO

@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Motions over a span as functions of chosen unknowns, parameters and start values, with their derivatives."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from kane import expect
+from kane.dynamics.readings.quantities import parameter_values
+from kane.equations.equations import Equations, check_equations
+from kane.equations.state import GROUPS, Guess, State
+from kane.errors import SimulationError, cut
+from kane.expr.evaluation import free_symbols
+from kane.expr.node import Expr
+from kane.expr.symbols import Parameter, Symbol
+from kane.motion.derivatives.return_map import ReturnMap
+from kane.motion.derivatives.sensitivities import Sensitivities
+from kane.motion.derivatives.tangents import allowed, basis_of, flow_of
+from kane.motion.derivatives.variation import Differential
+from kane.motion.solution.solution import Solution
+from kane.motion.start import check_span, check_tolerance
+from kane.numeric.arrays import Array
+from kane.numeric.sampling import named_values, symbols_named
+from kane.numeric.scale import SIX_DIGITS
+from kane.program.native.machine import Settings
+
+_STARTS = ("q", "u", "states")
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Motions over a span from a start that is assembled, and their derivatives by the unknowns `by`.
+
+    `given` has the parameters and start values as they were told.
+    """
+
+    map: ReturnMap
+    given: State
+    by: tuple[Symbol, ...]
+
+    @staticmethod
+    def of(
+        eom: Equations, span: Any, by: Any, given: State, tolerances: tuple[float, float], settings: Settings | None
+    ) -> "Course":
+        """Of the arguments as they were given."""
+        check_equations(eom)
+        start, end = check_span(span)
+        for name, value in zip(("rtol", "atol"), tolerances, strict=True):
+            check_tolerance(name, value)
+        map_ = ReturnMap(eom, None, end - start, given.inputs, start, end - start, tolerances, settings)
+        return Course(map_, given, _symbols(eom, given, by))
+
+    def over(self, start: float, end: float) -> "Course":
+        """The same over another span."""
+        return replace(self, map=replace(self.map, t0=start, period=end - start, within=end - start))
+
+    def at(self, values: Mapping[Symbol, float]) -> "Course":
+        """The same at values of unknowns."""
+        eom = self.map.eom
+        names = {s.name for s in values if isinstance(s, Parameter)}
+        parameters = {p: v for p, v in dict(self.given.parameters or {}).items() if getattr(p, "name", p) not in names}
+        parameters |= {s: v for s, v in values.items() if isinstance(s, Parameter)}
+        groups = dict[str, Any]()
+        for kind in _STARTS:
+            own, group = {s: values[s] for s in getattr(eom, GROUPS[kind]) if s in values}, getattr(self.given, kind)
+            groups[kind] = None if group is None and not own else {**self._told(kind), **own}
+        return replace(self, given=replace(self.given, **groups, parameters=parameters))
+
+    def _told(self, kind: str) -> dict[Any, Any]:
+        """The start values of a kind that were given."""
+        return dict(named_values(kind, getattr(self.map.eom, GROUPS[kind]), getattr(self.given, kind)))
+
+    @property
+    def end(self) -> float:
+        """When motions end, as they count it: within rounding of what was given."""
+        return self.map.t0 + self.map.within
+
+    @property
+    def free(self) -> tuple[Symbol, ...]:
+        """The unknowns that are start values."""
+        return tuple(s for s in self.by if not isinstance(s, Parameter))
+
+    @property
+    def parameters(self) -> dict[Expr, Any]:
+        """Values of all parameters, those that stand in inputs alone included where they were given."""
+        eom, given = self.map.eom, dict(self.given.parameters or {})
+        own = parameter_values(eom.system, {k: v for k, v in given.items() if not _foreign(eom, k)})
+        return {**own, **{k: v for k, v in given.items() if _foreign(eom, k)}}
+
+    @property
+    def start(self) -> Array:
+        """(q, u, a) at the start, on the constraints."""
+        own = set(self.map.eom.parameters)
+        constants = {s: v for s, v in self.parameters.items() if s in own}
+        return self.map.admitted(replace(self.given, parameters=constants))
+
+    @property
+    def first(self) -> Array:
+        """Values of the unknowns: as they were given, start values that were not as they are assembled.
+
+        Raises
+        ------
+        SimulationError
+            if a parameter has none
+        """
+        eom, known = self.map.eom, self.parameters
+        values: dict[Any, Any] = {s: known.get(s, s.default) for s in self.by if isinstance(s, Parameter)}
+        missing = [s.name for s, v in values.items() if v is None]
+        expect.none(missing, "a first value of each unknown", "none of {}", "Give parameters=.", error=SimulationError)
+        for kind in _STARTS:
+            values |= self._told(kind)
+        if any(s not in values for s in self.by):
+            values = {**dict(zip(eom.state, self.start.tolist(), strict=True)), **values}
+        return np.array([float(v.value if isinstance(v := values[s], Guess) else v) for s in self.by])
+
+    def limits(self, bounds: Mapping[Any, Any] | None) -> tuple[Array, Array]:
+        """Lower and upper bounds of the unknowns, of {unknown: (low, high)} with None for none.
+
+        Raises
+        ------
+        SimulationError
+            if bounds are no two numbers in order, or leave out where the search begins
+        """
+        low, high = np.full(len(self.by), -np.inf), np.full(len(self.by), np.inf)
+        place = {s: k for k, s in enumerate(self.by)}
+        given: dict[Any, Any] = named_values("bounds", self.by, bounds)
+        for s, pair in given.items():
+            ends = pair if isinstance(pair, Sequence) and len(pair) == 2 else (np.nan, np.nan)
+            a, b = (-np.inf if ends[0] is None else float(ends[0])), (np.inf if ends[1] is None else float(ends[1]))
+            if not a < b:
+                raise SimulationError(f"Expected bounds of {s} as (low, high), None for none, got {cut(repr(pair))}.")
+            low[place[s]], high[place[s]] = a, b
+        outside = [str(s) for s, v, a, b in zip(self.by, self.first, low, high, strict=True) if not a <= v <= b]
+        expect.none(outside, "first values within the bounds", "others of {}", error=SimulationError)
+        return low, high
+
+    def state(self, x: Array) -> State:
+        """(q, u, a) as the State of a start."""
+        values = dict(zip(self.map.eom.state, x.tolist(), strict=True))
+        groups = {kind: {s: values[s] for s in getattr(self.map.eom, GROUPS[kind])} for kind in _STARTS}
+        return State(**groups, t=self.map.t0)
+
+    def motion(self, samples: Any) -> Solution:
+        """The motion; samples beyond its end by rounding are at its end."""
+        times = samples if np.ndim(samples) == 0 else np.minimum(samples, self.end)
+        return self.map.motion(self.start, self.parameters, times)
+
+    def sensitivities(self, motion: Solution) -> Sensitivities:
+        """The derivatives at the samples of a motion."""
+        own = tuple(s for s in self.by if isinstance(s, Parameter))
+        walk = self.map.walk(own)
+        kept = [s for kind in _STARTS[:2] for s, v in self._told(kind).items() if not isinstance(v, Guess)]
+        begin = _start_slopes(walk, motion, (self.free, kept), own)
+        found = walk.along(motion, self.map.again(motion, self.parameters), begin)
+        order = {s: k for k, s in enumerate((*self.free, *own))}
+        return Sensitivities(motion, self.by, found[:, :, [order[s] for s in self.by]])
+
+
+def _foreign(eom: Equations, key: Any) -> bool:
+    """Whether it is a parameter of inputs alone."""
+    return isinstance(key, Parameter) and key not in set(eom.parameters)
+
+
+def _symbols(eom: Equations, given: State, by: Any) -> tuple[Symbol, ...]:
+    """What is varied, in order, once each."""
+    inputs = [e for e in dict(given.inputs or {}).values() if isinstance(e, Expr)]
+    free = [s for s in free_symbols(inputs) if _foreign(eom, s)]
+    own: tuple[Symbol, ...] = (*eom.state, *eom.parameters, *free)
+    listed = [by] if isinstance(by, Symbol | str) else list(by)
+    found = tuple(symbols_named("by", own, listed))
+    expect.that(bool(found), "some parameters or start values to differentiate by", listed, error=SimulationError)
+    twice = [name for name, count in Counter(s.name for s in found).items() if count > 1]
+    expect.none(twice, "each one once", "{} twice", error=SimulationError)
+    return found
+
+
+def _start_slopes(
+    walk: Differential, motion: Solution, starts: tuple[Sequence[Symbol], Sequence[Symbol]], by: Sequence[Parameter]
+) -> Array:
+    """δx of the start: by start values, and what constraints add to a change of parameters.
+
+    Of the start values those by which the motion is differentiated are independent, then those that were given, then others, as many
+    as the constraints leave; they stay where a parameter changes.
+    """
+    side, (free, told) = walk.side(motion, 0), starts
+    eom, n = side.now.eom, side.now.width
+    place = {s: i for i, s in enumerate(eom.state)}
+    if not eom.system.euler_parameters and not eom.constraints.constraints:
+        return np.hstack([np.eye(n)[:, [place[s] for s in free]], np.zeros((n, len(by)))])
+    flow = flow_of(side)
+    basis, names = basis_of(flow), {s.name: s for s in eom.state}
+    kept = [place[s] for s in free]
+    _check_independent(basis, kept, free, flow.states)
+    sizes = np.abs(basis).max(axis=1)
+    for i in (place[s] for s in (*told, *(names[name] for name in flow.states if name in names))):
+        some = [*kept, i]
+        if sizes[i] > 0 and np.linalg.matrix_rank(basis[some] / sizes[some, None], SIX_DIGITS) > len(kept):
+            kept.append(i)
+    rest = basis[kept]
+    if len(kept) < basis.shape[1]:  # angles of Euler parameters
+        angles = [j for j, name in enumerate(flow.states) if name not in names]
+        rest = np.vstack([rest, np.eye(basis.shape[1])[angles]])
+    own = np.linalg.solve(rest, np.eye(len(rest)))
+    shifts = allowed(side, by)[2] if len(by) else np.zeros((n, 0))
+    moved = shifts - basis @ own[:, : len(kept)] @ shifts[kept]
+    return np.hstack([(basis @ own)[:, : len(free)], moved])
+
+
+def _check_independent(basis: Array, kept: Sequence[int], free: Sequence[Symbol], names: Sequence[str]) -> None:
+    if not kept:
+        return
+    sizes = np.abs(basis[kept]).max(axis=1)
+    regular = (sizes > 0).all() and np.linalg.matrix_rank(basis[kept] / sizes[:, None], SIX_DIGITS) == len(kept)
+    if not regular:
+        raise SimulationError(
+            f"Expected start values that constraints leave free, got {', '.join(s.name for s in free)}, of which some follow from the "
+            f"others. Independent ones are {', '.join(names)}."
+        )
