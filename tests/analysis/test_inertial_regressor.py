@@ -52,7 +52,8 @@ def test_inverse_dynamics_and_base_parameters_of_random_trees(bodies, seed):
         found = y[i] @ r.numbers()
         np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12 * np.abs(y[i] * r.numbers()).sum(axis=1).max())
     for _ in range(40):
-        stacked.append(pin.computeJointTorqueRegressor(engine, data, *rng.normal(size=(3, engine.nv))))
+        of_one = pin.computeJointTorqueRegressor(engine, data, *rng.normal(size=(3, engine.nv)))
+        stacked.append(np.reshape(of_one, (engine.nv, -1)))  # with one speed it comes as a vector
     bodies_only = [10 * (joint - 1) + i for body, joint in carriers.items() if body >= 0 for i in range(10)]
     whole = np.concatenate(stacked)[:, bodies_only]
     sizes = np.linalg.norm(whole, axis=0)
