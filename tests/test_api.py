@@ -84,6 +84,7 @@ FAMILIES = (
     "attitude",
     "beams",
     "cycles",
+    "exchange",
     "fitting",
     "errors",
     "expr",

@@ -14,6 +14,7 @@ from kane.lazy_imports import offered as _offered
 if TYPE_CHECKING:
     from kane import analysis, attitude, beams, errors, expr, figures, integrators, joints, loads, solids
     from kane import cycles as cycles
+    from kane import exchange as exchange
     from kane import fitting as fitting
     from kane.analysis import *
     from kane.attitude import *
@@ -98,7 +99,7 @@ __version__ = "0.1.0.dev0"
 logging.getLogger("kane").addHandler(logging.NullHandler())  # a library says nothing unless it is asked to
 
 _NAMES = {
-    "": "analysis attitude beams cycles errors expr figures fitting integrators joints loads solids",
+    "": "analysis attitude beams cycles errors exchange expr figures fitting integrators joints loads solids",
     "analysis.assembly": "Assembled assemble",
     "analysis.comparison": "MethodComparison SpeedComparison SpeedSet compare_methods compare_speeds",
     "analysis.constraint_loads": "ConstraintForces constraint_forces Impact impact",

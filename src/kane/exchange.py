@@ -1,0 +1,8 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Models and equations of other tools, and equations for them."""
+
+from kane.interop.sympy import from_sympy, to_sympy
+
+__all__ = [
+    "from_sympy", "to_sympy",
+]  # fmt: skip
