@@ -1,0 +1,301 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`animate`: a motion to look at, in one HTML file or a notebook, as glTF, or as pictures."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property, partial
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from kane import expect
+from kane.errors import ArgumentError, cut
+from kane.expr.evaluation import evaluate, free_symbols
+from kane.expr.node import Expr
+from kane.motion.solution.solution import Solution
+from kane.numeric.arrays import Array
+from kane.present.scene import scene as scene_of
+from kane.present.scene.records import Posed, Scene
+from kane.present.scene.shapes import BodyShape
+from kane.present.viewer.page import Course, as_json, lowest, page_data
+from kane.present.viewer.parts import Model, model
+from kane.space.frame import Point
+from kane.whole import exchange, path_of
+
+_RATE, _FEWEST, _MOST = 30.0, 200, 1800
+"""Instants a second that is played, and how many there are at least and at most."""
+_PLAYED = 8.0
+"""Seconds that a motion of less than one, or of many, is played in."""
+_MARK = b'<meta name="generator" content="kane">'
+_MODES = {"separated": "#c9ced6", "closed": "#8fbcf2", "stick": "#5b9be6", "roll": "#3f7fd0", "slip": "#f2994a"}
+
+
+class Animation:
+    """A motion, or several, ready to be shown: in a notebook by itself, else by `save`."""
+
+    def __init__(
+        self,
+        solutions: Sequence[Solution],
+        scene: Scene,
+        courses: Sequence[Course],
+        traces: Sequence[int],
+        autoplay: bool,
+    ) -> None:
+        self.solutions, self.scene, self.courses, self.traces, self.autoplay = (
+            tuple(solutions),
+            scene,
+            tuple(courses),
+            tuple(traces),
+            autoplay,
+        )
+
+    @cached_property
+    def model(self) -> Model:
+        """The parts that are drawn."""
+        return model(self.scene, self.courses[0].poses, _up(self.scene))
+
+    @cached_property
+    def camera(self) -> dict[str, Any]:
+        """Where it is looked from at first."""
+        front = _front(self.scene, self.courses[0], self.model.up)
+        return {"front": front.tolist(), "azimuth": 0.45, "height": 0.28}
+
+    @cached_property
+    def low(self) -> float:
+        """The height of a floor below everything."""
+        return lowest(self.scene, self.model, self.courses)
+
+    @property
+    def played(self) -> float:
+        """Seconds in which it is played."""
+        return _played(float(self.courses[0].times[-1] - self.courses[0].times[0]))
+
+    def part(self) -> Markup:
+        """The markup of the viewer, without its style and script."""
+        data = page_data(self.scene, self.model, self.courses, self.traces, self.camera)
+        strips = [(name, _gradient(runs, self.courses[0].times)) for name, runs in self._modes().items()]
+        seen = [m for m in _MODES if any(m == mode for runs in self._modes().values() for _, mode in runs)]
+        return Markup(
+            _environment().get_template("viewer.html").render(
+                label=_label(self.scene), picture=Markup(""), forces=bool(self.model.arrows), traces=bool(self.traces),
+                strips=strips, key=[(m, _MODES[m]) for m in seen], data=Markup(as_json(data)), autoplay=self.autoplay,
+            )
+        )  # fmt: skip
+
+    def _modes(self) -> Mapping[str, list[tuple[float, str]]]:
+        history = self.solutions[0].mode_history
+        found: dict[str, list[tuple[float, str]]] = {}
+        for t, modes in history:
+            for name, mode in modes.items():
+                own = found.setdefault(name, [])
+                if not own or own[-1][1] != mode:
+                    own.append((float(t), mode))
+        return found
+
+    def html(self) -> str:
+        """One page that needs nothing else."""
+        given = {"title": _label(self.scene), "css": Markup(_asset("viewer.css")), "js": Markup(_asset("viewer.js"))}
+        page = _environment().get_template("animation.html")
+        return page.render(part=self.part(), mark=Markup(_MARK.decode()), **given)
+
+    def _repr_html_(self) -> str:
+        page = html.escape(self.html(), quote=True)
+        title = html.escape(_label(self.scene))
+        return f'<iframe srcdoc="{page}" style="width:100%;height:36rem;border:0" title="{title}"></iframe>'
+
+    def save(self, path: str | Path) -> Path:
+        """Write the animation: `.html`, `.glb` (glTF), `.gif`, `.png` (its first instant), or `.mp4` where imageio-ffmpeg is installed.
+
+        Raises
+        ------
+        ArgumentError
+            if the path ends in something else, or a file of that name was not written by `animate`
+        """
+        place = path_of(path, 'kn.animate(sol, "motion.html")')
+        write = _WRITERS.get(place.suffix.lower())
+        if write is None:
+            raise ArgumentError(f"Expected a file that ends in {', '.join(_WRITERS)}, got {str(place)!r}.")
+        place.parent.mkdir(parents=True, exist_ok=True)
+        write(self, place)
+        return place
+
+    def __repr__(self) -> str:
+        t = self.courses[0].times
+        return f"Animation({_label(self.scene)}: {len(self.model.parts)} parts, t = {t[0]:g} … {t[-1]:g} s, {len(t)} instants)"
+
+
+def animate(
+    solution: Solution | Sequence[Solution],
+    path: str | Path | None = None,
+    *,
+    shapes: Iterable[BodyShape] = (),
+    traces: Iterable[Point] = (),
+    autoplay: bool = True,
+) -> Animation:
+    """A motion to look at: bodies with their shapes, to turn, play and step through.
+
+    Parameters
+    ----------
+    solution : a motion, from `simulate`; of several, of one system, the others are shown as ghosts
+    path : file to write: `.html` (one file that needs nothing else), `.glb`, `.gif`, `.png`, `.mp4`
+    shapes : of bodies and of what is beside them, from `kn.figures.shape`; else as inertias, points, joints and contacts tell
+    traces : points whose paths are drawn
+    autoplay : whether the page plays at once, where the reader has not asked for less motion
+
+    Returns
+    -------
+    Animation
+        which a notebook shows, with `save(path)`
+
+    Raises
+    ------
+    ArgumentError
+        if there is no motion, or the file cannot be written
+    """
+    solutions = [solution] if isinstance(solution, Solution) else list(solution)
+    if not solutions or not all(isinstance(s, Solution) for s in solutions):
+        raise ArgumentError(f"Expected a motion from kn.simulate to animate, or several, got {cut(repr(solution))}.")
+    given = tuple(expect.instances(traces, Point, "traces= to be points", "Write traces=[P]."))
+    scene = scene_of(solutions[0].equations, shapes)
+    numbers = [_place_number(scene, p) for p in given]
+    courses = [course(scene, s) for s in solutions]
+    made = Animation(solutions, scene, courses, numbers, autoplay)
+    if path is not None:
+        made.save(path)
+    return made
+
+
+def _place_number(scene: Scene, point: Point) -> int:
+    """The number of a point's position, which the scene must have."""
+    wanted = point.position(point.root()).components(scene.system.inertial)
+    for k, place in enumerate(scene.positions):
+        if all(a is b for a, b in zip(place, wanted, strict=True)):
+            return k
+    raise ArgumentError(
+        f"Expected traces of points that the drawing has, got {point.name}: give it a kn.figures.shape, or trace a body's point."
+    )
+
+
+def course(scene: Scene, solution: Solution) -> Course:
+    """The poses at instants enough to be played, those of events among them."""
+    times = _instants(solution)
+    dense = solution.at(times)
+    symbols = list(scene.symbols)
+    values = dict(zip(symbols, dense[symbols], strict=True)) if symbols else {}
+    poses = scene.poses(values)
+    n = len(times)
+    return Course(
+        np.asarray(dense.t),
+        Posed(
+            *(
+                _spread(x, n, k)
+                for x, k in zip(
+                    (poses.positions, poses.rotations, poses.directions, poses.scalars), (2, 3, 2, 1), strict=True
+                )
+            )
+        ),
+    )
+
+
+def _spread(values: Array, count: int, axes: int) -> Array:
+    return np.broadcast_to(values, (count, *values.shape[-axes:])) if values.ndim == axes else values
+
+
+def _instants(solution: Solution) -> Array:
+    begin, end = float(solution.t[0]), float(solution.t[-1])
+    span = end - begin
+    count = int(np.clip(_RATE * _played(span), _FEWEST, _MOST)) if span > 0 else 1
+    return np.linspace(begin, end, count)
+
+
+def _played(span: float) -> float:
+    return span if 1.0 < span < 5 * _PLAYED else _PLAYED
+
+
+def _up(scene: Scene) -> Array:
+    """Against gravity, else the inertial frame's third axis, or its second where nothing leaves the plane of the first two."""
+    for a in scene.actions:
+        if a.kind == "gravity":
+            numbers = [float(x) for x in (_value(e) for e in scene.directions[a.direction])]
+            size = float(np.linalg.norm(numbers))
+            if size > 0:
+                return -np.array(numbers) / size
+    flat = all(str(p[2]) == "0" for p in scene.positions)
+    return np.array([0.0, 1.0, 0.0]) if flat else np.array([0.0, 0.0, 1.0])
+
+
+def _value(e: Expr) -> float:
+    return float(evaluate(e, {s: 1.0 if s.default is None else s.default for s in free_symbols([e])}))
+
+
+def _front(scene: Scene, course: Course, up: Array) -> Array:
+    """The direction to look from: across the plane of a planar system, else along the horizontal axis that hides least."""
+    p = course.poses.positions.reshape(-1, 3)
+    p = p[np.isfinite(p).all(axis=1)]
+    spread = p - p.mean(axis=0) if len(p) else np.zeros((1, 3))
+    spread = spread - np.outer(spread @ up, up)
+    _, s, v = np.linalg.svd(spread, full_matrices=True)
+    if s.size and s[0] > 0:
+        front = np.cross(v[0], up)
+        size = float(np.linalg.norm(front))
+        if size > 1e-9:
+            front = front / size
+            return front if front @ np.array([-0.3, -1.0, 0.9]) >= 0 else -front
+    near = np.eye(3)[int(np.argmin(np.abs(up)))]
+    return np.asarray(np.cross(up, np.cross(near, up)))
+
+
+def _label(scene: Scene) -> str:
+    names = [b.name for b in scene.system.bodies]
+    return f"Motion of {', '.join(names[:4])}{' …' if len(names) > 4 else ''}"
+
+
+def _gradient(runs: Sequence[tuple[float, str]], times: Array) -> str:
+    begin, end = float(times[0]), float(times[-1])
+    stops = []
+    for (t, mode), after in zip(runs, [*(t for t, _ in runs[1:]), end], strict=True):
+        a, b = (100 * (x - begin) / ((end - begin) or 1.0) for x in (t, after))
+        stops.append(f"{_MODES.get(mode, '#999')} {max(a, 0):.3f}% {min(b, 100):.3f}%")
+    return f"linear-gradient(to right, {', '.join(stops)})"
+
+
+def _environment() -> Environment:
+    return Environment(loader=PackageLoader("kane.present"), autoescape=True, undefined=StrictUndefined)
+
+
+def _asset(name: str) -> str:
+    return (files("kane.present") / "templates" / name).read_text(encoding="utf-8")
+
+
+def _write_html(animation: Animation, place: Path) -> None:
+    text = animation.html().encode()
+    exchange(place, lambda p: p.write_bytes(text), lambda p: _MARK in p.read_bytes()[:4000])
+
+
+def _write_gltf(animation: Animation, place: Path) -> None:
+    from kane.present.viewer.gltf import binary
+
+    data = binary(animation.model, animation.courses[0])
+    exchange(place, lambda p: p.write_bytes(data), lambda p: b'"generator":"kane"' in p.read_bytes()[:4000])
+
+
+def _write_pictures(animation: Animation, place: Path) -> None:
+    from kane.present.viewer.raster import write
+
+    exchange(place, partial(write, animation), lambda p: True)
+
+
+_WRITERS = {
+    ".html": _write_html,
+    ".glb": _write_gltf,
+    ".gif": _write_pictures,
+    ".png": _write_pictures,
+    ".mp4": _write_pictures,
+    ".webp": _write_pictures,
+}

@@ -1,0 +1,248 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Triangles of shapes: unit ones, which are scaled along their axes, and those of given sizes.
+
+A body of revolution has its axis along z. The tone of a vertex, 0 or 1, tells quarters of what is round apart, so that a spin is seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from itertools import pairwise
+from math import pi
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kane.numeric.arrays import Array, Indices
+
+ROUND = 40
+"""Sides of what is round."""
+
+
+class Mesh(NamedTuple):
+    """Vertices (n × 3), their normals, tones (n), and triangles (m × 3) that turn right about the outward normal."""
+
+    vertices: Array
+    normals: Array
+    tones: Array
+    triangles: Indices
+
+
+def joined(meshes: Sequence[Mesh]) -> Mesh:
+    """Several meshes as one."""
+    starts = np.cumsum([0, *(len(m.vertices) for m in meshes)])[:-1]
+    parts = zip(
+        *((m.vertices, m.normals, m.tones, m.triangles + k) for m, k in zip(meshes, starts, strict=True)), strict=True
+    )
+    return Mesh(*(np.concatenate(p) for p in parts))
+
+
+def moved(mesh: Mesh, offset: Sequence[float] = (0, 0, 0), scale: Sequence[float] = (1, 1, 1)) -> Mesh:
+    """A mesh scaled along its axes, then shifted."""
+    normals = mesh.normals / np.asarray(scale, dtype=float)
+    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    return mesh._replace(vertices=mesh.vertices * scale + np.asarray(offset, dtype=float), normals=normals)
+
+
+def flat(corners: Array, faces: Iterable[Sequence[int]]) -> Mesh:
+    """Plane faces, each with its own normal."""
+    vertices: list[Array] = []
+    normals: list[Array] = []
+    triangles: list[tuple[int, int, int]] = []
+    for face in faces:
+        p = corners[list(face)]
+        n = np.cross(p[1] - p[0], p[2] - p[0])
+        n = n / (np.linalg.norm(n) or 1.0)
+        start = len(vertices)
+        vertices += list(p)
+        normals += [n] * len(p)
+        triangles += [(start, start + k, start + k + 1) for k in range(1, len(p) - 1)]
+    return Mesh(np.array(vertices, float), np.array(normals, float), np.zeros(len(vertices)), np.array(triangles, int))
+
+
+def box() -> Mesh:
+    """The unit cube about its middle."""
+    corners = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+    faces = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+    return flat(corners, faces)
+
+
+def lathe(profile: Sequence[tuple[float, float]], smooth: bool = False, sides: int = ROUND) -> Mesh:
+    """The surface that a line (radius, z), upward outside, sweeps about z.
+
+    Each part of the line has its own normals unless it is `smooth`.
+    """
+    line = np.asarray(profile, dtype=float)
+    steps = np.diff(line, axis=0)
+    across = np.column_stack([steps[:, 1], -steps[:, 0]])
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    angles = np.arange(sides + 1) * 2 * pi / sides
+    c, s = np.cos(angles), np.sin(angles)
+    tones = (np.floor(4 * (np.arange(sides + 1) + 0.5) / sides) % 2).astype(float)
+    meshes = []
+    for k, ((r0, z0), (r1, z1)) in enumerate(pairwise(line)):
+        n0 = n1 = across[k]
+        if smooth:
+            n0 = across[max(k - 1, 0)] + across[k]
+            n1 = across[k] + across[min(k + 1, len(across) - 1)]
+            n0, n1 = n0 / np.linalg.norm(n0), n1 / np.linalg.norm(n1)
+        rows = [np.column_stack([r * c, r * s, np.full_like(c, z)]) for r, z in ((r0, z0), (r1, z1))]
+        normals = [np.column_stack([n[0] * c, n[0] * s, np.full_like(c, n[1])]) for n in (n0, n1)]
+        vertices, normal = _quads(rows), _quads(normals)
+        tone = np.repeat(tones[:-1], 4)
+        first = 4 * np.arange(sides)[:, None]
+        lower, upper = first + np.array([0, 1, 2]), first + np.array([0, 2, 3])
+        triangles = np.concatenate([x for x, r in ((lower, r0), (upper, r1)) if r > 0])
+        meshes.append(Mesh(vertices, normal, tone, triangles))
+    return joined(meshes)
+
+
+def _quads(rows: Sequence[Array]) -> Array:
+    """Of two rings the corners of each side: (0, k), (0, k + 1), (1, k + 1), (1, k)."""
+    a, b = rows
+    return np.stack([a[:-1], a[1:], b[1:], b[:-1]], axis=1).reshape(-1, 3)
+
+
+def cylinder(bottom: float = -0.5, top: float = 0.5) -> Mesh:
+    """Of radius 1, from one height to another."""
+    return lathe([(0, bottom), (1, bottom), (1, top), (0, top)])
+
+
+def sphere(sides: int = ROUND) -> Mesh:
+    """Of radius 1."""
+    a = np.linspace(-pi / 2, pi / 2, sides // 2 + 1)
+    return lathe([(float(np.cos(x)) if abs(x) < pi / 2 else 0.0, float(np.sin(x))) for x in a], True, sides)
+
+
+def hemisphere() -> Mesh:
+    """Of radius 1, the round side upward."""
+    a = np.linspace(0, pi / 2, ROUND // 4 + 1)
+    dome = lathe([(float(np.cos(x)) if x < pi / 2 else 0.0, float(np.sin(x))) for x in a], smooth=True)
+    return joined([dome, lathe([(0, 0), (1, 0)])])
+
+
+def cone() -> Mesh:
+    """Of radius 1 and height 1, its base at the origin."""
+    return lathe([(0, 0), (1, 0), (0, 1)])
+
+
+def frustum(base: float, top: float, height: float) -> Mesh:
+    """A cone cut off."""
+    return lathe([(0, 0), (base, 0), (top, height), (0, height)])
+
+
+def torus(radius: float, tube: float) -> Mesh:
+    """With the radius of its centre line and that of its tube."""
+    a = np.linspace(-pi, pi, ROUND // 2 + 1)
+    return lathe([(radius + tube * float(np.cos(x)), tube * float(np.sin(x))) for x in a], smooth=True)
+
+
+def capsule(radius: float, length: float) -> Mesh:
+    """A cylinder of that length with half spheres on its ends."""
+    a = np.linspace(-pi / 2, 0, ROUND // 4 + 1)
+    low = [(radius * float(np.cos(x)) if x > -pi / 2 else 0.0, radius * float(np.sin(x)) - length / 2) for x in a]
+    return lathe([*low, *((r, -z) for r, z in reversed(low))], smooth=True)
+
+
+def tube() -> Mesh:
+    """Of radius 1, from 0 to 1."""
+    return cylinder(0.0, 1.0)
+
+
+def spring(turns: int = 8, wire: float = 0.14) -> Mesh:
+    """A wire along a helix of radius 1, from 0 to 1, to be stretched; its ends lead to the axis."""
+    steps, sides = turns * 16, 8
+    t = np.linspace(0, 1, steps + 1)
+    angle, z = 2 * pi * turns * t, 0.06 + 0.88 * t
+    line = np.column_stack([np.cos(angle), np.sin(angle), z])
+    line = np.concatenate([[(0, 0, 0), (0, 0, 0.06)], line, [(0, 0, 0.94), (0, 0, 1)]])
+    ahead = np.gradient(line, axis=0)
+    ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
+    out = np.column_stack([line[:, 0], line[:, 1], np.zeros(len(line))]) + np.array([1e-3, 0, 0])
+    out -= ahead * np.sum(out * ahead, axis=1, keepdims=True)
+    out /= np.linalg.norm(out, axis=1, keepdims=True)
+    side = np.cross(ahead, out)
+    a = np.arange(sides + 1) * 2 * pi / sides
+    rings = out[:, None] * np.cos(a)[None, :, None] + side[:, None] * np.sin(a)[None, :, None]
+    flattened = rings * [wire, wire, wire / 6]  # as it is stretched along z
+    vertices = (line[:, None] + flattened).reshape(-1, 3)
+    n, m = len(line), sides + 1
+    k = (np.arange(n - 1)[:, None] * m + np.arange(sides)).ravel()
+    triangles = np.concatenate([np.column_stack([k, k + m + 1, k + 1]), np.column_stack([k, k + m, k + m + 1])])
+    return Mesh(vertices, rings.reshape(-1, 3), np.zeros(len(vertices)), triangles[:, ::-1])
+
+
+def damper() -> Mesh:
+    """A rod in a pot, from 0 to 1."""
+    pot = lathe([(0, 0.25), (1, 0.25), (1, 0.7), (0.35, 0.7)])
+    return joined([pot, lathe([(0, 0), (0.3, 0), (0.3, 0.25)]), lathe([(0.3, 0.5), (0.3, 1), (0, 1)])])
+
+
+def arrow() -> Mesh:
+    """From 0 to 1; what is along z is stretched, so that the head is a share of it."""
+    return lathe([(0, 0), (0.35, 0), (0.35, 0.78), (1, 0.78), (0, 1)], sides=20)
+
+
+def prism(outline: Array, thickness: float) -> Mesh:
+    """A plane outline (n × 2), turning left, with a thickness about z = 0."""
+    n = len(outline)
+    low = np.column_stack([outline, np.full(n, -thickness / 2)])
+    corners = np.concatenate([low, low + np.array([0, 0, thickness])])
+    sides = [(k, (k + 1) % n, n + (k + 1) % n, n + k) for k in range(n)]
+    return flat(corners, [tuple(range(n))[::-1], tuple(range(n, 2 * n)), *sides])
+
+
+def sector(radius: float, half_angle: float, thickness: float) -> Mesh:
+    """A sector about x."""
+    a = np.linspace(-half_angle, half_angle, 1 + max(4, int(ROUND * half_angle / pi)))
+    return prism(np.concatenate([[(0, 0)], radius * np.column_stack([np.cos(a), np.sin(a)])]), thickness)
+
+
+def arc(radius: float, half_angle: float, thickness: float) -> Mesh:
+    """A bent wire about x, as wide as it is thick."""
+    a = np.linspace(-half_angle, half_angle, 1 + max(4, int(ROUND * half_angle / pi)))
+    e = np.column_stack([np.cos(a), np.sin(a)])
+    return prism(np.concatenate([e * (radius + thickness / 2), e[::-1] * (radius - thickness / 2)]), thickness)
+
+
+def triangle(a: float, b: float, thickness: float) -> Mesh:
+    """Right, with legs along x and y."""
+    return prism(np.array([(0, 0), (a, 0), (0, b)], float), thickness)
+
+
+UNIT: dict[str, Callable[[], Mesh]] = {
+    "box": box, "sphere": sphere, "ball": partial(sphere, 16), "hemisphere": hemisphere, "cylinder": cylinder, "cone": cone,
+    "tube": tube, "spring": spring,
+    "damper": damper, "arrow": arrow,
+}  # fmt: skip
+"""Those that are scaled along their axes."""
+SIZED: dict[str, tuple[Callable[..., Mesh], tuple[str, ...]]] = {
+    "frustum": (frustum, ("base", "top", "height")),
+    "torus": (torus, ("radius", "tube")),
+    "capsule": (capsule, ("radius", "length")),
+    "sector": (sector, ("radius", "half_angle")),
+    "arc": (arc, ("radius", "half_angle")),
+    "triangle": (triangle, ("a", "b")),
+    "half cylinder": (lambda radius, height, thickness=0.0: sector(radius, pi / 2, height), ("radius", "height")),
+}
+"""Those of sizes that scaling does not make; plates among them have a thickness, too."""
+THICK = ("sector", "arc", "triangle")
+
+
+def of_file(path: str) -> Mesh:
+    """The triangles of an STL or OBJ file, in their own frame.
+
+    Raises
+    ------
+    ValueError
+        if the file holds no triangles
+    """
+    from kane.present.viewer.mesh_files import read
+
+    return read(path)
+
+
+def plain(mesh: Mesh) -> dict[str, Any]:
+    """Lists of single precision, for a page."""
+    return {k: np.asarray(v).ravel() for k, v in mesh._asdict().items()}

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a page needs to show a scene in motion: plain data, arrays packed as text, and the markup around the canvas."""
+
+from __future__ import annotations
+
+import base64
+import json
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kane.numeric.arrays import Array
+from kane.present.scene.records import Posed, Scene
+from kane.present.viewer.meshes import Mesh, arrow, cylinder
+from kane.present.viewer.parts import Model, Part
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """Poses along a motion, at times of its own."""
+
+    times: Array
+    poses: Posed
+
+    def rows(self) -> Array:
+        """A row an instant: positions, axes of frames, directions, scalars."""
+        p = self.poses
+        n = len(self.times)
+        axes = p.rotations.swapaxes(-1, -2)
+        parts = [
+            np.broadcast_to(x, (n, *x.shape[1:])).reshape(n, -1) for x in (p.positions, axes, p.directions, p.scalars)
+        ]
+        return np.concatenate([x for x in parts if x.size], axis=1)
+
+
+def packed(values: Any, kind: str) -> str:
+    """Numbers as text: little-endian, deflated, in base64."""
+    data = np.ascontiguousarray(values, dtype=kind).tobytes()
+    return base64.b64encode(zlib.compress(data, 9)).decode("ascii")
+
+
+def _mesh(mesh: Mesh) -> dict[str, str]:
+    return {
+        "v": packed(mesh.vertices, "<f4"),
+        "n": packed(mesh.normals, "<f4"),
+        "t": packed(mesh.tones, "<f4"),
+        "i": packed(mesh.triangles, "<u4"),
+    }
+
+
+def _part(part: Part, meshes: Sequence[str], bodies: Sequence[str]) -> dict[str, Any]:
+    return {
+        "k": part.kind, "n": part.name, "c": part.role, "m": meshes.index(part.mesh), "a": part.at, "x": part.axes, "q": part.to,
+        "d": part.along, "s": [list(x) for x in part.scale], "p": list(part.points),
+        "b": bodies.index(part.name) if part.name in bodies else 0,
+    }  # fmt: skip
+
+
+def page_data(
+    scene: Scene, model: Model, courses: Sequence[Course], traces: Sequence[int], camera: Mapping[str, Any]
+) -> dict[str, Any]:
+    """The data of a page; `camera` has azimuth and height about the middle, and the direction `front` that azimuth 0 looks from."""
+    names = list(model.meshes)
+    bodies = list(dict.fromkeys(p.name for p in model.parts if p.role == "body"))
+    meshes = [_mesh(model.meshes[name]) for name in names] + [_mesh(arrow()), _mesh(cylinder(0.0, 1.0))]
+    largest = {d: _largest(courses, d) for _, _, d in model.arrows}
+    return {
+        "size": model.size, "middle": model.middle.tolist(), "up": model.up.tolist(), "front": list(camera["front"]),
+        "camera": [camera["azimuth"], camera["height"]], "reach": model.reach, "travels": model.travels,
+        "low": lowest(scene, model, courses),
+        "counts": [len(scene.positions), len(scene.rotations), len(scene.directions), len(scene.scalars)],
+        "meshes": meshes, "arrow": len(names), "tube": len(names) + 1,
+        "parts": [_part(p, names, bodies) for p in model.parts],
+        "planes": [[p.at, p.along] for p in model.planes],
+        "arrows": [[label, at, d, largest[d]] for label, at, d in model.arrows],
+        "triads": [[t.frame, t.at, int(t.inertial)] for t in scene.triads], "traces": list(traces),
+        "runs": [{"t": packed(c.times, "<f8"), "rows": packed(c.rows(), "<f4")} for c in courses],
+    }  # fmt: skip
+
+
+def _largest(courses: Sequence[Course], direction: int) -> float:
+    sizes = [np.linalg.norm(c.poses.directions[..., direction, :], axis=-1) for c in courses]
+    found = float(np.nanmax([np.nanmax(s) for s in sizes]))
+    return found if np.isfinite(found) and found > 0 else 1.0
+
+
+def lowest(scene: Scene, model: Model, courses: Sequence[Course]) -> float:
+    """The height of a floor below everything, where no plane is declared; else that of the plane at first."""
+    for plane in model.planes:
+        return float(
+            courses[0].poses.positions.reshape(-1, *courses[0].poses.positions.shape[-2:])[0, plane.at] @ model.up
+        )
+    seen = sorted({k for item in scene.items if item.kind != "plane" for k in (item.at, *item.points) if k is not None})
+    heights = [c.poses.positions[..., seen, :] @ model.up for c in courses]
+    return float(min(np.nanmin(h) for h in heights)) - 0.12 * model.size
+
+
+def as_json(data: Mapping[str, Any]) -> str:
+    """Text for a script element of type application/json."""
+    return json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")

@@ -1,0 +1,269 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What is drawn of a scene: parts with a mesh, and how each is placed by the numbers of a pose.
+
+A part is *rigid* (a mesh at a position, along axes, scaled by lengths), *between* two positions (a mesh from 0 to 1 along z), or has
+*corners*, three of which place it. Lines have a thickness that is a share of the scene's size.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from kane.numeric.arrays import Array
+from kane.numeric.scale import DECLARED
+from kane.present.scene.records import Item, Posed, Scene
+from kane.present.viewer.axes import axes_of
+from kane.present.viewer.meshes import SIZED, THICK, UNIT, Mesh, flat, of_file
+
+THIN = 0.016
+"""Radius of a link, a share of the scene's size."""
+_WIDE = {
+    "link": 1.0, "beam": 0.8, "bar": 0.5, "arm": 0.5, "rope": 0.35, "rod": 1.0, "spring": 2.2,
+    "damper": 1.6, "particle": 2.2, "pin": 1.5,
+    "inertia": 1.0,
+}  # fmt: skip
+"""How wide lines and balls are beside a link."""
+_THICK = 0.15
+"""Of what lies in a plane, a share of the scene's size."""
+_FAR = 4.0
+"""Sizes of the scene beyond which a motion travels."""
+_HALF = ("radius", "base", "top", "tube")
+"""Sizes from a middle."""
+_BLOCK = 5.0
+"""Edges of a block that slides, beside a link's radius."""
+
+Length = tuple[int, float, bool]
+"""A scalar's number (−1 for none), a factor, and whether the root is taken: factor·s, factor·√s, or the factor alone."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """A mesh by name, and what places it: `kind` "rigid", "between", "corners" or "plane"."""
+
+    kind: str
+    name: str
+    role: str
+    mesh: str
+    at: int = -1
+    axes: int = -1
+    to: int = -1
+    along: int = -1
+    scale: tuple[Length, Length, Length] = ((-1, 1.0, False),) * 3
+    points: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Model:
+    """Parts and their meshes.
+
+    `size` is that of the scene at one instant, `middle` and `reach` (a radius) what is seen of the whole motion; where it `travels`
+    farther than is well seen, of its first instant. `up` is against gravity.
+    """
+
+    parts: tuple[Part, ...]
+    meshes: dict[str, Mesh]
+    planes: tuple[Part, ...]
+    size: float
+    middle: Array
+    reach: float
+    travels: bool
+    up: Array
+    arrows: tuple[tuple[str, int, int], ...] = field(default=())
+
+
+def model(scene: Scene, poses: Posed, up: Array) -> Model:
+    """The parts of a scene, whose size and whose shapes of given sizes are those of the poses (several, along the first axis)."""
+    size, middle, reach, travels = _extent(scene, poses)
+    meshes: dict[str, Mesh] = {}
+    parts: list[Part] = []
+    planes: list[Part] = []
+    sizes = poses.scalars.reshape(-1, max(poses.scalars.shape[-1], 1))[0] if poses.scalars.size else np.zeros(0)
+    for item in scene.items:
+        into = planes if item.kind == "plane" else parts
+        into.extend(_PARTS[item.kind](item, _Builder(sizes, size, poses, meshes)))
+    arrows = tuple((a.label, a.at, a.direction) for a in scene.actions if a.kind == "force")
+    return Model(tuple(parts), meshes, tuple(planes), size, middle, reach, travels, np.asarray(up, float), arrows)
+
+
+def _extent(scene: Scene, poses: Posed) -> tuple[float, Array, float, bool]:
+    """Size, middle, reach, and whether the motion travels."""
+    seen = sorted({k for item in scene.items if item.kind != "plane" for k in (item.at, *item.points) if k is not None})
+    p = poses.positions.reshape(-1, *poses.positions.shape[-2:])[:, seen]
+    finite = p[np.isfinite(p).all(axis=(1, 2))]
+    numbers = poses.scalars.reshape(len(p), -1)[0] if poses.scalars.size else np.zeros(0)
+    sizes = [
+        (name, k)
+        for item in scene.items
+        for name, k in item.sizes.items()
+        if name not in ("aa", "bb", "cc", "half_angle")
+    ]
+    own = max(
+        (2 * abs(float(numbers[k])) if name in _HALF else abs(float(numbers[k])) for name, k in sizes), default=0.0
+    )
+    if not finite.size:
+        return own or 1.0, np.zeros(3), own or 1.0, False
+    low, high = finite.min(axis=1), finite.max(axis=1)
+    size = max(float(np.median(np.linalg.norm(high - low, axis=1))), own) or 1.0
+    whole = float(np.linalg.norm(high.max(axis=0) - low.min(axis=0)))
+    travels = whole > _FAR * size
+    first = (low[0], high[0]) if travels else (low.min(axis=0), high.max(axis=0))
+    reach = max(0.5 * float(np.linalg.norm(first[1] - first[0])) + 0.25 * own, 0.6 * size)
+    return size, np.asarray(first[0] + first[1]) / 2, reach, travels
+
+
+def _number(value: float) -> Length:
+    return (-1, float(value), False)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Builder:
+    """What the parts of items are made with: sizes at first, the thickness of lines, the poses, and the meshes, which are entered."""
+
+    sizes: Array
+    size: float
+    poses: Posed
+    meshes: dict[str, Mesh]
+
+    @property
+    def thin(self) -> float:
+        return THIN * self.size
+
+    def rigid(self, item: Item, mesh: str, *scale: Length, **more: Any) -> Part:
+        """A part at the item's position and along its axes, where nothing else is said."""
+        if mesh not in self.meshes:
+            self.meshes[mesh] = UNIT[mesh]()
+        given = {"kind": "rigid", "at": _or_none(item.at), "axes": _or_none(item.frame), "scale": scale, **more}
+        return Part(name=item.name, role=item.role, mesh=mesh, **given)
+
+    def wide(self, item: Item) -> Length:
+        """How wide a line or a ball is."""
+        return _number(self.thin * _WIDE.get(item.kind, 1.0))
+
+
+def _or_none(number: int | None) -> int:
+    return -1 if number is None else number
+
+
+def _line(item: Item, b: _Builder) -> Iterator[Part]:
+    mesh, wide = item.kind if item.kind in ("spring", "damper") else "tube", b.wide(item)
+    for p, q in pairwise(item.points):
+        yield b.rigid(item, mesh, wide, wide, _number(1.0), kind="between", at=p, to=q)
+    for p in item.points if item.kind in ("link", "beam") else ():
+        yield b.rigid(item, "ball", wide, wide, wide, at=p, axes=-1)
+
+
+def _scaled(mesh: str, *names: str) -> Callable[[Item, _Builder], Iterator[Part]]:
+    """A unit mesh, scaled by the sizes of these names; "" stands for what is thin."""
+
+    def parts(item: Item, b: _Builder) -> Iterator[Part]:
+        yield b.rigid(item, mesh, *((item.sizes[k], 1.0, False) if k else _number(b.thin) for k in names))
+
+    return parts
+
+
+def _disk(item: Item, b: _Builder) -> Iterator[Part]:
+    radius = item.sizes["radius"]
+    thick = _number(0.12 * float(b.sizes[radius]))
+    yield b.rigid(item, "cylinder", (radius, 1.0, False), (radius, 1.0, False), thick)
+
+
+def _inertia(item: Item, b: _Builder) -> Iterator[Part]:
+    yield b.rigid(item, "sphere", *((item.sizes[k], 1.0, True) for k in ("aa", "bb", "cc")))
+
+
+def _ball(item: Item, b: _Builder) -> Iterator[Part]:
+    yield b.rigid(item, "ball", *3 * [b.wide(item)], axes=-1)
+
+
+def _block(item: Item, b: _Builder) -> Iterator[Part]:
+    edge, wheel = _number(_BLOCK * b.thin), item.kind == "wheel"
+    thick = _number(2 * b.thin) if wheel else edge
+    yield b.rigid(item, "cylinder" if wheel else "box", edge, edge, thick, axes=-1, along=_or_none(item.direction))
+
+
+def _file(item: Item, b: _Builder) -> Iterator[Part]:
+    if item.file not in b.meshes:
+        b.meshes[item.file] = of_file(item.file)
+    yield b.rigid(item, item.file, *3 * [_number(1.0)])
+
+
+def _plane(item: Item, b: _Builder) -> Iterator[Part]:
+    yield Part("plane", item.name, item.role, "", _or_none(item.at), along=_or_none(item.direction))
+
+
+def _ring(item: Item, b: _Builder) -> Iterator[Part]:
+    radius = float(b.sizes[item.sizes["radius"]])
+    yield _baked(item, f"ring {radius:.9g}", b, lambda: SIZED["torus"][0](radius, 0.06 * radius))
+
+
+def _sized(item: Item, b: _Builder) -> Iterator[Part]:
+    make, names = SIZED[item.kind]
+    values = [float(b.sizes[item.sizes[k]]) for k in names] + ([2 * b.thin] if item.kind in THICK else [])
+    yield _baked(item, " ".join([item.kind, *(f"{x:.9g}" for x in values)]), b, lambda: make(*values))
+
+
+def _baked(item: Item, name: str, b: _Builder, make: Callable[[], Mesh]) -> Part:
+    if name not in b.meshes:
+        b.meshes[name] = make()
+    return b.rigid(item, name, *3 * [_number(1.0)])
+
+
+def _hull(item: Item, b: _Builder) -> Iterator[Part]:
+    """The hull of points of a body, of what lies in a plane with a thickness; a line where they lie on one."""
+    p = b.poses.positions.reshape(-1, *b.poses.positions.shape[-2:])[0][list(item.points)]
+    third = _off_line(p)
+    if third is None:
+        yield from _line(replace(item, kind="link"), b)
+        return
+    own = axes_of(p[0], p[1], p[third])
+    local = (p - p[0]) @ own
+    if np.abs(local[:, 2]).max() < DECLARED * b.size:
+        thick = np.array([0.0, 0.0, _THICK * b.size / 2])
+        local = np.concatenate([local - thick, local + thick])
+    name = f"hull {item.name}"
+    hull = ConvexHull(local)
+    outward = [
+        face if n[:3] @ np.cross(*(local[face[1:]] - local[face[0]])) > 0 else face[::-1]
+        for face, n in zip(hull.simplices, hull.equations, strict=True)
+    ]
+    b.meshes[name] = flat(local, [face.tolist() for face in outward])
+    yield Part(
+        "corners", item.name, item.role, name, item.points[0], points=tuple(item.points[k] for k in (0, 1, third))
+    )
+
+
+def _off_line(p: Array) -> int | None:
+    """A point that is not on the line of the first two."""
+    size = np.abs(p - p[0]).max(initial=0.0)
+    away = [float(np.linalg.norm(np.cross(p[1] - p[0], x - p[0]))) for x in p] if len(p) > 2 else []
+    k = int(np.argmax(away)) if away else 0
+    return k if away and away[k] > DECLARED * size * size else None
+
+
+_PARTS: dict[str, Callable[[Item, _Builder], Iterator[Part]]] = {
+    **dict.fromkeys(("link", "beam", "bar", "arm", "rope", "spring", "damper"), _line),
+    **dict.fromkeys(("particle", "pin"), _ball),
+    **dict.fromkeys(("block", "slider", "wheel"), _block),
+    **dict.fromkeys(SIZED, _sized),
+    "box": _scaled("box", "a", "b", "c"),
+    "plate": _scaled("box", "a", "b", ""),
+    "ellipsoid": _scaled("sphere", "a", "b", "c"),
+    "sphere": _scaled("sphere", *3 * ["radius"]),
+    "hemisphere": _scaled("hemisphere", *3 * ["radius"]),
+    "cylinder": _scaled("cylinder", "radius", "radius", "height"),
+    "cone": _scaled("cone", "radius", "radius", "height"),
+    "rod": _scaled("cylinder", "", "", "length"),
+    "disk": _disk,
+    "ring": _ring,
+    "inertia": _inertia,
+    "hull": _hull,
+    "mesh": _file,
+    "plane": _plane,
+}
+"""What draws each kind of item."""

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where parts are at each instant: an affine map a part, from its mesh to the scene, along the inertial frame's axes.
+
+rigid     x ↦ p + R diag(s) x
+between   x ↦ p + Q diag(w, w, |q − p|) x,    Q e₃ = (q − p)/|q − p|
+corners   x ↦ p + A x,                        A the axes of three points of the body
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kane.numeric.arrays import Array
+from kane.present.scene.records import Posed
+from kane.present.viewer.axes import axes_of, towards
+from kane.present.viewer.parts import Length, Model
+
+
+def transforms(model: Model, poses: Posed) -> Array:
+    """Of shape (instants, parts, 3, 4): the columns of the map, then the shift."""
+    positions, rotations, directions, scalars = _along(poses)
+    count = len(positions)
+    out = np.zeros((count, len(model.parts), 3, 4))
+    for k, part in enumerate(model.parts):
+        scale = np.stack([_length(x, scalars) for x in part.scale], axis=-1)
+        start = positions[:, part.at]
+        if part.kind == "between":
+            way = positions[:, part.to] - start
+            size = np.linalg.norm(way, axis=-1)
+            turned = towards(way)
+            scale = scale * np.stack([np.ones(count), np.ones(count), size], axis=-1)
+        elif part.kind == "corners":
+            turned = axes_of(*(positions[:, p] for p in part.points))
+        elif part.along >= 0:
+            turned = towards(directions[:, part.along])
+        else:
+            turned = rotations[:, part.axes] if part.axes >= 0 else np.broadcast_to(np.eye(3), (count, 3, 3))
+        out[:, k, :, :3] = turned * scale[:, None, :]
+        out[:, k, :, 3] = start
+    return out
+
+
+def _along(poses: Posed) -> tuple[Array, Array, Array, Array]:
+    """With one axis of instants."""
+    p = poses.positions
+    many = p.reshape(-1, *p.shape[-2:])
+    n = len(many)
+    return (
+        many,
+        poses.rotations.reshape(n, poses.rotations.shape[-3], 3, 3),
+        poses.directions.reshape(n, poses.directions.shape[-2], 3),
+        poses.scalars.reshape(n, poses.scalars.shape[-1]),
+    )
+
+
+def _length(length: Length, scalars: Array) -> Array:
+    number, factor, root = length
+    if number < 0:
+        return np.full(len(scalars), factor)
+    value = scalars[:, number]
+    return factor * (np.sqrt(np.maximum(value, 0.0)) if root else value)

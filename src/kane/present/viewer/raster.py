@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Pictures of a motion without a browser, as PNG, GIF, WebP and MP4: triangles are shaded, sorted by distance, and drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from PIL import Image
+
+from kane.errors import ArgumentError
+from kane.numeric.arrays import Array
+from kane.present.viewer.axes import towards
+from kane.present.viewer.colours import PAPER, RULE, SHADOW, of_part
+from kane.present.viewer.parts import Model
+from kane.present.viewer.places import transforms
+from kane.progress import working
+
+if TYPE_CHECKING:
+    from kane.present.animation import Animation
+
+SIZE = (800, 480)
+"""Columns and rows of a picture."""
+_RATE = 25
+_SPREAD = 0.26
+"""Half the angle of view, rad."""
+_LINES = 24
+"""Lines of the floor's grid each way."""
+
+
+def write(animation: Animation, place: Path) -> None:
+    """Draw the motion into a file, whose ending says how."""
+    end = place.suffix.lower()
+    with working("Drawing"):
+        pictures = frames(animation, first=end == ".png")
+        if end == ".png":
+            next(pictures).save(place)
+        elif end == ".mp4":
+            _video(pictures, place)
+        else:
+            own = [p.quantize(128, dither=Image.Dither.NONE) if end == ".gif" else p for p in pictures]
+            own[0].save(place, save_all=True, append_images=own[1:], duration=1000 // _RATE, loop=0, optimize=True)
+
+
+def _video(pictures: Iterator[Image.Image], place: Path) -> None:
+    try:
+        import imageio_ffmpeg  # type: ignore[import-not-found]
+    except ImportError:
+        raise ArgumentError(
+            "Expected imageio-ffmpeg for .mp4, which is not installed: pip install 'kane[video]', or write a .gif."
+        ) from None
+    writer = imageio_ffmpeg.write_frames(str(place), SIZE, fps=_RATE, macro_block_size=1)
+    writer.send(None)
+    for p in pictures:
+        writer.send(np.ascontiguousarray(p))
+    writer.close()
+
+
+def frames(animation: Animation, first: bool = False) -> Iterator[Image.Image]:
+    """The pictures, `_RATE` a second of what is played."""
+    model, course = animation.model, animation.courses[0]
+    played = max(2, round(_RATE * animation.played))
+    chosen = [0] if first else np.unique(np.linspace(0, len(course.times) - 1, played).round().astype(int))
+    places = transforms(model, course.poses)
+    low = animation.low
+    for k in chosen:
+        yield _picture(animation, model, places[k], low)
+
+
+def _camera(animation: Animation, model: Model, places: Array) -> tuple[Array, Array]:
+    """The eye, and the axes of the view as rows: right, up, back."""
+    up, front = model.up, np.asarray(animation.camera["front"], float)
+    azimuth, height = animation.camera["azimuth"], animation.camera["height"]
+    side = np.cross(up, front)
+    away = np.cos(height) * (np.cos(azimuth) * front + np.sin(azimuth) * side) + np.sin(height) * up
+    middle = places[:, :, 3].mean(axis=0) if model.travels else model.middle
+    x = np.cross(up, away)
+    x /= np.linalg.norm(x)
+    return middle + 3.5 * model.reach * away, np.stack([x, np.cross(away, x), away])
+
+
+def _picture(animation: Animation, model: Model, places: Array, low: float) -> Image.Image:
+    """One picture: the floor, shadows on it, then triangles from far to near."""
+    eye, axes = _camera(animation, model, places)
+    seen = partial(_seen, eye, axes)
+    front, up = np.asarray(animation.camera["front"], float), model.up
+    light = up + 0.45 * front + 0.3 * np.cross(up, front)
+    light /= np.linalg.norm(light)
+    shadows, shapes, depths, colours = [], [], [], []
+    for part, place in zip(model.parts, places, strict=True):
+        mesh = model.meshes[part.mesh]
+        points = mesh.vertices @ place[:, :3].T + place[:, 3]
+        p = points[mesh.triangles]
+        n = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+        size = np.linalg.norm(n, axis=1, keepdims=True)
+        n = np.divide(n, size, out=np.zeros_like(n), where=size > 0)
+        kept = (np.einsum("ij,ij->i", n, eye - p.mean(axis=1)) > 0) & (size[:, 0] > 0)
+        corners, depth = seen(points)
+        flat, _ = seen(points - np.outer((points @ up - low) / (light @ up), light))
+        tone = mesh.tones[mesh.triangles].mean(axis=1)[:, None]
+        base = np.array(to_rgb(of_part(model, part)))
+        shade = (0.46 + 0.12 * (1 + n @ up) + 0.42 * np.clip(n @ light, 0, 1))[:, None]
+        shadows.append(flat[mesh.triangles[kept]])
+        shapes.append(corners[mesh.triangles[kept]])
+        depths.append(depth[mesh.triangles[kept]].mean(axis=1))
+        colours.append(np.clip((base + (1 - base) * 0.42 * tone) * shade, 0, 1)[kept])
+    order = np.argsort(-np.concatenate(depths), kind="stable")
+    figure = Figure(figsize=(SIZE[0] / 100, SIZE[1] / 100), dpi=100, facecolor=PAPER)
+    canvas = FigureCanvasAgg(figure)
+    ax = figure.add_axes((0, 0, 1, 1))
+    ax.set(xlim=(0, SIZE[0]), ylim=(0, SIZE[1]))
+    ax.axis("off")
+    lines = _floor(seen, model, eye - 3.5 * model.reach * axes[2], low)
+    ax.add_collection(LineCollection(lines, colors=RULE, linewidths=0.8, zorder=1))
+    ax.add_collection(
+        PolyCollection(list(np.concatenate(shadows)), facecolors=SHADOW, edgecolors=SHADOW, linewidths=0.4, zorder=2)
+    )
+    shown = np.concatenate(colours)[order]
+    ax.add_collection(
+        PolyCollection(
+            list(np.concatenate(shapes)[order]), facecolors=shown, edgecolors=shown, linewidths=0.4, zorder=3
+        )
+    )
+    canvas.draw()  # type: ignore[no-untyped-call]
+    drawn = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+    return Image.fromarray(drawn[..., :3].copy())
+
+
+def _seen(eye: Array, axes: Array, points: Array) -> tuple[Array, Array]:
+    """Columns and rows (upward) of points in the picture, and their distances."""
+    local = (points - eye) @ axes.T
+    depth = np.maximum(-local[:, 2], 1e-9)
+    scale = 0.5 * SIZE[1] / np.tan(_SPREAD) / depth
+    return np.column_stack([SIZE[0] / 2 + local[:, 0] * scale, SIZE[1] / 2 + local[:, 1] * scale]), -local[:, 2]
+
+
+def _floor(seen: Any, model: Model, middle: Array, low: float) -> list[Array]:
+    """The lines of a grid on the floor."""
+    a, b, _ = towards(model.up[None])[0].T
+    step = 10.0 ** np.round(np.log10(0.3 * model.size))
+    step = step if step * _LINES > 3 * model.reach else step * 10
+    at = middle + model.up * (low - middle @ model.up)
+    lines = []
+    for one, other in ((a, b), (b, a)):
+        start = np.round(at @ one / step) * step - at @ one
+        for k in range(-_LINES, _LINES + 1):
+            points, depth = seen(
+                at + one * (start + k * step) + np.outer(np.linspace(-1, 1, 25) * _LINES * step, other)
+            )
+            lines.append(points[depth > 0.05 * model.reach])
+    return [x for x in lines if len(x) > 1]
