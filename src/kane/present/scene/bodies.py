@@ -24,7 +24,7 @@ from kane.present.scene.shapes import along, ellipsoid_item, solid_item
 from kane.space.frame import Frame, Point, frames_of
 from kane.space.vector import Vector
 
-_STATIONS = 8
+_STATIONS = 16
 """Lengths that a beam's axis is drawn by."""
 
 
@@ -37,11 +37,12 @@ class Round:
     axis: Vector | None
 
 
-def family(points: Iterable[Point]) -> dict[Point, list[Point]]:
-    """The geometric points born from each point."""
+def family(system: System) -> dict[Point, list[Point]]:
+    """The points born from each point, but those within beams."""
     children: dict[Point, list[Point]] = {}
-    for p in points:
-        if p.parent is not None:
+    beams = tuple(f"{b.name} " for b in system.bodies if isinstance(b, Beam))
+    for p in system.points:
+        if p.parent is not None and not (beams and p.name.startswith(beams)):
             children.setdefault(p.parent, []).append(p)
     return children
 
@@ -63,7 +64,7 @@ def attached(body: RigidBody, children: dict[Point, list[Point]]) -> list[Point]
 
 
 def _rides(step: Vector, frame: Frame) -> bool:
-    return is_constant_in_time(step.components(frame))
+    return all(f is frame for f in frames_of(step)) and is_constant_in_time(step.scalars())
 
 
 def rounds(system: System) -> dict[Frame, Round]:
@@ -123,7 +124,7 @@ def _round(frame: Frame, center: Point, reach: Vector, normal: Vector) -> Round 
 
 def body_items(system: System, into: Quantities, declared: set[str]) -> Iterator[Item]:
     """The shapes of all bodies but those that have declared ones."""
-    children, edges = family(system.points), rounds(system)
+    children, edges = family(system), rounds(system)
     for body in system.bodies:
         if body.name in declared:
             continue
@@ -200,12 +201,16 @@ def _particle(system: System, body: Particle, into: Quantities) -> Item:
     """A ball, or a block where something holds it on a straight line."""
     p = body.point
     at = into.position(p)
-    for particle, normal in touching(system):
-        if particle is not p and particle.parent is p and not particle.offset.is_zero:
-            sizes = {"radius": into.scalar(particle.offset.magnitude())}
-            return Item("sphere", body.name, "body", at, into.frame(into.inertial), (), sizes)
-        if particle is p or (particle.parent is p and particle.offset.is_zero):
-            return Item("block", body.name, "body", at, direction=into.direction(normal))
+    for law in system.contacts:
+        place = law.place
+        for touch in (place.particle, place.ground) if place is not None else ():
+            if touch is not None and touch is not p and touch.parent is p and not touch.offset.is_zero and touch.body:
+                sizes = {"radius": into.scalar(touch.offset.magnitude())}
+                if place is not None and place.normal.cross(touch.offset).is_zero or law.slips or law.gap:
+                    return Item("sphere", body.name, "body", at, into.frame(into.inertial), (), sizes)
+        if place is not None and (place.particle is p or place.particle.parent is p):
+            kind = "block" if law.restitution is ZERO else "ball"
+            return Item(kind, body.name, "body", at, direction=into.direction(place.normal))
     guide = _guided(system, p)
     if guide is not None:
         return Item("slider", body.name, "body", at, direction=into.direction(guide))
@@ -293,6 +298,9 @@ def ground_items(system: System, into: Quantities) -> Iterator[Item]:
         if len(home) != 1 or not is_constant_in_time(normal.scalars()):
             continue
         at = into.place(particle) - normal * gaps.get(particle, ZERO)
+        levels = [sample([normal.dot(at)], seed)[0] for seed in SEEDS[:2]]
+        if particle in gaps and abs(levels[0] - levels[1]) > DECLARED * max(map(abs, levels)):
+            continue  # it is the top of a body that moves
         key = (home, level, normal.dot(at) if particle in gaps else None)
         if key not in seen:
             seen.add(key)

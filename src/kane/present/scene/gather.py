@@ -10,6 +10,7 @@ from kane import expect
 from kane.equations.equations import Equations
 from kane.errors import ArgumentError, ModelError, cut
 from kane.expr.evaluation import is_constant_in_time
+from kane.expr.node import ZERO
 from kane.expr.symbols import Parameter
 from kane.model.beams.beam import Beam
 from kane.model.system import System
@@ -19,7 +20,7 @@ from kane.present.scene.records import Item, Mark, Quantities, Scene, Triad
 from kane.present.scene.shapes import BodyShape, declared_item
 from kane.space.frame import Frame, Point
 
-_MANY = 3
+_MANY = 2
 """Bodies beyond which only the inertial frame's axes are shown."""
 
 
@@ -112,7 +113,7 @@ def _lengths(system: System, into: Quantities) -> Iterator[tuple[str, int, int]]
     """Ways between points that are one parameter long, once each: its name, from where, to where."""
     seen: set[str] = set()
     for p in system.points:
-        numbers = [x for x in p.offset.scalars() if x.args or isinstance(x, Parameter)]
+        numbers = [x for x in p.offset.scalars() if x is not ZERO]
         numbers = [x.args[0] if len(x.args) == 1 and x.op.name == "neg" else x for x in numbers]
         if len(numbers) == 1 and isinstance(numbers[0], Parameter) and p.parent is not None:
             name = numbers[0].name

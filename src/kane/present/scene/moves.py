@@ -127,17 +127,22 @@ def _shift(system: System, q: Coordinate, into: Quantities) -> Movement | None:
     for p in system.points:
         if q not in set(free_symbols(p.offset.scalars())) or p.parent is None:
             continue
-        later = {s: ZERO for s in _behind(system, p, q)}
-        start = into.place(p.parent)
+        later: dict[Expr, Expr] = {s: ZERO for s in _behind(system, p, q)}
+        start, way = into.place(p.parent), p.offset.map(_moving)
 
-        def at(share: Expr, p: Point = p, later: dict[Expr, Expr] = later, start: Vector = start) -> int:
-            return into.at(start + p.offset.map(lambda x: substituted(x, {**later, q: q * share})))
+        def at(share: Expr, later: dict[Expr, Expr] = later, start: Vector = start, way: Vector = way) -> int:
+            return into.at(start + way.map(lambda x: substituted(x, {**later, q: q * share})))
 
-        rates = [diff(substituted(x, later), q) for x in p.offset.scalars()]
+        rates = [diff(substituted(x, later), q) for x in way.scalars()]
         straight = q not in set(free_symbols(rates))
         shares = [ZERO, ONE] if straight else [as_expr(k) / _WAYS for k in range(_WAYS + 1)]
         return Movement("shift", (q.name,), tuple(map(at, shares)), frame=p.name)
     return None
+
+
+def _moving(e: Expr) -> Expr:
+    """A measure number that coordinates change; zero in the place of others."""
+    return e if any(isinstance(s, Coordinate) for s in free_symbols([e])) else ZERO
 
 
 def _behind(system: System, p: Point, q: Coordinate) -> list[Expr]:

@@ -9,30 +9,33 @@ import numpy as np
 
 from kane.numeric.arrays import Array
 from kane.present.scene.records import Item, Posed, Scene
-from kane.present.sketch.outlines import hull, outline
+from kane.present.sketch.outlines import hull, outline, semi_axes
 from kane.present.sketch.paper import Paper, across
 
 GROUND, BODY, LOAD, REFERENCE, MOVE, FORCE, AXES, POINT = range(8)
 """Layers, the lowest first."""
 _BALL = 8.0
-_BLOCK = (17.0, 11.0)
+_BLOCK = (22.0, 13.0)
 _HATCH = 7.0
+_LOOKS = {"inertia": "body soft", "disk": "body glass", "ring": "body glass"}
 _THIN = 5.0
 """Pixels below which a box is a rod."""
 
 
 def draw_items(paper: Paper, scene: Scene, posed: Posed) -> None:
     """All items; pins and supports where links meet or are held."""
+    _arranged(paper, scene, posed)
     for item in scene.items:
         _DRAW.get(item.kind, _solid)(paper, item, posed)
     _draw_pins(paper, scene, posed)
 
 
 def _solid(paper: Paper, item: Item, posed: Posed) -> None:
-    shape = outline(item, posed)
+    shape = outline(item, posed, paper.most)
     if shape is None:
         return
     cloud = paper.at(shape.cloud)
+    paper.solids.setdefault(item.name, shape.cloud)
     span = float(np.ptp(cloud, axis=0).max())
     if span < 2 * _BALL * paper.unit and item.kind in ("inertia", "sphere"):
         _particle(paper, item, posed)
@@ -46,7 +49,9 @@ def _solid(paper: Paper, item: Item, posed: Posed) -> None:
         ends = border[[int(np.argmin(border @ [1.0, 0.3])), int(np.argmax(border @ [1.0, 0.3]))]]
         _bar(paper, ends, depth, 6.0)
         return
-    look = "body soft" if item.kind == "inertia" else "body"
+    if item.kind == "inertia" and _extended(paper, item, shape.cloud, posed):
+        return
+    look = _LOOKS.get(item.kind, "body")
     paper.draw(border, look, BODY, depth, closed=True, holes=tuple(paper.at(h) for h in shape.holes))
     for h in shape.holes:
         paper.draw(paper.at(h), "edge", BODY, depth + 1e-9, closed=True)
@@ -54,6 +59,23 @@ def _solid(paper: Paper, item: Item, posed: Posed) -> None:
         shown = _front(paper, line, shape.cloud) if item.kind in ("sphere", "ellipsoid", "inertia") else paper.at(line)
         if len(shown) > 1:
             paper.draw(shown, "detail", BODY, depth + 1e-9, weight=0.4)
+
+
+def _extended(paper: Paper, item: Item, cloud: Array, posed: Posed) -> bool:
+    """Whether the body is a bar beyond its mass centre: as long as a uniform rod of its inertia is, where a link leads there."""
+    link = paper.links.get(item.name)
+    axes = semi_axes(*(float(posed.scalars[n]) for n in item.sizes.values()))
+    if link is None or item.at is None or not (paper.view.plane or np.sort(axes)[1] < 0.35 * axes.max()):
+        return False
+    center = posed.positions[item.at]
+    other = link[int(np.argmax(np.linalg.norm(link - center, axis=1)))]
+    size = float(np.linalg.norm(center - other))
+    reach = min(0.775 * float(axes.max()), 1.1 * size)
+    if reach < 0.3 * size:
+        return False
+    ends = paper.at(np.array([other, center + (center - other) / size * reach]))
+    _bar(paper, ends, paper.depth(cloud), 6.0)
+    return True
 
 
 def _front(paper: Paper, line: Array, cloud: Array) -> Array:
@@ -107,6 +129,7 @@ def _link(paper: Paper, item: Item, posed: Posed) -> None:
     """A bar through points on a line, a plate where they are not."""
     places = posed.positions[list(item.points)]
     flat = paper.at(places)
+    paper.links[item.name] = places
     center = places.mean(axis=0)
     _, sizes, axes = np.linalg.svd(places - center)
     along = (places - center) @ axes[0]
@@ -114,7 +137,8 @@ def _link(paper: Paper, item: Item, posed: Posed) -> None:
         ends = flat[[int(np.argmin(along)), int(np.argmax(along))]]
         _bar(paper, ends, paper.depth(places), 6.0)
     elif _area(hull(flat)) > 1.0:
-        paper.draw(hull(flat), "body plate", BODY, paper.depth(places), closed=True)
+        paper.draw(hull(flat), "plate", BODY, paper.depth(places), closed=True)
+        paper.draw(hull(flat), "plate face", BODY, paper.depth(places) + 1e-9, closed=True, weight=0.0)
 
 
 def _thin(paper: Paper, item: Item, posed: Posed) -> None:
@@ -165,6 +189,17 @@ def _block(paper: Paper, item: Item, posed: Posed) -> None:
     if item.kind == "slider":
         down = side if side[1] > 0 else -side
         _hatched(paper, middle + down * (b + 1) - along * 2.2 * a, middle + down * (b + 1) + along * 2.2 * a, down)
+
+
+def _ball(paper: Paper, item: Item, posed: Posed) -> None:
+    """A ball that rests on the plane where it touches."""
+    if item.at is None or item.direction is None:
+        return
+    up = paper.way(posed.directions[item.direction])
+    turn = np.linspace(0, 2 * np.pi, 33)[:-1]
+    radius = 1.4 * _BALL * paper.unit
+    middle = paper.at(posed.positions[item.at]) + up * radius
+    paper.draw(middle + radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1), "body", BODY, 0.0, closed=True)
 
 
 def _wheel(paper: Paper, item: Item, posed: Posed) -> None:
@@ -228,28 +263,50 @@ def _hatched(paper: Paper, a: Array, b: Array, down: Array) -> None:
 
 
 def _spring(paper: Paper, item: Item, posed: Posed) -> None:
-    """A zigzag, or a cylinder with its piston; side by side where there are both."""
-    a, b = paper.at(posed.positions[list(item.points[:2])])
+    """A zigzag, or a cylinder with its piston, beside each other where there are both."""
+    a, b = paper.at(posed.positions[list(item.points[:2])]) + paper.lifts.get(item.name, np.zeros(2))
     size = float(np.hypot(*(b - a)))
     if size < 12:
         return
     along = (b - a) / size
-    side = across(along) * (8 * paper.unit if item.kind == "damper" else -8 * paper.unit)
-    if not any(s.look.startswith("spring") for s in paper.strokes) and item.kind == "spring":
-        side = side * 0
+    edge = along * _BLOCK[0] * paper.unit
+    a, b = (a + edge if item.points[0] in paper.blocks else a), (b - edge if item.points[1] in paper.blocks else b)
+    side = across(along) * paper.sides.get(item.name, 0.0) * paper.unit
+    lead = min(0.16 * size, 24.0)
+    start, end = a + along * lead + side, b - along * lead + side
+    joined = [a, a + along * lead * 0.6, a + along * lead * 0.6 + side], [b - along * lead * 0.6 + side, b - along * lead * 0.6, b]
+    w = across(along) * 7 * paper.unit
     if item.kind == "damper":
-        middle, w = (a + b) / 2 + side, across(along) * 6 * paper.unit
-        cup = [middle - along * 10 + w, middle + along * 10 + w, middle + along * 10 - w, middle - along * 10 - w]
-        bent = [a, a + along * 8 + side, middle, middle + w * 0.75, middle - w * 0.75]
-        paper.draw(bent, "spring damper", LOAD)
-        paper.draw(cup, "spring damper", LOAD)
-        paper.draw([middle + along * 10, b - along * 8 + side, b], "spring damper", LOAD)
-        return
-    turns, w = max(5, min(9, int(size / 14))), across(along) * 7 * paper.unit
-    lead = min(0.18 * size, 26.0)
-    start, end = a + along * lead, b - along * lead
-    zig = [start + (end - start) * ((k + 0.5) / (2 * turns)) + w * (1 if k % 2 else -1) for k in range(2 * turns)]
-    paper.draw([a, start, *zig, end, b], "spring", LOAD, weight=0.8)
+        middle = (start + end) / 2
+        paper.draw([*joined[0], middle], "spring", LOAD)
+        paper.draw([middle + 0.7 * w, middle - 0.7 * w], "spring piston", LOAD)
+        paper.draw([middle - along * 9 + w, middle + along * 9 + w, middle + along * 9 - w, middle - along * 9 - w], "spring", LOAD)
+        paper.draw([middle + along * 9, *joined[1]], "spring", LOAD)
+    else:
+        turns = max(5, min(9, int(size / 14)))
+        zig = [start + (end - start) * ((k + 0.5) / (2 * turns)) + w * (1 if k % 2 else -1) for k in range(2 * turns)]
+        paper.draw([*joined[0], start, *zig, end, *joined[1]], "spring", LOAD, weight=0.8)
+    fixed = [n for n in (0, 1) if item.points[n] in paper.held]
+    if paper.view.plane and len(fixed) == 1:
+        at, out = (a, -along) if fixed[0] == 0 else (b, along)
+        _hatched(paper, at - 1.9 * w, at + 1.9 * w, out)
+
+
+def _arranged(paper: Paper, scene: Scene, posed: Posed) -> None:
+    """Which springs stand beside others, and above the points of blocks; which points are held."""
+    paper.held = {m.at for m in scene.marks if m.fixed}
+    paper.blocks = {i.at for i in scene.items if i.kind in ("block", "slider") and i.at is not None and paper.view.plane}
+    blocks = {i.at: i.direction for i in scene.items if i.kind == "block" and i.direction is not None}
+    pairs: dict[frozenset[int], list[str]] = {}
+    for i in scene.items:
+        if i.kind in ("spring", "damper"):
+            pairs.setdefault(frozenset(i.points), []).append(i.name)
+            for k in i.points:
+                if k in blocks and paper.view.plane:
+                    paper.lifts[i.name] = paper.way(posed.directions[blocks[k]]) * _BLOCK[1] * paper.unit
+    for names in pairs.values():
+        for n, name in enumerate(names):
+            paper.sides[name] = (n - (len(names) - 1) / 2) * 22.0
 
 
 def _rope(paper: Paper, item: Item, posed: Posed) -> None:
@@ -260,15 +317,33 @@ def _nothing(paper: Paper, item: Item, posed: Posed) -> None:
     pass
 
 
+def _arm(paper: Paper, item: Item, posed: Posed) -> None:
+    """From what is nearest of a solid to a point that lies outside of it."""
+    cloud, end = paper.solids.get(item.name), posed.positions[item.points[1]]
+    if cloud is None:
+        return
+    start = cloud[int(np.argmin(np.linalg.norm(cloud - end, axis=1)))]
+    ends = paper.at(np.array([start, end]))
+    if np.hypot(*(ends[1] - ends[0])) > 7 and not _within(ends[1], hull(paper.at(cloud))):
+        _bar(paper, ends, paper.depth(end), 3.0)
+
+
+def _within(p: Array, border: Array) -> bool:
+    ahead = np.roll(border, -1, axis=0) - border
+    off = p - border
+    return bool((ahead[:, 0] * off[:, 1] - ahead[:, 1] * off[:, 0] >= -1e-9).all())
+
+
 _DRAW: Mapping[str, Callable[[Paper, Item, Posed], None]] = {
     "rod": _rod,
     "link": _link,
     "bar": _thin,
-    "arm": _thin,
+    "arm": _arm,
     "hull": _hull,
     "beam": _beam,
     "particle": _particle,
     "block": _block,
+    "ball": _ball,
     "slider": _block,
     "wheel": _wheel,
     "plane": _plane,

@@ -32,7 +32,11 @@ from kane.whole import exchange, path_of
 WIDE, NARROW = 640, 330
 """Widths at which sketches are read: on a desk, on a phone."""
 _MARGIN = 50.0
+_FITS = 2
+"""Times that the scale is corrected by what was drawn: arrows and letters do not grow with it."""
 _LEAST, _MOST = 240, 2000
+_MOST_INERTIA = 0.45
+"""Semi-axes of ellipsoids of inertia by the typical length, at most."""
 _MARK = b'class="kane-sketch"'
 
 
@@ -113,9 +117,9 @@ def draw_each(scene: Scene, widths: Iterable[int], q: Any = None, title: str | N
     head = title or f"Sketch of {', '.join(b.name for b in scene.system.bodies)}"
     made = []
     for width in widths:
-        paper = _paper(scene, pose.posed, view, width, pose.size)
-        draw_items(paper, scene, pose.posed)
-        draw_signs(paper, scene, pose.posed)
+        paper = _drawn(_paper(scene, pose.posed, view, width, pose.size), scene, pose.posed)
+        for _ in range(_FITS):
+            paper = _drawn(_fitted(paper), scene, pose.posed)
         labels = placed(paper.labels, *paper.obstacles(), paper.width, paper.height)
         svg = render(paper, labels, head, describe(scene, view))
         made.append(Sketch(svg, width, round(paper.height), tuple(labels), scene))
@@ -124,7 +128,8 @@ def draw_each(scene: Scene, widths: Iterable[int], q: Any = None, title: str | N
 
 def _paper(scene: Scene, posed: Posed, view: View, width: int, size: float) -> Paper:
     """The paper with a scale at which everything fits between margins."""
-    flat = view.flat(np.concatenate([_cloud(i, posed) for i in scene.items] + [_places(scene, posed)]))
+    limit = _MOST_INERTIA * size
+    flat = view.flat(np.concatenate([_cloud(i, posed, limit) for i in scene.items] + [_places(scene, posed)]))
     low, high = flat.min(axis=0), flat.max(axis=0)
     extent = np.maximum(high - low, 1e-12)
     small = width < 480
@@ -134,11 +139,32 @@ def _paper(scene: Scene, posed: Posed, view: View, width: int, size: float) -> P
     scale = float(min(room / np.maximum(extent, 0.35 * max(extent.max(), 0.3 * size))))
     height = float(np.clip(extent[1] * scale + 2 * margin, 0.42 * width, most))
     middle = (low + high) / 2 * (scale, -scale)
-    return Paper(view, float(width), height, scale, np.array([width / 2, height / 2]) - middle)
+    return Paper(view, float(width), height, scale, np.array([width / 2, height / 2]) - middle, most=limit)
 
 
-def _cloud(item: Item, posed: Posed) -> Array:
-    shape = outline(item, posed)
+def _drawn(paper: Paper, scene: Scene, posed: Posed) -> Paper:
+    draw_items(paper, scene, posed)
+    draw_signs(paper, scene, posed)
+    return paper
+
+
+def _fitted(paper: Paper) -> Paper:
+    """A fresh paper on which all that was drawn on this one lies within the margins."""
+    drawn = [s.points for s in paper.strokes if not s.look.startswith(("floor", "ground", "hatch", "force"))]
+    points = np.concatenate(drawn)
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = (30.0 if paper.small else 38.0) * np.array([1.0, 0.9])
+    width, most = paper.width, paper.width * (0.95 if paper.small else 0.66)
+    extent = np.maximum(high - low, 1e-9)
+    ratio = float(min((np.array([width, most]) - 2 * margin) / extent))
+    ratio = min(ratio, 1.0) if ratio < 1 else min(ratio, 1.15)
+    height = float(np.clip(extent[1] * ratio + 2 * margin[1], 0.42 * width, most))
+    shift = np.array([width / 2, height / 2]) - ((low + high) / 2 - paper.shift) * ratio
+    return Paper(paper.view, width, height, paper.scale * ratio, shift, most=paper.most)
+
+
+def _cloud(item: Item, posed: Posed, most: float) -> Array:
+    shape = outline(item, posed, most)
     if shape is not None:
         return shape.cloud
     if item.kind == "rod" and item.at is not None and item.frame is not None:

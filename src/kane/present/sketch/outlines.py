@@ -109,11 +109,15 @@ def _sector(radius: float, half_angle: float) -> Outline:
     return Outline(np.concatenate([np.zeros((1, 3)), arc]))
 
 
-def _inertia(aa: float, bb: float, cc: float) -> Outline:
-    """The ellipsoid of a² = 5 (…)/(2 m): what is flat or rounding's is a fifth of the others."""
+def semi_axes(aa: float, bb: float, cc: float) -> Array:
+    """Those of the ellipsoid of a² = 5 (…)/(2 m): what is flat or rounding's is a fifth of the others."""
     axes = np.sqrt(np.clip(np.nan_to_num([aa, bb, cc]), 0.0, None))
-    most = float(axes.max())
-    return _ellipsoid(*np.maximum(axes, 0.2 * most))
+    return np.maximum(axes, 0.2 * float(axes.max()))
+
+
+def _inertia(aa: float, bb: float, cc: float, most: float) -> Outline:
+    axes = semi_axes(aa, bb, cc)
+    return _ellipsoid(*(axes * min(1.0, most / max(float(axes.max()), 1e-300))))
 
 
 _MAKE: Mapping[str, Callable[..., Outline]] = {
@@ -138,14 +142,15 @@ _MAKE: Mapping[str, Callable[..., Outline]] = {
 """Outlines along a shape's own axes."""
 
 
-def outline(item: Item, posed: Posed) -> Outline | None:
-    """A solid where it is; None of what is no solid."""
+def outline(item: Item, posed: Posed, most: float) -> Outline | None:
+    """A solid where it is; None of what is no solid. Ellipsoids of inertia have semi-axes of `most` at most."""
     if item.at is None or item.frame is None:
         return None
     if item.kind == "mesh":
         own = mesh(item.file)
     elif item.kind in _MAKE:
-        own = _MAKE[item.kind](**{k: float(posed.scalars[n]) for k, n in item.sizes.items()})
+        sizes = {k: float(posed.scalars[n]) for k, n in item.sizes.items()}
+        own = _MAKE[item.kind](**sizes, **({"most": most} if item.kind == "inertia" else {}))
     else:
         return None
     turn, at = posed.rotations[item.frame], posed.positions[item.at]

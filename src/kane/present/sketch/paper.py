@@ -44,6 +44,13 @@ class Paper:
     strokes: list[Stroke] = field(default_factory=list)
     labels: list[Label] = field(default_factory=list)
     rings: list[tuple[Array, int]] = field(default_factory=list)
+    solids: dict[str, Array] = field(default_factory=dict)
+    links: dict[str, Array] = field(default_factory=dict)
+    lifts: dict[str, Array] = field(default_factory=dict)
+    sides: dict[str, float] = field(default_factory=dict)
+    held: set[int] = field(default_factory=set)
+    blocks: set[int] = field(default_factory=set)
+    most: float = np.inf
 
     @property
     def small(self) -> bool:

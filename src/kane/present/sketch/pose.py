@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -16,9 +17,9 @@ import numpy as np
 from kane.errors import KaneError
 from kane.expr.evaluation import Walk
 from kane.expr.node import Expr
-from kane.expr.symbols import Coordinate, Input, Parameter, Rate, Symbol
+from kane.expr.symbols import Coordinate, Input, Parameter, Rate, Reaction, Symbol
 from kane.numeric.arrays import Array
-from kane.numeric.sampling import named_values
+from kane.numeric.sampling import SEED, named_values
 from kane.present.scene.records import Movement, Posed, Scene
 from kane.units.rules import parse
 
@@ -29,8 +30,13 @@ _ROUNDS = 40
 _CLOSED = 1e-9
 _ATTITUDE = np.array([0.87, 0.28, 0.22, 0.34])
 _SIGNS = ("++++", "+-+-", "-+-+", "--++", "++--", "+--+", "-++-", "----")
-_BENT = 0.16
+_BENT = 0.13
 """Deflection of a beam by its length."""
+_MORE = 40
+"""Further starts, drawn at random, where constraints hold at none."""
+_HOLDS = 1e-7
+_SEVERAL = 4
+"""Turns beyond which each is smaller."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,9 +55,11 @@ def pose_of(scene: Scene, given: Any = None) -> Pose:
     told = dict(named_values("q", scene.system.coordinates, given)) if given is not None else {}
     best: tuple[float, dict[Symbol, float]] | None = None
     laws = _laws(scene)
-    for start in _starts(scene, size, told):
+    for n, start in enumerate(_starts(scene, size, told)):
+        if n >= len(_SIGNS) and best is not None and _holds(best[1], laws):
+            break
         for closing in laws.choices:
-            values = _closed({**known, **start}, scene, laws, closing, told, size)
+            values = _closed(_bent({**known, **start}, scene, told), scene, laws, closing, told, size)
             worth = _worth(scene, values, laws, size)
             if best is None or worth > best[0] + 1e-6:
                 best = worth, values
@@ -59,6 +67,11 @@ def pose_of(scene: Scene, given: Any = None) -> Pose:
             break
     assert best is not None
     return Pose(best[1], scene.poses(best[1]), size)
+
+
+def _holds(values: Mapping[Symbol, float], laws: _Laws) -> bool:
+    """Whether the configuration constraints vanish."""
+    return all(abs(float(x)) <= _HOLDS for x in laws.walk(values)[: laws.count])
 
 
 def constants(scene: Scene) -> dict[Symbol, float]:
@@ -76,6 +89,8 @@ def _constant(s: Symbol) -> float:
     default = getattr(s, "default", None)
     if isinstance(s, Parameter):
         return 1.0 if default is None else float(default)
+    if isinstance(s, Reaction):
+        return 1.0
     if isinstance(s, Input):
         return float(default) if default else (0.45 if s.unit in ("rad", "") else 0.2 if s.unit == "m" else 1.0)
     return 1.0 if isinstance(s, Rate) else float(default or 0.0)
@@ -96,16 +111,35 @@ def _is_length(unit: str) -> bool:
 
 def _starts(scene: Scene, size: float, told: Mapping[Any, float]) -> Iterator[dict[Symbol, float]]:
     by_name: dict[str, Coordinate] = {q.name: q for q in scene.system.coordinates}
-    for signs in _SIGNS:
+    several = sum(m.kind == "turn" for m in scene.movements) > _SEVERAL
+    for n, signs in enumerate(_SIGNS):
         start: dict[Symbol, float] = {}
         turns = shifts = 0
         for m in scene.movements:
             for k, name in enumerate(m.symbols):
                 sign = 1.0 if signs[turns % len(signs)] == "+" else -1.0
-                start[by_name[name]] = _wanted(m, k, turns, shifts, sign, size)
+                sign *= 0.7 if several else 1.0
+                start[by_name[name]] = _wanted(m, k, turns, 0 if n % 2 else shifts, sign, size)
             turns += m.kind == "turn"
             shifts += m.kind == "shift"
         yield {**start, **told}
+    rng = np.random.default_rng(SEED)
+    for _ in range(_MORE if scene.system.holonomic else 0):  # where none of those closes
+        yield {**{q: v + float(rng.normal(0, 1.2)) * (size if q.unit == "m" else 1.0) for q, v in start.items()}, **told}
+
+
+def _bent(values: dict[Symbol, float], scene: Scene, told: Mapping[Any, float]) -> dict[Symbol, float]:
+    """The coordinates of beams scaled to what is seen of a deflection."""
+    posed = scene.poses(values)
+    for m in scene.movements:
+        if m.kind == "deflection":
+            ends = posed.positions[list(m.points)]
+            moved = np.linalg.norm(ends[1::2] - ends[::2], axis=-1).max()
+            long = 2 * float(np.linalg.norm(ends[0] - ends[2]))
+            own = {s for s in scene.system.coordinates if s.name in m.symbols and s not in told}
+            factor = _BENT * long / moved if moved > 0 else 1.0
+            values = {s: v * factor if s in own else v for s, v in values.items()}
+    return values
 
 
 def _wanted(m: Movement, k: int, turns: int, shifts: int, sign: float, size: float) -> float:
@@ -137,7 +171,8 @@ def _gaps(scene: Scene) -> list[Expr]:
 
 def _laws(scene: Scene) -> _Laws:
     rows, gaps = [c.expr for c in scene.system.holonomic], _gaps(scene)
-    choices: list[tuple[int, ...]] = [()] + [(len(rows) + k,) for k in range(min(len(gaps), 3))]
+    some = range(len(rows), len(rows) + min(len(gaps), 4))
+    choices: list[tuple[int, ...]] = [(), *((k,) for k in some), *combinations(some, 2)]
     return _Laws(Walk([*rows, *gaps]), len(rows), tuple(choices))
 
 
@@ -150,7 +185,8 @@ def _closed(
     if not wanted or not free:
         return values
     at = dict(values)
-    unit = np.array([size if q.unit == "m" else 1.0 for q in free])
+    bent = {name for m in scene.movements if m.kind == "deflection" for name in m.symbols}
+    unit = np.array([1e-3 * size if q.name in bent else size if q.unit == "m" else 1.0 for q in free])
     for _ in range(_ROUNDS):
         residual, slope = _linear(laws.walk, at, free, unit, wanted)
         if not np.isfinite(residual).all() or np.abs(residual).max() <= _CLOSED:

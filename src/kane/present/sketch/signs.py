@@ -10,20 +10,26 @@ import numpy as np
 from kane.numeric.arrays import Array
 from kane.present.scene.records import Action, Movement, Posed, Scene, Triad
 from kane.present.sketch.bodies import AXES, FORCE, MOVE, POINT, REFERENCE
-from kane.present.sketch.paper import Paper, across
+from kane.present.sketch.paper import Paper, across, spaced
 from kane.present.sketch.typeset import Span, listed, place, product, spans, unit_vector
 
 _AXIS, _FORCE, _HEAD = 42.0, 46.0, 8.0
 _ARC, _MORE = 40.0, 14.0
 _ASIDE = 15.0
+_LENGTHS = 5
+"""Lengths of which the names are shown, at most."""
 _ROUND = np.radians(250.0)
 
 
 def draw_signs(paper: Paper, scene: Scene, posed: Posed) -> None:
     """All of them."""
     middle = np.mean([s.points.mean(axis=0) for s in paper.strokes if s.look.startswith(("body", "rod"))] or [paper.shift], axis=0)
+    shown: list[Array] = []
     for t in scene.triads:
-        _triad(paper, t, posed, middle)
+        axes = np.vstack([posed.rotations[t.frame], posed.positions[t.at] * paper.scale])
+        if not any(np.abs(axes - other).max() < 1e-6 for other in shown):
+            shown.append(axes)
+            _triad(paper, t, posed, middle)
     used: list[tuple[Array, Array]] = []
     for m in scene.movements:
         if m.kind == "shift":
@@ -33,10 +39,33 @@ def draw_signs(paper: Paper, scene: Scene, posed: Posed) -> None:
     for a in scene.actions:
         _ACTIONS[a.kind](paper, a, posed, middle)
     _points(paper, scene, posed, middle)
+    if len(scene.lengths) <= _LENGTHS:
+        _lengths(paper, scene, posed, middle)
+
+
+def _lengths(paper: Paper, scene: Scene, posed: Posed, middle: Array) -> None:
+    """The names of lengths beside the rods that are as long, and on a line of their own within solids."""
+    rods = [s.points for s in paper.strokes if s.look.startswith("rod") and "face" in s.look]
     for name, i, k in scene.lengths:
         a, b = paper.at(posed.positions[[i, k]])
-        if np.hypot(*(b - a)) > 30:
-            paper.label(spans(name), (a + b) / 2, _away(across(b - a), (a + b) / 2 - middle), "length", size=14.5, clearance=3)
+        if np.hypot(*(b - a)) <= 30:
+            continue
+        half = (a + b) / 2
+        if not any(_beside(half, line) for line in rods):
+            if not any(_within(half, s.points) for s in paper.strokes if s.closed and s.look.startswith("body")):
+                continue
+            paper.draw([a, b], "ray", REFERENCE, weight=0.5)
+        paper.label(spans(name), half, _away(across(b - a), half - middle), "length", size=14.5, clearance=3)
+
+
+def _beside(p: Array, line: Array) -> bool:
+    return bool(np.hypot(*(spaced(line, 3.0) - p).T).min() < 4)
+
+
+def _within(p: Array, border: Array) -> bool:
+    ahead, off = np.roll(border, -1, axis=0) - border, p - border
+    sides = ahead[:, 0] * off[:, 1] - ahead[:, 1] * off[:, 0]
+    return bool((sides >= 0).all() or (sides <= 0).all())
 
 
 def _away(side: Array, out: Array) -> Array:
@@ -58,6 +87,7 @@ def _turn(paper: Paper, m: Movement, posed: Posed, middle: Array) -> None:
     sweep = float(posed.scalars[m.sweep])
     center = paper.at(posed.positions[m.points[0]])
     radius = (_ARC + _MORE * paper.ring(center)) * paper.unit
+    radius = max(radius, min(0.42 * _reach(paper, posed.directions[m.direction]), 1.7 * _ARC * paper.unit))
     line = _turned(end, axis, np.linspace(-sweep, 0.0, 33))
     flat = paper.view.flat(line) * (radius, -radius) + center
     for look, ray in (("base", flat[0]), ("ray", flat[-1])):
@@ -65,6 +95,12 @@ def _turn(paper: Paper, m: Movement, posed: Posed, middle: Array) -> None:
     _arrow(paper, flat, "move", MOVE)
     top = flat[len(flat) // 2]
     paper.label(spans(m.symbols[0]), top, top - center, "coordinate", size=17, symbols=m.symbols, needed=True)
+
+
+def _reach(paper: Paper, way: Array) -> float:
+    """How long what turns is in pixels; of an axis, nothing."""
+    size = float(np.linalg.norm(way))
+    return size * paper.scale if abs(size - 1) > 1e-9 else 0.0
 
 
 def _arrow(paper: Paper, line: Array, look: str, layer: int, head: float = _HEAD) -> None:
@@ -207,6 +243,7 @@ def _gravity(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
             paper.draw([at + 4.9 * np.array([-1, s]), at + 4.9 * np.array([1, -s])], "force thin", FORCE)
         paper.label(_label(a), at, np.array([-1.0, 0.0]), "force-name", size=15, clearance=8)
         return
+    way = way / np.hypot(*way)
     start = at - way * long / 2
     _arrow(paper, np.array([start, start + way * long]), "force", FORCE, 10.0)
     inner = np.array([paper.width / 2, paper.height / 2]) - at

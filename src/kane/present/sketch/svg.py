@@ -33,9 +33,11 @@ _STYLE = """
 .kane-sketch .card{fill:var(--k-card);stroke:none}
 .kane-sketch .body{fill:var(--k-body);stroke:var(--k-ink);stroke-width:1.5}
 .kane-sketch .soft{stroke-dasharray:none;stroke-width:1.2}
+.kane-sketch .glass{fill-opacity:.8}
 .kane-sketch .shade{fill:var(--k-shade)}
 .kane-sketch .dark{fill:var(--k-dark)}
-.kane-sketch .plate{stroke-width:5;stroke:var(--k-ink)}
+.kane-sketch .plate{stroke-width:9;stroke:var(--k-ink)}
+.kane-sketch .plate.face{stroke-width:6.2;stroke:var(--k-body);fill:var(--k-body)}
 .kane-sketch .edge{stroke:var(--k-ink);stroke-width:1.5}
 .kane-sketch .detail{stroke:var(--k-detail);stroke-width:1.1}
 .kane-sketch .rod{stroke:var(--k-ink)}
@@ -51,6 +53,7 @@ _STYLE = """
 .kane-sketch .pin{fill:var(--k-card);stroke:var(--k-ink);stroke-width:1.5}
 .kane-sketch .point{fill:var(--k-ink);stroke:none}
 .kane-sketch .spring{stroke:var(--k-ink);stroke-width:1.4}
+.kane-sketch .piston{stroke-width:2.6}
 .kane-sketch .rope{stroke:var(--k-ink);stroke-width:1.6}
 .kane-sketch .base{stroke:var(--k-grey);stroke-width:1;stroke-dasharray:4 3}
 .kane-sketch .ray,.kane-sketch .tick{stroke:var(--k-grey);stroke-width:.9}
