@@ -123,6 +123,11 @@ class Scene(Immutable):
         """What the poses depend on: coordinates, parameters, inputs, time; rates and reactions where forces do."""
         return self._walk.symbols
 
+    @property
+    def drawable(self) -> bool:
+        """Whether there is a point to draw anything at."""
+        return bool(self.positions)
+
     def poses(self, values: Mapping[Any, Any]) -> Posed:
         """All poses at values for `symbols`, by symbol: numbers, or arrays of one length for as many states.
 
