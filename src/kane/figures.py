@@ -1,9 +1,33 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures and reports."""
+"""Sketches, figures and reports."""
 
 from kane.present.check_figures import Check
 from kane.present.figure import plot
 from kane.present.mode_figures import beam_figure, campbell_diagram, mode_figure, root_locus
 from kane.present.report import report
+from kane.present.scene.gather import scene
+from kane.present.scene.records import Action, Item, Mark, Movement, Posed, Scene, Triad
+from kane.present.scene.shapes import BodyShape, shape
+from kane.present.sketch.draw import Sketch, sketch
 
-__all__ = ["Check", "beam_figure", "campbell_diagram", "mode_figure", "plot", "report", "root_locus"]
+__all__ = [
+    "Action",
+    "BodyShape",
+    "Check",
+    "Item",
+    "Mark",
+    "Movement",
+    "Posed",
+    "Scene",
+    "Sketch",
+    "Triad",
+    "beam_figure",
+    "campbell_diagram",
+    "mode_figure",
+    "plot",
+    "report",
+    "root_locus",
+    "scene",
+    "shape",
+    "sketch",
+]

@@ -40,6 +40,7 @@ class NamedModel:
     start: Mapping[str, Mapping[str, Any]]
     span: tuple[float, float]
     declared: float
+    shapes: tuple[kn.figures.BodyShape, ...] = ()
 
 
 def model_of(text: str) -> NamedModel:
@@ -127,8 +128,11 @@ def _model(
         begin = _start(getattr(module, "START", start), where)
     with own_code(path, "SPAN"):
         span = _span(getattr(module, "SPAN", (0.0, 5.0)), where)
+    with own_code(path, "shapes"):
+        drawn = getattr(module, "shapes", None)
+        shapes = tuple(drawn(system)) if callable(drawn) else ()
     title, sources = getattr(module, "TITLE", name.replace("_", " ")), getattr(module, "SOURCES", ())
-    return NamedModel(name, str(title), tuple(sources), path, system, begin, span, declared)
+    return NamedModel(name, str(title), tuple(sources), path, system, begin, span, declared, shapes)
 
 
 def _kind(value: object) -> str:
