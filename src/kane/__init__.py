@@ -186,6 +186,7 @@ _NAMES = {
     "motion.simulate": "simulate",
     "motion.solution.solution": "Solution",
     "present.mode_figures": "beam_figure mode_figure campbell_diagram root_locus",
+    "present.animation": "Animation animate",
     "present.check_figures": "Check",
     "present.figure": "plot",
     "present.provenance": "show_versions",

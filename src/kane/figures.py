@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Sketches, figures and reports."""
 
+from kane.present.animation import Animation, animate
 from kane.present.check_figures import Check
 from kane.present.figure import plot
 from kane.present.mode_figures import beam_figure, campbell_diagram, mode_figure, root_locus
@@ -12,6 +13,7 @@ from kane.present.sketch.draw import Sketch, sketch
 
 __all__ = [
     "Action",
+    "Animation",
     "BodyShape",
     "Check",
     "Item",
@@ -21,6 +23,7 @@ __all__ = [
     "Scene",
     "Sketch",
     "Triad",
+    "animate",
     "beam_figure",
     "campbell_diagram",
     "mode_figure",

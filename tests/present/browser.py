@@ -37,11 +37,11 @@ def executable() -> str:
 
 
 @contextmanager
-def chromium() -> Iterator[Any]:
-    """A headless browser with a profile of its own."""
+def chromium(*more: str) -> Iterator[Any]:
+    """A headless browser with a profile of its own; `more` are further flags."""
     path = executable()
     playwright = require("playwright.sync_api")
     with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=path, args=list(FLAGS))
+        browser = driver.chromium.launch(executable_path=path, args=[*(f for f in FLAGS if not more or f != "--disable-gpu"), *more])
         yield browser
         browser.close()

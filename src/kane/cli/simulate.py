@@ -245,6 +245,35 @@ def _write(place: Path, sol: kn.Solution) -> None:
         out.writerows([repr(float(v)) for v in row] for row in zip(*columns, strict=True))
 
 
+def animate(
+    name: Name,
+    out: Out = None,
+    t1: End = None,
+    q: Q = None,
+    u: U = None,
+    parameter: Parameters = None,
+    input: Inputs = None,
+    state: States = None,
+    force: Force = False,
+) -> None:
+    """Write a motion of MODEL to look at: a page (.html), glTF (.glb), or pictures (.gif, .webp, .png, .mp4), as --out ends."""
+    from kane.present.animation import animate as animated  # matplotlib and jinja2 only here
+
+    model = model_of(name)
+    place = screen.target(out or Path(f"{model.name}_motion.html"), model.path, force)
+    eom = derived(model)
+    begin = start(model, eom, {"q": q, "u": u, "parameters": parameter, "inputs": input, "states": state})
+    sol = motion(model, eom, begin, t1)
+    if force:
+        place.unlink(missing_ok=True)
+    with working("Drawing"):
+        animated(sol, place, shapes=model.shapes)
+    screen.say(f"From {sol.t[0]:g} s: {sol.message}.")
+    typer.echo(f"Animation: {place}")
+    if sol.status == "stopped":
+        raise typer.Exit(1)
+
+
 def report(
     name: Name,
     out: Out = None,
@@ -269,7 +298,11 @@ def report(
         screen.say(f"Without a motion: START does not say {' '.join(begin.missing)}.", err=True)
     checks = [energy_check(sol)] if sol is not None else []
     with working("Writing the report"):
-        screen.put(place, page(eom, solution=sol, title=model.title, sources=model.sources, checks=checks, shapes=model.shapes), force)
+        screen.put(
+            place,
+            page(eom, solution=sol, title=model.title, sources=model.sources, checks=checks, shapes=model.shapes),
+            force,
+        )
     if sol is not None:
         screen.say(f"From {sol.t[0]:g} s: {sol.message}.")
         screen.say(str(checks[0]))

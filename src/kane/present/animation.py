@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property, partial
 from importlib.resources import files
 from pathlib import Path
@@ -36,24 +37,15 @@ _MARK = b'<meta name="generator" content="kane">'
 _MODES = {"separated": "#c9ced6", "closed": "#8fbcf2", "stick": "#5b9be6", "roll": "#3f7fd0", "slip": "#f2994a"}
 
 
+@dataclass(frozen=True, eq=False)
 class Animation:
     """A motion, or several, ready to be shown: in a notebook by itself, else by `save`."""
 
-    def __init__(
-        self,
-        solutions: Sequence[Solution],
-        scene: Scene,
-        courses: Sequence[Course],
-        traces: Sequence[int],
-        autoplay: bool,
-    ) -> None:
-        self.solutions, self.scene, self.courses, self.traces, self.autoplay = (
-            tuple(solutions),
-            scene,
-            tuple(courses),
-            tuple(traces),
-            autoplay,
-        )
+    solutions: tuple[Solution, ...]
+    scene: Scene
+    courses: tuple[Course, ...]
+    traces: tuple[int, ...]
+    autoplay: bool
 
     @cached_property
     def model(self) -> Model:
@@ -110,7 +102,7 @@ class Animation:
         return f'<iframe srcdoc="{page}" style="width:100%;height:36rem;border:0" title="{title}"></iframe>'
 
     def save(self, path: str | Path) -> Path:
-        """Write the animation: `.html`, `.glb` (glTF), `.gif`, `.png` (its first instant), or `.mp4` where imageio-ffmpeg is installed.
+        """Write the animation: `.html`, `.glb` (glTF), `.gif`, `.webp`, `.png` (the first instant), `.mp4` (by imageio-ffmpeg).
 
         Raises
         ------
@@ -158,14 +150,14 @@ def animate(
     ArgumentError
         if there is no motion, or the file cannot be written
     """
-    solutions = [solution] if isinstance(solution, Solution) else list(solution)
+    solutions = [solution] if not isinstance(solution, Sequence) else list(solution)
     if not solutions or not all(isinstance(s, Solution) for s in solutions):
         raise ArgumentError(f"Expected a motion from kn.simulate to animate, or several, got {cut(repr(solution))}.")
     given = tuple(expect.instances(traces, Point, "traces= to be points", "Write traces=[P]."))
     scene = scene_of(solutions[0].equations, shapes)
     numbers = [_place_number(scene, p) for p in given]
-    courses = [course(scene, s) for s in solutions]
-    made = Animation(solutions, scene, courses, numbers, autoplay)
+    courses = tuple(course(scene, s) for s in solutions)
+    made = Animation(tuple(solutions), scene, courses, tuple(numbers), autoplay)
     if path is not None:
         made.save(path)
     return made

@@ -41,7 +41,11 @@ def scene(system: System | Equations, shapes: Iterable[BodyShape] = ()) -> Scene
         if a shape is that of a body of another system
     """
     model = system_of(system)
-    told = tuple(expect.items(shapes, "shapes=", "Write [kn.figures.shape(…)].")) if not isinstance(shapes, tuple) else shapes
+    told = (
+        tuple(expect.items(shapes, "shapes=", "Write [kn.figures.shape(…)]."))
+        if not isinstance(shapes, tuple)
+        else shapes
+    )
     expect.instances(told, BodyShape, "shapes of kn.figures.shape")
     for s in told:
         if s.of is not None and all(s.of is not b for b in model.bodies):

@@ -141,8 +141,9 @@ class Scene(Immutable):
         table = np.stack(np.broadcast_arrays(*found), axis=-1) if found else np.zeros(0)
         shape, counts = table.shape[:-1], (3 * len(self.positions), 9 * len(self.rotations), 3 * len(self.directions))
         p, r, d, s = np.split(table, np.cumsum(counts), axis=-1)
-        turned = r.reshape(*shape, -1, 3, 3).swapaxes(-1, -2)
-        return Posed(p.reshape(*shape, -1, 3), turned, d.reshape(*shape, -1, 3), s)
+        n, m, k = len(self.positions), len(self.rotations), len(self.directions)
+        turned = r.reshape(*shape, m, 3, 3).swapaxes(-1, -2)
+        return Posed(p.reshape(*shape, n, 3), turned, d.reshape(*shape, k, 3), s)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, as JSON takes it: the records, and as text the expressions that their numbers mean."""

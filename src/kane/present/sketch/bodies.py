@@ -91,7 +91,10 @@ def _front(paper: Paper, line: Array, cloud: Array) -> Array:
 def _faces(paper: Paper, faces: tuple[Array, ...], cloud: Array) -> None:
     center = cloud.mean(axis=0)
     flat = paper.at(cloud)
-    spans = np.sort([np.linalg.norm(paper.at(f[1]) - paper.at(f[0])) for f in faces] + [np.linalg.norm(paper.at(f[2]) - paper.at(f[1])) for f in faces])
+    spans = np.sort(
+        [np.linalg.norm(paper.at(f[1]) - paper.at(f[0])) for f in faces]
+        + [np.linalg.norm(paper.at(f[2]) - paper.at(f[1])) for f in faces]
+    )
     if spans[0] < _THIN and np.ptp(flat, axis=0).max() > 4 * _THIN:
         axis = np.linalg.svd(cloud - center)[2][0]
         reach = np.abs((cloud - center) @ axis).max()
@@ -237,7 +240,12 @@ def _plane(paper: Paper, item: Item, posed: Posed) -> None:
     y = np.cross(normal, x)
     p, q = (places - place) @ x, (places - place) @ y
     pad = 0.18 * max(np.ptp(p), np.ptp(q), 1e-300) + 14 / paper.scale
-    corners = [(p.min() - pad, q.min() - pad), (p.max() + pad, q.min() - pad), (p.max() + pad, q.max() + pad), (p.min() - pad, q.max() + pad)]
+    corners = [
+        (p.min() - pad, q.min() - pad),
+        (p.max() + pad, q.min() - pad),
+        (p.max() + pad, q.max() + pad),
+        (p.min() - pad, q.max() + pad),
+    ]
     floor = np.array([place + s * x + t * y for s, t in corners])
     paper.draw(paper.at(floor), "floor", GROUND, -1e9, closed=True, weight=0.3)
 
@@ -274,13 +282,20 @@ def _spring(paper: Paper, item: Item, posed: Posed) -> None:
     side = across(along) * paper.sides.get(item.name, 0.0) * paper.unit
     lead = min(0.16 * size, 24.0)
     start, end = a + along * lead + side, b - along * lead + side
-    joined = [a, a + along * lead * 0.6, a + along * lead * 0.6 + side], [b - along * lead * 0.6 + side, b - along * lead * 0.6, b]
+    joined = (
+        [a, a + along * lead * 0.6, a + along * lead * 0.6 + side],
+        [b - along * lead * 0.6 + side, b - along * lead * 0.6, b],
+    )
     w = across(along) * 7 * paper.unit
     if item.kind == "damper":
         middle = (start + end) / 2
         paper.draw([*joined[0], middle], "spring", LOAD)
         paper.draw([middle + 0.7 * w, middle - 0.7 * w], "spring piston", LOAD)
-        paper.draw([middle - along * 9 + w, middle + along * 9 + w, middle + along * 9 - w, middle - along * 9 - w], "spring", LOAD)
+        paper.draw(
+            [middle - along * 9 + w, middle + along * 9 + w, middle + along * 9 - w, middle - along * 9 - w],
+            "spring",
+            LOAD,
+        )
         paper.draw([middle + along * 9, *joined[1]], "spring", LOAD)
     else:
         turns = max(5, min(9, int(size / 14)))
@@ -295,7 +310,9 @@ def _spring(paper: Paper, item: Item, posed: Posed) -> None:
 def _arranged(paper: Paper, scene: Scene, posed: Posed) -> None:
     """Which springs stand beside others, and above the points of blocks; which points are held."""
     paper.held = {m.at for m in scene.marks if m.fixed}
-    paper.blocks = {i.at for i in scene.items if i.kind in ("block", "slider") and i.at is not None and paper.view.plane}
+    paper.blocks = {
+        i.at for i in scene.items if i.kind in ("block", "slider") and i.at is not None and paper.view.plane
+    }
     blocks = {i.at: i.direction for i in scene.items if i.kind == "block" and i.direction is not None}
     pairs: dict[frozenset[int], list[str]] = {}
     for i in scene.items:
@@ -380,7 +397,9 @@ def _draw_pins(paper: Paper, scene: Scene, posed: Posed) -> None:
         if any(np.linalg.norm(f - place) < 1e-7 * _far(posed) for f in balls):
             continue
         turn = np.linspace(0, 2 * np.pi, 17)[:-1]
-        paper.draw(at + 3.6 * paper.unit * np.stack([np.cos(turn), np.sin(turn)], axis=-1), "pin", POINT, -1.0, closed=True)
+        paper.draw(
+            at + 3.6 * paper.unit * np.stack([np.cos(turn), np.sin(turn)], axis=-1), "pin", POINT, -1.0, closed=True
+        )
 
 
 def _far(posed: Posed) -> float:
@@ -403,5 +422,7 @@ def _ends(scene: Scene, posed: Posed) -> list[Array]:
 def _support(paper: Paper, at: Array) -> None:
     w = 11.0 * paper.unit
     low = at[1] + 1.4 * w
-    paper.draw([at, np.array([at[0] - 0.8 * w, low]), np.array([at[0] + 0.8 * w, low])], "support", GROUND, 1.0, closed=True)
+    paper.draw(
+        [at, np.array([at[0] - 0.8 * w, low]), np.array([at[0] + 0.8 * w, low])], "support", GROUND, 1.0, closed=True
+    )
     _hatched(paper, np.array([at[0] - 1.5 * w, low]), np.array([at[0] + 1.5 * w, low]), np.array([0.0, 1.0]))

@@ -78,7 +78,9 @@ def placed(labels: Sequence[Label], points: Array, weights: Array, width: float,
     return [_at(order[n], boxes[n], chosen[n]) for n in kept]
 
 
-def _parted(order: list[Label], tried: list[tuple[Array, Array]], boxes: Array, chosen: list[int], alive: Array) -> None:
+def _parted(
+    order: list[Label], tried: list[tuple[Array, Array]], boxes: Array, chosen: list[int], alive: Array
+) -> None:
     """Leave out what still overlaps and may be, then let the needed ones move until none does."""
     for n in reversed(range(len(order))):
         others = boxes[alive & (np.arange(len(order)) != n)]

@@ -83,7 +83,9 @@ def _torus(radius: float, tube: float) -> Outline:
 def _capsule(radius: float, length: float) -> Outline:
     ball = _ball(radius, radius, radius)
     shift = np.array([0, 0, length / 2])
-    return Outline(np.concatenate([ball - shift, ball + shift]), (circle(radius, -length / 2), circle(radius, length / 2)))
+    return Outline(
+        np.concatenate([ball - shift, ball + shift]), (circle(radius, -length / 2), circle(radius, length / 2))
+    )
 
 
 def _plate(a: float, b: float) -> Outline:

@@ -23,7 +23,9 @@ _ROUND = np.radians(250.0)
 
 def draw_signs(paper: Paper, scene: Scene, posed: Posed) -> None:
     """All of them."""
-    middle = np.mean([s.points.mean(axis=0) for s in paper.strokes if s.look.startswith(("body", "rod"))] or [paper.shift], axis=0)
+    middle = np.mean(
+        [s.points.mean(axis=0) for s in paper.strokes if s.look.startswith(("body", "rod"))] or [paper.shift], axis=0
+    )
     shown: list[Array] = []
     for t in scene.triads:
         axes = np.vstack([posed.rotations[t.frame], posed.positions[t.at] * paper.scale])
@@ -112,7 +114,9 @@ def _shift(paper: Paper, m: Movement, posed: Posed, middle: Array, used: list[tu
     way = paper.at(posed.positions[list(m.points)])
     long = float(np.hypot(*(way[-1] - way[0])))
     if long < 3:  # across the paper, or nothing
-        paper.label(spans(m.symbols[0]), way[-1], way[-1] - middle, "coordinate", size=17, symbols=m.symbols, needed=True)
+        paper.label(
+            spans(m.symbols[0]), way[-1], way[-1] - middle, "coordinate", size=17, symbols=m.symbols, needed=True
+        )
         return
     if len(way) > 2:
         _arrow(paper, way, "move", MOVE)
@@ -222,7 +226,9 @@ def _force(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
 
 def _torque(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
     axis, center = _unit(posed.directions[a.direction]), paper.at(posed.positions[a.at])
-    flat = _circle(paper, axis if np.linalg.norm(axis) else paper.view.toward, center, (24 + 7 * paper.ring(center)) * paper.unit)
+    flat = _circle(
+        paper, axis if np.linalg.norm(axis) else paper.view.toward, center, (24 + 7 * paper.ring(center)) * paper.unit
+    )
     _arrow(paper, flat, "force", FORCE, 9.0)
     paper.label(_label(a), flat[-1], flat[-1] - center, "force-name", size=15)
 

@@ -32,7 +32,7 @@ class _Buffer:
         self.views: list[dict[str, Any]] = []
         self.accessors: list[dict[str, Any]] = []
 
-    def add(self, values: Array, kind: str, target: int | None = None, bounds: bool = False) -> int:
+    def add(self, values: Any, kind: str, target: int | None = None, bounds: bool = False) -> int:
         """The number of the accessor of an array."""
         array = np.ascontiguousarray(values, dtype="<u4" if kind == "SCALAR" and target == _INDICES else "<f4")
         view: dict[str, Any] = {"buffer": 0, "byteOffset": len(self.data), "byteLength": array.nbytes}

@@ -13,8 +13,9 @@ from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
-from kane.numeric.arrays import Array, Indices
+from kane.numeric.arrays import Array
 
 ROUND = 40
 """Sides of what is round."""
@@ -26,7 +27,7 @@ class Mesh(NamedTuple):
     vertices: Array
     normals: Array
     tones: Array
-    triangles: Indices
+    triangles: npt.NDArray[np.intp]
 
 
 def joined(meshes: Sequence[Mesh]) -> Mesh:

@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Animations: where parts are, the page that shows them, and what is written to files."""
+
+from __future__ import annotations
+
+import json
+import struct
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import kane as kn
+from kane.gallery import GALLERY, load
+from kane.present.viewer import meshes
+from kane.present.viewer.mesh_files import read
+from kane.present.viewer.places import transforms
+from tests.present.browser import chromium
+
+QUICK = ("four_bar", "flyball_governor", "rolling_disk", "flexible_pendulum", "rocking_block")
+GL = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
+
+
+def motion(name, end=0.2):
+    module = load(name)
+    eom = kn.derive(module.system())
+    start = getattr(module, "START", None)
+    if start is None:
+        from kane.cli.models import STARTS
+
+        start = STARTS[name]
+    return kn.simulate(eom, (0, end), samples=5, **start)
+
+
+def volume(mesh):
+    """Σ p₁·(p₂ × p₃)/6: of a closed surface that turns right about its outward normal."""
+    p = mesh.vertices[mesh.triangles]
+    return np.einsum("ij,ij->", p[:, 0], np.cross(p[:, 1], p[:, 2])) / 6
+
+
+SOLIDS = {
+    "box": (meshes.box(), 1.0),
+    "sphere": (meshes.sphere(), 4 * np.pi / 3),
+    "hemisphere": (meshes.hemisphere(), 2 * np.pi / 3),
+    "cylinder": (meshes.cylinder(), np.pi),
+    "cone": (meshes.cone(), np.pi / 3),
+    "frustum": (meshes.frustum(2.0, 1.0, 3.0), np.pi * 3 * (4 + 2 + 1) / 3),
+    "torus": (meshes.torus(2.0, 0.5), 2 * np.pi**2 * 2 * 0.25),
+    "capsule": (meshes.capsule(0.5, 2.0), np.pi * 0.25 * 2 + 4 * np.pi / 3 / 8),
+    "sector": (meshes.sector(2.0, 0.6, 0.1), 0.6 * 4 * 0.1),
+    "triangle": (meshes.triangle(2.0, 3.0, 0.1), 0.3),
+}
+
+
+@pytest.mark.parametrize("kind", SOLIDS)
+def test_meshes_are_closed_and_turn_outward(kind):
+    mesh, exact = SOLIDS[kind]
+    assert volume(mesh) == pytest.approx(exact, rel=0.03)
+    corners = mesh.vertices[mesh.triangles]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert (np.einsum("ij,ij->i", mesh.normals[mesh.triangles].mean(axis=1), across) > 0).mean() > 0.99
+    keys, edges = np.unique(np.round(mesh.vertices, 9), axis=0, return_inverse=True)
+    ring = edges.reshape(-1)[mesh.triangles]
+    sides = [(a, b) for t in ring for a, b in zip(t, np.roll(t, -1), strict=True) if a != b]
+    assert len(keys) > 4
+    assert sorted(sides) == sorted((b, a) for a, b in sides)  # each edge once in each direction
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in GALLERY])
+def test_parts_are_where_the_motion_says(name):
+    """Rigid maps keep lengths; a part at a point is at that point, one along axes has those of its frame."""
+    sol = motion(name)
+    animation = kn.figures.animate(sol)
+    model, course = animation.model, animation.courses[0]
+    places = transforms(model, course.poses)
+    assert np.isfinite(places).all()
+    dense = sol.at(course.times)
+    values = np.array(dense[[x for p in animation.scene.positions for x in p]], dtype=float)
+    points = np.stack([np.broadcast_to(v, len(course.times)) for v in values], axis=-1).reshape(
+        len(course.times), -1, 3
+    )
+    for k, part in enumerate(model.parts):
+        np.testing.assert_allclose(places[:, k, :, 3], points[:, part.at], rtol=0, atol=1e-9 * model.size)
+        columns = places[:, k, :, :3]
+        gram = np.einsum("nij,nik->njk", columns, columns)
+        off = gram - np.einsum("njj,jk->njk", gram, np.eye(3))
+        np.testing.assert_allclose(off, 0, atol=1e-9 * model.size**2)
+        assert (np.linalg.det(columns) >= -1e-15 * model.size**3).all()
+        if part.kind == "between":
+            np.testing.assert_allclose(
+                columns[:, :, 2], points[:, part.to] - points[:, part.at], rtol=0, atol=1e-9 * model.size
+            )
+        if part.kind == "corners":  # the mesh's corners are points of the body
+            item = next(i for i in animation.scene.items if i.kind == "hull" and i.name == part.name)
+            corners = np.einsum("nij,mj->nmi", columns, model.meshes[part.mesh].vertices) + places[:, k, None, :, 3]
+            for p in item.points:
+                near = np.linalg.norm(corners - points[:, None, p], axis=-1).min(axis=1)
+                assert near.max() <= 0.076 * model.size  # half of the thickness of what lies in a plane
+
+
+def until(page, condition):
+    """Wait for a condition; the page's policy forbids what waits within it."""
+    for _ in range(600):
+        if page.evaluate(condition):
+            return
+        page.wait_for_timeout(50)
+    pytest.fail(condition)
+
+
+def test_a_page_plays_scrubs_and_turns_by_hand(tmp_path):
+    """Clicks, keys and touches; poses equal Python's; no message, no request, nothing beyond the page's width."""
+    sol = motion("four_bar", 2.0)
+    animation = kn.figures.animate(sol, tmp_path / "motion.html", autoplay=False)
+    places = transforms(animation.model, animation.courses[0].poses)
+    with chromium(*GL) as browser:
+        for width in (1280, 390):
+            context = browser.new_context(viewport={"width": width, "height": 800}, has_touch=True)
+            page = context.new_page()
+            said: list[str] = []
+            page.on("console", lambda m, said=said: said.append(m.text))
+            page.on("pageerror", lambda e, said=said: said.append(str(e)))
+            page.on("request", lambda r, said=said: said.append(r.url) if not r.url.startswith("file:") else None)
+            page.goto((tmp_path / "motion.html").as_uri())
+            view = "document.querySelector('.kane-view').viewer"
+            until(page, f"!!{view}?.slider")
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
+            for k in (0, 57, 199):
+                t = float(animation.courses[0].times[k])
+                for part in range(len(animation.model.parts)):
+                    shown = np.reshape(page.evaluate(f"{view}.matrix({part}, {t!r})"), (4, 3)).T
+                    np.testing.assert_allclose(shown, places[k, part], rtol=0, atol=1e-6)
+            begin = page.evaluate(f"[{view}.t, {view}.azimuth, {view}.height, {view}.distance]")
+            page.get_by_role("button", name="play").click()
+            until(page, f"{view}.t > 0.2")
+            page.get_by_role("button", name="pause").click()
+            assert not page.evaluate(f"{view}.playing")
+            page.get_by_label("time").fill("0.5")
+            assert page.evaluate(f"{view}.t") == pytest.approx(1.0)
+            box = page.locator("canvas").bounding_box()
+            x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+            page.mouse.move(x, y)
+            page.mouse.down()
+            page.mouse.move(x + 60, y + 20)
+            page.mouse.up()
+            turned = page.evaluate(f"[{view}.azimuth, {view}.height]")
+            assert turned[0] < begin[1] - 0.3
+            assert turned[1] > begin[2] + 0.1
+            page.keyboard.press("ArrowLeft")
+            page.keyboard.press("+")
+            page.keyboard.press(".")
+            after = page.evaluate(f"[{view}.t, {view}.azimuth, {view}.height, {view}.distance]")
+            assert after[0] > 1.0
+            assert after[1] < turned[0]
+            assert after[3] < begin[3]
+            page.keyboard.press("Home")
+            page.touchscreen.tap(x, y)
+            assert page.evaluate(f"{view}.azimuth") == begin[1]
+            pixels = page.evaluate(
+                f"(() => {{ {view}.paint(); const c = {view}.canvas, g = {view}.gl, p = new Uint8Array(4 * c.width * c.height);"
+                " g.readPixels(0, 0, c.width, c.height, g.RGBA, g.UNSIGNED_BYTE, p); const s = new Set();"
+                " for (let k = 0; k < p.length; k += 4) s.add(p[k] * 65536 + p[k + 1] * 256 + p[k + 2]); return s.size; })()"
+            )
+            assert pixels > 20
+            assert said == []
+            context.close()
+
+
+def test_gltf(tmp_path):
+    """The chunks, and translations, rotations and scales that give the places again."""
+    animation = kn.figures.animate(motion("flyball_governor"))
+    data = animation.save(tmp_path / "motion.glb").read_bytes()
+    magic, version, length = struct.unpack_from("<III", data)
+    assert (magic, version, length) == (0x46546C67, 2, len(data))
+    size, kind = struct.unpack_from("<II", data, 12)
+    assert kind == 0x4E4F534A
+    document = json.loads(data[20 : 20 + size])
+    blob = data[28 + size :]
+
+    def array(k):
+        accessor = document["accessors"][k]
+        view = document["bufferViews"][accessor["bufferView"]]
+        width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[accessor["type"]]
+        kind = "<u4" if accessor["componentType"] == 5125 else "<f4"
+        return np.frombuffer(blob, kind, accessor["count"] * width, view["byteOffset"]).reshape(-1, width)
+
+    from scipy.spatial.transform import Rotation
+
+    places = transforms(animation.model, animation.courses[0].poses)
+    moving = {(c["target"]["node"], c["target"]["path"]): c["sampler"] for c in document["animations"][0]["channels"]}
+    samplers, count = document["animations"][0]["samplers"], len(places)
+    for k in range(len(animation.model.parts)):
+        node, parts = document["nodes"][k], {}
+        for path in ("translation", "rotation", "scale"):
+            still = np.broadcast_to(np.array(node[path]), (count, len(node[path])))
+            parts[path] = array(samplers[moving[k, path]]["output"]) if (k, path) in moving else still
+        columns = Rotation.from_quat(parts["rotation"]).as_matrix() * parts["scale"][:, None, :]
+        np.testing.assert_allclose(columns, places[:, k, :, :3], atol=1e-6 * animation.model.size)
+        np.testing.assert_allclose(parts["translation"], places[:, k, :, 3], atol=1e-6 * animation.model.size)
+        mesh = document["meshes"][node["mesh"]]["primitives"][0]
+        assert array(mesh["indices"]).max() < len(array(mesh["attributes"]["POSITION"]))
+    assert document["asset"]["version"] == "2.0"
+
+
+def test_pictures(tmp_path):
+    """A first picture has the body's colour, and a moving one as many pictures as are played."""
+    sol = motion("pendulum", 1.2)
+    still = np.asarray(
+        Image.open(kn.figures.animate(sol, tmp_path / "a.png") and tmp_path / "a.png").convert("RGB"), int
+    )
+    blue = (np.abs(still - [37, 99, 168]).sum(axis=-1) < 90).mean()
+    assert 0.0005 < blue < 0.3
+    kn.figures.animate(sol, tmp_path / "a.gif")
+    with Image.open(tmp_path / "a.gif") as moving:
+        assert 20 <= moving.n_frames <= 30
+
+
+@pytest.mark.parametrize("end", ["stl", "obj"])
+def test_mesh_files(tmp_path, end):
+    """A tetrahedron, in text: its volume and its outward normals."""
+    corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    faces = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)]
+    if end == "obj":
+        text = "".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "".join(
+            f"f {a + 1}/1 {b + 1} {c + 1}\n" for a, b, c in faces
+        )
+    else:
+        loops = ["".join(f"vertex {' '.join(map(str, corners[k]))}\n" for k in f) for f in faces]
+        vertex = "".join(f"facet normal 0 0 0\nouter loop\n{loop}endloop\nendfacet\n" for loop in loops)
+        text = f"solid t\n{vertex}endsolid t\n"
+    (tmp_path / f"t.{end}").write_text(text)
+    assert volume(read(str(tmp_path / f"t.{end}"))) == pytest.approx(1 / 6)
+
+
+def test_what_is_refused(tmp_path):
+    sol = motion("pendulum")
+    N = sol.equations.system.inertial
+    with pytest.raises(kn.errors.ArgumentError, match=r"ends in \.html, \.glb"):
+        kn.figures.animate(sol, tmp_path / "a.xyz")
+    with pytest.raises(kn.errors.ArgumentError, match="Expected a motion from kn"):
+        kn.figures.animate(sol.equations)
+    with pytest.raises(kn.errors.ArgumentError, match="traces of points"):
+        kn.figures.animate(sol, traces=[kn.Point("X", fixed_in=N).at("Y", N.x * 7.5)])
+    (tmp_path / "mine.html").write_text("mine")
+    with pytest.raises(kn.KaneError, match=r"mine\.html"):
+        kn.figures.animate(sol, tmp_path / "mine.html")
