@@ -80,7 +80,9 @@ def parts_of(eom: Equations) -> list[Part]:
     return [*events(eom), *constraints(eom)]
 
 
-def assembled(compiled: Compiled, parts: Sequence[Part], more: Sequence[Task] = (), contract: bool | None = None) -> Program:
+def assembled(
+    compiled: Compiled, parts: Sequence[Part], more: Sequence[Task] = (), contract: bool | None = None
+) -> Program:
     """The rates, as "rates" where no constraints are held, what the parts evaluate, and `more`."""
     eom, settings = cast(Equations, compiled.equations), compiled.settings
     contract = settings.contract if contract is None else contract

@@ -24,6 +24,7 @@ from kane.program.emit.wasm import add_program, library
 from kane.program.emit.wasm_kernels import add_kernel
 from kane.program.emit.wasm_module import F64, I32, Function, Module, leb, place, read
 from kane.program.kernel.language import ArrayOf, Callee, Integer, Kernel
+from kane.program.kernel.specialized import specialized
 from kane.program.program import Program
 
 MOST = 10_000
@@ -58,7 +59,10 @@ def emit_simulator_wasm(compiled: Compiled, method: str = "dop853", samples: int
     memory.give(parts)
     memory.arrays["rows"] = memory.arrays["states"] + 8 * n
     calls = {a: functions[task] for part in parts for a, task in part.routines.items()}
-    calls |= {"hoist": functions["hoist"], "rhs": functions["rates"] if not held else _dispatched(module, functions, memory)}
+    calls |= {
+        "hoist": functions["hoist"],
+        "rhs": functions["rates"] if not held else _dispatched(module, functions, memory),
+    }
     integers = {"n": n, "driven": 0, "breakpoints": 0, "parameters": len(eom.parameters)} | memory.integers
     integers |= {"held_speeds": len(eom.speeds), "held_coordinates": len(eom.coordinates)}
     begin = begin_kernel(integrator.fixed, watched, held)
@@ -137,18 +141,19 @@ def _bind(
     integers: Mapping[str, int],
 ) -> None:
     """A kernel with its arrays, routines and integers, exported by a name: it takes those that the host gives, as 32 bits."""
-    routines = {a.name: calls[a.name] if a.name in calls else _nothing(module, a) for a in kernel.arguments if isinstance(a, Callee)}
+    kernel = specialized(kernel, integers)
+    routines = {
+        a.name: calls[a.name] if a.name in calls else _nothing(module, a)
+        for a in kernel.arguments
+        if isinstance(a, Callee)
+    }
     for a in kernel.arguments:
         if isinstance(a, ArrayOf) and a.name not in memory.arrays:
             memory.put(a.name, np.zeros(1))
     number = add_kernel(module, kernel, memory.arrays, routines)
-    asked = [a.name for a in kernel.arguments if isinstance(a, Integer) and a.name not in integers]
+    asked = [a for a in kernel.arguments if isinstance(a, Integer)]
     bound = Function([I32] * len(asked), [I32])
-    for a in kernel.arguments:
-        if isinstance(a, Integer):
-            given = place(integers[a.name]) if a.name in integers else read(asked.index(a.name))
-            bound.code += given + b"\xac"
-    bound.code += b"\x10" + leb(number)
+    bound.code += b"".join(read(k) + b"\xac" for k in range(len(asked))) + b"\x10" + leb(number)
     module.add(bound, name)
 
 
@@ -166,7 +171,9 @@ def _dispatched(module: Module, functions: Mapping[str, int], memory: _Memory) -
         call = given + b"\x10" + leb(number)
         if k < len(own) - 1:
             at = memory.arrays["p"] + 8 * memory.integers["held_choice_at"]
-            function.code += place(0) + b"\x2b\x03" + leb(at) + b"\xfc\x02" + place(k) + b"\x46\x04\x40" + call + b"\x0f\x0b"
+            function.code += (
+                place(0) + b"\x2b\x03" + leb(at) + b"\xfc\x02" + place(k) + b"\x46\x04\x40" + call + b"\x0f\x0b"
+            )
         else:
             function.code += call
     return module.add(function)

@@ -123,7 +123,9 @@ def add_sincos(module: Module) -> int:
     for name, local in (("t", n), ("sine", s), ("cosine", c)):
         code += read(at[name]) + b"\xbd" + kept(local)
     odd = read(n) + integer(1) + b"\x83"
-    code += read(s) + read(c) + b"\x85" + integer(0) + odd + b"\x7d\x83"  # where n is odd, the bits in which they differ
+    code += (
+        read(s) + read(c) + b"\x85" + integer(0) + odd + b"\x7d\x83"
+    )  # where n is odd, the bits in which they differ
     code += read(n) + integer(2) + b"\x83" + integer(62) + b"\x86\x85" + kept(change)
     code += read(s) + read(change) + b"\x85\xbf"
     code += read(c) + read(change) + odd + integer(63) + b"\x86\x85\x85\xbf"

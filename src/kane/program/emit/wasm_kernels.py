@@ -261,11 +261,11 @@ class KernelPrinter(WasmPrinter):
         self.flush()
         counter = self.function.local(I64)
         self.locals[s.counter.number, 0] = counter
-        self.emit(start, kept(counter), b"\x02\x40\x03\x40")
+        self.emit(start, b"\x22" + leb(counter))
         stop = self.operand(s.stop)
-        self.emit(read(counter), stop.code, b"\x59\x0d\x01")
+        self.emit(stop.code, b"\x53\x04\x40\x03\x40")
         self.within(s.body)
-        self.emit(read(counter), integer(1), b"\x7c", kept(counter), b"\x0c\x00\x0b\x0b")
+        self.emit(read(counter), integer(1), b"\x7c\x22", leb(counter), stop.code, b"\x53\x0d\x00\x0b\x0b")
         for key in stop.gets:
             self.count_down(key)
         del self.locals[s.counter.number, 0]

@@ -45,11 +45,16 @@ Key: TypeAlias = int | tuple[int, int]
 
 
 class Folded(NamedTuple):
-    """Instructions that give a value: the values whose locals they read, each as often as it counts, and the memory they read."""
+    """Instructions that give a value: the values whose locals they read, each as often as it counts, and the memory they read.
+
+    Of an integer that is at a `distance` from another one, what gives that is the first part of the code, of the length `base`.
+    """
 
     code: bytes
     gets: tuple[Key, ...] = ()
     reads: frozenset[str] = frozenset()
+    base: int = 0
+    distance: int = 0
 
 
 @dataclass(slots=True)
@@ -89,7 +94,9 @@ class WasmPrinter:
         block = list(block)
         left = self.left
         for s in block:
-            values = s.arguments if isinstance(s, language.Compute) else s.angles if isinstance(s, language.SinCos) else ()
+            values = (
+                s.arguments if isinstance(s, language.Compute) else s.angles if isinstance(s, language.SinCos) else ()
+            )
             for a in (s.value,) if isinstance(s, language.Write) else values:
                 left[a] = left.get(a, 0) + 1  # type: ignore[index]
         for i in self.places.scalars:
@@ -185,7 +192,11 @@ class WasmPrinter:
         else:
             for k in range(language.type_of(s.value).width):
                 operands = [self.operand(a, k) for a in s.arguments]
-                self.define(s.value, self.operation(s.op, type_.kind, operands), k)
+                found = self.operation(s.op, type_.kind, operands)
+                last = s.arguments[-1]
+                if s.op == "add" and isinstance(last, Immediate) and isinstance(last.value, int):
+                    found = found._replace(base=len(operands[0].code), distance=last.value)
+                self.define(s.value, found, k)
 
     def operation(self, op: Op | str, kind: str, operands: Sequence[Folded]) -> Folded:
         """An operation on one lane."""
@@ -249,7 +260,11 @@ class WasmPrinter:
             offset = offset.value
         if isinstance(offset, int):
             return Folded(place(0) if pointer is None else read(pointer)), base + 8 * (offset + lane)
-        index = joined(self.operand(offset), _IN_BYTES)
+        found = self.operand(offset)
+        if found.base and base + 8 * (found.distance + lane) >= 0:
+            base += 8 * found.distance
+            found = Folded(found.code[: found.base], found.gets, found.reads)
+        index = joined(found, _IN_BYTES)
         return (index if pointer is None else joined(index, read(pointer), b"\x6a")), base + 8 * lane
 
     def load(self, s: language.Read) -> None:
