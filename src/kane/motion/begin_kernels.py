@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How a motion without Python begins, and goes on where its kernel asks: as kernels, for languages in which nothing else looks after it.
+"""How a motion without Python begins, and goes on where its kernel asks: as kernels, where nothing else looks after it.
 
 The times of the samples, tolerances, what is hoisted, quantities of events and constraints at the start. An array `told` says which
 event or constraint there is no start for, by how much the constraint is left, and its rate.
@@ -21,9 +21,7 @@ _LONGEST_SPAN = 1e300
 
 
 class Begun(IntEnum):
-    """What `begin` gives: it is begun; the end, tolerances, the longest step or the samples are not above zero; the start is OPEN, off
-    a constraint, or at the threshold of an event.
-    """
+    """What `begin` gives. WRONG are an end, tolerances, a longest step or samples that are not above zero; OPEN is a constraint."""
 
     BEGUN = 0
     WRONG = 1
@@ -110,11 +108,10 @@ def _begin_constraints(w: Writer, at: _At, back: Variable, told: Array, y: Array
         b = room[closures * 2 + i]
         rate.put(b)
         size.put(w.compute("abs", b))
-        with w.count(entries) as e:
-            with w.when(w.compute("int", entry_at[e * 3 + 1]).equals(i)):
-                entry = room[closures * 2 + rows + skipped + e]
-                rate.put(rate.get() + entry * y[coordinates + w.compute("int", entry_at[e * 3 + 2])])
-                size.put(size.get() + w.compute("abs", entry) * fastest.get())
+        with w.count(entries) as e, w.when(w.compute("int", entry_at[e * 3 + 1]).equals(i)):
+            entry = room[closures * 2 + rows + skipped + e]
+            rate.put(rate.get() + entry * y[coordinates + w.compute("int", entry_at[e * 3 + 2])])
+            size.put(size.get() + w.compute("abs", entry) * fastest.get())
         ends = i < closures
         left = w.select(ends, room[i], 0.0)
         terms = w.select(ends, room[closures + i], 0.0)
@@ -132,9 +129,10 @@ def _call(routine: Callable[..., None], at: _At, out: Array) -> None:
 
 
 def look_kernel() -> Kernel:
-    """`look`: 1 where the kernel is to go on from where it asked of constraints: it takes a step at whose end dependent speeds hardly
+    """`look`: 1 where the kernel is to go on from where it asked of constraints.
 
-    follow, and takes one again, half as long, that may have led where they do not follow.
+    It takes a step at whose end dependent speeds hardly follow; one that may have led where they do not follow is taken again, half as
+    long.
     """
     w = Writer("look")
     s = w.array("s")

@@ -20,7 +20,6 @@ from kane.expr.node import ZERO, Expr
 from kane.motion.inputs.breakpoints import MOST, PLACES, SHARE, ULPS, Clock, Turning
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import timed
-from kane.motion.simulator_parts import METHODS as METHODS
 from kane.motion.simulator_parts import TAKES, Part, assembled, checked, parts_of
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.crossings import Kind

@@ -49,8 +49,9 @@ class Part(NamedTuple):
 
 
 def checked(compiled: Compiled, method: str, what: str, untold: Callable[[Turning], str]) -> None:
-    """A program of another language, `what` in words, can look after the motion; `untold` is what it cannot of a time at which rates
-    turn.
+    """A program of another language, `what` in words, can look after the motion.
+
+    Of a time at which rates turn `untold` says what it cannot look after.
 
     Raises
     ------

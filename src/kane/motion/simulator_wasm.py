@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A motion as one module of WebAssembly: the equations, the kernel that `simulate` runs, its tables, how it begins and goes on.
 
-It needs no toolchain, and gives the bits of `simulate` without contraction. A page or another host writes what is given to the module's
-memory, calls `begin`, then `run` as long as it comes back for more, and reads the samples.
+It needs no toolchain, and gives the bits of `simulate` without contraction. A page or another host writes what is given to the memory
+of the module, calls `begin`, then `run` as long as it comes back for more, and reads the samples.
 """
 
 from collections.abc import Mapping, Sequence

@@ -11,7 +11,7 @@ from typing import Any
 
 from kane.expr.ops import COS, SIN
 from kane.program.emit.sincos import LIMIT, STEPS, constant
-from kane.program.emit.walk import KEPT, RESULTS, WORK, Style, function_of, hoisting, pieces, statements
+from kane.program.emit.walk import KEPT, WORK, Style, function_of, hoisting, pieces, statements
 from kane.program.emit.walk import Function as Task
 from kane.program.emit.wasm_module import F64, I32, I64, Function, Module, integer, kept, leb, number, read
 from kane.program.emit.wasm_printer import LIBRARY, Places, WasmPrinter

@@ -6,13 +6,21 @@ Arrays stand in memory at places that are known. Cells are locals of the functio
 
 from collections.abc import Mapping, Sequence
 
-from kane.program.emit.wasm_module import F64, I32, I64, Function, Module, integer, kept, leb, number, place, read
+from kane.program.emit.wasm_module import F64, I32, I64, Function, Module, integer, leb, number, place, read
 from kane.program.emit.wasm_printer import KINDS, Folded, Key, Places, WasmPrinter, joined
 from kane.program.kernel import language
 from kane.program.kernel.language import Block, Integer, Kernel, Operand, Statement, Value
 
 LONGEST = 250
 """Statements of a block above which it is a function of its own."""
+
+
+def emit_kernel_wasm(kernel: Kernel, lengths: Mapping[str, int]) -> bytes:
+    """The module of a kernel that calls no routine, and has arrays of these lengths, `at` the places that its section "kane" tells."""
+    module = Module({})
+    places = {name: module.room(length, 64) for name, length in lengths.items()}
+    module.exports[kernel.name] = add_kernel(module, kernel, places, {})
+    return module.raw({"at": places})
 
 
 def add_kernel(module: Module, kernel: Kernel, arrays: Mapping[str, int], routines: Mapping[str, int]) -> int:
@@ -32,10 +40,9 @@ def add_kernel(module: Module, kernel: Kernel, arrays: Mapping[str, int], routin
     places = Places(fixed=arrays, routines=routines, cells=cells)
     printer = KernelPrinter(module, function, places, sizes)
     printer.locals = {(v.number, 0): k for k, v in enumerate(integers)}
-    for (cell_name, k), (is_shared, at) in cells.items():
+    for is_shared, at in cells.values():
         if is_shared:
-            kind = next(KINDS[c.type.kind] for c in kernel.cells if c.name == cell_name)
-            printer.emit(_ZEROS[kind], b"\x24" + leb(at))
+            printer.emit(_ZEROS[module.globals[at]], b"\x24" + leb(at))
     printer.sequence(kernel.body)
     printer.emit(Folded(_get(cells[kernel.result.name, 0])), b"\xa7")
     return module.add(function)

@@ -39,9 +39,8 @@ def signed(number: int) -> bytes:
     return bytes([*out, number & 0x7F])
 
 
-@cache
 def number(value: float) -> bytes:
-    """The instruction that gives a double."""
+    """The instruction that gives a double; not kept by value, as 0 and −0 are equal."""
     return b"\x44" + struct.pack("<d", value)
 
 

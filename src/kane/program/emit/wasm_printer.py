@@ -17,7 +17,7 @@ from kane.expr.ops import COS, OPS, SIN, Op
 from kane.program.emit.walk import shared
 from kane.program.emit.wasm_module import F64, I32, I64, Function, Module, integer, kept, leb, number, place, read
 from kane.program.kernel import language
-from kane.program.kernel.language import FLOAT, Immediate, Value
+from kane.program.kernel.language import Immediate, Value
 
 LIBRARY = {OPS[n]: n for n in ("pow", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log")}
 """Operations that are calls of `Math`, whose last digits differ from one engine to the other."""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A kernel for integers that are known: rows of arrays are then at known distances, and choices that never change are made.
 
-Floating-point operations stay as they are, in their order, so that the results are the same bits. A place that is a fixed distance from
-another one is computed where it is used, as machines and formats add such a distance for nothing.
+Floating-point operations stay as they are, in their order, so that the results are the same bits. A place that is a fixed distance
+from another one is computed where it is used, as machines and formats add such a distance for nothing.
 """
 
 from collections.abc import Callable, Mapping
@@ -15,7 +15,6 @@ from kane.program.kernel.language import (
     FLOAT,
     INT,
     Address,
-    ArrayOf,
     Block,
     Compute,
     Immediate,
