@@ -34,7 +34,9 @@ class Hosted:
 
     def __init__(self, raw):
         wasmtime = require("wasmtime")
-        self.told, engine = told(raw), wasmtime.Engine()
+        config = wasmtime.Config()
+        config.memory_reservation = config.memory_guard_size = 0  # gigabytes of addresses would part what LLVM loads
+        self.told, engine = told(raw), wasmtime.Engine(config)
         self.store, module = wasmtime.Store(engine), wasmtime.Module(engine, raw)
         imports = [wasmtime.Func(self.store, i.type, _library(i.name, len(i.type.params))) for i in module.imports]
         self.exports = wasmtime.Instance(self.store, module, imports).exports(self.store)
