@@ -54,10 +54,7 @@ def positions(name, eom, count, rng):
         change = rng.uniform(1 - width, 1 + width, 400)
         parameters = {s: v * x for (s, v), x in zip(defaults.items(), change, strict=False)}
         q, u = (
-            {
-                s: as_given(v * x + (0.0 if name in BEAMS else 0.5) * (x - 1))
-                for (s, v), x in zip(known.items(), change[k:], strict=False)
-            }
+            {s: as_given(v * x + share * (x - 1)) for (s, v), x in zip(known.items(), change[k:], strict=False)}
             for k, known in ((100, base.q), (200, base.u))
         )
         try:

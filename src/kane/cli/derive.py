@@ -12,9 +12,9 @@ from kane.cli import screen
 from kane.cli.models import AsJson, Force, Name, NamedModel, Out, model_of
 from kane.cli.screen import Misuse, columns, own_code
 from kane.dynamics.readings.seven_steps import Step
-from kane.motion.simulator_c import emit_simulator
-from kane.motion.simulator_parts import METHODS as SIMULATORS
-from kane.motion.simulator_wasm import emit_simulator_wasm
+from kane.motion.programs.simulator_c import emit_simulator
+from kane.motion.programs.simulator_parts import METHODS as SIMULATORS
+from kane.motion.programs.simulator_wasm import emit_simulator_wasm
 from kane.present.formula_list import result_formulas, step_text
 from kane.program.native import store
 from kane.progress import working

@@ -91,14 +91,15 @@ class WasmPrinter:
 
     def program(self, block: Iterable[language.Statement]) -> None:
         """A piece of a Program: no reading of an array is behind a writing of it."""
-        block = list(block)
-        left = self.left
+        block, left = list(block), self.left
         for s in block:
-            values = (
-                s.arguments if isinstance(s, language.Compute) else s.angles if isinstance(s, language.SinCos) else ()
-            )
-            for a in (s.value,) if isinstance(s, language.Write) else values:
-                left[a] = left.get(a, 0) + 1  # type: ignore[index]
+            own: Sequence[Any] = ()
+            if isinstance(s, language.Compute):
+                own = s.arguments
+            elif isinstance(s, language.SinCos | language.Write):
+                own = s.angles if isinstance(s, language.SinCos) else (s.value,)
+            for i in own:
+                left[i] = left.get(i, 0) + 1
         for i in self.places.scalars:
             left.pop(i, None)
         for s in block:
@@ -135,6 +136,7 @@ class WasmPrinter:
 
     def define(self, value: language.Operand, folded: Folded, lane: int = 0) -> None:
         """A value: it waits where it is read once, else it goes to a local."""
+        assert not isinstance(value, Immediate)
         key: Key = value if isinstance(value, int) else (value.number, lane)
         kind = F64 if isinstance(value, int) else KINDS[value.type.kind]
         if self.left.get(key) == 1 and key not in self.nested:
@@ -310,7 +312,8 @@ _NAN = number(math.nan)
 
 def joined(*parts: Folded | bytes) -> Folded:
     """Instructions one after the other."""
-    code, gets, reads = b"", (), _NONE
+    code, reads = b"", _NONE
+    gets: tuple[Key, ...] = ()
     for part in parts:
         if isinstance(part, bytes):
             code += part

@@ -44,9 +44,9 @@ def begin_kernel(fixed: bool, watched: bool, held: bool) -> Kernel:
     back.put(w.select(above, w.integer(Begun.BEGUN), w.integer(Begun.WRONG)))
     with w.when(above):
         given = (Slot.END, Slot.LONGEST, Slot.RTOL, Slot.ATOL)
-        for k in range(SIZE):
-            if k not in given:
-                s[k] = 0.0
+        for slot_at in range(SIZE):
+            if slot_at not in given:
+                s[slot_at] = 0.0
         s[int(Slot.STEP)] = s[int(Slot.LONGEST)] if fixed else 0.0
         s[int(Slot.SHORTEST)] = EPS**2 * end
         s[int(Slot.FRESH)], s[int(Slot.SPAN)] = 1.0, end

@@ -18,9 +18,9 @@ from kane.equations.equations import Equations
 from kane.errors import ProgramError
 from kane.expr.node import ZERO, Expr
 from kane.motion.inputs.breakpoints import MOST, PLACES, SHARE, ULPS, Clock, Turning
+from kane.motion.programs.simulator_parts import TAKES, Part, assembled, checked, parts_of
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import timed
-from kane.motion.simulator_parts import TAKES, Part, assembled, checked, parts_of
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.crossings import Kind
 from kane.motion.steppers.held import POORER
@@ -198,7 +198,7 @@ extern void @NAME@_control(double t, const double *x, double *inputs);
 
 
 def _template(name: str) -> str:
-    return files("kane.motion").joinpath(f"simulator{'_' * bool(name)}{name}.c").read_text(encoding="utf-8")
+    return files("kane.motion.programs").joinpath(f"simulator{'_' * bool(name)}{name}.c").read_text(encoding="utf-8")
 
 
 def _call(kernel: Kernel, parts: Sequence[Part]) -> str:

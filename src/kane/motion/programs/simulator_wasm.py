@@ -14,9 +14,9 @@ import numpy as np
 
 from kane.equations.compiled import Compiled
 from kane.equations.equations import Equations
-from kane.motion.begin_kernels import Begun, begin_kernel, look_kernel
+from kane.motion.programs.simulator_parts import Part, assembled, checked, parts_of
 from kane.motion.projection import is_constrained
-from kane.motion.simulator_parts import Part, assembled, checked, parts_of
+from kane.motion.steppers.begin import Begun, begin_kernel, look_kernel
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
