@@ -5,6 +5,9 @@ from collections.abc import Callable
 
 from kane.program.emit.c import emit_c, emit_header
 from kane.program.emit.numpy import emit_numpy
+from kane.program.emit.wasm import emit_wasm
 
 EMITTERS: dict[str, Callable[..., str]] = {"c": emit_c, "h": emit_header, "numpy": emit_numpy}
 """By target: functions of a Program; `contract` allows a·b + c in one rounding, `version` is kane's, for comments."""
+BINARY: dict[str, Callable[..., bytes]] = {"wasm": emit_wasm}
+"""Those of which the result is no text."""
