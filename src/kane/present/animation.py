@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from importlib.resources import files
 from pathlib import Path
@@ -68,9 +68,10 @@ class Animation:
         """Seconds in which it is played."""
         return _played(float(self.courses[0].times[-1] - self.courses[0].times[0]))
 
-    def part(self) -> Markup:
-        """The markup of the viewer, without its style and script."""
-        data = page_data(self.scene, self.model, self.courses, self.traces, self.camera)
+    def part(self, extra: Array | None = None) -> Markup:
+        """The markup of the viewer, without its style and script; `extra` are further columns of the first motion's rows."""
+        courses = self.courses if extra is None else (replace(self.courses[0], extra=extra), *self.courses[1:])
+        data = page_data(self.scene, self.model, courses, self.traces, self.camera)
         strips = [(name, _gradient(runs, self.courses[0].times)) for name, runs in self._modes().items()]
         seen = [m for m in _MODES if any(m == mode for runs in self._modes().values() for _, mode in runs)]
         return Markup(

@@ -23,6 +23,7 @@ from kane.expr.node import Expr, postorder
 from kane.expr.symbols import Parameter, Symbol, rate
 from kane.motion.solution.solution import Solution
 from kane.present.check_figures import Check, motion_checks
+from kane.present.first_screen import first_screen
 from kane.present.formula_list import DisplayedFormula, formulas, quantity_latex, result_formulas
 from kane.present.overview import DECLARED, PageTable, Tex, declared_tables, page_table
 from kane.present.scene.gather import scene
@@ -342,6 +343,9 @@ def page(
         return _template().render(
             title=head,
             sketches=_sketches(eom, head, shapes),
+            screen=None if solution is None or not scene(eom, shapes).drawable else first_screen(solution, shapes),
+            viewer_js=Markup(asset("viewer.js", "templates")),
+            screen_js=Markup(asset("engine.js") + asset("first_screen.js", "templates")),
             meanings=[(latex_name(q.name), q.description) for q in eom.coordinates if q.description],
             eom=eom,
             summary=_summary(eom),
@@ -433,6 +437,6 @@ def _changes(solution: Solution) -> PageTable | None:
 
 
 @cache
-def asset(name: str) -> str:
+def asset(name: str, folder: str = "assets") -> str:
     """Text of a file in present/assets."""
-    return files("kane.present").joinpath("assets", name).read_text(encoding="utf-8")
+    return files("kane.present").joinpath(folder, name).read_text(encoding="utf-8")

@@ -89,7 +89,6 @@ class Viewer {
     const span = sources[0].end - sources[0].start, whole = span / 8;
     this.speed = span > 1 && span < 40 ? 1 : 10 ** Math.floor(Math.log10(whole)) * [1, 2, 5].reverse().find((k) => k * 10 ** Math.floor(Math.log10(whole)) <= whole * 1.001);
     this.controls();
-    root.dispatchEvent(new CustomEvent("kane-ready", { detail: this }));
     this.seek(this.t);
     if (!matchMedia("(prefers-reduced-motion: reduce)").matches && root.dataset.autoplay !== "no") this.play(true);
   }
@@ -228,9 +227,9 @@ class Viewer {
     });
   }
   floor(normal, at) {
-    const { gl, u, data } = this, far = 6 * data.size;
+    const { gl, u, data } = this, far = 4.5 * data.reach;
     if (this.square === undefined) this.square = this.meshes.push(this.load({ v: new Float32Array([-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0]), n: new Float32Array([0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1]), t: new Float32Array(4), i: new Uint32Array([0, 1, 2, 0, 2, 3]) })) - 1;
-    const [x, y, z] = towards(normal), step = 10 ** Math.round(Math.log10(0.3 * data.size));
+    const [x, y, z] = towards(normal), raw = 0.45 * data.reach, e = 10 ** Math.floor(Math.log10(raw)), step = e * [5, 2, 1].find((k) => k * e <= raw * 1.0001);
     gl.uniform1f(u.alpha, 1); gl.uniform4f(u.grid, step, far, 0, 0); gl.uniform3fv(u.centre, at); gl.uniform3fv(u.up, normal);
     this.mesh(this.square, [times(x, far), times(y, far), z, at], this.ink.ground, 2);
     gl.uniform3fv(u.up, data.up);
@@ -319,10 +318,11 @@ class Viewer {
 
 async function begin(root) {
   const data = JSON.parse(root.querySelector('script[type="application/json"]').textContent);
-  const width = 3 * data.counts[0] + 9 * data.counts[1] + 3 * data.counts[2] + data.counts[3];
+  const width = 3 * data.counts[0] + 9 * data.counts[1] + 3 * data.counts[2] + data.counts[3] + (data.extra || 0);
   data.meshes = await Promise.all(data.meshes.map(async (m) => ({ v: await numbers(m.v, Float32Array), n: await numbers(m.n, Float32Array), t: await numbers(m.t, Float32Array), i: await numbers(m.i, Uint32Array) })));
   const sources = await Promise.all(data.runs.map(async (r) => new Sampled(await numbers(r.t, Float64Array), await numbers(r.rows, Float32Array), width)));
   root.viewer = new Viewer(root, data, sources);
+  root.dispatchEvent(new CustomEvent("kane-ready"));
 }
 window.KaneViewer = { Viewer, Sampled, begin, numbers };
 document.querySelectorAll(".kane-view").forEach((root) => begin(root).catch((e) => { root.classList.add("still"); console.error(e); }));

@@ -24,15 +24,17 @@ class Course:
 
     times: Array
     poses: Posed
+    extra: Array | None = None
 
     def rows(self) -> Array:
-        """A row an instant: positions, axes of frames, directions, scalars."""
+        """A row an instant: positions, axes of frames, directions, scalars, and what is shown beside them."""
         p = self.poses
         n = len(self.times)
         axes = p.rotations.swapaxes(-1, -2)
         parts = [
             np.broadcast_to(x, (n, *x.shape[1:])).reshape(n, -1) for x in (p.positions, axes, p.directions, p.scalars)
         ]
+        parts += [] if self.extra is None else [self.extra]
         return np.concatenate([x for x in parts if x.size], axis=1)
 
 
@@ -72,6 +74,7 @@ def page_data(
         "camera": [camera["azimuth"], camera["height"]], "reach": model.reach, "travels": model.travels,
         "low": lowest(scene, model, courses),
         "counts": [len(scene.positions), len(scene.rotations), len(scene.directions), len(scene.scalars)],
+        "extra": 0 if courses[0].extra is None else courses[0].extra.shape[1],
         "meshes": meshes, "arrow": len(names), "tube": len(names) + 1,
         "parts": [_part(p, names, bodies) for p in model.parts],
         "planes": [[p.at, p.along] for p in model.planes],

@@ -1,0 +1,247 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The first screen of a report: how the system moves, why it moves so, and what follows, on one time; where a kernel can, live.
+
+Why: in each row of F_r + F*_r = 0 every load and every body is a term with its present value. What follows: coordinates, speeds,
+reactions and energy. Where the motion is one that a module of WebAssembly runs, sliders change parameters and start, and the page
+runs the same kernel as `kn.simulate` anew.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+
+from kane.equations.compiled import output_bundle, program
+from kane.equations.equations import Equations
+from kane.errors import KaneError
+from kane.expr.build import sum_of
+from kane.expr.evaluation import free_symbols
+from kane.expr.node import ZERO, Expr
+from kane.expr.symbols import Input, Parameter, Symbol
+from kane.motion.inputs.functions import constant
+from kane.motion.programs.simulator_wasm import emit_simulator_wasm
+from kane.motion.solution.solution import Solution
+from kane.numeric.arrays import Array
+from kane.present.animation import Animation, animate
+from kane.present.scene.shapes import BodyShape
+from kane.program.emit.wasm import emit_wasm
+from kane.units.rules import unit_text
+from kane.write.latex import latex_name
+
+METHOD = "dop853"
+"""The stepper of live motions."""
+SAMPLES = 601
+"""Instants of a live motion."""
+_ROWS, _TERMS, _LINES = 5, 8, 6
+"""Rows of equations, terms of one, and lines of a plot at most: those that are largest along the motion."""
+_SLIDERS = 6
+"""Sliders of parameters, and of the start, at most."""
+_LONGEST = 4000
+"""Operations of an evaluation beyond which a page is not live."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Quantity:
+    """A number along the motion: `group` is where it is shown, `label` LaTeX or, of a term, a name."""
+
+    group: str
+    label: str
+    unit: str
+    expr: Expr
+    kind: str = "line"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Slider:
+    """A parameter or a start that the reader may change."""
+
+    kind: str
+    name: str
+    label: str
+    unit: str
+    value: float
+    low: float
+    high: float
+    meaning: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Row:
+    """A row of F_r + F*_r = 0: the symbol of its speed, and its terms by number."""
+
+    label: str
+    terms: tuple[tuple[int, Quantity], ...]
+    left: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FirstScreen:
+    """What the template shows: the viewer, rows, plots as (title, unit, lines), sliders, and data for the script."""
+
+    view: Markup
+    rows: tuple[Row, ...]
+    left: int
+    plots: tuple[tuple[str, str, tuple[tuple[int, Quantity], ...]], ...]
+    sliders: tuple[Slider, ...]
+    data: Markup
+    still: str
+
+
+def first_screen(solution: Solution, shapes: Iterable[BodyShape] = ()) -> FirstScreen:
+    """The first screen of a motion."""
+    eom = solution.equations
+    animation = animate(solution, shapes=tuple(shapes), autoplay=False)
+    shown = _kept([*_terms(eom), *_lines(eom)], solution, animation)
+    values = [q for q, _ in shown]
+    row = np.stack([v for _, v in shown], axis=-1) if shown else np.zeros((len(animation.courses[0].times), 0))
+    live, sliders, still = _live(solution, animation, values)
+    data = {"lines": len(values), "live": live, "samples": SAMPLES, "end": float(solution.t[-1])}
+    numbered = list(enumerate(values))
+    rows, left = _rows(eom, numbered)
+    plots = tuple(_plots(numbered))
+    return FirstScreen(animation.part(extra=row), rows, left, plots, sliders, Markup(_json(data)), still)
+
+
+# What is shown ---------------------------------------------------------------------------------------------------------
+
+
+def _terms(eom: Equations) -> Iterator[Quantity]:
+    """Of each equation the loads and the bodies, each with what it contributes."""
+    for u in eom.independent_speeds:
+        found = eom.contributions(u)
+        for kind, terms in (("active", found.active), ("inertia", found.inertia)):
+            by_source: dict[str, list[Expr]] = {}
+            for c in terms:
+                by_source.setdefault(c.source.name, []).append(c.term)
+            for name, parts in by_source.items():
+                yield Quantity(f"why {u.name}", name, "", sum_of(parts), kind)
+
+
+def _lines(eom: Equations) -> Iterator[Quantity]:
+    for group, symbols in (("coordinates", eom.coordinates), ("speeds", eom.speeds), ("reactions", eom.reactions)):
+        for s in symbols:
+            yield Quantity(group, latex_name(s.name), s.unit, s)
+    yield Quantity("energy", "K", "J", eom.kinetic_energy)
+    if eom.potential_energy is not ZERO:
+        yield Quantity("energy", "V", "J", eom.potential_energy)
+
+
+def _kept(wanted: Sequence[Quantity], solution: Solution, animation: Animation) -> list[tuple[Quantity, Array]]:
+    """The quantities that matter, with their values at the instants of the animation; what vanishes throughout is left out."""
+    times = animation.courses[0].times
+    dense = solution.at(times)
+    found = [np.broadcast_to(np.asarray(v, dtype=float), times.shape) for v in dense[[q.expr for q in wanted]]]
+    sizes = [float(np.nanmax(np.abs(v), initial=0.0)) for v in found]
+    by_group: dict[str, list[int]] = {}
+    for k, q in enumerate(wanted):
+        by_group.setdefault(f"{q.group} {q.unit}", []).append(k)
+    kept: set[int] = set()
+    for numbers in by_group.values():
+        most = _TERMS if wanted[numbers[0]].group.startswith("why") else _LINES
+        scale = max(sizes[k] for k in numbers)
+        large = sorted((k for k in numbers if sizes[k] > 1e-12 * scale), key=lambda k: -sizes[k])
+        kept |= set(large[:most])
+    return [(wanted[k], found[k]) for k in sorted(kept)]
+
+
+def _rows(eom: Equations, numbered: Sequence[tuple[int, Quantity]]) -> tuple[tuple[Row, ...], int]:
+    """The first rows, and how many there are beside them."""
+    rows = []
+    for u in eom.independent_speeds:
+        own = tuple((k, q) for k, q in numbered if q.group == f"why {u.name}")
+        if own:
+            rows.append(Row(latex_name(u.name), own, 0))
+    return tuple(rows[:_ROWS]), max(len(rows) - _ROWS, 0)
+
+
+def _plots(numbered: Sequence[tuple[int, Quantity]]) -> Iterator[tuple[str, str, tuple[tuple[int, Quantity], ...]]]:
+    groups: dict[tuple[str, str], list[tuple[int, Quantity]]] = {}
+    for k, q in numbered:
+        if q.kind == "line":
+            groups.setdefault((q.group, q.unit), []).append((k, q))
+    for (group, unit), lines in groups.items():
+        yield group, unit_text(unit) if unit else "", tuple(lines)
+
+
+# What runs in the page --------------------------------------------------------------------------------------------------
+
+
+def _live(
+    solution: Solution, animation: Animation, values: Sequence[Quantity]
+) -> tuple[dict[str, Any] | None, tuple[Slider, ...], str]:
+    """The modules and what they are given; or why the page shows only what has been run."""
+    eom = solution.equations
+    inputs = {s: constant(solution.inputs[s]) for s in eom.inputs if s in solution.inputs}
+    if any(v is None for v in inputs.values()):
+        return None, (), "Its inputs change with time."
+    if float(solution.t[0]) != 0.0:
+        return None, (), "It does not begin at t = 0."
+    if eom.operations.total > _LONGEST:
+        return None, (), "Its equations are long."
+    scene = animation.scene
+    flat = [x for v in scene.positions for x in v]
+    flat += [x for axes in scene.rotations for v in axes for x in v]
+    flat += [x for v in scene.directions for x in v]
+    exprs = [*flat, *scene.scalars, *(q.expr for q in values)]
+    try:
+        run = emit_simulator_wasm(eom.compile(), METHOD, samples=SAMPLES)
+        bundle = output_bundle(eom.solved, {f"{k}": e for k, e in enumerate(exprs)})
+        read = emit_wasm(program(eom.solved, (), bundle, reciprocals=False))
+    except KaneError as error:
+        return None, (), str(error)
+    start = dict(zip([s.name for s in eom.state], map(float, solution.states[0]), strict=False))
+    given = {s.name: float(v) for s, v in solution.parameters.items() if isinstance(s, Parameter)}
+    sliders = tuple(_sliders(eom, given, start))
+    live = {
+        "run": base64.b64encode(run).decode("ascii"),
+        "read": base64.b64encode(read).decode("ascii"),
+        "state": start,
+        "parameters": given,
+        "inputs": {s.name: float(v) for s, v in inputs.items() if isinstance(s, Input) and v is not None},
+        "count": len(exprs),
+        "tolerances": [solution_tolerance(solution, "rtol"), solution_tolerance(solution, "atol")],
+    }
+    return live, sliders, ""
+
+
+def solution_tolerance(solution: Solution, name: str) -> float:
+    """The tolerance that a motion was run with, 1e-9 where it does not say."""
+    return float(getattr(solution, name, 1e-9) or 1e-9)
+
+
+def _sliders(eom: Equations, given: Mapping[str, float], start: Mapping[str, float]) -> Iterator[Slider]:
+    """Of parameters and of the start those that leave it on the constraints."""
+    rows = [c.expr for c in eom.system.constraints]
+    held = set(free_symbols(rows))
+    free = [p for p in eom.parameters if p not in held and p.name in given]
+    for p in free[:_SLIDERS]:
+        v = given[p.name]
+        low, high = (0.25 * v, 2.5 * v) if v else (-1.0, 1.0)
+        yield _slider("parameters", p, v, min(low, high), max(low, high))
+    if rows:
+        return
+    euler = {e for s in eom.system.euler_parameters for e in s.coordinates}
+    moving: list[Symbol] = [*(q for q in eom.coordinates if q not in euler), *eom.speeds]
+    for s in moving[:_SLIDERS]:
+        v = start[s.name]
+        reach = max(abs(v), 1.0) if s.unit != "rad" else 1.5
+        yield _slider("state", s, v, v - reach, v + reach)
+
+
+def _slider(kind: str, s: Symbol, value: float, low: float, high: float) -> Slider:
+    return Slider(
+        kind, s.name, latex_name(s.name), unit_text(s.unit) if s.unit else "", value, low, high, s.description
+    )
+
+
+def _json(data: Any) -> str:
+    return json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
+
+
+__all__ = ["FirstScreen", "first_screen"]
