@@ -22,7 +22,7 @@ from kane.equations.equations import Equations
 from kane.errors import KaneError
 from kane.expr.build import sum_of
 from kane.expr.evaluation import free_symbols
-from kane.expr.node import ZERO, Expr
+from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Input, Parameter, Symbol
 from kane.motion.inputs.functions import constant
 from kane.motion.programs.simulator_wasm import emit_simulator_wasm
@@ -40,6 +40,8 @@ SAMPLES = 601
 """Instants of a live motion."""
 _ROWS, _TERMS, _LINES = 5, 8, 6
 """Rows of equations, terms of one, and lines of a plot at most: those that are largest along the motion."""
+_NOTHING = 1e-11
+"""Share of the energy that is nothing."""
 _SLIDERS = 6
 """Sliders of parameters, and of the start, at most."""
 _LONGEST = 4000
@@ -112,15 +114,22 @@ def first_screen(solution: Solution, shapes: Iterable[BodyShape] = ()) -> FirstS
 
 
 def _terms(eom: Equations) -> Iterator[Quantity]:
-    """Of each equation the loads and the bodies, each with what it contributes."""
-    for u in eom.independent_speeds:
-        found = eom.contributions(u)
-        for kind, terms in (("active", found.active), ("inertia", found.inertia)):
+    """Of each equation the loads and the bodies, each with what it contributes: F̃_r = F_r + Σ_D A_n,Dr F_D, and so for inertia."""
+    dependent = [eom.contributions(u) for u in eom.dependent_speeds]
+    for j, u in enumerate(eom.independent_speeds):
+        own = eom.contributions(u)
+        shares = [eom.A_n[k, j] for k in range(len(dependent))]
+        every: list[Expr] = []
+        for kind in ("active", "inertia"):
             by_source: dict[str, list[Expr]] = {}
-            for c in terms:
-                by_source.setdefault(c.source.name, []).append(c.term)
+            for share, found in ((ONE, own), *zip(shares, dependent, strict=True)):
+                for c in getattr(found, kind):
+                    by_source.setdefault(c.source.name, []).append(share * c.term)
+            every += [x for parts in by_source.values() for x in parts]
             for name, parts in by_source.items():
                 yield Quantity(f"why {u.name}", name, "", sum_of(parts), kind)
+        if eom.system.contacts:  # whose forces are those of the modes, and balance the rest
+            yield Quantity(f"why {u.name}", "contacts", "", -sum_of(every), "active")
 
 
 def _lines(eom: Equations) -> Iterator[Quantity]:
@@ -142,12 +151,26 @@ def _kept(wanted: Sequence[Quantity], solution: Solution, animation: Animation) 
     for k, q in enumerate(wanted):
         by_group.setdefault(f"{q.group} {q.unit}", []).append(k)
     kept: set[int] = set()
-    for numbers in by_group.values():
+    idle = _idle(dense, float(times[-1] - times[0]))
+    for group, numbers in by_group.items():
         most = _TERMS if wanted[numbers[0]].group.startswith("why") else _LINES
         scale = max(sizes[k] for k in numbers)
+        if scale <= idle.get(group.strip(), 0.0):
+            continue
         large = sorted((k for k in numbers if sizes[k] > 1e-12 * scale), key=lambda k: -sizes[k])
         kept |= set(large[:most])
     return [(wanted[k], found[k]) for k in sorted(kept)]
+
+
+def _idle(dense: Solution, span: float) -> dict[str, float]:
+    """How large the terms of a row must be to count: their work along the motion, beside the kinetic energy."""
+    eom = dense.equations
+    energy = float(np.nanmax(np.abs(dense[eom.kinetic_energy]), initial=0.0))
+    found = {}
+    for u in eom.independent_speeds:
+        way = float(np.nanmax(np.abs(dense[u]), initial=0.0)) * span
+        found[f"why {u.name}"] = _NOTHING * energy / way if way > 0 else 0.0
+    return found
 
 
 def _rows(eom: Equations, numbered: Sequence[tuple[int, Quantity]]) -> tuple[tuple[Row, ...], int]:
@@ -166,7 +189,7 @@ def _plots(numbered: Sequence[tuple[int, Quantity]]) -> Iterator[tuple[str, str,
         if q.kind == "line":
             groups.setdefault((q.group, q.unit), []).append((k, q))
     for (group, unit), lines in groups.items():
-        yield group, unit_text(unit) if unit else "", tuple(lines)
+        yield group, _unit(unit), tuple(lines)
 
 
 # What runs in the page --------------------------------------------------------------------------------------------------
@@ -235,9 +258,11 @@ def _sliders(eom: Equations, given: Mapping[str, float], start: Mapping[str, flo
 
 
 def _slider(kind: str, s: Symbol, value: float, low: float, high: float) -> Slider:
-    return Slider(
-        kind, s.name, latex_name(s.name), unit_text(s.unit) if s.unit else "", value, low, high, s.description
-    )
+    return Slider(kind, s.name, latex_name(s.name), _unit(s.unit), value, low, high, s.description)
+
+
+def _unit(unit: str) -> str:
+    return unit_text(unit) if unit not in ("", "1") else ""
 
 
 def _json(data: Any) -> str:
