@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from kane.equations.state import OperatingPoint as OperatingPoint
     from kane.equations.state import State
     from kane.errors import *
+    from kane.exchange import *
     from kane.expr import *
     from kane.expr.node import pi
     from kane.expr.operators import (
@@ -133,6 +134,7 @@ _NAMES = {
         "coordinates input parameter parameters speed speeds state time",
     "expr.piecewise": "Table table",
     "expr.forms.taylor_series": "taylor",
+    "interop.python_source.model": "to_python",
     "interop.sympy": "from_sympy to_sympy",
     "model.beams.beam": "Beam",
     "model.beams.deformation": "tapered",

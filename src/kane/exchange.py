@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Models and equations of other tools, and equations for them."""
 
+from kane.interop.python_source.model import to_python
 from kane.interop.sympy import from_sympy, to_sympy
 
 __all__ = [
-    "from_sympy", "to_sympy",
+    "from_sympy", "to_python", "to_sympy",
 ]  # fmt: skip

@@ -153,7 +153,9 @@ class Expressions:
         if isinstance(s, Time):
             return "kn.time"
         if isinstance(s, QuasiRate) and s in self.quasi:
-            return self.quasi[s]
+            name = self.names.give(s, s.name, "turning")
+            self.define(name, self.quasi[s])
+            return name
         raise ModelError(f"Expected symbols that the system declares, got {s} ({type(s).__name__}).")
 
     def vector(self, v: Vector, least: int = _SUM) -> str:

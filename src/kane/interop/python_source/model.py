@@ -28,7 +28,7 @@ from kane.space.frame import Frame, Point
 from kane.space.vector import Dyadic, Vector
 
 
-def python_source(
+def to_python(
     system: System,
     *,
     title: str = "",
@@ -53,11 +53,10 @@ def python_source(
     lines = _Writer(system, shared_among(first.lines_and_asked()[1])).lines_and_asked()[0]
     head = [f'"""{(title or "A system").rstrip(".")}."""', ""]
     head += [f"# {line}" for remark in remarks for line in wrapped(remark)] + ([""] if remarks else [])
-    head += ["import kane as kn", ""]
-    if title:
-        head += [f"TITLE = {literal(title)}"]
-    if start:
-        head += [call("START = dict", [f"{k}={literal(v)}" for k, v in start.items() if v])]
+    head += ["import kane as kn"]
+    values = [f"{k}={literal(v)}" for k, v in (start or {}).items() if v]
+    globals_ = [*([f"TITLE = {literal(title)}"] if title else []), *([call("START = dict", values)] if values else [])]
+    head += ["", *globals_] if globals_ else []
     body = [f"{INDENT}{line}" if line else "" for line in "\n".join(map(folded, lines)).split("\n")]
     return "\n".join([*head, "", "", "def system() -> kn.System:", f'{INDENT}"""The system."""', *body, ""])
 
