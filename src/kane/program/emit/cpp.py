@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A Program as one header of C++14, complete in itself: pointers as in C, and std::array or Eigen's fixed sizes on top."""
+"""A Program as one header of C++17, complete in itself: pointers as in C, and std::array or Eigen's fixed sizes on top."""
 
 from collections.abc import Sequence
 
@@ -102,7 +102,7 @@ def _wrapper(file: CFile, f: CFunction, name: str, kept: int, eigen: bool) -> st
     lines = [
         f"inline {made} {name}({', '.join(given)})",
         "{",
-        f"    double h[{max(kept, 1)}];",
+        f"    double h[{kept}];" if kept else "    double h[1] = {0.0};",
         f"    {made} out;",
         f"    {hoist.name}({', '.join([*hoisted, 'h'])});",
         f"    {f.name}({', '.join([*passed, 'h', 'out.data()'])});",

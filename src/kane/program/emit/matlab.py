@@ -38,8 +38,9 @@ _HELPERS = {
     "regular": ("x, s", f"if abs(x) > {GONE_TEXT} * s, y = x; else, y = NaN; end"),
     "pow": (
         "x, p",
-        "if x == 1 || p == 0, y = 1; elseif x < 0 && (isinf(p) || (isinf(x) && p ~= floor(p))), y = abs(x) ^ p; "
-        "elseif x < 0 && p ~= floor(p), y = NaN; else, y = x ^ p; end",
+        "if x == 1 || p == 0, y = 1; elseif p ~= p, y = p; elseif x >= 0 || x ~= x, y = x ^ p; "
+        "elseif isinf(p) || (isinf(x) && p ~= floor(p)), y = abs(x) ^ p; "
+        "elseif p ~= floor(p), y = NaN; else, y = (1 - 2 * mod(p, 2)) * abs(x) ^ p; end",
     ),
 }
 

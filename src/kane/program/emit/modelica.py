@@ -44,7 +44,7 @@ _REGULAR = """
 
 def emit_modelica(program: Program, *, contract: bool = False, version: str = "") -> str:
     """The text of `<name>.mo`; results are vectors, of matrices row by row. `contract` is there as in other emitters."""
-    file = file_of(program, _MODELICA, ("kane_regular",), depth=2)
+    file = file_of(program, _MODELICA, ("kane_regular",))
     names = [f.name for f in file.functions]
     call = [
         f"Call:     {file.prefix}.{names[-1]}({', '.join(file.arguments)}), of matrices row by row;",

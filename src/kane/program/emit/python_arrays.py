@@ -44,6 +44,7 @@ def _forms(xp: str) -> Mapping[Op, str]:
             "min": f"{xp}.where(({{0}} < {{1}}) | ({{0}} != {{0}}), {{0}}, {{1}})",
             "max": f"{xp}.where(({{0}} > {{1}}) | ({{0}} != {{0}}), {{0}}, {{1}})",
             "less": f"{xp}.where({{0}} < {{1}}, 1.0, 0.0)",
+            "sign": f"{xp}.where({{0}} != {{0}}, {{0}}, {xp}.sign({{0}}))",
             "where": f"{xp}.where({{0}} != 0.0, {{1}}, {{2}})",
             "regular": f"{xp}.where({xp}.abs({{0}}) > {GONE_TEXT} * {{1}}, {{0}}, NAN)",
         }
@@ -78,6 +79,7 @@ _JAX = _Arrays(
         free_in_module("jnp", "jax", "NAN", "INFINITY"),
         "#",
         at="{0}[..., {1}]",
+        at_kept="{0}[{1}]",
         listed=True,
         wrapped="_number({0})",
     ),
@@ -100,6 +102,7 @@ _TORCH = _Arrays(
         free_in_module("torch", "NAN", "INFINITY"),
         "#",
         at="{0}[..., {1}]",
+        at_kept="{0}[{1}]",
         listed=True,
         wrapped="_number({0})",
         all_wrapped=True,

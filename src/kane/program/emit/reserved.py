@@ -40,7 +40,7 @@ _WORDS = {
         "abstract as async await become box break const continue crate do dyn else enum extern false final fn for gen if "
         "impl in let loop macro match mod move mut override priv pub raw ref return safe self Self static struct super "
         "trait true try type typeof union unsafe unsized use virtual where while yield "
-        "f64 f32 u8 u16 u32 u64 u128 usize i8 i16 i32 i64 i128 isize bool char str core std alloc NAN INFINITY math "
+        "f64 f32 u8 u16 u32 u64 u128 usize i8 i16 i32 i64 i128 isize bool char str core std alloc None Some Ok Err Option Result NAN INFINITY math "
         "abs sqrt sin cos tan asin acos atan atan2 sinh cosh tanh exp log pow sign floor main test"
     ),
 }

@@ -18,7 +18,7 @@ from kane.program.emit.names import (
     local_names,
     made_by,
 )
-from kane.program.emit.walk import Function, NamedPrinter, Style, function_of, hoisting, pieces, statements
+from kane.program.emit.walk import KEPT, Function, NamedPrinter, Style, function_of, hoisting, pieces, statements
 from kane.program.kernel import language
 from kane.program.program import Program
 
@@ -37,7 +37,8 @@ class Language:
     """How a language writes statements.
 
     `forms` are of {0}, {1}, …; where all operands of an operation are constants, or one is and the operation is no arithmetic (`all_wrapped`), each is
-    `wrapped`. `load` is `define` for what is read, where that is another. `first` is the number of a vector's first element. With `listed` a function gives back a list of results, else it stores them.
+    `wrapped`. `load` is `define` for what is read, where that is another. `first` is the number of a vector's first element; `at_kept` is `at` for
+    what is hoisted, where that is another. With `listed` a function gives back a list of results, else it stores them.
     """
 
     forms: Mapping[Op, str]
@@ -47,6 +48,7 @@ class Language:
     define: str = "{0} = {1}"
     store: str = "{0} = {1}"
     at: str = "{0}[{1}]"
+    at_kept: str = ""
     first: int = 0
     listed: bool = False
     load: str = ""
@@ -92,7 +94,8 @@ class StraightPrinter(NamedPrinter):
             self.add(f"{self.spoken.store.format(self._at(s.base, s.offset), name)} {label}".rstrip())
 
     def _at(self, base: str, offset: object) -> str:
-        return self.spoken.at.format(self.vectors[base], int(str(offset)) + self.spoken.first)
+        at = self.spoken.at_kept if base == KEPT and self.spoken.at_kept else self.spoken.at
+        return at.format(self.vectors[base], int(str(offset)) + self.spoken.first)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
