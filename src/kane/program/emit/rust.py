@@ -48,7 +48,7 @@ _RUST = Language(
     define="let {0}: f64 = {1};",
     store="{0} = {1};",
 )
-_STYLE = Style(lanes=1, whole=2000, piece=2000)
+_STYLE = Style(lazy=True, lanes=1, whole=2000, piece=2000)
 _ALLOWED = (
     "#![allow(unused_variables, unused_parens, non_snake_case, non_upper_case_globals, dead_code, clippy::all)]"
 )
@@ -59,7 +59,7 @@ fn kane_abs(x: f64) -> f64 {
 }"""
 _SINCOS = """
 /// Sine and cosine of x, below 1 ulp for |x| <= {limit:.0f}; those of C's library beyond.
-#[inline]
+#[inline(never)]
 fn kane_sincos(x: f64) -> (f64, f64) {{
     if !(kane_abs(x) <= {limit:.1f}) {{
         return unsafe {{ (math::sin(x), math::cos(x)) }};
