@@ -94,7 +94,8 @@ def to_casadi(eom: Any, routine: str = "rhs") -> Any:
         The equations that `kn.derive` gives.
     routine
         "rhs": ẋ = f(t, x, p, r). "residual": 0 = F(t, x, xdot, p, r), the rates of the coordinates, then M u̇ − f, then the rates of
-        further states: no mass matrix is solved for, as collocation wants it. Others as in `to_jax`.
+        further states: no mass matrix is solved for, as collocation wants it. Under constraints M u̇ − f is the constraints' own
+        forces, and F is ẋ − f. Others as in `to_jax`.
 
     Returns
     -------
@@ -124,16 +125,17 @@ def to_casadi(eom: Any, routine: str = "rhs") -> Any:
 
 def _residual(eom: Any, ca: Any, table: Mapping[str, Callable[..., Any]]) -> Any:
     """F(t, x, xdot, p, r): rates of coordinates, M u̇ − f, rates of further states."""
-    program = _program(eom, ("rhs", "inverse_dynamics"))
+    derived = _solved(eom).derived
+    program = _program(eom, ("rhs",) if derived.constraints.constraints else ("rhs", "inverse_dynamics"))
     given = {port.name: ca.SX.sym(port.name, len(port.symbols)) for port in program.ports}
-    derived = eom.solved.derived
     first = len(derived.system.coordinates)
     last = first + len(derived.speeds)
     xdot = ca.SX.sym("xdot", len(derived.state))
     values = _entries(program, {**given, "a": xdot[first:last]})
-    rates, forces = (_run(program, r, table, values, ca.SX) for r in program.routines)
+    rates, *forces = (_run(program, r, table, values, ca.SX) for r in program.routines)
     rows = [xdot[k] - rate for k, rate in enumerate(rates)]
-    rows[first:last] = forces
+    for found in forces:
+        rows[first:last] = found
     t, x, p, r = (given[name] for name in ("t", "x", "p", "r"))
     return ca.Function("residual", [t, x, xdot, p, r], [ca.vertcat(*rows)], ["t", "x", "xdot", "p", "r"], ["residual_value"])
 
@@ -182,12 +184,17 @@ def _module(name: str) -> Any:
         raise ArgumentError(f"Expected {package} to be installed, got {missing}. Install it: pip install {package}.") from missing
 
 
+def _solved(eom: Any) -> Solved:
+    solved = getattr(eom, "solved", None)
+    if isinstance(solved, Solved):
+        return solved
+    raise expect.refusal(ArgumentError, "Equations", type(eom).__name__, "Derive them first, kn.derive(system).")
+
+
 def _program(eom: Any, routines: Sequence[str]) -> Program:
-    if not isinstance(getattr(eom, "solved", None), Solved):
-        raise expect.refusal(ArgumentError, "Equations", type(eom).__name__, "Derive them first, kn.derive(system).")
-    known = (*ROUTINES, *ON_DEMAND)
+    solved, known = _solved(eom), (*ROUTINES, *ON_DEMAND)
     expect.none([repr(r) for r in routines if r not in known], f"a routine among {', '.join(known)}", error=ArgumentError)
-    return program_of(eom.solved, routines)
+    return program_of(solved, routines)
 
 
 def _run(
