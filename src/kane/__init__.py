@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from kane.equations.state import OperatingPoint as OperatingPoint
     from kane.equations.state import State
     from kane.errors import *
+    from kane.exchange import *
     from kane.expr import *
     from kane.expr.node import pi
     from kane.expr.operators import (
@@ -55,7 +56,6 @@ if TYPE_CHECKING:
     from kane.figures import *
     from kane.fitting import *
     from kane.integrators import *
-    from kane.exchange import *
     from kane.interop.sympy import from_sympy, to_sympy
     from kane.joints import *
     from kane.loads import *

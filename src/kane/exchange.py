@@ -5,6 +5,9 @@ from kane.interop.autodiff import to_casadi, to_jax, to_torch
 from kane.interop.sympy import from_sympy, to_sympy
 
 __all__ = [
-    "from_sympy", "to_sympy",
-    "to_casadi", "to_jax", "to_torch",
+    "from_sympy",
+    "to_casadi",
+    "to_jax",
+    "to_sympy",
+    "to_torch",
 ]  # fmt: skip

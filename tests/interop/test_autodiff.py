@@ -13,7 +13,7 @@ from tests.peer import require
 
 TORCH = importlib.util.find_spec("torch") is not None  # some 3 GB: `make test-torch` brings it
 TOOLS = ["jax", *["torch"] * TORCH]
-MODELS = {"disk": rolling_disk.system, "rods": lambda: pendulums.system(3), "closed loop": four_bar.system}
+MODELS = {"disk": rolling_disk.system, "rods": lambda: pendulums.system(2), "closed loop": four_bar.system}
 
 
 def jax64():
@@ -22,7 +22,9 @@ def jax64():
     return jax
 
 
-@pytest.fixture(scope="module", params=MODELS)
+@pytest.fixture(
+    scope="module", params=["rods", *(pytest.param(m, marks=pytest.mark.slow) for m in ("disk", "closed loop"))]
+)
 def model(request):
     eom = kn.derive(MODELS[request.param]())
     return eom, eom.compile(not_finite="ignore"), request.param
@@ -89,7 +91,9 @@ def test_parameters_by_name_and_what_is_refused():
     eom = kn.derive(rolling_disk.system())
     f, compiled, x = kn.exchange.to_jax(eom), eom.compile(), state(kn.derive(rolling_disk.system()))
     close(f(0.0, x, {"m": 2.0}), compiled.rhs(0.0, x, {"m": 2.0}))
-    with pytest.raises(kn.ArgumentError, match=r"Expected 10 values of x \(q1, .*\) on the last axis, got an array of shape \(9,\)"):
+    with pytest.raises(
+        kn.ArgumentError, match=r"Expected 10 values of x \(q1, .*\) on the last axis, got an array of shape \(9,\)"
+    ):
         f(0.0, x[:9])
     with pytest.raises(kn.ArgumentError, match="4 values of p"):
         f(0.0, x, [1.0])

@@ -14,7 +14,7 @@ import numpy as np
 
 from kane.program import Program, targets
 from tests.peer import require
-from tests.program.emitted import library, call, module, run
+from tests.program.emitted import call, library, module, run
 from tests.program.programs import by_port, compiler
 
 Results = dict[str, np.ndarray]
@@ -41,7 +41,12 @@ def split(program: Program, flat: np.ndarray) -> Results:
 def piped(command: list[Any], program: Program, rows: np.ndarray, folder: Path) -> Results:
     """The results of a program that reads rows and writes results."""
     done = subprocess.run(
-        list(map(str, command)), input=np.asarray(rows, float).tobytes(), capture_output=True, check=False, timeout=300, cwd=folder
+        list(map(str, command)),
+        input=np.asarray(rows, float).tobytes(),
+        capture_output=True,
+        check=False,
+        timeout=300,
+        cwd=folder,
     )
     assert not done.returncode, done.stderr.decode()
     assert not done.stderr, done.stderr.decode()
@@ -169,7 +174,11 @@ def _in_cpp(target: str) -> Language:
         given, passed = [], []
         for port, (_, a, b) in zip(program.ports, places(program), strict=True):
             kind = f"std::array<double, {b - a}>" if target == "cpp" else f"Eigen::Matrix<double, {b - a}, 1>"
-            given.append(f"    {kind} a{a}_{port.name}{{}};" if not port.scalar else f"    const double a{a}_{port.name} = row[{a}];")
+            given.append(
+                f"    {kind} a{a}_{port.name}{{}};"
+                if not port.scalar
+                else f"    const double a{a}_{port.name} = row[{a}];"
+            )
             if not port.scalar and b > a:
                 given.append(f"    for (int k = 0; k < {b - a}; ++k) a{a}_{port.name}[k] = row[{a} + k];")
             passed.append(f"a{a}_{port.name}")
@@ -180,14 +189,29 @@ def _in_cpp(target: str) -> Language:
             if target == "eigen" and len(routine.shape) == 2:
                 rows_, columns = routine.shape
                 each = f"for (int i = 0; i < {rows_}; ++i) for (int j = 0; j < {columns}; ++j) "
-                calls.append(f"{value} {each}{{ const double v = found(i, j); std::fwrite(&v, sizeof v, 1, stdout); }} (void)found; }}")
+                calls.append(
+                    f"{value} {each}{{ const double v = found(i, j); std::fwrite(&v, sizeof v, 1, stdout); }} (void)found; }}"
+                )
             else:
-                calls.append(f"{value} std::fwrite(found.data(), sizeof(double), {n}, stdout); }}")
+                write = f"std::fwrite(found.data(), sizeof(double), {n}, stdout);" if n else "(void)found;"
+                calls.append(f"{value} {write} }}")
         main = _MAIN_CPP.format(count=len(program.inputs), given="\n".join(given), calls="\n".join(calls))
         (folder / "main.cpp").write_text(main, encoding="utf-8")
         include = ["-isystem", eigen()] if target == "eigen" else []
         strict = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-Wno-unused-result"]
-        run([compiler("g++"), "-std=c++17", "-O1", "-ffp-contract=off", *strict, *include, folder / "main.cpp", "-o", folder / "main"])
+        run(
+            [
+                compiler("g++"),
+                "-std=c++17",
+                "-O1",
+                "-ffp-contract=off",
+                *strict,
+                *include,
+                folder / "main.cpp",
+                "-o",
+                folder / "main",
+            ]
+        )
         return piped([folder / "main"], program, rows, folder)
 
     return run_cpp
@@ -233,10 +257,25 @@ def in_rust(program: Program, folder: Path, rows: np.ndarray) -> Results:
         for r, name in zip(program.routines, functions, strict=True)
     ]
     hoisted = "".join(f"{v}, " for p, v in given.items() if p.hoisted)
-    main = _MAIN_RUST.format(count=len(program.inputs), kept=len(program.kept), hoist=hoist, hoisted=hoisted, calls="\n".join(calls))
+    main = _MAIN_RUST.format(
+        count=len(program.inputs), kept=len(program.kept), hoist=hoist, hoisted=hoisted, calls="\n".join(calls)
+    )
     (folder / "main.rs").write_text(main, encoding="utf-8")
     edition = ["--edition", "2021", "-D", "warnings"]
-    run([rustc, *edition, "-O", "--crate-type", "rlib", "--crate-name", "model", folder / "lib.rs", "-o", folder / "libmodel.rlib"])
+    run(
+        [
+            rustc,
+            *edition,
+            "-O",
+            "--crate-type",
+            "rlib",
+            "--crate-name",
+            "model",
+            folder / "lib.rs",
+            "-o",
+            folder / "libmodel.rlib",
+        ]
+    )
     run([rustc, *edition, folder / "main.rs", "--extern", f"model={folder / 'libmodel.rlib'}", "-o", folder / "main"])
     return piped([folder / "main"], program, rows, folder)
 
@@ -264,7 +303,9 @@ def in_octave(program: Program, folder: Path, rows: np.ndarray) -> Results:
     given = [f"row({a + 1}:{b})" for _, a, b in places(program)]
     calls = []
     for routine, own in zip(program.routines, functions, strict=True):
-        shape = {0: "[1 1]", 1: f"[{(*routine.shape, 0)[0]} 1]", 2: str(list(routine.shape)).replace(",", "")}[len(routine.shape)]
+        shape = {0: "[1 1]", 1: f"[{(*routine.shape, 0)[0]} 1]", 2: str(list(routine.shape)).replace(",", "")}[
+            len(routine.shape)
+        ]
         calls.append(f"    y = m.{own}({', '.join(given)}); assert(isreal(y) && all(size(y) == {shape}));")
         calls.append("    fwrite(stdout, y', 'double');")
     script = _OCTAVE.format(name=name, count=len(program.inputs), calls="\n".join(calls))
@@ -291,7 +332,9 @@ def _node(program: Program, folder: Path, rows: np.ndarray, functions: list[str]
     own = ["row[{}]" if p.scalar else f"[{'0, ' * first}...row.slice({{}}, {{}})]" for p in program.ports]
     given = ", ".join(text.format(a, b) for text, (_, a, b) in zip(own, places(program), strict=True))
     calls = [f"    out.push(...model.{name}({given}){f'.slice({first})' * bool(first)});" for name in functions]
-    (folder / "main.mjs").write_text(_NODE.format(module=file, count=len(program.inputs), calls="\n".join(calls)), encoding="utf-8")
+    (folder / "main.mjs").write_text(
+        _NODE.format(module=file, count=len(program.inputs), calls="\n".join(calls)), encoding="utf-8"
+    )
     return piped([compiler("node"), "main.mjs"], program, rows, folder)
 
 
@@ -311,7 +354,12 @@ def read_julia(program: Program, folder: Path, rows: np.ndarray) -> Results:
     text = emit("julia", program)
     body = text.split("const defaults")[1].split("\n", 1)[1]
     body = re.sub(r"^kane_pow\(.*$", "const kane_pow = power;", body, flags=re.MULTILINE)
-    body = re.sub(r"^(kane_\w+)\(x\) = (.*?) \? oftype\(x, NaN\) : (\w+)\(x\)$", r"const \1 = x => (\2) ? NaN : Math.\3(x);", body, flags=re.MULTILINE)
+    body = re.sub(
+        r"^(kane_\w+)\(x\) = (.*?) \? oftype\(x, NaN\) : (\w+)\(x\)$",
+        r"const \1 = x => (\2) ? NaN : Math.\3(x);",
+        body,
+        flags=re.MULTILINE,
+    )
     body = re.sub(r"^function (.*)$", r"export function \1 {", body, flags=re.MULTILINE)
     body = re.sub(r"^    T = .*\n", "", body, flags=re.MULTILINE)
     body = re.sub(r"permutedims\(reshape\(out, \d+, \d+\)\)", "out", body)
@@ -342,10 +390,18 @@ def read_modelica(program: Program, folder: Path, rows: np.ndarray) -> Results:
         statements = re.sub(r'assert\((.*), ".*"\);', r"if (!(\1)) y = NaN;", statements)
         statements = re.sub(r"\belseif (.*?) then", r": \1 ?", statements)
         statements = re.sub(r"\bif (.*?) then", r"\1 ?", statements).replace("else", ":").replace("<>", "!==")
-        statements = re.sub(r"^    (\S+) := (\S+) \^ (\S+);", r"    \1 := power(\2, \3);", statements, flags=re.MULTILINE)
+        statements = re.sub(
+            r"^    (\S+) := (\S+) \^ (\S+);", r"    \1 := power(\2, \3);", statements, flags=re.MULTILINE
+        )
         statements = re.sub(r"^    (\w+) :=", r"    var \1 =", statements, flags=re.MULTILINE).replace(":=", "=")
         kind = "var y;" if name == "kane_regular" else f"const {target} = [0];"
-        lines += [f"export function {name}({', '.join(given)}) {{", kind, hoisted + statements, f"return {target};", "}"]
+        lines += [
+            f"export function {name}({', '.join(given)}) {{",
+            kind,
+            hoisted + statements,
+            f"return {target};",
+            "}",
+        ]
         called += [name] if name != "kane_regular" else []
     source = "\n".join(lines).replace("var y = x;", "return abs(x) > least ? x : NaN;")
     (folder / "modelica.mjs").write_text(source, encoding="utf-8")

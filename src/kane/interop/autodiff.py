@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Equations of motion as functions of JAX, PyTorch and CasADi, built operation by operation; each tool is imported when it is asked for."""
+"""Equations of motion as functions of JAX, PyTorch and CasADi, built operation by operation.
+
+Each tool is imported when it is asked for.
+"""
 
 import importlib
 from collections.abc import Callable, Mapping, Sequence
@@ -17,7 +20,7 @@ from kane.numeric.arrays import Array
 from kane.program.native.compiled_routine import check_complete, port_defaults, replaced_values
 from kane.program.program import Port, Program, Routine
 
-_SAME = "sqrt sin cos tan sinh cosh tanh exp log sign floor".split()
+_SAME = ["sqrt", "sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "sign", "floor"]
 
 
 def to_jax(eom: Any, routine: str = "rhs", *, single: bool = False) -> Callable[..., Any]:
@@ -137,7 +140,9 @@ def _residual(eom: Any, ca: Any, table: Mapping[str, Callable[..., Any]]) -> Any
     for found in forces:
         rows[first:last] = found
     t, x, p, r = (given[name] for name in ("t", "x", "p", "r"))
-    return ca.Function("residual", [t, x, xdot, p, r], [ca.vertcat(*rows)], ["t", "x", "xdot", "p", "r"], ["residual_value"])
+    return ca.Function(
+        "residual", [t, x, xdot, p, r], [ca.vertcat(*rows)], ["t", "x", "xdot", "p", "r"], ["residual_value"]
+    )
 
 
 def _entries(program: Program, given: Mapping[str, Any]) -> list[Any]:
@@ -181,7 +186,9 @@ def _module(name: str) -> Any:
         return importlib.import_module(name)
     except ModuleNotFoundError as missing:
         package = name.partition(".")[0]
-        raise ArgumentError(f"Expected {package} to be installed, got {missing}. Install it: pip install {package}.") from missing
+        raise ArgumentError(
+            f"Expected {package} to be installed, got {missing}. Install it: pip install {package}."
+        ) from missing
 
 
 def _solved(eom: Any) -> Solved:
@@ -193,12 +200,18 @@ def _solved(eom: Any) -> Solved:
 
 def _program(eom: Any, routines: Sequence[str]) -> Program:
     solved, known = _solved(eom), (*ROUTINES, *ON_DEMAND)
-    expect.none([repr(r) for r in routines if r not in known], f"a routine among {', '.join(known)}", error=ArgumentError)
+    expect.none(
+        [repr(r) for r in routines if r not in known], f"a routine among {', '.join(known)}", error=ArgumentError
+    )
     return program_of(solved, routines)
 
 
 def _run(
-    program: Program, routine: Routine, table: Mapping[str, Callable[..., Any]], inputs: Sequence[Any], number: Callable[[float], Any]
+    program: Program,
+    routine: Routine,
+    table: Mapping[str, Callable[..., Any]],
+    inputs: Sequence[Any],
+    number: Callable[[float], Any],
 ) -> list[Any]:
     """The results of a routine at given values of all inputs, whatever they are numbers of."""
     values: dict[int, Any] = dict(enumerate([*inputs, *map(number, program.constants)]))
@@ -225,7 +238,9 @@ def _callable(
         given = _given(ports, (t, x, *rest), named)
         arrays = [_vector(port, given.get(port.name), defaults, number) for port in ports]
         leading = broadcast(*(a.shape if p.scalar else a.shape[:-1] for p, a in zip(ports, arrays, strict=True)))
-        values = [a if p.scalar else a[..., k] for p, a in zip(ports, arrays, strict=True) for k in range(len(p.symbols))]
+        values = [
+            a if p.scalar else a[..., k] for p, a in zip(ports, arrays, strict=True) for k in range(len(p.symbols))
+        ]
         return packed(_run(program, routine, table, values, number), tuple(leading), routine.shape)
 
     function.__name__ = function.__qualname__ = name
@@ -238,7 +253,9 @@ def _given(ports: Sequence[Port], rest: tuple[Any, ...], named: Mapping[str, Any
     more = (repr(n) for n in named if n not in names[len(rest) :])
     expect.none(more, f"arguments {', '.join(names)}, each once", error=ArgumentError)
     if len(rest) > len(names):
-        raise expect.refusal(ArgumentError, f"arguments {', '.join(names)}", f"{len(rest)} of them", "Leave the others out.")
+        raise expect.refusal(
+            ArgumentError, f"arguments {', '.join(names)}", f"{len(rest)} of them", "Leave the others out."
+        )
     return dict(zip(names, rest, strict=False)) | named
 
 
@@ -255,5 +272,7 @@ def _vector(port: Port, value: Any, defaults: Mapping[str, Array], number: Calla
     if not port.scalar and (array.ndim == 0 or array.shape[-1] != len(port.symbols)):
         names = ", ".join(s.name for s in port.symbols) or "none"
         got = "nothing" if value is None else f"an array of shape {tuple(array.shape)}"
-        raise ArgumentError(f"Expected {len(port.symbols)} values of {port.name} ({names}) on the last axis, got {got}.")
+        raise ArgumentError(
+            f"Expected {len(port.symbols)} values of {port.name} ({names}) on the last axis, got {got}."
+        )
     return array

@@ -4,15 +4,15 @@
 from collections.abc import Callable
 
 from kane.program.emit.c import emit_c, emit_header
-from kane.program.emit.cpp import emit_cpp, emit_eigen
-from kane.program.emit.javascript import emit_javascript
-from kane.program.emit.julia import emit_julia
-from kane.program.emit.matlab import emit_matlab
-from kane.program.emit.modelica import emit_modelica
+from kane.program.emit.languages.cpp import emit_cpp, emit_eigen
+from kane.program.emit.languages.javascript import emit_javascript
+from kane.program.emit.languages.julia import emit_julia
+from kane.program.emit.languages.matlab import emit_matlab
+from kane.program.emit.languages.modelica import emit_modelica
+from kane.program.emit.languages.python_arrays import emit_jax, emit_torch
+from kane.program.emit.languages.python_symbols import emit_casadi, emit_sympy
+from kane.program.emit.languages.rust import emit_cargo, emit_rust
 from kane.program.emit.numpy import emit_numpy
-from kane.program.emit.python_arrays import emit_jax, emit_torch
-from kane.program.emit.python_symbols import emit_casadi, emit_sympy
-from kane.program.emit.rust import emit_cargo, emit_rust
 
 EMITTERS: dict[str, Callable[..., str]] = {
     "c": emit_c,

@@ -3,10 +3,10 @@
 
 import math
 
+from kane.program.emit.languages.reserved import free_in_module
+from kane.program.emit.languages.straight import GONE_TEXT, File, Language, Written, file_of, forms, head, numbers_of
 from kane.program.emit.names import decimal, python_comment, python_docstring
 from kane.program.emit.numpy import few, shape_text
-from kane.program.emit.reserved import free_in_module
-from kane.program.emit.straight import GONE_TEXT, File, Language, Written, file_of, forms, head, numbers_of
 from kane.program.program import Program
 
 _CASADI = Language(
@@ -37,8 +37,9 @@ def emit_casadi(program: Program, *, contract: bool = False, version: str = "") 
     file = file_of(program, _CASADI, ("SIZES", "DEFAULTS", "ROUTINES", "function", "out", "routine", "given"))
     hoist, *routines = file.functions
     arguments = ", ".join(file.arguments)
+    first = (routines or [hoist])[0].name
     call = [
-        f"Call: {file.functions[-1].name}({arguments}) with columns of SX or DM; function({hoist.name if not routines else routines[0].name}) is",
+        f"Call: {file.functions[-1].name}({arguments}) with columns of SX or DM; function({first}) is",
         "      the casadi.Function of these arguments; DEFAULTS are the parameters. fmin and fmax pass no NaN on.",
     ]
     given = [(file.names.arguments[p.name], 1 if p.scalar else len(p.symbols)) for p in program.ports]
@@ -85,7 +86,13 @@ def _described(file: File, f: Written) -> list[str]:
 def _sympy_number(value: float) -> str:
     if math.isfinite(value) and value == int(value) and abs(value) < 2**53:
         return f"sp.Integer({int(value)})" if math.copysign(1.0, value) > 0 or value else "sp.Float(-0.0)"
-    return "sp.nan" if math.isnan(value) else f"sp.Float({value!r})" if math.isfinite(value) else decimal(value, "", "sp.oo")
+    return (
+        "sp.nan"
+        if math.isnan(value)
+        else f"sp.Float({value!r})"
+        if math.isfinite(value)
+        else decimal(value, "", "sp.oo")
+    )
 
 
 _SYMPY = Language(
@@ -151,11 +158,12 @@ def emit_sympy(program: Program, *, contract: bool = False, version: str = "") -
         _STEPS,
     ]
     for f in routines:
-        ports = [f"    {file.names.arguments[p.name]} = SYMBOLS[{file.names.arguments[p.name]!r}]" for p in program.ports]
+        ports = [
+            f"    {file.names.arguments[p.name]} = SYMBOLS[{file.names.arguments[p.name]!r}]" for p in program.ports
+        ]
         scalars = [
             f"    ({file.names.arguments[p.name]},) = {file.names.arguments[p.name]}" for p in program.ports if p.scalar
         ]
         parts += ["", f"def {f.name}():", *_described(file, f), *ports, *scalars, "    steps = Steps()"]
         parts += [*f.lines, *f.listed("    "), "    return steps, out", ""]
     return "\n".join(parts)
-

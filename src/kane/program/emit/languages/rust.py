@@ -7,10 +7,8 @@ Functions of mathematics are those of C's library, which `core` does not have; s
 from collections.abc import Sequence
 
 from kane.expr.ops import COS, SIN
-from kane.program.emit.names import c_comment, decimal, identifier, made_by
-from kane.program.emit.reserved import free_in
-from kane.program.emit.sincos import LIMIT, STEPS, constant
-from kane.program.emit.straight import (
+from kane.program.emit.languages.reserved import free_in
+from kane.program.emit.languages.straight import (
     GONE_TEXT,
     File,
     Language,
@@ -21,6 +19,8 @@ from kane.program.emit.straight import (
     head,
     numbers_of,
 )
+from kane.program.emit.names import c_comment, decimal, identifier, made_by
+from kane.program.emit.sincos import LIMIT, STEPS, constant
 from kane.program.emit.walk import Style
 from kane.program.kernel import language
 from kane.program.program import Port, Program
@@ -49,9 +49,7 @@ _RUST = Language(
     store="{0} = {1};",
 )
 _STYLE = Style(lazy=True, lanes=1, whole=2000, piece=2000)
-_ALLOWED = (
-    "#![allow(unused_variables, unused_parens, non_snake_case, non_upper_case_globals, dead_code, clippy::all)]"
-)
+_ALLOWED = "#![allow(unused_variables, unused_parens, non_snake_case, non_upper_case_globals, dead_code, clippy::all)]"
 _ABS = """
 #[inline(always)]
 fn kane_abs(x: f64) -> f64 {
@@ -94,7 +92,12 @@ class RustPrinter(StraightPrinter):
 def emit_cargo(program: Program, *, contract: bool = False, version: str = "") -> str:
     """The text of `Cargo.toml`, which belongs to the `src/lib.rs` of `emit_rust`."""
     name = (identifier(program.name) or "system").lower()
-    lines = [f"# {c_comment(made_by(version))}", "[package]", f'name = "kane-{name.replace("_", "-")}"', 'version = "0.1.0"']
+    lines = [
+        f"# {c_comment(made_by(version))}",
+        "[package]",
+        f'name = "kane-{name.replace("_", "-")}"',
+        'version = "0.1.0"',
+    ]
     return "\n".join([*lines, 'edition = "2021"', 'rust-version = "1.63"', "", "[dependencies]", ""])
 
 
@@ -161,9 +164,17 @@ def _helpers(used: set[str]) -> list[str]:
     own = {name: 2 if name in ("pow", "atan2") else 1 for name in [*_CALLED.split(), "pow", "atan2"] if name in used}
     for name, arity in own.items():
         given, passed = ("x: f64", "x") if arity == 1 else ("x: f64, y: f64", "x, y")
-        lines += ["", "#[inline(always)]", f"fn kane_{name}({given}) -> f64 {{", f"    unsafe {{ math::{name}({passed}) }}", "}"]
+        lines += [
+            "",
+            "#[inline(always)]",
+            f"fn kane_{name}({given}) -> f64 {{",
+            f"    unsafe {{ math::{name}({passed}) }}",
+            "}",
+        ]
     outside |= own
     if outside:
-        declared = [f"        pub fn {n}({'x: f64' if k == 1 else 'x: f64, y: f64'}) -> f64;" for n, k in outside.items()]
+        declared = [
+            f"        pub fn {n}({'x: f64' if k == 1 else 'x: f64, y: f64'}) -> f64;" for n, k in outside.items()
+        ]
         lines += ["", "mod math {", '    extern "C" {', *declared, "    }", "}"]
     return lines

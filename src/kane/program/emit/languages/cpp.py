@@ -55,7 +55,10 @@ def _emit(program: Program, version: str, eigen: bool) -> str:
         f"namespace {space} {{",
         "",
         c_sincos(called).replace("static ", "inline "),
-        *(text.replace(f"void {f.name}(", f"inline void {f.name}(") for f, text in zip(file.functions, written, strict=True)),
+        *(
+            text.replace(f"void {f.name}(", f"inline void {f.name}(")
+            for f, text in zip(file.functions, written, strict=True)
+        ),
         *_defaults(program, distinct(["defaults"], is_free_in_c, taken)[0], eigen),
         *(_wrapper(file, f, n, sizes[0], eigen) for f, n in zip(file.functions[1:], names[1:], strict=True)),
         "}",
@@ -79,7 +82,10 @@ def _defaults(program: Program, name: str, eigen: bool) -> Sequence[str]:
     symbols = [s for port in program.hoisted_ports for s in port.symbols]
     values = [c_number(float("nan") if s.default is None else float(s.default)) for s in symbols]
     own = _vector(len(symbols), eigen)
-    puts = [f"    p[{k}] = {value}; // {c_comment(s.name)}" for k, (s, value) in enumerate(zip(symbols, values, strict=True))]
+    puts = [
+        f"    p[{k}] = {value}; // {c_comment(s.name)}"
+        for k, (s, value) in enumerate(zip(symbols, values, strict=True))
+    ]
     return [f"inline {own} {name}()", "{", f"    {own} p{{}};", *puts, "    return p;", "}", ""]
 
 

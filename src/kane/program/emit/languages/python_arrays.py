@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from kane.expr.ops import Op
+from kane.program.emit.languages.reserved import free_in_module
+from kane.program.emit.languages.straight import GONE_TEXT, File, Language, Written, file_of, forms, head
 from kane.program.emit.names import decimal, python_docstring
 from kane.program.emit.numpy import few, leading, python_module, python_table, shape_text, signature
-from kane.program.emit.reserved import free_in_module
-from kane.program.emit.straight import GONE_TEXT, File, Language, Written, file_of, forms, head
 from kane.program.program import Port, Program
 
 _NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}
@@ -33,7 +33,7 @@ class _Arrays:
 
 
 def _forms(xp: str) -> Mapping[Op, str]:
-    plain = "sqrt sin cos tan sinh cosh tanh exp log abs sign floor".split()
+    plain = ["sqrt", "sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "abs", "sign", "floor"]
     rows = {name: f"{xp}.{name}({{0}})" for name in plain}
     rows |= {name: f"{xp}.{spelled}({{0}})" for name, spelled in _NAMES.items()}
     return forms(
@@ -141,7 +141,7 @@ def _emit(program: Program, arrays: _Arrays, version: str) -> str:
     module = replace(drawn, names=file.names)
     last = file.functions[-1].name
     call = [
-        f"Call: {last}({', '.join(file.arguments)}), vectors on the last axis, further axes before it; the tables say what is in them.",
+        f"Call: {last}({', '.join(file.arguments)}), vectors on the last axis, further axes before it; the tables say what they hold.",
         *(f"      {line.format(f=last)}" for line in arrays.call),
     ]
     vectors = sorted(tables, key=lambda port: not port.hoisted)

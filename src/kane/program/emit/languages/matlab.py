@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A Program as one function file of MATLAB, which Octave runs too: `m = model()` gives a struct of function handles."""
 
+from kane.program.emit.languages.reserved import free_in
+from kane.program.emit.languages.straight import GONE_TEXT, File, Language, Written, file_of, forms, head, numbers_of
 from kane.program.emit.names import decimal
-from kane.program.emit.reserved import free_in
-from kane.program.emit.straight import GONE_TEXT, File, Language, Written, file_of, forms, head, numbers_of
 from kane.program.program import Program
 
 _REAL = "sqrt log asin acos sign"
@@ -51,7 +51,7 @@ def emit_matlab(program: Program, *, contract: bool = False, version: str = "") 
     prefix, arguments = file.prefix, ", ".join(file.arguments)
     call = [
         f"Call:     m = {prefix}() from a file {prefix}.m; then m.{file.functions[-1].name}({arguments}) with columns",
-        f"          for the vectors. m.defaults are the parameters; [t, x] = ode45(@(t, x) m.{file.functions[1].name if program.routines else 'hoist'}"
+        f"          for the vectors. m.defaults are the parameters; [t, x] = ode45(@(t, x) m.{file.functions[-1 if len(file.functions) < 2 else 1].name}"
         "(t, x, m.defaults, []), [0 5], x0).",
     ]
     hoist, *routines = file.functions

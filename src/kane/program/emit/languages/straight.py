@@ -36,9 +36,9 @@ def forms(rows: Mapping[str, str], functions: str = "", spelled: str = "{}({{0}}
 class Language:
     """How a language writes statements.
 
-    `forms` are of {0}, {1}, …; where all operands of an operation are constants, or one is and the operation is no arithmetic (`all_wrapped`), each is
-    `wrapped`. `load` is `define` for what is read, where that is another. `first` is the number of a vector's first element; `at_kept` is `at` for
-    what is hoisted, where that is another. With `listed` a function gives back a list of results, else it stores them.
+    `forms` are of {0}, {1}, …; constant operands are `wrapped` where all of an operation are, with `all_wrapped` in each that is no
+    arithmetic. `load` is `define` for what is read, `at_kept` is `at` for what is hoisted, where these are others. `first` is the number
+    of a vector's first element. With `listed` a function gives back a list of results, else it stores them.
     """
 
     forms: Mapping[Op, str]
@@ -102,7 +102,7 @@ class StraightPrinter(NamedPrinter):
 class Written:
     """A function as its language writes it.
 
-    It has lines in parts that pass values in `slots` of a work array, the results of a listed language, names of operations that it uses.
+    It has lines in parts that pass values in `slots` of a work array, the results of a listed language, and operations that it uses.
     """
 
     function: Function
@@ -192,7 +192,9 @@ def unhoisted(program: Program, function: Function) -> Function:
     block = (*program.below(needed, False), *function.block)
     places = {i: place for i, place in function.places.items() if i < len(program.inputs)}
     block = tuple(dict.fromkeys(block))
-    return Function(function.name, function.ports, block, function.results, function.labels, (), function.target, places)
+    return Function(
+        function.name, function.ports, block, function.results, function.labels, (), function.target, places
+    )
 
 
 def head(file: File, version: str, call: Sequence[str], first: int = 0, brackets: str = "[]") -> list[str]:

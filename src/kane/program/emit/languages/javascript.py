@@ -3,9 +3,9 @@
 
 import json
 
+from kane.program.emit.languages.reserved import free_in
+from kane.program.emit.languages.straight import GONE_TEXT, Language, Written, file_of, forms, head, numbers_of
 from kane.program.emit.names import decimal
-from kane.program.emit.reserved import free_in
-from kane.program.emit.straight import GONE_TEXT, Language, Written, file_of, forms, head, numbers_of
 from kane.program.program import Program
 
 _JAVASCRIPT = Language(
@@ -57,4 +57,10 @@ def emit_javascript(program: Program, *, contract: bool = False, version: str = 
 
 def _function(f: Written, arguments: str, target: str, first: str) -> list[str]:
     lines = ["", f"export function {f.name}({arguments}) {{", *([first] if first else [])]
-    return [*lines, f"    const {target} = new Array({len(f.function.results)});", *f.lines, f"    return {target};", "}"]
+    return [
+        *lines,
+        f"    const {target} = new Array({len(f.function.results)});",
+        *f.lines,
+        f"    return {target};",
+        "}",
+    ]

@@ -4,9 +4,19 @@
 Modelica has no NaN: what other languages answer with it, an assertion or the tool's own error says here.
 """
 
+from kane.program.emit.languages.reserved import free_in
+from kane.program.emit.languages.straight import (
+    GONE_TEXT,
+    File,
+    Language,
+    Written,
+    file_of,
+    forms,
+    head,
+    numbers_of,
+    own_default,
+)
 from kane.program.emit.names import c_comment, decimal
-from kane.program.emit.reserved import free_in
-from kane.program.emit.straight import GONE_TEXT, File, Language, Written, file_of, forms, head, numbers_of, own_default
 from kane.program.program import Program
 
 _MODELICA = Language(
@@ -88,7 +98,15 @@ def _motion(file: File, rhs: str) -> list[str]:
     length = {port.name: len(port.symbols) for port in program.ports}
     values = f" = {{{numbers_of(program, _MODELICA)}}}" if own_default(program) and length["p"] else ""
     given = ", ".join("time" if p.scalar else names[p.name] for p in program.ports)
-    lines = ["", '  block Motion "The state by its right-hand side"', f"    parameter Real {names['p']}[{length['p']}]{values};"]
-    lines += [f"    input Real {names['r']}[{length['r']}];"] if length["r"] else [f"    constant Real {names['r']}[0] = fill(0.0, 0);"]
+    lines = [
+        "",
+        '  block Motion "The state by its right-hand side"',
+        f"    parameter Real {names['p']}[{length['p']}]{values};",
+    ]
+    lines += (
+        [f"    input Real {names['r']}[{length['r']}];"]
+        if length["r"]
+        else [f"    constant Real {names['r']}[0] = fill(0.0, 0);"]
+    )
     lines += [f"    Real {names['x']}[{length['x']}](each fixed = true);", "  equation"]
     return [*lines, f"    der({names['x']}) = {rhs}({given});", "  end Motion;"]

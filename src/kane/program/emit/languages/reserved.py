@@ -40,7 +40,8 @@ _WORDS = {
         "abstract as async await become box break const continue crate do dyn else enum extern false final fn for gen if "
         "impl in let loop macro match mod move mut override priv pub raw ref return safe self Self static struct super "
         "trait true try type typeof union unsafe unsized use virtual where while yield "
-        "f64 f32 u8 u16 u32 u64 u128 usize i8 i16 i32 i64 i128 isize bool char str core std alloc None Some Ok Err Option Result NAN INFINITY math "
+        "f64 f32 u8 u16 u32 u64 u128 usize i8 i16 i32 i64 i128 isize bool char str core std alloc None Some Ok Err Option Result "
+        "NAN INFINITY math "
         "abs sqrt sin cos tan asin acos atan atan2 sinh cosh tanh exp log pow sign floor main test"
     ),
 }
@@ -60,8 +61,32 @@ def free_in_module(*own: str) -> IsFree:
 
 _HELPERS = frozenset(
     f"kane_{name}"
-    for name in "sqrt log asin acos pow min max sign where regular sin cos tan sincos abs atan atan2 sinh cosh tanh exp "
-    "floor less hoist".split()
+    for name in [
+        "sqrt",
+        "log",
+        "asin",
+        "acos",
+        "pow",
+        "min",
+        "max",
+        "sign",
+        "where",
+        "regular",
+        "sin",
+        "cos",
+        "tan",
+        "sincos",
+        "abs",
+        "atan",
+        "atan2",
+        "sinh",
+        "cosh",
+        "tanh",
+        "exp",
+        "floor",
+        "less",
+        "hoist",
+    ]
 )
 
 
