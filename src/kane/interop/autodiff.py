@@ -256,7 +256,7 @@ def _given(ports: Sequence[Port], rest: tuple[Any, ...], named: Mapping[str, Any
         raise expect.refusal(
             ArgumentError, f"arguments {', '.join(names)}", f"{len(rest)} of them", "Leave the others out."
         )
-    return dict(zip(names, rest, strict=False)) | named
+    return {**dict(zip(names, rest, strict=False)), **named}
 
 
 def _vector(port: Port, value: Any, defaults: Mapping[str, Array], number: Callable[[Any], Any]) -> Any:

@@ -103,7 +103,7 @@ def _wrapper(file: CFile, f: CFunction, name: str, kept: int, eigen: bool) -> st
     made = _vector(size, eigen)
     turn = eigen and len(shape) == 2
     if turn:
-        order = "Eigen::RowMajor" if shape[1] > 1 else "Eigen::ColMajor"
+        order = "Eigen::RowMajor" if shape[1] != 1 else "Eigen::ColMajor"
         made = f"Eigen::Matrix<double, {shape[0]}, {shape[1]}, {order}>"
     lines = [
         f"inline {made} {name}({', '.join(given)})",

@@ -49,10 +49,11 @@ def emit_matlab(program: Program, *, contract: bool = False, version: str = "") 
     """The text of `<name>.m`; results are columns, or matrices. `contract` is there as in other emitters."""
     file = file_of(program, _MATLAB, ("m", "s", "c", "a", "b", "y"))
     prefix, arguments = file.prefix, ", ".join(file.arguments)
+    first = file.functions[min(1, len(program.routines))].name
     call = [
         f"Call:     m = {prefix}() from a file {prefix}.m; then m.{file.functions[-1].name}({arguments}) with columns",
-        f"          for the vectors. m.defaults are the parameters; [t, x] = ode45(@(t, x) m.{file.functions[-1 if len(file.functions) < 2 else 1].name}"
-        "(t, x, m.defaults, []), [0 5], x0).",
+        "          for the vectors. m.defaults are the parameters;",
+        f"          [t, x] = ode45(@(t, x) m.{first}(t, x, m.defaults, []), [0 5], x0).",
     ]
     hoist, *routines = file.functions
     lines = [f"function m = {prefix}()"]

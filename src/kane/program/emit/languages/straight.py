@@ -36,9 +36,9 @@ def forms(rows: Mapping[str, str], functions: str = "", spelled: str = "{}({{0}}
 class Language:
     """How a language writes statements.
 
-    `forms` are of {0}, {1}, …; constant operands are `wrapped` where all of an operation are, with `all_wrapped` in each that is no
-    arithmetic. `load` is `define` for what is read, `at_kept` is `at` for what is hoisted, where these are others. `first` is the number
-    of a vector's first element. With `listed` a function gives back a list of results, else it stores them.
+    `forms` are of {0}, {1}, …; constant operands are `wrapped` where all of an operation are, with `all_wrapped` in each that is
+    no arithmetic. `load` is `define` for what is read, `at_kept` is `at` for what is hoisted, where these are others. `first` is the
+    number of a vector's first element. With `listed` a function gives back a list of results, else it stores them.
     """
 
     forms: Mapping[Op, str]
