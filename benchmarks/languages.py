@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Right-hand sides in emitted C++ and Rust beside emitted C: `python -m benchmarks.languages`; needs gcc, g++ and rustc.
 
-Each is called through a pointer that compilers cannot see through, from a loop in its own library, in turn. C is contracted, as its head
-says it may be; Rust rounds each operation by itself.
+Each is called through a pointer that compilers cannot see through, from a loop in its own library, in turn. C is contracted, as its
+head says it may be; Rust rounds each operation by itself.
 """
 
 import ctypes
@@ -64,7 +64,7 @@ def loops(compiled: kn.Compiled, folder: Path) -> dict[str, Callable[[int], floa
         "cpp": ["g++", "-std=c++17", *_OPTIONS],
         "rs": ["rustc", "-C", "opt-level=3", "-C", "target-cpu=native", "--crate-type", "cdylib"],
     }
-    made = {}
+    made: dict[str, Callable[[int], float]] = {}
     for kind, text in texts.items():
         source, library = folder / f"model.{kind}", folder / f"{kind}.so"
         source.write_text(text, encoding="utf-8")

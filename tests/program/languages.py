@@ -23,7 +23,8 @@ Language = Callable[[Program, Path, np.ndarray], Results]
 
 def emit(target: str, program: Program) -> str:
     """What the registry's emitter prints."""
-    return targets.EMITTERS[target](program, contract=False, version="1")
+    text: str = targets.EMITTERS[target](program, contract=False, version="1")
+    return text
 
 
 def names(text: str, pattern: str) -> list[str]:
