@@ -89,7 +89,7 @@ def _sympy_number(value: float) -> str:
     return (
         "sp.nan"
         if math.isnan(value)
-        else f"sp.Float({value!r})"
+        else f"sp.Float({value!r}, 17)"
         if math.isfinite(value)
         else decimal(value, "", "sp.oo")
     )
@@ -105,7 +105,7 @@ _SYMPY = Language(
             "max": "sp.Max({0}, {1})",
             "less": "sp.Piecewise((sp.Integer(1), {0} < {1}), (sp.Integer(0), True))",
             "where": "sp.Piecewise(({1}, sp.Ne({0}, 0)), ({2}, True))",
-            "regular": f"sp.Piecewise(({{0}}, sp.Abs({{0}}) > sp.Float({GONE_TEXT}) * {{1}}), (sp.nan, True))",
+            "regular": f"sp.Piecewise(({{0}}, sp.Abs({{0}}) > sp.Float({GONE_TEXT}, 17) * {{1}}), (sp.nan, True))",
         },
         "sqrt sin cos tan asin acos atan sinh cosh tanh exp log sign floor",
         "sp.{}({{0}})",
