@@ -135,6 +135,7 @@ _NAMES = {
     "expr.piecewise": "Table table",
     "expr.forms.taylor_series": "taylor",
     "interop.python_source.model": "to_python",
+    "interop.autodiff": "to_casadi to_jax to_torch",
     "interop.sympy": "from_sympy to_sympy",
     "model.beams.beam": "Beam",
     "model.beams.deformation": "tapered",

@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 import kane as kn
 from kane.cli import STARTS, app
 from kane.gallery import GALLERY, load
+from kane.program import targets
 from tests.cli.command import HEAD, SPRING, from_json, kane, line, written
 from tests.present.page import Page
 
@@ -235,7 +236,7 @@ def test_check_warns_of_nothing_in_the_gallery(name):
 
 def test_emit(tmp_path):
     compiled = kn.derive(load("pendulum").system()).compile(name="swing")
-    for target in ("c", "h", "numpy"):
+    for target in targets.EMITTERS:
         assert kane("emit", "pendulum", "--target", target, "--name", "swing").stdout == compiled.emit(target)
     said = kane("emit", "pendulum", "--target", "numpy", "--out", "made/swing.py")
     assert said.stdout == ""

@@ -69,11 +69,23 @@ class Target(StrEnum):
     c = "c"
     h = "h"
     numpy = "numpy"
+    jax = "jax"
+    torch = "torch"
+    casadi = "casadi"
+    sympy = "sympy"
+    cpp = "cpp"
+    eigen = "eigen"
+    rust = "rust"
+    cargo = "cargo"
+    matlab = "matlab"
+    julia = "julia"
+    modelica = "modelica"
+    javascript = "javascript"
 
 
 def emit(
     name: Name,
-    target: Annotated[Target, typer.Option(help="C99, its header, or a NumPy module.", show_default=False)],
+    target: Annotated[Target, typer.Option(help="The language, or a file that belongs to it.", show_default=False)],
     out: Out = None,
     called: Annotated[
         str | None, typer.Option("--name", help="What the emitted functions are called after.", show_default="MODEL's")
@@ -96,7 +108,7 @@ def emit(
     ] = None,
     force: Force = False,
 ) -> None:
-    """Print the equations of MODEL as C or NumPy source."""
+    """Print the equations of MODEL as source of another language; the head of what is printed says how to call it."""
     if with_integrator is not None and target is not Target.c:
         raise Misuse(f"Expected --target c with --with-integrator, got {target.value}.")
     if period is not None and with_integrator is None:

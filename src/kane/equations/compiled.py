@@ -407,7 +407,10 @@ class Compiled(Attributes):
     operations = read[Receipt](lambda c: receipt(c.program), "The operation receipt by routine.")
 
     def emit(self, target: str, routines: str | Sequence[str] | None = None) -> str:
-        """Source text: "c" (C99), "h" (its header), "numpy" (a module).
+        """Source text, whose head says how to call it.
+
+        `target` is "c" (C99), "h" (its header), "numpy", "jax", "torch", "casadi", "sympy" (modules of Python), "cpp", "eigen"
+        (headers of C++17), "rust", "cargo" (src/lib.rs and Cargo.toml), "matlab" (Octave too), "julia", "modelica" or "javascript".
 
         `routines` are some of "rhs", "mass_matrix", "forcing", "reactions" and "outputs", all of them unless told, or of
         "jac", "jac_inputs", "jac_parameters", "jac_time", "jvp", "vjp", "vjp_parameters", "sensitivity", "hvp",
