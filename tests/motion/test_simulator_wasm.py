@@ -234,6 +234,6 @@ def test_chromium_gives_the_same_bits_in_time(rng):
             assert len(at) >= 0.95 * len(t), name
             assert np.array_equal(bits(x[where]), bits(sol.states[at])), name
             assert took <= most, name
-        with pytest.raises(Exception, match="Expected one of m, g"):
+        with pytest.raises(Exception, match="Expected one of e in the parameters, got mass"):
             browser_motion(page, raw, {"state": [1.0, 0.5], "parameters": {"mass": 2}, "end": 1})
         assert said == []
