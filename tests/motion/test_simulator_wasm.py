@@ -207,7 +207,7 @@ def test_chromium_gives_the_same_bits_in_time(rng):
         "four-bar": (load("four_bar").system(), load("four_bar").START, 10.0),
         "ball": (ball(), {"q": [1.0], "u": [0.5]}, 10.0),
     }
-    script = files("kane.present").joinpath("assets/engine.js").read_text(encoding="utf-8")
+    script = files("kane.present").joinpath("templates/engine.js").read_text(encoding="utf-8")
     policy = "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'"
     head = f'<meta http-equiv="Content-Security-Policy" content="{policy}"><script>{script}\nwindow.KaneEngine = KaneEngine</script>'
     with chromium() as browser:
