@@ -13,6 +13,7 @@ from kane.program.emit.languages.python_arrays import emit_jax, emit_torch
 from kane.program.emit.languages.python_symbols import emit_casadi, emit_sympy
 from kane.program.emit.languages.rust import emit_cargo, emit_rust
 from kane.program.emit.numpy import emit_numpy
+from kane.program.emit.wasm import emit_wasm
 
 EMITTERS: dict[str, Callable[..., str]] = {
     "c": emit_c,
@@ -32,3 +33,5 @@ EMITTERS: dict[str, Callable[..., str]] = {
     "javascript": emit_javascript,
 }
 """By target: functions of a Program; `contract` allows a·b + c in one rounding, `version` is kane's, for comments."""
+BINARY: dict[str, Callable[..., bytes]] = {"wasm": emit_wasm}
+"""Those of which the result is no text."""
