@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Accelerations of the imported system beside those that SymPy's own matrices give, at random states."""
+
+from typing import Any
+
+import numpy as np
+
+from kane.equations.equations import Equations
+from kane.errors import ModelError
+from kane.expr.symbols import Coordinate, Input, Parameter, Rate, Speed, rate
+from kane.interop.imported import Remarks
+from kane.interop.sympy_mechanics.given import Given
+from kane.interop.sympy_mechanics.names import Translation
+from kane.interop.sympy_mechanics.states import States
+from kane.numeric.arrays import Array
+from kane.numeric.scale import EQUAL, LAST_DIGIT, SOLVE_RANK
+
+
+def theirs(given: Given, known: Translation, states: States) -> tuple[Array, Array]:
+    """u̇ by SymPy's matrices (speeds × states), and the reciprocal condition numbers."""
+    mass, forcing = given.matrices()
+    rows, columns = mass.shape
+    m = states.of(known.scalars(mass)).reshape(rows, columns, -1)
+    f = states.of(known.scalars(forcing)).reshape(rows, -1)
+    n = len(given.u)
+    found, condition = np.full((n, m.shape[2]), np.nan), np.zeros(m.shape[2])
+    for k in range(m.shape[2]):
+        a, size = m[:, :, k], np.abs(m[:, :, k]).max(axis=1, keepdims=True, initial=0)
+        if np.isfinite(a).all() and np.isfinite(f[:, k]).all() and (size > 0).all():
+            condition[k] = 1 / np.linalg.cond(a / size)
+            if condition[k] > SOLVE_RANK:
+                found[:, k] = np.linalg.solve(a / size, f[:, k] / size[:, 0])[:n]
+    return found, condition
+
+
+def ours(eom: Equations, speeds: tuple[Speed, ...], states: States) -> Array:
+    """u̇ by the imported system."""
+    values, system = states.values, eom.system
+    of = {kind: {s: values[s] for s in symbols if s in values} for kind, symbols in (
+        ("q", system.coordinates), ("parameters", system.parameters), ("inputs", system.inputs),
+    )}  # fmt: skip
+    u = {s: values.get(s, np.zeros_like(next(iter(values.values())))) for s in system.speeds}
+    from kane.expr.symbols import time
+
+    return np.array(eom.evaluate([rate(s) for s in speeds], u=u, t=values.get(time, 0.0), **of))
+
+
+def check(given: Given, eom: Equations, known: Translation, states: States, remarks: Remarks) -> None:
+    """Compare; a ModelError shows the largest difference."""
+    expected, condition = theirs(given, known, states)
+    usable = np.isfinite(expected).all(axis=0)
+    if not usable.any():
+        remarks.say("checked", "nothing: SymPy's matrices are singular or not finite at random states")
+        return
+    got = np.broadcast_to(ours(eom, known.speeds, states), expected.shape)
+    size = np.maximum(np.abs(expected).max(axis=0), np.abs(got).max(axis=0))
+    tolerance = np.maximum(EQUAL, 1000 * LAST_DIGIT / np.maximum(condition, LAST_DIGIT)) * np.maximum(size, 1e-6)
+    off = np.where(usable, np.abs(got - expected) / tolerance, 0.0)
+    off = np.where(np.isnan(off), np.inf, off)
+    if off.max(initial=0) > 1:
+        r, k = np.unravel_index(int(np.argmax(off)), off.shape)
+        raise ModelError(_difference(known.speeds[r].name, float(got[r, k]), float(expected[r, k]), states, int(k)))
+    share = float((np.abs(got - expected)[:, usable] / np.maximum(size, 1e-6)[usable]).max())
+    remarks.say("checked", f"accelerations equal SymPy's to {max(share, 1e-16):.0e} of the largest at {usable.sum()} random states")
+
+
+def _difference(speed: str, got: float, expected: float, states: States, k: int) -> str:
+    shown = ", ".join(
+        f"{s.name} = {x[k]:.4g}" for s, x in states.values.items() if isinstance(s, Coordinate | Speed | Parameter | Input) and not isinstance(s, Rate)
+    )
+    return (
+        f"Expected the accelerations of SymPy's equations, got {speed}' = {got:.9g} from the bodies, positions, loads and constraints where "
+        f"SymPy's matrices give {expected:.9g}, at {shown}. Its equations contradict what they were made of: look for velocities, "
+        "accelerations or acceleration constraints that were set by hand, configuration constraints without their velocity constraints, "
+        "and matrices that were changed. check=False imports what the bodies, loads and constraints say."
+    )
+
+

@@ -1,0 +1,247 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`from_sympy_mechanics`: a model of `sympy.physics.mechanics` as a `System`."""
+
+import warnings
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from kane.equations.equations import derive
+from kane.errors import KaneError, KaneWarning, ModelError, cut
+from kane.expr.differentiation import gradient, time_derivative
+from kane.expr.node import ZERO, Expr
+from kane.expr.symbols import Coordinate, Parameter, Rate, Speed, Symbol, rate
+from kane.expr.visit import substituted
+from kane.interop.imported import Imported, Remarks
+from kane.interop.sympy_mechanics import checking
+from kane.interop.sympy_mechanics.frames import Frames, euler_sets, tree
+from kane.interop.sympy_mechanics.given import Given, read
+from kane.interop.sympy_mechanics.names import Names, Translation
+from kane.interop.sympy_mechanics.points import Points
+from kane.interop.sympy_mechanics.speeds import Definitions, define, follow
+from kane.interop.sympy_mechanics.states import States
+from kane.model.bodies import Body, Particle, RigidBody
+from kane.model.constraints import Constraint, configuration_constraint, motion_constraint
+from kane.model.loads import Force, Load, Torque
+from kane.model.system import System
+from kane.numeric.rank import balanced, singular
+from kane.numeric.scale import EQUAL, SPEEDS_RANK
+from kane.space.vector import Vector
+
+
+def from_sympy_mechanics(
+    model: Any,
+    loads: Any = None,
+    *,
+    bodies: Sequence[Any] | None = None,
+    values: Mapping[Any, float] = MappingProxyType({}),
+    check: bool = True,
+    **stated: Any,
+) -> Imported:
+    """A model of `sympy.physics.mechanics` as a `System`, with remarks on what was read, inferred, changed, left out and checked.
+
+    Frames come by their orientations, points by their positions; what has a velocity alone, or another one than the rate of its position,
+    is moved by it. Kinematical equations become definitions of the speeds, functions of time that are no coordinates inputs.
+
+    Parameters
+    ----------
+    model : a KanesMethod, LagrangesMethod, System or JointsMethod, or a list of bodies
+    loads : pairs of a point or frame and a vector, actuators; those of the model if left out
+    bodies : those of a method that was not told them
+    values : numbers for parameters, by symbol or name, which become their defaults
+    check : whether accelerations are compared with those of SymPy's own equations at random states; these are formed where they are not
+    stated : of a list of bodies `frame`, the inertial one, and what KanesMethod takes: `q`, `u`, `kd_eqs`, …; left out, q are the functions
+        of time in orientations and positions, and u = q̇
+
+    Raises
+    ------
+    ModelError
+        for what is no such model, for one that does not say what is needed, and where SymPy's equations contradict the bodies,
+        positions, loads and constraints that they were made of: the message shows the difference
+    ExpressionError
+        for expressions that have no counterpart
+    """
+    given = read(model, loads, bodies, **stated)
+    remarks = Remarks()
+    known = Translation(given, values, remarks)
+    made = _Import(given, known, remarks)
+    system = made.system()
+    if check:
+        checking.check(given, derive(system), known, made.states, remarks)
+    else:
+        remarks.say("left out", "the comparison of accelerations with SymPy's: check=False")
+    defaults = {s: float(s.default) for s in system.parameters if s.default is not None}
+    return Imported(system, MappingProxyType(known.named()), {}, {}, defaults, remarks.all(), given.source)
+
+
+class _Import:
+    """One import: the parts in the order in which they need each other."""
+
+    def __init__(self, given: Given, known: Translation, remarks: Remarks) -> None:
+        self._given, self._known, self._remarks = given, known, remarks
+        known.scalars(given.k_q)
+        self._kinematical = (_rows(given.k_q, known), _rows(given.k_u, known), known.scalars(given.f))
+        self._holonomic = known.scalars(given.holonomic)
+        self._motion = known.scalars(given.motion)
+        parents = tree(given.frame)
+        self._sets = euler_sets(parents, known)
+        groups = list(dict.fromkeys(self._sets.values()))
+        self._holonomic = [f for f in self._holonomic if not _is_length(f, groups)]
+        everything = lambda: [s for s in dict.fromkeys(known.values()) if isinstance(s, Symbol) and not isinstance(s, Coordinate | Speed)]  # noqa: E731
+        self.states = States(known.coordinates, known.speeds, self._kinematical, self._holonomic, self._motion, groups, everything)
+        self._frames = Frames(given.frame, parents, self._sets, known, self.states, remarks)
+        self._points = Points(given.frame, self._frames, known, self.states, remarks)
+
+    def system(self) -> System:
+        """The system."""
+        bodies, names = [], Names()
+        for b in self._given.bodies:
+            bodies.append(self._body(b, names.free(str(b.name))))
+        loads = [self._load(place, vector, names) for place, vector in self._given.loads]
+        if self._given.lagrangian is not None:
+            loads += self._potential()
+        for b in self._given.bodies:
+            if hasattr(b, "frame"):
+                self._compare_spin(b.frame)
+        found = self._definitions()
+        configuration = [configuration_constraint(f"configuration {k}", f) for k, f in enumerate(self._holonomic, 1)]
+        motion = [motion_constraint(f"motion {k}", found.in_rates(f)) for k, f in self._kept_motion()]
+        motion += [motion_constraint(w.description.removeprefix("vanishes: ") + f" ({w.name})", row) for w, row in found.vanishing.items()]
+        dependent = self._dependent(found, len(configuration) + len(motion))
+        frames = self._frames
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", KaneWarning)
+            return System(
+                frames.inertial, bodies=bodies, speeds=found.speeds | found.vanishing, loads=loads,
+                coordinates=[*self._known.coordinates, *found.coordinates], holonomic=configuration, nonholonomic=motion,
+                dependent_speeds=dependent,
+            )  # fmt: skip
+
+    def _definitions(self) -> Definitions:
+        sets = {group: self._frames.frame(f).orientation.quasi for f, group in self._sets.items()}  # type: ignore[union-attr]
+        found = define(self._known, self._kinematical, sets, self.states, self._remarks)
+        follow(found, self._frames.further, self._known)
+        return found
+
+    def _dependent(self, found: Definitions, rows: int) -> list[Speed]:
+        """SymPy's dependent speeds and those that vanish, where they are as many as the constraints; else they are chosen."""
+        known = dict(zip(self._given.u, self._known.speeds, strict=True))
+        listed = [*(known[u] for u in self._given.dependent_u), *found.vanishing]
+        return listed if len(listed) == rows else []
+
+    def _body(self, b: Any, name: str) -> Body:
+        mass, center = self._known.scalar(b.mass), self._points.point(b.masscenter)
+        if not hasattr(b, "frame") or getattr(b, "is_rigidbody", True) is False:
+            return Particle(name, center, mass)
+        frame = self._frames.frame(b.frame)
+        about = b.inertia[1]
+        if about is not b.masscenter:
+            self._remarks.say("changed", f"the inertia of {name} about {about} to the central one")
+        inertia = self._frames.dyadic(b.central_inertia, frame)
+        return RigidBody(name, frame=frame, mass_center=center, mass=mass, inertia=inertia)
+
+    def _load(self, place: Any, vector: Any, names: Names) -> Load:
+        v = self._frames.vector(vector)
+        if hasattr(place, "_pos_dict"):
+            return Force(self._points.point(place), v, names.free(f"force on {place.name}").replace("_", " "))
+        self._compare_spin(place)
+        return Torque(self._frames.frame(place), v, names.free(f"torque on {place.name}").replace("_", " "))
+
+    def _compare_spin(self, theirs: Any) -> None:
+        """The angular velocity that was set is the one that the orientation has."""
+        inertial = self._frames.inertial
+        said = self._frames.vector(theirs.ang_vel_in(self._given.frame)).components(inertial)
+        turned = self._frames.frame(theirs).angular_velocity(inertial).components(inertial)
+        difference = [a - b for a, b in zip(said, turned, strict=True)]
+        if not self.states.vanish(difference, [*said, *turned]):
+            a, b = self.states.of(said)[:, 0], self.states.of(turned)[:, 0]
+            raise ModelError(
+                f"Expected the angular velocity of {theirs} in {self._given.frame} that its orientation has, {_numbers(b)} along "
+                f"{self._given.frame} at a random state, got {_numbers(a)}: {cut(theirs.ang_vel_in(self._given.frame), 120)}. SymPy's equations "
+                "would contradict its orientations. Correct the one or the other."
+            )
+
+    def _potential(self) -> list[Load]:
+        """V = T − L, of which the rates must vanish."""
+        import sympy
+
+        given = self._given
+        energy = sum((b.kinetic_energy(given.frame) for b in given.bodies), sympy.S.Zero)
+        still = dict.fromkeys(given.u, sympy.S.Zero)
+        v = self._known.scalar(energy.xreplace(still) - given.lagrangian.xreplace(still))
+        whole = self._known.scalar(energy) - self._known.scalar(given.lagrangian)
+        if not self.states.vanish([whole - v], [whole, self._known.scalar(energy)]):
+            raise ModelError(
+                "Expected a Lagrangian L = T − V with the kinetic energy T of the bodies and a potential V of coordinates and time, got one "
+                "whose T − L depends on rates. Give all bodies that it was made of."
+            )
+        self._remarks.say("inferred", "the potential energy as T − L")
+        return [] if self.states.vanish([v]) and not _moves(v) else [Load.from_potential(v)]
+
+    def _kept_motion(self) -> list[tuple[int, Expr]]:
+        """The motion constraints that are not the rates of configuration constraints."""
+        rates = [self._by_speeds(time_derivative(f)) for f in self._holonomic]
+        speeds = list(self._known.speeds)
+        held = [self._slopes(f, speeds) for f in rates]
+        kept: list[tuple[int, Expr]] = []
+        for k, f in enumerate(self._motion, 1):
+            row = self._slopes(f, speeds)
+            if held and _follows(row, held):
+                self._remarks.say("changed", f"the velocity constraint {k} dropped: it is the rate of configuration constraints")
+                continue
+            held.append(row)
+            kept.append((k, f))
+        return kept
+
+    def _by_speeds(self, e: Expr) -> dict[Speed, Any]:
+        """∂e/∂u at the states, of an expression affine in q̇ = W u + X."""
+        q = list(self._known.coordinates)
+        slopes = self.states.of(gradient(e, [rate(x) for x in q]))
+        k_q, k_u, _ = self._kinematical
+        n, m = len(q), len(self._known.speeds)
+        a = self.states.of([x for row in k_q for x in row]).reshape(n, n, -1)
+        b = self.states.of([x for row in k_u for x in row]).reshape(n, m, -1)
+        w = [-np.linalg.solve(a[:, :, k], b[:, :, k]) for k in range(a.shape[2])]
+        return np.stack([slopes[:, k] @ w[k] for k in range(len(w))], axis=-1)  # type: ignore[return-value]
+
+    def _slopes(self, f: Any, speeds: Sequence[Speed]) -> Any:
+        return f if isinstance(f, np.ndarray) else self.states.of(gradient(f, speeds))
+
+
+def _follows(row: Any, held: Sequence[Any]) -> bool:
+    """Whether a row depends on others at all states."""
+    for k in range(row.shape[1]):
+        others = np.array([h[:, k] for h in held])
+        a = np.vstack([others, row[:, k]])
+        if singular(balanced(a)).rank(SPEEDS_RANK) > singular(balanced(others)).rank(SPEEDS_RANK):
+            return False
+    return True
+
+
+def _rows(matrix: Any, known: Translation) -> list[list[Expr]]:
+    return [[known.scalar(x) for x in matrix.row(i)] for i in range(matrix.rows)]
+
+
+def _is_length(f: Expr, groups: Sequence[tuple[Coordinate, ...]]) -> bool:
+    """Whether f = 0 says that Euler parameters have length 1, which ours have anyway."""
+    from kane.expr.evaluation import evaluate, free_symbols
+
+    own = free_symbols([f])
+    for group in groups:
+        if set(own) == set(group):
+            e = np.random.default_rng(1).uniform(0.2, 1.2, (4, 5))
+            e /= np.linalg.norm(e, axis=0)
+            return bool(np.abs(evaluate(f, dict(zip(group, e, strict=True)))).max() < EQUAL)
+    return False
+
+
+def _moves(v: Expr) -> bool:
+    from kane.expr.evaluation import free_symbols
+
+    return any(isinstance(s, Coordinate) for s in free_symbols([v]))
+
+
+def _numbers(x: Any) -> str:
+    return "(" + ", ".join(f"{v:.6g}" for v in x) + ")"
