@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Accelerations of the imported system beside those that SymPy's own matrices give, at random states."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,12 @@ from kane.interop.sympy_mechanics.names import Translation
 from kane.interop.sympy_mechanics.states import States
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EQUAL, LAST_DIGIT, SOLVE_RANK
+
+
+_UNKNOWN_CAUSE = (
+    "look for acceleration constraints that were given, configuration constraints without their velocity constraints, and matrices that "
+    "were changed."
+)
 
 
 def theirs(given: Given, known: Translation, states: States) -> tuple[Array, Array]:
@@ -36,6 +43,7 @@ def theirs(given: Given, known: Translation, states: States) -> tuple[Array, Arr
 def ours(eom: Equations, speeds: tuple[Speed, ...], states: States) -> Array:
     """u̇ by the imported system."""
     values, system = states.values, eom.system
+    states.of([*system.parameters, *(s for s in system.inputs if isinstance(s, Input))])  # those of loads have had no values yet
     of = {kind: {s: values[s] for s in symbols if s in values} for kind, symbols in (
         ("q", system.coordinates), ("parameters", system.parameters), ("inputs", system.inputs),
     )}  # fmt: skip
@@ -45,8 +53,8 @@ def ours(eom: Equations, speeds: tuple[Speed, ...], states: States) -> Array:
     return np.array(eom.evaluate([rate(s) for s in speeds], u=u, t=values.get(time, 0.0), **of))
 
 
-def check(given: Given, eom: Equations, known: Translation, states: States, remarks: Remarks) -> None:
-    """Compare; a ModelError shows the largest difference."""
+def check(given: Given, eom: Equations, known: Translation, states: States, remarks: Remarks, cause: Callable[[], str]) -> None:
+    """Compare; a ModelError shows the largest difference and the `cause`, where it is known."""
     expected, condition = theirs(given, known, states)
     usable = np.isfinite(expected).all(axis=0)
     if not usable.any():
@@ -59,7 +67,8 @@ def check(given: Given, eom: Equations, known: Translation, states: States, rema
     off = np.where(np.isnan(off), np.inf, off)
     if off.max(initial=0) > 1:
         r, k = np.unravel_index(int(np.argmax(off)), off.shape)
-        raise ModelError(_difference(known.speeds[r].name, float(got[r, k]), float(expected[r, k]), states, int(k)))
+        said = _difference(known.speeds[r].name, float(got[r, k]), float(expected[r, k]), states, int(k))
+        raise ModelError(f"{said} {cause() or _UNKNOWN_CAUSE} check=False imports what the bodies, loads and constraints say.")
     share = float((np.abs(got - expected)[:, usable] / np.maximum(size, 1e-6)[usable]).max())
     remarks.say("checked", f"accelerations equal SymPy's to {max(share, 1e-16):.0e} of the largest at {usable.sum()} random states")
 
@@ -70,9 +79,7 @@ def _difference(speed: str, got: float, expected: float, states: States, k: int)
     )
     return (
         f"Expected the accelerations of SymPy's equations, got {speed}' = {got:.9g} from the bodies, positions, loads and constraints where "
-        f"SymPy's matrices give {expected:.9g}, at {shown}. Its equations contradict what they were made of: look for velocities, "
-        "accelerations or acceleration constraints that were set by hand, configuration constraints without their velocity constraints, "
-        "and matrices that were changed. check=False imports what the bodies, loads and constraints say."
+        f"SymPy's matrices give {expected:.9g}, at {shown}. Its equations contradict what they were made of:"
     )
 
 

@@ -64,7 +64,7 @@ def read(model: Any, loads: Any = None, bodies: Any = None, **stated: Any) -> Gi
     if isinstance(model, me.KanesMethod):
         return _kane(model, bodies, loads)
     if isinstance(model, me.LagrangesMethod):
-        return _lagrange(model, bodies, loads)
+        return _lagrange(model, bodies, loads, stated.get("frame"))
     if isinstance(model, me.System):
         return _system(model)
     if type(model).__name__ == "JointsMethod":
@@ -110,12 +110,13 @@ def _rates(q: Sequence[Any]) -> tuple[Any, Any, tuple[Any, ...]]:
     return sympy.eye(len(q)), -sympy.eye(len(q)), (sympy.S.Zero,) * len(q)
 
 
-def _lagrange(method: Any, bodies: Any, loads: Any) -> Given:
+def _lagrange(method: Any, bodies: Any, loads: Any, frame: Any = None) -> Given:
     own = method.bodies if bodies is None else bodies
     cure = "Give them: from_sympy_mechanics(method, bodies=[…]). The kinetic energy alone does not say what moves."
     expect.that(own, "a LagrangesMethod with its bodies", came="one without", cure=cure)
-    frame = method.inertial
-    expect.that(frame, "a LagrangesMethod with frame=", came="one without", cure="Give the inertial frame.")
+    frame = method.inertial or frame
+    cure = "Give the inertial frame: from_sympy_mechanics(method, bodies=[…], frame=N)."
+    expect.that(frame, "a LagrangesMethod with frame=", came="one without", cure=cure)
     q, held = tuple(method.q), len(method._hol_coneqs)
     return Given(
         f"LagrangesMethod in {frame}", frame, q, tuple(method._qdots), *_rates(q), tuple(own),

@@ -11,7 +11,8 @@ import numpy as np
 from kane.equations.equations import derive
 from kane.errors import KaneError, KaneWarning, ModelError, cut
 from kane.expr.differentiation import gradient, time_derivative
-from kane.expr.node import ZERO, Expr
+from kane.expr.matrix import solve_linear
+from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Coordinate, Parameter, Rate, Speed, Symbol, rate
 from kane.expr.visit import substituted
 from kane.interop.imported import Imported, Remarks
@@ -69,7 +70,7 @@ def from_sympy_mechanics(
     made = _Import(given, known, remarks)
     system = made.system()
     if check:
-        checking.check(given, derive(system), known, made.states, remarks)
+        checking.check(given, derive(system), known, made.states, remarks, made.cause)
     else:
         remarks.say("left out", "the comparison of accelerations with SymPy's: check=False")
     defaults = {s: float(s.default) for s in system.parameters if s.default is not None}
@@ -81,6 +82,7 @@ class _Import:
 
     def __init__(self, given: Given, known: Translation, remarks: Remarks) -> None:
         self._given, self._known, self._remarks = given, known, remarks
+        self._second: dict[Expr, Expr] | None = None
         known.scalars(given.k_q)
         self._kinematical = (_rows(given.k_q, known), _rows(given.k_u, known), known.scalars(given.f))
         self._holonomic = known.scalars(given.holonomic)
@@ -118,6 +120,37 @@ class _Import:
                 coordinates=[*self._known.coordinates, *found.coordinates], holonomic=configuration, nonholonomic=motion,
                 dependent_speeds=dependent,
             )  # fmt: skip
+
+    def cause(self) -> str:
+        """Why SymPy's equations may be other ones, in a sentence; "" where that is not known."""
+        if self._given.lagrangian is not None and self._frames.further:
+            return (
+                "velocities in the kinetic energy satisfy motion constraints that the coordinates do not, and of such a Lagrangian "
+                "Lagrange's equations do not hold. Use KanesMethod, or a Lagrangian of unconstrained rates with nonhol_coneqs."
+            )
+        inertial, named = self._frames.inertial, []
+        for b in self._given.bodies:
+            v, a = (self._frames.vector(x(self._given.frame)) for x in (b.masscenter.vel, b.masscenter.acc))
+            difference = [self._at_rates(x) for x in (v.dt(inertial) - a).components(inertial)]
+            if not self.states.vanish(difference, map(self._at_rates, a.components(inertial))):
+                named.append(str(b.masscenter))
+        if named:
+            return f"the acceleration that {', '.join(named)} was given is not the rate of the velocity."
+        return ""
+
+    def _at_rates(self, e: Expr) -> Expr:
+        """`e` with q̈ by u̇, and u̇ of any value."""
+        if self._second is None:
+            k_q, k_u, f = self._kinematical
+            q, u = self._known.coordinates, self._known.speeds
+            rows = [sum((a * rate(x) for a, x in zip(k_q[i], q, strict=True)), f[i]) + sum((a * x for a, x in zip(k_u[i], u, strict=True)), ZERO) for i in range(len(q))]
+            changes = [substituted(time_derivative(row), {rate(rate(x)): ZERO for x in q}) for row in rows]
+            solved = solve_linear(k_q, [-x for x in changes])
+            for s in u:
+                self.states.enter(s, s) if s not in self.states.values else None
+                self.states.values.setdefault(rate(s), np.linspace(0.3, 0.9, self.states.of([ONE]).shape[1]))
+            self._second = {rate(rate(x)): y for x, y in zip(q, solved, strict=True)}
+        return substituted(e, self._second)
 
     def _definitions(self) -> Definitions:
         sets = {group: self._frames.frame(f).orientation.quasi for f, group in self._sets.items()}  # type: ignore[union-attr]

@@ -30,6 +30,7 @@ class Points:
     def __init__(self, inertial: Any, frames: Frames, known: Translation, states: States, remarks: Remarks) -> None:
         self._theirs, self._frames, self._known, self._states, self._remarks = inertial, frames, known, states, remarks
         self._names = Names()
+        self._root: Point | None = None
         self._references: dict[Any, Any] = {}
         self._lines: dict[Any, list[Any]] = {}
         self._origins: list[tuple[Any, Array, dict[Any, Point]]] = []
@@ -99,8 +100,13 @@ class Points:
                 return made
         inertial = self._frames.inertial
         moving = [k for k in range(3) if np.any(there[k])]
-        name = reference.name if not moving else f"{theirs.name}_origin"
-        place = Point(self._names.free(name), fixed_in=inertial)
+        name = reference.name
+        if self._root is None:
+            self._root = place = Point(self._names.free("O" if moving else name), fixed_in=inertial)
+        elif moving:
+            place = self._root
+        else:
+            place = self._root.at(self._names.free(name), 0)
         if moving:
             place = self._drifting(place, drift, moving, theirs)
         made = {reference: place}

@@ -120,7 +120,8 @@ class States:
 
     def of(self, exprs: Iterable[Any]) -> Array:
         """Values (n × states)."""
-        return numbers(exprs, self._with_new(exprs := list(exprs)))
+        listed = list(exprs)
+        return numbers(listed, self._with_new(listed))
 
     def _with_new(self, exprs: Sequence[Any]) -> dict[Expr, Any]:
         """The values, with numbers for parameters and inputs that were not met before."""
