@@ -1,20 +1,21 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Accelerations of the imported system beside those that SymPy's own matrices give, at random states."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 from kane.equations.equations import Equations
 from kane.errors import ModelError
-from kane.expr.symbols import Coordinate, Input, Parameter, Rate, Speed, rate
+from kane.expr.symbols import Coordinate, Input, Parameter, Rate, Speed, Symbol, rate, time
 from kane.interop.imported import Remarks
+from kane.interop.sympy_mechanics.auxiliary import Auxiliary
 from kane.interop.sympy_mechanics.given import Given
 from kane.interop.sympy_mechanics.names import Translation
-from kane.interop.sympy_mechanics.states import States
+from kane.interop.sympy_mechanics.states import COUNT, States
 from kane.numeric.arrays import Array
-from kane.numeric.scale import EQUAL, LAST_DIGIT, SOLVE_RANK
+from kane.numeric.scale import EQUAL, LAST_DIGIT, ROUNDED_ROOT, SOLVE_RANK
 
 
 _UNKNOWN_CAUSE = (
@@ -40,27 +41,29 @@ def theirs(given: Given, known: Translation, states: States) -> tuple[Array, Arr
     return found, condition
 
 
-def ours(eom: Equations, speeds: tuple[Speed, ...], states: States) -> Array:
-    """u̇ by the imported system."""
+def ours(eom: Equations, sought: Sequence[Symbol], states: States) -> Array:
+    """u̇ and reactions by the imported system (speeds and reactions × states)."""
     values, system = states.values, eom.system
     states.of([*system.parameters, *(s for s in system.inputs if isinstance(s, Input))])  # those of loads have had no values yet
     of = {kind: {s: values[s] for s in symbols if s in values} for kind, symbols in (
         ("q", system.coordinates), ("parameters", system.parameters), ("inputs", system.inputs),
     )}  # fmt: skip
     u = {s: values.get(s, np.zeros_like(next(iter(values.values())))) for s in system.speeds}
-    from kane.expr.symbols import time
+    wanted = [rate(s) if isinstance(s, Speed) else s for s in sought]
+    found = eom.evaluate(wanted, u=u, t=values.get(time, 0.0), **of)
+    return np.array(np.broadcast_arrays(*found, np.zeros(COUNT))[:-1])
 
-    return np.array(eom.evaluate([rate(s) for s in speeds], u=u, t=values.get(time, 0.0), **of))
 
-
-def check(given: Given, eom: Equations, known: Translation, states: States, remarks: Remarks, cause: Callable[[], str]) -> None:
+def check(given: Given, eom: Equations, known: Translation, states: States, remarks: Remarks, auxiliary: Auxiliary, cause: Callable[[], str]) -> None:
     """Compare; a ModelError shows the largest difference and the `cause`, where it is known."""
+    got = ours(eom, (*known.speeds, *auxiliary.reactions), states)
+    states.values.update(zip(auxiliary.reactions, got[len(known.speeds) :], strict=True))
     expected, condition = theirs(given, known, states)
     usable = np.isfinite(expected).all(axis=0)
     if not usable.any():
         remarks.say("checked", "nothing: SymPy's matrices are singular or not finite at random states")
         return
-    got = np.broadcast_to(ours(eom, known.speeds, states), expected.shape)
+    got = got[: len(known.speeds)]
     size = np.maximum(np.abs(expected).max(axis=0), np.abs(got).max(axis=0))
     tolerance = np.maximum(EQUAL, 1000 * LAST_DIGIT / np.maximum(condition, LAST_DIGIT)) * np.maximum(size, 1e-6)
     off = np.where(usable, np.abs(got - expected) / tolerance, 0.0)
@@ -69,6 +72,13 @@ def check(given: Given, eom: Equations, known: Translation, states: States, rema
         r, k = np.unravel_index(int(np.argmax(off)), off.shape)
         said = _difference(known.speeds[r].name, float(got[r, k]), float(expected[r, k]), states, int(k))
         raise ModelError(f"{said} {cause() or _UNKNOWN_CAUSE} check=False imports what the bodies, loads and constraints say.")
+    if auxiliary.reactions:
+        left = auxiliary.equations_left({rate(s): x for s, x in zip(known.speeds, got, strict=True)})
+        if left > ROUNDED_ROOT:
+            raise ModelError(
+                f"Expected reactions that SymPy's auxiliary equations give, got a residual of {left:.3g} of their terms. "
+                "check=False imports what the bodies, loads and constraints say."
+            )
     share = float((np.abs(got - expected)[:, usable] / np.maximum(size, 1e-6)[usable]).max())
     remarks.say("checked", f"accelerations equal SymPy's to {max(share, 1e-16):.0e} of the largest at {usable.sum()} random states")
 

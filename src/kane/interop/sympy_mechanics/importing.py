@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from kane.equations.equations import derive
-from kane.errors import KaneError, KaneWarning, ModelError, cut
+from kane.errors import KaneWarning, ModelError, ReactionError, cut
 from kane.expr.differentiation import gradient, time_derivative
 from kane.expr.matrix import solve_linear
 from kane.expr.node import ONE, ZERO, Expr
@@ -17,6 +17,7 @@ from kane.expr.symbols import Coordinate, Parameter, Rate, Speed, Symbol, rate
 from kane.expr.visit import substituted
 from kane.interop.imported import Imported, Remarks
 from kane.interop.sympy_mechanics import checking
+from kane.interop.sympy_mechanics.auxiliary import Auxiliary
 from kane.interop.sympy_mechanics.frames import Frames, euler_sets, tree
 from kane.interop.sympy_mechanics.given import Given, read
 from kane.interop.sympy_mechanics.names import Names, Translation
@@ -65,23 +66,36 @@ def from_sympy_mechanics(
         for expressions that have no counterpart
     """
     given = read(model, loads, bodies, **stated)
-    remarks = Remarks()
-    known = Translation(given, values, remarks)
-    made = _Import(given, known, remarks)
-    system = made.system()
+    made, system = _made(given, values)
+    remarks, known = made.remarks, made.known
     if check:
-        checking.check(given, derive(system), known, made.states, remarks, made.cause)
+        checking.check(given, derive(system), known, made.states, remarks, made.auxiliary, made.cause)
     else:
         remarks.say("left out", "the comparison of accelerations with SymPy's: check=False")
     defaults = {s: float(s.default) for s in system.parameters if s.default is not None}
     return Imported(system, MappingProxyType(known.named()), {}, {}, defaults, remarks.all(), given.source)
 
 
+def _made(given: Given, values: Mapping[Any, float]) -> tuple["_Import", System]:
+    """The import, without reactions where there are constraints: SymPy's do not say where their forces act."""
+    made = _Import(given, values, bool(given.auxiliary) and not (given.motion or given.holonomic))
+    try:
+        system = made.system()
+    except ReactionError:
+        system = None
+    if system is None or (made.auxiliary.reactions and system.constraints):
+        made = _Import(given, values, False)
+        system = made.system()
+    return made, system
+
+
 class _Import:
     """One import: the parts in the order in which they need each other."""
 
-    def __init__(self, given: Given, known: Translation, remarks: Remarks) -> None:
-        self._given, self._known, self._remarks = given, known, remarks
+    def __init__(self, given: Given, values: Mapping[Any, float], reactions: bool) -> None:
+        self.remarks = remarks = Remarks()
+        self.known = known = Translation(given, values, remarks)
+        self._given = given
         self._second: dict[Expr, Expr] | None = None
         known.scalars(given.k_q)
         self._kinematical = (_rows(given.k_q, known), _rows(given.k_u, known), known.scalars(given.f))
@@ -94,7 +108,8 @@ class _Import:
         everything = lambda: [s for s in dict.fromkeys(known.values()) if isinstance(s, Symbol) and not isinstance(s, Coordinate | Speed)]  # noqa: E731
         self.states = States(known.coordinates, known.speeds, self._kinematical, self._holonomic, self._motion, groups, everything)
         self._frames = Frames(given.frame, parents, self._sets, known, self.states, remarks)
-        self._points = Points(given.frame, self._frames, known, self.states, remarks)
+        self.auxiliary = Auxiliary(given, self._frames, known, self.states, remarks, reactions)
+        self._points = Points(given.frame, self._frames, self.auxiliary, known, self.states, remarks)
 
     def system(self) -> System:
         """The system."""
@@ -117,8 +132,8 @@ class _Import:
             warnings.simplefilter("ignore", KaneWarning)
             return System(
                 frames.inertial, bodies=bodies, speeds=found.speeds | found.vanishing, loads=loads,
-                coordinates=[*self._known.coordinates, *found.coordinates], holonomic=configuration, nonholonomic=motion,
-                dependent_speeds=dependent,
+                coordinates=[*self.known.coordinates, *found.coordinates], holonomic=configuration, nonholonomic=motion,
+                dependent_speeds=dependent, reactions=self.auxiliary.reactions, auxiliary_speeds=self.auxiliary.speeds,
             )  # fmt: skip
 
     def cause(self) -> str:
@@ -142,36 +157,35 @@ class _Import:
         """`e` with q̈ by u̇, and u̇ of any value."""
         if self._second is None:
             k_q, k_u, f = self._kinematical
-            q, u = self._known.coordinates, self._known.speeds
+            q, u = self.known.coordinates, self.known.speeds
             rows = [sum((a * rate(x) for a, x in zip(k_q[i], q, strict=True)), f[i]) + sum((a * x for a, x in zip(k_u[i], u, strict=True)), ZERO) for i in range(len(q))]
             changes = [substituted(time_derivative(row), {rate(rate(x)): ZERO for x in q}) for row in rows]
             solved = solve_linear(k_q, [-x for x in changes])
             for s in u:
-                self.states.enter(s, s) if s not in self.states.values else None
                 self.states.values.setdefault(rate(s), np.linspace(0.3, 0.9, self.states.of([ONE]).shape[1]))
             self._second = {rate(rate(x)): y for x, y in zip(q, solved, strict=True)}
         return substituted(e, self._second)
 
     def _definitions(self) -> Definitions:
         sets = {group: self._frames.frame(f).orientation.quasi for f, group in self._sets.items()}  # type: ignore[union-attr]
-        found = define(self._known, self._kinematical, sets, self.states, self._remarks)
-        follow(found, self._frames.further, self._known)
+        found = define(self.known, self._kinematical, sets, self.states, self.remarks)
+        follow(found, self._frames.further, self.known)
         return found
 
     def _dependent(self, found: Definitions, rows: int) -> list[Speed]:
         """SymPy's dependent speeds and those that vanish, where they are as many as the constraints; else they are chosen."""
-        known = dict(zip(self._given.u, self._known.speeds, strict=True))
+        known = dict(zip(self._given.u, self.known.speeds, strict=True))
         listed = [*(known[u] for u in self._given.dependent_u), *found.vanishing]
         return listed if len(listed) == rows else []
 
     def _body(self, b: Any, name: str) -> Body:
-        mass, center = self._known.scalar(b.mass), self._points.point(b.masscenter)
+        mass, center = self.known.scalar(b.mass), self._points.point(b.masscenter)
         if not hasattr(b, "frame") or getattr(b, "is_rigidbody", True) is False:
             return Particle(name, center, mass)
         frame = self._frames.frame(b.frame)
         about = b.inertia[1]
         if about is not b.masscenter:
-            self._remarks.say("changed", f"the inertia of {name} about {about} to the central one")
+            self.remarks.say("changed", f"the inertia of {name} about {about} to the central one")
         inertia = self._frames.dyadic(b.central_inertia, frame)
         return RigidBody(name, frame=frame, mass_center=center, mass=mass, inertia=inertia)
 
@@ -203,26 +217,26 @@ class _Import:
         given = self._given
         energy = sum((b.kinetic_energy(given.frame) for b in given.bodies), sympy.S.Zero)
         still = dict.fromkeys(given.u, sympy.S.Zero)
-        v = self._known.scalar(energy.xreplace(still) - given.lagrangian.xreplace(still))
-        whole = self._known.scalar(energy) - self._known.scalar(given.lagrangian)
-        if not self.states.vanish([whole - v], [whole, self._known.scalar(energy)]):
+        v = self.known.scalar(energy.xreplace(still) - given.lagrangian.xreplace(still))
+        whole = self.known.scalar(energy) - self.known.scalar(given.lagrangian)
+        if not self.states.vanish([whole - v], [whole, self.known.scalar(energy)]):
             raise ModelError(
                 "Expected a Lagrangian L = T − V with the kinetic energy T of the bodies and a potential V of coordinates and time, got one "
                 "whose T − L depends on rates. Give all bodies that it was made of."
             )
-        self._remarks.say("inferred", "the potential energy as T − L")
+        self.remarks.say("inferred", "the potential energy as T − L")
         return [] if self.states.vanish([v]) and not _moves(v) else [Load.from_potential(v)]
 
     def _kept_motion(self) -> list[tuple[int, Expr]]:
         """The motion constraints that are not the rates of configuration constraints."""
         rates = [self._by_speeds(time_derivative(f)) for f in self._holonomic]
-        speeds = list(self._known.speeds)
+        speeds = list(self.known.speeds)
         held = [self._slopes(f, speeds) for f in rates]
         kept: list[tuple[int, Expr]] = []
         for k, f in enumerate(self._motion, 1):
             row = self._slopes(f, speeds)
             if held and _follows(row, held):
-                self._remarks.say("changed", f"the velocity constraint {k} dropped: it is the rate of configuration constraints")
+                self.remarks.say("changed", f"the velocity constraint {k} dropped: it is the rate of configuration constraints")
                 continue
             held.append(row)
             kept.append((k, f))
@@ -230,10 +244,10 @@ class _Import:
 
     def _by_speeds(self, e: Expr) -> dict[Speed, Any]:
         """∂e/∂u at the states, of an expression affine in q̇ = W u + X."""
-        q = list(self._known.coordinates)
+        q = list(self.known.coordinates)
         slopes = self.states.of(gradient(e, [rate(x) for x in q]))
         k_q, k_u, _ = self._kinematical
-        n, m = len(q), len(self._known.speeds)
+        n, m = len(q), len(self.known.speeds)
         a = self.states.of([x for row in k_q for x in row]).reshape(n, n, -1)
         b = self.states.of([x for row in k_u for x in row]).reshape(n, m, -1)
         w = [-np.linalg.solve(a[:, :, k], b[:, :, k]) for k in range(a.shape[2])]

@@ -51,12 +51,15 @@ class Translation(Mapping[Any, Expr]):
         self.speeds = tuple(self._enter(x, Speed) for x in given.u)
         for x in given.auxiliary:
             self._known[x] = self._known[x.diff(self._time)] = ZERO
-        self._auxiliary = set(given.auxiliary)
 
     def _enter(self, x: Any, kind: type[Any]) -> Any:
         symbol = kind.declare(self.names.free(_name(x)))
         self._known[x] = symbol
         return symbol
+
+    def enter(self, x: Any, symbol: Symbol) -> None:
+        """What a symbol or function of theirs is."""
+        self._known[x] = symbol
 
     def scalar(self, e: Any) -> Expr:
         """A SymPy expression as ours."""

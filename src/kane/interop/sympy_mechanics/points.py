@@ -13,6 +13,7 @@ import numpy as np
 from kane.errors import ModelError, cut
 from kane.expr.symbols import Coordinate, rate
 from kane.interop.imported import Remarks
+from kane.interop.sympy_mechanics.auxiliary import Auxiliary, Held
 from kane.interop.sympy_mechanics.frames import Frames, Further
 from kane.interop.sympy_mechanics.names import Names, Translation
 from kane.interop.sympy_mechanics.states import States
@@ -27,13 +28,15 @@ _XYZ = "xyz"
 class Points:
     """Our points for SymPy's, each made when it is first asked for."""
 
-    def __init__(self, inertial: Any, frames: Frames, known: Translation, states: States, remarks: Remarks) -> None:
+    def __init__(
+        self, inertial: Any, frames: Frames, auxiliary: Auxiliary, known: Translation, states: States, remarks: Remarks
+    ) -> None:
         self._theirs, self._frames, self._known, self._states, self._remarks = inertial, frames, known, states, remarks
-        self._names = Names()
+        self._names, self._auxiliary = Names(), auxiliary
         self._root: Point | None = None
         self._references: dict[Any, Any] = {}
         self._lines: dict[Any, list[Any]] = {}
-        self._origins: list[tuple[Any, Array, dict[Any, Point]]] = []
+        self._origins: list[tuple[tuple[Any, Held], Array, dict[Any, Point]]] = []
         self._made: dict[Any, Point] = {}
 
     def point(self, theirs: Any) -> Point:
@@ -95,23 +98,25 @@ class Points:
 
     def _origin(self, reference: Any, there: Array, drift: Vector, size: float, theirs: Any) -> dict[Any, Point]:
         """The points that move with one origin: where `reference` would be if it had this drift."""
+        start, held = self._auxiliary.start(theirs, self._base, self._names.free)
         for other, drifts, made in self._origins:
-            if other is reference and np.allclose(drifts, there, rtol=0, atol=EQUAL * size * 10):
+            if other == (reference, held) and np.allclose(drifts, there, rtol=0, atol=EQUAL * size * 10):
                 return made
         inertial = self._frames.inertial
         moving = [k for k in range(3) if np.any(there[k])]
-        name = reference.name
-        if self._root is None:
-            self._root = place = Point(self._names.free("O" if moving else name), fixed_in=inertial)
-        elif moving:
-            place = self._root
-        else:
-            place = self._root.at(self._names.free(name), 0)
         if moving:
-            place = self._drifting(place, drift, moving, theirs)
+            place = self._drifting(start, drift, moving, theirs)
+        else:
+            place = start.at(self._names.free(reference.name), 0)
         made = {reference: place}
-        self._origins.append((reference, there, made))
+        self._origins.append(((reference, held), there, made))
         return made
+
+    def _base(self) -> Point:
+        """The point from which all are reached."""
+        if self._root is None:
+            self._root = Point(self._names.free("fixed"), fixed_in=self._frames.inertial)
+        return self._root
 
     def _drifting(self, root: Point, drift: Vector, moving: list[int], theirs: Any) -> Point:
         inertial, offset = self._frames.inertial, Vector()
