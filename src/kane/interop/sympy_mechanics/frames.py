@@ -100,8 +100,8 @@ def _quaternion(e: Array) -> Array:
 class Frames:
     """Our frames for SymPy's, each made when it is first asked for; what stands along them."""
 
-    def __init__(self, inertial: Any, parents: Mapping[Any, tuple[Any, bool]], sets: Mapping[Any, tuple[Coordinate, ...]], known: Translation, states: States, remarks: Remarks) -> None:
-        self._parents, self._sets, self._known, self._states, self._remarks = parents, sets, known, states, remarks
+    def __init__(self, inertial: Any, parents: Mapping[Any, tuple[Any, bool]], sets: Mapping[Any, tuple[Coordinate, ...]], scaled: Mapping[Any, tuple[Coordinate, ...]], known: Translation, states: States, remarks: Remarks) -> None:
+        self._parents, self._sets, self._scaled, self._known, self._states, self._remarks = parents, sets, scaled, known, states, remarks
         self._names = Names()
         self._made: dict[Any, Frame] = {inertial: Frame(self._names.free(inertial.name))}
         self.inertial = self._made[inertial]
@@ -159,6 +159,9 @@ class Frames:
             self._states.values.update(zip(frame.orientation.quasi, self._states.turning(self._sets[child]), strict=True))
             return frame
         flat = [self._known.scalar(x) for x in parent._dcm_dict[child]]
+        if child in self._scaled:  # of any length: orthogonal throughout, and the same where the length is 1
+            square = sum((e * e for e in self._scaled[child]), ZERO)
+            return ours.rotate_matrix(name, [[x / square for x in flat[k : k + 3]] for k in (0, 3, 6)])
         rows = [flat[k : k + 3] for k in (0, 3, 6)]
         wanted = self._states.of(flat).reshape(3, 3, -1)
 

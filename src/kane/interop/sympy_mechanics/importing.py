@@ -22,12 +22,13 @@ from kane.interop.sympy_mechanics.frames import Frames, euler_sets, tree
 from kane.interop.sympy_mechanics.given import Given, read
 from kane.interop.sympy_mechanics.names import Names, Translation
 from kane.interop.sympy_mechanics.points import Points
-from kane.interop.sympy_mechanics.speeds import Definitions, define, follow
+from kane.interop.sympy_mechanics.speeds import Definitions, define, follow, keeps_length, rates_by_speeds
 from kane.interop.sympy_mechanics.states import States
 from kane.model.bodies import Body, Particle, RigidBody
 from kane.model.constraints import Constraint, configuration_constraint, motion_constraint
 from kane.model.loads import Force, Load, Torque
 from kane.model.system import System
+from kane.numeric.arrays import Array
 from kane.numeric.rank import balanced, singular
 from kane.numeric.scale import EQUAL, SPEEDS_RANK
 from kane.space.vector import Vector
@@ -104,10 +105,14 @@ class _Import:
         parents = tree(given.frame)
         self._sets = euler_sets(parents, known)
         groups = list(dict.fromkeys(self._sets.values()))
-        self._holonomic = [f for f in self._holonomic if not _is_length(f, groups)]
         everything = lambda: [s for s in dict.fromkeys(known.values()) if isinstance(s, Symbol) and not isinstance(s, Coordinate | Speed)]  # noqa: E731
         self.states = States(known.coordinates, known.speeds, self._kinematical, self._holonomic, self._motion, groups, everything)
-        self._frames = Frames(given.frame, parents, self._sets, known, self.states, remarks)
+        free = [g for g in groups if not keeps_length(known, self._kinematical, self.states, g)]
+        scaled = {f: g for f, g in self._sets.items() if g in free}
+        self._sets = {f: g for f, g in self._sets.items() if g not in free}
+        kept = [g for g in groups if g not in free]
+        self._holonomic = [f for f in self._holonomic if not _is_length(f, kept)]
+        self._frames = Frames(given.frame, parents, self._sets, scaled, known, self.states, remarks)
         self.auxiliary = Auxiliary(given, self._frames, known, self.states, remarks, reactions)
         self._points = Points(given.frame, self._frames, self.auxiliary, known, self.states, remarks)
 
@@ -242,16 +247,12 @@ class _Import:
             kept.append((k, f))
         return kept
 
-    def _by_speeds(self, e: Expr) -> dict[Speed, Any]:
+    def _by_speeds(self, e: Expr) -> Array:
         """∂e/∂u at the states, of an expression affine in q̇ = W u + X."""
         q = list(self.known.coordinates)
         slopes = self.states.of(gradient(e, [rate(x) for x in q]))
-        k_q, k_u, _ = self._kinematical
-        n, m = len(q), len(self.known.speeds)
-        a = self.states.of([x for row in k_q for x in row]).reshape(n, n, -1)
-        b = self.states.of([x for row in k_u for x in row]).reshape(n, m, -1)
-        w = [-np.linalg.solve(a[:, :, k], b[:, :, k]) for k in range(a.shape[2])]
-        return np.stack([slopes[:, k] @ w[k] for k in range(len(w))], axis=-1)  # type: ignore[return-value]
+        by_u = rates_by_speeds(self.known, self._kinematical, self.states)
+        return np.asarray(np.einsum("qs,qus->us", slopes, by_u))
 
     def _slopes(self, f: Any, speeds: Sequence[Speed]) -> Any:
         return f if isinstance(f, np.ndarray) else self.states.of(gradient(f, speeds))

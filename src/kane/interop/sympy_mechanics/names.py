@@ -62,8 +62,14 @@ class Translation(Mapping[Any, Expr]):
         self._known[x] = symbol
 
     def scalar(self, e: Any) -> Expr:
-        """A SymPy expression as ours."""
-        return from_sympy(e, self)
+        """A SymPy expression as ours; functions that SymPy can write out, such as curves of muscles, written out."""
+        try:
+            return from_sympy(e, self)
+        except ExpressionError:
+            whole = e.doit()
+            if whole == e:
+                raise
+            return from_sympy(whole, self)
 
     def scalars(self, many: Iterable[Any]) -> list[Expr]:
         """SymPy expressions as ours."""

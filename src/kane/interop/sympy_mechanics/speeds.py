@@ -24,6 +24,7 @@ from kane.numeric.arrays import Array
 from kane.numeric.scale import ROUNDED_SUM, SPEEDS_RANK
 
 Rows = Sequence[Sequence[Expr]]
+Kinematical = tuple[Rows, Rows, Sequence[Expr]]
 
 
 @dataclass(slots=True)
@@ -48,7 +49,7 @@ class _Equations:
 
 
 def define(
-    known: Translation, kinematical: tuple[Rows, Rows, Sequence[Expr]],
+    known: Translation, kinematical: Kinematical,
     sets: dict[tuple[Coordinate, ...], tuple[QuasiRate, ...]], states: States, remarks: Remarks,
 ) -> Definitions:  # fmt: skip
     """The definitions of SymPy's speeds."""
@@ -118,7 +119,7 @@ def _rank(a: Array) -> int:
 
 
 def _equations(
-    known: Translation, kinematical: tuple[Rows, Rows, Sequence[Expr]],
+    known: Translation, kinematical: Kinematical,
     sets: dict[tuple[Coordinate, ...], tuple[QuasiRate, ...]], states: States,
 ) -> _Equations:  # fmt: skip
     """The equations as `basic` = `rows` u; those of Euler parameters by the angular velocity."""
@@ -140,20 +141,9 @@ def _equations(
     return _Equations(basic, rows)
 
 
-def _spin(known: Translation, kinematical: tuple[Rows, Rows, Sequence[Expr]], group: Sequence[Coordinate], states: States) -> list[list[Expr]]:
+def _spin(known: Translation, kinematical: Kinematical, group: Sequence[Coordinate], states: States) -> list[list[Expr]]:
     """w by the speeds: numbers where it is so at all states, as where the speeds are measure numbers of w."""
-    k_q, k_u, _ = kinematical
-    n, m, count = len(k_q), len(known.speeds), states.of([ONE]).shape[1]
-    a = states.of([x for row in k_q for x in row]).reshape(n, n, count)
-    b = states.of([x for row in k_u for x in row]).reshape(n, m, count)
-    e = states.of(group)
-    places = [_place(known, q) for q in group]
-    by_u = np.stack([-np.linalg.solve(a[:, :, s], b[:, :, s])[places] for s in range(count)], axis=-1)
-    if _changes_length(by_u, e):
-        raise ModelError(
-            f"Expected kinematical equations that keep the length of the Euler parameters {', '.join(q.name for q in group)}, got some "
-            "that change it. Take three speeds, measure numbers of the angular velocity, for each set."
-        )
+    e, by_u = states.of(group), rates_by_speeds(known, kinematical, states)[[_place(known, q) for q in group]]
     w = 2 * (e[0] * by_u[1:] - by_u[0] * e[1:, None] - np.cross(e[1:, None], by_u[1:], axis=0))
     if np.abs(w - w[..., :1]).max() > ROUNDED_SUM * 100:
         return _spin_in_symbols(known, kinematical, group)
@@ -162,15 +152,26 @@ def _spin(known: Translation, kinematical: tuple[Rows, Rows, Sequence[Expr]], gr
     return [[as_expr(int(x) if x == int(x) else float(x)) for x in row] for row in tidy]
 
 
-def _changes_length(by_u: Array, e: Array) -> bool:
-    return bool(np.abs(np.einsum("is,ims->ms", e, by_u)).max() > ROUNDED_SUM * 100)
+def rates_by_speeds(known: Translation, kinematical: Kinematical, states: States) -> Array:
+    """∂q̇/∂u at the states (coordinates × speeds × states)."""
+    k_q, k_u, _ = kinematical
+    n, m, count = len(k_q), len(known.speeds), states.of([ONE]).shape[1]
+    a = states.of([x for row in k_q for x in row]).reshape(n, n, count)
+    b = states.of([x for row in k_u for x in row]).reshape(n, m, count)
+    return np.stack([-np.linalg.solve(a[:, :, s], b[:, :, s]) for s in range(count)], axis=-1)
+
+
+def keeps_length(known: Translation, kinematical: Kinematical, states: States, group: Sequence[Coordinate]) -> bool:
+    """Whether speeds of any values keep the length of Euler parameters."""
+    by_u = rates_by_speeds(known, kinematical, states)[[_place(known, q) for q in group]]
+    return bool(np.abs(np.einsum("is,ims->ms", states.of(group), by_u)).max() <= ROUNDED_SUM * 100)
 
 
 def _place(known: Translation, q: Coordinate) -> int:
     return next(k for k, x in enumerate(known.coordinates) if x is q)
 
 
-def _spin_in_symbols(known: Translation, kinematical: tuple[Rows, Rows, Sequence[Expr]], group: Sequence[Coordinate]) -> list[list[Expr]]:
+def _spin_in_symbols(known: Translation, kinematical: Kinematical, group: Sequence[Coordinate]) -> list[list[Expr]]:
     """w = 2 (e0 ė − ė0 e − e × ė) with ė by the speeds, where each equation has the rate of one of the parameters alone."""
     k_q, k_u, _ = kinematical
     by_u: list[list[Expr]] = []
