@@ -43,7 +43,9 @@ class Auxiliary:
         names = ", ".join(str(u.func) for u in given.auxiliary)
         if why:
             self._points.clear()
-            remarks.say("left out", f"the auxiliary speeds {names}: {why}; unknown forces in loads are inputs or parameters")
+            remarks.say(
+                "refused", f"the auxiliary speeds {names}: {why}; unknown forces in loads are inputs or parameters"
+            )
             return
         self.reactions = tuple(reaction(known.names.free(_word(x))) for x in self._unknown)
         for x, r in zip(self._unknown, self.reactions, strict=True):
@@ -55,7 +57,10 @@ class Auxiliary:
         """Which points hold which auxiliary speeds, along what; why not, or ""."""
         given = self._given
         places = [p for p, _ in given.loads]
-        turning = [*(x for x in places if not hasattr(x, "_pos_dict")), *(b.frame for b in given.bodies if hasattr(b, "frame"))]
+        turning = [
+            *(x for x in places if not hasattr(x, "_pos_dict")),
+            *(b.frame for b in given.bodies if hasattr(b, "frame")),
+        ]
         if any(not self._slope(f.ang_vel_in(given.frame), u).is_zero for f in turning for u in given.auxiliary):
             return "angular velocities hold some"
         for p in [*(x for x in places if hasattr(x, "_pos_dict")), *(b.masscenter for b in given.bodies)]:

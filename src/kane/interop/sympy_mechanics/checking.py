@@ -44,7 +44,9 @@ def theirs(given: Given, known: Translation, states: States) -> tuple[Array, Arr
 def ours(eom: Equations, sought: Sequence[Symbol], states: States) -> Array:
     """u̇ and reactions by the imported system (speeds and reactions × states)."""
     values, system = states.values, eom.system
-    states.of([*system.parameters, *(s for s in system.inputs if isinstance(s, Input))])  # those of loads have had no values yet
+    states.of(
+        [*system.parameters, *(s for s in system.inputs if isinstance(s, Input))]
+    )  # those of loads have had no values yet
     of = {kind: {s: values[s] for s in symbols if s in values} for kind, symbols in (
         ("q", system.coordinates), ("parameters", system.parameters), ("inputs", system.inputs),
     )}  # fmt: skip
@@ -54,7 +56,15 @@ def ours(eom: Equations, sought: Sequence[Symbol], states: States) -> Array:
     return np.array(np.broadcast_arrays(*found, np.zeros(COUNT))[:-1])
 
 
-def check(given: Given, eom: Equations, known: Translation, states: States, remarks: Remarks, auxiliary: Auxiliary, cause: Callable[[], str]) -> None:
+def check(
+    given: Given,
+    eom: Equations,
+    known: Translation,
+    states: States,
+    remarks: Remarks,
+    auxiliary: Auxiliary,
+    cause: Callable[[], str],
+) -> None:
     """Compare; a ModelError shows the largest difference and the `cause`, where it is known."""
     got = ours(eom, (*known.speeds, *auxiliary.reactions), states)
     states.values.update(zip(auxiliary.reactions, got[len(known.speeds) :], strict=True))
@@ -71,7 +81,9 @@ def check(given: Given, eom: Equations, known: Translation, states: States, rema
     if off.max(initial=0) > 1:
         r, k = np.unravel_index(int(np.argmax(off)), off.shape)
         said = _difference(known.speeds[r].name, float(got[r, k]), float(expected[r, k]), states, int(k))
-        raise ModelError(f"{said} {cause() or _UNKNOWN_CAUSE} check=False imports what the bodies, loads and constraints say.")
+        raise ModelError(
+            f"{said} {cause() or _UNKNOWN_CAUSE} check=False imports what the bodies, loads and constraints say."
+        )
     if auxiliary.reactions:
         left = auxiliary.equations_left({rate(s): x for s, x in zip(known.speeds, got, strict=True)})
         if left > ROUNDED_ROOT:
@@ -80,16 +92,19 @@ def check(given: Given, eom: Equations, known: Translation, states: States, rema
                 "check=False imports what the bodies, loads and constraints say."
             )
     share = float((np.abs(got - expected)[:, usable] / np.maximum(size, 1e-6)[usable]).max())
-    remarks.say("checked", f"accelerations equal SymPy's to {max(share, 1e-16):.0e} of the largest at {usable.sum()} random states")
+    remarks.say(
+        "checked",
+        f"accelerations equal SymPy's to {max(share, 1e-16):.0e} of the largest at {usable.sum()} random states",
+    )
 
 
 def _difference(speed: str, got: float, expected: float, states: States, k: int) -> str:
     shown = ", ".join(
-        f"{s.name} = {x[k]:.4g}" for s, x in states.values.items() if isinstance(s, Coordinate | Speed | Parameter | Input) and not isinstance(s, Rate)
+        f"{s.name} = {x[k]:.4g}"
+        for s, x in states.values.items()
+        if isinstance(s, Coordinate | Speed | Parameter | Input) and not isinstance(s, Rate)
     )
     return (
         f"Expected the accelerations of SymPy's equations, got {speed}' = {got:.9g} from the bodies, positions, loads and constraints where "
         f"SymPy's matrices give {expected:.9g}, at {shown}. Its equations contradict what they were made of:"
     )
-
-

@@ -83,7 +83,9 @@ def _unit(n: int) -> Array:
 
 
 def _values(entries: Sequence[Expr], values: Mapping[Any, Any]) -> Array:
-    return np.array(np.broadcast_arrays(*evaluate(list(entries), dict(values)), np.zeros(COUNT))[:-1]).reshape(3, 3, COUNT)
+    return np.array(np.broadcast_arrays(*evaluate(list(entries), dict(values)), np.zeros(COUNT))[:-1]).reshape(
+        3, 3, COUNT
+    )
 
 
 def _quaternion(e: Array) -> Array:
@@ -100,8 +102,24 @@ def _quaternion(e: Array) -> Array:
 class Frames:
     """Our frames for SymPy's, each made when it is first asked for; what stands along them."""
 
-    def __init__(self, inertial: Any, parents: Mapping[Any, tuple[Any, bool]], sets: Mapping[Any, tuple[Coordinate, ...]], scaled: Mapping[Any, tuple[Coordinate, ...]], known: Translation, states: States, remarks: Remarks) -> None:
-        self._parents, self._sets, self._scaled, self._known, self._states, self._remarks = parents, sets, scaled, known, states, remarks
+    def __init__(
+        self,
+        inertial: Any,
+        parents: Mapping[Any, tuple[Any, bool]],
+        sets: Mapping[Any, tuple[Coordinate, ...]],
+        scaled: Mapping[Any, tuple[Coordinate, ...]],
+        known: Translation,
+        states: States,
+        remarks: Remarks,
+    ) -> None:
+        self._parents, self._sets, self._scaled, self._known, self._states, self._remarks = (
+            parents,
+            sets,
+            scaled,
+            known,
+            states,
+            remarks,
+        )
         self._names = Names()
         self._made: dict[Any, Frame] = {inertial: Frame(self._names.free(inertial.name))}
         self.inertial = self._made[inertial]
@@ -156,7 +174,9 @@ class Frames:
             self._remarks.say("read", f"{child} by the Euler parameters {', '.join(s.name for s in self._sets[child])}")
             frame = ours.rotate_euler_parameters(name, self._sets[child])
             assert frame.orientation is not None
-            self._states.values.update(zip(frame.orientation.quasi, self._states.turning(self._sets[child]), strict=True))
+            self._states.values.update(
+                zip(frame.orientation.quasi, self._states.turning(self._sets[child]), strict=True)
+            )
             return frame
         flat = [self._known.scalar(x) for x in parent._dcm_dict[child]]
         if child in self._scaled:  # of any length: orthogonal throughout, and the same where the length is 1
@@ -183,17 +203,29 @@ class Frames:
         alone = len(own) == 1 and own[0][1] in (parent, child) and len(k) == 1
         if not own or alone:
             size = self._known.scalar(own[0][0][k[0]]) if own else ZERO
-            angle = Coordinate.declare(self._known.names.free(f"angle_{name}"), None, "", "angle of a frame given by its angular velocity")
+            angle = Coordinate.declare(
+                self._known.names.free(f"angle_{name}"), None, "", "angle of a frame given by its angular velocity"
+            )
             frame = ours.rotate(name, angle, axes(ours)[k[0] if own else 0])
             self._states.enter(angle, size)
             self.further.append(Further((angle,), (rate(angle) - size,)))
         else:
             frame = self._turned(name, ours, child, spin)
-        self._remarks.say("inferred", f"the orientation of {child} in {parent} from its angular velocity, which alone is given")
+        self._remarks.say(
+            "inferred", f"the orientation of {child} in {parent} from its angular velocity, which alone is given"
+        )
         return frame
 
     def _turned(self, name: str, ours: Frame, child: Any, spin: Any) -> Frame:
-        e = tuple(Coordinate.declare(self._known.names.free(f"e{k}_{name}"), None, "1", "Euler parameter of a frame given by its angular velocity") for k in range(4))
+        e = tuple(
+            Coordinate.declare(
+                self._known.names.free(f"e{k}_{name}"),
+                None,
+                "1",
+                "Euler parameter of a frame given by its angular velocity",
+            )
+            for k in range(4)
+        )
         frame = ours.rotate_euler_parameters(name, e)
         assert frame.orientation is not None
         quasi = frame.orientation.quasi

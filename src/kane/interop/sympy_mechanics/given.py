@@ -154,7 +154,9 @@ def _joints(model: Any) -> Given:
     return _kane(made.method, None, None)
 
 
-def _bodies(bodies: Sequence[Any], loads: Any, frame: Any = None, q: Any = (), u: Any = (), kd_eqs: Any = (), **rest: Any) -> Given:
+def _bodies(
+    bodies: Sequence[Any], loads: Any, frame: Any = None, q: Any = (), u: Any = (), kd_eqs: Any = (), **rest: Any
+) -> Given:
     import sympy.physics.mechanics as me
 
     cure = "from_sympy_mechanics(bodies, loads, frame=N, q=[q1, …], u=[u1, …], kd_eqs=[q1.diff() - u1, …])"
@@ -164,7 +166,9 @@ def _bodies(bodies: Sequence[Any], loads: Any, frame: Any = None, q: Any = (), u
         u = tuple(me.dynamicsymbols(f"u_{x.func.__name__}") for x in q)
         kd_eqs = [x.diff() - s for x, s in zip(q, u, strict=True)]
     _velocities_from_positions(bodies, frame)
-    method = me.KanesMethod(frame, q, u, kd_eqs=list(kd_eqs), bodies=list(bodies), forcelist=list(_pairs(loads)) or None, **rest)
+    method = me.KanesMethod(
+        frame, q, u, kd_eqs=list(kd_eqs), bodies=list(bodies), forcelist=list(_pairs(loads)) or None, **rest
+    )
     return _kane(method, bodies, _pairs(loads))
 
 

@@ -4,7 +4,7 @@
 import warnings
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from kane.errors import KaneWarning, ModelError, ReactionError, cut
 from kane.expr.differentiation import gradient, time_derivative
 from kane.expr.matrix import solve_linear
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import Coordinate, Parameter, Rate, Speed, Symbol, rate
+from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol, rate
 from kane.expr.visit import substituted
 from kane.interop.imported import Imported, Remarks
 from kane.interop.sympy_mechanics import checking
@@ -33,6 +33,8 @@ from kane.numeric.rank import balanced, singular
 from kane.numeric.scale import EQUAL, SPEEDS_RANK
 from kane.space.vector import Vector
 
+T = TypeVar("T", Coordinate, Speed, Parameter)
+
 
 def from_sympy_mechanics(
     model: Any,
@@ -43,7 +45,7 @@ def from_sympy_mechanics(
     check: bool = True,
     **stated: Any,
 ) -> Imported:
-    """A model of `sympy.physics.mechanics` as a `System`, with remarks on what was read, inferred, changed, left out and checked.
+    """A model of `sympy.physics.mechanics` as a `System`, with remarks on what was read, inferred, changed, ignored, refused and checked.
 
     Frames come by their orientations, points by their positions; what has a velocity alone, or another one than the rate of its position,
     is moved by it. Kinematical equations become definitions of the speeds, functions of time that are no coordinates inputs.
@@ -72,9 +74,13 @@ def from_sympy_mechanics(
     if check:
         checking.check(given, derive(system), known, made.states, remarks, made.auxiliary, made.cause)
     else:
-        remarks.say("left out", "the comparison of accelerations with SymPy's: check=False")
-    defaults = {s: float(s.default) for s in system.parameters if s.default is not None}
-    return Imported(system, MappingProxyType(known.named()), {}, {}, defaults, remarks.all(), given.source)
+        remarks.say("ignored", "the comparison of accelerations with SymPy's: check=False")
+    symbols = known.named()
+    return Imported(system, symbols, *(_of(symbols, kind) for kind in (Coordinate, Speed, Parameter)), remarks.all())
+
+
+def _of(symbols: Mapping[str, Expr], kind: type[T]) -> Mapping[str, T]:
+    return MappingProxyType({name: s for name, s in symbols.items() if isinstance(s, kind)})
 
 
 def _made(given: Given, values: Mapping[Any, float]) -> tuple["_Import", System]:
@@ -105,8 +111,12 @@ class _Import:
         parents = tree(given.frame)
         self._sets = euler_sets(parents, known)
         groups = list(dict.fromkeys(self._sets.values()))
-        everything = lambda: [s for s in dict.fromkeys(known.values()) if isinstance(s, Symbol) and not isinstance(s, Coordinate | Speed)]  # noqa: E731
-        self.states = States(known.coordinates, known.speeds, self._kinematical, self._holonomic, self._motion, groups, everything)
+        everything = lambda: [
+            s for s in dict.fromkeys(known.values()) if isinstance(s, Symbol) and not isinstance(s, Coordinate | Speed)
+        ]  # noqa: E731
+        self.states = States(
+            known.coordinates, known.speeds, self._kinematical, self._holonomic, self._motion, groups, everything
+        )
         free = [g for g in groups if not keeps_length(known, self._kinematical, self.states, g)]
         scaled = {f: g for f, g in self._sets.items() if g in free}
         self._sets = {f: g for f, g in self._sets.items() if g not in free}
@@ -130,7 +140,10 @@ class _Import:
         found = self._definitions()
         configuration = [configuration_constraint(f"configuration {k}", f) for k, f in enumerate(self._holonomic, 1)]
         motion = [motion_constraint(f"motion {k}", found.in_rates(f)) for k, f in self._kept_motion()]
-        motion += [motion_constraint(w.description.removeprefix("vanishes: ") + f" ({w.name})", row) for w, row in found.vanishing.items()]
+        motion += [
+            motion_constraint(w.description.removeprefix("vanishes: ") + f" ({w.name})", row)
+            for w, row in found.vanishing.items()
+        ]
         dependent = self._dependent(found, len(configuration) + len(motion))
         frames = self._frames
         with warnings.catch_warnings():
@@ -163,7 +176,11 @@ class _Import:
         if self._second is None:
             k_q, k_u, f = self._kinematical
             q, u = self.known.coordinates, self.known.speeds
-            rows = [sum((a * rate(x) for a, x in zip(k_q[i], q, strict=True)), f[i]) + sum((a * x for a, x in zip(k_u[i], u, strict=True)), ZERO) for i in range(len(q))]
+            rows = [
+                sum((a * rate(x) for a, x in zip(k_q[i], q, strict=True)), f[i])
+                + sum((a * x for a, x in zip(k_u[i], u, strict=True)), ZERO)
+                for i in range(len(q))
+            ]
             changes = [substituted(time_derivative(row), {rate(rate(x)): ZERO for x in q}) for row in rows]
             solved = solve_linear(k_q, [-x for x in changes])
             for s in u:
@@ -241,7 +258,9 @@ class _Import:
         for k, f in enumerate(self._motion, 1):
             row = self._slopes(f, speeds)
             if held and _follows(row, held):
-                self.remarks.say("changed", f"the velocity constraint {k} dropped: it is the rate of configuration constraints")
+                self.remarks.say(
+                    "changed", f"the velocity constraint {k} dropped: it is the rate of configuration constraints"
+                )
                 continue
             held.append(row)
             kept.append((k, f))

@@ -6,6 +6,7 @@ symbol stand in its description.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
+from types import MappingProxyType
 from typing import Any
 
 from kane.errors import ExpressionError, cut
@@ -75,13 +76,13 @@ class Translation(Mapping[Any, Expr]):
         """SymPy expressions as ours."""
         return [self.scalar(e) for e in many]
 
-    def named(self) -> dict[str, Symbol]:
-        """What each name became."""
-        return {str(key.func) if key.args and key.is_Function else str(key): s for key, s in self._known.items() if isinstance(s, Symbol)}
-
-    def of_kind(self, kind: type[Any]) -> list[Any]:
-        """The symbols of one kind."""
-        return [s for s in self._known.values() if isinstance(s, kind)]
+    def named(self) -> Mapping[str, Expr]:
+        """What each name became; of two of one name the first."""
+        found: dict[str, Expr] = {}
+        for key, s in self._known.items():
+            if isinstance(s, Symbol):
+                found.setdefault(str(key.func) if key.is_Function else str(key), s)
+        return MappingProxyType(found)
 
     def __contains__(self, key: object) -> bool:
         from sympy import Symbol as SympySymbol
@@ -105,7 +106,9 @@ class Translation(Mapping[Any, Expr]):
             if key.args != (self._time,):
                 raise ExpressionError(f"Expected functions of the time {self._time} alone, got {cut(key)}.")
             name = self.names.free(_name(key))
-            self._remarks.say("inferred", f"{name} is an input: a function of time that is neither coordinate nor speed")
+            self._remarks.say(
+                "inferred", f"{name} is an input: a function of time that is neither coordinate nor speed"
+            )
             return Input.declare(name)
         said = next((a for a in _ASSUMED if key.assumptions0.get(a)), "")
         name = self.names.free(key.name)

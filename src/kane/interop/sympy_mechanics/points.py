@@ -54,7 +54,12 @@ class Points:
         position = sum(offsets, Vector())
         moved = position.dt(self._frames.inertial)
         there = self._states.of((drift - moved).components(self._frames.inertial))
-        size = max(1e-3, np.abs(self._states.of([*drift.components(self._frames.inertial), *moved.components(self._frames.inertial)])).max())
+        size = max(
+            1e-3,
+            np.abs(
+                self._states.of([*drift.components(self._frames.inertial), *moved.components(self._frames.inertial)])
+            ).max(),
+        )
         if not np.isfinite(there).all():
             raise ModelError(f"Expected a finite velocity of {theirs} at random states, got {cut(drift)}.")
         there = np.where(np.abs(there) <= EQUAL * size, 0.0, there)
@@ -68,7 +73,9 @@ class Points:
         try:
             v = theirs.vel(self._theirs)
         except ValueError as error:
-            raise ModelError(f"Expected the velocity of {theirs} in {self._theirs} to be known, got: {cut(error, 200)}") from error
+            raise ModelError(
+                f"Expected the velocity of {theirs} in {self._theirs} to be known, got: {cut(error, 200)}"
+            ) from error
         return self._frames.vector(v)
 
     def _survey(self, theirs: Any) -> None:
@@ -122,7 +129,9 @@ class Points:
         inertial, offset = self._frames.inertial, Vector()
         q, rows = [], []
         for k in moving:
-            x = Coordinate.declare(self._known.names.free(f"{_XYZ[k]}_{theirs.name}"), None, "", f"place of {theirs.name} by its velocity")
+            x = Coordinate.declare(
+                self._known.names.free(f"{_XYZ[k]}_{theirs.name}"), None, "", f"place of {theirs.name} by its velocity"
+            )
             speed = drift.dot(axes(inertial)[k])
             self._states.enter(x, speed)
             q.append(x)
@@ -130,6 +139,8 @@ class Points:
             offset = offset + axes(inertial)[k] * x
         self._frames.further.append(Further(tuple(q), tuple(rows)))
         along = ", ".join(f"{inertial.name}.{_XYZ[k]}" for k in moving)
-        how = "no position there" if len(self._lines[theirs]) == 1 else "a velocity that is not the rate of its position"
+        how = (
+            "no position there" if len(self._lines[theirs]) == 1 else "a velocity that is not the rate of its position"
+        )
         self._remarks.say("inferred", f"the place of {theirs} along {along} from its velocity: it has {how}")
         return root.at(self._names.free(f"{theirs.name}_moving"), offset)

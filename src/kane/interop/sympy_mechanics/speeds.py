@@ -91,7 +91,9 @@ def follow(found: Definitions, further: Sequence[Further], known: Translation) -
             found.vanishing[_held(known, f"{own} moves as its velocity says")] = found.in_rates(row)
 
 
-def _less(basic: Expr, row: Sequence[Expr], speeds: Sequence[Speed], by: dict[Speed, Expr], over: Sequence[int]) -> Expr:
+def _less(
+    basic: Expr, row: Sequence[Expr], speeds: Sequence[Speed], by: dict[Speed, Expr], over: Sequence[int]
+) -> Expr:
     """`basic` − Σ row u over some of the speeds."""
     for k in over:
         if row[k] is not ZERO:
@@ -125,7 +127,10 @@ def _equations(
     """The equations as `basic` = `rows` u; those of Euler parameters by the angular velocity."""
     k_q, k_u, f = kinematical
     n, turning = len(k_q), {q: k for k, group in enumerate(sets) for q in group}
-    own = [{turning[q] for q, x in zip(known.coordinates, row, strict=True) if x is not ZERO and q in turning} for row in k_q]
+    own = [
+        {turning[q] for q, x in zip(known.coordinates, row, strict=True) if x is not ZERO and q in turning}
+        for row in k_q
+    ]
     basic, rows = [], []
     for i in range(n):
         if own[i]:
@@ -141,7 +146,9 @@ def _equations(
     return _Equations(basic, rows)
 
 
-def _spin(known: Translation, kinematical: Kinematical, group: Sequence[Coordinate], states: States) -> list[list[Expr]]:
+def _spin(
+    known: Translation, kinematical: Kinematical, group: Sequence[Coordinate], states: States
+) -> list[list[Expr]]:
     """w by the speeds: numbers where it is so at all states, as where the speeds are measure numbers of w."""
     e, by_u = states.of(group), rates_by_speeds(known, kinematical, states)[[_place(known, q) for q in group]]
     w = 2 * (e[0] * by_u[1:] - by_u[0] * e[1:, None] - np.cross(e[1:, None], by_u[1:], axis=0))

@@ -33,7 +33,10 @@ def numbers(exprs: Iterable[Any], values: dict[Expr, Any]) -> Array:
         own = {s: values[s] for s in free_symbols(listed) if s in values}
         found = np.array(evaluate(listed, own), dtype=float)
     shape = np.shape(next(iter(values.values()), 0.0))
-    return np.broadcast_to(found.reshape(len(listed), *found.shape[1:]) if found.ndim > 1 else found[:, None] if shape else found, (len(listed), *shape))
+    return np.broadcast_to(
+        found.reshape(len(listed), *found.shape[1:]) if found.ndim > 1 else found[:, None] if shape else found,
+        (len(listed), *shape),
+    )
 
 
 class States:
@@ -133,7 +136,11 @@ class States:
                 base = base.place
             if isinstance(base, Parameter | Input):
                 drawn = [self._drawn([base], ()) for _ in range(COUNT)]
-                self.values |= {x: np.array([d[x] for d in drawn]) for x in drawn[0] if isinstance(x, Parameter | Input | Rate) and x not in self.values}
+                self.values |= {
+                    x: np.array([d[x] for d in drawn])
+                    for x in drawn[0]
+                    if isinstance(x, Parameter | Input | Rate) and x not in self.values
+                }
         return self.values
 
     def vanish(self, exprs: Iterable[Any], beside: Iterable[Any] = ()) -> bool:
