@@ -55,7 +55,10 @@ def capturing(found: list[Captured], place: list[str], *modules: Any) -> Iterato
         lagrangians[whole] = (frame, list(bodies))
         return whole
 
-    kanes_equations, lagranges_equations = kane.KanesMethod.kanes_equations, lagrange.LagrangesMethod.form_lagranges_equations
+    kanes_equations, lagranges_equations = (
+        kane.KanesMethod.kanes_equations,
+        lagrange.LagrangesMethod.form_lagranges_equations,
+    )
     plain, holders = functions.Lagrangian, [m for m in (functions, me, *modules) if hasattr(m, "Lagrangian")]
     kane.KanesMethod.kanes_equations, lagrange.LagrangesMethod.form_lagranges_equations = by_kane, by_lagrange
     for holder in holders:

@@ -6,7 +6,7 @@ from typing import Any
 import sympy
 import sympy.physics.mechanics as me
 
-m, g, l, k, c, I1, I2, I3, a, b = sympy.symbols("m g l k c I1 I2 I3 a b", positive=True)  # noqa: E741
+m, g, l, k, c, I1, I2, I3, a, b = sympy.symbols("m g l k c I1 I2 I3 a b", positive=True)
 t = me.dynamicsymbols._t
 
 
@@ -44,21 +44,24 @@ def velocity_alone() -> Any:
     return _method(N, [q], [u], [me.Particle("p", P, m)], [(P, (-k * q - c * u) * N.x)])
 
 
-def orientations() -> Any:
-    """Turns about axes of any direction, by sequences about body and space axes, by a matrix, and a quarter turn."""
-    q, u = me.dynamicsymbols("q1:8"), me.dynamicsymbols("u1:8")
+def oriented(how: str) -> Any:
+    """A body turned about an axis of any direction, by a sequence, or by a matrix after a quarter turn."""
+    q, u = me.dynamicsymbols("q1:4"), me.dynamicsymbols("u1:4")
     N, O = _base()
-    A = N.orientnew("A", "Axis", [q[0], (N.x + 2 * N.y + 2 * N.z) / 3])
-    B = A.orientnew("B", "Body", q[1:4], "ZXZ")
-    C = B.orientnew("C", "Axis", [sympy.pi / 2, B.x])
-    D = C.orientnew("D", "Space", q[4:7], "123")
-    E = me.ReferenceFrame("E")
-    E.orient_explicit(D, sympy.Matrix([[0, 0, 1], [1, 0, 0], [0, 1, 0]]))
-    E.set_ang_vel(D, 0)
+    if how == "axis":
+        E, n = N.orientnew("E", "Axis", [q[0], (N.x + 2 * N.y + 2 * N.z) / 3]), 1
+    elif how == "matrix":
+        C = N.orientnew("C", "Axis", [sympy.pi / 2, N.x])
+        D = C.orientnew("D", "Axis", [q[0], C.y])
+        E, n = me.ReferenceFrame("E"), 1
+        E.orient_explicit(D, sympy.Matrix([[0, 0, 1], [1, 0, 0], [0, 1, 0]]))
+        E.set_ang_vel(D, 0)
+    else:
+        E, n = N.orientnew("E", *how.split()[:1], q, how.split()[1]), 3
     P = O.locatenew("P", a * E.x + b * E.z)
-    P.set_vel(N, P.pos_from(O).dt(N))
-    body = me.RigidBody("body", P, E, m, (me.inertia(E, I1, I2, I3, a / 9, b / 8, a / 7), P))
-    return _method(N, q, u, [body], [(P, m * g * N.z)])
+    P.v2pt_theory(O, N, E)
+    body = me.RigidBody("body", P, E, m, (me.inertia(E, I1, I2, I3, I1 / 9, I2 / 8, I3 / 7), P))
+    return _method(N, q[:n], u[:n], [body], [(P, m * g * N.z)])
 
 
 def quaternion(four: bool) -> Any:
@@ -75,31 +78,41 @@ def quaternion(four: bool) -> Any:
     if four:
         length = e[0] ** 2 + e[1] ** 2 + e[2] ** 2 + e[3] ** 2 - 1
         rate = sum(p * s for p, s in zip(e, w, strict=True))
+        kd = [x.diff() - v, *(p.diff() - s for p, s in zip((*e[1:], e[0]), (*w[1:], w[0]), strict=True))]
         return _method(
-            N, [x, *e[1:]], [v, *w[1:]], [body], loads, [x.diff() - v, *(p.diff() - s for p, s in zip((*e[1:], e[0]), (*w[1:], w[0]), strict=True))],
-            q_dependent=[e[0]], u_dependent=[w[0]], configuration_constraints=[length], velocity_constraints=[rate],
+            N, [x, *e[1:]], [v, *w[1:]], [body], loads, kd, q_dependent=[e[0]], u_dependent=[w[0]],
+            configuration_constraints=[length], velocity_constraints=[rate],
         )  # fmt: skip
     e0, e1, e2, e3 = e
     rows = sympy.Matrix([[-e1, -e2, -e3], [e0, -e3, e2], [e3, e0, -e1], [-e2, e1, e0]]) * sympy.Matrix(w) / 2
     B.set_ang_vel(N, w[0] * B.x + w[1] * B.y + w[2] * B.z)
-    return _method(N, [x, *e], [v, *w], [body], loads, [x.diff() - v, *(p.diff() - r for p, r in zip(e, rows, strict=True))])
+    return _method(
+        N, [x, *e], [v, *w], [body], loads, [x.diff() - v, *(p.diff() - r for p, r in zip(e, rows, strict=True))]
+    )
 
 
-def spinning(about_axis: bool) -> Any:
-    """A rotor given by its angular velocity alone, about an axis of its carrier or about any."""
-    q, u = me.dynamicsymbols("q1:3"), me.dynamicsymbols("u1:4")
+def rotor() -> Any:
+    """A rotor given by its angular velocity alone, about an axis of its carrier."""
+    q, u = me.dynamicsymbols("q1:3"), me.dynamicsymbols("u1:3")
     N, O = _base()
     A = N.orientnew("A", "Axis", [q[0], N.z])
     A.set_ang_vel(N, u[0] * N.z)
     C = me.ReferenceFrame("C")
-    C.set_ang_vel(A, u[1] * A.x if about_axis else u[1] * C.x + u[2] * C.y)
+    C.set_ang_vel(A, u[1] * A.x)
     P = O.locatenew("P", l * A.x)
     P.v2pt_theory(O, N, A)
-    own = (u[:2] if about_axis else u)
-    home = A if about_axis else C
-    body = me.RigidBody("rotor", P, C, m, (me.inertia(home, I1, I2, I2 if about_axis else I3), P))
-    kd = [q[0].diff() - u[0]] if not about_axis else [q[0].diff() - u[0], q[1].diff() - u[1]]
-    return _method(N, q[: len(kd)], own, [body], [(C, -c * u[1] * home.x)], kd)
+    body = me.RigidBody("rotor", P, C, m, (me.inertia(A, I1, I2, I2), P))
+    return _method(N, q, u, [body], [(C, -c * u[1] * A.x)])
+
+
+def tumbling() -> Any:
+    """A body without orientation: Euler's equations, with a coordinate that no kinematical equation needs."""
+    q, u = me.dynamicsymbols("q"), me.dynamicsymbols("u1:4")
+    N, O = _base()
+    C = me.ReferenceFrame("C")
+    C.set_ang_vel(N, u[0] * C.x + u[1] * C.y + u[2] * C.z)
+    body = me.RigidBody("body", O, C, m, (me.inertia(C, I1, I2, I3), O))
+    return _method(N, [q], u, [body], [(C, -c * u[1] * C.x)], [q.diff() - u[0]])
 
 
 def knife_edge() -> Any:
@@ -122,9 +135,8 @@ def four_bar() -> Any:
     N, O = _base()
     links, bodies, P, frame = sympy.symbols("l1:4", positive=True), [], O, N
     for x, s, size in zip(q, u, links, strict=True):
-        frame = frame.orientnew(f"B{x.name}", "Axis", [x, N.z])
-        frame.set_ang_vel(N if frame.name == "Bq1" else previous, s * N.z)  # noqa: F821
-        previous = frame
+        before, frame = frame, frame.orientnew(f"B{x.name}", "Axis", [x, N.z])
+        frame.set_ang_vel(before, s * N.z)
         center = P.locatenew(f"C{x.name}", size / 2 * frame.x)
         center.v2pt_theory(P, N, frame)
         bodies.append(me.RigidBody(f"link{x.name}", center, frame, m, (me.inertia(frame, 0, 0, m * size**2 / 3), P)))
@@ -154,10 +166,10 @@ def tension() -> Any:
 
 def joints() -> Any:
     """SymPy's System with joints, a spring, a damper and a motor."""
-    wall, cart, arm = me.RigidBody("wall"), me.Particle("cart"), me.RigidBody("arm")
+    wall, cart, arm = (me.RigidBody(name) for name in ("wall", "cart", "arm"))
     system = me.System.from_newtonian(wall)
     slide = me.PrismaticJoint("slide", wall, cart, joint_axis=wall.x)
-    pin = me.PinJoint("pin", cart, arm, joint_axis=cart_axis(cart, slide), child_point=-l * arm.y)
+    pin = me.PinJoint("pin", cart, arm, joint_axis=cart.z, child_point=-l * arm.y)
     system.add_joints(slide, pin)
     path = me.LinearPathway(wall.masscenter, arm.masscenter)
     system.add_actuators(
@@ -166,11 +178,6 @@ def joints() -> Any:
     )  # fmt: skip
     system.apply_uniform_gravity(-g * wall.y)
     return system
-
-
-def cart_axis(cart: Any, slide: Any) -> Any:
-    """The axis of the pin: across the plane of the slide."""
-    return slide.child_interframe.z
 
 
 def lagrange() -> Any:
@@ -185,3 +192,9 @@ def lagrange() -> Any:
     method = me.LagrangesMethod(me.Lagrangian(N, body), [q, r], forcelist=[(P, -c * P.vel(N))], bodies=[body], frame=N)
     method.form_lagranges_equations()
     return method
+
+
+def jointed() -> Any:
+    """SymPy's older JointsMethod, whose classes warn that they will go."""
+    wall, bob = me.Body("wall"), me.Body("bob")
+    return me.JointsMethod(wall, me.PinJoint("pin", wall, bob, child_point=l * bob.y))

@@ -13,11 +13,14 @@ from tests.interop.sympy_mechanics import models
 WAYS = {
     "pendulum": models.pendulum,
     "velocity alone": models.velocity_alone,
-    "orientations": models.orientations,
+    "about an axis": lambda: models.oriented("axis"),
+    "body axes": lambda: models.oriented("Body ZXZ"),
+    "space axes": lambda: models.oriented("Space 123"),
+    "matrix": lambda: models.oriented("matrix"),
     "quaternion, three speeds": lambda: models.quaternion(False),
     "quaternion, four speeds": lambda: models.quaternion(True),
-    "spinning about an axis": lambda: models.spinning(True),
-    "spinning freely": lambda: models.spinning(False),
+    "rotor": models.rotor,
+    "tumbling": models.tumbling,
     "knife edge": models.knife_edge,
     "four-bar": models.four_bar,
     "tension": models.tension,
@@ -39,14 +42,20 @@ def by_sympy(method, values):
     return np.array(mass.LUsolve(forcing), dtype=float).ravel()
 
 
-@pytest.mark.parametrize("way", ["pendulum", "velocity alone", "orientations", "knife edge"])
+@pytest.mark.parametrize(
+    "way", ["pendulum", "velocity alone", "about an axis", "body axes", "space axes", "matrix", "knife edge"]
+)
 def test_accelerations_by_a_second_route(way, rng):
     method = WAYS[way]()
     found = kn.from_sympy_mechanics(method, check=False)
     assert not found.of_kind("checked")
     for _ in range(3):
         numbers = {name: rng.uniform(0.3, 1.3) for name in found.symbols}
-        atoms = (method.mass_matrix.atoms() | method.forcing.atoms(sympy.Symbol, sympy.Function)) | set(method.q) | set(method.u)
+        atoms = (
+            (method.mass_matrix.atoms() | method.forcing.atoms(sympy.Symbol, sympy.Function))
+            | set(method.q)
+            | set(method.u)
+        )
         atoms |= method.mass_matrix.atoms(sympy.Function)
         values = {x: sympy.Float(numbers[x.name]) for x in atoms if getattr(x, "name", None) in numbers}
         expected = by_sympy(method, values)
@@ -112,10 +121,9 @@ def test_bodies_and_loads_alone():
     assert str(found.eom.accelerations[0]) == "-g*sin(q)/l"
 
 
+@pytest.mark.filterwarnings("ignore::sympy.utilities.exceptions.SymPyDeprecationWarning")
 def test_joints_method_and_repr():
-    wall, bob = me.Body("wall"), me.Body("bob")
-    pin = me.PinJoint("pin", wall, bob, child_point=models.l * bob.y)
-    found = kn.from_sympy_mechanics(me.JointsMethod(wall, pin))
+    found = kn.from_sympy_mechanics(models.jointed())
     assert repr(found).startswith("Imported(")
     assert "<table>" in found._repr_html_()
 

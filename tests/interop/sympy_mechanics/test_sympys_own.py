@@ -15,10 +15,10 @@ NAMED = {
     "test_lagrange.test_rolling_disc": "velocities in the kinetic energy satisfy motion constraints",
     "test_linearize.test_linearize_rolling_disc_lagrange": "velocities in the kinetic energy satisfy motion constraints",
 }
-QUICK = {"test_kane5": 1, "test_jointsmethod": 7}
+QUICK = {"test_kane4": 6, "test_models": 10}
 LONG = {
-    "test_kane": 16, "test_kane2": 6, "test_kane4": 6, "test_lagrange": 5, "test_lagrange2": 1, "test_linearize": 6,
-    "test_models": 10, "test_system_class": 5,
+    "test_kane": 16, "test_kane2": 6, "test_kane5": 1, "test_jointsmethod": 7, "test_lagrange": 5, "test_lagrange2": 1,
+    "test_linearize": 6, "test_system_class": 5,
 }  # fmt: skip
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Models of `sympy.physics.mechanics`, read module by module: what is given, names, states, frames, points, speeds, the system, the check."""
+"""Models of `sympy.physics.mechanics`: what is given, names, states, frames, points, speeds, the system, the check."""
 
 from kane.lazy_imports import offered
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """SymPy's auxiliary speeds as ours, with the unknown forces that they bring into evidence.
 
-In SymPy an auxiliary speed stands in the velocities of some points; here it belongs to a cut through which those points are reached. That
-is the same where the points of each auxiliary speed lie within one another's sets, and its direction is one for all.
+In SymPy an auxiliary speed stands in the velocities of some points; here it belongs to a cut through which those points are reached.
+That is the same where the sets of points of the auxiliary speeds contain one another, and each has one direction.
 """
 
 from collections.abc import Callable, Sequence

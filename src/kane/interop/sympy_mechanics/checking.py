@@ -2,7 +2,6 @@
 """Accelerations of the imported system beside those that SymPy's own matrices give, at random states."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -17,10 +16,9 @@ from kane.interop.sympy_mechanics.states import COUNT, States
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EQUAL, LAST_DIGIT, ROUNDED_ROOT, SOLVE_RANK
 
-
 _UNKNOWN_CAUSE = (
-    "look for acceleration constraints that were given, configuration constraints without their velocity constraints, and matrices that "
-    "were changed."
+    "look for acceleration constraints that were given, configuration constraints without their velocity constraints, and matrices "
+    "that were changed."
 )
 
 
@@ -46,13 +44,13 @@ def ours(eom: Equations, sought: Sequence[Symbol], states: States) -> Array:
     values, system = states.values, eom.system
     states.of(
         [*system.parameters, *(s for s in system.inputs if isinstance(s, Input))]
-    )  # those of loads have had no values yet
-    of = {kind: {s: values[s] for s in symbols if s in values} for kind, symbols in (
-        ("q", system.coordinates), ("parameters", system.parameters), ("inputs", system.inputs),
-    )}  # fmt: skip
-    u = {s: values.get(s, np.zeros_like(next(iter(values.values())))) for s in system.speeds}
+    )  # loads' have had no values yet
+    q, parameters, inputs = (
+        {s: values[s] for s in x if s in values} for x in (system.coordinates, system.parameters, system.inputs)
+    )
+    u = {s: values.get(s, np.zeros(COUNT)) for s in system.speeds}
     wanted = [rate(s) if isinstance(s, Speed) else s for s in sought]
-    found = eom.evaluate(wanted, u=u, t=values.get(time, 0.0), **of)
+    found = eom.evaluate(wanted, q=q, u=u, parameters=parameters, inputs=inputs, t=values.get(time, 0.0))
     return np.array(np.broadcast_arrays(*found, np.zeros(COUNT))[:-1])
 
 
@@ -71,7 +69,7 @@ def check(
     expected, condition = theirs(given, known, states)
     usable = np.isfinite(expected).all(axis=0)
     if not usable.any():
-        remarks.say("checked", "nothing: SymPy's matrices are singular or not finite at random states")
+        remarks.say("refused", "the comparison of accelerations: SymPy's matrices are singular or not finite at random states")
         return
     got = got[: len(known.speeds)]
     size = np.maximum(np.abs(expected).max(axis=0), np.abs(got).max(axis=0))
@@ -105,6 +103,6 @@ def _difference(speed: str, got: float, expected: float, states: States, k: int)
         if isinstance(s, Coordinate | Speed | Parameter | Input) and not isinstance(s, Rate)
     )
     return (
-        f"Expected the accelerations of SymPy's equations, got {speed}' = {got:.9g} from the bodies, positions, loads and constraints where "
-        f"SymPy's matrices give {expected:.9g}, at {shown}. Its equations contradict what they were made of:"
+        f"Expected the accelerations of SymPy's equations, got {speed}' = {got:.9g} from the bodies, positions, loads and constraints "
+        f"where SymPy's matrices give {expected:.9g}, at {shown}. Its equations contradict what they were made of:"
     )

@@ -6,18 +6,18 @@ by comparing that matrix with theirs at random values; what is none of them stay
 """
 
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import permutations, product
 from typing import Any
 
 import numpy as np
 
-from kane.errors import ModelError, cut
+from kane.errors import ModelError
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ONE, ZERO, Expr, constant_value, nodes
 from kane.expr.ops import COS, SIN
-from kane.expr.symbols import Coordinate, Input, Parameter, Rate, Symbol, rate
+from kane.expr.symbols import Coordinate, Parameter, rate
 from kane.interop.imported import Remarks
 from kane.interop.sympy_mechanics.names import Names, Translation
 from kane.interop.sympy_mechanics.states import COUNT, States
@@ -47,7 +47,7 @@ def tree(frame: Any) -> dict[Any, tuple[Any, bool]]:
     while line:
         own = line.popleft()
         fresh = [other for other in own._dcm_dict if other not in parents]
-        parents |= {other: (own, True) for other in fresh}
+        parents |= dict.fromkeys(fresh, (own, True))
         line.extend(fresh)
         if not line:
             turning = ((a, b) for a in parents for b in a._ang_vel_dict if b not in parents)
@@ -65,8 +65,9 @@ def euler_sets(parents: Mapping[Any, tuple[Any, bool]], known: Translation) -> d
         if parent is None or not oriented:
             continue
         entries = [known.scalar(x) for x in parent._dcm_dict[frame]]
-        own = [s for s in free_symbols(entries) if not isinstance(s, Parameter)]
-        if len(own) != 4 or not all(isinstance(s, Coordinate) for s in own):
+        moving = [s for s in free_symbols(entries) if not isinstance(s, Parameter)]
+        own = [s for s in moving if isinstance(s, Coordinate)]
+        if len(own) != 4 or len(moving) != 4:
             continue
         e = _unit(len(own))
         there = _values(entries, dict(zip(own, e, strict=True)))
@@ -90,7 +91,7 @@ def _values(entries: Sequence[Expr], values: Mapping[Any, Any]) -> Array:
 
 def _quaternion(e: Array) -> Array:
     e0, v = e[0], e[1:]
-    c = 2 * np.einsum("ik,jk->ijk", v, v)
+    c: Array = 2 * np.einsum("ik,jk->ijk", v, v)
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
         c[i, i] += 2 * e0 * e0 - 1
@@ -131,8 +132,8 @@ class Frames:
         while line[-1] not in self._made:
             if line[-1] not in self._parents:
                 raise ModelError(
-                    f"Expected the frame {theirs} to be oriented in {self.inertial.name}, or to have an angular velocity there, got one "
-                    "with neither. Orient it."
+                    f"Expected the frame {theirs} to be oriented in {self.inertial.name}, or to have an angular velocity there, got "
+                    "one with neither. Orient it."
                 )
             line.append(self._parents[line[-1]][0])
         for child in reversed(line[:-1]):
@@ -166,7 +167,7 @@ class Frames:
             for i, j in product(range(3), repeat=2):
                 own[i][j] = own[i][j] + size * v[i] * w[j]
         for f, entries in rows.items():
-            rest = rest + Dyadic.of(f, entries)  # type: ignore[arg-type]
+            rest = rest + Dyadic.of(f, entries)
         return rest if len(rest.frames()) <= 1 else rest.express(home)
 
     def _oriented(self, name: str, ours: Frame, parent: Any, child: Any) -> Frame:
@@ -186,13 +187,13 @@ class Frames:
         wanted = self._states.of(flat).reshape(3, 3, -1)
 
         def same(other: Frame) -> bool:
-            (f,) = (self._states.of(ours.dcm(other).entries),)
-            return bool(np.allclose(f.reshape(3, 3, -1), wanted, rtol=0, atol=ROUNDED_CHAIN))
+            there = self._states.of(ours.dcm(other).entries).reshape(3, 3, -1)
+            return bool(np.allclose(there, wanted, rtol=0, atol=ROUNDED_CHAIN))
 
         for turn in (_about_axis, _in_sequence):
-            frame = next((x for x in turn(name, ours, rows) if same(x)), None)
-            if frame is not None:
-                return frame
+            alike = next((x for x in turn(name, ours, rows) if same(x)), None)
+            if alike is not None:
+                return alike
         return ours.rotate_matrix(name, rows)
 
     def _spun(self, name: str, ours: Frame, parent: Any, child: Any) -> Frame:

@@ -13,7 +13,7 @@ from kane.errors import KaneWarning, ModelError, ReactionError, cut
 from kane.expr.differentiation import gradient, time_derivative
 from kane.expr.matrix import solve_linear
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol, rate
+from kane.expr.symbols import Coordinate, Parameter, Speed, rate
 from kane.expr.visit import substituted
 from kane.interop.imported import Imported, Remarks
 from kane.interop.sympy_mechanics import checking
@@ -25,13 +25,12 @@ from kane.interop.sympy_mechanics.points import Points
 from kane.interop.sympy_mechanics.speeds import Definitions, define, follow, keeps_length, rates_by_speeds
 from kane.interop.sympy_mechanics.states import States
 from kane.model.bodies import Body, Particle, RigidBody
-from kane.model.constraints import Constraint, configuration_constraint, motion_constraint
+from kane.model.constraints import configuration_constraint, motion_constraint
 from kane.model.loads import Force, Load, Torque
 from kane.model.system import System
 from kane.numeric.arrays import Array
 from kane.numeric.rank import balanced, singular
 from kane.numeric.scale import EQUAL, SPEEDS_RANK
-from kane.space.vector import Vector
 
 T = TypeVar("T", Coordinate, Speed, Parameter)
 
@@ -45,10 +44,10 @@ def from_sympy_mechanics(
     check: bool = True,
     **stated: Any,
 ) -> Imported:
-    """A model of `sympy.physics.mechanics` as a `System`, with remarks on what was read, inferred, changed, ignored, refused and checked.
+    """A model of `sympy.physics.mechanics` as a `System`, with remarks on what was read, inferred, changed, refused and checked.
 
-    Frames come by their orientations, points by their positions; what has a velocity alone, or another one than the rate of its position,
-    is moved by it. Kinematical equations become definitions of the speeds, functions of time that are no coordinates inputs.
+    Frames come by their orientations, points by their positions; what has a velocity alone, or another one than the rate of its
+    position, is moved by it. Kinematical equations become definitions of the speeds, functions of time that are no coordinates inputs.
 
     Parameters
     ----------
@@ -56,9 +55,9 @@ def from_sympy_mechanics(
     loads : pairs of a point or frame and a vector, actuators; those of the model if left out
     bodies : those of a method that was not told them
     values : numbers for parameters, by symbol or name, which become their defaults
-    check : whether accelerations are compared with those of SymPy's own equations at random states; these are formed where they are not
-    stated : of a list of bodies `frame`, the inertial one, and what KanesMethod takes: `q`, `u`, `kd_eqs`, …; left out, q are the functions
-        of time in orientations and positions, and u = q̇
+    check : whether accelerations are compared with those of SymPy's own equations, formed if need be, at random states
+    stated : of a list of bodies `frame`, the inertial one, and what KanesMethod takes: `q`, `u`, `kd_eqs`, …; left out, q are the
+        functions of time in orientations and positions, and u = q̇
 
     Raises
     ------
@@ -76,7 +75,8 @@ def from_sympy_mechanics(
     else:
         remarks.say("ignored", "the comparison of accelerations with SymPy's: check=False")
     symbols = known.named()
-    return Imported(system, symbols, *(_of(symbols, kind) for kind in (Coordinate, Speed, Parameter)), remarks.all())
+    q, u, parameters = _of(symbols, Coordinate), _of(symbols, Speed), _of(symbols, Parameter)
+    return Imported(system, symbols, q, u, parameters, remarks.all())
 
 
 def _of(symbols: Mapping[str, Expr], kind: type[T]) -> Mapping[str, T]:
@@ -111,17 +111,14 @@ class _Import:
         parents = tree(given.frame)
         self._sets = euler_sets(parents, known)
         groups = list(dict.fromkeys(self._sets.values()))
-        everything = lambda: [
-            s for s in dict.fromkeys(known.values()) if isinstance(s, Symbol) and not isinstance(s, Coordinate | Speed)
-        ]  # noqa: E731
+
         self.states = States(
-            known.coordinates, known.speeds, self._kinematical, self._holonomic, self._motion, groups, everything
+            known.coordinates, known.speeds, self._kinematical, self._holonomic, self._motion, groups, known.others
         )
-        free = [g for g in groups if not keeps_length(known, self._kinematical, self.states, g)]
-        scaled = {f: g for f, g in self._sets.items() if g in free}
-        self._sets = {f: g for f, g in self._sets.items() if g not in free}
-        kept = [g for g in groups if g not in free]
-        self._holonomic = [f for f in self._holonomic if not _is_length(f, kept)]
+        kept = {g: keeps_length(known, self._kinematical, self.states, g) for g in groups}
+        scaled = {f: g for f, g in self._sets.items() if not kept[g]}
+        self._sets = {f: g for f, g in self._sets.items() if kept[g]}
+        self._holonomic = [f for f in self._holonomic if not _is_length(f, [g for g in groups if kept[g]])]
         self._frames = Frames(given.frame, parents, self._sets, scaled, known, self.states, remarks)
         self.auxiliary = Auxiliary(given, self._frames, known, self.states, remarks, reactions)
         self._points = Points(given.frame, self._frames, self.auxiliary, known, self.states, remarks)
@@ -228,8 +225,8 @@ class _Import:
             a, b = self.states.of(said)[:, 0], self.states.of(turned)[:, 0]
             raise ModelError(
                 f"Expected the angular velocity of {theirs} in {self._given.frame} that its orientation has, {_numbers(b)} along "
-                f"{self._given.frame} at a random state, got {_numbers(a)}: {cut(theirs.ang_vel_in(self._given.frame), 120)}. SymPy's equations "
-                "would contradict its orientations. Correct the one or the other."
+                f"{self._given.frame} at a random state, got {_numbers(a)}: {cut(theirs.ang_vel_in(self._given.frame), 120)}. SymPy's "
+                "equations contradict its orientations. Correct the one or the other; where a function stands for the time, write t."
             )
 
     def _potential(self) -> list[Load]:
@@ -243,8 +240,8 @@ class _Import:
         whole = self.known.scalar(energy) - self.known.scalar(given.lagrangian)
         if not self.states.vanish([whole - v], [whole, self.known.scalar(energy)]):
             raise ModelError(
-                "Expected a Lagrangian L = T − V with the kinetic energy T of the bodies and a potential V of coordinates and time, got one "
-                "whose T − L depends on rates. Give all bodies that it was made of."
+                "Expected a Lagrangian L = T − V with the kinetic energy T of the bodies and a potential V of coordinates and time, "
+                "got one whose T − L depends on rates. Give all bodies that it was made of."
             )
         self.remarks.say("inferred", "the potential energy as T − L")
         return [] if self.states.vanish([v]) and not _moves(v) else [Load.from_potential(v)]

@@ -76,6 +76,10 @@ class Translation(Mapping[Any, Expr]):
         """SymPy expressions as ours."""
         return [self.scalar(e) for e in many]
 
+    def others(self) -> list[Symbol]:
+        """The symbols that are neither coordinates nor speeds."""
+        return [s for s in self._known.values() if isinstance(s, Symbol) and not isinstance(s, Coordinate | Speed)]
+
     def named(self) -> Mapping[str, Expr]:
         """What each name became; of two of one name the first."""
         found: dict[str, Expr] = {}

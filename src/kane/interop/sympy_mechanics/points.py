@@ -5,6 +5,7 @@ What a velocity is more than the rate of the position is the drift. Points of on
 one origin: at rest where there is none, else with a coordinate for each component, whose rate is a motion constraint.
 """
 
+import itertools
 from collections import deque
 from typing import Any
 
@@ -49,7 +50,7 @@ class Points:
         if theirs not in self._references:
             self._survey(theirs)
         reference, line = self._references[theirs], self._lines[theirs]
-        offsets = [self._frames.vector(b._pos_dict[a]) for a, b in zip(line, line[1:], strict=False)]
+        offsets = [self._frames.vector(b._pos_dict[a]) for a, b in itertools.pairwise(line)]
         drift = self._velocity(theirs)
         position = sum(offsets, Vector())
         moved = position.dt(self._frames.inertial)
@@ -109,12 +110,10 @@ class Points:
         for other, drifts, made in self._origins:
             if other == (reference, held) and np.allclose(drifts, there, rtol=0, atol=EQUAL * size * 10):
                 return made
-        inertial = self._frames.inertial
         moving = [k for k in range(3) if np.any(there[k])]
-        if moving:
-            place = self._drifting(start, drift, moving, theirs)
-        else:
-            place = start.at(self._names.free(reference.name), 0)
+        place = (
+            self._drifting(start, drift, moving, theirs) if moving else start.at(self._names.free(reference.name), 0)
+        )
         made = {reference: place}
         self._origins.append(((reference, held), there, made))
         return made

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Definitions of speeds from kinematical equations k_q q̇ + k_u u + f = 0, which may be more or fewer than the speeds.
 
-As many of them as k_u has independent rows are solved for speeds. What is left of more equations is a motion constraint; a speed that no
-equation gives is the rate of a coordinate of its own.
+As many of them as k_u has independent rows are solved for speeds. What is left of more equations is a motion constraint; a speed that
+no equation gives is the rate of a coordinate of its own.
 """
 
 from collections.abc import Sequence
@@ -19,12 +19,9 @@ from kane.expr.visit import substituted
 from kane.interop.imported import Remarks
 from kane.interop.sympy_mechanics.frames import Further
 from kane.interop.sympy_mechanics.names import Translation
-from kane.interop.sympy_mechanics.states import States
+from kane.interop.sympy_mechanics.states import Kinematical, States
 from kane.numeric.arrays import Array
 from kane.numeric.scale import ROUNDED_SUM, SPEEDS_RANK
-
-Rows = Sequence[Sequence[Expr]]
-Kinematical = tuple[Rows, Rows, Sequence[Expr]]
 
 
 @dataclass(slots=True)
@@ -37,7 +34,7 @@ class Definitions:
 
     def in_rates(self, e: Expr) -> Expr:
         """`e` with speeds written out."""
-        return substituted(e, self.speeds)
+        return substituted(e, dict[Expr, Expr](self.speeds.items()))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -187,7 +184,8 @@ def _spin_in_symbols(known: Translation, kinematical: Kinematical, group: Sequen
         i = next((i for i, row in enumerate(k_q) if row[j] is not ZERO), None)
         if i is None or sum(x is not ZERO for x in k_q[i]) != 1:
             raise ModelError(
-                f"Expected one kinematical equation for each rate of the Euler parameters {', '.join(q.name for q in group)}, got coupled ones."
+                f"Expected one kinematical equation for each rate of the Euler parameters "
+                f"{', '.join(q.name for q in group)}, got coupled ones."
             )
         by_u.append([neg(x) / k_q[i][j] for x in k_u[i]])
     e = list(group)

@@ -4,7 +4,7 @@
 What two descriptions of a motion say is compared there, and only there: off the constraints they may differ.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,29 +21,24 @@ from kane.numeric.scale import CLOSED_FULLY, EQUAL, ROUNDED_SUM
 COUNT = 4
 _TRIES, _STEPS = 60, 60
 Rows = Sequence[Sequence[Expr]]
+Kinematical = tuple[Rows, Rows, Sequence[Expr]]
+"""k_q, k_u and f of k_q q̇ + k_u u + f = 0."""
 Sets = Sequence[tuple[Coordinate, ...]]
 
 
-def numbers(exprs: Iterable[Any], values: dict[Expr, Any]) -> Array:
-    """Values of expressions (n) or (n × states)."""
-    listed = list(exprs)
-    if not listed:
-        return np.zeros((0, *np.shape(next(iter(values.values()), 0.0))))
+def numbers(exprs: Sequence[Expr], values: Mapping[Expr, Any]) -> Array:
+    """Values of expressions, (n) or, of arrays of values, (n × states)."""
     with np.errstate(all="ignore"):
-        own = {s: values[s] for s in free_symbols(listed) if s in values}
-        found = np.array(evaluate(listed, own), dtype=float)
+        found = evaluate(exprs, {s: values[s] for s in free_symbols(exprs) if s in values}) if exprs else []
     shape = np.shape(next(iter(values.values()), 0.0))
-    return np.broadcast_to(
-        found.reshape(len(listed), *found.shape[1:]) if found.ndim > 1 else found[:, None] if shape else found,
-        (len(listed), *shape),
-    )
+    return np.array([np.broadcast_to(x, shape) for x in found], dtype=float).reshape(len(exprs), *shape)
 
 
 class States:
     """`COUNT` states: values (an array each) of all symbols, of rates too; further coordinates are entered with their rates."""
 
     def __init__(
-        self, q: Sequence[Coordinate], u: Sequence[Speed], kinematical: tuple[Rows, Rows, Sequence[Expr]],
+        self, q: Sequence[Coordinate], u: Sequence[Speed], kinematical: Kinematical,
         holonomic: Sequence[Expr], motion: Sequence[Expr], sets: Sets, others: Callable[[], Iterable[Symbol]],
     ) -> None:  # fmt: skip
         self._rng = np.random.default_rng(SEED)
@@ -60,8 +55,8 @@ class States:
                 break
         if len(columns) < COUNT:
             raise ModelError(
-                f"Expected configurations at which the {len(holonomic)} configuration constraints hold, got none in {_TRIES} tries from "
-                "random values. Give values= of parameters with which the mechanism closes."
+                f"Expected configurations at which the {len(holonomic)} configuration constraints hold, got none in {_TRIES} tries "
+                "from random values. Give values= of parameters with which the mechanism closes."
             )
         self.values: dict[Expr, Any] = {s: np.array([c[s] for c in columns]) for s in columns[0]}
 
@@ -70,7 +65,7 @@ class States:
         for s in others:
             if isinstance(s, Parameter):
                 sign = -1.0 if s.description in ("negative", "nonpositive") else 1.0
-                values[s] = s.default if s.default is not None else sign * self._rng.uniform(0.4, 1.6)
+                values[s] = float(s.default) if s.default is not None else sign * self._rng.uniform(0.4, 1.6)
             elif isinstance(s, Input):
                 chain: Any = s
                 for _ in range(4):
