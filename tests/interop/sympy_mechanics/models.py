@@ -153,6 +153,29 @@ def four_bar() -> Any:
     )  # fmt: skip
 
 
+def uneven(config: bool) -> Any:
+    """A bead whose configuration constraint has no velocity constraint, or whose acceleration constraint lacks a term."""
+    x, y, v, w = me.dynamicsymbols("x y v w")
+    N, O = _base()
+    P = O.locatenew("P", x * N.x + y * N.y)
+    P.set_vel(N, v * N.x + w * N.y)
+    bead, kd = [me.Particle("bead", P, m)], [x.diff() - v, y.diff() - w]
+    if config:
+        more = {"q_dependent": [y], "configuration_constraints": [y - x**2 / a]}
+        return _method(N, [x], [v, w], bead, [(P, -k * x * N.x)], kd, **more)
+    more = {"velocity_constraints": [w - x * v / a], "acceleration_constraints": [w.diff() - x * v.diff() / a]}
+    return _method(N, [x, y], [v], bead, [(P, -k * x * N.x)], kd, u_dependent=[w], **more)
+
+
+def twice_as_fast() -> Any:
+    """A point whose velocity is not the rate of its position."""
+    q, u = me.dynamicsymbols("q u")
+    N, O = _base()
+    P = O.locatenew("P", q * N.x)
+    P.set_vel(N, 2 * u * N.x)
+    return _method(N, [q], [u], [me.Particle("p", P, m)], [(P, -k * q * N.x)])
+
+
 def tension() -> Any:
     """A pendulum whose rod's tension an auxiliary speed brings into evidence: S = m l u² + m g cos q."""
     q, u, ua, S = me.dynamicsymbols("q u ua S")

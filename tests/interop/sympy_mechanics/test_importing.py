@@ -24,6 +24,7 @@ WAYS = {
     "knife edge": models.knife_edge,
     "four-bar": models.four_bar,
     "tension": models.tension,
+    "twice as fast": models.twice_as_fast,
     "joints": models.joints,
     "Lagrange": models.lagrange,
 }
@@ -159,6 +160,28 @@ def test_matrices_that_were_changed_are_noticed():
     method._k_d = 2 * method._k_d
     with pytest.raises(ModelError, match="matrices that were changed"):
         kn.from_sympy_mechanics(method)
+
+
+@pytest.mark.parametrize(
+    ("config", "cause"),
+    [(True, "velocity constraints do not hold the rates"), (False, "acceleration constraints that were given")],
+)
+def test_constraints_that_contradict_each_other_are_shown(config, cause):
+    with pytest.raises(ModelError, match=cause):
+        kn.from_sympy_mechanics(models.uneven(config))
+
+
+def test_a_velocity_that_contradicts_the_position_is_shown():
+    """It is moved by it, as SymPy's equations do, and the remark says so: 4 m u̇ = −2 k q."""
+    found = kn.from_sympy_mechanics(models.twice_as_fast())
+    (said,) = found.of_kind("changed")
+    assert said.startswith("P is moved by its velocity 2*u(t)*N.x, which is not the rate of its position from O")
+    q, u = found.q["q"], found.u["u"]
+    value = found.eom.evaluate(
+        u.dt, q=dict.fromkeys(found.system.coordinates, 0.3), u={u: 0.2}, parameters={"m": 2.0, "k": 3.0}
+    )
+    assert q.name == "q"
+    assert float(value) == pytest.approx(-3.0 * 0.3 / (2 * 2.0), rel=1e-12)
 
 
 def test_what_is_no_model_is_named():

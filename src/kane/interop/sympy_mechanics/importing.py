@@ -164,6 +164,9 @@ class _Import:
             difference = [self._at_rates(x) for x in (v.dt(inertial) - a).components(inertial)]
             if not self.states.vanish(difference, map(self._at_rates, a.components(inertial))):
                 named.append(str(b.masscenter))
+        held = [self._slopes(f, self.known.speeds) for f in self._motion]
+        if any(not _follows(self._by_speeds(time_derivative(f)), held) for f in self._holonomic):
+            return "velocity constraints do not hold the rates of all configuration constraints, which SymPy takes from them alone."
         if named:
             return f"the acceleration that {', '.join(named)} was given is not the rate of the velocity."
         return ""
@@ -277,6 +280,8 @@ class _Import:
 def _follows(row: Any, held: Sequence[Any]) -> bool:
     """Whether a row depends on others at all states."""
     for k in range(row.shape[1]):
+        if not held:
+            return not np.any(row)
         others = np.array([h[:, k] for h in held])
         a = np.vstack([others, row[:, k]])
         if singular(balanced(a)).rank(SPEEDS_RANK) > singular(balanced(others)).rank(SPEEDS_RANK):

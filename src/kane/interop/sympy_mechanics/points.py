@@ -138,8 +138,12 @@ class Points:
             offset = offset + axes(inertial)[k] * x
         self._frames.further.append(Further(tuple(q), tuple(rows)))
         along = ", ".join(f"{inertial.name}.{_XYZ[k]}" for k in moving)
-        how = (
-            "no position there" if len(self._lines[theirs]) == 1 else "a velocity that is not the rate of its position"
-        )
-        self._remarks.say("inferred", f"the place of {theirs} along {along} from its velocity: it has {how}")
+        v = cut(theirs.vel(self._theirs), 80)
+        if len(self._lines[theirs]) == 1:
+            self._remarks.say(
+                "inferred", f"the place of {theirs} along {along} from its velocity {v}: it has no position"
+            )
+        else:
+            said = f"{theirs} is moved by its velocity {v}, which is not the rate of its position from {self._references[theirs]}"
+            self._remarks.say("changed", f"{said}: it has coordinates of its own along {along}")
         return root.at(self._names.free(f"{theirs.name}_moving"), offset)
