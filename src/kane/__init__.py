@@ -56,7 +56,10 @@ if TYPE_CHECKING:
     from kane.figures import *
     from kane.fitting import *
     from kane.integrators import *
+    from kane.interop.imported import Imported as Imported
+    from kane.interop.imported import Remark as Remark
     from kane.interop.sympy import from_sympy, to_sympy
+    from kane.interop.sympy_mechanics.importing import from_sympy_mechanics as from_sympy_mechanics
     from kane.joints import *
     from kane.loads import *
     from kane.model.bodies import Particle, RigidBody
@@ -136,7 +139,9 @@ _NAMES = {
     "expr.forms.taylor_series": "taylor",
     "interop.python_source.model": "to_python",
     "interop.autodiff": "to_casadi to_jax to_torch",
+    "interop.imported": "Imported Remark",
     "interop.sympy": "from_sympy to_sympy",
+    "interop.sympy_mechanics.importing": "from_sympy_mechanics",
     "model.beams.beam": "Beam",
     "model.beams.deformation": "tapered",
     "model.beams.shapes": "ModeShapes mode_shapes",

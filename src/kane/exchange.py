@@ -2,11 +2,16 @@
 """Models and equations of other tools, and equations for them."""
 
 from kane.interop.autodiff import to_casadi, to_jax, to_torch
+from kane.interop.imported import Imported, Remark
 from kane.interop.python_source.model import to_python
 from kane.interop.sympy import from_sympy, to_sympy
+from kane.interop.sympy_mechanics.importing import from_sympy_mechanics
 
 __all__ = [
+    "Imported",
+    "Remark",
     "from_sympy",
+    "from_sympy_mechanics",
     "to_casadi",
     "to_jax",
     "to_python",
