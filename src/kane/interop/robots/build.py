@@ -6,8 +6,8 @@ m_<link>, c_x_<link>, …, I_xx_<link>, …. A rotor's inertia (an armature) is 
 value in the ground: ½ a q̇² is its kinetic energy, and it takes no part in the motion of the links.
 """
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from types import MappingProxyType
 from typing import Any, Literal
@@ -19,22 +19,22 @@ from kane.errors import ModelError, listed_warnings, warn
 from kane.expr.build import sum_of
 from kane.expr.differentiation import time_derivative
 from kane.expr.node import ZERO, Expr, as_expr
-from kane.expr.operators import where
+from kane.expr.operators import less, max, min, where
 from kane.expr.symbols import Coordinate, Input, Parameter, Speed
 from kane.interop.imported import Imported, Remark
 from kane.interop.robots.names import Names
-from kane.interop.robots.records import DOFS, Closure, Coupling, Drive, Link, Move, Placement, Robot, Strand
+from kane.interop.robots.records import DOFS, Closure, Coupling, Drive, Link, Move, Robot, Strand
 from kane.model.bodies import Particle, RigidBody
 from kane.model.constraints import Constraint, coincident, configuration_constraint
 from kane.model.contacts import ContactLaw, rope, stiction, stop
 from kane.model.joints.closing import close_weld
 from kane.model.joints.joint import Joint
 from kane.model.joints.tree_joints import ball, free, pin, planar, slider
-from kane.model.loads import Gravity, Load, action_reaction, gravity, torque_pair
+from kane.model.loads import Force, Gravity, Load, action_reaction, gravity, torque_pair
 from kane.model.solids import inertia
 from kane.model.system import System
 from kane.numeric.arrays import Array
-from kane.numeric.scale import LAST_DIGIT
+from kane.numeric.scale import DECLARED, LAST_DIGIT
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
@@ -74,7 +74,7 @@ class _Making:
     link_names: Names = field(default_factory=Names)
     joint_names: Names = field(default_factory=Names)
     symbol_names: Names = field(default_factory=Names)
-    called: dict[str, str] = field(default_factory=dict)
+    called: dict[str, dict[str, str]] = field(default_factory=lambda: {"links": {}, "joints": {}, "inputs": {}})
 
     def placed(self, link: int) -> tuple[Frame, Point]:
         """Frame and origin of a link, or of the ground."""
@@ -124,11 +124,11 @@ def built(robot: Robot, options: Options) -> Imported:
         for link in robot.links:
             _add_link(made, link)
         _add_gravity(made)
-        for coupling in robot.couplings:
-            _couple(made, coupling)
         for closure in robot.closures:
             _close(made, closure)
         strands = {s.name: _strung(made, s) for s in robot.strands}
+        for coupling in robot.couplings:
+            _couple(made, coupling, strands)
         for drive in robot.drives:
             _drive(made, drive, strands)
         if not made.joints:
@@ -157,7 +157,7 @@ def _imported(made: _Making, system: System, doubts: list[str]) -> Imported:
     parameters = {p.name: p for p in system.parameters}
     limits = {j: m.limits for j, m in made.moves.items() if m.limits is not None}
     extras = {
-        "names": MappingProxyType(made.called),
+        **{what: MappingProxyType(names) for what, names in made.called.items()},
         "limits": MappingProxyType(limits),
         "shapes": robot.shapes,
         **robot.extras,
@@ -172,7 +172,7 @@ def _add_link(made: _Making, link: Link) -> None:
     """Frame, origin, joints and body of a link."""
     frame, point = made.placed(link.parent)
     name = made.link_names.identifier(link.name, "link", link.where)
-    made.called.setdefault(link.name, name)
+    made.called["links"][link.name] = name
     offset = vector(frame, link.placement.offset)
     frame = turned(frame, f"{name} seat" if link.moves else name, link.placement.rotation)
     point = point if offset.is_zero else point.at(f"{name} seat" if link.moves else f"{name} origin", offset)
@@ -186,6 +186,8 @@ def _add_link(made: _Making, link: Link) -> None:
 
 
 def _add_body(made: _Making, link: Link, name: str, frame: Frame, point: Point) -> None:
+    if float(np.abs(link.inertia).max()) <= DECLARED**2 * link.mass:  # of what is smaller than a nanometre: zeros, rounded
+        link = replace(link, inertia=np.zeros((3, 3)))
     if link.mass == 0 and not link.inertia.any():
         return
     _check_numbers(link)
@@ -204,6 +206,9 @@ def _add_body(made: _Making, link: Link, name: str, frame: Frame, point: Point) 
         made.parameter(f"I_{axes[i]}{axes[j]}_{name}", link.inertia[i, j], "kg*m^2", f"central inertia of {name}")
         for i, j in pairs
     ]
+    if link.buoyancy:
+        lift = vector(made.ground, made.robot.gravity) * (mass * -link.buoyancy)
+        made.loads.append(Force(center, lift, f"gravity compensation of {name}"))
     body = RigidBody(name, frame=frame, mass_center=center, mass=mass, inertia=inertia(frame, *moments))
     made.bodies.append(body)
 
@@ -213,7 +218,7 @@ def _check_numbers(link: Link) -> None:
     if link.mass < 0:
         raise expect.refusal(ModelError, f"a mass ≥ 0 of the link {link.name!r}", f"{link.mass:g} ({link.where})")
     low, middle, high = np.linalg.eigvalsh(link.inertia)
-    if low < -1e-9 * high:
+    if low < -DECLARED * high:
         came = f"{low:g}, {middle:g}, {high:g} ({link.where})"
         cure = "Check the signs: ixy is −∫ x y dm, and the moments are about the mass centre."
         raise expect.refusal(ModelError, f"principal moments of inertia ≥ 0 of the link {link.name!r}", came, cure)
@@ -243,7 +248,7 @@ def _add_move(made: _Making, move: Move, frame: Frame, point: Point, child: str)
             came = f"{s.name} of {move.name!r} too ({move.where})"
             raise expect.refusal(ModelError, "names of joints that make symbols of different names", came, "Rename it.")
     made.joints[move.name], made.moves[move.name] = joint, move
-    made.called.setdefault(move.name, name)
+    made.called["joints"][move.name] = name
     _load_joint(made, move, joint)
     return joint.frame, joint.point.at(f"{child} back", vector(joint.frame, -move.anchor)) if not anchor.is_zero else joint.point
 
@@ -255,12 +260,21 @@ def _on_joint(joint: Joint, effort: Any, name: str) -> Load:
     return action_reaction(joint.point, joint.at, joint.axis * effort, name)
 
 
+def _damping(joint: Joint, c: Expr) -> list[Load]:
+    """A torque and a force against the joint's motion."""
+    turn, slide = joint.angular_velocity, joint.velocity
+    loads = [] if turn.is_zero else [torque_pair(joint.frame, joint.parent, turn * -c, f"damping of {joint.name}")]
+    if not slide.is_zero:
+        loads.append(action_reaction(joint.point, joint.at, slide * -c, f"damping of the slide of {joint.name}"))
+    return loads
+
+
 def _load_joint(made: _Making, move: Move, joint: Joint) -> None:
     """Effort, spring, damper, rotor, stops and dry friction of a joint."""
     name = joint.name
     if move.damping and made.options.damping:
         c = made.parameter(f"d_{name}", move.damping, "", f"damping of {name}")
-        made.loads.append(Load.from_dissipation(c * sum_of(d * d for d in joint.speeds.values()) / 2, f"damping of {name}"))
+        made.loads.extend(_damping(joint, c))
     if move.armature:
         _add_rotor(made, move, joint)
     if DOFS[move.kind] > 1:
@@ -269,14 +283,15 @@ def _load_joint(made: _Making, move: Move, joint: Joint) -> None:
     if move.effort:
         tau = Input.declare(f"tau_{name}", None, UNITS[move.kind], f"effort of {name}")
         made.inputs[tau.name] = tau
+        made.called["inputs"][move.name] = tau.name
         made.loads.append(_on_joint(joint, tau, f"effort of {name}"))
     if move.stiffness:
         k = made.parameter(f"k_{name}", move.stiffness, "", f"stiffness of {name}")
         made.loads.append(Load.from_potential(k * (q - move.rest) ** 2 / 2, f"spring of {name}"))
     if move.limits is not None and made.options.stops:
         low, high = move.limits
-        made.contacts += [stop(f"{name} lower", q - low)] if np.isfinite(low) else []
-        made.contacts += [stop(f"{name} upper", high - q)] if np.isfinite(high) else []
+        made.contacts.extend([stop(f"{name} lower", q - low)] if np.isfinite(low) else [])
+        made.contacts.extend([stop(f"{name} upper", high - q)] if np.isfinite(high) else [])
     if move.friction and made.options.friction:
         made.contacts.append(stiction(joint, move.friction))
 
@@ -309,13 +324,13 @@ def _add_gravity(made: _Making) -> None:
         made.loads.append(gravity(vector(made.ground, plain(g / size)) * symbol))
 
 
-def _couple(made: _Making, c: Coupling) -> None:
-    """A constraint between the values of two joints, or one of a joint alone."""
-    y = made.coordinate(c.joint)
-    x = as_expr(made.coordinate(c.other) - made.moves[c.other].reference) if c.other else ZERO
-    course = sum_of(as_expr(float(k)) * x**n if n else as_expr(float(k)) for n, k in enumerate(c.coefficients))
-    made.holonomic.append(configuration_constraint(c.name, y - made.moves[c.joint].reference - course))
-    if y not in set(made.dependent):
+def _couple(made: _Making, c: Coupling, strands: Mapping[str, Expr]) -> None:
+    """A constraint between the values of two joints or tendons, or one of one alone."""
+    y, x = (ZERO if not n else made.coordinate(n) if c.what == "joint" else strands[n] for n in (c.first, c.second))
+    x = as_expr(x - c.zeros[1])
+    course = sum_of(x**n * k if n else as_expr(k) for n, k in enumerate(c.coefficients))
+    made.holonomic.append(configuration_constraint(c.name, y - c.zeros[0] - course))
+    if isinstance(y, Coordinate) and y not in set(made.dependent):
         made.dependent.append(y)
 
 
@@ -330,33 +345,34 @@ def _close(made: _Making, c: Closure) -> None:
     second = _point(made, c.second, f"{name} second", c.on_second.offset)
     if c.kind == "connect":
         n = made.ground
-        made.holonomic += coincident(second, first, (n.x, n.y, n.z), name=name)
+        made.holonomic.extend(coincident(second, first, (n.x, n.y, n.z), name=name))
         return
     frames = [
         turned(made.placed(link)[0], f"{name} {side}", p.rotation)
         for link, side, p in ((c.first, "first", c.on_first), (c.second, "second", c.on_second))
     ]
-    made.holonomic += close_weld(name, first, frames[0], second, frames[1])
+    made.holonomic.extend(close_weld(name, first, frames[0], second, frames[1]))
 
 
 def _strung(made: _Making, s: Strand) -> Expr:
-    """The length of a tendon; its spring, damper and limit."""
+    """The length of a tendon; its spring, damper and limits."""
     name = made.joint_names.identifier(s.name, "tendon", s.where)
     points = [_point(made, link, f"{name} {k}", offset) for k, (link, offset) in enumerate(s.points, 1)]
-    length = sum_of(q.position(p).magnitude() for p, q in pairwise(points))
-    _load_length(made, s, name, length)
-    if s.longest is not None and made.options.stops:
-        made.contacts.append(rope(name, points, s.longest))
-    return length
-
-
-def _load_length(made: _Making, s: Strand, name: str, length: Expr) -> None:
+    parts = [q.position(p).magnitude() for p, q in pairwise(points)]
+    length = sum_of([*parts, *(made.coordinate(j) * arm for j, arm in s.arms.items())])
     if s.stiffness:
         low, high = s.rest
-        stretch = length - low if low == high else where(length < low, length - low, where(length > high, length - high, 0))
+        slack = where(less(length, low), length - low, where(less(high, length), length - high, 0))
+        stretch = length - low if low == high else slack
         made.loads.append(Load.from_potential(s.stiffness * stretch**2 / 2, f"spring of {name}"))
     if s.damping:
         made.loads.append(Load.from_dissipation(s.damping * time_derivative(length) ** 2 / 2, f"damper of {name}"))
+    low, high = s.limits
+    if made.options.stops and np.isfinite(high):
+        made.contacts.append(rope(name, points, high) if points else stop(f"{name} upper", high - length))
+    if made.options.stops and np.isfinite(low) and not (points and low <= 0):
+        made.contacts.append(stop(f"{name} lower", length - low))
+    return length
 
 
 def _drive(made: _Making, d: Drive, strands: Mapping[str, Expr]) -> None:
@@ -364,21 +380,13 @@ def _drive(made: _Making, d: Drive, strands: Mapping[str, Expr]) -> None:
     name = made.symbol_names.identifier(d.name, "actuator", d.where)
     control = Input.declare(name, None, "", f"actuator {name}")
     made.inputs[name] = control
-    length = strands[d.along] if d.along else sum_of(made.coordinate(j) * float(a) for j, a in d.arms.items())
+    made.called["inputs"][d.name] = name
+    length = as_expr((strands[d.strand] if d.strand else made.coordinate(d.joint)) * d.gear)
     constant, slope, drag = d.bias
     effort = control * d.gain + constant + length * slope + time_derivative(length) * drag
-    if d.along:
+    if d.bounds is not None:
+        effort = min(max(effort, d.bounds[0]), d.bounds[1])
+    if d.strand:
         made.loads.append(Load.from_dissipation(-effort * time_derivative(length), f"actuator {name}"))
-        return
-    for joint, arm in d.arms.items():
-        made.loads.append(_on_joint(made.joints[joint], effort * float(arm), f"actuator {name} on {joint}"))
-
-
-def placements(links: tuple[Link, ...]) -> Iterator[Placement]:
-    """Where each link is in the ground at zero joint values."""
-    found: list[Placement] = []
-    for link in links:
-        base = found[link.parent] if link.parent >= 0 else Placement()
-        p = link.placement
-        found.append(Placement(base.rotation @ p.rotation, base.offset + base.rotation @ p.offset))
-        yield found[-1]
+    else:
+        made.loads.append(_on_joint(made.joints[d.joint], effort * d.gear, f"actuator {name}"))

@@ -7,6 +7,7 @@ joints act one after the other, each in what the one before has moved.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import inf
 from types import MappingProxyType
 from typing import Any, Literal
 
@@ -70,7 +71,10 @@ class Shape:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Link:
-    """A body: in the link number `parent` (−1: the ground), moved by its joints, with mass and central inertia along its axes."""
+    """A body: in the link number `parent` (−1: the ground), moved by its joints, with mass and central inertia along its axes.
+
+    `buoyancy` is the share of its weight that is taken away.
+    """
 
     name: str
     parent: int
@@ -79,17 +83,23 @@ class Link:
     mass: float = 0.0
     center: Array = field(default_factory=lambda: np.zeros(3))
     inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    buoyancy: float = 0.0
     where: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Coupling:
-    """The value of a joint as a polynomial of another one's, y − y₀ = Σ c_k (x − x₀)^k, or a constant."""
+    """The value of a joint, or the length of a tendon, as a polynomial of another one's: y − y₀ = Σ c_k (x − x₀)^k.
+
+    Without a `second` one it is y = y₀ + c₀. `zeros` are y₀ and x₀.
+    """
 
     name: str
-    joint: str
-    other: str
+    what: Literal["joint", "tendon"]
+    first: str
+    second: str
     coefficients: tuple[float, ...]
+    zeros: tuple[float, float] = (0.0, 0.0)
     where: str = ""
 
 
@@ -108,11 +118,15 @@ class Closure:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Strand:
-    """A tendon through points of links: of a length at most `longest`, and a spring and damper along it."""
+    """A tendon: its length, through points of links or Σ arm·joint, within limits, with a spring and damper along it.
+
+    The spring is slack between both lengths of `rest`.
+    """
 
     name: str
     points: tuple[tuple[int, Array], ...]
-    longest: float | None = None
+    arms: Mapping[str, float]
+    limits: tuple[float, float] = (-inf, inf)
     stiffness: float = 0.0
     damping: float = 0.0
     rest: tuple[float, float] = (0.0, 0.0)
@@ -121,14 +135,15 @@ class Strand:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drive:
-    """An actuator of joints: force = gain·input + bias·(1, l, l̇) along l = Σ arm·joint."""
+    """An actuator of a joint or tendon, l = gear·value: force gain·input + bias·(1, l, l̇) along l, within bounds."""
 
     name: str
-    arms: Mapping[str, float]
+    joint: str
+    strand: str
+    gear: float = 1.0
     gain: float = 1.0
     bias: tuple[float, float, float] = (0.0, 0.0, 0.0)
     bounds: tuple[float, float] | None = None
-    along: str = ""
     where: str = ""
 
 

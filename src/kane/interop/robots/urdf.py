@@ -7,6 +7,7 @@ the fixed axes x, y, z.
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
+from difflib import get_close_matches
 from itertools import chain
 from math import cos, hypot, isfinite, pi, sin
 from pathlib import Path
@@ -37,11 +38,8 @@ PASSED = {
     "joint": {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic"},
 }
 """What is read."""
-IGNORED = {
-    "link": {"self_collision_checking", "contact", "velocity", "material", "gazebo", "verbose", "sensor"},
-    "joint": {"calibration", "safety_controller", "hardwareInterface", "gazebo", "material"},
-}
-"""Extensions that are known and say nothing of mechanics; of the robot itself all others are, and remarked."""
+SLIP = 0.8
+"""Likeness with which a tag that is not known is taken for a slip of the pen; what is less alike is an extension, and ignored."""
 
 
 def from_urdf(
@@ -133,7 +131,7 @@ class _Reader:
                     continue
                 if child.tag.startswith(("xacro:", "{http://www.ros.org/wiki/xacro}", "{http://ros.org/wiki/xacro}")):
                     raise child.wrong("a URDF without macros", f"<{cut(child.tag)}>", "Run xacro over it first.")
-                if e.tag in IGNORED and child.tag not in IGNORED[e.tag]:
+                if get_close_matches(child.tag, PASSED[e.tag], cutoff=SLIP):
                     known = none_of(sorted(PASSED[e.tag]), child.tag)
                     raise ModelError(f"Expected in <{e.tag}> one of {known} It stands in {child.where}.")
                 label = child.attributes.get("name") or child.attributes.get("reference") or ""
@@ -304,7 +302,9 @@ class _Reader:
             raise mimic.wrong(f"<mimic> of {name!r} to follow another pin or slider", cut(repr(leader)))
         factor, offset = mimic.number("multiplier", 1.0), mimic.number("offset", 0.0)
         still = leader in self.locked
-        return Coupling(f"mimic {name}", name, "" if still else leader, (offset, 0.0 if still else factor), mimic.where)
+        return Coupling(
+            f"mimic {name}", "joint", name, "" if still else leader, (offset,) if still else (offset, factor), where=mimic.where
+        )  # fmt: skip
 
     # Shapes --------------------------------------------------------------------------------------------------------
 
