@@ -80,7 +80,7 @@ def solve(model: Any, data: Any) -> tuple[Array, float, Array]:
     reduced = B.T @ M @ B
     a = start + B @ np.linalg.solve(reduced, B.T @ (force - M @ start))
     spread = float(s[0] / s[rank - 1]) if rank else 1.0
-    return a, float(np.linalg.cond(reduced)) * spread, M
+    return a, float(np.linalg.cond(reduced) if len(reduced) else 1.0) * spread, M
 
 
 def turn(quaternion: Array) -> Array:
@@ -94,7 +94,9 @@ def values(model: Any, data: Any, j: int) -> tuple[Array, Array]:
     kind, p, d = model.jnt_type[j], model.jnt_qposadr[j], model.jnt_dofadr[j]
     if kind == FREE:
         C = turn(data.qpos[p + 3 : p + 7])
-        return np.r_[data.qpos[p + 3 : p + 7], data.qpos[p : p + 3]], np.r_[data.qvel[d + 3 : d + 6], C.T @ data.qvel[d : d + 3]]
+        return np.r_[data.qpos[p + 3 : p + 7], data.qpos[p : p + 3]], np.r_[
+            data.qvel[d + 3 : d + 6], C.T @ data.qvel[d : d + 3]
+        ]
     if kind == BALL:
         return data.qpos[p : p + 4], data.qvel[d : d + 3]
     return data.qpos[p : p + 1], data.qvel[d : d + 1]

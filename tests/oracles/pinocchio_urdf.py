@@ -54,7 +54,9 @@ def model_of(text: str, free: bool = False) -> pin.Model:
     return pin.buildModelFromXML(text)
 
 
-def random_state(model: pin.Model, rng: np.random.Generator, tied: dict[str, tuple[str, float, float]]) -> dict[str, State]:
+def random_state(
+    model: pin.Model, rng: np.random.Generator, tied: dict[str, tuple[str, float, float]]
+) -> dict[str, State]:
     """A state that mimics admit."""
     found: dict[str, State] = {}
     for name, joint in zip(list(model.names)[1:], list(model.joints)[1:], strict=True):

@@ -46,7 +46,9 @@ def accelerations(s: pinocchio_urdf.State, a: Array) -> Array:
     return a
 
 
-def compare(text: str, model: Any, eom: kn.Equations, rng: np.random.Generator, states: int = 3, free: bool = False) -> float:
+def compare(
+    text: str, model: Any, eom: kn.Equations, rng: np.random.Generator, states: int = 3, free: bool = False
+) -> float:
     """The largest error of accelerations and, of trees, of M, over the tolerance of 1e-9 or 100 ε cond."""
     engine, tied = pinocchio_urdf.model_of(text, free), pinocchio_urdf.mimics(text)
     worst, number = 0.0, {s: k for k, s in enumerate(eom.speeds)}

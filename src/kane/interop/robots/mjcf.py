@@ -8,12 +8,13 @@ https://mujoco.readthedocs.io/en/stable/XMLreference.html and computation/index.
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from kane.interop.imported import Imported, Remark
-from kane.interop.robots.build import Options, Symbolic, built, plain
+from kane.interop.robots.build import built
+from kane.interop.robots.making import Options, Symbolic, plain
 from kane.interop.robots.mujoco_reader import mujoco, read
 from kane.interop.robots.records import Closure, Coupling, Drive, Kind, Link, Move, Placement, Robot, Shape, Strand
 from kane.interop.robots.xml_text import Element
@@ -23,7 +24,27 @@ JOINTS: tuple[Kind, ...] = ("free", "ball", "slide", "hinge")
 """By MuJoCo's numbers of them, as are the others below."""
 SHAPES = ("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
 OBJECTS = {"body": 1, "joint": 3, "site": 6, "mesh": 7, "tendon": 18, "actuator": 19, "equality": 17}
+ARRAYS = {
+    "body": "body_mass",
+    "joint": "jnt_type",
+    "site": "site_bodyid",
+    "mesh": "mesh_vertadr",
+    "tendon": "tendon_num",
+    "actuator": "actuator_trntype",
+    "equality": "eq_type",
+}
+"""An array with a row for each of them."""
+TAGS = {
+    "actuator": ("motor", "position", "velocity", "general", "damper", "intvelocity", "cylinder", "muscle", "adhesion"),
+    "equality": ("connect", "weld", "joint", "tendon"),
+    "tendon": ("spatial", "fixed"),
+    "joint": ("joint", "freejoint"),
+}
 CONNECT, WELD, JOINT, TENDON = range(4)
+RATES: Mapping[str, Literal["", "integrator", "filter"]] = MappingProxyType(
+    {"NONE": "", "INTEGRATOR": "integrator", "FILTER": "filter", "FILTEREXACT": "filter"}
+)
+"""Dynamics of actuators that are read."""
 BODY = 1
 SITE_WRAP, JOINT_WRAP = 3, 1
 NOT_READ: Mapping[str, tuple[str, str]] = MappingProxyType(
@@ -39,6 +60,9 @@ NOT_READ: Mapping[str, tuple[str, str]] = MappingProxyType(
         "actuator_armature": ("actuator", "an armature"),
         "actuator_damping": ("actuator", "damping"),
         "actuator_dampingpoly": ("actuator", "damping that is not linear"),
+        "tendon_actfrclimited": ("tendon", "a limit of what actuators exert on it"),
+        "actuator_actearly": ("actuator", "an activation that acts a step early"),
+        "actuator_actlimited": ("actuator", "a bounded activation"),
         "actuator_delay": ("actuator", "a delay"),
     }
 )
@@ -111,8 +135,8 @@ class _Reader:
 
     def _named(self, what: str) -> list[str]:
         """The names of all bodies, joints, …; what has none is numbered."""
-        counts = {"body": "nbody", "joint": "njnt", "site": "nsite", "mesh": "nmesh", "tendon": "ntendon", "actuator": "nu", "equality": "neq"}  # fmt: skip
-        count = self.m.actuator_trntype.shape[0] if what == "actuator" else getattr(self.m, counts[what])
+        array = ARRAYS[what]
+        count = len(getattr(self.m, array))
         library, taken = mujoco(), set[str]()
         found: list[str] = []
         for k in range(count):
@@ -140,7 +164,7 @@ class _Reader:
 
     def where(self, what: str, name: str) -> str:
         """Where an element of this name stands in the text, if there."""
-        tags = {"actuator": ("motor", "position", "velocity", "general", "damper", "intvelocity", "cylinder", "muscle", "adhesion"), "equality": ("connect", "weld", "joint"), "tendon": ("spatial", "fixed"), "joint": ("joint", "freejoint")}.get(what, (what,))  # fmt: skip
+        tags = TAGS.get(what, (what,))
         return next((self.lines[t, name] for t in tags if (t, name) in self.lines), self.source)
 
     def refuse(self, what: str, k: int, text: str) -> None:
@@ -178,16 +202,26 @@ class _Reader:
     def _remark_world(self) -> None:
         m = self.m
         if m.ngeom:
-            self.remarks.append(Remark("ignored", f"contacts of {m.ngeom} geoms: declare them by kn.contact", self.source))
+            self.remarks.append(
+                Remark("ignored", f"contacts of {m.ngeom} geoms: declare them by kn.contact", self.source)
+            )
         if m.nsensor:
             self.remarks.append(Remark("ignored", f"{m.nsensor} sensors", self.source))
         if float(m.opt.density) or float(m.opt.viscosity):
-            self.remarks.append(Remark("refused", "the medium: its density and viscosity act on no body here", self.source))
+            self.remarks.append(
+                Remark("refused", "the medium: its density and viscosity act on no body here", self.source)
+            )
+        if int(m.opt.disableactuator):
+            self.remarks.append(Remark("refused", "<option> disables groups of actuators", self.source))
         if int(m.opt.disableflags) & ~int(mujoco().mjtDisableBit.mjDSBL_GRAVITY):
-            self.remarks.append(Remark("ignored", f"<option> disables parts of MuJoCo ({int(m.opt.disableflags)})", self.source))
+            self.remarks.append(
+                Remark("ignored", f"<option> disables parts of MuJoCo ({int(m.opt.disableflags)})", self.source)
+            )
         for b in range(1, m.nbody):
             if m.body_mocapid[b] >= 0:
-                self.remarks.append(Remark("inferred", f"the mocap body {self.name('body', b)!r} stays where it is", self.source))
+                self.remarks.append(
+                    Remark("inferred", f"the mocap body {self.name('body', b)!r} stays where it is", self.source)
+                )
         for array, (what, text) in NOT_READ.items():
             values = getattr(m, array, None)
             rows = [] if values is None else [i for i, row in enumerate(np.asarray(values)) if np.any(row)]
@@ -235,6 +269,7 @@ class _Reader:
             float(m.jnt_stiffness[j]) if single else 0.0,
             float(m.qpos_spring[p]) if single else 0.0,
             tuple(m.jnt_range[j].tolist()) if limited and single else None,
+            tuple(m.jnt_actfrcrange[j].tolist()) if m.jnt_actfrclimited[j] else None,
             where=self.where("joint", name),
         )
 
@@ -256,13 +291,15 @@ class _Reader:
                 self.refuse("equality", k, "a constraint of what is flexible")
                 continue
             if m.eq_active0[k]:
-                self.remarks.append(Remark("inferred", f"the equality {name!r} is soft in MuJoCo, and exact here", where))
+                self.remarks.append(
+                    Remark("inferred", f"the equality {name!r} is soft in MuJoCo, and exact here", where)
+                )
         return couplings, tuple(closures)
 
     def _closure(self, k: int, kind: int, name: str, where: str) -> Closure:
         m, data = self.m, self.m.eq_data[k]
         a, b = int(m.eq_obj1id[k]), int(m.eq_obj2id[k])
-        label: Any = "connect" if kind == CONNECT else "weld"
+        label: Any = "connect" if kind == CONNECT or not data[10] else "weld"  # a torque scale of zero holds no turn
         if int(m.eq_objtype[k]) == OBJECTS["site"]:
             sides = [Placement(rotation_of(m.site_quat[s]), np.array(m.site_pos[s])) for s in (a, b)]
             a, b = int(m.site_bodyid[a]), int(m.site_bodyid[b])
@@ -310,7 +347,7 @@ class _Reader:
         library, m, name = mujoco(), self.m, self.name("actuator", k)
         kinds = {
             "transmission": (m.actuator_trntype[k], library.mjtTrn, ("JOINT", "JOINTINPARENT", "TENDON")),
-            "dynamics": (m.actuator_dyntype[k], library.mjtDyn, ("NONE",)),
+            "dynamics": (m.actuator_dyntype[k], library.mjtDyn, tuple(RATES)),
             "gain": (m.actuator_gaintype[k], library.mjtGain, ("FIXED", "AFFINE")),
             "bias": (m.actuator_biastype[k], library.mjtBias, ("NONE", "AFFINE")),
         }
@@ -319,11 +356,13 @@ class _Reader:
             if own not in known:
                 self.refuse("actuator", k, f"{what} {own.lower()}")
                 return None
+        own_dynamics = library.mjtDyn(int(m.actuator_dyntype[k])).name.partition("_")[2]
         gain, bias = m.actuator_gainprm[k], m.actuator_biasprm[k]
-        affine = library.mjtGain(int(m.actuator_gaintype[k])) == library.mjtGain.mjGAIN_AFFINE
-        if affine and gain[1:3].any():
-            self.refuse("actuator", k, "a gain that changes with length or velocity")
-            return None
+        own_gain = (
+            gain[:3] * (1, 1, 1)
+            if int(m.actuator_gaintype[k]) == int(library.mjtGain.mjGAIN_AFFINE)
+            else (gain[0], 0, 0)
+        )
         has_bias = library.mjtBias(int(m.actuator_biastype[k])) == library.mjtBias.mjBIAS_AFFINE
         driven, arm = int(m.actuator_trnid[k][0]), float(m.actuator_gear[k][0])
         along = library.mjtTrn(int(m.actuator_trntype[k])) == library.mjtTrn.mjTRN_TENDON
@@ -336,8 +375,8 @@ class _Reader:
         bounds = tuple(m.actuator_forcerange[k].tolist()) if m.actuator_forcelimited[k] else None
         own_bias = (float(bias[0]), float(bias[1]), float(bias[2])) if has_bias else (0.0, 0.0, 0.0)
         return Drive(
-            name, "" if along else self.name("joint", driven), self.name("tendon", driven) if along else "", arm, float(gain[0]),
-            own_bias, bounds, self.where("actuator", name),
+            name, "" if along else self.name("joint", driven), self.name("tendon", driven) if along else "", arm, (float(own_gain[0]), float(own_gain[1]), float(own_gain[2])),
+            own_bias, bounds, RATES[own_dynamics], float(m.actuator_dynprm[k][0]), self.where("actuator", name),
         )  # fmt: skip
 
     def _shapes(self) -> Iterator[Shape]:

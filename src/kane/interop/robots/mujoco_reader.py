@@ -46,7 +46,9 @@ def mujoco() -> ModuleType:
     try:
         return import_module("mujoco")
     except ModuleNotFoundError as missing:
-        raise ModelError("Expected the package mujoco to read MJCF. Install it: pip install 'kane[models]'.") from missing
+        raise ModelError(
+            "Expected the package mujoco to read MJCF. Install it: pip install 'kane[models]'."
+        ) from missing
 
 
 def read(source: Any, folder: Any, timeout: float) -> tuple[Any, Element]:
@@ -118,7 +120,10 @@ def _check(root: Element, path: Path | None, within: Path | None) -> None:
             seen.add(found)
             text, name, _ = given(found, "MJCF")
             waiting.append((parsed(text, name), home))
-    folders = ["", *(v for e, _ in elements if e.tag == "compiler" for k, v in e.attributes.items() if k.endswith("dir"))]
+    folders = [
+        "",
+        *(v for e, _ in elements if e.tag == "compiler" for k, v in e.attributes.items() if k.endswith("dir")),
+    ]
     for e, _ in elements:
         for key in [k for k in e.attributes if k.startswith("file") and e.tag != "include"]:
             _files(e, key, folders, path, within)

@@ -33,7 +33,7 @@ class Placement:
 class Move:
     """A joint: its axis and anchor along the body's axes, its value in the pose that is declared, and its passive properties.
 
-    `limits` bound the joint's value; `effort` says that it is driven by an input of its own.
+    `limits` bound the joint's value, `force_limits` what actuators exert on it together; `effort` says that it is driven by an input of its own.
     """
 
     name: str
@@ -47,6 +47,7 @@ class Move:
     stiffness: float = 0.0
     rest: float = 0.0
     limits: tuple[float, float] | None = None
+    force_limits: tuple[float, float] | None = None
     effort: bool = False
     where: str = ""
 
@@ -135,15 +136,20 @@ class Strand:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drive:
-    """An actuator of a joint or tendon, l = gear·value: force gain·input + bias·(1, l, l̇) along l, within bounds."""
+    """An actuator of a joint or tendon, l = gear·value: force gain·(1, l, l̇) a + bias·(1, l, l̇) along l, within bounds.
+
+    a is the input, or a state: ȧ = input ("integrator") or (input − a)/T ("filter").
+    """
 
     name: str
     joint: str
     strand: str
     gear: float = 1.0
-    gain: float = 1.0
+    gain: tuple[float, float, float] = (1.0, 0.0, 0.0)
     bias: tuple[float, float, float] = (0.0, 0.0, 0.0)
     bounds: tuple[float, float] | None = None
+    dynamics: Literal["", "integrator", "filter"] = ""
+    time_constant: float = 1.0
     where: str = ""
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """URDF, the Unified Robot Description Format: links, joints, mimics, limits and shapes, with a reader of its own.
 
-Sources: https://wiki.ros.org/urdf/XML. A joint's origin is where its child link is in the parent at zero; roll, pitch and yaw are about
-the fixed axes x, y, z.
+Source: https://wiki.ros.org/urdf/XML. A joint's origin is where its child link is in the parent at zero; roll, pitch and yaw are
+about the fixed axes x, y, z.
 """
 
 from collections.abc import Collection, Iterator, Mapping
@@ -18,7 +18,8 @@ import numpy as np
 from kane import expect
 from kane.errors import ModelError, cut, none_of
 from kane.interop.imported import Imported, Remark
-from kane.interop.robots.build import Options, Symbolic, built, plain
+from kane.interop.robots.build import built
+from kane.interop.robots.making import Options, Symbolic, plain
 from kane.interop.robots.records import Coupling, Kind, Link, Move, Placement, Robot, Shape
 from kane.interop.robots.xml_text import Element, given, number_of, parsed
 from kane.numeric.arrays import Array
@@ -170,7 +171,9 @@ class _Reader:
         name = e.text("link")
         if name not in self.links:
             known = none_of([cut(x, 40) for x in list(self.links)[:20]], name)
-            raise ModelError(f"Expected as <{which}> of the joint {joint.text('name')!r} one of the links {known} ({e.where})")
+            raise ModelError(
+                f"Expected as <{which}> of the joint {joint.text('name')!r} one of the links {known} ({e.where})"
+            )
         return name
 
     def _ordered(self) -> list[tuple[str, Element | None]]:
@@ -181,7 +184,9 @@ class _Reader:
             child = self._end(e, "child")
             if child in carried:
                 came = f"{child!r} of {carried[child].text('name')!r} and {e.text('name')!r} ({e.where})"
-                cure = "A loop is closed by a constraint: leave this joint out and add kn.joints.close_pin to the system."
+                cure = (
+                    "A loop is closed by a constraint: leave this joint out and add kn.joints.close_pin to the system."
+                )
                 raise expect.refusal(ModelError, "links that are each the child of one joint", came, cure)
             carried[child] = e
             below.setdefault(self._end(e, "parent"), []).append(e)

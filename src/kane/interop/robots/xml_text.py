@@ -171,7 +171,9 @@ def parsed(text: str | bytes, source: str) -> Element:
         defused = import_module("defusedxml.ElementTree")
         common = import_module("defusedxml.common")
     except ModuleNotFoundError as missing:
-        raise ModelError("Expected the package defusedxml to read XML. Install it: pip install 'kane[models]'.") from missing
+        raise ModelError(
+            "Expected the package defusedxml to read XML. Install it: pip install 'kane[models]'."
+        ) from missing
     builder = _Builder(source)
     parser = defused.DefusedXMLParser(target=builder, forbid_entities=True, forbid_external=True)
     builder.parser = parser
