@@ -55,6 +55,11 @@ if TYPE_CHECKING:
     from kane.figures import *
     from kane.fitting import *
     from kane.integrators import *
+    from kane.interop.imported import Imported as Imported
+    from kane.interop.imported import Remark as Remark
+    from kane.interop.robots.mjcf import from_mjcf as from_mjcf
+    from kane.interop.robots.records import LinkShape as LinkShape
+    from kane.interop.robots.urdf import from_urdf as from_urdf
     from kane.interop.sympy import from_sympy, to_sympy
     from kane.joints import *
     from kane.loads import *
@@ -133,6 +138,10 @@ _NAMES = {
         "coordinates input parameter parameters speed speeds state time",
     "expr.piecewise": "Table table",
     "expr.forms.taylor_series": "taylor",
+    "interop.imported": "Imported Remark",
+    "interop.robots.mjcf": "from_mjcf",
+    "interop.robots.records": "LinkShape",
+    "interop.robots.urdf": "from_urdf",
     "interop.sympy": "from_sympy to_sympy",
     "model.beams.beam": "Beam",
     "model.beams.deformation": "tapered",

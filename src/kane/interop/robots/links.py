@@ -11,7 +11,7 @@ import numpy as np
 
 from kane import expect
 from kane.errors import ModelError
-from kane.expr.node import Expr
+from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Input
 from kane.interop.robots.making import Making, on_joint, plain, turned, vector
 from kane.interop.robots.records import DOFS, Link, Move
@@ -119,11 +119,15 @@ def _add_move(made: Making, move: Move, frame: Frame, point: Point, child: str) 
 
 
 def _damping(joint: Joint, c: Expr) -> list[Load]:
-    """A torque and a force against the joint's motion."""
+    """A torque and a force against the joint's motion; that of ball and free joints is by speeds, along the child's axes."""
     turn, slide = joint.angular_velocity, joint.velocity
+    if joint.kind in ("ball", "free"):
+        u, axes = [*joint.speeds, ZERO, ZERO, ZERO], (joint.frame.x, joint.frame.y, joint.frame.z)
+        turn, slide = (sum((e * x for e, x in zip(axes, part, strict=False)), Vector()) for part in (u[:3], u[3:6]))
     loads = [] if turn.is_zero else [torque_pair(joint.frame, joint.parent, turn * -c, f"damping of {joint.name}")]
     if not slide.is_zero:
-        loads.append(action_reaction(joint.point, joint.at, slide * -c, f"damping of the slide of {joint.name}"))
+        opposite = joint.point.fixed_in(joint.parent, f"{joint.name} rubbed")  # the parent's particle there
+        loads.append(action_reaction(joint.point, opposite, slide * -c, f"damping of the slide of {joint.name}"))
     return loads
 
 

@@ -16,7 +16,7 @@ from kane.interop.imported import Imported, Remark
 from kane.interop.robots.build import built
 from kane.interop.robots.making import Options, Symbolic, plain
 from kane.interop.robots.mujoco_reader import mujoco, read
-from kane.interop.robots.records import Closure, Coupling, Drive, Kind, Link, Move, Placement, Robot, Shape, Strand
+from kane.interop.robots.records import Closure, Coupling, Drive, Kind, Link, Move, Placement, Robot, LinkShape, Strand
 from kane.interop.robots.xml_text import Element
 from kane.numeric.arrays import Array
 
@@ -363,6 +363,7 @@ class _Reader:
             if int(m.actuator_gaintype[k]) == int(library.mjtGain.mjGAIN_AFFINE)
             else (gain[0], 0, 0)
         )
+        gains = (float(own_gain[0]), float(own_gain[1]), float(own_gain[2]))
         has_bias = library.mjtBias(int(m.actuator_biastype[k])) == library.mjtBias.mjBIAS_AFFINE
         driven, arm = int(m.actuator_trnid[k][0]), float(m.actuator_gear[k][0])
         along = library.mjtTrn(int(m.actuator_trntype[k])) == library.mjtTrn.mjTRN_TENDON
@@ -375,11 +376,11 @@ class _Reader:
         bounds = tuple(m.actuator_forcerange[k].tolist()) if m.actuator_forcelimited[k] else None
         own_bias = (float(bias[0]), float(bias[1]), float(bias[2])) if has_bias else (0.0, 0.0, 0.0)
         return Drive(
-            name, "" if along else self.name("joint", driven), self.name("tendon", driven) if along else "", arm, (float(own_gain[0]), float(own_gain[1]), float(own_gain[2])),
+            name, "" if along else self.name("joint", driven), self.name("tendon", driven) if along else "", arm, gains,
             own_bias, bounds, RATES[own_dynamics], float(m.actuator_dynprm[k][0]), self.where("actuator", name),
         )  # fmt: skip
 
-    def _shapes(self) -> Iterator[Shape]:
+    def _shapes(self) -> Iterator[LinkShape]:
         m = self.m
         for g in range(m.ngeom):
             kind = SHAPES[int(m.geom_type[g])]
@@ -394,7 +395,7 @@ class _Reader:
             }.get(kind, ())
             mesh = self.name("mesh", m.geom_dataid[g]) if kind == "mesh" else ""
             collides = bool(m.geom_contype[g] or m.geom_conaffinity[g])
-            yield Shape(
+            yield LinkShape(
                 self.name("body", m.geom_bodyid[g]), "collision" if collides else "visual", kind, size,
                 tuple(map(tuple, rotation_of(m.geom_quat[g]).tolist())), tuple(m.geom_pos[g].tolist()), mesh,
                 tuple(m.geom_rgba[g].tolist()),

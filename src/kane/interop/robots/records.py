@@ -33,7 +33,8 @@ class Placement:
 class Move:
     """A joint: its axis and anchor along the body's axes, its value in the pose that is declared, and its passive properties.
 
-    `limits` bound the joint's value, `force_limits` what actuators exert on it together; `effort` says that it is driven by an input of its own.
+    `limits` bound the joint's value, `force_limits` what actuators exert on it together; `effort` says that it is driven by an input
+    of its own.
     """
 
     name: str
@@ -53,7 +54,7 @@ class Move:
 
 
 @dataclass(frozen=True, slots=True)
-class Shape:
+class LinkShape:
     """A shape to draw a link or to collide with: a box, sphere, cylinder, capsule, ellipsoid, plane or mesh.
 
     `link` names the frame and the point `<link> origin` it is placed on. `size` is that of the source: edges of a box, radius and
@@ -164,6 +165,6 @@ class Robot:
     closures: tuple[Closure, ...] = ()
     strands: tuple[Strand, ...] = ()
     drives: tuple[Drive, ...] = ()
-    shapes: tuple[Shape, ...] = ()
+    shapes: tuple[LinkShape, ...] = ()
     remarks: tuple[Remark, ...] = ()
     extras: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))

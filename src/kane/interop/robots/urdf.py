@@ -20,7 +20,7 @@ from kane.errors import ModelError, cut, none_of
 from kane.interop.imported import Imported, Remark
 from kane.interop.robots.build import built
 from kane.interop.robots.making import Options, Symbolic, plain
-from kane.interop.robots.records import Coupling, Kind, Link, Move, Placement, Robot, Shape
+from kane.interop.robots.records import Coupling, Kind, Link, Move, Placement, Robot, LinkShape
 from kane.interop.robots.xml_text import Element, given, number_of, parsed
 from kane.numeric.arrays import Array
 from kane.numeric.scale import CLOSED
@@ -313,7 +313,7 @@ class _Reader:
 
     # Shapes --------------------------------------------------------------------------------------------------------
 
-    def _shapes(self, link: str, e: Element) -> Iterator[Shape]:
+    def _shapes(self, link: str, e: Element) -> Iterator[LinkShape]:
         for part in chain(e.all("visual"), e.all("collision")):
             geometry = part.one("geometry")
             if geometry is None or not geometry.children:
@@ -331,7 +331,7 @@ class _Reader:
                 self.remarks.append(Remark("ignored", f"shape <{cut(shape.tag)}> of {cut(link)!r}", shape.where))
                 continue
             words = [w for s in sizes for w in shape.attributes.get(s, "").split()][:3]
-            yield Shape(
+            yield LinkShape(
                 link,
                 "visual" if part.tag == "visual" else "collision",
                 shape.tag,
