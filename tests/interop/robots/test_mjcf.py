@@ -22,7 +22,9 @@ def test_models_move_as_mujoco_says(name, rng):
     text = MODELS[name]
     read = kn.from_mjcf(text, parameters="none" if name == "tilted gravity" else "all")
     with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "The constraint 'equality_0 y' holds by itself", kn.KaneWarning)  # in the plane
+        warnings.filterwarnings(
+            "ignore", "The constraint 'equality_0 y' holds by itself", kn.KaneWarning
+        )  # in the plane
         eom = kn.derive(read.system)
     assert mujoco_robots.compare(mujoco.MjModel.from_xml_string(text), read, eom, rng, 3) < 1
     assert all(r.kind != "refused" for r in read.remarks)
@@ -32,10 +34,16 @@ def test_what_is_soft_and_what_is_left_out_is_said():
     body = rod("first", '<joint name="a" range="-1 1" limited="true" frictionloss="0.2"/>', '<site name="s"/>')
     more = '<actuator><motor name="jet" site="s" gear="1 0 0 0 0 0"/></actuator><sensor><jointpos joint="a"/></sensor>'
     more += '<equality><joint joint1="a" polycoef="0.1" active="false"/></equality>'
-    with pytest.warns(kn.KaneWarning, match="1 things that are none here, the first: refused: actuator 'jet': transmission site"):
+    with pytest.warns(
+        kn.KaneWarning, match="1 things that are none here, the first: refused: actuator 'jet': transmission site"
+    ):
         read = kn.from_mjcf(mjcf(body, more), stops=True, friction=True)
     said = {r.text for r in read.remarks if r.kind == "ignored"}
-    assert {"1 sensors", "contacts of 1 geoms: declare them by kn.contact", "the equality 'equality_0', which is not active"} == said
+    assert {
+        "1 sensors",
+        "contacts of 1 geoms: declare them by kn.contact",
+        "the equality 'equality_0', which is not active",
+    } == said
     assert [c.name for c in read.system.contacts] == ["a lower", "a upper", "stiction in a"]
     assert read.extras["limits"]["a"] == (-1, 1)
     closed = kn.from_mjcf(MODELS["four-bar"])
@@ -66,7 +74,9 @@ def test_a_pendulum_swings_as_in_mujoco():
 def test_files_are_read_below_the_folder(tmp_path):
     (tmp_path / "parts").mkdir()
     part = rod("first", '<joint name="a"/>')
-    (tmp_path / "parts" / "rod.xml").write_text(f'<mujoco><default><geom size="0.03" type="capsule"/></default><worldbody>{part}</worldbody></mujoco>')
+    (tmp_path / "parts" / "rod.xml").write_text(
+        f'<mujoco><default><geom size="0.03" type="capsule"/></default><worldbody>{part}</worldbody></mujoco>'
+    )
     main = tmp_path / "main.xml"
     main.write_text('<mujoco><include file="parts/rod.xml"/></mujoco>')
     assert list(kn.from_mjcf(main).u) == ["u_a"]

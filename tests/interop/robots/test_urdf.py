@@ -83,9 +83,13 @@ def test_limits_and_friction_act_on_request():
     assert not arm.system.inputs and not kn.from_urdf(ARM).system.contacts
     (upper,) = (c for c in arm.system.contacts if c.name == "shoulder upper")
     assert kn.evaluate(upper.gap.expr, {arm.q["q_shoulder"]: 1.2}) == pytest.approx(0.3)
+
+
+@pytest.mark.slow
+def test_an_arm_falls_to_its_limit_and_no_further():
     fallen = kn.from_urdf(ARM, parameters="none", stops=True, locked=["elbow"], efforts=False)
     end = kn.simulate(kn.derive(fallen.system), (0, 1), q=[1.2], u=[0])
-    assert np.max(end["q_shoulder"]) == pytest.approx(1.5, abs=1e-9)  # it falls to its limit, and no further
+    assert np.max(end["q_shoulder"]) == pytest.approx(1.5, abs=1e-9)
 
 
 def test_locked_joints_and_damping():

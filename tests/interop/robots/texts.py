@@ -28,11 +28,13 @@ def axis(rng: np.random.Generator, plain: bool) -> Array:
 
 
 def angles(rng: np.random.Generator, plain: bool) -> Array:
-    """Of an origin; of a plain one they are as robots' files round them."""
-    return rng.choice([0, 1.57079632679, -1.57079632679, 3.14159265359], 3) if plain else rng.uniform(-3, 3, 3)
+    """Of an origin; right ones of a plain one."""
+    return rng.choice([0, np.pi / 2, -np.pi / 2, np.pi], 3) if plain else rng.uniform(-3, 3, 3)
 
 
-def urdf(kinds: list[str], rng: np.random.Generator, *, chain: bool = False, plain: bool = False, mimic: bool = False) -> str:
+def urdf(
+    kinds: list[str], rng: np.random.Generator, *, chain: bool = False, plain: bool = False, mimic: bool = False
+) -> str:
     """A random tree with joints of these kinds; every second pin or slider follows the first where they mimic."""
     parts = ['<robot name="random">', '<link name="link0"/>']
     leader = ""
@@ -43,7 +45,9 @@ def urdf(kinds: list[str], rng: np.random.Generator, *, chain: bool = False, pla
         follows = ""
         if kind in ("revolute", "continuous", "prismatic"):
             if mimic and leader and k % 2 == 0:
-                follows = f'<mimic joint="{leader}" multiplier="{rng.uniform(-2, 2)!r}" offset="{rng.uniform(-1, 1)!r}"/>'
+                follows = (
+                    f'<mimic joint="{leader}" multiplier="{rng.uniform(-2, 2)!r}" offset="{rng.uniform(-1, 1)!r}"/>'
+                )
             leader = leader or f"joint{k}"
         parts.append(
             f'<joint name="joint{k}" type="{kind}"><parent link="link{parent}"/><child link="link{k}"/>'
@@ -79,7 +83,9 @@ ARM = """<robot name="two links">
 </robot>
 """
 
-_DEFAULTS = '<compiler angle="radian"/><default><geom type="capsule" size="0.03" contype="0" conaffinity="0"/></default>'
+_DEFAULTS = (
+    '<compiler angle="radian"/><default><geom type="capsule" size="0.03" contype="0" conaffinity="0"/></default>'
+)
 
 
 def mjcf(body: str, more: str = "", option: str = "") -> str:
@@ -104,7 +110,9 @@ _FOUR_BAR = rod("crank", '<joint name="a" axis="0 1 0"/>', rod("coupler", '<join
 _PAIR = rod("left", '<joint name="a" axis="0 1 0"/>', '<site name="s" pos="0.3 0 0"/>') + rod(
     "right", '<joint name="b" axis="0 1 0"/><joint name="c" type="slide" axis="0 0 1"/>', '<site name="t" pos="0.3 0.1 0"/>', "0.5 0 0"
 )  # fmt: skip
-_FREE_PAIR = rod("left", '<freejoint name="a"/>') + rod("right", '<freejoint name="b"/>', at="0.5 0.1 0", more='euler="0.3 0.2 0.1"')
+_FREE_PAIR = rod("left", '<freejoint name="a"/>') + rod(
+    "right", '<freejoint name="b"/>', at="0.5 0.1 0", more='euler="0.3 0.2 0.1"'
+)
 _TENDONS = (
     '<tendon><fixed name="f" stiffness="5" damping="0.3" springlength="0.1"><joint joint="a" coef="0.5"/><joint joint="b" coef="-1"/>'
     '</fixed><spatial name="g" stiffness="20" damping="0.4" springlength="0.1 0.3" range="0 2" limited="true"><site site="s"/>'

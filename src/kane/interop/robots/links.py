@@ -126,7 +126,8 @@ def _damping(joint: Joint, c: Expr) -> list[Load]:
         turn, slide = (sum((e * x for e, x in zip(axes, part, strict=False)), Vector()) for part in (u[:3], u[3:6]))
     loads = [] if turn.is_zero else [torque_pair(joint.frame, joint.parent, turn * -c, f"damping of {joint.name}")]
     if not slide.is_zero:
-        opposite = joint.point.fixed_in(joint.parent, f"{joint.name} rubbed")  # the parent's particle there
+        there = joint.point.position(joint.at)
+        opposite = joint.at.fixed_in(joint.parent, f"{joint.name} rubbed", there)  # the parent's particle
         loads.append(action_reaction(joint.point, opposite, slide * -c, f"damping of the slide of {joint.name}"))
     return loads
 
