@@ -54,7 +54,8 @@ def test_what_is_soft_and_what_is_left_out_is_said():
 def test_tendons_are_ropes_on_request():
     read = kn.from_mjcf(MODELS["tendons"], stops=True)
     (taut,) = read.system.contacts
-    assert taut.name == "g" and taut.gap is not None
+    assert taut.name == "g"
+    assert taut.gap is not None
 
 
 def test_a_pendulum_swings_as_in_mujoco():
@@ -74,9 +75,8 @@ def test_a_pendulum_swings_as_in_mujoco():
 def test_files_are_read_below_the_folder(tmp_path):
     (tmp_path / "parts").mkdir()
     part = rod("first", '<joint name="a"/>')
-    (tmp_path / "parts" / "rod.xml").write_text(
-        f'<mujoco><default><geom size="0.03" type="capsule"/></default><worldbody>{part}</worldbody></mujoco>'
-    )
+    whole = f'<mujoco><default><geom size="0.03" type="capsule"/></default><worldbody>{part}</worldbody></mujoco>'
+    (tmp_path / "parts" / "rod.xml").write_text(whole)
     main = tmp_path / "main.xml"
     main.write_text('<mujoco><include file="parts/rod.xml"/></mujoco>')
     assert list(kn.from_mjcf(main).u) == ["u_a"]

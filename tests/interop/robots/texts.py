@@ -157,6 +157,7 @@ MODELS = {
         '<actuator><motor name="m" joint="a" gear="3"/><motor name="n" joint="a" gear="-1"/></actuator>',
     ),
     "degrees and defaults": '<mujoco><default><joint damping="0.1"/></default><worldbody><body euler="30 20 10"><joint axis="0 1 0" '
-    'ref="20" range="-10 90" limited="true"/><geom type="box" size="0.1 0.2 0.05" pos="0.1 0 0" euler="10 0 40"/></body></worldbody></mujoco>',
+    'ref="20" range="-10 90" limited="true"/><geom type="box" size="0.1 0.2 0.05" pos="0.1 0 0" euler="10 0 40"/></body></worldbody>'
+    "</mujoco>",
 }  # fmt: skip
 """Small models by what they show."""
