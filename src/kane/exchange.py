@@ -8,5 +8,11 @@ from kane.interop.robots.urdf import from_urdf
 from kane.interop.sympy import from_sympy, to_sympy
 
 __all__ = [
-    "Imported", "Remark", "LinkShape", "from_mjcf", "from_sympy", "from_urdf", "to_sympy",
+    "Imported",
+    "LinkShape",
+    "Remark",
+    "from_mjcf",
+    "from_sympy",
+    "from_urdf",
+    "to_sympy",
 ]  # fmt: skip

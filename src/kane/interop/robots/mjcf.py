@@ -16,7 +16,7 @@ from kane.interop.imported import Imported, Remark
 from kane.interop.robots.build import built
 from kane.interop.robots.making import Options, Symbolic, plain
 from kane.interop.robots.mujoco_reader import mujoco, read
-from kane.interop.robots.records import Closure, Coupling, Drive, Kind, Link, Move, Placement, Robot, LinkShape, Strand
+from kane.interop.robots.records import Closure, Coupling, Drive, Kind, Link, LinkShape, Move, Placement, Robot, Strand
 from kane.interop.robots.xml_text import Element
 from kane.numeric.arrays import Array
 

@@ -20,7 +20,7 @@ from kane.errors import ModelError, cut, none_of
 from kane.interop.imported import Imported, Remark
 from kane.interop.robots.build import built
 from kane.interop.robots.making import Options, Symbolic, plain
-from kane.interop.robots.records import Coupling, Kind, Link, Move, Placement, Robot, LinkShape
+from kane.interop.robots.records import Coupling, Kind, Link, LinkShape, Move, Placement, Robot
 from kane.interop.robots.xml_text import Element, given, number_of, parsed
 from kane.numeric.arrays import Array
 from kane.numeric.scale import CLOSED

@@ -22,6 +22,8 @@ from kane.numeric.arrays import Array
 BYTES = 32 * 2**20
 DEPTH = 300
 ELEMENTS = 200_000
+LARGEST = 1e60
+"""A number of a length, a mass, …; the products of larger ones need not be finite."""
 WORD = 4096
 """Letters of an attribute, of which most are names and a few numbers; longer ones are kept where nothing reads them."""
 
@@ -72,7 +74,7 @@ class Element:
         return value
 
     def number(self, name: str, default: float | None = None, *, infinite: bool = False) -> float:
-        """An attribute that is a number, finite unless infinity is allowed."""
+        """An attribute that is a number, at most `LARGEST` unless infinity is allowed."""
         return float(self.numbers(name, 1, None if default is None else (default,), infinite=infinite)[0])
 
     def numbers(self, name: str, count: int, default: Any = None, *, infinite: bool = False) -> Array:
@@ -81,7 +83,8 @@ class Element:
             return np.array(default, dtype=float)
         words = self.text(name).split()
         values = [number_of(w) for w in words[: count + 1]]
-        if len(values) != count or any(v is None or math.isnan(v) or (math.isinf(v) and not infinite) for v in values):
+        right = (v is not None and (infinite or abs(v) <= LARGEST) and not math.isnan(v) for v in values)
+        if len(values) != count or not all(right):
             what = "a number" if count == 1 else f"{count} numbers"
             raise self.wrong(f"{what} as {name}= of <{self.tag}>", cut(repr(self.attributes[name])))
         return np.array(values, dtype=float)
