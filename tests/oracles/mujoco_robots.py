@@ -11,7 +11,7 @@ import numpy as np
 import kane as kn
 from tests.oracles.compare import error, tolerance
 
-Array = np.ndarray
+Array = Any
 OFF = mujoco.mjtDisableBit
 FREE, BALL = 0, 1
 
@@ -125,19 +125,20 @@ def compare(model: Any, read: Any, eom: kn.Equations, rng: np.random.Generator, 
             k = int(name.rpartition("_")[2]) if k < 0 else k
             bounds = model.actuator_ctrlrange[k] if model.actuator_ctrllimited[k] else (-1, 1)
             data.ctrl[k] = given[symbol] = rng.uniform(*bounds)
-        q, u = {}, {}
+        q: dict[str, Any] = {}
+        u: dict[str, Any] = {}
         for j, name in enumerate(names):
             joint = read.system[name]
             own_q, own_u = values(model, data, j)
             q |= zip((s.name for s in joint.coordinates), own_q, strict=True)
             u |= zip((s.name for s in joint.speeds), own_u, strict=True)
         a, condition, M = solve(model, data)
-        found = np.array(eom.evaluate(list(eom.accelerations), q=q, u=u, inputs=given), dtype=float)
+        found = np.array(eom.evaluate(list(eom.accelerations), q=q, u=u, inputs=given), dtype=np.float64)
         order = [[number[s] for s in read.system[name].speeds] for name in names]
         ours = np.concatenate([rates(model, data, j, found[k]) for j, k in enumerate(order)])
         worst = max(worst, error(ours, a) / tolerance(1e-9, condition))
         if not read.system.constraints and all(len(k) == 1 for k in order):
             flat = [k for (k,) in order]
-            ours = np.array(eom.evaluate(eom.mass_matrix, q=q, u=u, inputs=given), dtype=float)[np.ix_(flat, flat)]
+            ours = np.array(eom.evaluate(eom.mass_matrix, q=q, u=u, inputs=given), dtype=np.float64)[np.ix_(flat, flat)]
             worst = max(worst, error(ours, M) / 1e-9)
     return worst

@@ -5,18 +5,19 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
-Array = np.ndarray
+Array = Any
 
 
 @dataclass(frozen=True, slots=True)
 class State:
     """Values of a joint as URDF means them: a number, or x, y, angle, or (rotation, place); rates along the child's axes."""
 
-    value: object
+    value: Any
     rate: Array
 
 
@@ -37,13 +38,13 @@ def mimics(text: str) -> dict[str, tuple[str, float, float]]:
         m = joint.find("mimic")
         if m is not None and joint.get("type") != "fixed":
             factor, offset = float(m.get("multiplier", 1)), float(m.get("offset", 0))
-            found[joint.get("name")] = (m.get("joint"), factor, offset)
+            found[joint.attrib["name"]] = (m.attrib["joint"], factor, offset)
     return found
 
 
 def damping(text: str) -> dict[str, float]:
     """Coefficients of joints, which Pinocchio reads but does not apply."""
-    found = {j.get("name"): j.find("dynamics") for j in ET.fromstring(text).findall("joint")}
+    found = {j.attrib["name"]: j.find("dynamics") for j in ET.fromstring(text).findall("joint")}
     return {name: float(d.get("damping", 0)) for name, d in found.items() if d is not None}
 
 

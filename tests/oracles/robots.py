@@ -12,7 +12,7 @@ import kane as kn
 from tests.oracles import pinocchio_urdf
 from tests.oracles.compare import error, tolerance
 
-Array = np.ndarray
+Array = Any
 
 
 def turn(angle: float) -> Array:
@@ -56,20 +56,22 @@ def compare(
         state = pinocchio_urdf.random_state(engine, rng, tied)
         names = {n: model.extras["joints"]["base" if n == "root_joint" else n] for n in state}
         effort = {n: rng.uniform(-1, 1) for n in state if f"tau_{names[n]}" in model.symbols}
-        q, u, order = {}, {}, []
+        q: dict[str, Any] = {}
+        u: dict[str, Any] = {}
+        order = []
         for n, s in state.items():
             joint = model.system[names[n]]
             q |= zip((x.name for x in joint.coordinates), coordinates(s), strict=True)
             u |= zip((x.name for x in joint.speeds), speeds(s), strict=True)
             order.append([number[x] for x in joint.speeds])
         inputs = {f"tau_{names[n]}": t for n, t in effort.items()}
-        found = np.array(eom.evaluate(list(eom.accelerations), q=q, u=u, inputs=inputs), dtype=float)
+        found = np.array(eom.evaluate(list(eom.accelerations), q=q, u=u, inputs=inputs), dtype=np.float64)
         answer = pinocchio_urdf.solve(engine, state, effort, text)
         ours = np.concatenate([accelerations(s, found[k]) for s, k in zip(state.values(), order, strict=True)])
         theirs = np.concatenate([answer.acceleration[n] for n in state])
         worst = max(worst, error(ours, theirs) / tolerance(1e-9, answer.condition))
         if not tied and all(len(s.rate) == 1 for s in state.values()):
             flat = [k for (k,) in order]
-            M = np.array(eom.evaluate(eom.mass_matrix, q=q, u=u, inputs=inputs), dtype=float)[np.ix_(flat, flat)]
+            M = np.array(eom.evaluate(eom.mass_matrix, q=q, u=u, inputs=inputs), dtype=np.float64)[np.ix_(flat, flat)]
             worst = max(worst, error(M, answer.mass_matrix) / 1e-9)
     return worst

@@ -8,7 +8,7 @@ import numpy as np
 Array = np.ndarray
 
 
-def numbers(values: object) -> str:
+def numbers(values: Array) -> str:
     return " ".join(repr(float(x)) for x in np.atleast_1d(values))
 
 

@@ -78,6 +78,12 @@ def _imported(made: Making, system: System, doubts: list[str]) -> Imported:
     }
     states = {a.name: a for a in made.states}
     symbols = {**q, **u, **states, **made.inputs, **parameters}
-    frozen = (MappingProxyType(x) for x in (symbols, q, u, parameters, extras))
-    s, q_, u_, p, e = frozen
-    return Imported(system, s, q_, u_, p, remarks, e)  # type: ignore[arg-type]
+    return Imported(
+        system,
+        MappingProxyType(symbols),
+        MappingProxyType(q),
+        MappingProxyType(u),
+        MappingProxyType(parameters),
+        remarks,
+        MappingProxyType(extras),
+    )

@@ -21,7 +21,7 @@ from kane.model.joints.joint import Joint
 from kane.model.joints.tree_joints import ball, free, pin, planar, slider
 from kane.model.loads import Force, Load, action_reaction, gravity, torque_pair
 from kane.model.solids import inertia
-from kane.numeric.scale import DECLARED
+from kane.numeric.scale import DECLARED, NO_SIZE
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
@@ -47,9 +47,7 @@ def add_link(made: Making, link: Link) -> None:
 
 
 def _add_body(made: Making, link: Link, name: str, frame: Frame, point: Point) -> None:
-    if (
-        float(np.abs(link.inertia).max()) <= DECLARED**2 * link.mass
-    ):  # of what is smaller than a nanometre: zeros, rounded
+    if float(np.abs(link.inertia).max()) <= NO_SIZE**2 * link.mass:
         link = replace(link, inertia=np.zeros((3, 3)))
     if link.mass == 0 and not link.inertia.any():
         return

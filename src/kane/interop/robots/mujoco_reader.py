@@ -95,7 +95,7 @@ def _run(path: Path, binary: Path, timeout: float, name: str) -> None:
 def _folder(path: Path | None, folder: Any) -> Path | None:
     if folder is None:
         return None if path is None else path.resolve().parent
-    expect.instance(folder, str | Path, "folder= the path of a folder")
+    expect.instance(folder, (str, Path), "folder= the path of a folder")
     found = Path(folder).resolve()
     expect.that(found.is_dir(), "folder= the path of a folder", str(folder))
     return found

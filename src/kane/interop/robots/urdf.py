@@ -23,7 +23,7 @@ from kane.interop.robots.making import Options, Symbolic, plain
 from kane.interop.robots.records import Coupling, Kind, Link, LinkShape, Move, Placement, Robot
 from kane.interop.robots.xml_text import Element, given, number_of, parsed
 from kane.numeric.arrays import Array
-from kane.numeric.scale import CLOSED
+from kane.numeric.scale import RIGHT_ANGLE
 
 KINDS: Mapping[str, Kind | None] = {
     "revolute": "hinge",
@@ -54,7 +54,7 @@ def from_urdf(
     friction: bool = False,
     stops: bool = False,
     locked: Collection[str] = (),
-    right_angles: float = CLOSED,
+    right_angles: float = RIGHT_ANGLE,
 ) -> Imported:
     """A robot described in URDF as a system.
 

@@ -144,7 +144,7 @@ class _Builder:
 def given(source: Any, kind: str) -> tuple[str | bytes, str, Path | None]:
     """Text, its name and its file: `source` itself where it begins as XML does, else the file that it names."""
     expected = f"the path of a {kind} file, or its text"
-    expect.instance(source, str | bytes | Path, expected)
+    expect.instance(source, (str, bytes, Path), expected)
     if isinstance(source, bytes) or (isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<")):
         _limited(len(source), kind)
         return source, kind, None
