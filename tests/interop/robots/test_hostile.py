@@ -86,6 +86,10 @@ WRONG = {
         robot(PAIR + JOINT.replace("<child", '<mimic joint="no"/><child')),
         "Expected <mimic> of 'j' to follow another",
     ),
+    "nothing weighs": (
+        robot('<link name="a"/><link name="b"/>' + JOINT),
+        "Expected a link with mass in 'r', got none",
+    ),
     "nothing moves": (robot(PAIR + JOINT.replace("continuous", "fixed")), "Expected a joint that moves in 'r', got none"),
 }  # fmt: skip
 

@@ -67,6 +67,11 @@ def test_what_is_no_mechanics_is_kept():
     assert list(arm.symbols)[:2] == ["q_shoulder", "q_elbow"]
 
 
+def test_prefixes_without_a_namespace_are_read():
+    text = ARM.replace('<gazebo reference="forearm"/>', "<gazebo><sensor:camera/></gazebo><ray:sensor/>")
+    assert [r.text for r in kn.from_urdf(text).remarks if r.kind == "ignored"][1:] == ["<gazebo>", "<ray:sensor>"]
+
+
 def test_numbers_are_parameters_as_asked():
     every, masses, none = (kn.from_urdf(ARM, parameters=p) for p in ("all", "masses", "none"))
     assert not none.parameters

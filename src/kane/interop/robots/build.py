@@ -44,6 +44,8 @@ def built(robot: Robot, options: Options) -> Imported:
         exert(made)
         if not made.joints:
             raise ModelError(f"Expected a joint that moves in {robot.name!r}, got none.")
+        if not made.bodies:
+            raise ModelError(f"Expected a link with mass in {robot.name!r}, got none.")
         system = System(
             ground,
             bodies=made.bodies,

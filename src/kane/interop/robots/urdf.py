@@ -130,7 +130,7 @@ class _Reader:
             for child in e.children:
                 if child.tag in PASSED[e.tag]:
                     continue
-                if child.tag.startswith(("xacro:", "{http://www.ros.org/wiki/xacro}", "{http://ros.org/wiki/xacro}")):
+                if child.tag.startswith("xacro:"):
                     raise child.wrong("a URDF without macros", f"<{cut(child.tag)}>", "Run xacro over it first.")
                 if get_close_matches(child.tag, PASSED[e.tag], cutoff=SLIP):
                     known = none_of(sorted(PASSED[e.tag]), child.tag)

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
 from typing import Any
+from xml.sax import SAXException
+from xml.sax.handler import ContentHandler
 
 import numpy as np
 
@@ -108,19 +110,20 @@ def number_of(word: str) -> float | None:
         return None
 
 
-class _Builder:
+class _Builder(ContentHandler):
     """What the parser tells of the elements; it keeps what comes within the limits."""
 
     def __init__(self, source: str) -> None:
+        super().__init__()
         self.source = source
         self.open: list[Element] = []
         self.root: Element | None = None
         self.count = 0
-        self.parser: Any = None
+        self.place: Any = None
 
-    def start(self, tag: str, attributes: Mapping[str, str]) -> None:
+    def startElement(self, name: str, attrs: Any) -> None:
         """An element begins."""
-        here = Element(tag, dict(attributes), self.parser.parser.CurrentLineNumber, self.source)
+        here = Element(name, dict(attrs.items()), self.place.getLineNumber(), self.source)
         self.count += 1
         if len(self.open) >= DEPTH or self.count > ELEMENTS:
             raise here.wrong(f"at most {DEPTH} levels and {ELEMENTS} elements", "more")
@@ -130,15 +133,9 @@ class _Builder:
             self.root = here
         self.open.append(here)
 
-    def end(self, tag: str) -> None:
+    def endElement(self, name: str) -> None:
         """The last one that began ends."""
         self.open.pop()
-
-    def data(self, text: str) -> None:
-        """Text between elements, which no model has."""
-
-    def close(self) -> None:
-        """The end of the text."""
 
 
 def given(source: Any, kind: str) -> tuple[str | bytes, str, Path | None]:
@@ -171,19 +168,19 @@ def parsed(text: str | bytes, source: str) -> Element:
         if it is not well formed, has entities, or is deeper or longer than the limits
     """
     try:
-        defused = import_module("defusedxml.ElementTree")
-        common = import_module("defusedxml.common")
+        reader, common = import_module("defusedxml.expatreader"), import_module("defusedxml.common")
     except ModuleNotFoundError as missing:
         raise ModelError(
             "Expected the package defusedxml to read XML. Install it: pip install 'kane[models]'."
         ) from missing
     builder = _Builder(source)
-    parser = defused.DefusedXMLParser(target=builder, forbid_entities=True, forbid_external=True)
-    builder.parser = parser
+    parser = reader.DefusedExpatParser(forbid_entities=True, forbid_external=True)  # without namespaces: many lack them
+    parser.setContentHandler(builder)
+    builder.place = parser
     try:
         parser.feed(text)
         parser.close()
-    except defused.ParseError as error:
+    except SAXException as error:
         raise ModelError(f"Expected well-formed XML, got {cut(error, 120)} ({source}).") from error
     except common.DefusedXmlException as error:
         cure = "Write what they stand for in their place."
