@@ -149,7 +149,7 @@ BAD_MJCF = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", BAD_MJCF)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n == "too much" else n for n in BAD_MJCF])
 def test_what_is_wrong_in_an_mjcf_is_named(name):
     require("mujoco")
     text, match = BAD_MJCF[name]

@@ -58,6 +58,7 @@ def test_tendons_are_ropes_on_request():
     assert taut.gap is not None
 
 
+@pytest.mark.slow
 def test_a_pendulum_swings_as_in_mujoco():
     """Steps of MuJoCo's RK4 at 1e-4 s against `simulate`."""
     text = mjcf(rod("first", '<joint name="a" axis="0 1 0"/>', rod("second", '<joint name="b" axis="0 1 0"/>', at="0.4 0 0")),
