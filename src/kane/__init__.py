@@ -58,6 +58,9 @@ if TYPE_CHECKING:
     from kane.integrators import *
     from kane.interop.imported import Imported as Imported
     from kane.interop.imported import Remark as Remark
+    from kane.interop.robots.mjcf import from_mjcf as from_mjcf
+    from kane.interop.robots.records import LinkShape as LinkShape
+    from kane.interop.robots.urdf import from_urdf as from_urdf
     from kane.interop.sympy import from_sympy, to_sympy
     from kane.interop.sympy_mechanics.importing import from_sympy_mechanics as from_sympy_mechanics
     from kane.joints import *
@@ -140,6 +143,9 @@ _NAMES = {
     "interop.python_source.model": "to_python",
     "interop.autodiff": "to_casadi to_jax to_torch",
     "interop.imported": "Imported Remark",
+    "interop.robots.mjcf": "from_mjcf",
+    "interop.robots.records": "LinkShape",
+    "interop.robots.urdf": "from_urdf",
     "interop.sympy": "from_sympy to_sympy",
     "interop.sympy_mechanics.importing": "from_sympy_mechanics",
     "model.beams.beam": "Beam",
