@@ -192,7 +192,7 @@ _NAMES = {
     "present.report": "report",
     "present.scene.gather": "scene",
     "present.scene.records": "Scene",
-    "present.scene.shapes": "shape",
+    "present.scene.shapes": "BodyShape shape",
     "present.sketch.draw": "Sketch sketch",
     "program.native.machine": "Settings",
     "space.attitude": "Rotation small_rotation",

@@ -13,9 +13,6 @@ __getattr__ = offered(
         "notebook.typeset": "ROWS either escaped listed math table",
         "provenance": "versions",
         "report": "asset chapters",
-        "sketch.draw": "draw_each",
-        "sketch.labels": "placed",
-        "sketch.svg": "DARK LIGHT TEXT",
         "overview": "Tex declared_tables",
     },
 )

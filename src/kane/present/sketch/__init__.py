@@ -3,4 +3,15 @@
 
 from kane.lazy_imports import offered
 
-__getattr__ = offered(__name__, {"draw": "Sketch sketch", "labels": "Label placed", "typeset": "spans width_of"})
+__getattr__ = offered(
+    __name__,
+    {
+        "draw": "NARROW WIDE Sketch draw_each sketch",
+        "labels": "GAP Label placed",
+        "svg": "DARK LIGHT TEXT style",
+        "typeset": "listed place plain product spans unit_vector width_of",
+        "pose": "pose_of",
+        "camera": "view_of",
+        "outlines": "hull mesh",
+    },
+)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Labels placed without overlap: each near its anchor, off lines, within the paper, for the width at which it is read.
 
-For each label places around its anchor are tried, 24 directions at rising distances. Lines below a label cost, more so turning away from
+For each label places around its anchor are tried, 24 directions at rising distances. Lines below a label cost, and turning away from
 the direction wanted; another label's box, or the paper's edge, more than all else together. What need not be labelled is left out
 where there is no room; what must be moves further away, with a line that leads there.
 """
@@ -78,7 +78,9 @@ def placed(labels: Sequence[Label], points: Array, weights: Array, width: float,
     return [_at(order[n], boxes[n], chosen[n]) for n in kept]
 
 
-def _parted(order: list[Label], tried: list[tuple[Array, Array]], boxes: Array, chosen: list[int], alive: Array) -> None:
+def _parted(
+    order: list[Label], tried: list[tuple[Array, Array]], boxes: Array, chosen: list[int], alive: Array
+) -> None:
     """Leave out what still overlaps and may be, then let the needed ones move until none does."""
     for n in reversed(range(len(order))):
         others = boxes[alive & (np.arange(len(order)) != n)]
@@ -102,7 +104,8 @@ def _tried(label: Label, points: Array, weights: Array, width: float, height: fl
     # the box touches a circle about the anchor: its half size along the way
     half = np.minimum(wide / 2 / np.maximum(np.abs(way[:, 0]), 1e-9), tall / 2 / np.maximum(np.abs(way[:, 1]), 1e-9))
     middle = np.array(label.anchor) + way * (far + half)[:, None]
-    boxes = np.concatenate([middle - (wide / 2, tall / 2), middle + (wide / 2, tall / 2)], axis=1)
+    edge = np.array([wide, tall]) / 2
+    boxes = np.concatenate([middle - edge, middle + edge], axis=1)
     wanted = np.array(label.toward, dtype=float)
     size = np.hypot(*wanted)
     aligned = way @ (wanted / size) if size > 0 else np.zeros(len(way))

@@ -125,7 +125,10 @@ def _starts(scene: Scene, size: float, told: Mapping[Any, float]) -> Iterator[di
         yield {**start, **told}
     rng = np.random.default_rng(SEED)
     for _ in range(_MORE if scene.system.holonomic else 0):  # where none of those closes
-        yield {**{q: v + float(rng.normal(0, 1.2)) * (size if q.unit == "m" else 1.0) for q, v in start.items()}, **told}
+        yield {
+            **{q: v + float(rng.normal(0, 1.2)) * (size if q.unit == "m" else 1.0) for q, v in start.items()},
+            **told,
+        }
 
 
 def _bent(values: dict[Symbol, float], scene: Scene, told: Mapping[Any, float]) -> dict[Symbol, float]:
@@ -177,7 +180,12 @@ def _laws(scene: Scene) -> _Laws:
 
 
 def _closed(
-    values: dict[Symbol, float], scene: Scene, laws: _Laws, closing: Sequence[int], told: Mapping[Any, float], size: float
+    values: dict[Symbol, float],
+    scene: Scene,
+    laws: _Laws,
+    closing: Sequence[int],
+    told: Mapping[Any, float],
+    size: float,
 ) -> dict[Symbol, float]:
     """The values moved by least changes to where constraints, and the gaps in `closing`, vanish."""
     wanted = [*range(laws.count), *closing]
@@ -194,6 +202,9 @@ def _closed(
         step = np.linalg.lstsq(slope, -residual, rcond=None)[0]
         step *= min(1.0, 0.5 / max(np.abs(step).max(), 1e-12))
         at.update({q: at[q] + float(s * u) for q, s, u in zip(free, step, unit, strict=True)})
+        for group in scene.system.euler_parameters:
+            norm = float(np.sqrt(sum(at[q] ** 2 for q in group.coordinates)))
+            at.update({q: at[q] / norm for q in group.coordinates})
     return at
 
 
@@ -227,7 +238,9 @@ def _worth(scene: Scene, values: Mapping[Symbol, float], laws: _Laws, size: floa
         held, gaps = off[: laws.count], off[laws.count :]
         worth -= 20.0 * float(np.minimum(np.abs(held), 1.0).sum()) if held.size and np.abs(held).max() > 1e-6 else 0.0
         if gaps.size:
-            worth -= 4.0 * float(np.clip(-gaps / size - 1e-6, 0, 1).sum()) + 0.25 * min(float(abs(gaps.min())) / size, 1.0)
+            worth -= 4.0 * float(np.clip(-gaps / size - 1e-6, 0, 1).sum()) + 0.25 * min(
+                float(abs(gaps.min())) / size, 1.0
+            )
     return worth + 0.4 * _apart(scene, posed)
 
 

@@ -9,8 +9,7 @@ import numpy as np
 
 from kane.numeric.arrays import Array
 from kane.present.scene.records import Action, Movement, Posed, Scene, Triad
-from kane.present.sketch.bodies import AXES, FORCE, MOVE, POINT, REFERENCE
-from kane.present.sketch.paper import Paper, across, spaced
+from kane.present.sketch.paper import AXES, FORCE, MOVE, POINT, REFERENCE, Paper, across, spaced
 from kane.present.sketch.typeset import Span, listed, place, product, spans, unit_vector
 
 _AXIS, _FORCE, _HEAD = 42.0, 46.0, 8.0
@@ -23,11 +22,15 @@ _ROUND = np.radians(250.0)
 
 def draw_signs(paper: Paper, scene: Scene, posed: Posed) -> None:
     """All of them."""
-    middle = np.mean([s.points.mean(axis=0) for s in paper.strokes if s.look.startswith(("body", "rod"))] or [paper.shift], axis=0)
+    middle = np.mean(
+        [s.points.mean(axis=0) for s in paper.strokes if s.look.startswith(("body", "rod"))] or [paper.shift], axis=0
+    )
     shown: list[Array] = []
     for t in scene.triads:
         axes = np.vstack([posed.rotations[t.frame], posed.positions[t.at] * paper.scale])
-        if not any(np.abs(axes - other).max() < 1e-6 for other in shown):
+        beside = [k for k, other in enumerate(shown) if np.abs(axes[3] - other[3]).max() < 6]
+        same = any(np.abs(axes - shown[k]).max() < 1e-6 for k in beside)
+        if not same and not any(k > 0 for k in beside):  # one of a body at a place, and the inertial frame's
             shown.append(axes)
             _triad(paper, t, posed, middle)
     used: list[tuple[Array, Array]] = []
@@ -82,7 +85,8 @@ def _turned(d: Array, axis: Array, angles: Array) -> Array:
 
 
 def _turn(paper: Paper, m: Movement, posed: Posed, middle: Array) -> None:
-    assert m.axis is not None and m.direction is not None and m.sweep is not None
+    if m.axis is None or m.direction is None or m.sweep is None:
+        return
     axis, end = _unit(posed.directions[m.axis]), _unit(posed.directions[m.direction])
     sweep = float(posed.scalars[m.sweep])
     center = paper.at(posed.positions[m.points[0]])
@@ -112,7 +116,9 @@ def _shift(paper: Paper, m: Movement, posed: Posed, middle: Array, used: list[tu
     way = paper.at(posed.positions[list(m.points)])
     long = float(np.hypot(*(way[-1] - way[0])))
     if long < 3:  # across the paper, or nothing
-        paper.label(spans(m.symbols[0]), way[-1], way[-1] - middle, "coordinate", size=17, symbols=m.symbols, needed=True)
+        paper.label(
+            spans(m.symbols[0]), way[-1], way[-1] - middle, "coordinate", size=17, symbols=m.symbols, needed=True
+        )
         return
     if len(way) > 2:
         _arrow(paper, way, "move", MOVE)
@@ -222,7 +228,9 @@ def _force(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
 
 def _torque(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
     axis, center = _unit(posed.directions[a.direction]), paper.at(posed.positions[a.at])
-    flat = _circle(paper, axis if np.linalg.norm(axis) else paper.view.toward, center, (24 + 7 * paper.ring(center)) * paper.unit)
+    flat = _circle(
+        paper, axis if np.linalg.norm(axis) else paper.view.toward, center, (24 + 7 * paper.ring(center)) * paper.unit
+    )
     _arrow(paper, flat, "force", FORCE, 9.0)
     paper.label(_label(a), flat[-1], flat[-1] - center, "force-name", size=15)
 

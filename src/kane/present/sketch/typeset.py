@@ -6,17 +6,30 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-_GREEK = dict(
-    alpha="α", beta="β", gamma="γ", delta="δ", epsilon="ε", zeta="ζ", eta="η", theta="θ", iota="ι", kappa="κ", mu="μ", nu="ν",
-    xi="ξ", pi="π", rho="ρ", sigma="σ", tau="τ", upsilon="υ", phi="φ", chi="χ", psi="ψ", omega="ω", Gamma="Γ", Delta="Δ",
-    Theta="Θ", Lambda="Λ", Xi="Ξ", Pi="Π", Sigma="Σ", Upsilon="Υ", Phi="Φ", Psi="Ψ", Omega="Ω", varphi="φ", vartheta="θ",
-    varepsilon="ε",
-) | {"lambda": "λ"}  # fmt: skip
+_LETTERS = (
+    "alpha:α beta:β gamma:γ delta:δ epsilon:ε zeta:ζ eta:η theta:θ iota:ι kappa:κ lambda:λ mu:μ nu:ν xi:ξ pi:π rho:ρ sigma:σ tau:τ "
+    "upsilon:υ phi:φ chi:χ psi:ψ omega:ω Gamma:Γ Delta:Δ Theta:Θ Lambda:Λ Xi:Ξ Pi:Π Sigma:Σ Upsilon:Υ Phi:Φ Psi:Ψ Omega:Ω "
+    "varphi:φ vartheta:θ varepsilon:ε"
+)
+_GREEK = dict(pair.split(":") for pair in _LETTERS.split())
 _DOTS = {1: "\u0307", 2: "\u0308", 3: "\u20db"}
 _HAT = "\u0302"
 SMALL = 0.72
 """Size of sub- and superscripts."""
-_EM = {" ": 0.34, ",": 0.34, ".": 0.34, "·": 0.36, "*": 0.52, "′": 0.3, "(": 0.42, ")": 0.42, "m": 0.97, "w": 0.88, "M": 1.05, "W": 1.1}
+_EM = {
+    " ": 0.34,
+    ",": 0.34,
+    ".": 0.34,
+    "·": 0.36,
+    "*": 0.52,
+    "′": 0.3,
+    "(": 0.42,
+    ")": 0.42,
+    "m": 0.97,
+    "w": 0.88,
+    "M": 1.05,
+    "W": 1.1,
+}
 _THIN, _CAPITAL, _OTHER = 0.4, 0.8, 0.66
 
 
