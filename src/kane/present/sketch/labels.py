@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kane.numeric.arrays import Array
-from kane.present.sketch.typeset import SMALL, Span, width_of
+from kane.present.sketch.typeset import Span, width_of
 
 _TURNS = np.arange(24) * (2 * np.pi / 24)
 _REACH = (3.0, 7.0, 12.0, 18.0, 26.0, 40.0, 60.0, 85.0, 115.0)
@@ -54,7 +54,7 @@ class Label:
     @property
     def box(self) -> tuple[float, float, float, float]:
         """Left, top, right, bottom, about the middle x, y."""
-        tall = self.size * (1.1 + 0.35 * any(r.shift for r in self.runs) * SMALL)
+        tall = self.size * (1.1 + 0.25 * len({r.shift for r in self.runs if r.shift}))
         return self.x - self.wide / 2, self.y - tall / 2, self.x + self.wide / 2, self.y + tall / 2
 
 
