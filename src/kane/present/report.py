@@ -292,9 +292,9 @@ def report(
 ) -> Path:
     """Write the report of a derivation to `path` and return it; a report that has that name is replaced, nothing else.
 
-    One self-contained HTML file: a sketch, what was declared, a chapter for each of the seven steps with its formulas and where
-    their terms come from, the operations that one evaluation costs, checks with their figures and, with a solution, checks and plots of
-    the motion.
+    One self-contained HTML file: a sketch, what was declared, a chapter for each of the seven steps with its formulas and
+    where their terms come from, the operations that one evaluation costs, checks with their figures and, with a solution,
+    checks and plots of the motion.
 
     Parameters
     ----------

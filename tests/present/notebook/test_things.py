@@ -367,6 +367,7 @@ def test_principal_moments_are_a_table_of_formulas():
 
 def test_a_system_begins_with_its_sketch() -> None:
     shown = pendulum.system()._repr_html_()
+    assert shown is not None
     assert shown.count('class="kane-sketch"') == 1
     assert shown.index("<svg") < shown.index("<table")
     assert 'data-s="theta"' in shown

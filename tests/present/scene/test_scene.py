@@ -138,7 +138,7 @@ def test_what_is_no_shape_is_refused(tmp_path: Any) -> None:
     system, other = module.system(), module.system()
     (top,), (stranger,) = system.rigid_bodies, other.rigid_bodies
     shape = kn.figures.shape
-    with pytest.raises(ModelError, match="kind of a shape, one of .*cone.*got 'cones'"):
+    with pytest.raises(ModelError, match=r"kind of a shape, one of .*cone.*got 'cones'"):
         shape("cones", top)
     with pytest.raises(ModelError, match="Expected radius, height for a cone, got radius"):
         shape("cone", top, radius=1)
@@ -150,7 +150,7 @@ def test_what_is_no_shape_is_refused(tmp_path: Any) -> None:
         scene(system, [shape("sphere", stranger, radius=1)])
     with pytest.raises(ModelError, match="STL or OBJ"):
         shape("mesh", top, file="x.glb")
-    with pytest.raises(ArgumentError, match="a kn.System or its Equations"):
+    with pytest.raises(ArgumentError, match=r"a kn\.System or its Equations"):
         scene(top)  # type: ignore[arg-type]
     with pytest.raises(ModelError, match="mesh that can be read"):
         kn.sketch(system, shapes=[shape("mesh", top, file=tmp_path / "none.stl")])

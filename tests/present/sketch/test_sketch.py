@@ -22,6 +22,7 @@ from kane.gallery import GALLERY, load
 from kane.present.scene import scene
 from kane.present.sketch import DARK, GAP, LIGHT, NARROW, TEXT, WIDE, Sketch, pose_of, style, view_of
 
+Box = tuple[float, float, float, float]
 SVG = "{http://www.w3.org/2000/svg}"
 
 
@@ -56,7 +57,7 @@ def test_every_coordinate_is_labelled_and_no_label_overlaps(name: str, width: in
         assert not _overlap(a.box, b.box), (a.runs, b.runs)
 
 
-def _overlap(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
+def _overlap(a: Box, b: Box) -> bool:
     return a[0] < b[2] + GAP / 2 and b[0] < a[2] + GAP / 2 and a[1] < b[3] + GAP / 2 and b[1] < a[3] + GAP / 2
 
 
@@ -198,7 +199,7 @@ def test_a_pose_that_is_told_is_kept() -> None:
 
 def test_what_cannot_be_drawn_is_refused() -> None:
     system = load("pendulum").system()
-    with pytest.raises(ArgumentError, match="a kn.System or its Equations to draw"):
+    with pytest.raises(ArgumentError, match=r"a kn\.System or its Equations to draw"):
         kn.sketch("pendulum")  # type: ignore[arg-type]
     with pytest.raises(ModelError, match="pixels from 240 to 2000"):
         kn.sketch(system, width=100)

@@ -68,7 +68,7 @@ _WAYS = {-1: "falls below", 1: "rises above"}
 
 
 def system_html(system: System) -> str:
-    """A sketch; bodies, coordinates, speeds, further states, loads, constraints, reactions, inputs and events; parameters folded away."""
+    """A sketch, bodies, coordinates, speeds, states, loads, constraints, reactions, inputs and events; parameters folded away."""
     names = listed([b.name for b in system.bodies])
     *groups, last = (either(partial(_group, group=group), system) for group in _COLUMNS)
     drawing = either(lambda s: sketch(s).svg, system)

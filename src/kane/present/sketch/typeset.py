@@ -115,7 +115,7 @@ def _letters(text: str) -> float:
 
 
 def _by_kind(c: str) -> float:
-    return _THIN if c in "iljtfrI1-" else _CAPITAL if c.isupper() else _OTHER
+    return _THIN if c in "iljtfrI-" else _CAPITAL if c.isupper() else _OTHER
 
 
 def plain(runs: tuple[Span, ...]) -> str:
