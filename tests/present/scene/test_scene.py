@@ -12,8 +12,8 @@ import pytest
 
 import kane as kn
 from kane.errors import ArgumentError, ModelError, ValueMissingError
+from kane.figures import Scene, scene
 from kane.gallery import GALLERY, load
-from kane.present.scene import Scene, scene
 
 
 @cache
@@ -167,7 +167,7 @@ def test_a_mesh_is_read_in_each_form(tmp_path: Any) -> None:
     (tmp_path / "b.stl").write_text(f"solid t\n{rows}endsolid\n")
     packed = b"".join(np.array([[0, 0, 0], *corners[list(f)]], dtype="<f4").tobytes() + b"\0\0" for f in faces)
     (tmp_path / "c.stl").write_bytes(b"\0" * 80 + len(faces).to_bytes(4, "little") + packed)
-    from kane.present.sketch import mesh
+    from kane.present import mesh
 
     for name in ("a.obj", "b.stl", "c.stl"):
         found = mesh(str(tmp_path / name)).cloud

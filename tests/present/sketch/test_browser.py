@@ -11,7 +11,7 @@ import pytest
 
 import kane as kn
 from kane.gallery import GALLERY, load
-from kane.present.sketch import DARK, LIGHT, NARROW, WIDE
+from kane.present import DARK, LIGHT, NARROW, WIDE
 from tests.present.browser import chromium
 
 pytestmark = pytest.mark.slow

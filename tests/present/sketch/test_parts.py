@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kane.present.sketch import Label, hull, listed, place, placed, plain, product, spans, unit_vector, width_of
+from kane.present import Label, hull, place, placed, plain, product, series, spans, unit_vector, width_of
 
 
 @pytest.mark.parametrize(
@@ -33,7 +33,7 @@ def test_places_vectors_and_products() -> None:
     assert plain(place("crank pin")) == "crank pin"
     assert [r.text for r in unit_vector("B1", "x")] == ["b\u0302", "1x"]
     assert plain(product("c*x'")) == "c x\u0307"
-    assert plain(listed(("e0", "e1"))) == "e0, e1"
+    assert plain(series(("e0", "e1"))) == "e0, e1"
 
 
 @given(st.lists(st.tuples(st.integers(-9, 9), st.integers(-9, 9)), min_size=3, max_size=30, unique=True))

@@ -18,9 +18,9 @@ import pytest
 
 import kane as kn
 from kane.errors import ArgumentError, KaneError, ModelError
+from kane.figures import Sketch, scene
 from kane.gallery import GALLERY, load
-from kane.present.scene import scene
-from kane.present.sketch import DARK, GAP, LIGHT, NARROW, TEXT, WIDE, Sketch, pose_of, style, view_of
+from kane.present import DARK, GAP, LIGHT, NARROW, TEXT, WIDE, pose_of, style, view_of
 
 SVG = "{http://www.w3.org/2000/svg}"
 

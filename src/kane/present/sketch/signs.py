@@ -10,7 +10,7 @@ import numpy as np
 from kane.numeric.arrays import Array
 from kane.present.scene.records import Action, Movement, Posed, Scene, Triad
 from kane.present.sketch.paper import AXES, FORCE, MOVE, POINT, REFERENCE, Paper, across, spaced
-from kane.present.sketch.typeset import Span, listed, place, product, spans, unit_vector
+from kane.present.sketch.typeset import Span, place, product, series, spans, unit_vector
 
 _AXIS, _FORCE, _HEAD = 42.0, 46.0, 8.0
 _ARC, _MORE = 40.0, 14.0
@@ -154,7 +154,7 @@ def _attitude(paper: Paper, m: Movement, posed: Posed, middle: Array) -> None:
     flat = _circle(paper, axis, center, (_ARC + 8 + _MORE * paper.ring(center)) * paper.unit)
     _arrow(paper, flat, "move", MOVE)
     top = flat[len(flat) // 2]
-    paper.label(listed(m.symbols), top, top - center, "coordinate", size=16, symbols=m.symbols, needed=True)
+    paper.label(series(m.symbols), top, top - center, "coordinate", size=16, symbols=m.symbols, needed=True)
 
 
 def _circle(paper: Paper, axis: Array, center: Array, radius: float) -> Array:
@@ -185,12 +185,12 @@ def _modes(m: Movement) -> tuple[Span, ...]:
     tail = f"_{m.frame}"
     if len(m.symbols) > 1 and all(s.endswith(tail) for s in m.symbols):
         first = tuple(s.removesuffix(tail) for s in m.symbols[:-1])
-        return (*listed(first), Span(", ", "", False), *spans(m.symbols[-1]))
-    return listed(m.symbols)
+        return (*series(first), Span(", ", "", False), *spans(m.symbols[-1]))
+    return series(m.symbols)
 
 
 def _unplaced(paper: Paper, m: Movement, posed: Posed, middle: Array) -> None:
-    paper.label(listed(m.symbols), np.array([24.0, paper.height - 18.0]), np.array([1.0, 0.0]), "coordinate", size=16,
+    paper.label(series(m.symbols), np.array([24.0, paper.height - 18.0]), np.array([1.0, 0.0]), "coordinate", size=16,
                 symbols=m.symbols, needed=True)  # fmt: skip
 
 

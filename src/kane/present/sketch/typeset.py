@@ -97,7 +97,7 @@ def product(text: str) -> tuple[Span, ...]:
     return tuple(found)
 
 
-def listed(names: tuple[str, ...]) -> tuple[Span, ...]:
+def series(names: tuple[str, ...]) -> tuple[Span, ...]:
     """Several symbols, with commas."""
     found: list[Span] = []
     for k, name in enumerate(names):
