@@ -24,7 +24,9 @@ def seen(name: str) -> Scene:
 
 
 def values(drawn: Scene, rng: Any) -> dict[Any, float]:
-    found = {s: s.default if getattr(s, "default", None) is not None else rng.uniform(0.2, 0.9) for s in drawn.symbols}
+    found: dict[Any, Any] = {
+        s: s.default if getattr(s, "default", None) is not None else rng.uniform(0.2, 0.9) for s in drawn.symbols
+    }
     found |= {s: rng.uniform(0.2, 0.9) for s in drawn.symbols if isinstance(s, kn.expr.Coordinate)}
     for group in drawn.system.euler_parameters:
         size = np.sqrt(sum(found[q] ** 2 for q in group.coordinates))
