@@ -1,9 +1,47 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures and reports."""
+"""Sketches, figures and reports."""
 
-from kane.present.check_figures import Check
-from kane.present.figure import plot
-from kane.present.mode_figures import beam_figure, campbell_diagram, mode_figure, root_locus
-from kane.present.report import report
+from typing import TYPE_CHECKING
 
-__all__ = ["Check", "beam_figure", "campbell_diagram", "mode_figure", "plot", "report", "root_locus"]
+from kane.lazy_imports import offered
+
+if TYPE_CHECKING:
+    from kane.present.check_figures import Check
+    from kane.present.figure import plot
+    from kane.present.mode_figures import beam_figure, campbell_diagram, mode_figure, root_locus
+    from kane.present.report import report
+    from kane.present.scene.gather import scene
+    from kane.present.scene.records import Scene
+    from kane.present.scene.shapes import BodyShape, shape
+    from kane.present.sketch.draw import Sketch, sketch
+
+__getattr__ = offered(
+    __name__,
+    {
+        ".present.check_figures": "Check",
+        ".present.figure": "plot",
+        ".present.mode_figures": "beam_figure campbell_diagram mode_figure root_locus",
+        ".present.report": "report",
+        ".present.scene.gather": "scene",
+        ".present.scene.records": "Scene",
+        ".present.scene.shapes": "BodyShape shape",
+        ".present.sketch.draw": "Sketch sketch",
+    },
+)
+"""What draws is imported when it is first used: a shape needs no library for plots."""
+
+__all__ = [
+    "BodyShape",
+    "Check",
+    "Scene",
+    "Sketch",
+    "beam_figure",
+    "campbell_diagram",
+    "mode_figure",
+    "plot",
+    "report",
+    "root_locus",
+    "scene",
+    "shape",
+    "sketch",
+]

@@ -363,3 +363,14 @@ def test_speeds_left_out_of_start_are_asked_for(tmp_path):
     said = [line(w) for w in from_json("check", file)["warnings"]]
     assert said == ["START does not say everything: a simulation needs --u u2=…."]
     assert "add --u u2=…, or set them in START" in line(kane("simulate", file, code=2).stderr)
+
+
+def test_sketch_draws_the_model(tmp_path):
+    assert kane("sketch", "spinning_top", "-o", "top.svg").stdout == "Sketch: top.svg\n"
+    text = (tmp_path / "top.svg").read_text("utf-8")
+    assert 'class="kane-sketch" width="640"' in text
+    assert all(f'data-s="{q}"' in text for q in ("psi", "theta", "phi"))
+    assert "Expected a new file" in line(kane("sketch", "spinning_top", "-o", "top.svg", code=2).stderr)
+    assert kane("sketch", "spinning_top", "-o", "top.svg", "--width", 330, "--force").stdout
+    assert 'width="330"' in (tmp_path / "top.svg").read_text("utf-8")
+    assert "ends in .svg" in line(kane("sketch", "spinning_top", "-o", "top.png", code=2).stderr)

@@ -14,6 +14,7 @@ from kane.cli.derive import cache_app, derive, emit
 from kane.cli.models import AsJson, new
 from kane.cli.screen import Guarded
 from kane.cli.simulate import report, simulate
+from kane.cli.sketch import sketch
 from kane.cli.sweep import sweep
 from kane.gallery import GALLERY, load
 from kane.lazy_imports import offered
@@ -51,7 +52,7 @@ def gallery(as_json: AsJson = False) -> None:
         screen.table(list(titles.items()), indent=0)
 
 
-for command in (new, check, derive, simulate, sweep, report, emit, bench):
+for command in (new, check, derive, simulate, sweep, sketch, report, emit, bench):
     app.command(command.__name__)(command)
 
 

@@ -23,6 +23,7 @@ from kane.cli import screen
 from kane.cli.screen import Misuse, own_code, short
 from kane.errors import ModelError, alike, cut
 from kane.gallery import GALLERY, load
+from kane.present.scene.shapes import BodyShape
 
 KINDS = ("q", "u", "parameters", "inputs", "states")
 """The keys of START."""
@@ -40,6 +41,7 @@ class NamedModel:
     start: Mapping[str, Mapping[str, Any]]
     span: tuple[float, float]
     declared: float
+    shapes: tuple[BodyShape, ...] = ()
 
 
 def model_of(text: str) -> NamedModel:
@@ -127,8 +129,11 @@ def _model(
         begin = _start(getattr(module, "START", start), where)
     with own_code(path, "SPAN"):
         span = _span(getattr(module, "SPAN", (0.0, 5.0)), where)
+    with own_code(path, "shapes"):
+        drawn = getattr(module, "shapes", None)
+        shapes = tuple(drawn(system)) if callable(drawn) else ()
     title, sources = getattr(module, "TITLE", name.replace("_", " ")), getattr(module, "SOURCES", ())
-    return NamedModel(name, str(title), tuple(sources), path, system, begin, span, declared)
+    return NamedModel(name, str(title), tuple(sources), path, system, begin, span, declared, shapes)
 
 
 def _kind(value: object) -> str:

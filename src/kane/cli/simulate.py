@@ -269,7 +269,11 @@ def report(
         screen.say(f"Without a motion: START does not say {' '.join(begin.missing)}.", err=True)
     checks = [energy_check(sol)] if sol is not None else []
     with working("Writing the report"):
-        screen.put(place, page(eom, solution=sol, title=model.title, sources=model.sources, checks=checks), force)
+        screen.put(
+            place,
+            page(eom, solution=sol, title=model.title, sources=model.sources, checks=checks, shapes=model.shapes),
+            force,
+        )
     if sol is not None:
         screen.say(f"From {sol.t[0]:g} s: {sol.message}.")
         screen.say(str(checks[0]))

@@ -64,3 +64,17 @@ def system(*, speeds: str = "rates") -> kn.System:
         ],
         coordinates=(q1, q2, q3),
     )
+
+
+def shapes(system: kn.System) -> list[kn.figures.BodyShape]:
+    """Two rings and a disk on an axle, in proportion to the rotor's offset; no equation knows them."""
+    outer, inner, rotor = system.rigid_bodies
+    O, A, B, C = outer.mass_center, outer.frame, inner.frame, rotor.frame
+    l = next(p for p in system.parameters if p.name == "l")
+    axle = [O.at(f"end {k}", side * 6 * l * B.y) for k, side in enumerate((-1, 1))]
+    return [
+        kn.figures.shape("torus", outer, axis=A.y, radius=8 * l, tube=0.35 * l),
+        kn.figures.shape("torus", inner, axis=B.z, radius=6 * l, tube=0.35 * l),
+        kn.figures.shape("link", rotor, points=axle, name="axle"),
+        kn.figures.shape("cylinder", rotor, axis=C.y, radius=4 * l, height=1.2 * l),
+    ]

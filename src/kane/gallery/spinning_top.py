@@ -45,3 +45,11 @@ def system(*, speeds: str = "rates") -> kn.System:
     return kn.System(
         N, bodies=[top], speeds=choose(choices, speeds), loads=[kn.gravity(-g * N.z)], coordinates=(psi, theta, phi)
     )
+
+
+def shapes(system: kn.System) -> list[kn.figures.BodyShape]:
+    """A cone that stands on its apex; its mass centre is 3/4 of its height above."""
+    (top,) = system.rigid_bodies
+    axis, l = top.frame.z, next(p for p in system.parameters if p.name == "l")
+    base = top.mass_center.at("base", l / 3 * axis)
+    return [kn.figures.shape("cone", top, at=base, axis=-axis, radius=0.7 * l, height=4 * l / 3)]

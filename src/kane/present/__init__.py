@@ -13,6 +13,13 @@ __getattr__ = offered(
         "notebook.typeset": "ROWS either escaped listed math table",
         "provenance": "versions",
         "report": "asset chapters",
+        "sketch.camera": "view_of",
+        "sketch.draw": "NARROW WIDE draw_each",
+        "sketch.labels": "GAP Label placed",
+        "sketch.outlines": "hull mesh",
+        "sketch.pose": "pose_of",
+        "sketch.svg": "DARK LIGHT TEXT style",
+        "sketch.typeset": "place plain product series spans unit_vector width_of",
         "overview": "Tex declared_tables",
     },
 )

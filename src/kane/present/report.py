@@ -26,6 +26,9 @@ from kane.present.check_figures import Check, motion_checks
 from kane.present.formula_list import DisplayedFormula, formulas, quantity_latex, result_formulas
 from kane.present.overview import DECLARED, PageTable, Tex, declared_tables, page_table
 from kane.present.provenance import Provenance, force_provenance, mass_provenance, noncontributing
+from kane.present.scene.gather import scene
+from kane.present.scene.shapes import BodyShape
+from kane.present.sketch.draw import NARROW, WIDE, draw_each
 from kane.progress import working
 from kane.space.frame import Frame, Point
 from kane.units.rules import unit_text
@@ -285,12 +288,13 @@ def report(
     title: str | None = None,
     sources: Sequence[str] = (),
     checks: Iterable[Check] = (),
+    shapes: Iterable[BodyShape] = (),
 ) -> Path:
     """Write the report of a derivation to `path` and return it; a report that has that name is replaced, nothing else.
 
-    One self-contained HTML file: what was declared, a chapter for each of the seven steps with its formulas and where their terms
-    come from, the operations that one evaluation costs, checks with their figures and, with a solution, checks and plots of
-    the motion.
+    One self-contained HTML file: a sketch, what was declared, a chapter for each of the seven steps with its formulas and
+    where their terms come from, the operations that one evaluation costs, checks with their figures and, with a solution,
+    checks and plots of the motion.
 
     Parameters
     ----------
@@ -300,6 +304,7 @@ def report(
     title : heading; by default the bodies' names
     sources : where the system comes from, a line each
     checks : figures to show, each with its limit
+    shapes : of bodies, from `kn.figures.shape`, for the sketch
 
     Raises
     ------
@@ -307,14 +312,20 @@ def report(
         if there are no equations, the solution is one of other equations, or something else than a report has that name
     """
     target = path_of(path, 'kn.report(eom, "report.html")')
-    text = page(eom, solution=solution, title=title, sources=sources, checks=checks)
+    text = page(eom, solution=solution, title=title, sources=sources, checks=checks, shapes=shapes)
     target.parent.mkdir(parents=True, exist_ok=True)
     exchange(target, partial(Path.write_text, data=text, encoding="utf-8"), lambda p: _MARK in p.read_bytes())
     return target
 
 
 def page(
-    eom: Equations, *, solution: Solution | None, title: str | None, sources: Sequence[str], checks: Iterable[Check]
+    eom: Equations,
+    *,
+    solution: Solution | None,
+    title: str | None,
+    sources: Sequence[str],
+    checks: Iterable[Check],
+    shapes: Iterable[BodyShape] = (),
 ) -> str:
     """The text of the report."""
     check_equations(eom)
@@ -327,8 +338,11 @@ def page(
     with working("Writing the report"):
         told = list(checks)
         motion = {"checks": told} if solution is None else _motion(solution, told)
+        head = title or f"Equations of motion: {', '.join(b.name for b in eom.system.bodies)}"
         return _template().render(
-            title=title or f"Equations of motion: {', '.join(b.name for b in eom.system.bodies)}",
+            title=head,
+            sketches=_sketches(eom, head, shapes),
+            meanings=[(latex_name(q.name), q.description) for q in eom.coordinates if q.description],
             eom=eom,
             summary=_summary(eom),
             receipt=costs(eom),
@@ -342,6 +356,12 @@ def page(
             katex_css=Markup(asset("katex.min.css")),
             katex_js=Markup(asset("katex.min.js")),
         )
+
+
+def _sketches(eom: Equations, title: str, shapes: Iterable[BodyShape]) -> list[Markup]:
+    """The drawing as a desk and as a phone show it; none of a system that has nothing to draw."""
+    seen = scene(eom, shapes)
+    return [Markup(s.svg) for s in draw_each(seen, (WIDE, NARROW), title=title)] if seen.drawable else []
 
 
 def _template() -> Template:

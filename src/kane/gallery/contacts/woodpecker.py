@@ -68,3 +68,19 @@ def system() -> kn.System:
         ],
         coordinates=(y, phi_M, phi_S),
     )
+
+
+def shapes(system: kn.System) -> list[kn.figures.BodyShape]:
+    """The pole, the sleeve around it, and the bird beside it on its spring."""
+    sleeve, bird = system.rigid_bodies
+    N, pole = system.inertial, sleeve.mass_center.root()
+    r_O, r_M, h_M, l_M, l_G = (
+        next(p for p in system.parameters if p.name == name) for name in ("r_O", "r_M", "h_M", "l_M", "l_G")
+    )
+    middle = bird.mass_center.at("middle of the bird", (l_M + l_G) * N.x)
+    return [
+        kn.figures.shape("box", frame=N, at=pole, a=2 * r_O, b=4 * (l_M + l_G), c=2 * r_O, name="pole"),
+        kn.figures.shape("box", sleeve, a=2.6 * r_M, b=2 * h_M, c=2.6 * r_M),
+        kn.figures.shape("link", bird, points=[sleeve.mass_center, middle], name="spring's arm"),
+        kn.figures.shape("ellipsoid", bird, at=middle, a=0.4 * l_G, b=0.8 * l_G, c=0.4 * l_G),
+    ]

@@ -65,3 +65,11 @@ def system() -> kn.System:
         reactions=[kn.reaction("N_z", at=P, along=N.z)],
         coordinates=(q1, q2, q3, x, y),
     )
+
+
+def shapes(system: kn.System) -> list[kn.figures.BodyShape]:
+    """The ellipsoid, whose middle is above the mass centre."""
+    (stone,) = system.rigid_bodies
+    a, b, c = (next(p for p in system.parameters if p.name == name) for name in "abc")
+    middle = stone.mass_center.parent
+    return [kn.figures.shape("ellipsoid", stone, at=middle, a=a, b=b, c=c)]

@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`kane sketch`: a labelled drawing of a model as SVG."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kane.cli import screen
+from kane.cli.models import Force, Name, model_of
+from kane.cli.screen import Misuse
+from kane.progress import working
+
+
+def sketch(
+    name: Name,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", help="File to write, an .svg.", show_default="MODEL.svg"),
+    ] = None,
+    width: Annotated[int, typer.Option(min=240, max=2000, help="Pixels at which it is read; 330 for a phone.")] = 640,
+    force: Force = False,
+) -> None:
+    """Draw MODEL: bodies, frames, loads, coordinates with their symbols."""
+    from kane.present.sketch.draw import sketch as drawn  # not before it is asked for
+
+    if out is not None and out.suffix.lower() != ".svg":
+        raise Misuse(f"Expected --out FILE that ends in .svg, got {out}.")
+    model = model_of(name)
+    place = screen.target(out or Path(f"{model.name}.svg"), model.path, force)
+    with working("Drawing"):
+        made = drawn(model.system, width=width, shapes=model.shapes, title=model.title)
+    screen.put(place, made.svg, force)
+    typer.echo(f"Sketch: {place}")

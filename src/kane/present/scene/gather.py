@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`scene`: everything that can be seen of a system, gathered from what it declares."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from kane import expect
+from kane.equations.equations import Equations
+from kane.errors import ArgumentError, ModelError, cut
+from kane.expr.evaluation import is_constant_in_time
+from kane.expr.node import ZERO
+from kane.expr.symbols import Parameter
+from kane.model.beams.beam import Beam
+from kane.model.system import System
+from kane.present.scene.bodies import body_items, ground_items, holding_items
+from kane.present.scene.moves import actions, center_of, load_items, movements
+from kane.present.scene.records import Item, Mark, Quantities, Scene, Triad
+from kane.present.scene.shapes import BodyShape, declared_item
+from kane.space.frame import Frame, Point
+
+_MANY = 2
+"""Bodies beyond which only the inertial frame's axes are shown."""
+
+
+def scene(system: System | Equations, shapes: Iterable[BodyShape] = ()) -> Scene:
+    """What a system looks like: bodies with their shapes, coordinates, frames, points and loads, and one routine for all poses.
+
+    Parameters
+    ----------
+    system : a System, or its Equations
+    shapes : of bodies and of what is beside them, from `kn.figures.shape`; other bodies look as their inertias, points, joints and
+        contacts tell
+
+    Raises
+    ------
+    ArgumentError
+        if there is no system
+    ModelError
+        if a shape is that of a body of another system
+    """
+    model = system_of(system)
+    told = (
+        tuple(expect.items(shapes, "shapes=", "Write [kn.figures.shape(…)]."))
+        if not isinstance(shapes, tuple)
+        else shapes
+    )
+    expect.instances(told, BodyShape, "shapes of kn.figures.shape")
+    for s in told:
+        if s.of is not None and all(s.of is not b for b in model.bodies):
+            raise ModelError(f"Expected shapes of bodies of the system, got one of {s.of.name}.")
+    into = Quantities(model.inertial)
+    items = tuple(_items(model, told, into))
+    moves, acts = tuple(movements(model, into)), tuple(actions(model, into))
+    marks, triads, lengths = tuple(_marks(model, into)), tuple(_triads(model, into)), tuple(_lengths(model, into))
+    return Scene(model, items, moves, acts, marks, triads, lengths, *into.tables())
+
+
+def system_of(given: Any) -> System:
+    """The system itself, or that of equations."""
+    if isinstance(given, Equations):
+        return given.system
+    if not isinstance(given, System):
+        raise ArgumentError(f"Expected a kn.System or its Equations to draw, got {cut(repr(given))}.")
+    return given
+
+
+def _items(system: System, told: tuple[BodyShape, ...], into: Quantities) -> Iterator[Item]:
+    yield from ground_items(system, into)
+    yield from (declared_item(s, into) for s in told)
+    yield from body_items(system, into, {s.of.name for s in told if s.of is not None})
+    yield from holding_items(system, into)
+    yield from load_items(system, into)
+
+
+def _marks(system: System, into: Quantities) -> Iterator[Mark]:
+    """The points with names of their own, the first of those at one place."""
+    beams = [f"{b.name} " for b in system.bodies if isinstance(b, Beam)]
+    seen: set[int] = set()
+    for p in system.points:
+        at = into.position(p)
+        own = not p.name.endswith((" point", " ground", " particle")) and not p.name.startswith("end of ")
+        if at not in seen and own and not any(p.name.startswith(b) for b in beams):
+            seen.add(at)
+            yield Mark(p.name, at, is_constant_in_time(into.place(p).components(into.inertial)))
+
+
+def _triads(system: System, into: Quantities) -> Iterator[Triad]:
+    """The inertial frame's axes, and those of few bodies: where one spins about its own axis, those of what does not spin with it."""
+    origin = system.points[0].root() if system.points else None
+    if origin is None:
+        return
+    yield Triad(system.inertial.name, into.frame(system.inertial), into.position(origin), True)
+    shown: dict[Frame, Point] = {}
+    bodies = [b for b in system.rigid_bodies if b.frame is not system.inertial]
+    for b in bodies:
+        shown.setdefault(_despun(system, b.frame), b.mass_center)
+    for beam in system.bodies:
+        if isinstance(beam, Beam):
+            shown.setdefault(beam.frame, beam.root)
+    if len(shown) <= _MANY:
+        for f, at in shown.items():
+            if f is not system.inertial:
+                yield Triad(f.name, into.frame(f), into.position(at))
+
+
+def _despun(system: System, frame: Frame) -> Frame:
+    """The frame in which a body spins, where the speeds are written along its axes and not along the body's."""
+    o = frame.orientation
+    used = {f for f in system.frames if any(f in dict(p.offset.parts) for p in system.points)}
+    if o is not None and o.axis is not None and isinstance(o.base, Frame) and frame not in used and o.base in used:
+        return o.base
+    return frame
+
+
+def _lengths(system: System, into: Quantities) -> Iterator[tuple[str, int, int]]:
+    """Ways between points that are one parameter long, once each: its name, from where, to where."""
+    seen: set[str] = set()
+    for p in system.points:
+        numbers = [x for x in p.offset.scalars() if x is not ZERO]
+        numbers = [x.args[0] if len(x.args) == 1 and x.op.name == "neg" else x for x in numbers]
+        if len(numbers) == 1 and isinstance(numbers[0], Parameter) and p.parent is not None:
+            name = numbers[0].name
+            if name not in seen:
+                seen.add(name)
+                yield name, into.position(p.parent), into.position(p)
+
+
+__all__ = ["center_of", "scene", "system_of"]

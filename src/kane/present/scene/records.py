@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The records of a scene. Each refers by number to positions, axes, directions and lengths, which one routine gives at a state."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+
+from kane.expr.evaluation import Walk
+from kane.expr.node import ZERO, Expr
+from kane.expr.ops import Immutable
+from kane.expr.symbols import Symbol
+from kane.model.system import System
+from kane.numeric.arrays import Array
+from kane.space.frame import Frame, Point
+from kane.space.rotation import Triple
+from kane.space.vector import Vector
+from kane.write.arrange import to_text
+
+
+@dataclass(frozen=True, slots=True)
+class Item(Immutable):
+    """Something with a shape.
+
+    `sizes` are numbers of scalars by name, `at` that of its middle, `frame` that of its axes (of a body of revolution the third is
+    its axis), `points` those of what leads from point to point. `role` says what it is: a body, the ground, a load, a constraint.
+    """
+
+    kind: str
+    name: str
+    role: str
+    at: int | None = None
+    frame: int | None = None
+    points: tuple[int, ...] = ()
+    sizes: Mapping[str, int] = field(default_factory=dict)
+    direction: int | None = None
+    file: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Movement(Immutable):
+    """What coordinates move, and how.
+
+    A "turn" is about the direction `axis` through the first of `points`, by the scalar `sweep`, and ends along `direction`; a "shift"
+    leads along `points`; an "attitude" is that of axes at a point, a "deflection" that of a beam at its points, from
+    where it would be. "none" moves nothing that has a place.
+    """
+
+    kind: str
+    symbols: tuple[str, ...]
+    points: tuple[int, ...] = ()
+    axis: int | None = None
+    direction: int | None = None
+    sweep: int | None = None
+    frame: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Action(Immutable):
+    """A force or torque along a direction, at a point; "gravity" is the acceleration, and `label` what it is called in the drawing."""
+
+    kind: str
+    name: str
+    label: str
+    at: int
+    direction: int
+
+
+@dataclass(frozen=True, slots=True)
+class Mark(Immutable):
+    """A point with a name; `fixed` in the inertial frame."""
+
+    name: str
+    at: int
+    fixed: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Triad(Immutable):
+    """Axes of a frame, shown at a point."""
+
+    name: str
+    frame: int
+    at: int
+    inertial: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Posed:
+    """Values at a state, or at several along the first axes: positions (… × n × 3), rotations (… × n × 3 × 3), directions, scalars.
+
+    The columns of a rotation are the unit vectors of the axes, along those of the inertial frame.
+    """
+
+    positions: Array
+    rotations: Array
+    directions: Array
+    scalars: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene(Immutable):
+    """What a system looks like; see `kn.figures.scene`."""
+
+    system: System
+    items: tuple[Item, ...]
+    movements: tuple[Movement, ...]
+    actions: tuple[Action, ...]
+    marks: tuple[Mark, ...]
+    triads: tuple[Triad, ...]
+    lengths: tuple[tuple[str, int, int], ...]
+    positions: tuple[Triple, ...]
+    rotations: tuple[tuple[Triple, Triple, Triple], ...]
+    directions: tuple[Triple, ...]
+    scalars: tuple[Expr, ...]
+    _walk: Walk = field(repr=False)
+
+    @property
+    def symbols(self) -> tuple[Symbol, ...]:
+        """What the poses depend on: coordinates, parameters, inputs, time; rates and reactions where forces do."""
+        return self._walk.symbols
+
+    @property
+    def drawable(self) -> bool:
+        """Whether there is a point to draw anything at."""
+        return bool(self.positions)
+
+    def poses(self, values: Mapping[Any, Any]) -> Posed:
+        """All poses at values for `symbols`, by symbol: numbers, or arrays of one length for as many states.
+
+        Raises
+        ------
+        ValueMissingError
+            if a symbol has no value
+        """
+        self._walk.check(values)
+        found = [np.asarray(x, dtype=float) for x in self._walk(values)]
+        table = np.stack(np.broadcast_arrays(*found), axis=-1) if found else np.zeros(0)
+        shape, counts = table.shape[:-1], (3 * len(self.positions), 9 * len(self.rotations), 3 * len(self.directions))
+        p, r, d, s = np.split(table, np.cumsum(counts), axis=-1)
+        turned = r.reshape(*shape, -1, 3, 3).swapaxes(-1, -2)
+        return Posed(p.reshape(*shape, -1, 3), turned, d.reshape(*shape, -1, 3), s)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, as JSON takes it: the records, and as text the expressions that their numbers mean."""
+        records = {name: [asdict(x) for x in getattr(self, name)] for name in _RECORDS}
+        return {
+            **records,
+            "lengths": [list(x) for x in self.lengths],
+            "positions": [[to_text(x) for x in v] for v in self.positions],
+            "rotations": [[[to_text(x) for x in v] for v in axes] for axes in self.rotations],
+            "directions": [[to_text(x) for x in v] for v in self.directions],
+            "scalars": [to_text(x) for x in self.scalars],
+            "symbols": [s.name for s in self.symbols],
+        }
+
+
+_RECORDS = ("items", "movements", "actions", "marks", "triads")
+
+
+class Quantities:
+    """Positions, axes, directions and scalars as they are asked for, each once."""
+
+    def __init__(self, inertial: Frame) -> None:
+        self.inertial = inertial
+        self.positions: dict[Triple, int] = {}
+        self.rotations: dict[tuple[Triple, Triple, Triple], int] = {}
+        self.directions: dict[Triple, int] = {}
+        self.scalars: dict[Expr, int] = {}
+        self._places: dict[Point, Vector] = {}
+
+    def place(self, point: Point) -> Vector:
+        """The vector from the fixed point to this one."""
+        if point not in self._places:
+            self._places[point] = Vector() if point.parent is None else self.place(point.parent) + point.offset
+        return self._places[point]
+
+    def position(self, point: Point, more: Vector | None = None) -> int:
+        """The number of a point's position, or of one at `more` from it."""
+        return self.at(self.place(point) + (more or Vector()))
+
+    def at(self, place: Vector) -> int:
+        """The number of a position."""
+        return _number(self.positions, place.components(self.inertial))
+
+    def axes(self, x: Vector, y: Vector, z: Vector) -> int:
+        """The number of three axes."""
+        a, b, c = (v.components(self.inertial) for v in (x, y, z))
+        return _number(self.rotations, (a, b, c))
+
+    def frame(self, frame: Frame) -> int:
+        """The number of a frame's axes."""
+        return self.axes(frame.x, frame.y, frame.z)
+
+    def direction(self, v: Vector) -> int:
+        """The number of a direction, of any length."""
+        return _number(self.directions, v.components(self.inertial))
+
+    def scalar(self, e: Expr) -> int:
+        """The number of a scalar."""
+        return _number(self.scalars, e)
+
+    def tables(self) -> tuple[Any, ...]:
+        """All of them, in order, and the routine."""
+        tables = (tuple(self.positions), tuple(self.rotations), tuple(self.directions), tuple(self.scalars))
+        flat = [x for v in tables[0] for x in v]
+        flat += [x for axes in tables[1] for v in axes for x in v]
+        flat += [x for v in tables[2] for x in v]
+        return (*tables, Walk([*flat, *tables[3]] or [ZERO]))
+
+
+def _number(table: dict[Any, int], entry: Any) -> int:
+    return table.setdefault(entry, len(table))
+
+
+def distinct(points: Iterable[int]) -> tuple[int, ...]:
+    """Numbers in order, each once."""
+    return tuple(dict.fromkeys(points))

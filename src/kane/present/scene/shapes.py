@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Shapes: declared beside a system, or read from the solids of inertias. None changes an equation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from kane import expect
+from kane.errors import ModelError, cut, none_of
+from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.ops import Immutable
+from kane.model.bodies import Body, RigidBody
+from kane.model.constraints import check_unit
+from kane.model.solids import Inertia
+from kane.present.scene.records import Item, Quantities
+from kane.space.frame import Frame, Point
+from kane.space.vector import Vector
+
+KINDS: dict[str, tuple[str, ...]] = {
+    "box": ("a", "b", "c"),
+    "plate": ("a", "b"),
+    "ellipsoid": ("a", "b", "c"),
+    "sphere": ("radius",),
+    "hemisphere": ("radius",),
+    "disk": ("radius",),
+    "ring": ("radius",),
+    "cylinder": ("radius", "height"),
+    "cone": ("radius", "height"),
+    "frustum": ("base", "top", "height"),
+    "torus": ("radius", "tube"),
+    "capsule": ("radius", "length"),
+    "rod": ("length",),
+    "sector": ("radius", "half_angle"),
+    "triangle": ("a", "b"),
+    "link": (),
+    "spring": (),
+    "damper": (),
+    "rope": (),
+    "plane": (),
+    "mesh": (),
+}
+"""The sizes of each kind of shape."""
+_FROM_POINTS = ("link", "spring", "damper", "rope")
+_SOLIDS = {
+    "thin disk": "disk",
+    "solid sphere": "sphere",
+    "spherical shell": "sphere",
+    "solid cylinder": "cylinder",
+    "cylindrical shell": "cylinder",
+    "solid cone": "cone",
+    "rectangular plate": "plate",
+    "right triangle": "triangle",
+    "half cylinder": "half cylinder",
+    "circular sector": "sector",
+    "circular arc": "arc",
+    **{kind: kind for kind in ("ring", "rod", "torus", "frustum", "hemisphere", "box", "ellipsoid")},
+}
+"""What the solids of `kn.solids` look like."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BodyShape(Immutable):
+    """A declared shape; see `kn.figures.shape`."""
+
+    kind: str
+    of: Body | None
+    sizes: Mapping[str, Expr]
+    frame: Frame | None
+    at: Point | None
+    axis: Vector | None
+    points: tuple[Point, ...]
+    file: str
+    name: str
+
+
+def shape(
+    kind: str,
+    of: Body | None = None,
+    *,
+    frame: Frame | None = None,
+    at: Point | None = None,
+    axis: Vector | None = None,
+    points: Sequence[Point] = (),
+    file: str | Path = "",
+    name: str = "",
+    **sizes: Any,
+) -> BodyShape:
+    """The shape of a body, or of something else in a drawing. It changes no equation.
+
+    Parameters
+    ----------
+    kind : "box", "cylinder", "sphere", "link", …; each has its own sizes
+    of : the body, whose frame and mass centre count where none are given. Its own shapes take the place of those inferred
+    frame, at : axes and middle of the shape
+    axis : of a body of revolution, and the normal of a plane: a unit vector; by default z of the frame
+    points : those that a link, spring, damper or rope leads along
+    file : of a mesh, as STL or OBJ, in metres along the frame's axes from `at`
+    name : by default the body's
+    sizes : lengths by name: a, b, c along x, y, z, radius, height, … as in `kn.solids`
+
+    Raises
+    ------
+    ModelError
+        if there is no such kind, it has no place, or its sizes are not those of its kind
+    """
+    if kind not in KINDS:
+        raise ModelError(f"Expected the kind of a shape, one of {none_of(KINDS, kind)}")
+    wanted = KINDS[kind]
+    if set(sizes) != set(wanted):
+        said, came = ", ".join(wanted) or "no sizes", ", ".join(sizes) or "none"
+        raise ModelError(f"Expected {said} for a {kind}, got {came}. See kn.figures.shape.")
+    if of is not None and not isinstance(of, Body):
+        raise ModelError(f"Expected a body as of= of the {kind}, got {cut(repr(of))}.")
+    parts = of.parts() if of is not None else ()
+    frame = frame or next((p.frame for p in parts if p.frame is not None), None)
+    at = at or next((p.mass_center for p in parts), None)
+    through = expect.items(points, f"points of the {kind}", "Write [P, Q].") if points else ()
+    if kind in _FROM_POINTS:
+        expect.that(len(through) > 1, f"points=[P, Q, …] of the {kind}", came=f"{len(through)} points")
+    elif at is None or (frame is None and kind not in ("sphere", "plane")):
+        raise ModelError(f"Expected a place for the {kind}: of=body, or frame= and at=, got neither.")
+    if axis is not None:
+        check_unit(axis, f"axis of the {kind}")
+    if kind == "mesh":
+        expect.that(Path(file).suffix.lower() in (".stl", ".obj"), "file= of a mesh as STL or OBJ", str(file))
+    label = name or (of.name if of is not None else kind)
+    lengths = {k: as_expr(sizes[k]) for k in wanted}
+    return BodyShape(kind, of, lengths, frame, at, axis, tuple(through), str(file), label)
+
+
+def declared_item(s: BodyShape, into: Quantities) -> Item:
+    """A declared shape as an item."""
+    if s.kind in _FROM_POINTS:
+        return Item(s.kind, s.name, "body", points=tuple(map(into.position, s.points)))
+    assert s.at is not None
+    sizes = {k: into.scalar(e) for k, e in s.sizes.items()}
+    axes = None
+    if s.frame is not None or s.axis is not None:
+        home = s.frame or into.inertial
+        axes = into.frame(home) if s.axis is None else along(into, home, s.axis)
+    role = "ground" if s.kind == "plane" and s.of is None else "body"
+    normal = None if s.kind != "plane" else into.direction(s.axis or (s.frame or into.inertial).z)
+    return Item(s.kind, s.name, role, into.position(s.at), axes, (), sizes, normal, s.file)
+
+
+def along(into: Quantities, frame: Frame, axis: Vector, towards: Vector | None = None) -> int:
+    """Axes of which the third is `axis`, and the first `towards`, or a turn of the frame's."""
+    own = (frame.x, frame.y, frame.z)
+    if towards is not None:
+        return into.axes(towards, axis.cross(towards), axis)
+    for i, e in enumerate(own):
+        if all(a is b for a, b in zip(axis.components(frame), e.components(frame), strict=True)):
+            return into.axes(own[(i + 1) % 3], own[(i + 2) % 3], own[i])
+    numbers = [abs(_size(x)) for x in axis.components(frame)]
+    e = own[numbers.index(min(numbers))]
+    first = e.cross(axis).normalized()
+    return into.axes(first, axis.cross(first), axis)
+
+
+def _size(e: Expr) -> float:
+    from kane.numeric.sampling import SEED, sample
+
+    return sample([e], SEED)[0]
+
+
+def solid_item(body: RigidBody, into: Quantities) -> Item | None:
+    """What the solid of a body's inertia looks like; None where it is that of none."""
+    solid = body.inertia.shape if isinstance(body.inertia, Inertia) else None
+    kind = None if solid is None else _SOLIDS.get(solid.kind)
+    if solid is None or kind is None:
+        return None
+    sizes = {k: into.scalar(e) for k, e in solid.sizes.items()}
+    at = into.position(body.mass_center, -solid.centroid)
+    towards = None
+    if kind in ("half cylinder", "sector", "arc"):
+        towards = solid.centroid.normalized()
+    axes = into.frame(solid.frame)
+    if solid.axis is not None:
+        axes = along(into, solid.frame, solid.axis, towards)
+    return Item(kind, body.name, "body", at, axes, (), sizes)
+
+
+def ellipsoid_item(body: RigidBody, into: Quantities) -> Item:
+    """The uniform ellipsoid of a body's mass and inertia along its axes: a² = 5 (I_yy + I_zz − I_xx)/(2 m), not below zero."""
+    own = body.inertia.frames()
+    frame = own[0] if len(own) == 1 and isinstance(own[0], Frame) else body.frame
+    rows = body.inertia.components(frame).rows
+    moments = [rows[k][k] for k in range(3)]
+    total = moments[0] + moments[1] + moments[2]
+    mass = body.mass
+    sizes = {
+        name: into.scalar(ZERO if mass is ZERO else 5 * (total - 2 * i) / (2 * mass))
+        for name, i in zip(("aa", "bb", "cc"), moments, strict=True)
+    }
+    at = into.position(body.mass_center)
+    return Item("inertia", body.name, "body", at, into.frame(frame), (), sizes)

@@ -1,0 +1,303 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Bodies, ground and connections on the paper: faces, links with pins, springs, blocks, hatched supports."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from kane.numeric.arrays import Array
+from kane.present.scene.records import Item, Posed, Scene
+from kane.present.sketch.connections import arrange, draw_pins, draw_spring, hatched
+from kane.present.sketch.outlines import hull, outline, semi_axes
+from kane.present.sketch.paper import BLOCK, BODY, GROUND, LOAD, Paper, across
+
+_BALL = 8.0
+_LOOKS = {"inertia": "body soft", "disk": "body glass", "ring": "body glass"}
+_THIN = 5.0
+"""Pixels below which a box is a rod."""
+
+
+def draw_items(paper: Paper, scene: Scene, posed: Posed) -> None:
+    """All items; pins and supports where links meet or are held."""
+    arrange(paper, scene, posed)
+    for item in scene.items:
+        _DRAW.get(item.kind, _solid)(paper, item, posed)
+    draw_pins(paper, scene, posed)
+
+
+def _solid(paper: Paper, item: Item, posed: Posed) -> None:
+    shape = outline(item, posed, paper.most)
+    if shape is None:
+        return
+    cloud = paper.at(shape.cloud)
+    paper.solids.setdefault(item.name, shape.cloud)
+    span = float(np.ptp(cloud, axis=0).max())
+    if span < 2 * _BALL * paper.unit and item.kind in ("inertia", "sphere"):
+        _particle(paper, item, posed)
+        return
+    if shape.faces:
+        _faces(paper, shape.faces, shape.cloud)
+        return
+    depth = paper.depth(shape.cloud)
+    border = hull(cloud) if len(np.unique(np.round(cloud, 3), axis=0)) > 2 else cloud
+    if _area(border) < 1.5 * span:
+        ends = border[[int(np.argmin(border @ [1.0, 0.3])), int(np.argmax(border @ [1.0, 0.3]))]]
+        _bar(paper, ends, depth, 6.0)
+        return
+    if item.kind == "inertia" and _extended(paper, item, shape.cloud, posed):
+        return
+    look = _LOOKS.get(item.kind, "body")
+    paper.draw(border, look, BODY, depth, closed=True, holes=tuple(paper.at(h) for h in shape.holes))
+    for h in shape.holes:
+        paper.draw(paper.at(h), "edge", BODY, depth + 1e-9, closed=True)
+    for line in shape.lines:
+        shown = _front(paper, line, shape.cloud) if item.kind in ("sphere", "ellipsoid", "inertia") else paper.at(line)
+        if len(shown) > 1:
+            paper.draw(shown, "detail", BODY, depth + 1e-9, weight=0.4)
+
+
+def _extended(paper: Paper, item: Item, cloud: Array, posed: Posed) -> bool:
+    """Whether the body is a bar beyond its mass centre: as long as a uniform rod of its inertia is, where a link leads there."""
+    link = paper.links.get(item.name)
+    axes = semi_axes(*(float(posed.scalars[n]) for n in item.sizes.values()))
+    if link is None or item.at is None or not (paper.view.plane or np.sort(axes)[1] < 0.35 * axes.max()):
+        return False
+    center = posed.positions[item.at]
+    other = link[int(np.argmax(np.linalg.norm(link - center, axis=1)))]
+    size = float(np.linalg.norm(center - other))
+    reach = min(0.775 * float(axes.max()), 1.1 * size)
+    if reach < 0.3 * size:
+        return False
+    ends = paper.at(np.array([other, center + (center - other) / size * reach]))
+    _bar(paper, ends, paper.depth(cloud), 6.0)
+    return True
+
+
+def _front(paper: Paper, line: Array, cloud: Array) -> Array:
+    """The half of a great circle that is seen."""
+    near = (line - cloud.mean(axis=0)) @ paper.view.toward > 0
+    if near.all() or not near.any():
+        return paper.at(line) if near.any() else np.zeros((0, 2))
+    start = int(np.argmin(near))
+    turned = np.roll(line[:-1], -start, axis=0)
+    return np.asarray(paper.at(turned[np.roll(near[:-1], -start)]))
+
+
+def _faces(paper: Paper, faces: tuple[Array, ...], cloud: Array) -> None:
+    center = cloud.mean(axis=0)
+    flat = paper.at(cloud)
+    spans = np.sort(
+        [np.linalg.norm(paper.at(f[1]) - paper.at(f[0])) for f in faces]
+        + [np.linalg.norm(paper.at(f[2]) - paper.at(f[1])) for f in faces]
+    )
+    if spans[0] < _THIN and np.ptp(flat, axis=0).max() > 4 * _THIN:
+        axis = np.linalg.svd(cloud - center)[2][0]
+        reach = np.abs((cloud - center) @ axis).max()
+        _bar(paper, paper.at(np.array([center - axis * reach, center + axis * reach])), paper.depth(cloud), 6.0)
+        return
+    for k, face in enumerate(faces):
+        out = face.mean(axis=0) - center
+        facing = float(out @ paper.view.toward) / max(float(np.linalg.norm(out)), 1e-300)
+        if facing > 1e-6:
+            shade = "body" if facing > 0.75 or paper.view.plane else "body shade" if k % 4 < 2 else "body dark"
+            paper.draw(paper.at(face), shade, BODY, paper.depth(cloud), closed=True)
+
+
+def _area(border: Array) -> float:
+    x, y = border[:, 0], border[:, 1]
+    return float(abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2)
+
+
+def _bar(paper: Paper, ends: Array, depth: float, thick: float) -> None:
+    """A rod: its outline as a wide line, its face as a narrower one upon it."""
+    size = "wide" if thick > 5 else "thin"
+    paper.draw(ends, f"rod {size}", BODY, depth, weight=1.5)
+    paper.draw(ends, f"rod {size} face", BODY, depth + 1e-9, weight=0.0)
+
+
+def _rod(paper: Paper, item: Item, posed: Posed) -> None:
+    if item.at is None or item.frame is None:
+        return
+    half = posed.rotations[item.frame][:, 2] * float(posed.scalars[item.sizes["length"]]) / 2
+    ends = np.array([posed.positions[item.at] - half, posed.positions[item.at] + half])
+    _bar(paper, paper.at(ends), paper.depth(ends), 6.0)
+
+
+def _link(paper: Paper, item: Item, posed: Posed) -> None:
+    """A bar through points on a line, a plate where they are not."""
+    places = posed.positions[list(item.points)]
+    flat = paper.at(places)
+    paper.links[item.name] = places
+    center = places.mean(axis=0)
+    _, sizes, axes = np.linalg.svd(places - center)
+    along = (places - center) @ axes[0]
+    if len(places) < 3 or sizes[1] < 0.02 * sizes[0]:
+        ends = flat[[int(np.argmin(along)), int(np.argmax(along))]]
+        _bar(paper, ends, paper.depth(places), 6.0)
+    elif _area(hull(flat)) > 1.0:
+        paper.draw(hull(flat), "plate", BODY, paper.depth(places), closed=True)
+        paper.draw(hull(flat), "plate face", BODY, paper.depth(places) + 1e-9, closed=True, weight=0.0)
+
+
+def _thin(paper: Paper, item: Item, posed: Posed) -> None:
+    places = posed.positions[list(item.points)]
+    _bar(paper, paper.at(places), paper.depth(places), 3.0)
+
+
+def _hull(paper: Paper, item: Item, posed: Posed) -> None:
+    places = posed.positions[list(item.points)]
+    flat = paper.at(places)
+    if len(places) < 3:
+        _bar(paper, flat, paper.depth(places), 6.0)
+        return
+    paper.draw(hull(flat), "body", BODY, paper.depth(places), closed=True)
+
+
+def _beam(paper: Paper, item: Item, posed: Posed) -> None:
+    places = posed.positions[list(item.points)]
+    _bar(paper, paper.at(places), paper.depth(places), 6.0)
+
+
+def _particle(paper: Paper, item: Item, posed: Posed) -> None:
+    if item.at is None:
+        return
+    place = posed.positions[item.at]
+    turn = np.linspace(0, 2 * np.pi, 25)[:-1]
+    ball = paper.at(place) + _BALL * paper.unit * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    paper.draw(ball, "body ball", BODY, paper.depth(place) + 1e-6, closed=True)
+
+
+def _block(paper: Paper, item: Item, posed: Posed) -> None:
+    """What touches a plane, or slides along a guide: a block upon it."""
+    if item.at is None or item.direction is None:
+        return
+    place, way = posed.positions[item.at], posed.directions[item.direction]
+    seen = paper.way(way)
+    if np.hypot(*seen) < 0.3 or not paper.view.plane:
+        _particle(paper, item, posed)
+        return
+    a, b = np.array(BLOCK) * paper.unit
+    along = seen / np.hypot(*seen)
+    middle = paper.at(place)
+    if item.kind == "block":  # it stands where it touches, and the way is the normal
+        along, middle = across(along), middle + along * b
+    side = across(along)
+    corners = [middle + s * a * along + t * b * side for s, t in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    paper.draw(corners, "body", BODY, paper.depth(place), closed=True)
+    if item.kind == "slider":
+        down = side if side[1] > 0 else -side
+        hatched(paper, middle + down * (b + 1) - along * 2.2 * a, middle + down * (b + 1) + along * 2.2 * a, down)
+
+
+def _ball(paper: Paper, item: Item, posed: Posed) -> None:
+    """A ball that rests on the plane where it touches."""
+    if item.at is None or item.direction is None:
+        return
+    up = paper.way(posed.directions[item.direction])
+    turn = np.linspace(0, 2 * np.pi, 33)[:-1]
+    radius = 1.4 * _BALL * paper.unit
+    middle = paper.at(posed.positions[item.at]) + up * radius
+    paper.draw(middle + radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1), "body", BODY, 0.0, closed=True)
+
+
+def _wheel(paper: Paper, item: Item, posed: Posed) -> None:
+    """A wheel or blade that does not slip along a direction, seen from above."""
+    if item.at is None or item.direction is None or not paper.view.plane:
+        return
+    side = paper.way(posed.directions[item.direction])
+    if np.hypot(*side) < 0.5:
+        return
+    along = across(side)
+    middle, a, b = paper.at(posed.positions[item.at]), 13.0 * paper.unit, 4.0 * paper.unit
+    corners = [middle + s * a * along + t * b * side for s, t in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    paper.draw(corners, "wheel", BODY, 1e9, closed=True)
+
+
+def _plane(paper: Paper, item: Item, posed: Posed) -> None:
+    if item.at is None or item.direction is None:
+        return
+    normal, place = posed.directions[item.direction], posed.positions[item.at]
+    normal = normal / max(float(np.linalg.norm(normal)), 1e-300)
+    seen = paper.way(normal)
+    places = _extent(posed, place, normal)
+    if paper.view.plane:
+        if np.hypot(*seen) < 0.5:
+            return  # seen from above, the paper is the ground
+        along, down = across(seen), -seen
+        middle = paper.at(place)
+        reach = (paper.at(places) - middle) @ along
+        pad = 34 * paper.unit
+        a, b = middle + along * (reach.min() - pad), middle + along * (reach.max() + pad)
+        hatched(paper, _inside(paper, a), _inside(paper, b), down)
+        return
+    x = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    x /= np.linalg.norm(x)
+    y = np.cross(normal, x)
+    p, q = (places - place) @ x, (places - place) @ y
+    pad = 0.18 * max(np.ptp(p), np.ptp(q), 1e-300) + 14 / paper.scale
+    corners = [
+        (p.min() - pad, q.min() - pad),
+        (p.max() + pad, q.min() - pad),
+        (p.max() + pad, q.max() + pad),
+        (p.min() - pad, q.max() + pad),
+    ]
+    floor = np.array([place + s * x + t * y for s, t in corners])
+    paper.draw(paper.at(floor), "floor", GROUND, -1e9, closed=True, weight=0.3)
+
+
+def _extent(posed: Posed, place: Array, normal: Array) -> Array:
+    """All positions, dropped onto a plane."""
+    away = (posed.positions - place) @ normal
+    return np.asarray(posed.positions - away[:, None] * normal)
+
+
+def _inside(paper: Paper, p: Array) -> Array:
+    return np.clip(p, (6.0, 6.0), (paper.width - 6.0, paper.height - 6.0))
+
+
+def _rope(paper: Paper, item: Item, posed: Posed) -> None:
+    paper.draw(paper.at(posed.positions[list(item.points)]), "rope", LOAD)
+
+
+def _nothing(paper: Paper, item: Item, posed: Posed) -> None:
+    pass
+
+
+def _arm(paper: Paper, item: Item, posed: Posed) -> None:
+    """From what is nearest of a solid to a point that lies outside of it."""
+    cloud, end = paper.solids.get(item.name), posed.positions[item.points[1]]
+    if cloud is None:
+        return
+    start = cloud[int(np.argmin(np.linalg.norm(cloud - end, axis=1)))]
+    ends = paper.at(np.array([start, end]))
+    if np.hypot(*(ends[1] - ends[0])) > 7 and not _within(ends[1], hull(paper.at(cloud))):
+        _bar(paper, ends, paper.depth(end), 3.0)
+
+
+def _within(p: Array, border: Array) -> bool:
+    ahead = np.roll(border, -1, axis=0) - border
+    off = p - border
+    return bool((ahead[:, 0] * off[:, 1] - ahead[:, 1] * off[:, 0] >= -1e-9).all())
+
+
+_DRAW: Mapping[str, Callable[[Paper, Item, Posed], None]] = {
+    "rod": _rod,
+    "link": _link,
+    "bar": _thin,
+    "arm": _arm,
+    "hull": _hull,
+    "beam": _beam,
+    "particle": _particle,
+    "block": _block,
+    "ball": _ball,
+    "slider": _block,
+    "wheel": _wheel,
+    "plane": _plane,
+    "spring": draw_spring,
+    "damper": draw_spring,
+    "rope": _rope,
+    "pin": _nothing,
+}
+"""How each kind is drawn that is no solid."""

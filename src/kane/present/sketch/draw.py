@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`sketch`: a system drawn, with every coordinate labelled."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kane import expect
+from kane.equations.equations import Equations
+from kane.model.system import System
+from kane.numeric.arrays import Array
+from kane.present.scene.gather import scene as scene_of
+from kane.present.scene.records import Item, Posed, Scene
+from kane.present.scene.shapes import BodyShape
+from kane.present.sketch.bodies import draw_items
+from kane.present.sketch.camera import View, view_of
+from kane.present.sketch.labels import Label, placed
+from kane.present.sketch.outlines import outline
+from kane.present.sketch.paper import Paper
+from kane.present.sketch.pose import pose_of
+from kane.present.sketch.signs import draw_signs
+from kane.present.sketch.svg import render
+from kane.units.rules import unit_text
+from kane.whole import exchange, path_of
+
+WIDE, NARROW = 640, 330
+"""Widths at which sketches are read: on a desk, on a phone."""
+_MARGIN = 50.0
+_FITS = 2
+"""Times that the scale is corrected by what was drawn: arrows and letters do not grow with it."""
+_LEAST, _MOST = 240, 2000
+_MOST_INERTIA = 0.45
+"""Semi-axes of ellipsoids of inertia by the typical length, at most."""
+_MARK = b'class="kane-sketch"'
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sketch:
+    """A drawing as SVG, which notebooks show; `labels` are its texts with their boxes, `scene` what is drawn."""
+
+    svg: str
+    width: int
+    height: int
+    labels: tuple[Label, ...]
+    scene: Scene
+
+    def _repr_svg_(self) -> str:
+        return self.svg
+
+    def _repr_html_(self) -> str:
+        return self.svg
+
+    def save(self, path: str | Path) -> Path:
+        """Write it to a file, which a sketch alone may have before; return the path."""
+        target = path_of(path, 'sketch.save("system.svg")')
+        target.parent.mkdir(parents=True, exist_ok=True)
+        exchange(target, partial(Path.write_text, data=self.svg, encoding="utf-8"), lambda p: _MARK in p.read_bytes())
+        return target
+
+    def __repr__(self) -> str:
+        return f"Sketch({', '.join(b.name for b in self.scene.system.bodies)}; {self.width} × {self.height})"
+
+
+def sketch(
+    system: System | Equations,
+    path: str | Path | None = None,
+    *,
+    width: int = WIDE,
+    q: Mapping[Any, float] | None = None,
+    shapes: Iterable[BodyShape] = (),
+    title: str | None = None,
+) -> Sketch:
+    """A labelled drawing of a system: bodies, frames, loads at their points, coordinates as arcs and arrows.
+
+    Pose and camera are searched; a system that moves in a plane is drawn in it. Labels are placed for `width`: draw another one for
+    a phone.
+
+    Parameters
+    ----------
+    system : a System, or its Equations
+    path : where to write the SVG as well
+    width : in pixels, from 240 to 2000
+    q : coordinates of the pose, by symbol or name; those left out are searched
+    shapes : of bodies, from `kn.figures.shape`
+    title : by default the bodies' names
+
+    Raises
+    ------
+    ArgumentError
+        if there is no system, or the width is none
+    ModelError
+        if the shapes are of other bodies, or `q` names what is no coordinate
+    """
+    right = expect.is_number(width) and _LEAST <= width <= _MOST
+    expect.that(right, f"width= of a sketch as pixels from {_LEAST} to {_MOST}", width)
+    drawn = draw(scene_of(system, shapes), int(width), q, title)
+    if path is not None:
+        drawn.save(path)
+    return drawn
+
+
+def draw(scene: Scene, width: int, q: Any = None, title: str | None = None) -> Sketch:
+    """A scene drawn at one width."""
+    return next(iter(draw_each(scene, (width,), q, title)))
+
+
+def draw_each(scene: Scene, widths: Iterable[int], q: Any = None, title: str | None = None) -> list[Sketch]:
+    """A scene drawn at several widths in one pose, from one place."""
+    pose = pose_of(scene, q)
+    view = view_of(scene, pose)
+    head = title or f"Sketch of {', '.join(b.name for b in scene.system.bodies)}"
+    made = []
+    for width in widths:
+        paper = _drawn(_paper(scene, pose.posed, view, width, pose.size), scene, pose.posed)
+        for _ in range(_FITS):
+            paper = _drawn(_fitted(paper), scene, pose.posed)
+        labels = placed(paper.labels, *paper.obstacles(), paper.width, paper.height)
+        svg = render(paper, labels, head, describe(scene, view))
+        made.append(Sketch(svg, width, round(paper.height), tuple(labels), scene))
+    return made
+
+
+def _paper(scene: Scene, posed: Posed, view: View, width: int, size: float) -> Paper:
+    """The paper with a scale at which everything fits between margins."""
+    limit = _MOST_INERTIA * size
+    flat = view.flat(np.concatenate([_cloud(i, posed, limit) for i in scene.items] + [_places(scene, posed)]))
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    extent = np.maximum(high - low, 1e-12)
+    small = width < 480
+    margin = (_MARGIN if not small else 40.0) + 14.0
+    most = width * (0.95 if small else 0.66)
+    room = np.array([width - 2 * margin, most - 2 * margin])
+    scale = float(min(room / np.maximum(extent, 0.35 * max(extent.max(), 0.3 * size))))
+    height = float(np.clip(extent[1] * scale + 2 * margin, 0.42 * width, most))
+    middle = (low + high) / 2 * (scale, -scale)
+    return Paper(view, float(width), height, scale, np.array([width / 2, height / 2]) - middle, most=limit)
+
+
+def _drawn(paper: Paper, scene: Scene, posed: Posed) -> Paper:
+    draw_items(paper, scene, posed)
+    draw_signs(paper, scene, posed)
+    return paper
+
+
+def _fitted(paper: Paper) -> Paper:
+    """A fresh paper on which all that was drawn on this one lies within the margins."""
+    drawn = [s.points for s in paper.strokes if not s.look.startswith(("floor", "ground", "hatch", "force"))]
+    points = np.concatenate(drawn)
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = (30.0 if paper.small else 38.0) * np.array([1.0, 0.9])
+    width, most = paper.width, paper.width * (0.95 if paper.small else 0.66)
+    extent = np.maximum(high - low, 1e-9)
+    ratio = float(min((np.array([width, most]) - 2 * margin) / extent))
+    ratio = min(ratio, 1.0) if ratio < 1 else min(ratio, 1.15)
+    height = float(np.clip(extent[1] * ratio + 2 * margin[1], 0.42 * width, most))
+    shift = np.array([width / 2, height / 2]) - ((low + high) / 2 - paper.shift) * ratio
+    return Paper(paper.view, width, height, paper.scale * ratio, shift, most=paper.most)
+
+
+def _cloud(item: Item, posed: Posed, most: float) -> Array:
+    shape = outline(item, posed, most)
+    if shape is not None:
+        return shape.cloud
+    if item.kind == "rod" and item.at is not None and item.frame is not None:
+        half = posed.rotations[item.frame][:, 2] * float(posed.scalars[item.sizes["length"]]) / 2
+        return np.array([posed.positions[item.at] - half, posed.positions[item.at] + half])
+    return np.zeros((0, 3))
+
+
+def _places(scene: Scene, posed: Posed) -> Array:
+    """The points of links, movements and marks."""
+    used = [k for i in scene.items if i.role != "ground" for k in (*i.points, *(() if i.at is None else (i.at,)))]
+    used += [k for m in scene.movements for k in m.points] + [m.at for m in scene.marks] + [t.at for t in scene.triads]
+    return np.asarray(posed.positions[sorted(set(used))])
+
+
+def describe(scene: Scene, view: View) -> str:
+    """What is drawn, in words."""
+    system = scene.system
+    bodies = ", ".join(b.name for b in system.bodies)
+    said = [f"{'Drawing in the plane of motion' if view.plane else 'Drawing in space'} of {bodies}."]
+    named = {q.name: q for q in system.coordinates}
+    for m in scene.movements:
+        for name in m.symbols:
+            q = named[name]
+            unit = f" in {unit_text(q.unit)}" if q.unit else ""
+            said.append(f"{name}: {q.description or _WORDS[m.kind].format(m.frame)}{unit}.")
+    acting = [a.name for a in scene.actions]
+    if acting:
+        said.append(f"Loads: {', '.join(acting)}.")
+    return " ".join(said)
+
+
+_WORDS = {
+    "turn": "angle of {}",
+    "shift": "displacement of {}",
+    "attitude": "orientation of {}",
+    "deflection": "deformation of {}",
+    "none": "without a place",
+}

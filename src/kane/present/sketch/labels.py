@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Labels placed without overlap: each near its anchor, off lines, within the paper, for the width at which it is read.
+
+For each label places around its anchor are tried, 24 directions at rising distances. Lines below a label cost, and turning away from
+the direction wanted; another label's box, or the paper's edge, more than all else together. What need not be labelled is left out
+where there is no room; what must be moves further away, with a line that leads there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from kane.numeric.arrays import Array
+from kane.present.sketch.typeset import Span, width_of
+
+_TURNS = np.arange(24) * (2 * np.pi / 24)
+_REACH = (3.0, 7.0, 12.0, 18.0, 26.0, 40.0, 60.0, 85.0, 115.0)
+_NEAR = 5
+"""Distances at which what may be left out is tried."""
+_LINE, _LABEL, _EDGE, _TURN, _FAR = 2.2, 400.0, 2000.0, 3.6, 0.22
+_SWEEPS = 6
+_LEAVE = 26.0
+"""The cost from which on what may be left out is."""
+GAP = 1.5
+"""Between boxes, at least."""
+LEADER = 34.0
+"""The distance from which on a line leads to a label."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Label:
+    """Runs of text for an anchor, the direction wanted from there, and the symbols that it stands for."""
+
+    runs: tuple[Span, ...]
+    anchor: tuple[float, float]
+    toward: tuple[float, float]
+    size: float
+    look: str
+    symbols: tuple[str, ...] = ()
+    needed: bool = False
+    clearance: float = 0.0
+    x: float = 0.0
+    y: float = 0.0
+    reach: float = 0.0
+
+    @property
+    def wide(self) -> float:
+        """Width, estimated for wide faces."""
+        return width_of(self.runs, self.size)
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """Left, top, right, bottom, about the middle x, y."""
+        tall = self.size * (1.1 + 0.25 * len({r.shift for r in self.runs if r.shift}))
+        return self.x - self.wide / 2, self.y - tall / 2, self.x + self.wide / 2, self.y + tall / 2
+
+
+def placed(labels: Sequence[Label], points: Array, weights: Array, width: float, height: float) -> list[Label]:
+    """The labels at their places, those left out that have no room; `points` (n × 2) of lines cost their weights."""
+    order = sorted(labels, key=lambda b: not b.needed)
+    tried = [_tried(b, points, weights, width, height) for b in order]
+    chosen = [int(np.argmin(cost)) for _, cost in tried]
+    boxes = np.array([at[k] for (at, _), k in zip(tried, chosen, strict=True)]) if order else np.zeros((0, 4))
+    alive = np.ones(len(order), dtype=bool)
+    for sweep in range(_SWEEPS):
+        for n, (at, cost) in enumerate(tried):
+            others = boxes[alive & (np.arange(len(order)) != n)]
+            total = cost + _LABEL * _overlaps(at, others).sum(axis=1)
+            chosen[n] = int(np.argmin(total))
+            boxes[n] = at[chosen[n]]
+            if sweep >= _SWEEPS // 2 and not order[n].needed:
+                alive[n] = total[chosen[n]] < _LEAVE
+    _parted(order, tried, boxes, chosen, alive)
+    kept = [n for n in range(len(order)) if alive[n]]
+    return [_at(order[n], boxes[n], chosen[n]) for n in kept]
+
+
+def _parted(
+    order: list[Label], tried: list[tuple[Array, Array]], boxes: Array, chosen: list[int], alive: Array
+) -> None:
+    """Leave out what still overlaps and may be, then let the needed ones move until none does."""
+    for n in reversed(range(len(order))):
+        others = boxes[alive & (np.arange(len(order)) != n)]
+        if alive[n] and not order[n].needed and _overlaps(boxes[n : n + 1], others).any():
+            alive[n] = False
+    for _ in range(_SWEEPS):
+        for n, (at, cost) in enumerate(tried):
+            if alive[n] and order[n].needed:
+                others = boxes[alive & (np.arange(len(order)) != n)]
+                chosen[n] = int(np.argmin(cost + 1e6 * _overlaps(at, others).sum(axis=1)))
+                boxes[n] = at[chosen[n]]
+
+
+def _tried(label: Label, points: Array, weights: Array, width: float, height: float) -> tuple[Array, Array]:
+    """Boxes around the anchor, and what each costs by itself."""
+    left, top, right, bottom = replace(label, x=0.0, y=0.0).box
+    wide, tall = right - left, bottom - top
+    reach = np.array(_REACH if label.needed else _REACH[:_NEAR]) + label.clearance
+    turn, far = (m.ravel() for m in np.meshgrid(_TURNS, reach, indexing="ij"))
+    way = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    # the box touches a circle about the anchor: its half size along the way
+    half = np.minimum(wide / 2 / np.maximum(np.abs(way[:, 0]), 1e-9), tall / 2 / np.maximum(np.abs(way[:, 1]), 1e-9))
+    middle = np.array(label.anchor) + way * (far + half)[:, None]
+    edge = np.array([wide, tall]) / 2
+    boxes = np.concatenate([middle - edge, middle + edge], axis=1)
+    wanted = np.array(label.toward, dtype=float)
+    size = np.hypot(*wanted)
+    aligned = way @ (wanted / size) if size > 0 else np.zeros(len(way))
+    cost = _TURN * (1 - aligned) / 2 * 2 + _FAR * (far - label.clearance)
+    out = (boxes[:, :2] < 3).any(axis=1) | (boxes[:, 2] > width - 3) | (boxes[:, 3] > height - 3)
+    cost = cost + _EDGE * out
+    for k in range(0, len(points), 4000):
+        p, w = points[k : k + 4000], weights[k : k + 4000]
+        inside = (p[None, :, 0] > boxes[:, None, 0] - 1) & (p[None, :, 0] < boxes[:, None, 2] + 1)
+        inside &= (p[None, :, 1] > boxes[:, None, 1] - 1) & (p[None, :, 1] < boxes[:, None, 3] + 1)
+        cost = cost + _LINE * np.einsum("ij,j->i", inside.astype(float), w)
+    return boxes, cost
+
+
+def _overlaps(boxes: Array, others: Array) -> Array:
+    """Which boxes come nearer to which than the gap."""
+    a, b = boxes[:, None, :], others[None, :, :]
+    return np.asarray(
+        (a[..., 0] < b[..., 2] + GAP)
+        & (a[..., 2] > b[..., 0] - GAP)
+        & (a[..., 1] < b[..., 3] + GAP)
+        & (a[..., 3] > b[..., 1] - GAP)
+    )
+
+
+def _at(label: Label, box: Array, choice: int) -> Label:
+    x, y = float(box[0] + box[2]) / 2, float(box[1] + box[3]) / 2
+    reaches = _REACH if label.needed else _REACH[:_NEAR]
+    return replace(label, x=x, y=y, reach=reaches[choice % len(reaches)])

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The paper of a sketch: strokes by layer, in pixels, and the labels that are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from kane.numeric.arrays import Array
+from kane.present.sketch.camera import View
+from kane.present.sketch.labels import Label
+from kane.present.sketch.typeset import Span
+
+GROUND, BODY, LOAD, REFERENCE, MOVE, FORCE, AXES, POINT = range(8)
+"""Layers, the lowest first."""
+BLOCK = (22.0, 13.0)
+"""Half the width and height of a block, in pixels."""
+_STEP = 3.0
+"""Pixels between the points of lines that labels keep away from."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stroke:
+    """A line or a face, by what it looks like; `order` is its layer and depth, far ones first; `head` an arrowhead at the end."""
+
+    points: Array
+    look: str
+    order: tuple[float, float]
+    closed: bool = False
+    head: float = 0.0
+    weight: float = 1.0
+    holes: tuple[Array, ...] = ()
+
+
+@dataclass(slots=True, eq=False)
+class Paper:
+    """Where places of the scene are on the paper, and what is drawn there."""
+
+    view: View
+    width: float
+    height: float
+    scale: float
+    shift: Array
+    strokes: list[Stroke] = field(default_factory=list)
+    labels: list[Label] = field(default_factory=list)
+    rings: list[tuple[Array, int]] = field(default_factory=list)
+    solids: dict[str, Array] = field(default_factory=dict)
+    links: dict[str, Array] = field(default_factory=dict)
+    lifts: dict[str, Array] = field(default_factory=dict)
+    sides: dict[str, float] = field(default_factory=dict)
+    held: set[int] = field(default_factory=set)
+    blocks: set[int] = field(default_factory=set)
+    most: float = np.inf
+
+    @property
+    def small(self) -> bool:
+        """Whether it is a phone's."""
+        return self.width < 480
+
+    @property
+    def unit(self) -> float:
+        """Pixels by which arrows and letters are measured: 1 on a desktop."""
+        return 0.8 if self.small else 1.0
+
+    def at(self, places: Array) -> Array:
+        """Places (… × 3) in pixels."""
+        return self.view.flat(places) * (self.scale, -self.scale) + self.shift
+
+    def way(self, direction: Array) -> Array:
+        """A unit of a direction as seen, in pixels a pixel."""
+        size = float(np.linalg.norm(direction))
+        flat = self.view.flat(direction / size if size > 0 else direction)
+        return np.asarray(flat * (1.0, -1.0))
+
+    def depth(self, places: Array) -> float:
+        """How near to the eye places are."""
+        return float(np.mean(np.atleast_2d(places) @ self.view.toward))
+
+    def draw(
+        self, points: Array | list[Array], look: str, layer: float, depth: float = 0.0, *, closed: bool = False,
+        head: float = 0.0, weight: float = 1.0, holes: tuple[Array, ...] = (),
+    ) -> None:  # fmt: skip
+        """Add a line or face."""
+        line = np.asarray(points, dtype=float)
+        self.strokes.append(Stroke(line, look, (layer, depth), closed, head, weight, holes))
+
+    def label(
+        self, runs: tuple[Span, ...], at: Array, toward: Array, look: str, *, size: float = 15.0,
+        symbols: Iterable[str] = (), needed: bool = False, clearance: float = 0.0,
+    ) -> None:  # fmt: skip
+        """Ask for a label."""
+        anchor, way = (float(at[0]), float(at[1])), (float(toward[0]), float(toward[1]))
+        scaled = size * (0.9 if self.small else 1.0)
+        self.labels.append(Label(runs, anchor, way, scaled, look, tuple(symbols), needed, clearance))
+
+    def ring(self, at: Array) -> int:
+        """How many arcs there are about a place already; one more from now on."""
+        for k, (p, n) in enumerate(self.rings):
+            if np.hypot(*(p - at)) < 6:
+                self.rings[k] = (p, n + 1)
+                return n
+        self.rings.append((at, 1))
+        return 0
+
+    def obstacles(self) -> tuple[Array, Array]:
+        """Points of all lines, and the borders of faces, with weights for labels that lie on them."""
+        points, weights = [np.zeros((0, 2))], [np.zeros(0)]
+        for s in self.strokes:
+            line = np.concatenate([s.points, s.points[:1]]) if s.closed else s.points
+            dense = spaced(line, _STEP)
+            points.append(dense)
+            weights.append(np.full(len(dense), s.weight))
+        return np.concatenate(points), np.concatenate(weights)
+
+
+def spaced(line: Array, step: float) -> Array:
+    """Points along a line, about `step` apart."""
+    pieces = [line[:1]]
+    for a, b in pairwise(line):
+        n = max(1, min(400, int(np.hypot(*(b - a)) / step)))
+        pieces.append(a + (b - a) * (np.arange(1, n + 1) / n)[:, None])
+    return np.concatenate(pieces)
+
+
+def across(way: Array) -> Array:
+    """A quarter of a turn from a direction on the paper."""
+    return np.array([-way[1], way[0]])

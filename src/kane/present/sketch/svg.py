@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A paper as SVG: looks by class, colours as variables for light and dark, text with halos, a title and a description."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from html import escape
+
+import numpy as np
+
+from kane.numeric.arrays import Array
+from kane.present.sketch.labels import LEADER, Label
+from kane.present.sketch.paper import Paper, Stroke
+from kane.present.sketch.typeset import SMALL, Span
+
+LIGHT = {
+    "card": "#ffffff", "ink": "#1b1d21", "body": "#dbe7f4", "shade": "#c3d5ea", "dark": "#aec5e0", "floor": "#eef0ea",
+    "grey": "#5a5f66", "axis": "#0b57b0", "move": "#0d7333", "force": "#b23c06", "detail": "#7d95b0",
+}  # fmt: skip
+DARK = {
+    "card": "#16181c", "ink": "#e9eaec", "body": "#2b3a4d", "shade": "#243246", "dark": "#1d2a3c", "floor": "#20231f",
+    "grey": "#a8adb5", "axis": "#7fb6ff", "move": "#62d089", "force": "#ff9d6b", "detail": "#6f86a0",
+}  # fmt: skip
+"""Colours by what things are. Text has a contrast of 4.5 at least against the card and the bodies, in both."""
+TEXT = {
+    "coordinate": "move", "force-name": "force", "axis-name": "axis", "inertial-name": "grey", "point-name": "ink",
+    "length": "ink", "name": "ink",
+}  # fmt: skip
+"""The colour of each kind of label."""
+_STYLE = """
+.kane-sketch .b,.kane-sketch path{stroke-linejoin:round;stroke-linecap:round;fill:none}
+.kane-sketch .card{fill:var(--k-card);stroke:none}
+.kane-sketch .body{fill:var(--k-body);stroke:var(--k-ink);stroke-width:1.5}
+.kane-sketch .soft{stroke-dasharray:none;stroke-width:1.2}
+.kane-sketch .glass{fill-opacity:.8}
+.kane-sketch .shade{fill:var(--k-shade)}
+.kane-sketch .dark{fill:var(--k-dark)}
+.kane-sketch .plate{stroke-width:9;stroke:var(--k-ink)}
+.kane-sketch .plate.face{stroke-width:6.2;stroke:var(--k-body);fill:var(--k-body)}
+.kane-sketch .edge{stroke:var(--k-ink);stroke-width:1.5}
+.kane-sketch .detail{stroke:var(--k-detail);stroke-width:1.1}
+.kane-sketch .rod{stroke:var(--k-ink)}
+.kane-sketch .wide{stroke-width:9}
+.kane-sketch .thin{stroke-width:4.6}
+.kane-sketch .wide.face{stroke:var(--k-body);stroke-width:6.2}
+.kane-sketch .thin.face{stroke:var(--k-body);stroke-width:2.2}
+.kane-sketch .wheel{fill:var(--k-ink);stroke:none}
+.kane-sketch .floor{fill:var(--k-floor);stroke:none}
+.kane-sketch .ground{stroke:var(--k-grey);stroke-width:1.6}
+.kane-sketch .hatch{stroke:var(--k-grey);stroke-width:.9}
+.kane-sketch .support{fill:var(--k-card);stroke:var(--k-grey);stroke-width:1.4}
+.kane-sketch .pin{fill:var(--k-card);stroke:var(--k-ink);stroke-width:1.5}
+.kane-sketch .point{fill:var(--k-ink);stroke:none}
+.kane-sketch .spring{stroke:var(--k-ink);stroke-width:1.4}
+.kane-sketch .piston{stroke-width:2.6}
+.kane-sketch .rope{stroke:var(--k-ink);stroke-width:1.6}
+.kane-sketch .base{stroke:var(--k-grey);stroke-width:1;stroke-dasharray:4 3}
+.kane-sketch .ray,.kane-sketch .tick{stroke:var(--k-grey);stroke-width:.9}
+.kane-sketch .move{stroke:var(--k-move);stroke-width:1.8}
+.kane-sketch .move-head{fill:var(--k-move);stroke:none}
+.kane-sketch .force{stroke:var(--k-force);stroke-width:2.8}
+.kane-sketch .force.ring,.kane-sketch .force.thin{stroke-width:1.4}
+.kane-sketch .force-head{fill:var(--k-force);stroke:none}
+.kane-sketch .axis{stroke:var(--k-axis);stroke-width:1.8}
+.kane-sketch .axis-head{fill:var(--k-axis);stroke:none}
+.kane-sketch .inertial{stroke:var(--k-grey);stroke-width:1.6}
+.kane-sketch .inertial-head{fill:var(--k-grey);stroke:none}
+.kane-sketch .leader{stroke:var(--k-move);stroke-width:.8}
+.kane-sketch text{stroke:var(--k-card);stroke-width:4px;stroke-linejoin:round;paint-order:stroke;text-anchor:middle}
+.kane-sketch text{font-family:"STIX Two Text","Cambria","Times New Roman",Times,"Liberation Serif",serif}
+"""
+
+
+def style() -> str:
+    """The style sheet: one for all sketches of a page."""
+
+    def colours(table: dict[str, str]) -> str:
+        return ".kane-sketch{" + "".join(f"--k-{k}:{v};" for k, v in table.items()) + "}"
+
+    text = "".join(f".kane-sketch .{look}{{fill:var(--k-{colour})}}\n" for look, colour in TEXT.items())
+    bold = ".kane-sketch .axis-name,.kane-sketch .inertial-name{font-weight:700}\n"
+    dark = "@media (prefers-color-scheme:dark){" + colours(DARK) + "}\n"
+    return f"{colours(LIGHT)}\n{dark}{_STYLE.lstrip()}{text}{bold}"
+
+
+def render(paper: Paper, labels: Sequence[Label], title: str, description: str) -> str:
+    """The SVG of a paper with placed labels."""
+    w, h = round(paper.width), round(paper.height)
+    key = re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-") + f"-{w}"
+    lines = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" class="kane-sketch" width="{w}" height="{h}" viewBox="0 0 {w} {h}" '
+        f'role="img" aria-labelledby="{key}-t {key}-d" style="max-width:100%;height:auto">',
+        f'<title id="{key}-t">{escape(title)}</title>',
+        f'<desc id="{key}-d">{escape(description)}</desc>',
+        f"<style>{style()}</style>",
+        f'<rect class="card" width="{w}" height="{h}" rx="6"/>',
+    ]
+    for s in sorted(paper.strokes, key=lambda s: s.order):
+        lines += _stroke(s)
+    for b in labels:
+        if b.reach >= LEADER:
+            lines.append(f'<path class="leader" d="{_path(_leader(b))}"/>')
+    lines += map(_text, labels)
+    return "\n".join([*lines, "</svg>\n"])
+
+
+def _leader(b: Label) -> Array:
+    """From the anchor to the side of the box."""
+    a, (left, top, right, bottom) = np.array(b.anchor), b.box
+    return np.array([a, np.clip(a, (left, top), (right, bottom))])
+
+
+def _stroke(s: Stroke) -> list[str]:
+    if not s.head:
+        holes = "".join(_path(h, closed=True) for h in s.holes)
+        rule = ' fill-rule="evenodd"' if s.holes else ""
+        return [f'<path class="{s.look}"{rule} d="{_path(s.points, s.closed)}{holes}"/>']
+    tip, way = s.points[-1], _ending(s.points, s.head)
+    side = np.array([-way[1], way[0]]) * 0.36 * s.head
+    base = tip - way * s.head
+    shaft = np.concatenate([_shortened(s.points, 0.7 * s.head), [tip - way * 0.7 * s.head]])
+    first = s.look.split()[0]
+    head = np.array([tip, base + side, base - side])
+    return [
+        f'<path class="{s.look}" d="{_path(shaft)}"/>',
+        f'<path class="{first}-head" d="{_path(head, closed=True)}"/>',
+    ]
+
+
+def _ending(line: Array, head: float) -> Array:
+    """The direction at the end of a line, over the length of its head."""
+    back = _shortened(line, head)[-1]
+    way = line[-1] - back
+    size = float(np.hypot(*way))
+    return np.asarray(way / size) if size > 0 else np.array([1.0, 0.0])
+
+
+def _shortened(line: Array, by: float) -> Array:
+    """The points of a line that are further than `by` from its end along it, one at least."""
+    steps = np.hypot(*np.diff(line, axis=0).T)
+    left = np.concatenate([np.cumsum(steps[::-1])[::-1], [0.0]])
+    kept = line[left >= by]
+    return kept if len(kept) else line[:1]
+
+
+def _path(points: Array, closed: bool = False) -> str:
+    text = "".join(f"{'L' if k else 'M'}{_number(x)} {_number(y)}" for k, (x, y) in enumerate(points))
+    return text + ("Z" if closed else "")
+
+
+def _number(x: float) -> str:
+    text = f"{x:.1f}"
+    text = text.removesuffix(".0")
+    return "0" if text == "-0" else text
+
+
+def _text(b: Label) -> str:
+    symbols = f' data-s="{escape(" ".join(b.symbols))}"' if b.symbols else ""
+    y = b.y + 0.34 * b.size
+    runs, shifted = [], 0.0
+    for r in b.runs:
+        runs.append(_run(r, b.size, shifted))
+        shifted = _SHIFT[r.shift] * b.size
+    return f'<text class="{b.look}" x="{_number(b.x)}" y="{_number(y)}" font-size="{_number(b.size)}"{symbols}>{"".join(runs)}</text>'
+
+
+_SHIFT = {"": 0.0, "sub": 0.24, "sup": -0.36}
+"""How far runs are moved down, by the size of the letters."""
+
+
+def _run(r: Span, size: float, before: float) -> str:
+    move = _SHIFT[r.shift] * size - before
+    attributes = f' dy="{_number(move)}"' if abs(move) > 0.04 else ""
+    attributes += f' font-size="{_number(SMALL * size)}"' if r.shift else ""
+    attributes += ' font-style="italic"' if r.slanted else ""
+    return f"<tspan{attributes}>{escape(r.text)}</tspan>"
