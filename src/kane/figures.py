@@ -1,28 +1,43 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Sketches, figures and reports."""
 
-from kane.present.animation import Animation, animate
-from kane.present.check_figures import Check
-from kane.present.figure import plot
-from kane.present.mode_figures import beam_figure, campbell_diagram, mode_figure, root_locus
-from kane.present.report import report
-from kane.present.scene.gather import scene
-from kane.present.scene.records import Action, Item, Mark, Movement, Posed, Scene, Triad
-from kane.present.scene.shapes import BodyShape, shape
-from kane.present.sketch.draw import Sketch, sketch
+from typing import TYPE_CHECKING
+
+from kane.lazy_imports import offered
+
+if TYPE_CHECKING:
+    from kane.present.animation import Animation, animate
+    from kane.present.check_figures import Check
+    from kane.present.figure import plot
+    from kane.present.mode_figures import beam_figure, campbell_diagram, mode_figure, root_locus
+    from kane.present.report import report
+    from kane.present.scene.gather import scene
+    from kane.present.scene.records import Scene
+    from kane.present.scene.shapes import BodyShape, shape
+    from kane.present.sketch.draw import Sketch, sketch
+
+__getattr__ = offered(
+    __name__,
+    {
+        ".present.animation": "Animation animate",
+        ".present.check_figures": "Check",
+        ".present.figure": "plot",
+        ".present.mode_figures": "beam_figure campbell_diagram mode_figure root_locus",
+        ".present.report": "report",
+        ".present.scene.gather": "scene",
+        ".present.scene.records": "Scene",
+        ".present.scene.shapes": "BodyShape shape",
+        ".present.sketch.draw": "Sketch sketch",
+    },
+)
+"""What draws is imported when it is first used: a shape needs no library for plots."""
 
 __all__ = [
-    "Action",
     "Animation",
     "BodyShape",
     "Check",
-    "Item",
-    "Mark",
-    "Movement",
-    "Posed",
     "Scene",
     "Sketch",
-    "Triad",
     "animate",
     "beam_figure",
     "campbell_diagram",
@@ -34,3 +49,7 @@ __all__ = [
     "shape",
     "sketch",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Motions of modules of WebAssembly, run by wasmtime, as a page runs them (`present/assets/engine.js`)."""
+"""Motions of modules of WebAssembly, run by wasmtime, as a page runs them (`present/templates/engine.js`)."""
 
 from dataclasses import dataclass, field
 

@@ -42,6 +42,8 @@ def chromium(*more: str) -> Iterator[Any]:
     path = executable()
     playwright = require("playwright.sync_api")
     with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=path, args=[*(f for f in FLAGS if not more or f != "--disable-gpu"), *more])
+        browser = driver.chromium.launch(
+            executable_path=path, args=[*(f for f in FLAGS if not more or f != "--disable-gpu"), *more]
+        )
         yield browser
         browser.close()

@@ -12,9 +12,7 @@ from PIL import Image
 
 import kane as kn
 from kane.gallery import GALLERY, load
-from kane.present.viewer import meshes
-from kane.present.viewer.mesh_files import read
-from kane.present.viewer.places import transforms
+from kane.present import SIZED, UNIT, read, transforms
 from tests.present.browser import chromium
 
 QUICK = ("four_bar", "flyball_governor", "rolling_disk", "flexible_pendulum", "rocking_block")
@@ -26,7 +24,7 @@ def motion(name, end=0.2):
     eom = kn.derive(module.system())
     start = getattr(module, "START", None)
     if start is None:
-        from kane.cli.models import STARTS
+        from kane.cli import STARTS
 
         start = STARTS[name]
     return kn.simulate(eom, (0, end), samples=5, **start)
@@ -39,16 +37,16 @@ def volume(mesh):
 
 
 SOLIDS = {
-    "box": (meshes.box(), 1.0),
-    "sphere": (meshes.sphere(), 4 * np.pi / 3),
-    "hemisphere": (meshes.hemisphere(), 2 * np.pi / 3),
-    "cylinder": (meshes.cylinder(), np.pi),
-    "cone": (meshes.cone(), np.pi / 3),
-    "frustum": (meshes.frustum(2.0, 1.0, 3.0), np.pi * 3 * (4 + 2 + 1) / 3),
-    "torus": (meshes.torus(2.0, 0.5), 2 * np.pi**2 * 2 * 0.25),
-    "capsule": (meshes.capsule(0.5, 2.0), np.pi * 0.25 * 2 + 4 * np.pi / 3 / 8),
-    "sector": (meshes.sector(2.0, 0.6, 0.1), 0.6 * 4 * 0.1),
-    "triangle": (meshes.triangle(2.0, 3.0, 0.1), 0.3),
+    "box": (UNIT["box"](), 1.0),
+    "sphere": (UNIT["sphere"](), 4 * np.pi / 3),
+    "hemisphere": (UNIT["hemisphere"](), 2 * np.pi / 3),
+    "cylinder": (UNIT["cylinder"](), np.pi),
+    "cone": (UNIT["cone"](), np.pi / 3),
+    "frustum": (SIZED["frustum"][0](2.0, 1.0, 3.0), np.pi * 3 * (4 + 2 + 1) / 3),
+    "torus": (SIZED["torus"][0](2.0, 0.5), 2 * np.pi**2 * 2 * 0.25),
+    "capsule": (SIZED["capsule"][0](0.5, 2.0), np.pi * 0.25 * 2 + 4 * np.pi / 3 / 8),
+    "sector": (SIZED["sector"][0](2.0, 0.6, 0.1), 0.6 * 4 * 0.1),
+    "triangle": (SIZED["triangle"][0](2.0, 3.0, 0.1), 0.3),
 }
 
 

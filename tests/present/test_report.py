@@ -54,12 +54,12 @@ def test_references_are_within_the_page(page: Page) -> None:
 
 def test_a_chapter_for_each_step(page: Page) -> None:
     assert [s for s in page.sections if s.startswith("step-")] == [f"step-{i}" for i in range(1, 8)]
-    assert page.sections[0] == "system"
-    assert page.sections[8:] == ["operations", "checks", "motion", "sources"]
+    assert page.sections[:2] == ["sketch", "system"]
+    assert page.sections[9:] == ["operations", "checks", "motion", "sources"]
 
 
 def test_formulas_are_whole(page: Page) -> None:
-    for section in page.sections[:8]:
+    for section in page.sections[:9]:
         assert page.math[section], section
         for formula in page.math[section]:
             assert formula.strip()
@@ -114,10 +114,20 @@ def test_parameters_show_default_and_value_used(page: Page) -> None:
 
 
 def test_plots_follow_the_theme(page: Page, text: str) -> None:
-    assert page.tags.count("svg") == 5
+    assert page.tags.count("svg") == 5 + 2 + text.count('<div class="plot" ')
     assert "currentColor" in text
     assert "var(--series-1)" in text
     assert not re.search(r"#0[12]0[23]0[0-9a-f]", text)
+
+
+def test_the_sketch_stands_first_at_two_widths(page: Page, text: str) -> None:
+    """Every coordinate is labelled in both, and one of them is shown at a time."""
+    drawings = re.findall(r'<svg[^>]*class="kane-sketch" width="(\d+)".*?</svg>', text, re.DOTALL)
+    assert drawings == ["640", "330"]
+    for q in ("q1", "q2", "q3", "q4", "q5"):
+        assert text.count(f'data-s="{q}"') == 2
+    assert text.index('id="sketch"') < text.index('id="system"')
+    assert ".sketch .narrow { display: none; }" in text
 
 
 def test_text_is_escaped(text: str) -> None:
@@ -137,7 +147,7 @@ def test_without_a_motion(tmp_path: Path) -> None:
     eom = kn.derive(chain(3))
     page = Page(kn.report(eom, str(tmp_path / "chain.html")).read_text(encoding="utf-8"))
     assert page.loads == []
-    assert page.sections == ["system", *(f"step-{i}" for i in range(1, 8)), "operations"]
+    assert page.sections == ["sketch", "system", *(f"step-{i}" for i in range(1, 8)), "operations"]
 
 
 @pytest.mark.slow

@@ -35,7 +35,10 @@ class Hosted:
     def __init__(self, raw):
         wasmtime = require("wasmtime")
         config = wasmtime.Config()
-        config.memory_reservation = config.memory_guard_size = 0  # gigabytes of addresses would part what LLVM loads
+        for what in ("reservation", "reservation_for_growth", "guard_size"):
+            setattr(
+                config, f"memory_{what}", 0
+            )  # gigabytes of addresses would part what LLVM loads, which it then refuses
         self.told, engine = told(raw), wasmtime.Engine(config)
         self.store, module = wasmtime.Store(engine), wasmtime.Module(engine, raw)
         imports = [wasmtime.Func(self.store, i.type, _library(i.name, len(i.type.params))) for i in module.imports]

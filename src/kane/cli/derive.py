@@ -71,14 +71,24 @@ class Target(StrEnum):
     c = "c"
     h = "h"
     numpy = "numpy"
+    jax = "jax"
+    torch = "torch"
+    casadi = "casadi"
+    sympy = "sympy"
+    cpp = "cpp"
+    eigen = "eigen"
+    rust = "rust"
+    cargo = "cargo"
+    matlab = "matlab"
+    julia = "julia"
+    modelica = "modelica"
+    javascript = "javascript"
     wasm = "wasm"
 
 
 def emit(
     name: Name,
-    target: Annotated[
-        Target, typer.Option(help="C99, its header, a NumPy module, or WebAssembly.", show_default=False)
-    ],
+    target: Annotated[Target, typer.Option(help="The language, or a file that belongs to it.", show_default=False)],
     out: Out = None,
     called: Annotated[
         str | None, typer.Option("--name", help="What the emitted functions are called after.", show_default="MODEL's")
@@ -101,7 +111,7 @@ def emit(
     ] = None,
     force: Force = False,
 ) -> None:
-    """Print the equations of MODEL as C or NumPy source, or write them as WebAssembly."""
+    """Print the equations of MODEL as source of another language, whose head says how to call it, or write WebAssembly."""
     if with_integrator is not None and target not in (Target.c, Target.wasm):
         raise Misuse(f"Expected --target c or wasm with --with-integrator, got {target.value}.")
     if period is not None and (with_integrator is None or target is not Target.c):

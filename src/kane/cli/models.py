@@ -23,6 +23,7 @@ from kane.cli import screen
 from kane.cli.screen import Misuse, own_code, short
 from kane.errors import ModelError, alike, cut
 from kane.gallery import GALLERY, load
+from kane.present.scene.shapes import BodyShape
 
 KINDS = ("q", "u", "parameters", "inputs", "states")
 """The keys of START."""
@@ -40,7 +41,7 @@ class NamedModel:
     start: Mapping[str, Mapping[str, Any]]
     span: tuple[float, float]
     declared: float
-    shapes: tuple[kn.figures.BodyShape, ...] = ()
+    shapes: tuple[BodyShape, ...] = ()
 
 
 def model_of(text: str) -> NamedModel:

@@ -6,6 +6,7 @@ from kane.lazy_imports import offered
 __getattr__ = offered(
     __name__,
     {
+        "first_screen": "first_screen terms",
         "mode_figures": "through_meetings",
         "check_figures": "motion_checks",
         "formula_list": "WIDTH formulas step_text wrapped",
@@ -13,9 +14,16 @@ __getattr__ = offered(
         "notebook.typeset": "ROWS either escaped listed math table",
         "provenance": "versions",
         "report": "asset chapters",
-        "sketch.draw": "draw_each",
-        "sketch.labels": "placed",
-        "sketch.svg": "DARK LIGHT TEXT",
+        "sketch.camera": "view_of",
+        "sketch.draw": "NARROW WIDE draw_each",
+        "sketch.labels": "GAP Label placed",
+        "sketch.outlines": "hull mesh",
+        "sketch.pose": "pose_of",
+        "sketch.svg": "DARK LIGHT TEXT style",
+        "sketch.typeset": "place plain product series spans unit_vector width_of",
         "overview": "Tex declared_tables",
+        "viewer.mesh_files": "read",
+        "viewer.meshes": "SIZED UNIT",
+        "viewer.places": "transforms",
     },
 )

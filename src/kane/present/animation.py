@@ -21,7 +21,7 @@ from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
-from kane.present.scene import scene as scene_of
+from kane.present.scene.gather import scene as scene_of
 from kane.present.scene.records import Posed, Scene
 from kane.present.scene.shapes import BodyShape
 from kane.present.viewer.page import Course, as_json, lowest, page_data
@@ -279,9 +279,19 @@ def _write_gltf(animation: Animation, place: Path) -> None:
 
 
 def _write_pictures(animation: Animation, place: Path) -> None:
-    from kane.present.viewer.raster import write
+    from kane.present.viewer.raster import Shot, write
 
-    exchange(place, partial(write, animation), lambda p: True)
+    camera, front = animation.camera, np.array(animation.camera["front"])
+    shot = Shot(
+        animation.model,
+        animation.courses[0],
+        front,
+        camera["azimuth"],
+        camera["height"],
+        animation.low,
+        animation.played,
+    )
+    exchange(place, partial(write, shot), lambda p: True)
 
 
 _WRITERS = {

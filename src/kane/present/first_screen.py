@@ -99,7 +99,7 @@ def first_screen(solution: Solution, shapes: Iterable[BodyShape] = ()) -> FirstS
     """The first screen of a motion."""
     eom = solution.equations
     animation = animate(solution, shapes=tuple(shapes), autoplay=False)
-    shown = _kept([*_terms(eom), *_lines(eom)], solution, animation)
+    shown = _kept([*terms(eom), *_lines(eom)], solution, animation)
     values = [q for q, _ in shown]
     row = np.stack([v for _, v in shown], axis=-1) if shown else np.zeros((len(animation.courses[0].times), 0))
     live, sliders, still = _live(solution, animation, values)
@@ -113,7 +113,7 @@ def first_screen(solution: Solution, shapes: Iterable[BodyShape] = ()) -> FirstS
 # What is shown ---------------------------------------------------------------------------------------------------------
 
 
-def _terms(eom: Equations) -> Iterator[Quantity]:
+def terms(eom: Equations) -> Iterator[Quantity]:
     """Of each equation the loads and the bodies, each with what it contributes: F̃_r = F_r + Σ_D A_n,Dr F_D, and so for inertia."""
     dependent = [eom.contributions(u) for u in eom.dependent_speeds]
     for j, u in enumerate(eom.independent_speeds):
@@ -203,6 +203,8 @@ def _live(
     inputs = {s: constant(solution.inputs[s]) for s in eom.inputs if s in solution.inputs}
     if any(v is None for v in inputs.values()):
         return None, (), "Its inputs change with time."
+    if eom.system.contacts:
+        return None, (), "Contacts change its modes."
     if float(solution.t[0]) != 0.0:
         return None, (), "It does not begin at t = 0."
     if eom.operations.total > _LONGEST:

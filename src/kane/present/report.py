@@ -26,10 +26,10 @@ from kane.present.check_figures import Check, motion_checks
 from kane.present.first_screen import first_screen
 from kane.present.formula_list import DisplayedFormula, formulas, quantity_latex, result_formulas
 from kane.present.overview import DECLARED, PageTable, Tex, declared_tables, page_table
+from kane.present.provenance import Provenance, force_provenance, mass_provenance, noncontributing
 from kane.present.scene.gather import scene
 from kane.present.scene.shapes import BodyShape
 from kane.present.sketch.draw import NARROW, WIDE, draw_each
-from kane.present.provenance import Provenance, force_provenance, mass_provenance, noncontributing
 from kane.progress import working
 from kane.space.frame import Frame, Point
 from kane.units.rules import unit_text
@@ -293,9 +293,9 @@ def report(
 ) -> Path:
     """Write the report of a derivation to `path` and return it; a report that has that name is replaced, nothing else.
 
-    One self-contained HTML file: a sketch, what was declared, a chapter for each of the seven steps with its formulas and where their terms
-    come from, the operations that one evaluation costs, checks with their figures and, with a solution, checks and plots of
-    the motion.
+    One self-contained HTML file: a sketch, what was declared, a chapter for each of the seven steps with its formulas and
+    where their terms come from, the operations that one evaluation costs, checks with their figures and, with a solution,
+    checks and plots of the motion.
 
     Parameters
     ----------
@@ -345,7 +345,7 @@ def page(
             sketches=_sketches(eom, head, shapes),
             screen=None if solution is None or not scene(eom, shapes).drawable else first_screen(solution, shapes),
             viewer_js=Markup(asset("viewer.js", "templates")),
-            screen_js=Markup(asset("engine.js") + asset("first_screen.js", "templates")),
+            screen_js=Markup(asset("engine.js", "templates") + asset("first_screen.js", "templates")),
             meanings=[(latex_name(q.name), q.description) for q in eom.coordinates if q.description],
             eom=eom,
             summary=_summary(eom),

@@ -34,7 +34,7 @@ class Shown(HTMLParser):
         self.pieces: list[str] = []
         self.rows: list[list[str]] = []
         self._open: list[str] = []
-        self.feed(text)
+        self.feed(re.sub(r"<svg.*?</svg>", "", text, flags=re.DOTALL))  # sketches have tests of their own
         self.close()
         assert not self._open
 
@@ -363,3 +363,11 @@ def test_principal_moments_are_a_table_of_formulas():
     assert shown.rows[0] == ["principal moment", "axis"]
     assert len(shown.rows) == 4
     assert len(shown.formulas) == 6
+
+
+def test_a_system_begins_with_its_sketch() -> None:
+    shown = pendulum.system()._repr_html_()
+    assert shown is not None
+    assert shown.count('class="kane-sketch"') == 1
+    assert shown.index("<svg") < shown.index("<table")
+    assert 'data-s="theta"' in shown

@@ -38,6 +38,7 @@ from kane.present.notebook.typeset import (
     vector,
 )
 from kane.present.overview import DECLARED, Row
+from kane.present.sketch.draw import sketch
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 from kane.units.rules import unit_text
@@ -67,11 +68,12 @@ _WAYS = {-1: "falls below", 1: "rises above"}
 
 
 def system_html(system: System) -> str:
-    """Bodies, coordinates, speeds, further states, loads, constraints, reactions, inputs and events; parameters folded away."""
+    """A sketch, bodies, coordinates, speeds, states, loads, constraints, reactions, inputs and events; parameters folded away."""
     names = listed([b.name for b in system.bodies])
     *groups, last = (either(partial(_group, group=group), system) for group in _COLUMNS)
+    drawing = either(lambda s: sketch(s).svg, system)
     lead = paragraph(f"<b>System</b>: {names}; inertial frame {math(place_latex(system.inertial.name))}")
-    return "".join([lead, *groups, folded(f"{len(system.parameters)} parameters", last)])
+    return "".join([lead, drawing, *groups, folded(f"{len(system.parameters)} parameters", last)])
 
 
 def _group(system: System, group: str) -> str:

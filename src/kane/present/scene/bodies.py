@@ -6,7 +6,7 @@ A point belongs to a body where it is reached from the mass centre by steps that
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from kane.expr.evaluation import free_symbols, is_constant_in_time
@@ -206,7 +206,7 @@ def _particle(system: System, body: Particle, into: Quantities) -> Item:
         for touch in (place.particle, place.ground) if place is not None else ():
             if touch is not None and touch is not p and touch.parent is p and not touch.offset.is_zero and touch.body:
                 sizes = {"radius": into.scalar(touch.offset.magnitude())}
-                if place is not None and place.normal.cross(touch.offset).is_zero or law.slips or law.gap:
+                if (place is not None and place.normal.cross(touch.offset).is_zero) or law.slips or law.gap:
                     return Item("sphere", body.name, "body", at, into.frame(into.inertial), (), sizes)
         if place is not None and (place.particle is p or place.particle.parent is p):
             kind = "block" if law.restitution is ZERO else "ball"

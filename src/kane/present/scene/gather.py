@@ -96,8 +96,9 @@ def _triads(system: System, into: Quantities) -> Iterator[Triad]:
     bodies = [b for b in system.rigid_bodies if b.frame is not system.inertial]
     for b in bodies:
         shown.setdefault(_despun(system, b.frame), b.mass_center)
-    for b in (b for b in system.bodies if isinstance(b, Beam)):
-        shown.setdefault(b.frame, b.root)
+    for beam in system.bodies:
+        if isinstance(beam, Beam):
+            shown.setdefault(beam.frame, beam.root)
     if len(shown) <= _MANY:
         for f, at in shown.items():
             if f is not system.inertial:

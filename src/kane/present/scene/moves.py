@@ -8,6 +8,7 @@ is a shift along the way that the point goes as it grows from zero, the coordina
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 from kane.expr.build import sub
 from kane.expr.differentiation import diff
@@ -46,7 +47,7 @@ def movements(system: System, into: Quantities) -> Iterator[Movement]:
         own = [q for q in group.coordinates if q in left]
         for q in own:
             del left[q]
-        frame = next(f for f in system.frames if f.orientation is not None and f.orientation.quasi == group.quasi)
+        frame = next(f for f in system.frames if f.orientation is not None and f.orientation.quasi is group.quasi)
         at = into.position(center_of(system, frame))
         yield Movement("attitude", tuple(q.name for q in own), (at,), frame=frame.name, axis=into.direction(frame.z))
     shifted: dict[Coordinate, Movement] = {}
@@ -69,7 +70,9 @@ def _turn(system: System, q: Coordinate, into: Quantities) -> Movement | None:
     if frame is None:
         return None
     o = frame.orientation
-    assert o is not None and o.angle is not None and isinstance(o.base, Frame)
+    assert o is not None
+    assert o.angle is not None
+    assert isinstance(o.base, Frame)
     axis = Vector(((o.base, UNITS[o.axis] if o.axis is not None else o.direction or UNITS[0]),))
     center = center_of(system, frame)
     return Movement(
@@ -127,16 +130,14 @@ def _shift(system: System, q: Coordinate, into: Quantities) -> Movement | None:
     for p in system.points:
         if q not in set(free_symbols(p.offset.scalars())) or p.parent is None:
             continue
-        later: dict[Expr, Expr] = {s: ZERO for s in _behind(system, p, q)}
-        start, way = into.place(p.parent), p.offset.map(_moving)
-
-        def at(share: Expr, later: dict[Expr, Expr] = later, start: Vector = start, way: Vector = way) -> int:
-            return into.at(start + way.map(lambda x: substituted(x, {**later, q: q * share})))
-
+        later: dict[Expr, Expr] = dict.fromkeys(_behind(system, p, q), ZERO)
+        way = p.offset.map(_moving)
         rates = [diff(substituted(x, later), q) for x in way.scalars()]
         straight = q not in set(free_symbols(rates))
         shares = [ZERO, ONE] if straight else [as_expr(k) / _WAYS for k in range(_WAYS + 1)]
-        return Movement("shift", (q.name,), tuple(map(at, shares)), frame=p.name)
+        start = into.place(p.parent)
+        steps = [way.map(partial(substituted, replacements={**later, q: q * share})) for share in shares]
+        return Movement("shift", (q.name,), tuple(into.at(start + step) for step in steps), frame=p.name)
     return None
 
 
@@ -168,7 +169,7 @@ def between(load: Load) -> str:
     """What a load between two points is: a spring has a potential, a damper depends on rates."""
     if len(load.forces) != 2 or load.torques or load.slip is not None or load.scalar is not None:
         return ""
-    (p, v), (q, w) = load.forces
+    (p, v), (_, w) = load.forces
     if not (v + w).is_zero and any(x is not ZERO for x in (v + w).components(p.root().frame)):
         return ""
     if load.potential is not None:

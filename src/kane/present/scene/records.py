@@ -25,8 +25,8 @@ from kane.write.arrange import to_text
 class Item(Immutable):
     """Something with a shape.
 
-    `sizes` are numbers of scalars by name, `at` that of its middle, `frame` that of its axes (a body of revolution has its axis along
-    the third), `points` those of what leads from point to point. `role` says what it is: a body, the ground, a load, a constraint.
+    `sizes` are numbers of scalars by name, `at` that of its middle, `frame` that of its axes (of a body of revolution the third is
+    its axis), `points` those of what leads from point to point. `role` says what it is: a body, the ground, a load, a constraint.
     """
 
     kind: str
@@ -45,8 +45,8 @@ class Movement(Immutable):
     """What coordinates move, and how.
 
     A "turn" is about the direction `axis` through the first of `points`, by the scalar `sweep`, and ends along `direction`; a "shift"
-    leads along `points`; an "attitude" is that of axes at a point, a "deflection" that of a beam at its points, from where it would be.
-    "none" moves nothing that has a place.
+    leads along `points`; an "attitude" is that of axes at a point, a "deflection" that of a beam at its points, from
+    where it would be. "none" moves nothing that has a place.
     """
 
     kind: str

@@ -75,7 +75,7 @@ def _plane(scene: Scene, pose: Pose, up: Array) -> Array | None:
         normal = np.eye(3)[k]
         turned = other.rotations @ one.rotations.swapaxes(-1, -2) @ normal
         if np.ptp(levels) <= _FLAT * extent and np.abs(turned - normal).max(initial=0.0) <= 1e-7:
-            return normal
+            return np.asarray(normal)
     return None
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Labels placed without overlap: each near its anchor, off lines, within the paper, for the width at which it is read.
 
-For each label places around its anchor are tried, 24 directions at rising distances. Lines below a label cost, more so turning away from
+For each label places around its anchor are tried, 24 directions at rising distances. Lines below a label cost, and turning away from
 the direction wanted; another label's box, or the paper's edge, more than all else together. What need not be labelled is left out
 where there is no room; what must be moves further away, with a line that leads there.
 """
@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kane.numeric.arrays import Array
-from kane.present.sketch.typeset import SMALL, Span, width_of
+from kane.present.sketch.typeset import Span, width_of
 
 _TURNS = np.arange(24) * (2 * np.pi / 24)
 _REACH = (3.0, 7.0, 12.0, 18.0, 26.0, 40.0, 60.0, 85.0, 115.0)
@@ -54,7 +54,7 @@ class Label:
     @property
     def box(self) -> tuple[float, float, float, float]:
         """Left, top, right, bottom, about the middle x, y."""
-        tall = self.size * (1.1 + 0.35 * any(r.shift for r in self.runs) * SMALL)
+        tall = self.size * (1.1 + 0.25 * len({r.shift for r in self.runs if r.shift}))
         return self.x - self.wide / 2, self.y - tall / 2, self.x + self.wide / 2, self.y + tall / 2
 
 
@@ -104,7 +104,8 @@ def _tried(label: Label, points: Array, weights: Array, width: float, height: fl
     # the box touches a circle about the anchor: its half size along the way
     half = np.minimum(wide / 2 / np.maximum(np.abs(way[:, 0]), 1e-9), tall / 2 / np.maximum(np.abs(way[:, 1]), 1e-9))
     middle = np.array(label.anchor) + way * (far + half)[:, None]
-    boxes = np.concatenate([middle - (wide / 2, tall / 2), middle + (wide / 2, tall / 2)], axis=1)
+    edge = np.array([wide, tall]) / 2
+    boxes = np.concatenate([middle - edge, middle + edge], axis=1)
     wanted = np.array(label.toward, dtype=float)
     size = np.hypot(*wanted)
     aligned = way @ (wanted / size) if size > 0 else np.zeros(len(way))

@@ -114,7 +114,7 @@ def _sector(radius: float, half_angle: float) -> Outline:
 def semi_axes(aa: float, bb: float, cc: float) -> Array:
     """Those of the ellipsoid of a² = 5 (…)/(2 m): what is flat or rounding's is a fifth of the others."""
     axes = np.sqrt(np.clip(np.nan_to_num([aa, bb, cc]), 0.0, None))
-    return np.maximum(axes, 0.2 * float(axes.max()))
+    return np.asarray(np.maximum(axes, 0.2 * float(axes.max())))
 
 
 def _inertia(aa: float, bb: float, cc: float, most: float) -> Outline:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -13,10 +14,12 @@ from kane.present.sketch.camera import View
 from kane.present.sketch.labels import Label
 from kane.present.sketch.typeset import Span
 
+GROUND, BODY, LOAD, REFERENCE, MOVE, FORCE, AXES, POINT = range(8)
+"""Layers, the lowest first."""
+BLOCK = (22.0, 13.0)
+"""Half the width and height of a block, in pixels."""
 _STEP = 3.0
 """Pixels between the points of lines that labels keep away from."""
-_INSIDE = 0.12
-"""Share of a line's cost that a filled face has."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,7 +119,7 @@ class Paper:
 def spaced(line: Array, step: float) -> Array:
     """Points along a line, about `step` apart."""
     pieces = [line[:1]]
-    for a, b in zip(line[:-1], line[1:], strict=True):
+    for a, b in pairwise(line):
         n = max(1, min(400, int(np.hypot(*(b - a)) / step)))
         pieces.append(a + (b - a) * (np.arange(1, n + 1) / n)[:, None])
     return np.concatenate(pieces)

@@ -202,6 +202,9 @@ def _closed(
         step = np.linalg.lstsq(slope, -residual, rcond=None)[0]
         step *= min(1.0, 0.5 / max(np.abs(step).max(), 1e-12))
         at.update({q: at[q] + float(s * u) for q, s, u in zip(free, step, unit, strict=True)})
+        for group in scene.system.euler_parameters:
+            norm = float(np.sqrt(sum(at[q] ** 2 for q in group.coordinates)))
+            at.update({q: at[q] / norm for q in group.coordinates})
     return at
 
 

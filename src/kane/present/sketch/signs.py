@@ -9,9 +9,8 @@ import numpy as np
 
 from kane.numeric.arrays import Array
 from kane.present.scene.records import Action, Movement, Posed, Scene, Triad
-from kane.present.sketch.bodies import AXES, FORCE, MOVE, POINT, REFERENCE
-from kane.present.sketch.paper import Paper, across, spaced
-from kane.present.sketch.typeset import Span, listed, place, product, spans, unit_vector
+from kane.present.sketch.paper import AXES, FORCE, MOVE, POINT, REFERENCE, Paper, across, spaced
+from kane.present.sketch.typeset import Span, place, product, series, spans, unit_vector
 
 _AXIS, _FORCE, _HEAD = 42.0, 46.0, 8.0
 _ARC, _MORE = 40.0, 14.0
@@ -29,7 +28,9 @@ def draw_signs(paper: Paper, scene: Scene, posed: Posed) -> None:
     shown: list[Array] = []
     for t in scene.triads:
         axes = np.vstack([posed.rotations[t.frame], posed.positions[t.at] * paper.scale])
-        if not any(np.abs(axes - other).max() < 1e-6 for other in shown):
+        beside = [k for k, other in enumerate(shown) if np.abs(axes[3] - other[3]).max() < 6]
+        same = any(np.abs(axes - shown[k]).max() < 1e-6 for k in beside)
+        if not same and not any(k > 0 for k in beside):  # one of a body at a place, and the inertial frame's
             shown.append(axes)
             _triad(paper, t, posed, middle)
     used: list[tuple[Array, Array]] = []
@@ -84,7 +85,8 @@ def _turned(d: Array, axis: Array, angles: Array) -> Array:
 
 
 def _turn(paper: Paper, m: Movement, posed: Posed, middle: Array) -> None:
-    assert m.axis is not None and m.direction is not None and m.sweep is not None
+    if m.axis is None or m.direction is None or m.sweep is None:
+        return
     axis, end = _unit(posed.directions[m.axis]), _unit(posed.directions[m.direction])
     sweep = float(posed.scalars[m.sweep])
     center = paper.at(posed.positions[m.points[0]])
@@ -152,7 +154,7 @@ def _attitude(paper: Paper, m: Movement, posed: Posed, middle: Array) -> None:
     flat = _circle(paper, axis, center, (_ARC + 8 + _MORE * paper.ring(center)) * paper.unit)
     _arrow(paper, flat, "move", MOVE)
     top = flat[len(flat) // 2]
-    paper.label(listed(m.symbols), top, top - center, "coordinate", size=16, symbols=m.symbols, needed=True)
+    paper.label(series(m.symbols), top, top - center, "coordinate", size=16, symbols=m.symbols, needed=True)
 
 
 def _circle(paper: Paper, axis: Array, center: Array, radius: float) -> Array:
@@ -183,12 +185,12 @@ def _modes(m: Movement) -> tuple[Span, ...]:
     tail = f"_{m.frame}"
     if len(m.symbols) > 1 and all(s.endswith(tail) for s in m.symbols):
         first = tuple(s.removesuffix(tail) for s in m.symbols[:-1])
-        return (*listed(first), Span(", ", "", False), *spans(m.symbols[-1]))
-    return listed(m.symbols)
+        return (*series(first), Span(", ", "", False), *spans(m.symbols[-1]))
+    return series(m.symbols)
 
 
 def _unplaced(paper: Paper, m: Movement, posed: Posed, middle: Array) -> None:
-    paper.label(listed(m.symbols), np.array([24.0, paper.height - 18.0]), np.array([1.0, 0.0]), "coordinate", size=16,
+    paper.label(series(m.symbols), np.array([24.0, paper.height - 18.0]), np.array([1.0, 0.0]), "coordinate", size=16,
                 symbols=m.symbols, needed=True)  # fmt: skip
 
 

@@ -67,7 +67,8 @@ _STYLE = """
 .kane-sketch .inertial{stroke:var(--k-grey);stroke-width:1.6}
 .kane-sketch .inertial-head{fill:var(--k-grey);stroke:none}
 .kane-sketch .leader{stroke:var(--k-move);stroke-width:.8}
-.kane-sketch text{font-family:"STIX Two Text","Cambria","Times New Roman",Times,"Liberation Serif",serif;stroke:var(--k-card);stroke-width:4px;stroke-linejoin:round;paint-order:stroke;text-anchor:middle}
+.kane-sketch text{stroke:var(--k-card);stroke-width:4px;stroke-linejoin:round;paint-order:stroke;text-anchor:middle}
+.kane-sketch text{font-family:"STIX Two Text","Cambria","Times New Roman",Times,"Liberation Serif",serif}
 """
 
 

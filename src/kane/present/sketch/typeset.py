@@ -6,12 +6,12 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-_GREEK = dict(
-    alpha="α", beta="β", gamma="γ", delta="δ", epsilon="ε", zeta="ζ", eta="η", theta="θ", iota="ι", kappa="κ", mu="μ", nu="ν",
-    xi="ξ", pi="π", rho="ρ", sigma="σ", tau="τ", upsilon="υ", phi="φ", chi="χ", psi="ψ", omega="ω", Gamma="Γ", Delta="Δ",
-    Theta="Θ", Lambda="Λ", Xi="Ξ", Pi="Π", Sigma="Σ", Upsilon="Υ", Phi="Φ", Psi="Ψ", Omega="Ω", varphi="φ", vartheta="θ",
-    varepsilon="ε",
-) | {"lambda": "λ"}  # fmt: skip
+_LETTERS = (
+    "alpha:α beta:β gamma:γ delta:δ epsilon:ε zeta:ζ eta:η theta:θ iota:ι kappa:κ lambda:λ mu:μ nu:ν xi:ξ pi:π rho:ρ sigma:σ tau:τ "
+    "upsilon:υ phi:φ chi:χ psi:ψ omega:ω Gamma:Γ Delta:Δ Theta:Θ Lambda:Λ Xi:Ξ Pi:Π Sigma:Σ Upsilon:Υ Phi:Φ Psi:Ψ Omega:Ω "
+    "varphi:φ vartheta:θ varepsilon:ε"
+)
+_GREEK = dict(pair.split(":") for pair in _LETTERS.split())
 _DOTS = {1: "\u0307", 2: "\u0308", 3: "\u20db"}
 _HAT = "\u0302"
 SMALL = 0.72
@@ -97,7 +97,7 @@ def product(text: str) -> tuple[Span, ...]:
     return tuple(found)
 
 
-def listed(names: tuple[str, ...]) -> tuple[Span, ...]:
+def series(names: tuple[str, ...]) -> tuple[Span, ...]:
     """Several symbols, with commas."""
     found: list[Span] = []
     for k, name in enumerate(names):
@@ -115,7 +115,7 @@ def _letters(text: str) -> float:
 
 
 def _by_kind(c: str) -> float:
-    return _THIN if c in "iljtfrI1-" else _CAPITAL if c.isupper() else _OTHER
+    return _THIN if c in "iljtfrI-" else _CAPITAL if c.isupper() else _OTHER
 
 
 def plain(runs: tuple[Span, ...]) -> str:

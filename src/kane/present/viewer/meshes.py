@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from itertools import pairwise
 from math import pi
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -229,21 +229,3 @@ SIZED: dict[str, tuple[Callable[..., Mesh], tuple[str, ...]]] = {
 }
 """Those of sizes that scaling does not make; plates among them have a thickness, too."""
 THICK = ("sector", "arc", "triangle")
-
-
-def of_file(path: str) -> Mesh:
-    """The triangles of an STL or OBJ file, in their own frame.
-
-    Raises
-    ------
-    ValueError
-        if the file holds no triangles
-    """
-    from kane.present.viewer.mesh_files import read
-
-    return read(path)
-
-
-def plain(mesh: Mesh) -> dict[str, Any]:
-    """Lists of single precision, for a page."""
-    return {k: np.asarray(v).ravel() for k, v in mesh._asdict().items()}

@@ -19,13 +19,14 @@ from kane.numeric.arrays import Array
 from kane.numeric.scale import DECLARED
 from kane.present.scene.records import Item, Posed, Scene
 from kane.present.viewer.axes import axes_of
-from kane.present.viewer.meshes import SIZED, THICK, UNIT, Mesh, flat, of_file
+from kane.present.viewer.mesh_files import read
+from kane.present.viewer.meshes import SIZED, THICK, UNIT, Mesh, flat
 
 THIN = 0.016
 """Radius of a link, a share of the scene's size."""
 _WIDE = {
     "link": 1.0, "beam": 0.8, "bar": 0.5, "arm": 0.5, "rope": 0.35, "rod": 1.0, "spring": 2.2,
-    "damper": 1.6, "particle": 2.2, "pin": 1.5,
+    "damper": 1.6, "particle": 2.2, "ball": 3.0, "pin": 1.5,
     "inertia": 1.0,
 }  # fmt: skip
 """How wide lines and balls are beside a link."""
@@ -189,7 +190,7 @@ def _block(item: Item, b: _Builder) -> Iterator[Part]:
 
 def _file(item: Item, b: _Builder) -> Iterator[Part]:
     if item.file not in b.meshes:
-        b.meshes[item.file] = of_file(item.file)
+        b.meshes[item.file] = read(item.file)
     yield b.rigid(item, item.file, *3 * [_number(1.0)])
 
 
@@ -248,7 +249,7 @@ def _off_line(p: Array) -> int | None:
 
 _PARTS: dict[str, Callable[[Item, _Builder], Iterator[Part]]] = {
     **dict.fromkeys(("link", "beam", "bar", "arm", "rope", "spring", "damper"), _line),
-    **dict.fromkeys(("particle", "pin"), _ball),
+    **dict.fromkeys(("particle", "pin", "ball"), _ball),
     **dict.fromkeys(("block", "slider", "wheel"), _block),
     **dict.fromkeys(SIZED, _sized),
     "box": _scaled("box", "a", "b", "c"),

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -19,12 +19,10 @@ from kane.errors import ArgumentError
 from kane.numeric.arrays import Array
 from kane.present.viewer.axes import towards
 from kane.present.viewer.colours import PAPER, RULE, SHADOW, of_part
+from kane.present.viewer.page import Course
 from kane.present.viewer.parts import Model
 from kane.present.viewer.places import transforms
 from kane.progress import working
-
-if TYPE_CHECKING:
-    from kane.present.animation import Animation
 
 SIZE = (800, 480)
 """Columns and rows of a picture."""
@@ -35,11 +33,23 @@ _LINES = 24
 """Lines of the floor's grid each way."""
 
 
-def write(animation: Animation, place: Path) -> None:
+class Shot(NamedTuple):
+    """What is drawn, from where (`front` is the direction that azimuth 0 looks from), above what floor, in how many seconds."""
+
+    model: Model
+    course: Course
+    front: Array
+    azimuth: float
+    height: float
+    low: float
+    played: float
+
+
+def write(shot: Shot, place: Path) -> None:
     """Draw the motion into a file, whose ending says how."""
     end = place.suffix.lower()
     with working("Drawing"):
-        pictures = frames(animation, first=end == ".png")
+        pictures = frames(shot, first=end == ".png")
         if end == ".png":
             next(pictures).save(place)
         elif end == ".mp4":
@@ -63,21 +73,20 @@ def _video(pictures: Iterator[Image.Image], place: Path) -> None:
     writer.close()
 
 
-def frames(animation: Animation, first: bool = False) -> Iterator[Image.Image]:
+def frames(shot: Shot, first: bool = False) -> Iterator[Image.Image]:
     """The pictures, `_RATE` a second of what is played."""
-    model, course = animation.model, animation.courses[0]
-    played = max(2, round(_RATE * animation.played))
+    model, course = shot.model, shot.course
+    played = max(2, round(_RATE * shot.played))
     chosen = [0] if first else np.unique(np.linspace(0, len(course.times) - 1, played).round().astype(int))
     places = transforms(model, course.poses)
-    low = animation.low
     for k in chosen:
-        yield _picture(animation, model, places[k], low)
+        yield _picture(shot, places[k])
 
 
-def _camera(animation: Animation, model: Model, places: Array) -> tuple[Array, Array]:
+def _camera(shot: Shot, places: Array) -> tuple[Array, Array]:
     """The eye, and the axes of the view as rows: right, up, back."""
-    up, front = model.up, np.asarray(animation.camera["front"], float)
-    azimuth, height = animation.camera["azimuth"], animation.camera["height"]
+    model, front, azimuth, height = shot.model, shot.front, shot.azimuth, shot.height
+    up = model.up
     side = np.cross(up, front)
     away = np.cos(height) * (np.cos(azimuth) * front + np.sin(azimuth) * side) + np.sin(height) * up
     middle = places[:, :, 3].mean(axis=0) if model.travels else model.middle
@@ -86,11 +95,12 @@ def _camera(animation: Animation, model: Model, places: Array) -> tuple[Array, A
     return middle + 3.5 * model.reach * away, np.stack([x, np.cross(away, x), away])
 
 
-def _picture(animation: Animation, model: Model, places: Array, low: float) -> Image.Image:
+def _picture(shot: Shot, places: Array) -> Image.Image:
     """One picture: the floor, shadows on it, then triangles from far to near."""
-    eye, axes = _camera(animation, model, places)
+    model, low = shot.model, shot.low
+    eye, axes = _camera(shot, places)
     seen = partial(_seen, eye, axes)
-    front, up = np.asarray(animation.camera["front"], float), model.up
+    front, up = shot.front, model.up
     light = up + 0.45 * front + 0.3 * np.cross(up, front)
     light /= np.linalg.norm(light)
     shadows, shapes, depths, colours = [], [], [], []

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The first screen of reports: terms that balance, and motions that the page runs to the bits of Python's."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kane as kn
+from kane.cli import model_of
+from kane.present import first_screen, terms
+from tests.present.browser import chromium
+from tests.present.test_animation import GL, until
+
+BALANCED = (
+    "double_pendulum",
+    "four_bar",
+    "rolling_disk",
+    "whipple_bicycle",
+    "slider_crank",
+    "flexible_pendulum",
+    "skidding_disk",
+)
+
+
+def simulated(name, end=1.0, **options):
+    model = model_of(name)
+    return kn.simulate(kn.derive(model.system), (0, end), **model.start, **options)
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=() if n in BALANCED[:3] else pytest.mark.slow) for n in BALANCED]
+)
+def test_terms_of_an_equation_balance(name):
+    """Σ (F̃_r + F̃*_r) = 0 along the motion, beside the largest term."""
+    sol = simulated(name, samples=21)
+    rows: dict[str, list[kn.Expr]] = {}
+    for q in terms(sol.equations):
+        rows.setdefault(q.group, []).append(q.expr)
+    assert len(rows) == len(sol.equations.independent_speeds)
+    for own in rows.values():
+        values = np.array([np.broadcast_to(v, sol.t.shape) for v in sol[own]])
+        assert np.abs(values.sum(axis=0)).max() <= 1e-12 * np.abs(values).max()
+
+
+def test_what_a_page_does_not_run():
+    assert first_screen(simulated("skidding_disk", 0.2)).still == "Contacts change its modes."
+    assert "begin at t = 0" in first_screen(_later()).still
+
+
+def _later():
+    model = model_of("pendulum")
+    return kn.simulate(kn.derive(model.system), (1.0, 2.0), **model.start)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "double_pendulum",
+        pytest.param("four_bar", marks=pytest.mark.slow),
+        pytest.param("rolling_disk", marks=pytest.mark.slow),
+    ],
+)
+def test_the_page_runs_the_motion_to_the_same_bits(name, tmp_path):
+    """Sliders change parameters; what the page then runs is what `simulate` gives by the same stepper without contraction."""
+    sol = simulated(name, 1.0)
+    kn.report(sol.equations, tmp_path / "report.html", solution=sol)
+    with chromium(*GL) as browser:
+        for width in (1280, 390):
+            page = browser.new_page(viewport={"width": width, "height": 900}, reduced_motion="reduce")
+            said: list[str] = []
+            page.on("console", lambda m, said=said: said.append(m.text))
+            page.on("pageerror", lambda e, said=said: said.append(str(e)))
+            page.on(
+                "request", lambda r, said=said: said.append(r.url) if not r.url.startswith(("file:", "data:")) else None
+            )
+            page.goto((tmp_path / "report.html").as_uri())
+            until(page, "!!document.querySelector('.first').first")
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
+            page.locator('.slider input[data-name="g"]').press("ArrowRight")
+            until(page, "!!document.querySelector('.first').first.motion")
+            first = "document.querySelector('.first').first"
+            g, end = page.evaluate(f"[{first}.parameters.g, {first}.viewer.sources[0].end]")
+            assert (
+                g
+                != dict(sol.parameters)[
+                    sol.equations.system.parameters[[p.name for p in sol.equations.parameters].index("g")]
+                ]
+            )
+            shown = np.reshape(page.evaluate(f"Array.from({first}.motion.states)"), (-1, sol.states.shape[1] + 1))
+            model = model_of(name)
+            start = {**model.start, "parameters": {**model.start.get("parameters", {}), "g": g}}
+            start |= {"q": dict(zip([q.name for q in sol.equations.coordinates], sol.q[0], strict=True))}
+            start |= {"u": dict(zip([u.name for u in sol.equations.speeds], sol.u[0], strict=True))}
+            settings = kn.Settings(contract=False)
+            again = kn.simulate(
+                sol.equations, (0, float(sol.t[-1])), samples=601, method="dop853", settings=settings, **start
+            )
+            assert len(shown) == len(again.t)
+            np.testing.assert_array_equal(shown[:, :-1], again.states)
+            assert end == again.t[-1]
+            bars = page.evaluate("[...document.querySelectorAll('.term output')].map((o) => o.textContent)")
+            assert len(bars) >= 2
+            assert all(bars)
+            assert said == []
