@@ -10,8 +10,8 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import re
 import runpy
-import shutil
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -91,8 +91,16 @@ def tutorials() -> Iterator[tuple[str, Any]]:
             finally:
                 os.chdir(here)
             for made in Path(folder).glob("*.svg"):
-                shutil.copy(made, STATIC / "tutorial" / made.name)
+                (STATIC / "tutorial" / made.name).write_text(_settled(made.read_text("utf-8")), encoding="utf-8")
         yield f"tutorial_{name}", found["system"]
+
+
+def _settled(svg: str) -> str:
+    """Without date, and with the names that matplotlib draws at random numbered, so that a picture changes only with what it shows."""
+    svg = re.sub(r"<dc:date>.*?</dc:date>", "", svg)
+    for i, name in enumerate(dict.fromkeys(re.findall(r'id="([a-z][0-9a-f]{10})"', svg))):
+        svg = svg.replace(name, f"k{i}")
+    return svg
 
 
 def partial_velocity(path: Path) -> None:
