@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The pictures of the tutorials and of the gallery, and the gallery's page: `python docs/make_figures.py` makes them anew.
+"""The pictures of the tutorials and of the gallery, and the gallery's page: `make figures` makes them anew.
 
 Plots are those that the listings of the tutorials write; sketches are of what is called `system` in them, and of each system of the
-gallery. Run it after a change of these, with `src` and the project's folder on the path.
+gallery. Run it after a change of these.
 """
 
 from __future__ import annotations

@@ -193,8 +193,8 @@ def _derivatives(r: Input, value: Any, order: int) -> list[Function]:
     if isinstance(value, list | np.ndarray) or (isinstance(value, tuple) and any(map(_several, value))):
         if any(isinstance(v, Expr) for v in np.ravel(np.asarray(value, dtype=object))):
             raise SimulationError(
-                f"Expected one expression for the input {r.name}, got an array of them. Where a law gives several inputs at once, name "
-                f"these in a tuple: inputs={{({r.name},): …}}."
+                f"Expected one expression for the input {r.name}, got an array of them. Where a law gives several inputs at once, "
+                f"name these in a tuple: inputs={{({r.name},): …}}."
             )
         raise SimulationError(
             f"Expected a number, a function of time or functions (f, f', …) for the input {r.name}, got samples. Make them a smooth "
