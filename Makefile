@@ -10,7 +10,7 @@ FULL   ?= 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test test-full test-package test-machines golden test-pythons check format docs figures bench bench-rhs bench-calls bench-trees bench-precision bench-bicycle bench-beams lock clean
+.PHONY: help demo test test-full test-package test-machines test-torch golden test-pythons check format docs figures bench bench-rhs bench-calls bench-trees bench-precision bench-bicycle bench-beams lock clean
 
 help:  ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -29,6 +29,10 @@ test-package: $(VENV)/.dev-stamp  ## the wheel as users have it: alone, and at t
 
 test-machines: $(VENV)/.dev-stamp  ## the quick tests as on older processors; what is made is the same there
 	bash requirements/machines.sh
+
+test-torch: $(VENV)/.dev-stamp  ## the tests of what is made for PyTorch, which it installs: 3 GB that other tests do without
+	$(PIP) install "torch>=2.5"
+	CI=true $(BIN)/python -m pytest -n 0 --hypothesis-profile=full -q tests/program/emit/test_languages.py tests/interop/test_autodiff.py -k torch
 
 golden: $(VENV)/.dev-stamp  ## every system made anew, compared with tests/golden/golden.json.gz; SYSTEMS random ones
 	$(BIN)/python -m tests.golden --jobs $(JOBS) --random $(SYSTEMS)

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from kane.equations.state import OperatingPoint as OperatingPoint
     from kane.equations.state import State
     from kane.errors import *
+    from kane.exchange import *
     from kane.expr import *
     from kane.expr.node import pi
     from kane.expr.operators import (
@@ -55,7 +56,13 @@ if TYPE_CHECKING:
     from kane.figures import *
     from kane.fitting import *
     from kane.integrators import *
+    from kane.interop.imported import Imported as Imported
+    from kane.interop.imported import Remark as Remark
+    from kane.interop.robots.mjcf import from_mjcf as from_mjcf
+    from kane.interop.robots.records import LinkShape as LinkShape
+    from kane.interop.robots.urdf import from_urdf as from_urdf
     from kane.interop.sympy import from_sympy, to_sympy
+    from kane.interop.sympy_mechanics.importing import from_sympy_mechanics as from_sympy_mechanics
     from kane.joints import *
     from kane.loads import *
     from kane.model.bodies import Particle, RigidBody
@@ -133,7 +140,14 @@ _NAMES = {
         "coordinates input parameter parameters speed speeds state time",
     "expr.piecewise": "Table table",
     "expr.forms.taylor_series": "taylor",
+    "interop.python_source.model": "to_python",
+    "interop.autodiff": "to_casadi to_jax to_torch",
+    "interop.imported": "Imported Remark",
+    "interop.robots.mjcf": "from_mjcf",
+    "interop.robots.records": "LinkShape",
+    "interop.robots.urdf": "from_urdf",
     "interop.sympy": "from_sympy to_sympy",
+    "interop.sympy_mechanics.importing": "from_sympy_mechanics",
     "model.beams.beam": "Beam",
     "model.beams.deformation": "tapered",
     "model.beams.shapes": "ModeShapes mode_shapes",

@@ -1,8 +1,26 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Models and equations of other tools, and equations for them."""
 
+from kane.interop.autodiff import to_casadi, to_jax, to_torch
+from kane.interop.imported import Imported, Remark
+from kane.interop.python_source.model import to_python
+from kane.interop.robots.mjcf import from_mjcf
+from kane.interop.robots.records import LinkShape
+from kane.interop.robots.urdf import from_urdf
 from kane.interop.sympy import from_sympy, to_sympy
+from kane.interop.sympy_mechanics.importing import from_sympy_mechanics
 
 __all__ = [
-    "from_sympy", "to_sympy",
-]  # fmt: skip
+    "Imported",
+    "LinkShape",
+    "Remark",
+    "from_mjcf",
+    "from_sympy",
+    "from_sympy_mechanics",
+    "from_urdf",
+    "to_casadi",
+    "to_jax",
+    "to_python",
+    "to_sympy",
+    "to_torch",
+]

@@ -7,6 +7,7 @@ import csv
 import re
 import runpy
 from itertools import pairwise
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -16,6 +17,8 @@ from typer.testing import CliRunner
 import kane as kn
 from kane.cli import STARTS, app
 from kane.gallery import GALLERY, load
+from kane.motion import emit_simulator_wasm
+from kane.program import targets
 from tests.cli.command import HEAD, SPRING, from_json, kane, line, written
 from tests.present.page import Page
 
@@ -235,7 +238,7 @@ def test_check_warns_of_nothing_in_the_gallery(name):
 
 def test_emit(tmp_path):
     compiled = kn.derive(load("pendulum").system()).compile(name="swing")
-    for target in ("c", "h", "numpy"):
+    for target in targets.EMITTERS:
         assert kane("emit", "pendulum", "--target", target, "--name", "swing").stdout == compiled.emit(target)
     said = kane("emit", "pendulum", "--target", "numpy", "--out", "made/swing.py")
     assert said.stdout == ""
@@ -300,12 +303,20 @@ def test_report_with_and_without_a_motion(tmp_path):
     assert "--q x=…" in line(kane("report", file, "--t1", 3, "--force", code=2).stderr)
 
 
+def test_emit_writes_webassembly(tmp_path):
+    kane("emit", "pendulum", "--target", "wasm", "--with-integrator", "tsit5", "--out", "made/swing.wasm")
+    compiled = kn.derive(load("pendulum").system()).compile(name="pendulum")
+    assert Path("made/swing.wasm").read_bytes() == emit_simulator_wasm(compiled, "tsit5")
+    kane("emit", "pendulum", "--target", "wasm", "--out", "made/pendulum.wasm")
+    assert Path("made/pendulum.wasm").read_bytes() == compiled.emit("wasm")
+
+
 def test_emit_prints_a_program_that_simulates():
     found = kane("emit", "double_pendulum", "--target", "c", "--with-integrator", "tsit5").stdout
     assert "int main(" in found
     assert "static int64_t tsit5(" in found
     assert (
-        "Expected --target c with --with-integrator"
+        "Expected --target c or wasm with --with-integrator"
         in kane("emit", "double_pendulum", "--target", "h", "--with-integrator", "rk4", code=2).stderr
     )
     assert (

@@ -427,3 +427,13 @@ def test_a_motion_goes_on_from_an_event_of_its_own():
     assert second.event is not None
     assert second.event.name == "turns"
     assert second.t[-1] > first.t[-1] + 1
+
+
+def test_a_motion_of_many_modes_ends_when_its_time_by_the_clock_is_over():
+    eom, _ = ball(e=1.0)
+    sol = kn.simulate(
+        eom, (0, 1e6), q={"x": 0, "y": 1, "a": 0}, u={"u_x": 0, "u_y": 0, "u_a": 0}, max_seconds=0.3, samples=3
+    )
+    assert sol.status == "stopped"
+    assert sol.message.startswith("max_seconds=0.3 have passed; at t = ")
+    assert 0 < sol.t[-1] < 1e5

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`kane derive`: the seven steps with their formulas; `kane emit`: the equations as source text; `kane cache`: compiled code."""
 
+import sys
 from enum import StrEnum
 from typing import Annotated, Any
 
@@ -11,8 +12,9 @@ from kane.cli import screen
 from kane.cli.models import AsJson, Force, Name, NamedModel, Out, model_of
 from kane.cli.screen import Misuse, columns, own_code
 from kane.dynamics.readings.seven_steps import Step
-from kane.motion.simulator_c import METHODS as SIMULATORS
-from kane.motion.simulator_c import emit_simulator
+from kane.motion.programs.simulator_c import emit_simulator
+from kane.motion.programs.simulator_parts import METHODS as SIMULATORS
+from kane.motion.programs.simulator_wasm import emit_simulator_wasm
 from kane.present.formula_list import result_formulas, step_text
 from kane.program.native import store
 from kane.progress import working
@@ -69,11 +71,24 @@ class Target(StrEnum):
     c = "c"
     h = "h"
     numpy = "numpy"
+    jax = "jax"
+    torch = "torch"
+    casadi = "casadi"
+    sympy = "sympy"
+    cpp = "cpp"
+    eigen = "eigen"
+    rust = "rust"
+    cargo = "cargo"
+    matlab = "matlab"
+    julia = "julia"
+    modelica = "modelica"
+    javascript = "javascript"
+    wasm = "wasm"
 
 
 def emit(
     name: Name,
-    target: Annotated[Target, typer.Option(help="C99, its header, or a NumPy module.", show_default=False)],
+    target: Annotated[Target, typer.Option(help="The language, or a file that belongs to it.", show_default=False)],
     out: Out = None,
     called: Annotated[
         str | None, typer.Option("--name", help="What the emitted functions are called after.", show_default="MODEL's")
@@ -81,7 +96,7 @@ def emit(
     with_integrator: Annotated[
         str | None,
         typer.Option(
-            help=f"A whole program in C that simulates, by {', '.join(SIMULATORS)}: compile it with cc alone.",
+            help=f"A whole program that simulates, by {', '.join(SIMULATORS)}: in C, compile it with cc alone; or in WebAssembly.",
             metavar="METHOD",
             show_default=False,
         ),
@@ -96,11 +111,13 @@ def emit(
     ] = None,
     force: Force = False,
 ) -> None:
-    """Print the equations of MODEL as C or NumPy source."""
-    if with_integrator is not None and target is not Target.c:
-        raise Misuse(f"Expected --target c with --with-integrator, got {target.value}.")
-    if period is not None and with_integrator is None:
-        raise Misuse("Expected --with-integrator beside --period, got --period alone.")
+    """Print the equations of MODEL as source of another language, whose head says how to call it, or write WebAssembly."""
+    if with_integrator is not None and target not in (Target.c, Target.wasm):
+        raise Misuse(f"Expected --target c or wasm with --with-integrator, got {target.value}.")
+    if period is not None and (with_integrator is None or target is not Target.c):
+        raise Misuse("Expected --target c and --with-integrator beside --period.")
+    if target is Target.wasm and out is None and sys.stdout.isatty():
+        raise Misuse("Expected --out FILE with --target wasm, which is no text, got a terminal.")
     model = model_of(name)
     if called is not None and not (called.isidentifier() and called.isascii()):
         raise Misuse(f"Expected an identifier of letters, digits and _ as --name, got {called!r}.")
@@ -108,12 +125,19 @@ def emit(
     eom = derived(model)
     with working("Compiling"):
         compiled = eom.compile(name=called or model.name)
-        program = with_integrator and emit_simulator(compiled, with_integrator, period)
-        source = program or compiled.emit(target.value)
-    if place:
+        if with_integrator and target is Target.wasm:
+            source: str | bytes = emit_simulator_wasm(compiled, with_integrator)
+        else:
+            source = (with_integrator and emit_simulator(compiled, with_integrator, period)) or compiled.emit(
+                target.value
+            )
+    if place is None:
+        typer.echo(source, nl=False)
+    elif isinstance(source, str):
         screen.write(place, source, force)
     else:
-        typer.echo(source, nl=False)
+        raw = source
+        screen.write(place, lambda path: path.write_bytes(raw), force)
 
 
 cache_app = typer.Typer(no_args_is_help=True, help="Look at or empty the cache of compiled code.")

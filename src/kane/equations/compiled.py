@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from threading import Lock
-from typing import Any, Generic, NoReturn, Protocol, TypeAlias, TypeVar
+from typing import Any, Generic, Literal, NoReturn, Protocol, TypeAlias, TypeVar, overload
 
 import numpy as np
 
@@ -406,8 +406,18 @@ class Compiled(Attributes):
 
     operations = read[Receipt](lambda c: receipt(c.program), "The operation receipt by routine.")
 
-    def emit(self, target: str, routines: str | Sequence[str] | None = None) -> str:
-        """Source text: "c" (C99), "h" (its header), "numpy" (a module).
+    @overload
+    def emit(self, target: Literal["wasm"], routines: str | Sequence[str] | None = None) -> bytes: ...  # type: ignore[overload-overlap]
+
+    @overload
+    def emit(self, target: str, routines: str | Sequence[str] | None = None) -> str: ...
+
+    def emit(self, target: str, routines: str | Sequence[str] | None = None) -> str | bytes:
+        """Source text, whose head says how to call it.
+
+        `target` is "c" (C99), "h" (its header), "numpy", "jax", "torch", "casadi", "sympy" (modules of Python), "cpp", "eigen"
+        (headers of C++17), "rust", "cargo" (src/lib.rs and Cargo.toml), "matlab" (Octave too), "julia", "modelica" or
+        "javascript"; or bytes, "wasm" (a module of WebAssembly).
 
         `routines` are some of "rhs", "mass_matrix", "forcing", "reactions" and "outputs", all of them unless told, or of
         "jac", "jac_inputs", "jac_parameters", "jac_time", "jvp", "vjp", "vjp_parameters", "sensitivity", "hvp",
@@ -415,13 +425,14 @@ class Compiled(Attributes):
         """
         from importlib.metadata import version
 
-        from kane.program.emit.targets import EMITTERS
+        from kane.program.emit.targets import BINARY, EMITTERS
 
         chosen = (routines,) if isinstance(routines, str) else routines
         program = self.program if chosen is None else self._program(chosen)
-        if target not in EMITTERS:
-            raise ArgumentError(f"Expected one of {none_of(EMITTERS, target)}")
-        return EMITTERS[target](program, contract=self.settings.contract, version=version("kane"))
+        emitters: Mapping[str, Callable[..., str | bytes]] = {**EMITTERS, **BINARY}
+        if target not in emitters:
+            raise ArgumentError(f"Expected one of {none_of(emitters, target)}")
+        return emitters[target](program, contract=self.settings.contract, version=version("kane"))
 
     def __reduce__(self) -> NoReturn:
         raise ArgumentError(

@@ -30,6 +30,7 @@ from kane.model.contact_modes import groups, stands
 from kane.model.contacts import ContactMode, Modes, check_numbers, law_of
 from kane.model.declarations import Event
 from kane.motion.contact_runner import KNOWN, ContactRunner, Went, rests, runner
+from kane.motion.course import Pace
 from kane.motion.hybrid.contact_automaton import AT_ONCE, Back
 from kane.motion.hybrid.contact_events import ENDS, FLAT, KINDS, LOW, NOTHING, STARTS
 from kane.motion.hybrid.events import End, ended_by
@@ -575,6 +576,8 @@ def _to_its_end(way: _Way, eom: Equations, given: tuple[Mapping[Expr, float], Ma
             return ended(status="stopped", event=None, message=told)
         if way.t >= end:
             return ended(status="finished", event=None, message=f"reached t = {end:g}")
+        if late := way.pace.late(way.t):
+            return ended(status="stopped", event=None, message=late)
 
 
 class _Way:
@@ -594,6 +597,7 @@ class _Way:
         self.t, self.x, self.work = start
         self.pieces, self.by, self.still, self.count = list[Solution](), tuple[Event, ...](), 0, 0
         self.method = solver(self.options, self.bounds)
+        self.pace = Pace(span, self.method.max_seconds, self.method.bounded)
         self.free = list[ContactRunner]()
         self.runner = self._runner()
 

@@ -49,6 +49,10 @@ DECLARED = 1e-9
 """What a declaration must satisfy (perpendicular, of unit length, triangle inequality): constants have ten digits."""
 GIVEN = 1e-8
 """The same of direction cosines, Euler parameters and whole states: files give eight digits of them."""
+RIGHT_ANGLE = 1e-10
+"""Difference, rad, of a typed angle from a multiple of π/2 below which it is that multiple: files give eleven digits of it."""
+NO_SIZE = 1e-8
+"""Radius of gyration, m, below which the inertia that a file gives of a body is a rounded zero."""
 SIX_DIGITS = 1e-6
 """Agreement of what was solved for, integrated or differentiated by differences: six digits are right in what may be shown."""
 

@@ -15,11 +15,14 @@ __getattr__ = offered(
         "emit.names": "is_free_in_c local_names",
         "emit.numpy": "emit_kernel_numpy emit_numpy",
         "emit.sincos": "C_SINCOS CONSTANTS LIMIT llvm_sincos sine_cosine",
+        "emit.wasm": "emit_wasm",
+        "emit.wasm_kernels": "emit_kernel_wasm",
         "emit.walk": "Style VECTORS function_of hoisting pieces statements",
         "kernel.language": (
-            "ArrayOf Compute Immediate FLOAT INT If Kernel Read Integer Put SinCos Write Type Value verified_kernel"
+            "ArrayOf Callee Compute Immediate FLOAT INT If Kernel Read Integer Put SinCos Write Type Value verified_kernel"
         ),
         "kernel.narrow": "narrowed",
+        "kernel.specialized": "specialized",
         "kernel.writer": "Writer",
         "native.": "machine store",
         "native.compiled_routine": "BundleRoutine CompiledRoutine",

@@ -9,8 +9,18 @@ from pathlib import Path
 import numpy as np
 
 from kane import Settings
-from kane.program import ArrayOf, CompiledKernel, Integer, Kernel, emit_kernel_c, emit_kernel_numpy
+from kane.program import (
+    ArrayOf,
+    Callee,
+    CompiledKernel,
+    Integer,
+    Kernel,
+    emit_kernel_c,
+    emit_kernel_numpy,
+    emit_kernel_wasm,
+)
 from tests.program.emitted import library, module
+from tests.program.hosted import in_wasm
 
 HEAD = "#include <math.h>\n#include <stdbool.h>\n#include <stdint.h>\n"
 C = ("-std=c99", "-O2", "-march=native", "-ffp-contract=off")
@@ -48,7 +58,7 @@ def in_numpy(kernel: Kernel, source: Path):
 
 
 def agree(kernel: Kernel, given, source: Path):
-    """What the kernel returns, which NumPy, machine code and C agree on; so do the arrays, bit by bit.
+    """What the kernel returns, which NumPy, machine code, C and WebAssembly agree on; so do the arrays, bit by bit.
 
     A routine is given as a dict of what each of the three takes.
     """
@@ -57,6 +67,8 @@ def agree(kernel: Kernel, given, source: Path):
         "llvm": CompiledKernel(kernel, EXACT),
         "c": in_c(kernel, source),
     }
+    if not any(isinstance(a, Callee) for a in kernel.arguments):
+        runs["wasm"] = in_wasm(kernel, emit_kernel_wasm)
     results = []
     for language, run in runs.items():
         own = {name: v[language] if isinstance(v, dict) else v for name, v in copied(given).items()}

@@ -36,7 +36,7 @@ from kane.program.emit.walk import (
 from kane.program.kernel.language import Compute, Read, SinCos, Statement, Write
 from kane.program.program import Port, Program
 
-_NO_FAST_MATH = """\
+NO_FAST_MATH = """\
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__) \\
     || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__)
 #error "Compile without -ffast-math, -Ofast and the like: infinity, NaN and the order of operations matter here."
@@ -56,7 +56,7 @@ _NO_CONTRACTION = """\
 #endif
 """
 _FOR_SINCOS = "#include <stdint.h>\n#include <string.h>\n"
-_PART = """\
+PART = """\
 #if defined(__GNUC__)
 #define KANE_PART static __attribute__((noinline)) /* in one piece it would take long to compile */
 #elif defined(_MSC_VER)
@@ -82,17 +82,17 @@ def emit_c(
     Without `contract` every operation is rounded by itself: the results of + − × ÷ √ are those of NumPy bit by bit. With it the
     compiler may round a·b + c once, where its options say so. `headers` are lines that include more of them.
     """
-    file = _file(program)
+    file = c_file(program)
     style = Style(lanes=1, whole=longest, piece=longest)
     called: set[str] = set()
-    functions = [_definition(file, f, style, called) for f in file.functions]
+    functions = [c_definition(file, f, style, called) for f in file.functions]
     headers = "#include <math.h>\n" + (_FOR_SINCOS if called else "") + headers
     parts = [
         _head(file, contract, version),
-        _NO_FAST_MATH + ("" if contract else _NO_CONTRACTION) + headers,
+        NO_FAST_MATH + ("" if contract else _NO_CONTRACTION) + headers,
         _declarations(file),
         _tables(file),
-        _PART if any("KANE_PART" in text for text in functions) else "",
+        PART if any("KANE_PART" in text for text in functions) else "",
         c_sincos(called),
         "\n".join(functions),
     ]
@@ -101,7 +101,7 @@ def emit_c(
 
 def emit_header(program: Program, *, contract: bool = True, version: str = "") -> str:
     """The text of the header that belongs to the file of `emit_c`, for C and C++; it is the same for both ways to round."""
-    file = _file(program)
+    file = c_file(program)
     title = f"/* {c_comment(f'{program.name}: declarations. {made_by(version)}')} */"
     return f"{title}\n#ifndef {file.guard}\n#define {file.guard}\n\n{_declarations(file)}\n#endif\n"
 
@@ -140,7 +140,7 @@ class CFile:
     guard: str
 
 
-def _file(program: Program) -> CFile:
+def c_file(program: Program) -> CFile:
     """The names of a program's file, all different and free in C and C++: hoisted vectors come first."""
     prefix = identifier(program.name) or "system"
     vectors = sorted((port for port in program.ports if not port.scalar), key=lambda port: not port.hoisted)
@@ -168,7 +168,7 @@ def _file(program: Program) -> CFile:
     )
 
 
-def _definition(file: CFile, f: CFunction, style: Style, called: set[str]) -> str:
+def c_definition(file: CFile, f: CFunction, style: Style, called: set[str]) -> str:
     """One function, or for a long block several and one that calls them in turn; the functions of angles are added to `called`."""
     parts = pieces(file.program, f.function, style)
     cut = len(parts.chunks) > 1
@@ -239,13 +239,20 @@ def _head(file: CFile, contract: bool, version: str) -> str:
     ]
     if program.lost:
         lines += ["", *map(c_comment, program.lost)]
-    for port in program.ports:
+    lines += port_lines(file)
+    return "\n".join(["/*", *(f" * {line}".rstrip() for line in lines), " */", ""])
+
+
+def port_lines(file: CFile) -> list[str]:
+    """What the ports hold, a line each, with an empty one before each port."""
+    lines = []
+    for port in file.program.ports:
         lines.append("")
         for k, s in enumerate(port.symbols):
             place = file.names.arguments[port.name] + f"[{k}]" * (not port.scalar)
             unit = f", {s.unit}" if s.unit else ""
             lines.append(c_comment(f"{place:7} {s.name}{unit}{': ' if s.description else ''}{s.description}"))
-    return "\n".join(["/*", *(f" * {line}".rstrip() for line in lines), " */", ""])
+    return lines
 
 
 def _declarations(file: CFile) -> str:

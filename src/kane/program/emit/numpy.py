@@ -8,7 +8,7 @@ Statements as lines of Python that need NumPy only, with the roundings of the re
 """
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from kane.expr import ops
@@ -172,12 +172,12 @@ def emit_numpy(program: Program, *, contract: bool = False, version: str = "") -
 
     `contract` is there as in other emitters; NumPy rounds each operation by itself.
     """
-    module = _module(program)
+    module = python_module(program)
     vectors = sorted(module.tables, key=lambda port: not port.hoisted)
     parts = [
         _docstring(module, version),
         "import numpy as np\n",
-        *(_table(module, port) for port in vectors),
+        *(python_table(module, port) for port in vectors),
         f"\n\n{_VECTOR}",
         _hoist(module),
         *(_routine(module, r, n) for r, n in zip(program.routines, module.routines, strict=True)),
@@ -198,7 +198,7 @@ def emit_kernel_numpy(kernel: Kernel) -> str:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _PythonModule:
+class PythonModule:
     """Names in the module: of values, of the vectors' tables, of the defaults of hoisted ones, of routines."""
 
     program: Program
@@ -212,9 +212,10 @@ class _PythonModule:
         return ", ".join(self.names.arguments[port.name] for port in ports)
 
 
-def _module(program: Program) -> _PythonModule:
+def python_module(program: Program, own: Sequence[str] = ("np", "_vector", "shape")) -> PythonModule:
+    """The names in a module of Python whose own lines use the names `own`."""
     vectors = [port for port in program.ports if not port.scalar]
-    own = ["np", "hoist", "_vector", "shape"]
+    own = ["hoist", *own]
     tables = distinct([identifier(p.noun).upper() for p in vectors], is_free_in_python, own)
     whole = [p for p in vectors if p.hoisted and all(s.default is not None for s in p.symbols)]
     lone = len(program.hoisted_ports) == 1
@@ -223,17 +224,17 @@ def _module(program: Program) -> _PythonModule:
     taken = {*own, "DEFAULTS", *tables, *defaults.values()}
     routines = distinct([identifier(r.name) or "routine" for r in program.routines], is_free_in_python, taken)
     names = local_names(program, lambda name: is_free_in_python(name) and name not in {*taken, *routines})
-    return _PythonModule(program, names, by_port, defaults, tuple(routines))
+    return PythonModule(program, names, by_port, defaults, tuple(routines))
 
 
 # ---------------------------------------------------------------------------------------------------------- tables
 
 
-def _docstring(module: _PythonModule, version: str) -> str:
+def _docstring(module: PythonModule, version: str) -> str:
     program = module.program
     calls = [f"{name}({module.arguments(program.ports)})" for name in module.routines]
     width = max(map(len, calls), default=0)
-    what = [f"    {c:{width}}  {_shape(r)}: {_few(r.labels)}" for c, r in zip(calls, program.routines, strict=True)]
+    what = [f"    {c:{width}}  {shape_text(r)}: {few(r.labels)}" for c, r in zip(calls, program.routines, strict=True)]
     nouns = [f"{module.arguments([port])} {'' if k else 'is '}the {port.noun}" for k, port in enumerate(program.ports)]
     *most, last = module.tables.values() if module.tables else ("none",)
     lines = [
@@ -251,18 +252,21 @@ def _docstring(module: _PythonModule, version: str) -> str:
     return python_docstring("\n".join([*lines, ""])) + "\n"
 
 
-def _shape(routine: Routine) -> str:
+def shape_text(routine: Routine) -> str:
+    """The size of a routine's results in words."""
     return " by ".join(map(str, routine.shape)) or "a number"
 
 
-def _few(labels: Sequence[str], count: int = 6) -> str:
+def few(labels: Sequence[str], count: int = 6) -> str:
+    """The first labels."""
     return ", ".join(labels[:count]) + (", …" if len(labels) > count else "")
 
 
-def _table(module: _PythonModule, port: Port) -> str:
+def python_table(module: PythonModule, port: Port, number: Callable[[float], str] = python_number) -> str:
+    """The table of a vector: names, defaults, units, descriptions."""
     name, rows = module.tables[port], []
     for s in port.symbols:
-        default = "None" if s.default is None else python_number(float(s.default))
+        default = "None" if s.default is None else number(float(s.default))
         rows.append(f"    {s.name!r}: ({f'{default}, ' * port.hoisted}{s.unit!r}, {s.description!r}),")
     lines = [f"# name: ({'default, ' * port.hoisted}unit, description)", f"{name} = {{", *rows, "}"]
     if port in module.defaults:
@@ -273,9 +277,9 @@ def _table(module: _PythonModule, port: Port) -> str:
 # ------------------------------------------------------------------------------------------------------- functions
 
 
-def _hoist(module: _PythonModule) -> str:
+def _hoist(module: PythonModule) -> str:
     program, ports = module.program, module.program.hoisted_ports
-    shapes = [_leading(module, port) for port in ports]
+    shapes = [leading(module, port) for port in ports]
     shape = shapes[0] if len(shapes) == 1 else f"np.broadcast_shapes({', '.join(shapes)})"
     lines = [
         "",
@@ -289,13 +293,13 @@ def _hoist(module: _PythonModule) -> str:
     return "\n".join(lines)
 
 
-def _routine(module: _PythonModule, routine: Routine, name: str) -> str:
+def _routine(module: PythonModule, routine: Routine, name: str) -> str:
     program = module.program
-    shapes = ", ".join(_leading(module, port) for port in program.ports)
+    shapes = ", ".join(leading(module, port) for port in program.ports)
     lines = [
         "",
-        f"def {name}({_signature(module)}):",
-        f"    {python_docstring(f'{_shape(routine)}: {_few(routine.labels)}.')}",
+        f"def {name}({signature(module)}):",
+        f"    {python_docstring(f'{shape_text(routine)}: {few(routine.labels)}.')}",
         f"    h = hoist({module.arguments(program.hoisted_ports)})",
         *(_converted(module, port) for port in program.ports),
         f"    shape = np.broadcast_shapes({shapes})",
@@ -306,7 +310,7 @@ def _routine(module: _PythonModule, routine: Routine, name: str) -> str:
     return "\n".join(lines)
 
 
-def _signature(module: _PythonModule) -> str:
+def signature(module: PythonModule) -> str:
     """The ports; the last of them that may be left out have defaults."""
     arguments: list[str] = []
     for port in reversed(module.program.ports):
@@ -317,7 +321,7 @@ def _signature(module: _PythonModule) -> str:
     return ", ".join(reversed(arguments))
 
 
-def _converted(module: _PythonModule, port: Port) -> str:
+def _converted(module: PythonModule, port: Port) -> str:
     """The line that makes an argument an array."""
     name = module.arguments([port])
     if port.scalar:
@@ -325,12 +329,12 @@ def _converted(module: _PythonModule, port: Port) -> str:
     return f'    {name} = _vector({name}, {module.tables[port]}, "{name}")'
 
 
-def _leading(module: _PythonModule, port: Port) -> str:
+def leading(module: PythonModule, port: Port) -> str:
     """The axes before an argument's own."""
     return f"{module.arguments([port])}.shape{'' if port.scalar else '[:-1]'}"
 
 
-def _computed(module: _PythonModule, function: Function) -> list[str]:
+def _computed(module: PythonModule, function: Function) -> list[str]:
     """The lines that compute what a function gives, each result with its label."""
     program = module.program
     (piece,) = pieces(program, function, _STYLE).chunks

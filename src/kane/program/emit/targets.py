@@ -4,7 +4,34 @@
 from collections.abc import Callable
 
 from kane.program.emit.c import emit_c, emit_header
+from kane.program.emit.languages.cpp import emit_cpp, emit_eigen
+from kane.program.emit.languages.javascript import emit_javascript
+from kane.program.emit.languages.julia import emit_julia
+from kane.program.emit.languages.matlab import emit_matlab
+from kane.program.emit.languages.modelica import emit_modelica
+from kane.program.emit.languages.python_arrays import emit_jax, emit_torch
+from kane.program.emit.languages.python_symbols import emit_casadi, emit_sympy
+from kane.program.emit.languages.rust import emit_cargo, emit_rust
 from kane.program.emit.numpy import emit_numpy
+from kane.program.emit.wasm import emit_wasm
 
-EMITTERS: dict[str, Callable[..., str]] = {"c": emit_c, "h": emit_header, "numpy": emit_numpy}
+EMITTERS: dict[str, Callable[..., str]] = {
+    "c": emit_c,
+    "h": emit_header,
+    "numpy": emit_numpy,
+    "jax": emit_jax,
+    "torch": emit_torch,
+    "casadi": emit_casadi,
+    "sympy": emit_sympy,
+    "cpp": emit_cpp,
+    "eigen": emit_eigen,
+    "rust": emit_rust,
+    "cargo": emit_cargo,
+    "matlab": emit_matlab,
+    "julia": emit_julia,
+    "modelica": emit_modelica,
+    "javascript": emit_javascript,
+}
 """By target: functions of a Program; `contract` allows a·b + c in one rounding, `version` is kane's, for comments."""
+BINARY: dict[str, Callable[..., bytes]] = {"wasm": emit_wasm}
+"""Those of which the result is no text."""

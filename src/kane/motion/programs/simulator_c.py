@@ -7,23 +7,20 @@ Of what `simulate` looks after, times at which rates turn and pulses of time are
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from importlib.metadata import version
 from importlib.resources import files
 from typing import cast
 
 import numpy as np
 
-from kane.equations.compiled import Compiled, ports, program
+from kane.equations.compiled import Compiled, ports
 from kane.equations.equations import Equations
 from kane.errors import ProgramError
 from kane.expr.node import ZERO, Expr
 from kane.motion.inputs.breakpoints import MOST, PLACES, SHARE, ULPS, Clock, Turning
-from kane.motion.inputs.smooth import pieces_prescribed
-from kane.motion.methods import needs
+from kane.motion.programs.simulator_parts import TAKES, Part, assembled, checked, parts_of
 from kane.motion.projection import is_constrained
-from kane.motion.right_hand_side import has_jumps, rates, timed
-from kane.motion.simulator_parts import TAKES, Part, constraints, events
+from kane.motion.right_hand_side import timed
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.crossings import Kind
 from kane.motion.steppers.held import POORER
@@ -36,8 +33,6 @@ from kane.program.emit.names import c_number
 from kane.program.from_expressions import Bundle
 from kane.program.kernel.language import Callee, Kernel
 
-METHODS = tuple(name for name, i in INTEGRATORS.items() if i.width == 1 and not i.implicit)
-"""Those that a program in C runs: by one state at a time."""
 _ARGUMENTS = {
     "n": "N",
     "limit": "m->limit",
@@ -72,7 +67,7 @@ def emit_simulator(compiled: Compiled, method: str = "dop853", period: float | N
     """
     _check(compiled, method, period)
     eom, integrator, name = cast(Equations, compiled.equations), INTEGRATORS[method], compiled.name
-    clock, parts = timed(eom), [*events(eom), *constraints(eom)]
+    clock, parts = timed(eom), parts_of(eom)
     asked = {"held": is_constrained(eom), "watched": bool(eom.events)}
     kernel = integrator.kernel(**{what: True for what, so in asked.items() if so})
     routines = {"rhs": f"{name}_rates"} | {a: f"{name}_{own}" for part in parts for a, own in part.routines.items()}
@@ -108,31 +103,19 @@ def emit_simulator(compiled: Compiled, method: str = "dop853", period: float | N
     text = _template("") + _template("main").replace("@REPORT@", f"@SHOWN@{replaced.pop('@REPORT@')}")
     for mark, by in replaced.items():
         text = text.replace(mark, by)
-    return f"{_equations(compiled, clock, parts, asked['held'])}\n{text}"
+    return f"{_equations(compiled, clock, parts)}\n{text}"
 
 
 def _check(compiled: Compiled, method: str, period: float | None) -> None:
     """A program can look after the motion."""
     if period is not None and not 0 < period < math.inf:
         raise ProgramError(f"Expected a period above zero (s) of a sampled controller, got {period!r}.")
-    if method not in METHODS:
-        raise ProgramError(f"Expected an integrator among {', '.join(METHODS)} for a program in C, got {method!r}.")
-    eom = cast(Equations, compiled.equations)
-    wrong = (
-        needs(eom, INTEGRATORS[method])
-        + ["loads or inputs jump"] * has_jumps(eom)
-        + ["contacts change their modes"] * bool(eom.system.contacts and not eom.system.modes)
-        + [text for part in (*events(eom), *constraints(eom)) for text in part.undecided]
+    checked(
+        compiled,
+        method,
+        "a program in C",
+        lambda one: f"{one.quantity} turns rates at times that no line gives" if one.slope is None else "",
     )
-    wrong += [
-        f"{one.quantity} turns rates at times that no line gives" for one in timed(eom).turning if one.slope is None
-    ]
-    wrong += [f"{piece} prescribes a motion, which may jump" for piece in pieces_prescribed(eom)]
-    if wrong:
-        raise ProgramError(
-            f"Expected a motion that a program in C can look after, got one in which {' and '.join(wrong)}. Emit the equations alone, "
-            "and take an integrator that does; or simulate here."
-        )
 
 
 _REPORT = """/* Writes the samples. */
@@ -215,7 +198,7 @@ extern void @NAME@_control(double t, const double *x, double *inputs);
 
 
 def _template(name: str) -> str:
-    return files("kane.motion").joinpath(f"simulator{'_' * bool(name)}{name}.c").read_text(encoding="utf-8")
+    return files("kane.motion.programs").joinpath(f"simulator{'_' * bool(name)}{name}.c").read_text(encoding="utf-8")
 
 
 def _call(kernel: Kernel, parts: Sequence[Part]) -> str:
@@ -248,17 +231,13 @@ def _table(array: str, what: Array, printed: str) -> str:
     return f"static {'const ' * constant}double at_{array}[{len(what)}]{values};"
 
 
-def _equations(compiled: Compiled, clock: Clock, parts: Sequence[Part], held: bool) -> str:
+def _equations(compiled: Compiled, clock: Clock, parts: Sequence[Part]) -> str:
     """The rates, what the parts evaluate, and the clock's quantities, their slopes and pulses, where there are some."""
     eom, contract = cast(Equations, compiled.equations), compiled.settings.contract
     slopes = [ZERO if one.slope is None else one.slope for one in clock.turning]
     roots: list[Expr] = [*(one.quantity for one in clock.turning), *slopes, *clock.pulses]
-    own = [] if held else [replace(rates(eom).task, name="rates")]
-    more = [*own, *(task for part in parts for task in part.tasks)]
-    if roots:
-        more.append(Bundle("clock", ports(eom.derived), tuple, {"clock": roots}).task)
-    optimize = contract and compiled.settings.optimize
-    made = program(eom.solved, [], more=more, name=compiled.name, reciprocals=contract, optimize=optimize)
+    more = [Bundle("clock", ports(eom.derived), tuple, {"clock": roots}).task] if roots else []
+    made = assembled(compiled, parts, more)
     headers = _HEADERS.replace("@CAPS@", compiled.name.upper())
     return emit_c(made, contract=contract, version=version("kane"), headers=headers)
 

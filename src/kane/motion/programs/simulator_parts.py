@@ -1,24 +1,32 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a motion as a program in C looks after besides steps: events and constraints, as tables, routines and texts."""
+"""What a motion as a program of another language looks after besides steps: events and constraints, as tables, routines and texts."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
+from kane.equations.compiled import Compiled, program
 from kane.equations.equations import Equations, repartition
-from kane.errors import KaneError
+from kane.errors import KaneError, ProgramError
 from kane.motion.constraint_kernels import alike, among, choices, holding, structure
 from kane.motion.hybrid.automaton import tables
 from kane.motion.hybrid.event_routines import bundles
+from kane.motion.inputs.breakpoints import Turning
+from kane.motion.inputs.smooth import pieces_prescribed
+from kane.motion.methods import needs
 from kane.motion.projection import is_constrained
-from kane.motion.right_hand_side import Given, rates, watched
+from kane.motion.right_hand_side import Given, has_jumps, rates, timed, watched
 from kane.motion.steppers.crossings import KINDS, Kind
+from kane.motion.steppers.table import INTEGRATORS
 from kane.program.emit.names import c_string
 from kane.program.from_expressions import Task
+from kane.program.program import Program
 
+METHODS = tuple(name for name, i in INTEGRATORS.items() if i.width == 1 and not i.implicit)
+"""The integrators that programs of other languages have: by one state at a time."""
 TAKES = "double t, const double *x, const double *p, const double *r, const double *h, double *out"
 """The arguments of a routine."""
 
@@ -38,6 +46,51 @@ class Part(NamedTuple):
     lines: Sequence[str]
     shown: str
     undecided: Sequence[str] = ()
+
+
+def checked(compiled: Compiled, method: str, what: str, untold: Callable[[Turning], str]) -> None:
+    """A program of another language, `what` in words, can look after the motion.
+
+    Of a time at which rates turn `untold` says what it cannot look after.
+
+    Raises
+    ------
+    ProgramError
+        if it cannot, or there is no such method
+    """
+    if method not in METHODS:
+        raise ProgramError(f"Expected an integrator among {', '.join(METHODS)} for {what}, got {method!r}.")
+    eom = cast(Equations, compiled.equations)
+    wrong = (
+        needs(eom, INTEGRATORS[method])
+        + ["loads or inputs jump"] * has_jumps(eom)
+        + ["contacts change their modes"] * bool(eom.system.contacts and not eom.system.modes)
+        + [text for part in parts_of(eom) for text in part.undecided]
+        + [text for one in timed(eom).turning if (text := untold(one))]
+        + [f"{piece} prescribes a motion, which may jump" for piece in pieces_prescribed(eom)]
+    )
+    if wrong:
+        raise ProgramError(
+            f"Expected a motion that {what} can look after, got one in which {' and '.join(wrong)}. Emit the equations alone, "
+            "and take an integrator that does; or simulate here."
+        )
+
+
+def parts_of(eom: Equations) -> list[Part]:
+    """All that there is to look after."""
+    return [*events(eom), *constraints(eom)]
+
+
+def assembled(
+    compiled: Compiled, parts: Sequence[Part], more: Sequence[Task] = (), contract: bool | None = None
+) -> Program:
+    """The rates, as "rates" where no constraints are held, what the parts evaluate, and `more`."""
+    eom, settings = cast(Equations, compiled.equations), compiled.settings
+    contract = settings.contract if contract is None else contract
+    own = [] if is_constrained(eom) else [replace(rates(eom).task, name="rates")]
+    tasks = [*own, *(task for part in parts for task in part.tasks), *more]
+    optimize = contract and settings.optimize
+    return program(eom.solved, [], more=tasks, name=compiled.name, reciprocals=contract, optimize=optimize)
 
 
 def events(eom: Equations) -> list[Part]:

@@ -1,0 +1,278 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Equations of motion as functions of JAX, PyTorch and CasADi, built operation by operation.
+
+Each tool is imported when it is asked for.
+"""
+
+import importlib
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from kane import expect
+from kane.dynamics.solved import Solved
+from kane.equations.compiled import ON_DEMAND, ROUTINES
+from kane.equations.compiled import program as program_of
+from kane.errors import ArgumentError
+from kane.expr.ops import GONE
+from kane.numeric.arrays import Array
+from kane.program.native.compiled_routine import check_complete, port_defaults, replaced_values
+from kane.program.program import Port, Program, Routine
+
+_SAME = ["sqrt", "sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "sign", "floor"]
+
+
+def to_jax(eom: Any, routine: str = "rhs", *, single: bool = False) -> Callable[..., Any]:
+    """A routine of the equations as a pure function `f(t, x, p=None, r=None)` of JAX, for `jit`, `vmap`, `grad` and `jacfwd`.
+
+    Parameters
+    ----------
+    eom
+        The equations that `kn.derive` gives.
+    routine
+        "rhs" (ẋ), "mass_matrix", "forcing", "reactions", "inverse_dynamics" or another of `Compiled.emit`; arguments such as the
+        accelerations a stand after x.
+    single
+        Take single precision too. Without it JAX must be set to double precision, for a right-hand side in single precision is
+        good for few steps of an integrator.
+
+    Returns
+    -------
+    callable
+        Vectors have their values on the last axis; axes before it are broadcast and come first in the result. `p` and `r` are as in
+        `Compiled.rhs`: parameters left out have their defaults.
+
+    Raises
+    ------
+    ArgumentError
+        if JAX is not installed or not in double precision, or the equations have no such routine; when called, if a vector has
+        another length, or a parameter no value
+    """
+    jax, jnp = _module("jax"), _module("jax.numpy")
+    if not (single or jax.config.jax_enable_x64):
+        raise ArgumentError(
+            "Expected JAX in double precision, got single: call jax.config.update('jax_enable_x64', True) before anything else "
+            "of JAX, or to_jax(…, single=True)."
+        )
+
+    def packed(out: Sequence[Any], leading: tuple[int, ...], shape: tuple[int, ...]) -> Any:
+        rows = [jnp.broadcast_to(value, leading) for value in out]
+        return (jnp.stack(rows, -1) if rows else jnp.zeros((*leading, 0))).reshape((*leading, *shape))
+
+    table = _arrays(jnp, jnp.power)
+    return _callable(eom, routine, table, lambda v: jnp.asarray(v, dtype=float), jnp.broadcast_shapes, packed)
+
+
+def to_torch(eom: Any, routine: str = "rhs") -> Callable[..., Any]:
+    """A routine of the equations as a function `f(t, x, p=None, r=None)` of PyTorch tensors in double precision.
+
+    It is made of differentiable operations, so that `torch.autograd` and `torch.func` (`vmap`, `jacrev`) go through; otherwise as
+    `to_jax`.
+
+    Raises
+    ------
+    ArgumentError
+        if PyTorch is not installed, or the equations have no such routine
+    """
+    torch = _module("torch")
+
+    def number(value: Any) -> Any:
+        return torch.as_tensor(value, dtype=torch.float64)
+
+    def packed(out: Sequence[Any], leading: tuple[int, ...], shape: tuple[int, ...]) -> Any:
+        rows = [torch.broadcast_to(value, leading) for value in out]
+        empty = torch.zeros((*leading, 0), dtype=torch.float64)
+        return (torch.stack(rows, -1) if rows else empty).reshape((*leading, *shape))
+
+    return _callable(eom, routine, _arrays(torch, torch.pow), number, torch.broadcast_shapes, packed)
+
+
+def to_casadi(eom: Any, routine: str = "rhs") -> Any:
+    """A routine of the equations as a `casadi.Function` of SX, of as few operations as our own code, for IPOPT, acados and others.
+
+    Parameters
+    ----------
+    eom
+        The equations that `kn.derive` gives.
+    routine
+        "rhs": ẋ = f(t, x, p, r). "residual": 0 = F(t, x, xdot, p, r), the rates of the coordinates, then M u̇ − f, then the rates of
+        further states: no mass matrix is solved for, as collocation wants it. Under constraints M u̇ − f is the constraints' own
+        forces, and F is ẋ − f. Others as in `to_jax`.
+
+    Returns
+    -------
+    casadi.Function
+        Its inputs are columns called t, x, p, r, with those of the routine's own after x; its output is called after the routine.
+
+    Raises
+    ------
+    ArgumentError
+        if CasADi is not installed, the equations have no such routine, or no inverse dynamics where it is wanted
+    """
+    ca = _module("casadi")
+    table = {name: getattr(ca, name) for name in [*_SAME, "asin", "acos", "atan", "atan2"]}
+    table |= {"pow": ca.power, "abs": ca.fabs, "min": ca.fmin, "max": ca.fmax}
+    table |= {"less": lambda x, y: ca.if_else(x < y, 1.0, 0.0), "where": lambda c, x, y: ca.if_else(c != 0, x, y)}
+    table |= {"regular": lambda x, size: ca.if_else(ca.fabs(x) > GONE * size, x, float("nan"))}
+    table |= _OPERATORS
+    if routine == "residual":
+        return _residual(eom, ca, table)
+    program = _program(eom, (routine,))
+    given = {port.name: ca.SX.sym(port.name, len(port.symbols)) for port in program.ports}
+    found = ca.vertcat(*_run(program, program.routine(routine), table, _entries(program, given), ca.SX))
+    shape = program.routine(routine).shape
+    whole = ca.reshape(found, shape[1], shape[0]).T if len(shape) == 2 else found
+    return ca.Function(routine, [*given.values()], [whole], [*given], [f"{routine}_value"])
+
+
+def _residual(eom: Any, ca: Any, table: Mapping[str, Callable[..., Any]]) -> Any:
+    """F(t, x, xdot, p, r): rates of coordinates, M u̇ − f, rates of further states."""
+    derived = _solved(eom).derived
+    program = _program(eom, ("rhs",) if derived.constraints.constraints else ("rhs", "inverse_dynamics"))
+    given = {port.name: ca.SX.sym(port.name, len(port.symbols)) for port in program.ports}
+    first = len(derived.system.coordinates)
+    last = first + len(derived.speeds)
+    xdot = ca.SX.sym("xdot", len(derived.state))
+    values = _entries(program, {**given, "a": xdot[first:last]})
+    rates, *forces = (_run(program, r, table, values, ca.SX) for r in program.routines)
+    rows = [xdot[k] - rate for k, rate in enumerate(rates)]
+    for found in forces:
+        rows[first:last] = found
+    t, x, p, r = (given[name] for name in ("t", "x", "p", "r"))
+    return ca.Function(
+        "residual", [t, x, xdot, p, r], [ca.vertcat(*rows)], ["t", "x", "xdot", "p", "r"], ["residual_value"]
+    )
+
+
+def _entries(program: Program, given: Mapping[str, Any]) -> list[Any]:
+    """The values of all inputs from a vector for each port."""
+    return [given[port.name][k] for port in program.ports for k in range(len(port.symbols))]
+
+
+_OPERATORS: Mapping[str, Callable[..., Any]] = {
+    "add": lambda x, y: x + y,
+    "sub": lambda x, y: x - y,
+    "mul": lambda x, y: x * y,
+    "div": lambda x, y: x / y,
+    "neg": lambda x: -x,
+}
+
+
+def _arrays(xp: Any, power: Callable[..., Any]) -> Mapping[str, Callable[..., Any]]:
+    """Operations of a library of arrays."""
+    nan = float("nan")
+    named = {name: getattr(xp, name) for name in [*_SAME, "abs"]}
+    return {
+        **_OPERATORS,
+        **named,
+        "asin": xp.arcsin,
+        "acos": xp.arccos,
+        "atan": xp.arctan,
+        "atan2": xp.arctan2,
+        "pow": power,
+        "min": lambda x, y: xp.where((x < y) | (x != x), x, y),
+        "max": lambda x, y: xp.where((x > y) | (x != x), x, y),
+        "less": lambda x, y: xp.where(x < y, 1.0, 0.0),
+        "sign": lambda x: xp.where(x != x, x, xp.sign(x)),
+        "where": lambda c, x, y: xp.where(c != 0.0, x, y),
+        "regular": lambda x, size: xp.where(xp.abs(x) > GONE * size, x, nan),
+    }
+
+
+def _module(name: str) -> Any:
+    """A tool that need not be there."""
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError as missing:
+        package = name.partition(".")[0]
+        raise ArgumentError(
+            f"Expected {package} to be installed, got {missing}. Install it: pip install {package}."
+        ) from missing
+
+
+def _solved(eom: Any) -> Solved:
+    solved = getattr(eom, "solved", None)
+    if isinstance(solved, Solved):
+        return solved
+    raise expect.refusal(ArgumentError, "Equations", type(eom).__name__, "Derive them first, kn.derive(system).")
+
+
+def _program(eom: Any, routines: Sequence[str]) -> Program:
+    solved, known = _solved(eom), (*ROUTINES, *ON_DEMAND)
+    expect.none(
+        [repr(r) for r in routines if r not in known], f"a routine among {', '.join(known)}", error=ArgumentError
+    )
+    return program_of(solved, routines)
+
+
+def _run(
+    program: Program,
+    routine: Routine,
+    table: Mapping[str, Callable[..., Any]],
+    inputs: Sequence[Any],
+    number: Callable[[float], Any],
+) -> list[Any]:
+    """The results of a routine at given values of all inputs, whatever they are numbers of."""
+    values: dict[int, Any] = dict(enumerate([*inputs, *map(number, program.constants)]))
+    needed = {a for i in routine.body for a in program.arguments(i)}.union(routine.results)
+    for i in (*program.below(needed, False), *routine.body):
+        values[i] = table[program.op(i).name](*(values[a] for a in program.arguments(i)))
+    return [values[i] for i in routine.results]
+
+
+def _callable(
+    eom: Any,
+    name: str,
+    table: Mapping[str, Callable[..., Any]],
+    number: Callable[[Any], Any],
+    broadcast: Callable[..., Any],
+    packed: Callable[..., Any],
+) -> Callable[..., Any]:
+    """A function of the ports of a routine that gives arrays."""
+    program = _program(eom, (name,))
+    routine, ports = program.routine(name), program.ports
+    defaults = {port.name: port_defaults(port) for port in ports if port.hoisted}
+
+    def function(t: Any, x: Any, *rest: Any, **named: Any) -> Any:
+        given = _given(ports, (t, x, *rest), named)
+        arrays = [_vector(port, given.get(port.name), defaults, number) for port in ports]
+        leading = broadcast(*(a.shape if p.scalar else a.shape[:-1] for p, a in zip(ports, arrays, strict=True)))
+        values = [
+            a if p.scalar else a[..., k] for p, a in zip(ports, arrays, strict=True) for k in range(len(p.symbols))
+        ]
+        return packed(_run(program, routine, table, values, number), tuple(leading), routine.shape)
+
+    function.__name__ = function.__qualname__ = name
+    function.__doc__ = f"{name}({program.signature}) of {eom!r}."
+    return function
+
+
+def _given(ports: Sequence[Port], rest: tuple[Any, ...], named: Mapping[str, Any]) -> Mapping[str, Any]:
+    names = [port.name for port in ports]
+    more = (repr(n) for n in named if n not in names[len(rest) :])
+    expect.none(more, f"arguments {', '.join(names)}, each once", error=ArgumentError)
+    if len(rest) > len(names):
+        raise expect.refusal(
+            ArgumentError, f"arguments {', '.join(names)}", f"{len(rest)} of them", "Leave the others out."
+        )
+    return {**dict(zip(names, rest, strict=False)), **named}
+
+
+def _vector(port: Port, value: Any, defaults: Mapping[str, Array], number: Callable[[Any], Any]) -> Any:
+    """An argument as an array, of which nothing is missing."""
+    if isinstance(value, Mapping):
+        base = defaults.get(port.name, np.full(len(port.symbols), np.nan))
+        value = check_complete(port, replaced_values(port, value, base))
+    elif value is None and port.hoisted:
+        value = check_complete(port, defaults[port.name])
+    elif value is None and not port.symbols:
+        value = np.zeros(0)
+    array = number(np.nan if value is None else value)
+    if not port.scalar and (array.ndim == 0 or array.shape[-1] != len(port.symbols)):
+        names = ", ".join(s.name for s in port.symbols) or "none"
+        got = "nothing" if value is None else f"an array of shape {tuple(array.shape)}"
+        raise ArgumentError(
+            f"Expected {len(port.symbols)} values of {port.name} ({names}) on the last axis, got {got}."
+        )
+    return array

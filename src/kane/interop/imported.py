@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What importers return: a system, its symbols by the names that they have in the source, and what became of the rest."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from html import escape
+from types import MappingProxyType
+from typing import Any, Literal
+
+from kane.equations.equations import Equations, derive
+from kane.errors import Attributes
+from kane.expr.node import Expr
+from kane.expr.symbols import Coordinate, Parameter, Speed
+from kane.model.system import System
+
+Kind = Literal["read", "inferred", "changed", "ignored", "refused", "checked"]
+KINDS: Mapping[str, str] = MappingProxyType(
+    {
+        "read": "taken over as it stands",
+        "inferred": "not said in the source, concluded from the rest",
+        "changed": "said in another way than in the source",
+        "ignored": "not taken over, as it is no mechanics or counts for nothing",
+        "refused": "not taken over, as there is no counterpart",
+        "checked": "compared with the source",
+    }
+)
+"""The kinds of remarks, in the order in which they are shown."""
+
+
+@dataclass(frozen=True, slots=True)
+class Remark:
+    """What an importer did with a thing of the source, and where it stands there: its kind is a row of `KINDS`."""
+
+    kind: Kind
+    text: str
+    where: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.kind}: {self.text}{f' ({self.where})' if self.where else ''}"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Imported(Attributes):
+    """A model of another tool as a system.
+
+    Attributes
+    ----------
+    system : the model
+    symbols : all symbols, by the names that they have in the source
+    q, u, parameters : those that are coordinates, speeds and parameters
+    remarks : what was read, inferred, changed, ignored, refused and checked
+    extras : what is no mechanics, or no part of a system: limits, shapes, files, start values
+    """
+
+    system: System
+    symbols: Mapping[str, Expr]
+    q: Mapping[str, Coordinate]
+    u: Mapping[str, Speed]
+    parameters: Mapping[str, Parameter]
+    remarks: tuple[Remark, ...] = ()
+    extras: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+
+    @cached_property
+    def eom(self) -> Equations:
+        """The equations of motion, derived when they are first asked for."""
+        return derive(self.system)
+
+    def of_kind(self, kind: Kind) -> tuple[str, ...]:
+        """What the remarks of one kind say."""
+        return tuple(r.text for r in self.remarks if r.kind == kind)
+
+    def __repr__(self) -> str:
+        return "\n  ".join([f"Imported({self._size()})", *map(str, self._sorted())])
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><td>{r.kind}</td><td>{escape(r.text)}</td><td>{escape(r.where)}</td></tr>" for r in self._sorted()
+        )
+        return f"<p><b>Imported</b>: {self._size()}</p><table><tr><th></th><th>remark</th><th>where</th></tr>{rows}</table>"
+
+    def _size(self) -> str:
+        s = self.system
+        counts = {"bodies": s.bodies, "coordinates": s.coordinates, "speeds": s.speeds, "constraints": s.constraints}
+        return ", ".join(f"{len(x)} {name}" for name, x in counts.items())
+
+    def _sorted(self) -> list[Remark]:
+        order = list(KINDS)
+        return sorted(self.remarks, key=lambda r: order.index(r.kind))
+
+
+class Remarks:
+    """A list of remarks that is being written, each once."""
+
+    def __init__(self) -> None:
+        self._said: dict[Remark, None] = {}
+
+    def say(self, kind: Kind, text: str, where: str = "") -> None:
+        """One more."""
+        self._said.setdefault(Remark(kind, text, where))
+
+    def all(self) -> tuple[Remark, ...]:
+        """Those written so far."""
+        return tuple(self._said)

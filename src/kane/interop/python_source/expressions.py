@@ -1,0 +1,234 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Expressions and vectors as Python text that makes the same nodes again.
+
+The text follows the graph, one operator a node: what it makes when it runs has the operations of what was written. Where something
+long is used several times it gets a name, Z1, Z2, …, assigned before it is used.
+"""
+
+from __future__ import annotations
+
+import json
+import keyword
+import re
+from collections.abc import Callable, Iterable, Mapping
+from fractions import Fraction
+
+from kane.errors import ModelError
+from kane.expr.constants import number_of
+from kane.expr.node import ONE, Expr, Number, postorder
+from kane.expr.ops import ADD, CONST, DIV, MUL, NEG, PI, POW, SUB
+from kane.expr.regular import unguarded
+from kane.expr.surd import Surd
+from kane.expr.symbols import QuasiRate, Rate, Symbol, Time
+from kane.space.vector import Parts, Vector
+
+WORTH = 6
+"""Operations that a shared subexpression needs to get a name."""
+DEEP = 20
+"""Nesting beyond which a subexpression gets a name though it is used once."""
+_SUM, _PRODUCT, _SIGN, _POWER, _ATOM = range(5)
+"""How firmly operators hold together in Python, loosest first."""
+_BINARY = {ADD: (" + ", _SUM), SUB: (" - ", _SUM), MUL: (" * ", _PRODUCT), DIV: (" / ", _PRODUCT)}
+_FUNCTIONS = frozenset(
+    (
+        *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log", "sqrt"),
+        *("abs", "sign", "min", "max", "less", "where"),
+    )
+)
+_MARKS = {"*": "_star", "^": "_hat", "'": "_1", "″": "_2"}
+_TAKEN = frozenset(keyword.kwlist) | {"kn", "system", "START", "TITLE", "SOURCES", "SPAN", "print", "dict"}
+Text = tuple[str, int]
+
+
+class Names:
+    """Python names, one for each object that was given a name; equal names of different objects are told apart."""
+
+    def __init__(self) -> None:
+        self._by_object: dict[int, str] = {}
+        self._kept: list[object] = []
+        self._taken = set(_TAKEN)
+        self.renamed: dict[str, str] = {}
+
+    def give(self, item: object, wanted: str, kind: str) -> str:
+        """The name of a new object: as wanted where that is a free identifier, else with what `kind` it is of."""
+        plain = "".join(_MARKS.get(c, c) for c in wanted)
+        plain = re.sub(r"\W+", "_", plain, flags=re.ASCII).strip("_") or kind
+        if plain[0].isdigit():
+            plain = f"{kind}_{plain}"
+        candidates = (plain, f"{plain}_{kind}", *(f"{plain}_{kind}_{k}" for k in range(2, 10_000)))
+        name = next(c for c in candidates if c not in self._taken)
+        if name != wanted:
+            self.renamed[name] = wanted
+        self._taken.add(name)
+        self._by_object[id(item)] = name
+        self._kept.append(item)  # an id is an object's as long as it lives
+        return name
+
+    def alias(self, item: object, text: str) -> None:
+        """An object that is reached by this text, and has no name."""
+        self._by_object[id(item)] = text
+        self._kept.append(item)
+
+    def __getitem__(self, item: object) -> str:
+        return self._by_object[id(item)]
+
+    def __contains__(self, item: object) -> bool:
+        return id(item) in self._by_object
+
+
+class Expressions:
+    """Writes expressions; `define` is called with name and text of what has to be assigned before."""
+
+    def __init__(self, names: Names, define: Callable[[str, str], None], shared: Iterable[Expr] = ()) -> None:
+        self.names, self.define = names, define
+        self.quasi: dict[Symbol, str] = {}
+        """How to write the quasi-rates of Euler parameters."""
+        self.asked: list[Expr] = []
+        """What was written, in this order."""
+        self._shared = frozenset(shared)
+        self._texts: dict[Expr, Text] = {}
+        self._count = 0
+
+    def __call__(self, e: Expr, least: int = _SUM) -> str:
+        """The text of `e`, in brackets where it holds together less firmly than `least`."""
+        (e,) = unguarded((e,))
+        self.asked.append(e)
+        for node in postorder((e,)):
+            if node not in self._texts:
+                self._texts[node] = self._made(node)
+        return _within(self._texts[e], least)
+
+    def _made(self, node: Expr) -> Text:
+        text = self._written(node)
+        if node not in self._shared:
+            return text
+        self._count += 1
+        name = self.names.give(node, f"Z{self._count}", "shared")
+        self.define(name, text[0])
+        return name, _ATOM
+
+    def _written(self, node: Expr) -> Text:
+        op, texts = node.op, self._texts
+        if op is MUL and (part := self._part(node)):
+            return part
+        if op in _BINARY:
+            sign, level = _BINARY[op]
+            a, b = (texts[x] for x in node.args)
+            return f"{_within(a, level)}{sign}{_within(b, level + 1)}", level
+        if op is NEG:
+            return f"-{_within(texts[node.args[0]], _SIGN)}", _SIGN
+        if op is POW:
+            a, b = (texts[x] for x in node.args)
+            return f"{_within(a, _ATOM)} ** {_within(b, _POWER)}", _POWER
+        if isinstance(node, Symbol):
+            return self._symbol(node), _ATOM
+        if op is CONST:
+            return _number(number_of(node))
+        if op is PI:
+            return "kn.pi", _ATOM
+        if op.name not in _FUNCTIONS:
+            raise ModelError(
+                f"Expected expressions of operators and functions of kane to write as Python, got {op.label or op.name!r}, "
+                "which is data. Keep the file that declares it."
+            )
+        return f"kn.{op.name}({', '.join(texts[a][0] for a in node.args)})", _ATOM
+
+    def _part(self, node: Expr) -> Text | None:
+        """The product of a fraction n/d and another factor as n*x/d, where that makes the same node."""
+        a, b = node.args
+        value = number_of(a) if a.op is CONST else 0
+        if not isinstance(value, Fraction) or value.denominator == 1:
+            return None
+        over, under = value.numerator, value.denominator
+        if (b if over == 1 else -b if over == -1 else b * over) / under is not node:
+            return None
+        size = _within(self._texts[b], _PRODUCT)
+        return f"{'' if over == 1 else '-' if over == -1 else f'{over} * '}{size} / {under}", _PRODUCT
+
+    def _symbol(self, s: Symbol) -> str:
+        if s in self.names:
+            return self.names[s]
+        if isinstance(s, Rate) and isinstance(s.place, Symbol):
+            return f"{self._symbol(s.place)}.dt"
+        if isinstance(s, Time):
+            return "kn.time"
+        if isinstance(s, QuasiRate) and s in self.quasi:
+            name = self.names.give(s, s.name, "turning")
+            self.define(name, self.quasi[s])
+            return name
+        raise ModelError(f"Expected symbols that the system declares, got {s} ({type(s).__name__}).")
+
+    def vector(self, v: Vector, least: int = _SUM) -> str:
+        """The sum of measure numbers along unit vectors."""
+        text = ""
+        for unit, x in _terms(v.parts, self.names):
+            minus = x.op is NEG or (x.op is CONST and number_of(x) < 0)
+            size = -x if minus else x
+            along = unit if size is ONE else f"{self(size, _PRODUCT)} * {unit}"
+            text += (" - " if minus else " + ") + along if text else ("-" if minus else "") + along
+        single = text.count(".") == 1 and " " not in text and not text.startswith("-")
+        return f"({text})" if least > _SUM and not single else text or "kn.Vector()"
+
+
+def _terms(parts: Parts, names: Names) -> Iterable[tuple[str, Expr]]:
+    for frame, numbers in parts:
+        for axis, x in zip("xyz", numbers, strict=True):
+            if x.op is not CONST or number_of(x) != 0:
+                yield f"{names[frame]}.{axis}", x
+
+
+def literal(value: object) -> str:
+    """A value as Python writes it, texts in double quotes."""
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, Mapping):
+        return f"{{{', '.join(f'{literal(k)}: {literal(v)}' for k, v in value.items())}}}"
+    return repr(value)
+
+
+def _within(text: Text, least: int) -> str:
+    return f"({text[0]})" if text[1] < least else text[0]
+
+
+def _number(value: Number) -> Text:
+    if isinstance(value, Surd):
+        ratio, root = value.ratio, f"kn.sqrt({value.radicand})"
+        if abs(ratio) == 1:
+            return (root, _ATOM) if ratio > 0 else (f"-{root}", _SIGN)
+        return f"{_number(int(ratio) if ratio.denominator == 1 else ratio)[0]} * {root}", _PRODUCT
+    if isinstance(value, Fraction):
+        return f"kn.Rational({value.numerator}, {value.denominator})", _ATOM
+    return repr(value), _ATOM if value >= 0 else _SIGN
+
+
+def same(first: Iterable[object], second: Iterable[object]) -> bool:
+    """Whether both hold the same objects in the same order."""
+    a, b = list(first), list(second)
+    return len(a) == len(b) and all(x is y for x, y in zip(a, b, strict=True))
+
+
+def same_vectors(first: Iterable[Vector], second: Iterable[Vector]) -> bool:
+    """Whether vectors have the same measure numbers along the same frames."""
+    return same(*((x for v in vs for f, numbers in v.parts for x in (f, *numbers)) for vs in (first, second)))
+
+
+def shared_among(asked: Iterable[Expr]) -> tuple[Expr, ...]:
+    """What is used more than once, or lies deep, and is long enough for a name of its own."""
+    roots = tuple(asked)
+    order = postorder(roots)
+    uses: dict[Expr, int] = dict.fromkeys(order, 0)
+    for root in roots:
+        uses[root] += 1
+    for node in order:
+        for a in node.args:
+            uses[a] += 1
+    cost: dict[Expr, int] = {}
+    depth: dict[Expr, int] = {}
+    chosen = []
+    for node in order:
+        cost[node] = node.op.cost + sum(cost[a] for a in node.args)
+        depth[node] = max((depth[a] + 1 for a in node.args), default=0)
+        if node.args and ((uses[node] > 1 and cost[node] >= WORTH) or depth[node] >= DEEP) and node.op is not NEG:
+            chosen.append(node)
+            cost[node] = depth[node] = 0
+    return tuple(chosen)

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Inertias of solids and loads of friction as calls of the functions that make them, where the call makes the same record."""
+
+from __future__ import annotations
+
+from inspect import signature
+from typing import Any, NamedTuple
+
+from kane.errors import KaneError
+from kane.expr.evaluation import free_symbols
+from kane.expr.node import Expr
+from kane.expr.symbols import Parameter, Reaction
+from kane.interop.python_source.expressions import same, same_vectors
+from kane.model import solids
+from kane.model.joints.contact import friction
+from kane.model.loads import Load
+from kane.model.solids import Inertia
+from kane.space.frame import Frame, Point
+from kane.space.vector import Dyadic
+
+
+def solid_call(dyadic: Dyadic, mass: Expr) -> tuple[str, Frame, dict[str, Any]] | None:
+    """The name of the function, the frame, and its other arguments by name; None where no function makes this inertia."""
+    if not isinstance(dyadic, Inertia):
+        return None
+    shape = dyadic.shape
+    name = shape.kind.replace(" ", "_")
+    make = getattr(solids, name, None)
+    given = {"mass": mass, **shape.sizes, **({} if shape.axis is None else {"axis": shape.axis})}
+    if make is None or {*signature(make).parameters} != {"frame", *given}:
+        return None
+    try:
+        made = make(shape.frame, **given)
+    except KaneError:
+        return None
+    vectors = ([v for pair in x.dyads for v in pair] for x in (made, dyadic))
+    return (name, shape.frame, given) if same_vectors(*vectors) else None
+
+
+class Friction(NamedTuple):
+    """The arguments of `kn.friction`."""
+
+    point: Point
+    normal: Reaction
+    mu: Parameter
+    against: Point | None
+    threshold: float | None
+
+
+def friction_call(load: Load) -> Friction | None:
+    """What `kn.friction` was given; None where a coefficient is no parameter, or something else made the load."""
+    slip = load.slip
+    if slip is None or len(slip.presses) != 1 or load.torques or not 1 <= len(load.forces) <= 2:
+        return None
+    point, *other = (p for p, _ in load.forces)
+    against = other[0] if other else None
+    for mu in free_symbols([x for _, v in load.forces for _, triple in v.parts for x in triple]):
+        if isinstance(mu, Parameter):
+            made = friction(point, slip.presses[0], mu, against=against, threshold=slip.threshold, name=load.name)
+            if made.slip and made.slip.speed is slip.speed and made.slip.rolls == slip.rolls and _alike(made, load):
+                return Friction(point, slip.presses[0], mu, against, slip.threshold)
+    return None
+
+
+def _alike(a: Load, b: Load) -> bool:
+    points = ([p for p, _ in x.forces] for x in (a, b))
+    return same(*points) and same_vectors(*([v for _, v in x.forces] for x in (a, b)))

@@ -1,0 +1,406 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A system as the Python file that declares it: symbols, frames and points, bodies, constraints, loads, then `kn.System(…)`.
+
+What the file makes when it runs has the same equations, with the same operations: names, units, defaults and descriptions are kept.
+Points and frames are written in the order of the tree, joints as calls of the functions that made them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+from kane.errors import ModelError, cut
+from kane.expr.node import Expr
+from kane.expr.symbols import Input, Parameter, Reaction, StateVariable, Symbol
+from kane.interop.python_source.constraints import Group, groups
+from kane.interop.python_source.expressions import Expressions, Names, literal, same, shared_among
+from kane.interop.python_source.joints import joint_call
+from kane.interop.python_source.layout import INDENT, call, folded, listed, wrapped
+from kane.interop.python_source.makers import friction_call, solid_call
+from kane.model.bodies import Particle, RigidBody
+from kane.model.constraints import Constraint, Cut
+from kane.model.declarations import Event
+from kane.model.joints.joint import Joint
+from kane.model.loads import Load
+from kane.model.system import System
+from kane.space.frame import Frame, Point
+from kane.space.vector import Dyadic, Vector
+
+
+def to_python(
+    system: System,
+    *,
+    title: str = "",
+    start: Mapping[str, Mapping[str, Any]] | None = None,
+    remarks: Iterable[str] = (),
+) -> str:
+    """The text of a file with `system()`, which returns the system, and `START`, values for a motion's start.
+
+    Parameters
+    ----------
+    system : the system
+    title : a line that says what it is
+    start : values by name under "q", "u", "parameters", …, as `kane simulate` takes them
+    remarks : lines of a comment at the head: what was read, what was inferred
+
+    Raises
+    ------
+    ModelError
+        if the system holds what is only known to the file that declares it: contacts, beams, tables, functions as actions
+    """
+    first = _Writer(system, ())
+    lines = _Writer(system, shared_among(first.lines_and_asked()[1])).lines_and_asked()[0]
+    head = [f'"""{(title or "A system").rstrip(".")}."""', ""]
+    head += [f"# {line}" for remark in remarks for line in wrapped(remark)] + ([""] if remarks else [])
+    head += ["import kane as kn"]
+    values = [f"{k}={literal(v)}" for k, v in (start or {}).items() if v]
+    globals_ = [*([f"TITLE = {literal(title)}"] if title else []), *([call("START = dict", values)] if values else [])]
+    head += ["", *globals_] if globals_ else []
+    body = [f"{INDENT}{line}" if line else "" for line in "\n".join(map(folded, lines)).split("\n")]
+    return "\n".join([*head, "", "", "def system() -> kn.System:", f'{INDENT}"""The system."""', *body, ""])
+
+
+class _Writer:
+    """The lines of the body of `system()`, written as they are needed."""
+
+    def __init__(self, system: System, shared: Iterable[Expr]) -> None:
+        self.system = system
+        self.names = Names()
+        self.lines: list[str] = []
+        self.text = Expressions(self.names, self._assign, shared)
+        self._made = {id(x): j for j in system.joints for x in (j.frame, j.point)}
+
+    def lines_and_asked(self) -> tuple[list[str], list[Expr]]:
+        """The lines, and the expressions in them."""
+        if self.lines:
+            return self.lines, self.text.asked
+        _refuse(self.system)
+        for part in (self._symbols, self._places, self._constraints, self._bodies, self._loads, self._whole):
+            part()
+        return self.lines, self.text.asked
+
+    def _assign(self, name: str, text: str) -> None:
+        self.lines.append(f"{name} = {text}")
+
+    def _paragraph(self) -> None:
+        if self.lines and self.lines[-1]:
+            self.lines.append("")
+
+    # Symbols --------------------------------------------------------------------------------------------------------
+
+    def _symbols(self) -> None:
+        system = self.system
+        named = {s for j in system.joints if self._by_name(j) for s in j.named}
+        kinds: tuple[tuple[str, Iterable[Symbol]], ...] = (
+            ("coordinate", system.coordinates),
+            ("speed", system.speeds),
+            ("parameter", system.parameters),
+            ("input", (s for s in system.inputs if isinstance(s, Input))),
+            ("state", system.states),
+        )
+        self._assign(
+            self.names.give(system.inertial, system.inertial.name, "frame"),
+            call("kn.Frame", [literal(system.inertial.name)]),
+        )
+        for kind, symbols in kinds:
+            for s in symbols:
+                if s not in named:
+                    self._declare(s, kind)
+
+    def _declare(self, s: Symbol, kind: str) -> None:
+        default = [] if s.default is None else [repr(float(s.default))]
+        said = [literal(s.unit), literal(s.description)] if s.description else [literal(s.unit)] if s.unit else []
+        if isinstance(s, Parameter | StateVariable) and not default and said:
+            said[0] = f"unit={said[0]}"
+            said[1:] = [f"description={x}" for x in said[1:]]
+        self._assign(self.names.give(s, s.name, kind), call(f"kn.{kind}", [literal(s.name), *default, *said]))
+
+    def _by_name(self, j: Joint) -> bool:
+        """Whether a joint makes its coordinates and speeds itself."""
+        return bool(j.coordinates) and j.named >= {*j.coordinates, *j.speeds}
+
+    # Frames, points, joints -----------------------------------------------------------------------------------------
+
+    def _places(self) -> None:
+        self._paragraph()
+        for frame in self.system.frames:
+            self.frame(frame)
+        for point in self.system.points:
+            self.point(point)
+
+    def frame(self, frame: Frame) -> str:
+        """The name of a frame, which is written before."""
+        line = [frame]
+        while line[-1] not in self.names and line[-1].parent is not None:
+            line.append(line[-1].parent)
+        for f in reversed(line):
+            if f not in self.names:
+                self._make_frame(f)
+        return self.names[frame]
+
+    def _make_frame(self, f: Frame) -> None:
+        if id(f) in self._made:
+            self._make_joint(self._made[id(f)])
+            return
+        text = self._birth(f)
+        self._assign(self.names.give(f, f.name, "frame"), text)
+        self._know_quasi(f)
+
+    def _birth(self, f: Frame) -> str:
+        o, parent = f.orientation, f.parent
+        if o is None or parent is None:
+            raise ModelError(f"Expected one inertial frame, got the root {f.name} beside it.")
+        base = self.names[parent]
+        if o.parameters:
+            return call(
+                f"{base}.rotate_euler_parameters", [literal(f.name), _tuple(self.names[e] for e in o.parameters)]
+            )
+        if o.angle is not None and o.axis is not None:
+            before = parent.orientation
+            merged = before is not None and before.base is o.base and before.axis == o.axis and o.base is not parent
+            angle = o.angle - before.angle if merged and before is not None and before.angle is not None else o.angle
+            return call(f"{base}.rotate", [literal(f.name), self.text(angle), f"{base}.{'xyz'[o.axis]}"])
+        if o.angle is not None and o.direction is not None:
+            axis = self.text.vector(Vector(((parent, o.direction),)))
+            return call(f"{base}.rotate", [literal(f.name), self.text(o.angle), axis])
+        assert o.cosines is not None
+        rows = [f"({', '.join(self.text(x) for x in row)})" for row in o.cosines]
+        return call(f"{base}.rotate_matrix", [literal(f.name), f"({', '.join(rows)})"])
+
+    def _know_quasi(self, f: Frame) -> None:
+        o = f.orientation
+        if o is None or not o.quasi or f.parent is None:
+            return
+        of = f"{self.names[f]}.angular_velocity({self.names[f.parent]})"
+        for s, axis in zip(o.quasi, "xyz", strict=True):
+            self.text.quasi[s] = f"{of}.dot({self.names[f]}.{axis})"
+
+    def _make_joint(self, j: Joint) -> None:
+        at, parent = self.point(j.at), self.frame(j.parent)
+        name = self.names.give(j, j.name, "joint")
+        function, arguments = joint_call(j, self.text, self._by_name(j), self.names)
+        child = [] if j.frame.name == j.name else [f"child={literal(j.frame.name)}"]
+        self._assign(name, call(f"kn.{function}", [literal(j.name), at, parent, *arguments, *child]))
+        self.names.alias(j.frame, f"{name}.frame")
+        self.names.alias(j.point, f"{name}.point")
+        between, text = j.frame.parent, f"{name}.frame"
+        while between is not None and between is not j.parent:
+            text = f"{text}.parent"
+            self.names.alias(between, text)
+            between = between.parent
+        if self._by_name(j):
+            for symbols, what in ((j.coordinates, "coordinates"), (tuple(j.speeds), "speeds")):
+                given = [self.names.give(s, s.name, what[:-1]) for s in symbols]
+                source = f"{name}.{what}"
+                self.lines.append(
+                    f"{_tuple(given)[1:-1]} = {source}" if len(given) < 2 else f"{', '.join(given)} = {source}"
+                )
+        self._know_quasi(j.frame)
+
+    def point(self, point: Point) -> str:
+        """The name of a point, which is written before."""
+        line = [point]
+        while line[-1] not in self.names and line[-1].parent is not None and id(line[-1]) not in self._made:
+            line.append(line[-1].parent)
+        for p in reversed(line):
+            if p not in self.names:
+                self._make_point(p)
+        return self.names[point]
+
+    def _make_point(self, p: Point) -> None:
+        if id(p) in self._made:
+            self._make_joint(self._made[id(p)])
+            return
+        if p.parent is None:
+            text = call("kn.Point", [literal(p.name), f"fixed_in={self.frame(p.frame)}"])
+        else:
+            offset = self.vector(p.offset) if p.offset.parts else ""
+            body = [] if p.body is None else [self.frame(p.body)]
+            function = f"{self.names[p.parent]}.{'at' if p.body is None else 'fixed_in'}"
+            text = call(function, [*body, literal(p.name), *([offset] if offset else [] if body else ["0"])])
+        self._assign(self.names.give(p, p.name, "point"), text)
+
+    def vector(self, v: Vector) -> str:
+        """A vector, whose frames are written before."""
+        for f, _ in v.parts:
+            assert isinstance(f, Frame)
+            self.frame(f)
+        return self.text.vector(v)
+
+    # Constraints and reactions --------------------------------------------------------------------------------------
+
+    def _constraints(self) -> None:
+        self._paragraph()
+        self.kinds: dict[str, list[str]] = {"configuration": [], "motion": []}
+        for group in groups(self.system.constraints):
+            name = self.names.give(group, group.name, "constraint")
+            self._assign(name, self._group(group))
+            single = group.single
+            for k, c in enumerate(group.constraints):
+                self.names.alias(c, name if single else f"{name}[{k}]")
+            self.kinds[group.constraints[0].kind].append(name if single else f"*{name}")
+        for s in (*self.system.reactions, *self.system.auxiliary_speeds):
+            self._cut(s)
+
+    def _group(self, group: Group) -> str:
+        points = [self.point(p) for p in group.points]
+        arguments = [self.text(x) if isinstance(x, Expr) else self._directions(x) for x in group.arguments]
+        keywords = [f"{key}={self._directions(vectors)}" for key, vectors in group.keywords.items()]
+        if group.function == "Constraint":
+            return self._record(group.constraints[0])
+        return call(f"kn.{group.function}", [*group.first, *points, *arguments, *keywords, *group.named])
+
+    def _directions(self, vectors: Sequence[Vector]) -> str:
+        return self.vector(vectors[0]) if len(vectors) == 1 else _tuple(map(self.vector, vectors))
+
+    def _record(self, c: Constraint) -> str:
+        own = [f"own={self.text(c.own)}"] if c.own.op.name != "const" else []
+        unit = [f"unit={literal(c.unit)}"] if c.unit else []
+        normal = [f"normal={self.vector(c.normal)}"] if c.normal is not None else []
+        return call(
+            "kn.Constraint",
+            [literal(c.name), literal(c.kind), self.text(c.expr), *self._acting(c), *unit, *own, *normal],
+        )
+
+    def _acting(self, x: Load | Constraint) -> list[str]:
+        forces = [f"({self.point(p)}, {self.vector(v)})" for p, v in x.forces]
+        torques = [f"({self.frame(f)}, {self.vector(v)})" for f, v in x.torques]
+        return [f"{key}={listed(items, '()')}" for key, items in (("forces", forces), ("torques", torques)) if items]
+
+    def _cut(self, s: Symbol) -> None:
+        function = "reaction" if isinstance(s, Reaction) else "auxiliary_speed"
+        place, unit = s.place, []
+        where: list[str] = []
+        if isinstance(place, Cut):
+            point = isinstance(place.at, Point)
+            at = self.point(place.at) if isinstance(place.at, Point) else self.frame(place.at)
+            where = [f"{'at' if point else 'frame'}={at}", f"along={self.vector(place.along)}"]
+            unit = [] if s.unit in ("N" if point else "N*m", "m/s", "rad/s") else [f"unit={literal(s.unit)}"]
+        elif isinstance(place, Constraint):
+            where = [f"constraint={self.names[place]}"]
+        elif s.unit:
+            unit = [f"unit={literal(s.unit)}"]
+        self._assign(self.names.give(s, s.name, "reaction"), call(f"kn.{function}", [literal(s.name), *where, *unit]))
+
+    # Bodies and loads -----------------------------------------------------------------------------------------------
+
+    def _bodies(self) -> None:
+        self._paragraph()
+        for body in self.system.bodies:
+            if isinstance(body, Particle):
+                text = call("kn.Particle", [literal(body.name), self.point(body.point), self.text(body.mass)])
+            elif isinstance(body, RigidBody):
+                arguments = [f"frame={self.frame(body.frame)}", f"mass_center={self.point(body.mass_center)}"]
+                arguments += [f"mass={self.text(body.mass)}", f"inertia={self._inertia(body)}"]
+                text = call("kn.RigidBody", [literal(body.name), *arguments])
+            self._assign(self.names.give(body, body.name, "body"), text)
+
+    def _inertia(self, body: RigidBody) -> str:
+        dyadic, frame = body.inertia, body.frame
+        if solid := self._solid(dyadic, body.mass):
+            return solid
+        homes = {f for a, b in dyadic.dyads for v in (a, b) for f, _ in v.parts}
+        home = next(iter(homes)) if len(homes) == 1 else frame
+        assert isinstance(home, Frame)
+        m = dyadic.components(home)
+        products = [m[0, 1], m[1, 2], m[2, 0]]
+        while products and products[-1].op.name == "const" and not float(products[-1]):
+            products.pop()
+        entries = [m[0, 0], m[1, 1], m[2, 2], *products]
+        return f"kn.inertia({self.frame(home)}, {', '.join(self.text(x) for x in entries)})"
+
+    def _solid(self, dyadic: Dyadic, mass: Expr) -> str:
+        """The call of the function of `kn.solids` that made an inertia, "" where another one did."""
+        made_by = solid_call(dyadic, mass)
+        if made_by is None:
+            return ""
+        function, frame, values = made_by
+        written = [self.vector(x) if isinstance(x, Vector) else self.text(x) for x in values.values()]
+        return f"kn.solids.{function}({', '.join([self.frame(frame), *written])})"
+
+    def _loads(self) -> None:
+        self._paragraph()
+        for load in self.system.gravities:
+            named = [] if load.name == "gravity" else [f"name={literal(load.name)}"]
+            text = call("kn.gravity", [self.vector(load.acceleration), *named])
+            self._assign(self.names.give(load, load.name, "load"), text)
+        for item in self.system.loads:
+            self._assign(self.names.give(item, item.name, "load"), self._load(item))
+
+    def _load(self, load: Load) -> str:
+        if (rubs := friction_call(load)) is not None:
+            against = [] if rubs.against is None else [f"against={self.point(rubs.against)}"]
+            threshold = [] if rubs.threshold is None else [f"threshold={rubs.threshold!r}"]
+            arguments = [self.point(rubs.point), self.names[rubs.normal], self.names[rubs.mu], *against, *threshold]
+            return call("kn.friction", [*arguments, f"name={literal(load.name)}"])
+        if load.potential is None and len(load.forces) + len(load.torques) == 1:
+            acting: list[tuple[Point | Frame, Vector]] = [*load.forces, *load.torques]
+            ((place, v),) = acting
+            kind = "Force" if isinstance(place, Point) else "Torque"
+            at = self.point(place) if isinstance(place, Point) else self.frame(place)
+            named = [] if load.name == f"{kind.lower()} on {place.name}" else [f"name={literal(load.name)}"]
+            return call(f"kn.{kind}", [at, self.vector(v), *named])
+        potential = [] if load.potential is None else [f"potential={self.text(load.potential)}"]
+        return call("kn.loads.Load", [literal(load.name), *self._acting(load), *potential])
+
+    # The system -----------------------------------------------------------------------------------------------------
+
+    def _whole(self) -> None:
+        system, names = self.system, self.names
+        told = {u: e for j in system.joints for u, e in j.speeds.items()}
+        own = same(told, system.speeds) and same(told.values(), system.speeds.values())
+        speeds = [] if own else [f"{names[u]}: {self.text(e)}" for u, e in system.speeds.items()]
+        states = [f"{names[s]}: {self.text(e)}" for s, e in system.states.items()]
+        events = [self._event(e) for e in system.events]
+        self._paragraph()
+        rows: list[tuple[str, Sequence[str], str]] = [
+            ("bodies", [names[b] for b in system.bodies], "[]"),
+            ("joints", [names[j] for j in system.joints], "[]"),
+            ("speeds", speeds, "{}"),
+            ("loads", [names[x] for x in (*system.gravities, *system.loads)], "[]"),
+            ("holonomic", self.kinds["configuration"], "[]"),
+            ("nonholonomic", self.kinds["motion"], "[]"),
+            ("reactions", [names[s] for s in system.reactions], "[]"),
+            ("auxiliary_speeds", [names[s] for s in system.auxiliary_speeds], "[]"),
+            ("states", states, "{}"),
+            ("events", events, "[]"),
+            ("coordinates", [names[q] for q in system.coordinates] if len(system.coordinates) > 1 else [], "[]"),
+            ("dependent_coordinates", [names[q] for q in system.dependent_coordinates], "[]"),
+            ("dependent_speeds", [names[u] for u in system.dependent_speeds], "[]"),
+        ]
+        arguments = [f"{key}={listed(items, brackets)}" for key, items, brackets in rows if items or key == "bodies"]
+        self.lines.append("return " + call("kn.System", [names[system.inertial], *arguments]))
+
+    def _event(self, e: Event) -> str:
+        keywords = {"threshold": e.threshold, "direction": e.direction, "message": e.message}
+        said = [f"{k}={literal(v)}" for k, v in keywords.items() if v]
+        if isinstance(e.then, Mapping):
+            said.append(f"then={listed([f'{self.names[s]}: {self.text(x)}' for s, x in e.then.items()], '{}')}")
+        if e.terminal != (e.then is None):
+            said.append(f"terminal={e.terminal}")
+        return call("kn.Event", [literal(e.name), self.text(e.quantity), *said])
+
+
+def _tuple(items: Iterable[str]) -> str:
+    kept = list(items)
+    return f"({', '.join(kept)}{',' if len(kept) == 1 else ''})"
+
+
+def _refuse(system: System) -> None:
+    """A ModelError for what only the file that declares it knows."""
+    checks: tuple[tuple[str, Iterable[Any], Callable[[Any], bool]], ...] = (
+        ("contact", system.contacts, lambda x: True),
+        ("body", system.bodies, lambda x: not isinstance(x, Particle | RigidBody)),
+        ("load", system.loads, lambda x: x.slip is not None and friction_call(x) is None),
+        ("event", system.events, lambda x: x.then is not None and not isinstance(x.then, Mapping)),
+        ("constraint", system.constraints, lambda x: x.branch is not None),
+    )
+    for what, items, refused in checks:
+        for item in items:
+            if refused(item):
+                raise ModelError(
+                    "Expected a system of rigid bodies and particles, joints, loads and constraints to write as Python, got the "
+                    f"{what} "
+                    f"{item.name!r} ({cut(repr(item), 60)}), which only the file that declares it knows. Keep that file."
+                )

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A system of a robot's record: frames and points of its links, joints, loads, constraints and contacts.
+
+Coordinates are q_<joint>, speeds u_<joint>, inputs tau_<joint> and those of actuators by their names; a link's numbers are
+m_<link>, c_x_<link>, …, I_xx_<link>, ….
+"""
+
+from types import MappingProxyType
+
+from kane import expect
+from kane.errors import ModelError, listed_warnings, warn
+from kane.expr.symbols import Speed
+from kane.interop.imported import Imported, Remark
+from kane.interop.robots.links import add_gravity, add_link
+from kane.interop.robots.making import KINDS, Making, Options
+from kane.interop.robots.records import Robot
+from kane.interop.robots.ties import close, couple, drive, exert, strung
+from kane.model.system import System
+from kane.space.frame import Frame, Point
+
+
+def built(robot: Robot, options: Options) -> Imported:
+    """The system of a robot, with remarks on what it is made of.
+
+    Raises
+    ------
+    ModelError
+        if numbers are none that a body can have, or nothing moves
+    """
+    expect.one_of(options.parameters, KINDS, "parameters= to be")
+    ground = Frame("N")
+    made = Making(robot, options, ground, Point("O", fixed_in=ground))
+    with listed_warnings() as doubts:
+        add_gravity(made)
+        for link in robot.links:
+            add_link(made, link)
+        for closure in robot.closures:
+            close(made, closure)
+        strands = {s.name: strung(made, s) for s in robot.strands}
+        for coupling in robot.couplings:
+            couple(made, coupling, strands)
+        for actuator in robot.drives:
+            drive(made, actuator, strands)
+        exert(made)
+        if not made.joints:
+            raise ModelError(f"Expected a joint that moves in {robot.name!r}, got none.")
+        if not made.bodies:
+            raise ModelError(f"Expected a link with mass in {robot.name!r}, got none.")
+        system = System(
+            ground,
+            bodies=made.bodies,
+            loads=made.loads,
+            joints=list(made.joints.values()),
+            holonomic=made.holonomic,
+            dependent_coordinates=made.dependent,
+            states=made.states,
+            contacts=made.contacts,
+        )
+    return _imported(made, system, doubts)
+
+
+def _imported(made: Making, system: System, doubts: list[str]) -> Imported:
+    robot = made.robot
+    renamed = [r for n in (made.link_names, made.joint_names, made.symbol_names) for r in n.remarks]
+    remarks = (*robot.remarks, *made.remarks, *renamed, *(Remark("inferred", text) for text in doubts))
+    refused = [r for r in remarks if r.kind == "refused"]
+    if refused:
+        warn(
+            f"Expected all of {robot.name!r} to be a model, got {len(refused)} things that are none here, the first: {refused[0]}."
+        )
+    q = {c.name: c for c in system.coordinates}
+    u: dict[str, Speed] = {s.name: s for s in system.speeds}
+    parameters = {p.name: p for p in system.parameters}
+    limits = {j: m.limits for j, m in made.moves.items() if m.limits is not None}
+    extras = {
+        **{what: MappingProxyType(names) for what, names in made.called.items()},
+        "limits": MappingProxyType(limits),
+        "shapes": robot.shapes,
+        **robot.extras,
+    }
+    states = {a.name: a for a in made.states}
+    symbols = {**q, **u, **states, **made.inputs, **parameters}
+    return Imported(
+        system,
+        MappingProxyType(symbols),
+        MappingProxyType(q),
+        MappingProxyType(u),
+        MappingProxyType(parameters),
+        remarks,
+        MappingProxyType(extras),
+    )

@@ -1,0 +1,402 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""MJCF, MuJoCo's format: trees, closures, tendons and actuators, with what is soft in MuJoCo made exact.
+
+MuJoCo's reader resolves defaults, includes, replications and inertias of shapes; this module takes its compiled numbers. Sources:
+https://mujoco.readthedocs.io/en/stable/XMLreference.html and computation/index.html.
+"""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Literal
+
+import numpy as np
+
+from kane.interop.imported import Imported, Remark
+from kane.interop.robots.build import built
+from kane.interop.robots.making import Options, Symbolic, plain
+from kane.interop.robots.mujoco_reader import mujoco, read
+from kane.interop.robots.records import Closure, Coupling, Drive, Kind, Link, LinkShape, Move, Placement, Robot, Strand
+from kane.interop.robots.xml_text import Element
+from kane.numeric.arrays import Array
+
+JOINTS: tuple[Kind, ...] = ("free", "ball", "slide", "hinge")
+"""By MuJoCo's numbers of them, as are the others below."""
+SHAPES = ("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
+OBJECTS = {"body": 1, "joint": 3, "site": 6, "mesh": 7, "tendon": 18, "actuator": 19, "equality": 17}
+ARRAYS = {
+    "body": "body_mass",
+    "joint": "jnt_type",
+    "site": "site_bodyid",
+    "mesh": "mesh_vertadr",
+    "tendon": "tendon_num",
+    "actuator": "actuator_trntype",
+    "equality": "eq_type",
+}
+"""An array with a row for each of them."""
+TAGS = {
+    "actuator": ("motor", "position", "velocity", "general", "damper", "intvelocity", "cylinder", "muscle", "adhesion"),
+    "equality": ("connect", "weld", "joint", "tendon"),
+    "tendon": ("spatial", "fixed"),
+    "joint": ("joint", "freejoint"),
+}
+CONNECT, WELD, JOINT, TENDON = range(4)
+RATES: Mapping[str, Literal["", "integrator", "filter"]] = MappingProxyType(
+    {"NONE": "", "INTEGRATOR": "integrator", "FILTER": "filter", "FILTEREXACT": "filter"}
+)
+"""Dynamics of actuators that are read."""
+BODY = 1
+SITE_WRAP, JOINT_WRAP = 3, 1
+NOT_READ: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "dof_dampingpoly": ("dof", "damping that is not linear"),
+        "jnt_stiffnesspoly": ("joint", "a spring that is not linear"),
+        "jnt_springyield": ("joint", "a plastic spring"),
+        "tendon_stiffnesspoly": ("tendon", "a spring that is not linear"),
+        "tendon_dampingpoly": ("tendon", "damping that is not linear"),
+        "tendon_springyield": ("tendon", "a plastic spring"),
+        "tendon_armature": ("tendon", "an armature"),
+        "tendon_frictionloss": ("tendon", "dry friction"),
+        "actuator_armature": ("actuator", "an armature"),
+        "actuator_damping": ("actuator", "damping"),
+        "actuator_dampingpoly": ("actuator", "damping that is not linear"),
+        "tendon_actfrclimited": ("tendon", "a limit of what actuators exert on it"),
+        "actuator_actearly": ("actuator", "an activation that acts a step early"),
+        "actuator_actlimited": ("actuator", "a bounded activation"),
+        "actuator_delay": ("actuator", "a delay"),
+    }
+)
+"""Arrays of MuJoCo's model that are refused where they are not zero."""
+
+
+def from_mjcf(
+    source: str | bytes | Path,
+    *,
+    parameters: Symbolic = "all",
+    damping: bool = True,
+    friction: bool = False,
+    stops: bool = False,
+    folder: str | Path | None = None,
+    timeout: float = 60.0,
+) -> Imported:
+    """A model of MuJoCo as a system: bodies, joints, equality constraints, tendons and actuators, without contacts.
+
+    Coordinates are q_<joint> with MuJoCo's values, and e0_<joint>, …, x_<joint>, … of ball and free joints, whose speeds are along
+    the axes of the body. Inputs have the names of actuators.
+
+    Parameters
+    ----------
+    source : path of the file, or its text, which then names no files
+    parameters : "all" numbers of bodies are parameters with these defaults, their "masses" alone, or "none"
+    damping : whether joints are damped
+    friction : whether the joints' frictionloss acts, as `kn.joints.stiction`
+    stops : whether limits are stops of joints, and ropes of tendons
+    folder : below which files may be opened, by default the model's own
+    timeout : seconds that MuJoCo may take, in a process of its own, to read it
+
+    Returns
+    -------
+    Imported
+        Soft constraints of MuJoCo are exact here. `remarks` say so, and what is not read; `extras` hold "limits", "shapes",
+        "controls" (bounds of inputs, which nothing clips) and "names"
+
+    Raises
+    ------
+    ModelError
+        if MuJoCo cannot read it, a file lies elsewhere, or it holds what no rigid bodies are
+    """
+    model, root = read(source, folder, timeout)
+    options = Options(parameters, stops, damping, friction)
+    return built(_Reader(model, root).robot(), options)
+
+
+def rotation_of(quaternion: Any) -> Array:
+    """Direction cosines of a quaternion, the scalar first."""
+    w, x, y, z = np.asarray(quaternion, dtype=float) / np.linalg.norm(quaternion)
+    return plain(
+        np.array(
+            [
+                [w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z],
+            ]
+        )
+    )
+
+
+class _Reader:
+    """MuJoCo's arrays, read by name."""
+
+    def __init__(self, model: Any, root: Element) -> None:
+        self.m, self.root, self.source = model, root, root.source
+        self.remarks: list[Remark] = []
+        self.lines = {(e.tag, e.attributes["name"]): e.where for e, _ in root.walk() if "name" in e.attributes}
+        self._names = {what: self._named(what) for what in OBJECTS}
+
+    def _named(self, what: str) -> list[str]:
+        """The names of all bodies, joints, …; what has none is numbered."""
+        array = ARRAYS[what]
+        count = len(getattr(self.m, array))
+        library, taken = mujoco(), set[str]()
+        found: list[str] = []
+        for k in range(count):
+            name = library.mj_id2name(self.m, OBJECTS[what], k) or self._unnamed(what, k)
+            while name in taken:
+                name += "_"
+            taken.add(name)
+            found.append(name)
+        return found
+
+    def _unnamed(self, what: str, k: int) -> str:
+        if what != "joint":
+            return f"{what}_{k}"
+        body = int(self.m.jnt_bodyid[k])
+        own = self._names_of_bodies()[body]
+        return own if self.m.body_jntnum[body] == 1 else f"{own}_{k - int(self.m.body_jntadr[body]) + 1}"
+
+    def _names_of_bodies(self) -> list[str]:
+        library = mujoco()
+        return [library.mj_id2name(self.m, BODY, k) or f"body_{k}" for k in range(self.m.nbody)]
+
+    def name(self, what: str, k: Any) -> str:
+        """The name of one of them."""
+        return self._names[what][int(k)]
+
+    def where(self, what: str, name: str) -> str:
+        """Where an element of this name stands in the text, if there."""
+        tags = TAGS.get(what, (what,))
+        return next((self.lines[t, name] for t in tags if (t, name) in self.lines), self.source)
+
+    def refuse(self, what: str, k: int, text: str) -> None:
+        """Remark that a thing is not read."""
+        name = self.name(what, k)
+        self.remarks.append(Remark("refused", f"{what} {name!r}: {text}", self.where(what, name)))
+
+    # The tree ------------------------------------------------------------------------------------------------------
+
+    def robot(self) -> Robot:
+        """The whole."""
+        m = self.m
+        self._remark_world()
+        links = tuple(self._link(b) for b in range(1, m.nbody))
+        strands = tuple(s for k in range(m.ntendon) if (s := self._strand(k)) is not None)
+        couplings, closures = self._equalities()
+        read = {s.name for s in strands}
+        for c in [c for c in couplings if c.what == "tendon" and not {c.first, c.second or c.first} <= read]:
+            self.remarks.append(Remark("refused", f"equality {c.name!r}: of a tendon that is not read", c.where))
+            couplings.remove(c)
+        drives = tuple(d for k in range(m.actuator_trntype.shape[0]) if (d := self._drive(k, strands)) is not None)
+        bounds = {
+            self.name("actuator", k): tuple(m.actuator_ctrlrange[k].tolist())
+            for k in range(m.actuator_trntype.shape[0])
+            if m.actuator_ctrllimited[k]
+        }
+        no_gravity = int(m.opt.disableflags) & int(mujoco().mjtDisableBit.mjDSBL_GRAVITY)
+        gravity = np.zeros(3) if no_gravity else np.array(m.opt.gravity, dtype=float)
+        shapes = tuple(self._shapes())
+        return Robot(
+            self.root.attributes.get("model", "model"), links, gravity, tuple(couplings), closures, strands, drives, shapes,
+            tuple(self.remarks), MappingProxyType({"controls": MappingProxyType(bounds)}),
+        )  # fmt: skip
+
+    def _remark_world(self) -> None:
+        m = self.m
+        if m.ngeom:
+            self.remarks.append(
+                Remark("ignored", f"contacts of {m.ngeom} geoms: declare them by kn.contact", self.source)
+            )
+        if m.nsensor:
+            self.remarks.append(Remark("ignored", f"{m.nsensor} sensors", self.source))
+        if float(m.opt.density) or float(m.opt.viscosity):
+            self.remarks.append(
+                Remark("refused", "the medium: its density and viscosity act on no body here", self.source)
+            )
+        if int(m.opt.disableactuator):
+            self.remarks.append(Remark("refused", "<option> disables groups of actuators", self.source))
+        if int(m.opt.disableflags) & ~int(mujoco().mjtDisableBit.mjDSBL_GRAVITY):
+            self.remarks.append(
+                Remark("ignored", f"<option> disables parts of MuJoCo ({int(m.opt.disableflags)})", self.source)
+            )
+        for b in range(1, m.nbody):
+            if m.body_mocapid[b] >= 0:
+                self.remarks.append(
+                    Remark("inferred", f"the mocap body {self.name('body', b)!r} stays where it is", self.source)
+                )
+        for array, (what, text) in NOT_READ.items():
+            values = getattr(m, array, None)
+            rows = [] if values is None else [i for i, row in enumerate(np.asarray(values)) if np.any(row)]
+            for k in rows:
+                self.refuse("joint" if what == "dof" else what, int(m.dof_jntid[k]) if what == "dof" else int(k), text)
+
+    def _link(self, b: int) -> Link:
+        m, name = self.m, self.name("body", b)
+        joints = range(int(m.body_jntadr[b]), int(m.body_jntadr[b]) + int(m.body_jntnum[b])) if m.body_jntnum[b] else ()
+        moves = tuple(self._move(j) for j in joints)
+        free = any(x.kind == "free" for x in moves)
+        placement = Placement() if free else Placement(rotation_of(m.body_quat[b]), np.array(m.body_pos[b]))
+        turn = rotation_of(m.body_iquat[b])
+        inertia = turn @ np.diag(m.body_inertia[b]) @ turn.T
+        inertia = np.where(np.abs(inertia) <= 1e-15 * np.abs(inertia).max(initial=0), 0, (inertia + inertia.T) / 2)
+        return Link(
+            name, int(m.body_parentid[b]) - 1, placement, moves, float(m.body_mass[b]), np.array(m.body_ipos[b]), inertia,
+            float(m.body_gravcomp[b]), self.where("body", name),
+        )  # fmt: skip
+
+    def _move(self, j: int) -> Move:
+        m, name, kind = self.m, self.name("joint", j), JOINTS[int(self.m.jnt_type[j])]
+        d, p = int(m.jnt_dofadr[j]), int(m.jnt_qposadr[j])
+        single = kind in ("hinge", "slide")
+        count = {"free": 6, "ball": 3}.get(kind, 1)
+        for what, values in (("armature", m.dof_armature), ("damping", m.dof_damping)):
+            if len(set(values[d : d + count].tolist())) > 1:
+                self.refuse("joint", j, f"{what} that differs from direction to direction")
+        if not single and m.jnt_stiffness[j]:
+            self.refuse("joint", j, f"a spring in a {kind} joint")
+        if not single and m.dof_frictionloss[d : d + count].any():
+            self.refuse("joint", j, f"dry friction in a {kind} joint")
+        limited = bool(m.jnt_limited[j])
+        if limited and not single:
+            self.remarks.append(Remark("ignored", f"the limit of the {kind} joint {name!r}", self.where("joint", name)))
+        return Move(
+            name,
+            kind,
+            np.array(m.jnt_axis[j]) if single else np.array([0.0, 0.0, 1.0]),
+            np.array(m.jnt_pos[j]) if kind != "free" else np.zeros(3),
+            float(m.qpos0[p]) if single else 0.0,
+            float(m.dof_armature[d]),
+            float(m.dof_damping[d]),
+            float(m.dof_frictionloss[d]) if single else 0.0,
+            float(m.jnt_stiffness[j]) if single else 0.0,
+            float(m.qpos_spring[p]) if single else 0.0,
+            tuple(m.jnt_range[j].tolist()) if limited and single else None,
+            tuple(m.jnt_actfrcrange[j].tolist()) if m.jnt_actfrclimited[j] else None,
+            where=self.where("joint", name),
+        )
+
+    # Ties ----------------------------------------------------------------------------------------------------------
+
+    def _equalities(self) -> tuple[list[Coupling], tuple[Closure, ...]]:
+        m = self.m
+        couplings, closures = list[Coupling](), list[Closure]()
+        for k in range(m.neq):
+            name, kind = self.name("equality", k), int(m.eq_type[k])
+            where = self.where("equality", name)
+            if not m.eq_active0[k]:
+                self.remarks.append(Remark("ignored", f"the equality {name!r}, which is not active", where))
+            elif kind in (CONNECT, WELD):
+                closures.append(self._closure(k, kind, name, where))
+            elif kind in (JOINT, TENDON):
+                couplings.append(self._coupling(k, kind, name, where))
+            else:
+                self.refuse("equality", k, "a constraint of what is flexible")
+                continue
+            if m.eq_active0[k]:
+                self.remarks.append(
+                    Remark("inferred", f"the equality {name!r} is soft in MuJoCo, and exact here", where)
+                )
+        return couplings, tuple(closures)
+
+    def _closure(self, k: int, kind: int, name: str, where: str) -> Closure:
+        m, data = self.m, self.m.eq_data[k]
+        a, b = int(m.eq_obj1id[k]), int(m.eq_obj2id[k])
+        label: Any = "connect" if kind == CONNECT or not data[10] else "weld"  # a torque scale of zero holds no turn
+        if int(m.eq_objtype[k]) == OBJECTS["site"]:
+            sides = [Placement(rotation_of(m.site_quat[s]), np.array(m.site_pos[s])) for s in (a, b)]
+            a, b = int(m.site_bodyid[a]), int(m.site_bodyid[b])
+        elif kind == CONNECT:
+            sides = [Placement(offset=np.array(data[0:3])), Placement(offset=np.array(data[3:6]))]
+        else:
+            sides = [Placement(rotation_of(data[6:10]), np.array(data[3:6])), Placement(offset=np.array(data[0:3]))]
+        return Closure(name, label, a - 1, b - 1, sides[0], sides[1], where)
+
+    def _coupling(self, k: int, kind: int, name: str, where: str) -> Coupling:
+        m, ids = self.m, (int(self.m.eq_obj1id[k]), int(self.m.eq_obj2id[k]))
+        what: Any = "joint" if kind == JOINT else "tendon"
+        zeros = [m.qpos0[m.jnt_qposadr[i]] if kind == JOINT else m.tendon_length0[i] for i in ids if i >= 0]
+        names = [self.name(what, i) if i >= 0 else "" for i in ids]
+        polynomial = [float(c) for c in m.eq_data[k][: 5 if names[1] else 1]]
+        while len(polynomial) > 1 and not polynomial[-1]:
+            polynomial.pop()
+        return Coupling(name, what, names[0], names[1], tuple(polynomial), (float(zeros[0]), float(zeros[-1])), where)
+
+    def _strand(self, k: int) -> Strand | None:
+        m, name = self.m, self.name("tendon", k)
+        at = range(int(m.tendon_adr[k]), int(m.tendon_adr[k]) + int(m.tendon_num[k]))
+        kinds = {int(m.wrap_type[i]) for i in at}
+        if kinds == {SITE_WRAP}:
+            sites = [int(m.wrap_objid[i]) for i in at]
+            points = tuple((int(m.site_bodyid[s]) - 1, np.array(m.site_pos[s])) for s in sites)
+            arms: dict[str, float] = {}
+        elif kinds == {JOINT_WRAP}:
+            points, arms = (), {}
+            for i in at:
+                joint = self.name("joint", m.wrap_objid[i])
+                arms[joint] = arms.get(joint, 0.0) + float(m.wrap_prm[i])
+        else:
+            self.refuse("tendon", k, "pulleys, or one that wraps round geoms")
+            return None
+        low, high = m.tendon_range[k].tolist() if m.tendon_limited[k] else (-np.inf, np.inf)
+        return Strand(
+            name, points, MappingProxyType(arms), (low, high), float(m.tendon_stiffness[k]), float(m.tendon_damping[k]),
+            (float(m.tendon_lengthspring[k][0]), float(m.tendon_lengthspring[k][1])), self.where("tendon", name),
+        )  # fmt: skip
+
+    # Actuators -----------------------------------------------------------------------------------------------------
+
+    def _drive(self, k: int, strands: tuple[Strand, ...]) -> Drive | None:
+        library, m, name = mujoco(), self.m, self.name("actuator", k)
+        kinds = {
+            "transmission": (m.actuator_trntype[k], library.mjtTrn, ("JOINT", "JOINTINPARENT", "TENDON")),
+            "dynamics": (m.actuator_dyntype[k], library.mjtDyn, tuple(RATES)),
+            "gain": (m.actuator_gaintype[k], library.mjtGain, ("FIXED", "AFFINE")),
+            "bias": (m.actuator_biastype[k], library.mjtBias, ("NONE", "AFFINE")),
+        }
+        for what, (value, table, known) in kinds.items():
+            own = table(int(value)).name.partition("_")[2]
+            if own not in known:
+                self.refuse("actuator", k, f"{what} {own.lower()}")
+                return None
+        own_dynamics = library.mjtDyn(int(m.actuator_dyntype[k])).name.partition("_")[2]
+        gain, bias = m.actuator_gainprm[k], m.actuator_biasprm[k]
+        own_gain = (
+            gain[:3] * (1, 1, 1)
+            if int(m.actuator_gaintype[k]) == int(library.mjtGain.mjGAIN_AFFINE)
+            else (gain[0], 0, 0)
+        )
+        gains = (float(own_gain[0]), float(own_gain[1]), float(own_gain[2]))
+        has_bias = library.mjtBias(int(m.actuator_biastype[k])) == library.mjtBias.mjBIAS_AFFINE
+        driven, arm = int(m.actuator_trnid[k][0]), float(m.actuator_gear[k][0])
+        along = library.mjtTrn(int(m.actuator_trntype[k])) == library.mjtTrn.mjTRN_TENDON
+        if along and self.name("tendon", driven) not in {s.name for s in strands}:
+            self.refuse("actuator", k, "it pulls at a tendon that is not read")
+            return None
+        if not along and JOINTS[int(m.jnt_type[driven])] not in ("hinge", "slide"):
+            self.refuse("actuator", k, f"it drives a {JOINTS[int(m.jnt_type[driven])]} joint")
+            return None
+        bounds = tuple(m.actuator_forcerange[k].tolist()) if m.actuator_forcelimited[k] else None
+        own_bias = (float(bias[0]), float(bias[1]), float(bias[2])) if has_bias else (0.0, 0.0, 0.0)
+        return Drive(
+            name, "" if along else self.name("joint", driven), self.name("tendon", driven) if along else "", arm, gains,
+            own_bias, bounds, RATES[own_dynamics], float(m.actuator_dynprm[k][0]), self.where("actuator", name),
+        )  # fmt: skip
+
+    def _shapes(self) -> Iterator[LinkShape]:
+        m = self.m
+        for g in range(m.ngeom):
+            kind = SHAPES[int(m.geom_type[g])]
+            s = m.geom_size[g].tolist()
+            size = {
+                "sphere": (s[0],),
+                "capsule": (s[0], 2 * s[1]),
+                "cylinder": (s[0], 2 * s[1]),
+                "box": tuple(2 * x for x in s),
+                "ellipsoid": tuple(s),
+                "plane": tuple(s[:2]),
+            }.get(kind, ())
+            mesh = self.name("mesh", m.geom_dataid[g]) if kind == "mesh" else ""
+            collides = bool(m.geom_contype[g] or m.geom_conaffinity[g])
+            yield LinkShape(
+                self.name("body", m.geom_bodyid[g]), "collision" if collides else "visual", kind, size,
+                tuple(map(tuple, rotation_of(m.geom_quat[g]).tolist())), tuple(m.geom_pos[g].tolist()), mesh,
+                tuple(m.geom_rgba[g].tolist()),
+            )  # fmt: skip

@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""XML from anywhere, read in bounded time and memory, as elements that know their lines.
+
+Entities are refused, nothing outside the text is opened, and size, depth and number of elements are limited before anything is built
+of them.
+"""
+
+import math
+import stat
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+from xml.sax import SAXException
+from xml.sax.handler import ContentHandler
+
+import numpy as np
+
+from kane import expect
+from kane.errors import ModelError, cut, none_of
+from kane.numeric.arrays import Array
+
+BYTES = 32 * 2**20
+DEPTH = 300
+ELEMENTS = 200_000
+LARGEST = 1e60
+"""A number of a length, a mass, …; the products of larger ones need not be finite."""
+WORD = 4096
+"""Letters of an attribute, of which most are names and a few numbers; longer ones are kept where nothing reads them."""
+
+
+@dataclass(slots=True, eq=False)
+class Element:
+    """An element, its line in the text and where it stands."""
+
+    tag: str
+    attributes: Mapping[str, str]
+    line: int
+    source: str
+    children: list["Element"] = field(default_factory=list)
+
+    @property
+    def where(self) -> str:
+        """The file and line."""
+        return f"{self.source}, line {self.line}"
+
+    def all(self, tag: str) -> list["Element"]:
+        """The children of this tag."""
+        return [c for c in self.children if c.tag == tag]
+
+    def one(self, tag: str) -> "Element | None":
+        """The child of this tag, which may not come twice."""
+        found = self.all(tag)
+        if len(found) > 1:
+            raise self.wrong(f"one <{tag}> in <{self.tag}>", f"another one in line {found[1].line}")
+        return found[0] if found else None
+
+    def walk(self) -> Iterator[tuple["Element", "Element | None"]]:
+        """Every element below, and itself, with its parent."""
+        stack: list[tuple[Element, Element | None]] = [(self, None)]
+        while stack:
+            here, above = stack.pop()
+            yield here, above
+            stack += [(c, here) for c in reversed(here.children)]
+
+    def wrong(self, expected: str, got: str, cure: str = "") -> ModelError:
+        """The error that something of it is not as expected."""
+        return expect.refusal(ModelError, expected, f"{got} ({self.where})", cure)
+
+    def text(self, name: str) -> str:
+        """An attribute that must be there."""
+        value = self.attributes.get(name)
+        if not value or len(value) > WORD:
+            raise self.wrong(f"an attribute {name}= of <{self.tag}>", cut(repr(value)) if value else "none")
+        return value
+
+    def number(self, name: str, default: float | None = None, *, infinite: bool = False) -> float:
+        """An attribute that is a number, at most `LARGEST` unless infinity is allowed."""
+        return float(self.numbers(name, 1, None if default is None else (default,), infinite=infinite)[0])
+
+    def numbers(self, name: str, count: int, default: Any = None, *, infinite: bool = False) -> Array:
+        """An attribute that is so many numbers."""
+        if name not in self.attributes and default is not None:
+            return np.array(default, dtype=float)
+        words = self.text(name).split()
+        values = [number_of(w) for w in words[: count + 1]]
+        right = (v is not None and (infinite or abs(v) <= LARGEST) and not math.isnan(v) for v in values)
+        if len(values) != count or not all(right):
+            what = "a number" if count == 1 else f"{count} numbers"
+            raise self.wrong(f"{what} as {name}= of <{self.tag}>", cut(repr(self.attributes[name])))
+        return np.array(values, dtype=float)
+
+    def refuse_others(self, *known: str) -> None:
+        """Refuse children that are none of these."""
+        for child in self.children:
+            if child.tag not in known:
+                raise ModelError(
+                    f"Expected in <{self.tag}> one of {none_of(sorted(known), child.tag)} It stands in {child.where}."
+                )
+
+
+def number_of(word: str) -> float | None:
+    """A number as XML has it: Python's underscores and other scripts' digits are none."""
+    if not word.isascii() or "_" in word:
+        return None
+    try:
+        return float(word)
+    except ValueError:
+        return None
+
+
+class _Builder(ContentHandler):
+    """What the parser tells of the elements; it keeps what comes within the limits."""
+
+    def __init__(self, source: str) -> None:
+        super().__init__()
+        self.source = source
+        self.open: list[Element] = []
+        self.root: Element | None = None
+        self.count = 0
+        self.place: Any = None
+
+    def startElement(self, name: str, attrs: Any) -> None:
+        """An element begins."""
+        here = Element(name, dict(attrs.items()), self.place.getLineNumber(), self.source)
+        self.count += 1
+        if len(self.open) >= DEPTH or self.count > ELEMENTS:
+            raise here.wrong(f"at most {DEPTH} levels and {ELEMENTS} elements", "more")
+        if self.open:
+            self.open[-1].children.append(here)
+        else:
+            self.root = here
+        self.open.append(here)
+
+    def endElement(self, name: str) -> None:
+        """The last one that began ends."""
+        self.open.pop()
+
+
+def given(source: Any, kind: str) -> tuple[str | bytes, str, Path | None]:
+    """Text, its name and its file: `source` itself where it begins as XML does, else the file that it names."""
+    expected = f"the path of a {kind} file, or its text"
+    expect.instance(source, (str, bytes, Path), expected)
+    if isinstance(source, bytes) or (isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<")):
+        _limited(len(source), kind)
+        return source, kind, None
+    try:
+        path = Path(source)
+        info = path.stat()
+    except (OSError, ValueError) as error:
+        raise expect.refusal(ModelError, expected, cut(repr(str(source)), 120), "There is no such file.") from error
+    expect.that(stat.S_ISREG(info.st_mode), expected, came=f"{cut(repr(str(path)), 120)}, which is no file")
+    _limited(info.st_size, kind)
+    return path.read_bytes(), path.name, path
+
+
+def _limited(size: int, kind: str) -> None:
+    expect.that(size <= BYTES, f"a {kind} text of at most {BYTES} bytes", came=f"one of {size}")
+
+
+def parsed(text: str | bytes, source: str) -> Element:
+    """The root of the text.
+
+    Raises
+    ------
+    ModelError
+        if it is not well formed, has entities, or is deeper or longer than the limits
+    """
+    try:
+        reader, common = import_module("defusedxml.expatreader"), import_module("defusedxml.common")
+    except ModuleNotFoundError as missing:
+        raise ModelError(
+            "Expected the package defusedxml to read XML. Install it: pip install 'kane[models]'."
+        ) from missing
+    builder = _Builder(source)
+    parser = reader.DefusedExpatParser(forbid_entities=True, forbid_external=True)  # without namespaces: many lack them
+    parser.setContentHandler(builder)
+    builder.place = parser
+    try:
+        parser.feed(text)
+        parser.close()
+    except SAXException as error:
+        raise ModelError(f"Expected well-formed XML, got {cut(error, 120)} ({source}).") from error
+    except common.DefusedXmlException as error:
+        cure = "Write what they stand for in their place."
+        raise expect.refusal(ModelError, "XML without entities", f"{cut(error, 120)} ({source})", cure) from error
+    except (LookupError, UnicodeError, ValueError) as error:
+        if isinstance(error, ModelError):
+            raise
+        raise ModelError(f"Expected XML in an encoding that it declares, got {cut(error, 120)} ({source}).") from error
+    if builder.root is None:
+        raise ModelError(f"Expected an XML element, got none ({source}).")
+    return builder.root

@@ -1,0 +1,272 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""SymPy's frames as ours: a tree over the orientations, each turn as what it is; frames that have an angular velocity alone.
+
+SymPy keeps a matrix for each pair of frames that was oriented. A turn about an axis, a sequence of three and Euler parameters are told
+by comparing that matrix with theirs at random values; what is none of them stays a matrix.
+"""
+
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import permutations, product
+from typing import Any
+
+import numpy as np
+
+from kane.errors import ModelError
+from kane.expr.evaluation import evaluate, free_symbols
+from kane.expr.node import ONE, ZERO, Expr, constant_value, nodes
+from kane.expr.ops import COS, SIN
+from kane.expr.symbols import Coordinate, Parameter, rate
+from kane.interop.imported import Remarks
+from kane.interop.sympy_mechanics.names import Names, Translation
+from kane.interop.sympy_mechanics.states import COUNT, States
+from kane.numeric.arrays import Array
+from kane.numeric.sampling import SEED
+from kane.numeric.scale import EQUAL, ROUNDED_CHAIN
+from kane.space.frame import Frame
+from kane.space.rotation import Basis
+from kane.space.vector import Dyadic, Vector, axes
+
+_SEQUENCES = [a + b + c for a, b, c in product("xyz", repeat=3) if a != b != c]
+Entries = Sequence[Sequence[Expr]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Further:
+    """A coordinate that SymPy's model lacks, and the row that moves it: its rate less what it is, which vanishes."""
+
+    coordinates: tuple[Coordinate, ...]
+    rows: tuple[Expr, ...]
+
+
+def tree(frame: Any) -> dict[Any, tuple[Any, bool]]:
+    """The parent of each frame, and whether it is oriented there: by orientations as far as they go, then by angular velocities."""
+    parents: dict[Any, tuple[Any, bool]] = {frame: (None, True)}
+    line = deque([frame])
+    while line:
+        own = line.popleft()
+        fresh = [other for other in own._dcm_dict if other not in parents]
+        parents |= dict.fromkeys(fresh, (own, True))
+        line.extend(fresh)
+        if not line:
+            turning = ((a, b) for a in parents for b in a._ang_vel_dict if b not in parents)
+            pair = next(turning, None)
+            if pair is not None:
+                parents[pair[1]] = (pair[0], False)
+                line.append(pair[1])
+    return parents
+
+
+def euler_sets(parents: Mapping[Any, tuple[Any, bool]], known: Translation) -> dict[Any, tuple[Coordinate, ...]]:
+    """The frames whose matrix is that of four coordinates as Euler parameters, the scalar one first."""
+    found: dict[Any, tuple[Coordinate, ...]] = {}
+    for frame, (parent, oriented) in parents.items():
+        if parent is None or not oriented:
+            continue
+        entries = [known.scalar(x) for x in parent._dcm_dict[frame]]
+        moving = [s for s in free_symbols(entries) if not isinstance(s, Parameter)]
+        own = [s for s in moving if isinstance(s, Coordinate)]
+        if len(own) != 4 or len(moving) != 4:
+            continue
+        e = _unit(len(own))
+        there = _values(entries, dict(zip(own, e, strict=True)))
+        for order in permutations(range(4)):
+            if np.allclose(there, _quaternion(e[list(order)]), rtol=0, atol=EQUAL):
+                found[frame] = tuple(own[k] for k in order)
+                break
+    return found
+
+
+def _unit(n: int) -> Array:
+    e = np.random.default_rng(SEED).uniform(0.3, 1.2, (n, COUNT))
+    return np.asarray(e / np.linalg.norm(e, axis=0))
+
+
+def _values(entries: Sequence[Expr], values: Mapping[Any, Any]) -> Array:
+    return np.array(np.broadcast_arrays(*evaluate(list(entries), dict(values)), np.zeros(COUNT))[:-1]).reshape(
+        3, 3, COUNT
+    )
+
+
+def _quaternion(e: Array) -> Array:
+    e0, v = e[0], e[1:]
+    c: Array = 2 * np.einsum("ik,jk->ijk", v, v)
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        c[i, i] += 2 * e0 * e0 - 1
+        c[k, j] += 2 * e0 * v[i]
+        c[j, k] -= 2 * e0 * v[i]
+    return c
+
+
+class Frames:
+    """Our frames for SymPy's, each made when it is first asked for; what stands along them."""
+
+    def __init__(
+        self,
+        inertial: Any,
+        parents: Mapping[Any, tuple[Any, bool]],
+        sets: Mapping[Any, tuple[Coordinate, ...]],
+        scaled: Mapping[Any, tuple[Coordinate, ...]],
+        known: Translation,
+        states: States,
+        remarks: Remarks,
+    ) -> None:
+        self._parents, self._sets, self._scaled, self._known, self._states, self._remarks = (
+            parents,
+            sets,
+            scaled,
+            known,
+            states,
+            remarks,
+        )
+        self._names = Names()
+        self._made: dict[Any, Frame] = {inertial: Frame(self._names.free(inertial.name))}
+        self.inertial = self._made[inertial]
+        self.further: list[Further] = []
+
+    def frame(self, theirs: Any) -> Frame:
+        """Our frame for one of SymPy's."""
+        line = [theirs]
+        while line[-1] not in self._made:
+            if line[-1] not in self._parents:
+                raise ModelError(
+                    f"Expected the frame {theirs} to be oriented in {self.inertial.name}, or to have an angular velocity there, got "
+                    "one with neither. Orient it."
+                )
+            line.append(self._parents[line[-1]][0])
+        for child in reversed(line[:-1]):
+            parent, oriented = self._parents[child]
+            name = self._names.free(child.name)
+            made = self._oriented if oriented else self._spun
+            self._made[child] = made(name, self._made[parent], parent, child)
+        return self._made[theirs]
+
+    def vector(self, theirs: Any) -> Vector:
+        """Our vector for one of SymPy's."""
+        if not getattr(theirs, "args", ()):
+            return Vector()
+        total = Vector()
+        for m, f in theirs.args:
+            x, y, z = (self._known.scalar(e) for e in m)
+            total = total + Vector(((self.frame(f), (x, y, z)),))
+        return total
+
+    def dyadic(self, theirs: Any, home: Frame) -> Dyadic:
+        """Our dyadic for one of SymPy's, along as few frames as it has."""
+        rows: dict[Basis, list[list[Expr]]] = {}
+        rest = Dyadic()
+        for measure, a, b in getattr(theirs, "args", ()):
+            left, right, size = self.vector(a), self.vector(b), self._known.scalar(measure)
+            (f, v), (g, w) = left.parts[0], right.parts[0]
+            if f is not g:
+                rest = rest + (left * size).outer(right)
+                continue
+            own = rows.setdefault(f, [[ZERO] * 3 for _ in range(3)])
+            for i, j in product(range(3), repeat=2):
+                own[i][j] = own[i][j] + size * v[i] * w[j]
+        for f, entries in rows.items():
+            rest = rest + Dyadic.of(f, entries)
+        return rest if len(rest.frames()) <= 1 else rest.express(home)
+
+    def _oriented(self, name: str, ours: Frame, parent: Any, child: Any) -> Frame:
+        if child in self._sets:
+            self._remarks.say("read", f"{child} by the Euler parameters {', '.join(s.name for s in self._sets[child])}")
+            frame = ours.rotate_euler_parameters(name, self._sets[child])
+            assert frame.orientation is not None
+            self._states.values.update(
+                zip(frame.orientation.quasi, self._states.turning(self._sets[child]), strict=True)
+            )
+            return frame
+        flat = [self._known.scalar(x) for x in parent._dcm_dict[child]]
+        if child in self._scaled:  # of any length: orthogonal throughout, and the same where the length is 1
+            square = sum((e * e for e in self._scaled[child]), ZERO)
+            return ours.rotate_matrix(name, [[x / square for x in flat[k : k + 3]] for k in (0, 3, 6)])
+        rows = [flat[k : k + 3] for k in (0, 3, 6)]
+        wanted = self._states.of(flat).reshape(3, 3, -1)
+
+        def same(other: Frame) -> bool:
+            there = self._states.of(ours.dcm(other).entries).reshape(3, 3, -1)
+            return bool(np.allclose(there, wanted, rtol=0, atol=ROUNDED_CHAIN))
+
+        for turn in (_about_axis, _in_sequence):
+            alike = next((x for x in turn(name, ours, rows) if same(x)), None)
+            if alike is not None:
+                return alike
+        return ours.rotate_matrix(name, rows)
+
+    def _spun(self, name: str, ours: Frame, parent: Any, child: Any) -> Frame:
+        """A frame of which its angular velocity alone is known: its orientation follows from it."""
+        spin = child._ang_vel_dict[parent]
+        own = [(m, f) for m, f in spin.args]
+        k = [i for i in range(3) if own and own[0][0][i] != 0]
+        alone = len(own) == 1 and own[0][1] in (parent, child) and len(k) == 1
+        if not own or alone:
+            size = self._known.scalar(own[0][0][k[0]]) if own else ZERO
+            angle = Coordinate.declare(
+                self._known.names.free(f"angle_{name}"), None, "", "angle of a frame given by its angular velocity"
+            )
+            frame = ours.rotate(name, angle, axes(ours)[k[0] if own else 0])
+            self._states.enter(angle, size)
+            self.further.append(Further((angle,), (rate(angle) - size,)))
+        else:
+            frame = self._turned(name, ours, child, spin)
+        self._remarks.say(
+            "inferred", f"the orientation of {child} in {parent} from its angular velocity, which alone is given"
+        )
+        return frame
+
+    def _turned(self, name: str, ours: Frame, child: Any, spin: Any) -> Frame:
+        e = tuple(
+            Coordinate.declare(
+                self._known.names.free(f"e{k}_{name}"),
+                None,
+                "1",
+                "Euler parameter of a frame given by its angular velocity",
+            )
+            for k in range(4)
+        )
+        frame = ours.rotate_euler_parameters(name, e)
+        assert frame.orientation is not None
+        quasi = frame.orientation.quasi
+        self._made[child] = frame
+        w = self.vector(spin)
+        self._states.enter_turning(e, (), ())
+        sizes = [w.dot(a) for a in axes(frame)]
+        self._states.values.update(zip(quasi, self._states.of(sizes), strict=True))
+        self.further.append(Further(e, tuple(s - x for s, x in zip(quasi, sizes, strict=True))))
+        return frame
+
+
+def _arguments(entries: Iterable[Expr]) -> list[Expr]:
+    """Of what sines and cosines are taken."""
+    return list(dict.fromkeys(node.args[0] for node in nodes(list(entries)) if node.op in (SIN, COS)))
+
+
+def _about_axis(name: str, ours: Frame, rows: Entries) -> Iterable[Frame]:
+    """Turns about one axis that the matrix may be."""
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        if rows[i][i] is not ONE or any(rows[a][b] is not ZERO for a, b in ((i, j), (i, k), (j, i), (k, i))):
+            continue
+        angles = _arguments([rows[k][j]])
+        if not angles and (number := constant_value(rows[k][j])) is not None:
+            c = constant_value(rows[j][j])
+            quarter = {(0, 1): 0, (1, 0): 1, (0, -1): 2, (-1, 0): 3}.get((number, c)) if c is not None else None  # type: ignore[arg-type]
+            if quarter is not None:
+                from kane.expr.node import pi
+
+                yield ours.rotate(name, pi * quarter / 2 if quarter else 0, axes(ours)[i])
+        for angle in angles:
+            yield ours.rotate(name, angle, axes(ours)[i])
+            yield ours.rotate(name, -angle, axes(ours)[i])
+
+
+def _in_sequence(name: str, ours: Frame, rows: Entries) -> Iterable[Frame]:
+    """Three turns about the turning frame's axes that the matrix may be."""
+    angles = _arguments(x for row in rows for x in row)
+    if len(angles) == 3:
+        for order in permutations(angles):
+            for sequence in _SEQUENCES:
+                yield ours.rotate_body(name, order, sequence)

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a SymPy model says, whatever object holds it, as one record.
+
+The kinematical equations stand as k_q q̇ + k_u u + f = 0, implicit as they were given, motion constraints as expressions that vanish.
+"""
+
+import copy
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from kane import expect
+from kane.errors import ModelError, cut
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Given:
+    """A SymPy model: frame, coordinates, speeds, kinematical equations, bodies, loads, constraints; `method` made the equations."""
+
+    source: str
+    frame: Any
+    q: tuple[Any, ...]
+    u: tuple[Any, ...]
+    k_q: Any
+    k_u: Any
+    f: tuple[Any, ...]
+    bodies: tuple[Any, ...]
+    loads: tuple[Any, ...]
+    holonomic: tuple[Any, ...] = ()
+    motion: tuple[Any, ...] = ()
+    dependent_q: tuple[Any, ...] = ()
+    dependent_u: tuple[Any, ...] = ()
+    auxiliary: tuple[Any, ...] = ()
+    lagrangian: Any = None
+    method: Any = None
+
+    def matrices(self) -> tuple[Any, Any]:
+        """M and f of SymPy's own equations M (u̇, λ) = f, formed on a copy where they are not yet."""
+        if self.method is None:
+            raise ModelError("Expected a method that makes equations, got bodies and loads alone.")
+        method = copy.copy(self.method)
+        if self.lagrangian is not None:
+            if method.eom is None:
+                method.form_lagranges_equations()
+            if method.coneqs:
+                lower = method._m_cd.row_join(_zeros(len(method.coneqs), len(method.coneqs)))
+                return method.mass_matrix.col_join(lower), method.forcing.col_join(method._f_cd)
+            return method.mass_matrix, method.forcing
+        if not method._fr or not method._frstar:
+            method.kanes_equations(list(self.bodies), list(self.loads) or None)
+        return method.mass_matrix, method.forcing
+
+
+def _zeros(rows: int, columns: int) -> Any:
+    import sympy
+
+    return sympy.zeros(rows, columns)
+
+
+def read(model: Any, loads: Any = None, bodies: Any = None, **stated: Any) -> Given:
+    """The record of a KanesMethod, LagrangesMethod, System or JointsMethod, or of bodies with `loads` and what is `stated`."""
+    import sympy.physics.mechanics as me
+
+    if isinstance(model, me.KanesMethod):
+        return _kane(model, bodies, loads)
+    if isinstance(model, me.LagrangesMethod):
+        return _lagrange(model, bodies, loads, stated.get("frame"))
+    if isinstance(model, me.System):
+        return _system(model)
+    if type(model).__name__ == "JointsMethod":
+        return _joints(model)
+    if isinstance(model, Sequence) and not isinstance(model, str):
+        return _bodies(model, loads, **stated)
+    raise ModelError(
+        "Expected a KanesMethod, LagrangesMethod, System or JointsMethod of sympy.physics.mechanics, or a list of its bodies, got "
+        f"{cut(repr(model))} ({type(model).__name__})."
+    )
+
+
+def _pairs(loads: Any) -> tuple[Any, ...]:
+    """The loads as pairs of a place and a vector; actuators written out."""
+    found: list[Any] = []
+    for load in loads or ():
+        if hasattr(load, "to_loads"):
+            found.extend(load.to_loads())
+        else:
+            found.append(load)
+    return tuple(found)
+
+
+def _kane(method: Any, bodies: Any, loads: Any) -> Given:
+    own = method.bodies if bodies is None else bodies
+    forces = method.forcelist if loads is None else loads
+    cure = "Call kanes_equations(bodies, loads) first, or give bodies=[…]."
+    expect.that(own, "a KanesMethod that knows its bodies", came="one without", cure=cure)
+    expect.that(method._k_kqdot, "a KanesMethod with kinematical equations", came="one without kd_eqs")
+    u = tuple(method.u)
+    motion = tuple(method._k_nh * method.u + method._f_nh) if method._k_nh else ()
+    return Given(
+        f"KanesMethod in {method._inertial}", method._inertial, tuple(method.q), u,
+        method._k_kqdot_implicit, method._k_ku_implicit, tuple(method._f_k_implicit), tuple(own), _pairs(forces),
+        tuple(method._f_h), motion, tuple(method._qdep), tuple(method._udep), tuple(method._uaux), None, method,
+    )  # fmt: skip
+
+
+def _rates(q: Sequence[Any]) -> tuple[Any, Any, tuple[Any, ...]]:
+    """q̇ − u = 0 of speeds that are the rates."""
+    import sympy
+
+    return sympy.eye(len(q)), -sympy.eye(len(q)), (sympy.S.Zero,) * len(q)
+
+
+def _lagrange(method: Any, bodies: Any, loads: Any, frame: Any = None) -> Given:
+    own = method.bodies if bodies is None else bodies
+    cure = "Give them: from_sympy_mechanics(method, bodies=[…]). The kinetic energy alone does not say what moves."
+    expect.that(own, "a LagrangesMethod with its bodies", came="one without", cure=cure)
+    frame = method.inertial or frame
+    cure = "Give the inertial frame: from_sympy_mechanics(method, bodies=[…], frame=N)."
+    expect.that(frame, "a LagrangesMethod with frame=", came="one without", cure=cure)
+    q, held = tuple(method.q), len(method._hol_coneqs)
+    return Given(
+        f"LagrangesMethod in {frame}", frame, q, tuple(method._qdots), *_rates(q), tuple(own),
+        _pairs(method.forcelist if loads is None else loads), tuple(method._hol_coneqs), tuple(method.coneqs)[held:],
+        lagrangian=method._L[0], method=method,
+    )  # fmt: skip
+
+
+def _system(system: Any) -> Given:
+    import sympy.physics.mechanics as me
+
+    if isinstance(system._eom_method, me.LagrangesMethod):
+        return _lagrange(system._eom_method, None, None)
+    loads = (*system.loads, *(load for a in system.actuators for load in a.to_loads()))
+    if system._eom_method is not None:
+        return _kane(system._eom_method, system.bodies, loads)
+    method = me.KanesMethod(
+        system.frame, system.q_ind, system.u_ind, kd_eqs=system.kdes, q_dependent=system.q_dep,
+        u_dependent=system.u_dep, configuration_constraints=system.holonomic_constraints,
+        velocity_constraints=system.velocity_constraints, u_auxiliary=system.u_aux, forcelist=loads or None,
+        bodies=system.bodies, explicit_kinematics=False,
+    )  # fmt: skip
+    return _kane(method, system.bodies, loads)
+
+
+def _joints(model: Any) -> Given:
+    import sympy.physics.mechanics as me
+
+    if isinstance(model.method, me.LagrangesMethod):
+        return _lagrange(model.method, None, None)
+    if model.method is not None:
+        return _kane(model.method, None, None)
+    made = copy.copy(model)
+    made.form_eoms()
+    return _kane(made.method, None, None)
+
+
+def _bodies(
+    bodies: Sequence[Any], loads: Any, frame: Any = None, q: Any = (), u: Any = (), kd_eqs: Any = (), **rest: Any
+) -> Given:
+    import sympy.physics.mechanics as me
+
+    cure = "from_sympy_mechanics(bodies, loads, frame=N, q=[q1, …], u=[u1, …], kd_eqs=[q1.diff() - u1, …])"
+    expect.that(isinstance(frame, me.ReferenceFrame), "the inertial frame= of a list of bodies", frame, f"Call {cure}.")
+    q = tuple(q) or _found_coordinates(bodies, frame)
+    if not u:
+        u = tuple(me.dynamicsymbols(f"u_{x.func.__name__}") for x in q)
+        kd_eqs = [x.diff() - s for x, s in zip(q, u, strict=True)]
+    _velocities_from_positions(bodies, frame)
+    method = me.KanesMethod(
+        frame, q, u, kd_eqs=list(kd_eqs), bodies=list(bodies), forcelist=list(_pairs(loads)) or None, **rest
+    )
+    return _kane(method, bodies, _pairs(loads))
+
+
+def _found_coordinates(bodies: Sequence[Any], frame: Any) -> tuple[Any, ...]:
+    """The functions of time on which orientations and positions depend, by name."""
+    from sympy.core.function import AppliedUndef
+
+    found: set[Any] = set()
+    for edges in (frame._dcm_dict, *(b.frame._dcm_dict for b in bodies if hasattr(b, "frame"))):
+        for matrix in edges.values():
+            found |= matrix.atoms(AppliedUndef)
+    for b in bodies:
+        for vector in b.masscenter._pos_dict.values():
+            for m, _ in vector.args:
+                found |= m.atoms(AppliedUndef)
+    return tuple(sorted(found, key=lambda x: (len(str(x)), str(x))))
+
+
+def _velocities_from_positions(bodies: Sequence[Any], frame: Any) -> None:
+    """Nothing to do where SymPy finds the velocities by itself; it says so where it does not."""
+    for b in bodies:
+        b.masscenter.vel(frame)

@@ -1,0 +1,316 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`from_sympy_mechanics`: a model of `sympy.physics.mechanics` as a `System`."""
+
+import warnings
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Any, TypeVar
+
+import numpy as np
+
+from kane.equations.equations import derive
+from kane.errors import KaneWarning, ModelError, ReactionError, cut
+from kane.expr.differentiation import gradient, time_derivative
+from kane.expr.matrix import solve_linear
+from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.symbols import Coordinate, Parameter, Speed, rate
+from kane.expr.visit import substituted
+from kane.interop.imported import Imported, Remarks
+from kane.interop.sympy_mechanics import checking
+from kane.interop.sympy_mechanics.auxiliary import Auxiliary
+from kane.interop.sympy_mechanics.frames import Frames, euler_sets, tree
+from kane.interop.sympy_mechanics.given import Given, read
+from kane.interop.sympy_mechanics.names import Names, Translation
+from kane.interop.sympy_mechanics.points import Points
+from kane.interop.sympy_mechanics.speeds import Definitions, define, follow, keeps_length, rates_by_speeds
+from kane.interop.sympy_mechanics.states import States
+from kane.model.bodies import Body, Particle, RigidBody
+from kane.model.constraints import configuration_constraint, motion_constraint
+from kane.model.loads import Force, Load, Torque
+from kane.model.system import System
+from kane.numeric.arrays import Array
+from kane.numeric.rank import balanced, singular
+from kane.numeric.scale import EQUAL, SPEEDS_RANK
+
+T = TypeVar("T", Coordinate, Speed, Parameter)
+
+
+def from_sympy_mechanics(
+    model: Any,
+    loads: Any = None,
+    *,
+    bodies: Sequence[Any] | None = None,
+    values: Mapping[Any, float] = MappingProxyType({}),
+    check: bool = True,
+    **stated: Any,
+) -> Imported:
+    """A model of `sympy.physics.mechanics` as a `System`, with remarks on what was read, inferred, changed, refused and checked.
+
+    Frames come by their orientations, points by their positions; what has a velocity alone, or another one than the rate of its
+    position, is moved by it. Kinematical equations become definitions of the speeds, functions of time that are no coordinates inputs.
+
+    Parameters
+    ----------
+    model : a KanesMethod, LagrangesMethod, System or JointsMethod, or a list of bodies
+    loads : pairs of a point or frame and a vector, actuators; those of the model if left out
+    bodies : those of a method that was not told them
+    values : numbers for parameters, by symbol or name, which become their defaults
+    check : whether accelerations are compared with those of SymPy's own equations, formed if need be, at random states
+    stated : of a list of bodies `frame`, the inertial one, and what KanesMethod takes: `q`, `u`, `kd_eqs`, …; left out, q are the
+        functions of time in orientations and positions, and u = q̇
+
+    Raises
+    ------
+    ModelError
+        for what is no such model, for one that does not say what is needed, and where SymPy's equations contradict the bodies,
+        positions, loads and constraints that they were made of: the message shows the difference
+    ExpressionError
+        for expressions that have no counterpart
+    """
+    given = read(model, loads, bodies, **stated)
+    made, system = _made(given, values)
+    remarks, known = made.remarks, made.known
+    if check:
+        checking.check(given, derive(system), known, made.states, remarks, made.auxiliary, made.cause)
+    else:
+        remarks.say("ignored", "the comparison of accelerations with SymPy's: check=False")
+    symbols = known.named()
+    q, u, parameters = _of(symbols, Coordinate), _of(symbols, Speed), _of(symbols, Parameter)
+    return Imported(system, symbols, q, u, parameters, remarks.all())
+
+
+def _of(symbols: Mapping[str, Expr], kind: type[T]) -> Mapping[str, T]:
+    return MappingProxyType({name: s for name, s in symbols.items() if isinstance(s, kind)})
+
+
+def _made(given: Given, values: Mapping[Any, float]) -> tuple["_Import", System]:
+    """The import, without reactions where there are constraints: SymPy's do not say where their forces act."""
+    made = _Import(given, values, bool(given.auxiliary) and not (given.motion or given.holonomic))
+    try:
+        system = made.system()
+    except ReactionError:
+        system = None
+    if system is None or (made.auxiliary.reactions and system.constraints):
+        made = _Import(given, values, False)
+        system = made.system()
+    return made, system
+
+
+class _Import:
+    """One import: the parts in the order in which they need each other."""
+
+    def __init__(self, given: Given, values: Mapping[Any, float], reactions: bool) -> None:
+        self.remarks = remarks = Remarks()
+        self.known = known = Translation(given, values, remarks)
+        self._given = given
+        self._second: dict[Expr, Expr] | None = None
+        known.scalars(given.k_q)
+        self._kinematical = (_rows(given.k_q, known), _rows(given.k_u, known), known.scalars(given.f))
+        self._holonomic = known.scalars(given.holonomic)
+        self._motion = known.scalars(given.motion)
+        parents = tree(given.frame)
+        self._sets = euler_sets(parents, known)
+        groups = list(dict.fromkeys(self._sets.values()))
+
+        self.states = States(
+            known.coordinates, known.speeds, self._kinematical, self._holonomic, self._motion, groups, known.others
+        )
+        kept = {g: keeps_length(known, self._kinematical, self.states, g) for g in groups}
+        scaled = {f: g for f, g in self._sets.items() if not kept[g]}
+        self._sets = {f: g for f, g in self._sets.items() if kept[g]}
+        self._holonomic = [f for f in self._holonomic if not _is_length(f, [g for g in groups if kept[g]])]
+        self._frames = Frames(given.frame, parents, self._sets, scaled, known, self.states, remarks)
+        self.auxiliary = Auxiliary(given, self._frames, known, self.states, remarks, reactions)
+        self._points = Points(given.frame, self._frames, self.auxiliary, known, self.states, remarks)
+
+    def system(self) -> System:
+        """The system."""
+        bodies, names = [], Names()
+        for b in self._given.bodies:
+            bodies.append(self._body(b, names.free(str(b.name))))
+        loads = [self._load(place, vector, names) for place, vector in self._given.loads]
+        if self._given.lagrangian is not None:
+            loads += self._potential()
+        for b in self._given.bodies:
+            if hasattr(b, "frame"):
+                self._compare_spin(b.frame)
+        found = self._definitions()
+        configuration = [configuration_constraint(f"configuration {k}", f) for k, f in enumerate(self._holonomic, 1)]
+        motion = [motion_constraint(f"motion {k}", found.in_rates(f)) for k, f in self._kept_motion()]
+        motion += [
+            motion_constraint(w.description.removeprefix("vanishes: ") + f" ({w.name})", row)
+            for w, row in found.vanishing.items()
+        ]
+        dependent = self._dependent(found, len(configuration) + len(motion))
+        frames = self._frames
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", KaneWarning)
+            return System(
+                frames.inertial, bodies=bodies, speeds=found.speeds | found.vanishing, loads=loads,
+                coordinates=[*self.known.coordinates, *found.coordinates], holonomic=configuration, nonholonomic=motion,
+                dependent_speeds=dependent, reactions=self.auxiliary.reactions, auxiliary_speeds=self.auxiliary.speeds,
+            )  # fmt: skip
+
+    def cause(self) -> str:
+        """Why SymPy's equations may be other ones, in a sentence; "" where that is not known."""
+        if self._given.lagrangian is not None and self._frames.further:
+            return (
+                "velocities in the kinetic energy satisfy motion constraints that the coordinates do not, and of such a Lagrangian "
+                "Lagrange's equations do not hold. Use KanesMethod, or a Lagrangian of unconstrained rates with nonhol_coneqs."
+            )
+        inertial, named = self._frames.inertial, []
+        for b in self._given.bodies:
+            v, a = (self._frames.vector(x(self._given.frame)) for x in (b.masscenter.vel, b.masscenter.acc))
+            difference = [self._at_rates(x) for x in (v.dt(inertial) - a).components(inertial)]
+            if not self.states.vanish(difference, map(self._at_rates, a.components(inertial))):
+                named.append(str(b.masscenter))
+        held = [self._slopes(f, self.known.speeds) for f in self._motion]
+        if any(not _follows(self._by_speeds(time_derivative(f)), held) for f in self._holonomic):
+            return "velocity constraints do not hold the rates of all configuration constraints, which SymPy takes from them alone."
+        if named:
+            return f"the acceleration that {', '.join(named)} was given is not the rate of the velocity."
+        return ""
+
+    def _at_rates(self, e: Expr) -> Expr:
+        """`e` with q̈ by u̇, and u̇ of any value."""
+        if self._second is None:
+            k_q, k_u, f = self._kinematical
+            q, u = self.known.coordinates, self.known.speeds
+            rows = [
+                sum((a * rate(x) for a, x in zip(k_q[i], q, strict=True)), f[i])
+                + sum((a * x for a, x in zip(k_u[i], u, strict=True)), ZERO)
+                for i in range(len(q))
+            ]
+            changes = [substituted(time_derivative(row), {rate(rate(x)): ZERO for x in q}) for row in rows]
+            solved = solve_linear(k_q, [-x for x in changes])
+            for s in u:
+                self.states.values.setdefault(rate(s), np.linspace(0.3, 0.9, self.states.of([ONE]).shape[1]))
+            self._second = {rate(rate(x)): y for x, y in zip(q, solved, strict=True)}
+        return substituted(e, self._second)
+
+    def _definitions(self) -> Definitions:
+        sets = {group: self._frames.frame(f).orientation.quasi for f, group in self._sets.items()}  # type: ignore[union-attr]
+        found = define(self.known, self._kinematical, sets, self.states, self.remarks)
+        follow(found, self._frames.further, self.known)
+        return found
+
+    def _dependent(self, found: Definitions, rows: int) -> list[Speed]:
+        """SymPy's dependent speeds and those that vanish, where they are as many as the constraints; else they are chosen."""
+        known = dict(zip(self._given.u, self.known.speeds, strict=True))
+        listed = [*(known[u] for u in self._given.dependent_u), *found.vanishing]
+        return listed if len(listed) == rows else []
+
+    def _body(self, b: Any, name: str) -> Body:
+        mass, center = self.known.scalar(b.mass), self._points.point(b.masscenter)
+        if not hasattr(b, "frame") or getattr(b, "is_rigidbody", True) is False:
+            return Particle(name, center, mass)
+        frame = self._frames.frame(b.frame)
+        about = b.inertia[1]
+        if about is not b.masscenter:
+            self.remarks.say("changed", f"the inertia of {name} about {about} to the central one")
+        inertia = self._frames.dyadic(b.central_inertia, frame)
+        return RigidBody(name, frame=frame, mass_center=center, mass=mass, inertia=inertia)
+
+    def _load(self, place: Any, vector: Any, names: Names) -> Load:
+        v = self._frames.vector(vector)
+        if hasattr(place, "_pos_dict"):
+            return Force(self._points.point(place), v, names.free(f"force on {place.name}").replace("_", " "))
+        self._compare_spin(place)
+        return Torque(self._frames.frame(place), v, names.free(f"torque on {place.name}").replace("_", " "))
+
+    def _compare_spin(self, theirs: Any) -> None:
+        """The angular velocity that was set is the one that the orientation has."""
+        inertial = self._frames.inertial
+        said = self._frames.vector(theirs.ang_vel_in(self._given.frame)).components(inertial)
+        turned = self._frames.frame(theirs).angular_velocity(inertial).components(inertial)
+        difference = [a - b for a, b in zip(said, turned, strict=True)]
+        if not self.states.vanish(difference, [*said, *turned]):
+            a, b = self.states.of(said)[:, 0], self.states.of(turned)[:, 0]
+            raise ModelError(
+                f"Expected the angular velocity of {theirs} in {self._given.frame} that its orientation has, {_numbers(b)} along "
+                f"{self._given.frame} at a random state, got {_numbers(a)}: {cut(theirs.ang_vel_in(self._given.frame), 120)}. SymPy's "
+                "equations contradict its orientations. Correct the one or the other; where a function stands for the time, write t."
+            )
+
+    def _potential(self) -> list[Load]:
+        """V = T − L, of which the rates must vanish."""
+        import sympy
+
+        given = self._given
+        energy = sum((b.kinetic_energy(given.frame) for b in given.bodies), sympy.S.Zero)
+        still = dict.fromkeys(given.u, sympy.S.Zero)
+        v = self.known.scalar(energy.xreplace(still) - given.lagrangian.xreplace(still))
+        whole = self.known.scalar(energy) - self.known.scalar(given.lagrangian)
+        if not self.states.vanish([whole - v], [whole, self.known.scalar(energy)]):
+            raise ModelError(
+                "Expected a Lagrangian L = T − V with the kinetic energy T of the bodies and a potential V of coordinates and time, "
+                "got one whose T − L depends on rates. Give all bodies that it was made of."
+            )
+        self.remarks.say("inferred", "the potential energy as T − L")
+        return [] if self.states.vanish([v]) and not _moves(v) else [Load.from_potential(v)]
+
+    def _kept_motion(self) -> list[tuple[int, Expr]]:
+        """The motion constraints that are not the rates of configuration constraints."""
+        rates = [self._by_speeds(time_derivative(f)) for f in self._holonomic]
+        speeds = list(self.known.speeds)
+        held = [self._slopes(f, speeds) for f in rates]
+        kept: list[tuple[int, Expr]] = []
+        for k, f in enumerate(self._motion, 1):
+            row = self._slopes(f, speeds)
+            if held and _follows(row, held):
+                self.remarks.say(
+                    "changed", f"the velocity constraint {k} dropped: it is the rate of configuration constraints"
+                )
+                continue
+            held.append(row)
+            kept.append((k, f))
+        return kept
+
+    def _by_speeds(self, e: Expr) -> Array:
+        """∂e/∂u at the states, of an expression affine in q̇ = W u + X."""
+        q = list(self.known.coordinates)
+        slopes = self.states.of(gradient(e, [rate(x) for x in q]))
+        by_u = rates_by_speeds(self.known, self._kinematical, self.states)
+        return np.asarray(np.einsum("qs,qus->us", slopes, by_u))
+
+    def _slopes(self, f: Any, speeds: Sequence[Speed]) -> Any:
+        return f if isinstance(f, np.ndarray) else self.states.of(gradient(f, speeds))
+
+
+def _follows(row: Any, held: Sequence[Any]) -> bool:
+    """Whether a row depends on others at all states."""
+    for k in range(row.shape[1]):
+        if not held:
+            return not np.any(row)
+        others = np.array([h[:, k] for h in held])
+        a = np.vstack([others, row[:, k]])
+        if singular(balanced(a)).rank(SPEEDS_RANK) > singular(balanced(others)).rank(SPEEDS_RANK):
+            return False
+    return True
+
+
+def _rows(matrix: Any, known: Translation) -> list[list[Expr]]:
+    return [[known.scalar(x) for x in matrix.row(i)] for i in range(matrix.rows)]
+
+
+def _is_length(f: Expr, groups: Sequence[tuple[Coordinate, ...]]) -> bool:
+    """Whether f = 0 says that Euler parameters have length 1, which ours have anyway."""
+    from kane.expr.evaluation import evaluate, free_symbols
+
+    own = free_symbols([f])
+    for group in groups:
+        if set(own) == set(group):
+            e = np.random.default_rng(1).uniform(0.2, 1.2, (4, 5))
+            e /= np.linalg.norm(e, axis=0)
+            return bool(np.abs(evaluate(f, dict(zip(group, e, strict=True)))).max() < EQUAL)
+    return False
+
+
+def _moves(v: Expr) -> bool:
+    from kane.expr.evaluation import free_symbols
+
+    return any(isinstance(s, Coordinate) for s in free_symbols([v]))
+
+
+def _numbers(x: Any) -> str:
+    return "(" + ", ".join(f"{v:.6g}" for v in x) + ")"

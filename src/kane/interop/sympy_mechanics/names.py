@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""SymPy's symbols and functions of time as ours: made when an expression first holds them.
+
+Symbols become parameters, functions of time that are neither coordinates nor speeds become inputs. Assumptions that SymPy knows of a
+symbol stand in its description.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from kane.errors import ExpressionError, cut
+from kane.expr.node import ZERO, Expr
+from kane.expr.symbols import Coordinate, Input, Parameter, Speed, Symbol, time
+from kane.interop.imported import Remarks
+from kane.interop.sympy import from_sympy
+from kane.interop.sympy_mechanics.given import Given
+
+_ASSUMED = ("positive", "negative", "nonnegative", "nonpositive", "nonzero", "integer")
+"""Assumptions worth a word, the stronger first."""
+
+
+class Names:
+    """Names that are taken, and free ones made of what is wanted."""
+
+    def __init__(self) -> None:
+        self._taken: set[str] = set()
+
+    def free(self, wanted: str) -> str:
+        """`wanted` without spaces, with a number behind it where it is taken."""
+        base = "".join("_" if c.isspace() else c for c in wanted) or "x"
+        name, k = base, 1
+        while name in self._taken:
+            k += 1
+            name = f"{base}_{k}"
+        self._taken.add(name)
+        return name
+
+
+class Translation(Mapping[Any, Expr]):
+    """What each symbol of a SymPy model stands for; `scalar` translates an expression."""
+
+    def __init__(self, given: Given, values: Mapping[Any, float], remarks: Remarks) -> None:
+        from sympy.physics.mechanics import dynamicsymbols
+
+        self.names, self._remarks = Names(), remarks
+        self._known: dict[Any, Expr] = {dynamicsymbols._t: time}
+        self._values = {getattr(key, "name", str(key)): float(x) for key, x in values.items()}
+        self._time = dynamicsymbols._t
+        self.names.free(time.name)
+        self.coordinates = tuple(self._enter(x, Coordinate) for x in given.q)
+        self.speeds = tuple(self._enter(x, Speed) for x in given.u)
+        for x in given.auxiliary:
+            self._known[x] = self._known[x.diff(self._time)] = ZERO
+
+    def _enter(self, x: Any, kind: type[Any]) -> Any:
+        symbol = kind.declare(self.names.free(_name(x)))
+        self._known[x] = symbol
+        return symbol
+
+    def enter(self, x: Any, symbol: Symbol) -> None:
+        """What a symbol or function of theirs is."""
+        self._known[x] = symbol
+
+    def scalar(self, e: Any) -> Expr:
+        """A SymPy expression as ours; functions that SymPy can write out, such as curves of muscles, written out."""
+        try:
+            return from_sympy(e, self)
+        except ExpressionError:
+            whole = e.doit()
+            if whole == e:
+                raise
+            return from_sympy(whole, self)
+
+    def scalars(self, many: Iterable[Any]) -> list[Expr]:
+        """SymPy expressions as ours."""
+        return [self.scalar(e) for e in many]
+
+    def others(self) -> list[Symbol]:
+        """The symbols that are neither coordinates nor speeds."""
+        return [s for s in self._known.values() if isinstance(s, Symbol) and not isinstance(s, Coordinate | Speed)]
+
+    def named(self) -> Mapping[str, Expr]:
+        """What each name became; of two of one name the first."""
+        found: dict[str, Expr] = {}
+        for key, s in self._known.items():
+            if isinstance(s, Symbol):
+                found.setdefault(str(key.func) if key.is_Function else str(key), s)
+        return MappingProxyType(found)
+
+    def __contains__(self, key: object) -> bool:
+        from sympy import Symbol as SympySymbol
+        from sympy.core.function import AppliedUndef
+
+        return key in self._known or isinstance(key, SympySymbol | AppliedUndef)
+
+    def __getitem__(self, key: Any) -> Expr:
+        if key not in self._known:
+            self._known[key] = self._made(key)
+        return self._known[key]
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._known)
+
+    def __len__(self) -> int:
+        return len(self._known)
+
+    def _made(self, key: Any) -> Expr:
+        if getattr(key, "args", ()):
+            if key.args != (self._time,):
+                raise ExpressionError(f"Expected functions of the time {self._time} alone, got {cut(key)}.")
+            name = self.names.free(_name(key))
+            self._remarks.say(
+                "inferred", f"{name} is an input: a function of time that is neither coordinate nor speed"
+            )
+            return Input.declare(name)
+        said = next((a for a in _ASSUMED if key.assumptions0.get(a)), "")
+        name = self.names.free(key.name)
+        if name != key.name:
+            self._remarks.say("changed", f"the name of the symbol {key.name}, which is taken, to {name}")
+        return Parameter.declare(name, self._values.get(key.name), "", said)
+
+
+def _name(x: Any) -> str:
+    """The name of a function of time; of a derivative that is a speed, u_… ."""
+    if x.is_Derivative:
+        base = x.args[0].func.__name__
+        return f"u{base[1:]}" if base[0] == "q" and base[1:].isdigit() else f"u_{base}"
+    return str(x.func.__name__) if x.args else str(x)

@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""SymPy's points as ours: by their positions where their velocities follow from these, else moved by their velocities.
+
+What a velocity is more than the rate of the position is the drift. Points of one tree of positions that have the same drift move with
+one origin: at rest where there is none, else with a coordinate for each component, whose rate is a motion constraint.
+"""
+
+import itertools
+from collections import deque
+from typing import Any
+
+import numpy as np
+
+from kane.errors import ModelError, cut
+from kane.expr.symbols import Coordinate, rate
+from kane.interop.imported import Remarks
+from kane.interop.sympy_mechanics.auxiliary import Auxiliary, Held
+from kane.interop.sympy_mechanics.frames import Frames, Further
+from kane.interop.sympy_mechanics.names import Names, Translation
+from kane.interop.sympy_mechanics.states import States
+from kane.numeric.arrays import Array
+from kane.numeric.scale import EQUAL
+from kane.space.frame import Point
+from kane.space.vector import Vector, axes
+
+_XYZ = "xyz"
+
+
+class Points:
+    """Our points for SymPy's, each made when it is first asked for."""
+
+    def __init__(
+        self, inertial: Any, frames: Frames, auxiliary: Auxiliary, known: Translation, states: States, remarks: Remarks
+    ) -> None:
+        self._theirs, self._frames, self._known, self._states, self._remarks = inertial, frames, known, states, remarks
+        self._names, self._auxiliary = Names(), auxiliary
+        self._root: Point | None = None
+        self._references: dict[Any, Any] = {}
+        self._lines: dict[Any, list[Any]] = {}
+        self._origins: list[tuple[tuple[Any, Held], Array, dict[Any, Point]]] = []
+        self._made: dict[Any, Point] = {}
+
+    def point(self, theirs: Any) -> Point:
+        """Our point for one of SymPy's."""
+        if theirs not in self._made:
+            self._made[theirs] = self._placed(theirs)
+        return self._made[theirs]
+
+    def _placed(self, theirs: Any) -> Point:
+        if theirs not in self._references:
+            self._survey(theirs)
+        reference, line = self._references[theirs], self._lines[theirs]
+        offsets = [self._frames.vector(b._pos_dict[a]) for a, b in itertools.pairwise(line)]
+        drift = self._velocity(theirs)
+        position = sum(offsets, Vector())
+        moved = position.dt(self._frames.inertial)
+        there = self._states.of((drift - moved).components(self._frames.inertial))
+        size = max(
+            1e-3,
+            np.abs(
+                self._states.of([*drift.components(self._frames.inertial), *moved.components(self._frames.inertial)])
+            ).max(),
+        )
+        if not np.isfinite(there).all():
+            raise ModelError(f"Expected a finite velocity of {theirs} at random states, got {cut(drift)}.")
+        there = np.where(np.abs(there) <= EQUAL * size, 0.0, there)
+        made = self._origin(reference, there, drift - moved, size, theirs)
+        for a, b, offset in zip(line, line[1:], offsets, strict=False):
+            if b not in made:
+                made[b] = made[a].at(self._names.free(b.name), offset)
+        return made[theirs]
+
+    def _velocity(self, theirs: Any) -> Vector:
+        try:
+            v = theirs.vel(self._theirs)
+        except ValueError as error:
+            raise ModelError(
+                f"Expected the velocity of {theirs} in {self._theirs} to be known, got: {cut(error, 200)}"
+            ) from error
+        return self._frames.vector(v)
+
+    def _survey(self, theirs: Any) -> None:
+        """All points that positions lead to, and the way to each from the one at rest, if there is one."""
+        ways: dict[Any, Any] = {theirs: None}
+        line = deque([theirs])
+        while line:
+            own = line.popleft()
+            for other in own._pos_dict:
+                if other not in ways:
+                    ways[other] = own
+                    line.append(other)
+        still = [p for p in ways if self._theirs in p._vel_dict and p._vel_dict[self._theirs] == 0]
+        reference = next(iter(still), theirs)
+        ways, line = {reference: None}, deque([reference])
+        while line:
+            own = line.popleft()
+            for other in own._pos_dict:
+                if other not in ways:
+                    ways[other] = own
+                    line.append(other)
+        for p in ways:
+            way = [p]
+            while ways[way[-1]] is not None:
+                way.append(ways[way[-1]])
+            self._references[p], self._lines[p] = reference, way[::-1]
+
+    def _origin(self, reference: Any, there: Array, drift: Vector, size: float, theirs: Any) -> dict[Any, Point]:
+        """The points that move with one origin: where `reference` would be if it had this drift."""
+        start, held = self._auxiliary.start(theirs, self._base, self._names.free)
+        for other, drifts, made in self._origins:
+            if other == (reference, held) and np.allclose(drifts, there, rtol=0, atol=EQUAL * size * 10):
+                return made
+        moving = [k for k in range(3) if np.any(there[k])]
+        place = (
+            self._drifting(start, drift, moving, theirs) if moving else start.at(self._names.free(reference.name), 0)
+        )
+        made = {reference: place}
+        self._origins.append(((reference, held), there, made))
+        return made
+
+    def _base(self) -> Point:
+        """The point from which all are reached."""
+        if self._root is None:
+            self._root = Point(self._names.free("fixed"), fixed_in=self._frames.inertial)
+        return self._root
+
+    def _drifting(self, root: Point, drift: Vector, moving: list[int], theirs: Any) -> Point:
+        inertial, offset = self._frames.inertial, Vector()
+        q, rows = [], []
+        for k in moving:
+            x = Coordinate.declare(
+                self._known.names.free(f"{_XYZ[k]}_{theirs.name}"), None, "", f"place of {theirs.name} by its velocity"
+            )
+            speed = drift.dot(axes(inertial)[k])
+            self._states.enter(x, speed)
+            q.append(x)
+            rows.append(rate(x) - speed)
+            offset = offset + axes(inertial)[k] * x
+        self._frames.further.append(Further(tuple(q), tuple(rows)))
+        along = ", ".join(f"{inertial.name}.{_XYZ[k]}" for k in moving)
+        v = cut(theirs.vel(self._theirs), 80)
+        if len(self._lines[theirs]) == 1:
+            self._remarks.say(
+                "inferred", f"the place of {theirs} along {along} from its velocity {v}: it has no position"
+            )
+        else:
+            said = f"{theirs} is moved by its velocity {v}, which is not the rate of its position from {self._references[theirs]}"
+            self._remarks.say("changed", f"{said}: it has coordinates of its own along {along}")
+        return root.at(self._names.free(f"{theirs.name}_moving"), offset)

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A Program as one header of C++17, complete in itself: pointers as in C, and std::array or Eigen's fixed sizes on top."""
+
+from collections.abc import Sequence
+
+from kane.program.emit.c import LONGEST, NO_FAST_MATH, PART, CFile, CFunction, c_definition, c_file, port_lines
+from kane.program.emit.names import c_comment, c_number, distinct, identifier, is_free_in_c, made_by
+from kane.program.emit.sincos import c_sincos
+from kane.program.emit.walk import RESULTS, Style
+from kane.program.program import Program
+
+_ARRAY, _EIGEN = "std::array<double, {0}>", "Eigen::Matrix<double, {0}, 1>"
+
+
+def emit_cpp(program: Program, *, contract: bool = True, version: str = "") -> str:
+    """The text of `<name>.hpp` with std::array; `contract` as for C says what compilers may do and is theirs to choose."""
+    return _emit(program, version, False)
+
+
+def emit_eigen(program: Program, *, contract: bool = True, version: str = "") -> str:
+    """The text of `<name>.hpp` with vectors and matrices of Eigen."""
+    return _emit(program, version, True)
+
+
+def _emit(program: Program, version: str, eigen: bool) -> str:
+    file = c_file(program)
+    style, called = Style(lanes=1, whole=LONGEST, piece=LONGEST), set[str]()
+    written = [c_definition(file, f, style, called) for f in file.functions]
+    space = f"kane_{file.prefix}"
+    names = distinct([identifier(f.function.name) or "routine" for f in file.functions], is_free_in_c)
+    taken = (*names, *(f.name for f in file.functions))
+    sizes = [_size(file, f) for f in file.functions]
+    arguments = ", ".join(file.names.arguments[p.name] for p in program.ports)
+    head = [
+        f"{program.name}: {program.subject}. {made_by(version)}",
+        f"Call: {space}::{names[-1]}({arguments}) with {'vectors of Eigen' if eigen else 'std::array'}; faster in a loop,",
+        f"      {space}::{file.functions[0].name}({', '.join(file.functions[0].arguments)}) once for each set of parameters, then",
+        f"      {space}::{file.functions[-1].name}({', '.join(file.functions[-1].arguments)}) with pointers to doubles.",
+        "",
+        *(line.strip() for line in program.lost),
+        *port_lines(file),
+    ]
+    lines = [
+        *(f"// {c_comment(line)}".rstrip() for line in head),
+        f"#ifndef KANE_{file.guard}PP",
+        f"#define KANE_{file.guard}PP",
+        "",
+        "#include <Eigen/Core>" if eigen else "#include <array>",
+        "#include <math.h>",
+        "#include <stdint.h>",
+        "#include <string.h>",
+        "",
+        NO_FAST_MATH,
+        f"#ifndef KANE_PART\n{PART}#endif" if any("KANE_PART" in text for text in written) else "",
+        f"namespace {space} {{",
+        "",
+        c_sincos(called).replace("static ", "inline "),
+        *(
+            text.replace(f"void {f.name}(", f"inline void {f.name}(")
+            for f, text in zip(file.functions, written, strict=True)
+        ),
+        *_defaults(program, distinct(["defaults"], is_free_in_c, taken)[0], eigen),
+        *(_wrapper(file, f, n, sizes[0], eigen) for f, n in zip(file.functions[1:], names[1:], strict=True)),
+        "}",
+        "",
+        "#endif",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _size(file: CFile, f: CFunction) -> int:
+    return len(f.function.results)
+
+
+def _vector(size: int, eigen: bool) -> str:
+    return (_EIGEN if eigen else _ARRAY).format(size)
+
+
+def _defaults(program: Program, name: str, eigen: bool) -> Sequence[str]:
+    """The function that gives the parameters' defaults."""
+    symbols = [s for port in program.hoisted_ports for s in port.symbols]
+    values = [c_number(float("nan") if s.default is None else float(s.default)) for s in symbols]
+    own = _vector(len(symbols), eigen)
+    puts = [
+        f"    p[{k}] = {value}; // {c_comment(s.name)}"
+        for k, (s, value) in enumerate(zip(symbols, values, strict=True))
+    ]
+    return [f"inline {own} {name}()", "{", f"    {own} p{{}};", *puts, "    return p;", "}", ""]
+
+
+def _wrapper(file: CFile, f: CFunction, name: str, kept: int, eigen: bool) -> str:
+    """A function that takes and gives vectors of a library."""
+    program, names = file.program, file.names.arguments
+    hoist = file.functions[0]
+    given, passed, hoisted = [], [], []
+    for port in program.ports:
+        own = names[port.name]
+        given.append(f"double {own}" if port.scalar else f"const {_vector(len(port.symbols), eigen)} &{own}")
+        passed.append(own if port.scalar else f"{own}.data()")
+        hoisted += [passed[-1]] if port.hoisted else []
+    shape, size = program.routine(f.function.name).shape, _size(file, f)
+    made = _vector(size, eigen)
+    turn = eigen and len(shape) == 2
+    if turn:
+        order = "Eigen::RowMajor" if shape[1] != 1 else "Eigen::ColMajor"
+        made = f"Eigen::Matrix<double, {shape[0]}, {shape[1]}, {order}>"
+    lines = [
+        f"inline {made} {name}({', '.join(given)})",
+        "{",
+        f"    double h[{kept}];" if kept else "    double h[1] = {0.0};",
+        f"    {made} out;",
+        f"    {hoist.name}({', '.join([*hoisted, 'h'])});",
+        f"    {f.name}({', '.join([*passed, 'h', 'out.data()'])});",
+        "    return out;",
+        "}",
+        "",
+    ]
+    assert f.function.target == RESULTS
+    return "\n".join(lines)

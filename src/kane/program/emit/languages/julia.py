@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A Program as a module of Julia, generic in the type of numbers, so that ForwardDiff's pass through."""
+
+from kane.program.emit.languages.reserved import free_in
+from kane.program.emit.languages.straight import GONE_TEXT, File, Language, Written, file_of, forms, head, numbers_of
+from kane.program.emit.names import decimal
+from kane.program.program import Program
+
+_DOMAINS = {"sqrt": "x < 0", "log": "x < 0", "asin": "abs(x) > 1", "acos": "abs(x) > 1"}
+_DOMAINS |= dict.fromkeys(("sin", "cos", "tan"), "isinf(x)")
+_JULIA = Language(
+    forms(
+        {
+            **{name: f"kane_{name}({{0}})" for name in _DOMAINS},
+            "atan2": "atan({0}, {1})",
+            "pow": "kane_pow({0}, {1})",
+            "min": "ifelse(({0} < {1}) | isnan({0}), {0}, {1})",
+            "max": "ifelse(({0} > {1}) | isnan({0}), {0}, {1})",
+            "less": "ifelse({0} < {1}, 1.0, 0.0)",
+            "where": "ifelse({0} != 0.0, {1}, {2})",
+            "regular": f"ifelse(abs({{0}}) > {GONE_TEXT} * {{1}}, {{0}}, NaN)",
+            "sign": "ifelse({0} == 0.0, 0.0, sign({0}))",
+        },
+        "atan sinh cosh tanh exp abs floor",
+    ),
+    lambda value: decimal(value, "NaN", "Inf"),
+    free_in("julia"),
+    "#",
+    first=1,
+)
+_POW = (
+    "kane_pow(x, p) = (x < 0 && (isinf(p) || (isinf(x) && !isinteger(p)))) ? abs(x)^p : "
+    "(x < 0 && !isinteger(p)) ? oftype(x, NaN) : x^p"
+)
+
+
+def emit_julia(program: Program, *, contract: bool = False, version: str = "") -> str:
+    """The text of `<Name>.jl`; results are vectors or matrices. `contract` is there as in other emitters."""
+    file = file_of(program, _JULIA, ("defaults", "T"))
+    module = file.prefix[:1].upper() + file.prefix[1:] + "Model"
+    last, arguments = file.functions[-1].name, ", ".join(file.arguments)
+    call = [
+        f'Call:     include("{file.prefix}.jl"); {module}.{last}({arguments}) with vectors; {module}.defaults are the parameters.',
+        f"          In OrdinaryDiffEq: ODEProblem((x, p, t) -> {module}.{file.functions[1].name if program.routines else 'hoist'}"
+        "(t, x, p, Float64[]), x0, (0.0, 5.0), p).",
+    ]
+    lines = [f"# {line}".rstrip() for line in head(file, version, call, 1)]
+    lines += ["", f"module {module}", "", f"const defaults = Float64[{numbers_of(program, _JULIA)}]", ""]
+    for name in sorted(file.used & _DOMAINS.keys()):
+        lines.append(f"kane_{name}(x) = {_DOMAINS[name]} ? oftype(x, NaN) : {name}(x)")
+    lines += [_POW] if "pow" in file.used else []
+    hoist, *routines = file.functions
+    lines += _function(file, hoist, "h")
+    for f in routines:
+        lines += _function(file, f, "out")
+    return "\n".join([*lines, "", "end", ""])
+
+
+def _function(file: File, f: Written, target: str) -> list[str]:
+    hoisting = target == "h"
+    given = file.hoisted if hoisting else file.arguments
+    scalars = {file.names.arguments[p.name] for p in file.program.ports if p.scalar}
+    types = ", ".join(f"typeof({a})" if a in scalars else f"eltype({a})" for a in given)
+    lines = ["", f"function {f.name}({', '.join(given)})"]
+    if not hoisting:
+        lines.append(f"    h = {file.functions[0].name}({', '.join(file.hoisted)})")
+    lines += [f"    T = promote_type(Float64{', ' if types else ''}{types})"]
+    lines += [f"    {target} = Vector{{T}}(undef, {len(f.function.results)})", *f.lines]
+    shape = () if hoisting else file.program.routine(f.function.name).shape
+    if len(shape) == 2:
+        lines.append(f"    out = permutedims(reshape(out, {shape[1]}, {shape[0]}))")
+    return [*lines, f"    return {target}", "end"]

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A Program as a package of Modelica: pure functions, and where there is a right-hand side a block `Motion` that integrates it.
+
+Modelica has no NaN: what other languages answer with it, an assertion or the tool's own error says here.
+"""
+
+from kane.program.emit.languages.reserved import free_in
+from kane.program.emit.languages.straight import (
+    GONE_TEXT,
+    File,
+    Language,
+    Written,
+    file_of,
+    forms,
+    head,
+    numbers_of,
+    own_default,
+)
+from kane.program.emit.names import c_comment, decimal
+from kane.program.program import Program
+
+_MODELICA = Language(
+    forms(
+        {
+            "atan2": "atan2({0}, {1})",
+            "pow": "{0} ^ {1}",
+            "min": "if {0} < {1} then {0} else {1}",
+            "max": "if {0} > {1} then {0} else {1}",
+            "less": "if {0} < {1} then 1.0 else 0.0",
+            "sign": "if {0} > 0.0 then 1.0 elseif {0} < 0.0 then -1.0 else 0.0",
+            "where": "if {0} <> 0.0 then {1} else {2}",
+            "regular": f"kane_regular({{0}}, {GONE_TEXT} * {{1}})",
+        },
+        "sqrt sin cos tan asin acos atan sinh cosh tanh exp log abs floor",
+    ),
+    lambda value: decimal(value, "(0.0 / 0.0)", "(1.0 / 0.0)"),
+    free_in("modelica"),
+    "//",
+    define="{0} := {1};",
+    store="{0} := {1};",
+    first=1,
+)
+_REGULAR = """
+  function kane_regular "A divisor, refused where it is zero but for rounding"
+    input Real x;
+    input Real least;
+    output Real y;
+  algorithm
+    assert(abs(x) > least, "A divisor is zero beside the terms that it is made of.");
+    y := x;
+  end kane_regular;
+"""
+
+
+def emit_modelica(program: Program, *, contract: bool = False, version: str = "") -> str:
+    """The text of `<name>.mo`; results are vectors, of matrices row by row. `contract` is there as in other emitters."""
+    file = file_of(program, _MODELICA, ("kane_regular",))
+    names = [f.name for f in file.functions]
+    call = [
+        f"Call:     {file.prefix}.{names[-1]}({', '.join(file.arguments)}), of matrices row by row;",
+        f"          {file.prefix}.Motion is a block with the state x, the parameters p and the inputs r.",
+    ]
+    hoist, *routines = file.functions
+    lines = [f"// {line}".rstrip() for line in head(file, version, call, 1)]
+    lines += [f'package {file.prefix} "{_text(program)}"', *([_REGULAR] if "regular" in file.used else [])]
+    lines += _function(file, hoist, "h")
+    for f in routines:
+        lines += _function(file, f, "out")
+    motion = next((f.name for f in routines if f.function.name == "rhs"), None)
+    lines += _motion(file, motion) if motion else []
+    return "\n".join([*lines, f"end {file.prefix};", ""])
+
+
+def _text(program: Program) -> str:
+    return c_comment(f"{program.name}: {program.subject}").replace('"', "'")
+
+
+def _function(file: File, f: Written, target: str) -> list[str]:
+    program, hoisting = file.program, target == "h"
+    ports = program.hoisted_ports if hoisting else program.ports
+    lines = ["", f"  function {f.name}"]
+    for port in ports:
+        size = "" if port.scalar else f"[{len(port.symbols)}]"
+        lines.append(f"    input Real {file.names.arguments[port.name]}{size};")
+    lines.append(f"    output Real {target}[{len(f.function.results)}];")
+    local = [line.split(" := ")[0].strip() for line in f.lines if not line.strip().startswith(f"{target}[")]
+    hoist = file.functions[0]
+    if not hoisting:
+        local.insert(0, f"h[{len(program.kept)}] = {hoist.name}({', '.join(file.hoisted)})")
+    if local:
+        lines += ["  protected", *(f"    Real {name};" for name in local)]
+    return [*lines, "  algorithm", *f.lines, f"  end {f.name};"]
+
+
+def _motion(file: File, rhs: str) -> list[str]:
+    program = file.program
+    names = {port.name: file.names.arguments[port.name] for port in program.ports}
+    length = {port.name: len(port.symbols) for port in program.ports}
+    values = f" = {{{numbers_of(program, _MODELICA)}}}" if own_default(program) and length["p"] else ""
+    given = ", ".join("time" if p.scalar else names[p.name] for p in program.ports)
+    lines = [
+        "",
+        '  block Motion "The state by its right-hand side"',
+        f"    parameter Real {names['p']}[{length['p']}]{values};",
+    ]
+    lines += (
+        [f"    input Real {names['r']}[{length['r']}];"]
+        if length["r"]
+        else [f"    constant Real {names['r']}[0] = fill(0.0, 0);"]
+    )
+    lines += [f"    Real {names['x']}[{length['x']}](each fixed = true);", "  equation"]
+    return [*lines, f"    der({names['x']}) = {rhs}({given});", "  end Motion;"]

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A Program as one Python module of pure functions, for JAX (`jit`, `vmap`, `grad`) or for PyTorch (autograd).
+
+As in the module for NumPy a vector has its values on the last axis, and the axes before it are broadcast.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from kane.expr.ops import Op
+from kane.program.emit.languages.reserved import free_in_module
+from kane.program.emit.languages.straight import GONE_TEXT, File, Language, Written, file_of, forms, head
+from kane.program.emit.names import decimal, python_docstring
+from kane.program.emit.numpy import few, leading, python_module, python_table, shape_text, signature
+from kane.program.program import Port, Program
+
+_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}
+
+
+def _number(value: float) -> str:
+    return decimal(value, "NAN", "INFINITY")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Arrays:
+    """How a library of arrays spells what emitted modules need."""
+
+    language: Language
+    imports: str
+    vector: str
+    shapes: str
+    call: tuple[str, str]
+
+
+def _forms(xp: str) -> Mapping[Op, str]:
+    plain = ["sqrt", "sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "abs", "sign", "floor"]
+    rows = {name: f"{xp}.{name}({{0}})" for name in plain}
+    rows |= {name: f"{xp}.{spelled}({{0}})" for name, spelled in _NAMES.items()}
+    return forms(
+        {
+            **rows,
+            "atan2": f"{xp}.arctan2({{0}}, {{1}})",
+            "pow": f"{xp}.{'power' if xp == 'jnp' else 'pow'}({{0}}, {{1}})",
+            "min": f"{xp}.where(({{0}} < {{1}}) | ({{0}} != {{0}}), {{0}}, {{1}})",
+            "max": f"{xp}.where(({{0}} > {{1}}) | ({{0}} != {{0}}), {{0}}, {{1}})",
+            "less": f"{xp}.where({{0}} < {{1}}, 1.0, 0.0)",
+            "sign": f"{xp}.where({{0}} != {{0}}, {{0}}, {xp}.sign({{0}}))",
+            "where": f"{xp}.where({{0}} != 0.0, {{1}}, {{2}})",
+            "regular": f"{xp}.where({xp}.abs({{0}}) > {GONE_TEXT} * {{1}}, {{0}}, NAN)",
+        }
+    )
+
+
+_VECTOR = '''\
+def _number(value):
+    return {number}
+
+
+def _vector(values, table, name):
+    """`values`, one for each entry of the table on the last axis."""
+    array = _number(values)
+    if array.ndim == 0 or array.shape[-1] != len(table):
+        raise ValueError(
+            f"Expected {{len(table)}} values on the last axis of {{name}} ({{', '.join(table)}}), got {{tuple(array.shape)}}."
+        )
+    return array
+
+
+def _packed(out, leading, own):
+    """Results on the last axes."""
+    if not out:
+        return {empty}
+    return {stacked}.reshape((*leading, *own))
+'''
+_JAX = _Arrays(
+    Language(
+        _forms("jnp"),
+        _number,
+        free_in_module("jnp", "jax", "NAN", "INFINITY"),
+        "#",
+        at="{0}[..., {1}]",
+        at_kept="{0}[{1}]",
+        listed=True,
+        wrapped="_number({0})",
+    ),
+    "import jax.numpy as jnp",
+    _VECTOR.format(
+        number="jnp.asarray(value, dtype=float)",
+        empty="jnp.zeros((*leading, *own))",
+        stacked="jnp.stack([jnp.broadcast_to(value, leading) for value in out], -1)",
+    ),
+    "jnp.broadcast_shapes",
+    (
+        "In double precision: call jax.config.update('jax_enable_x64', True) before anything else of JAX.",
+        "The functions are pure: jax.jit({f}), jax.vmap({f}, …), jax.jacfwd({f}, argnums=…).",
+    ),
+)
+_TORCH = _Arrays(
+    Language(
+        _forms("torch"),
+        _number,
+        free_in_module("torch", "NAN", "INFINITY"),
+        "#",
+        at="{0}[..., {1}]",
+        at_kept="{0}[{1}]",
+        listed=True,
+        wrapped="_number({0})",
+        all_wrapped=True,
+    ),
+    "import torch",
+    _VECTOR.format(
+        number="torch.as_tensor(value, dtype=torch.float64)",
+        empty="torch.zeros((*leading, *own), dtype=torch.float64)",
+        stacked="torch.stack([torch.broadcast_to(_number(value), leading) for value in out], -1)",
+    ),
+    "torch.broadcast_shapes",
+    (
+        "In double precision, whatever the tensors given are; differentiable by torch.autograd.",
+        "torch.func.vmap({f}, …) and torch.func.jacrev({f}, argnums=…) work too.",
+    ),
+)
+
+
+def emit_jax(program: Program, *, contract: bool = False, version: str = "") -> str:
+    """The text of a module for JAX; `contract` is there as in other emitters."""
+    return _emit(program, _JAX, version)
+
+
+def emit_torch(program: Program, *, contract: bool = False, version: str = "") -> str:
+    """The text of a module for PyTorch; `contract` is there as in other emitters."""
+    return _emit(program, _TORCH, version)
+
+
+_OWN = ("jnp", "torch", "NAN", "INFINITY", "leading", "out", "DEFAULTS")
+
+
+def _emit(program: Program, arrays: _Arrays, version: str) -> str:
+    drawn = python_module(program, _OWN)
+    tables = drawn.tables
+    file = file_of(program, arrays.language, (*_OWN, *tables.values(), *drawn.defaults.values()))
+    module = replace(drawn, names=file.names)
+    last = file.functions[-1].name
+    call = [
+        f"Call: {last}({', '.join(file.arguments)}), vectors on the last axis, further axes before it; the tables say what they hold.",
+        *(f"      {line.format(f=last)}" for line in arrays.call),
+    ]
+    vectors = sorted(tables, key=lambda port: not port.hoisted)
+    hoist, *routines = file.functions
+    parts = [
+        *(f"# {line}".rstrip() for line in head(file, version, call)),
+        "",
+        arrays.imports,
+        "",
+        'NAN, INFINITY = float("nan"), float("inf")',
+        *(python_table(module, port, _number) for port in vectors),
+        "",
+        "",
+        arrays.vector,
+        *_hoist(file, hoist, tables),
+    ]
+    for f in routines:
+        routine = program.routine(f.function.name)
+        shapes = ", ".join(leading(module, port) for port in program.ports)
+        parts += [
+            "",
+            "",
+            f"def {f.name}({signature(module)}):",
+            f"    {python_docstring(f'{shape_text(routine)}: {few(routine.labels)}.')}",
+            f"    h = {hoist.name}({', '.join(file.hoisted)})",
+            *(_converted(file, port, tables) for port in program.ports),
+            f"    leading = {arrays.shapes}({shapes})",
+            *f.lines,
+            *f.listed("    "),
+            f"    return _packed(out, leading, {routine.shape!r})",
+        ]
+    return "\n".join([*parts, ""])
+
+
+def _hoist(file: File, f: Written, tables: Mapping[Port, str]) -> list[str]:
+    return [
+        "",
+        f"def {f.name}({', '.join(file.hoisted)}):",
+        '    """What depends on parameters alone, a list: the routines call it themselves."""',
+        *(_converted(file, port, tables) for port in file.program.hoisted_ports),
+        *f.lines,
+        *f.listed("    "),
+        "    return out",
+    ]
+
+
+def _converted(file: File, port: Port, tables: Mapping[Port, str]) -> str:
+    name = file.names.arguments[port.name]
+    return f"    {name} = _number({name})" if port.scalar else f'    {name} = _vector({name}, {tables[port]}, "{name}")'

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A Program as one Python module that builds it from another tool's symbols: CasADi's SX, or SymPy's with intermediates."""
+
+import math
+
+from kane.program.emit.languages.reserved import free_in_module
+from kane.program.emit.languages.straight import GONE_TEXT, File, Language, Written, file_of, forms, head, numbers_of
+from kane.program.emit.names import decimal, python_comment, python_docstring
+from kane.program.emit.numpy import few, shape_text
+from kane.program.program import Program
+
+_CASADI = Language(
+    forms(
+        {
+            "atan2": "ca.atan2({0}, {1})",
+            "pow": "ca.power({0}, {1})",
+            "abs": "ca.fabs({0})",
+            "min": "ca.fmin({0}, {1})",
+            "max": "ca.fmax({0}, {1})",
+            "less": "ca.if_else({0} < {1}, 1.0, 0.0)",
+            "where": "ca.if_else({0} != 0.0, {1}, {2})",
+            "regular": f"ca.if_else(ca.fabs({{0}}) > {GONE_TEXT} * {{1}}, {{0}}, NAN)",
+        },
+        "sqrt sin cos tan asin acos atan sinh cosh tanh exp log sign floor",
+        "ca.{}({{0}})",
+    ),
+    lambda value: decimal(value, "NAN", "INFINITY"),
+    free_in_module("ca", "NAN", "INFINITY", "SX"),
+    "#",
+    listed=True,
+    wrapped="ca.SX({0})",
+)
+
+
+def emit_casadi(program: Program, *, contract: bool = False, version: str = "") -> str:
+    """The text of a module; each routine is a function of SX, DM or numbers. `contract` is there as in other emitters."""
+    file = file_of(program, _CASADI, ("SIZES", "DEFAULTS", "ROUTINES", "function", "out", "routine", "given"))
+    hoist, *routines = file.functions
+    arguments = ", ".join(file.arguments)
+    first = (routines or [hoist])[0].name
+    call = [
+        f"Call: {file.functions[-1].name}({arguments}) with columns of SX or DM; function({first}) is",
+        "      the casadi.Function of these arguments; DEFAULTS are the parameters. fmin and fmax pass no NaN on.",
+    ]
+    given = [(file.names.arguments[p.name], 1 if p.scalar else len(p.symbols)) for p in program.ports]
+    sizes = ", ".join(f"{name!r}: {size}" for name, size in given)
+    parts = [
+        *(f"# {line}".rstrip() for line in head(file, version, call)),
+        "",
+        "import casadi as ca",
+        "",
+        'NAN, INFINITY = float("nan"), float("inf")',
+        f"SIZES = {{{sizes}}}",
+        f"DEFAULTS = [{numbers_of(program, _CASADI)}]",
+        "",
+        "",
+        f"def {hoist.name}({', '.join(file.hoisted)}):",
+        '    """What depends on parameters alone: the routines call it themselves."""',
+        *hoist.lines,
+        *hoist.listed("    "),
+        "    return out",
+    ]
+    for f in routines:
+        parts += ["", "", f"def {f.name}({arguments}):", *_described(file, f)]
+        parts += [f"    h = {hoist.name}({', '.join(file.hoisted)})", *f.lines, *f.listed("    ")]
+        shape = program.routine(f.function.name).shape
+        whole = f"ca.reshape(ca.vertcat(*out), {shape[1]}, {shape[0]}).T" if len(shape) == 2 else "ca.vertcat(*out)"
+        parts.append(f"    return {whole}")
+    return "\n".join([*parts, _FUNCTION])
+
+
+_FUNCTION = '''
+
+def function(routine):
+    """The casadi.Function of a routine of this module."""
+    given = [ca.SX.sym(name, size) for name, size in SIZES.items()]
+    return ca.Function(routine.__name__, given, [ca.SX(routine(*given))], list(SIZES), [routine.__name__ + "_"])
+'''
+
+
+def _described(file: File, f: Written) -> list[str]:
+    routine = file.program.routine(f.function.name)
+    return [f"    {python_docstring(f'{shape_text(routine)}: {few(routine.labels)}.')}"]
+
+
+def _sympy_number(value: float) -> str:
+    if math.isfinite(value) and value == int(value) and abs(value) < 2**53:
+        return f"sp.Integer({int(value)})" if math.copysign(1.0, value) > 0 or value else "sp.Float(-0.0)"
+    return (
+        "sp.nan"
+        if math.isnan(value)
+        else f"sp.Float({value!r}, 17)"
+        if math.isfinite(value)
+        else decimal(value, "", "sp.oo")
+    )
+
+
+_SYMPY = Language(
+    forms(
+        {
+            "atan2": "sp.atan2({0}, {1})",
+            "pow": "sp.Pow({0}, {1})",
+            "abs": "sp.Abs({0})",
+            "min": "sp.Min({0}, {1})",
+            "max": "sp.Max({0}, {1})",
+            "less": "sp.Piecewise((sp.Integer(1), {0} < {1}), (sp.Integer(0), True))",
+            "where": "sp.Piecewise(({1}, sp.Ne({0}, 0)), ({2}, True))",
+            "regular": f"sp.Piecewise(({{0}}, sp.Abs({{0}}) > sp.Float({GONE_TEXT}, 17) * {{1}}), (sp.nan, True))",
+        },
+        "sqrt sin cos tan asin acos atan sinh cosh tanh exp log sign floor",
+        "sp.{}({{0}})",
+    ),
+    _sympy_number,
+    free_in_module("sp", "Steps", "out"),
+    "#",
+    define='{0} = steps.put("{0}", {1})',
+    listed=True,
+    load="{0} = {1}",
+)
+_STEPS = '''
+class Steps(list):
+    """Pairs (symbol, expression), each of symbols before it."""
+
+    def put(self, name, expression):
+        symbol = sp.Symbol(name)
+        self.append((symbol, expression))
+        return symbol
+'''
+
+
+def emit_sympy(program: Program, *, contract: bool = False, version: str = "") -> str:
+    """The text of a module; each routine gives (intermediates, results) as `sympy.cse` does, so that nothing grows.
+
+    `contract` is there as in other emitters.
+    """
+    file = file_of(program, _SYMPY, ("steps", "SYMBOLS"), whole=True)
+    routines = file.functions[1:]
+    call = [
+        f"Call: steps, out = {file.functions[-1].name}(): pairs (symbol, expression), and the results in these symbols,",
+        "      as sympy.cse gives them. SYMBOLS holds the symbols of time, state, parameters and inputs by port.",
+    ]
+    rows, k = [], 0
+    for port in program.ports:
+        names = file.names.inputs[k : k + len(port.symbols)]
+        k += len(names)
+        own = ", ".join(f'sp.Symbol("{name}")' for name in names)
+        comment = ", ".join(python_comment(s.name) for s in port.symbols)
+        rows.append(f"    {file.names.arguments[port.name]!r}: [{own}],  # {comment}".rstrip(" #"))
+    parts = [
+        *(f"# {line}".rstrip() for line in head(file, version, call)),
+        "",
+        "import sympy as sp",
+        "",
+        "SYMBOLS = {",
+        *rows,
+        "}",
+        "",
+        _STEPS,
+    ]
+    for f in routines:
+        ports = [
+            f"    {file.names.arguments[p.name]} = SYMBOLS[{file.names.arguments[p.name]!r}]" for p in program.ports
+        ]
+        scalars = [
+            f"    ({file.names.arguments[p.name]},) = {file.names.arguments[p.name]}" for p in program.ports if p.scalar
+        ]
+        parts += ["", f"def {f.name}():", *_described(file, f), *ports, *scalars, "    steps = Steps()"]
+        parts += [*f.lines, *f.listed("    "), "    return steps, out", ""]
+    return "\n".join(parts)

@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What text of languages without our own machine model shares: statements by a table of forms, names, the comment at the head.
+
+A `Language` says how it writes an operation, a number, an element of a vector; its own file adds what stands around the statements.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from kane.expr.ops import GONE, OPS, Op
+from kane.program.emit.names import (
+    ARITHMETIC,
+    IsFree,
+    Names,
+    c_comment,
+    distinct,
+    identifier,
+    local_names,
+    made_by,
+)
+from kane.program.emit.walk import KEPT, Function, NamedPrinter, Style, function_of, hoisting, pieces, statements
+from kane.program.kernel import language
+from kane.program.program import Program
+
+WHOLE = Style(whole=float("inf"))
+"""Each routine in one piece, sines and cosines operations like others."""
+
+
+def forms(rows: Mapping[str, str], functions: str = "", spelled: str = "{}({{0}})") -> dict[Op, str]:
+    """Forms by operation: arithmetic, `functions` of one argument that the language spells as `spelled`, and rows of its own."""
+    calls = {name: spelled.format(name) for name in functions.split()}
+    return {OPS[name]: form for name, form in {**ARITHMETIC, **calls, **rows}.items()}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Language:
+    """How a language writes statements.
+
+    `forms` are of {0}, {1}, …; constant operands are `wrapped` where all of an operation are, with `all_wrapped` in each that is
+    no arithmetic. `load` is `define` for what is read, `at_kept` is `at` for what is hoisted, where these are others. `first` is the
+    number of a vector's first element. With `listed` a function gives back a list of results, else it stores them.
+    """
+
+    forms: Mapping[Op, str]
+    number: Callable[[float], str]
+    is_free: IsFree
+    comment: str
+    define: str = "{0} = {1}"
+    store: str = "{0} = {1}"
+    at: str = "{0}[{1}]"
+    at_kept: str = ""
+    first: int = 0
+    listed: bool = False
+    load: str = ""
+    wrapped: str = "{0}"
+    all_wrapped: bool = False
+
+
+class StraightPrinter(NamedPrinter):
+    """The lines of one function; of a listed language `results` are what it gives, each with its label."""
+
+    def __init__(
+        self, spoken: Language, names: Mapping[int, str], vectors: Mapping[str, str], constants: range, depth: int
+    ) -> None:
+        super().__init__(depth, names, vectors)
+        self.spoken, self.constants = spoken, constants
+        self.results: list[tuple[str, str]] = []
+        self.used: set[str] = set()
+
+    def compute(self, s: language.Compute) -> None:
+        """An operation."""
+        constant = [a in self.constants for a in s.arguments]
+        arithmetic = isinstance(s.op, Op) and s.op.name in ARITHMETIC
+        wrap = all(constant) or (self.spoken.all_wrapped and not arithmetic)
+        operands = [
+            self.spoken.wrapped.format(self.names[int(str(a))]) if wrap and c else self.names[int(str(a))]
+            for a, c in zip(s.arguments, constant, strict=True)
+        ]
+        assert isinstance(s.op, Op)
+        self.used.add(s.op.name)
+        self.add(self.spoken.define.format(self.names[int(str(s.value))], self.spoken.forms[s.op].format(*operands)))
+
+    def load(self, s: language.Read) -> None:
+        """A value from a vector."""
+        name = self.names[int(str(s.value))]
+        self.add((self.spoken.load or self.spoken.define).format(name, self._at(s.base, s.offset)))
+
+    def store(self, s: language.Write) -> None:
+        """A result."""
+        name, label = self.names[int(str(s.value))], f"{self.spoken.comment} {c_comment(s.label)}" if s.label else ""
+        if self.spoken.listed:
+            self.results.append((name, label))
+        else:
+            self.add(f"{self.spoken.store.format(self._at(s.base, s.offset), name)} {label}".rstrip())
+
+    def _at(self, base: str, offset: object) -> str:
+        at = self.spoken.at_kept if base == KEPT and self.spoken.at_kept else self.spoken.at
+        return at.format(self.vectors[base], int(str(offset)) + self.spoken.first)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Written:
+    """A function as its language writes it.
+
+    It has lines in parts that pass values in `slots` of a work array, the results of a listed language, and operations that it uses.
+    """
+
+    function: Function
+    name: str
+    parts: tuple[tuple[str, ...], ...]
+    slots: int
+    results: tuple[tuple[str, str], ...]
+    used: frozenset[str]
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """The lines of all parts."""
+        return tuple(line for part in self.parts for line in part)
+
+    def listed(self, indent: str, name: str = "out") -> list[str]:
+        """The results as a list, one a line."""
+        rows = [f"{indent}    {text},  {label}".rstrip() for text, label in self.results]
+        return [f"{indent}{name} = [", *rows, f"{indent}]"] if rows else [f"{indent}{name} = []"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class File:
+    """A program in a language: what its functions are called and do, hoisting first; `names` are those of values."""
+
+    program: Program
+    prefix: str
+    names: Names
+    functions: tuple[Written, ...]
+
+    @property
+    def used(self) -> set[str]:
+        """Names of operations in all functions."""
+        return {name for f in self.functions for name in f.used}
+
+    @property
+    def arguments(self) -> list[str]:
+        """The names of the ports."""
+        return [self.names.arguments[port.name] for port in self.program.ports]
+
+    @property
+    def hoisted(self) -> list[str]:
+        """The names of the ports of parameters."""
+        return [self.names.arguments[port.name] for port in self.program.hoisted_ports]
+
+
+def file_of(
+    program: Program,
+    spoken: Language,
+    own: Iterable[str] = (),
+    depth: int = 1,
+    whole: bool = False,
+    style: Style = WHOLE,
+    printer: type[StraightPrinter] = StraightPrinter,
+) -> File:
+    """The functions of a program; `own` names are those of the language's own lines. With `whole` a routine hoists for itself."""
+    reserved = set(own)
+
+    def free(name: str) -> bool:
+        return spoken.is_free(name) and name not in reserved
+
+    prefix, *called = distinct(
+        [identifier(program.name) or "system", "hoist", *(identifier(r.name) or "routine" for r in program.routines)],
+        free,
+    )
+    names = local_names(program, lambda name: free(name) and name not in {prefix, *called})
+    wanted = [hoisting(program), *(function_of(program, r) for r in program.routines)]
+    if whole:
+        wanted = [unhoisted(program, f) for f in wanted]
+    written = []
+    for f, name in zip(wanted, called, strict=True):
+        found = pieces(program, f, style)
+        numbers = range(len(program.inputs), program.first)
+        parts, results, used = [], [], set[str]()
+        for piece in found.chunks:
+            own_lines = printer(spoken, names.of(f, spoken.number), names.arguments, numbers, depth)
+            own_lines.block(statements(program, f, piece, style))
+            parts.append(tuple(own_lines.lines))
+            results += own_lines.results
+            used |= own_lines.used
+        written.append(Written(f, name, tuple(parts), found.slots, tuple(results), frozenset(used)))
+    return File(program, prefix, names, tuple(written))
+
+
+def unhoisted(program: Program, function: Function) -> Function:
+    """The function with what it needs of the hoisted instructions in itself."""
+    needed = {a for i in function.block for a in program.arguments(i)}.union(function.results)
+    block = (*program.below(needed, False), *function.block)
+    places = {i: place for i, place in function.places.items() if i < len(program.inputs)}
+    block = tuple(dict.fromkeys(block))
+    return Function(
+        function.name, function.ports, block, function.results, function.labels, (), function.target, places
+    )
+
+
+def head(file: File, version: str, call: Sequence[str], first: int = 0, brackets: str = "[]") -> list[str]:
+    """The lines of the comment that a file opens with: what it is, how it is called, what its vectors hold."""
+    program, names, k = file.program, file.names, 0
+    lines = [f"{program.name}: {program.subject}. {made_by(version)}", *call]
+    if program.lost:
+        lines += ["", *program.lost]
+    for port in program.ports:
+        for place, s in enumerate(port.symbols):
+            vector, own = names.arguments[port.name], names.inputs[k]
+            at = vector if port.scalar else f"{vector}{brackets[0]}{place + first}{brackets[1]}"
+            unit = f", {s.unit}" if s.unit else ""
+            default = f" ({float(s.default)!r} unless told)" if port.hoisted and s.default is not None else ""
+            renamed = "" if own == s.name or port.scalar else f"; its name here is {own}"
+            text = f"{': ' if s.description else ''}{s.description}"
+            lines.append(f"{at:7} {s.name}{unit}{default}{renamed}{text}")
+            k += 1
+    return [c_comment(line) for line in lines]
+
+
+def numbers_of(program: Program, spoken: Language) -> str:
+    """The defaults of the parameters, not a number where there is none."""
+    values = [s.default for port in program.hoisted_ports for s in port.symbols]
+    return ", ".join(spoken.number(float("nan") if v is None else float(v)) for v in values)
+
+
+def own_default(program: Program) -> bool:
+    """Whether every parameter has a default."""
+    return all(s.default is not None for port in program.hoisted_ports for s in port.symbols)
+
+
+GONE_TEXT = repr(GONE)

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A Program as a module of WebAssembly, written byte by byte: it needs no toolchain, and nothing but `Math`.
+
+Its functions are `hoist(parameters, h)` and `<routine>(ports, h, out)`, which take places in the module's memory; its section "kane"
+tells in JSON which, and what the ports hold. Every operation is rounded by itself, so that the results of + − × ÷ √ and of sines and
+cosines are those of NumPy and of machine code without contraction, bit by bit; those of `Math` are the engine's.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from kane.expr.ops import COS, SIN
+from kane.program.emit.sincos import LIMIT, STEPS, constant
+from kane.program.emit.walk import KEPT, WORK, Style, function_of, hoisting, pieces, statements
+from kane.program.emit.walk import Function as Task
+from kane.program.emit.wasm_module import F64, I32, I64, Function, Module, integer, kept, leb, number, read
+from kane.program.emit.wasm_printer import LIBRARY, Places, WasmPrinter
+from kane.program.program import Port, Program
+
+LONGEST = 1500
+"""Instructions of a Program in one function at most: engines compile longer ones slowly, and badly."""
+
+
+def emit_wasm(program: Program, *, contract: bool = False, version: str = "") -> bytes:
+    """The module of a Program; `contract` changes nothing, as no operation is contracted there."""
+    module = Module(library([program]))
+    tells = _tells(program, version)
+    tells |= add_program(module, program)
+    ports = {port.name: module.room(max(1, len(port.symbols)), 64) for port in program.ports if not port.scalar}
+    outs = {r.name: module.room(max(1, len(r.results)), 64) for r in program.routines}
+    return module.raw(tells | {"ports": ports, "h": module.room(len(program.kept) + 1, 64), "out": outs})
+
+
+def library(programs: Iterable[Program]) -> dict[str, int]:
+    """The functions of `Math` that Programs call, with how many numbers they take."""
+    used = {op for p in programs for op in p.ops}
+    names = {LIBRARY[op]: op.arity for op in used if op in LIBRARY}
+    return {"sin": 1, "cos": 1} | dict(sorted(names.items()))
+
+
+def _tells(program: Program, version: str) -> dict[str, Any]:
+    """What there is to know of a Program's ports and results."""
+    symbols = {
+        port.name: [[s.name, s.unit or "", None if s.default is None else float(s.default)] for s in port.symbols]
+        for port in program.ports
+    }
+    routines = {r.name: {"shape": r.shape, "labels": r.labels} for r in program.routines}
+    return {"kane": version, "name": program.name, "symbols": symbols, "routines": routines}
+
+
+def add_program(module: Module, program: Program, prefix: str = "", exported: bool = True) -> dict[str, dict[str, int]]:
+    """The functions of a Program in a module: their numbers by name, the one that hoists being "hoist"."""
+    sines = add_sincos(module) if {SIN, COS} & set(program.ops) else -1
+    scalars = {len(program.inputs) + k: number(v) for k, v in enumerate(program.constants)}
+    found = {}
+    for task in (hoisting(program), *(function_of(program, r) for r in program.routines)):
+        found[task.name] = _add(module, program, task, scalars, sines, f"{prefix}{task.name}" * exported)
+    return {"functions": found}
+
+
+def parameters(ports: Sequence[Port]) -> list[int]:
+    """What a function takes that reads ports: numbers, and places; then those of h and of the results."""
+    return [F64 if port.scalar else I32 for port in ports]
+
+
+def _add(module: Module, program: Program, task: Task, scalars: Mapping[int, bytes], sines: int, name: str) -> int:
+    """The number of a function, which calls one for each piece where it is long."""
+    takes = parameters(task.ports)
+    bases = [port.name for port in task.ports]
+    own = list(dict.fromkeys((KEPT, task.target)))
+    takes += [I32] * len(own)
+    pointers = {base: k for k, base in enumerate([*bases, *own])}
+    first = 0
+    scalars = dict(scalars)
+    for port in program.ports:
+        if port.scalar and port.name in pointers:
+            scalars[first] = read(pointers[port.name])
+        first += len(port.symbols)
+    style = Style(lazy=True, lanes=1, whole=LONGEST, piece=LONGEST)
+    parts = pieces(program, task, style)
+    fixed = {WORK: module.room(parts.slots, 64)} if parts.slots else {}
+    places = Places(fixed=fixed, pointers=pointers, scalars=scalars, stable=True)
+    numbers = []
+    for chunk in parts.chunks:
+        function = Function(takes)
+        WasmPrinter(module, function, places, sines).program(statements(program, task, chunk, style))
+        numbers.append(module.add(function, name if len(parts.chunks) == 1 else ""))
+    if len(numbers) == 1:
+        return numbers[0]
+    whole = Function(takes)
+    for k in numbers:
+        whole.code += b"".join(map(read, range(len(takes)))) + b"\x10" + leb(k)
+    return module.add(whole, name)
+
+
+# -------------------------------------------------------------------------------------------------- sine and cosine
+
+_OPERATIONS = {"add": b"\xa0", "sub": b"\xa1", "mul": b"\xa2"}
+
+
+def add_sincos(module: Module) -> int:
+    """The number of the function that gives sine and cosine of an angle, by the steps of all languages."""
+    if "sincos" in module.own:
+        return module.own["sincos"]
+    function = Function([F64], [F64, F64])
+    code = function.code
+    sine, cosine = (b"\x10" + leb(module.imports(name)) for name in ("sin", "cos"))
+    code += read(0) + b"\x99" + number(LIMIT) + b"\x65\x45\x04\x40"  # not |x| <= LIMIT
+    code += read(0) + sine + read(0) + cosine + b"\x0f\x0b"
+    at = {"x": 0}
+
+    def operand(text: str) -> bytes:
+        value = constant(text)
+        return read(at[text]) if value is None else number(value)
+
+    for target, form, *operands in STEPS:
+        x, y, *added = map(operand, operands)
+        at.setdefault(target, function.local(F64))
+        code += x + y
+        code += _OPERATIONS["mul"] + added[0] + _OPERATIONS["add"] if added else _OPERATIONS[form]
+        code += kept(at[target])
+    n, s, c, change = (function.local(I64) for _ in range(4))
+    for name, local in (("t", n), ("sine", s), ("cosine", c)):
+        code += read(at[name]) + b"\xbd" + kept(local)
+    odd = read(n) + integer(1) + b"\x83"
+    code += (
+        read(s) + read(c) + b"\x85" + integer(0) + odd + b"\x7d\x83"
+    )  # where n is odd, the bits in which they differ
+    code += read(n) + integer(2) + b"\x83" + integer(62) + b"\x86\x85" + kept(change)
+    code += read(s) + read(change) + b"\x85\xbf"
+    code += read(c) + read(change) + odd + integer(63) + b"\x86\x85\x85\xbf"
+    module.own["sincos"] = module.add(function)
+    return module.own["sincos"]

@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""WebAssembly's binary format: one module with imported and own functions, one memory, numbers in it, and a section of text.
+
+Source: WebAssembly Core Specification 2.0, W3C 2022, ch. 5. Floating-point operations round each result to nearest, ties to even, and
+none is contracted (sec. 4.3.3), so that a module gives the same bits on every machine.
+"""
+
+import json
+import struct
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from itertools import groupby
+from typing import Any
+
+F64, I64, I32 = 0x7C, 0x7E, 0x7F
+"""Types of values."""
+PAGE = 65_536
+"""Bytes of memory are asked for in pages of so many."""
+
+
+@cache
+def leb(number: int) -> bytes:
+    """An unsigned integer, seven bits a byte."""
+    out = bytearray()
+    while number > 0x7F:
+        out.append(number & 0x7F | 0x80)
+        number >>= 7
+    return bytes([*out, number])
+
+
+@cache
+def signed(number: int) -> bytes:
+    """A signed integer, seven bits a byte."""
+    out = bytearray()
+    while not -64 <= number < 64:
+        out.append(number & 0x7F | 0x80)
+        number >>= 7
+    return bytes([*out, number & 0x7F])
+
+
+def number(value: float) -> bytes:
+    """The instruction that gives a double; not kept by value, as 0 and −0 are equal."""
+    return b"\x44" + struct.pack("<d", value)
+
+
+@cache
+def read(local: int) -> bytes:
+    """The instruction that reads a local."""
+    return b"\x20" + leb(local)
+
+
+@cache
+def kept(local: int) -> bytes:
+    """The instruction that sets a local."""
+    return b"\x21" + leb(local)
+
+
+@cache
+def integer(value: int) -> bytes:
+    """The instruction that gives an integer of 64 bits."""
+    return b"\x42" + signed(value)
+
+
+@cache
+def place(value: int) -> bytes:
+    """The instruction that gives an integer of 32 bits, as places in memory are."""
+    return b"\x41" + signed(value)
+
+
+def _vector(items: Iterable[bytes]) -> bytes:
+    found = list(items)
+    return leb(len(found)) + b"".join(found)
+
+
+def _text(text: str) -> bytes:
+    raw = text.encode()
+    return leb(len(raw)) + raw
+
+
+def _section(kind: int, raw: bytes) -> bytes:
+    return bytes([kind]) + leb(len(raw)) + raw
+
+
+@dataclass(slots=True)
+class Function:
+    """A function while it is written: `code` after the `parameters`, whose locals are handed out and given back."""
+
+    parameters: Sequence[int]
+    results: Sequence[int] = ()
+    code: bytearray = field(default_factory=bytearray)
+    types: list[int] = field(default_factory=list)
+    free: dict[int, list[int]] = field(default_factory=lambda: {F64: [], I64: [], I32: []})
+
+    def local(self, kind: int) -> int:
+        """A local of a type that nothing uses now."""
+        if self.free[kind]:
+            return self.free[kind].pop()
+        self.types.append(kind)
+        return len(self.parameters) + len(self.types) - 1
+
+    def give_back(self, local: int) -> None:
+        """Nothing uses a local any more."""
+        if local >= len(self.parameters):
+            self.free[self.types[local - len(self.parameters)]].append(local)
+
+    def raw(self) -> bytes:
+        """The function as it stands in a module."""
+        runs = [(kind, len(list(own))) for kind, own in groupby(self.types)]
+        body = _vector(leb(count) + bytes([kind]) for kind, count in runs) + bytes(self.code) + b"\x0b"
+        return leb(len(body)) + body
+
+
+@dataclass(slots=True)
+class Module:
+    """A module while it is written. `imported` functions of doubles come first, by name with how many they take, from "Math"."""
+
+    imported: Mapping[str, int]
+    functions: list[Function] = field(default_factory=list)
+    exports: dict[str, int] = field(default_factory=dict)
+    globals: list[int] = field(default_factory=list)
+    data: list[tuple[int, bytes]] = field(default_factory=list)
+    size: int = 0
+    own: dict[str, int] = field(default_factory=dict)
+    _types: dict[bytes, int] = field(default_factory=dict)
+
+    def add(self, function: Function, name: str = "") -> int:
+        """The number of a function, which is exported where it has a name."""
+        self.functions.append(function)
+        index = len(self.imported) + len(self.functions) - 1
+        if name:
+            self.exports[name] = index
+        return index
+
+    def imports(self, name: str) -> int:
+        """The number of an imported function."""
+        return list(self.imported).index(name)
+
+    def variable(self, kind: int) -> int:
+        """The number of a variable that all functions share; it begins with zero."""
+        self.globals.append(kind)
+        return len(self.globals) - 1
+
+    def room(self, doubles: int, aligned: int = 8) -> int:
+        """Where in memory there is room for doubles that nothing else has."""
+        at = -(-self.size // aligned) * aligned
+        self.size = at + 8 * doubles
+        return at
+
+    def numbers(self, at: int, values: Sequence[float]) -> None:
+        """Memory begins with these from a place on."""
+        self.data.append((at, struct.pack(f"<{len(values)}d", *values)))
+
+    def raw(self, tells: Mapping[str, Any]) -> bytes:
+        """The module; its section "kane" tells what is where, in JSON."""
+        types = [self._type(f.parameters, f.results) for f in self.functions]
+        imported = [(name, self._type([F64] * count, [F64])) for name, count in self.imported.items()]
+        pages = leb(-(-self.size // PAGE) + 1)
+        named = [_text(name) + b"\x00" + leb(k) for name, k in self.exports.items()]
+        parts = [
+            b"\0asm\x01\0\0\0",
+            _section(0, _text("kane") + json.dumps(tells, separators=(",", ":")).encode()),
+            _section(1, _vector(self._types)),
+            _section(2, _vector(_text("Math") + _text(name) + b"\x00" + leb(t) for name, t in imported)),
+            _section(3, _vector(map(leb, types))),
+            _section(5, _vector([b"\x00" + pages])),
+            _section(6, _vector(bytes([kind, 1]) + _ZERO[kind] + b"\x0b" for kind in self.globals)),
+            _section(7, _vector([*named, _text("memory") + b"\x02\x00"])),
+            _section(10, _vector(f.raw() for f in self.functions)),
+            _section(11, _vector(b"\x00" + place(at) + b"\x0b" + leb(len(raw)) + raw for at, raw in self.data)),
+        ]
+        return b"".join(parts)
+
+    def _type(self, parameters: Sequence[int], results: Sequence[int]) -> int:
+        key = b"\x60" + leb(len(parameters)) + bytes(parameters) + leb(len(results)) + bytes(results)
+        return self._types.setdefault(key, len(self._types))
+
+
+_ZERO = {F64: number(0.0), I64: integer(0), I32: place(0)}

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A kernel for integers that are known: rows of arrays are then at known distances, and choices that never change are made.
+
+Floating-point operations stay as they are, in their order, so that the results are the same bits. A place that is a fixed distance
+from another one is computed where it is used, as machines and formats add such a distance for nothing.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from kane.program.kernel import language
+from kane.program.kernel.language import (
+    BOOL,
+    FLOAT,
+    INT,
+    Address,
+    Block,
+    Compute,
+    Immediate,
+    Integer,
+    Kernel,
+    Operand,
+    Statement,
+    Value,
+    verified_kernel,
+    without_unused,
+)
+
+_FOLDED: Mapping[str, Callable[..., Any]] = {
+    "add": lambda a, b: a + b,
+    "sub": lambda a, b: a - b,
+    "mul": lambda a, b: a * b,
+    "less": lambda a, b: a < b,
+    "at_most": lambda a, b: a <= b,
+    "and": lambda a, b: a and b,
+    "or": lambda a, b: a or b,
+    "not": lambda a: not a,
+    "float": float,
+}
+"""Operations on integers and truth values."""
+
+
+def specialized(kernel: Kernel, integers: Mapping[str, int]) -> Kernel:
+    """The kernel with these of its integers, which are no arguments any more, and without arguments that it does not use."""
+    known = {a.value: integers[a.name] for a in kernel.arguments if isinstance(a, Integer) and a.name in integers}
+    body = _Specializer(kernel, {v: Immediate(INT, k) for v, k in known.items()}).block(kernel.body)
+    arguments = tuple(a for a in kernel.arguments if not (isinstance(a, Integer) and a.name in integers))
+    found = without_unused(replace(kernel, arguments=arguments, body=body))
+    used = _names(found.body)
+    own = tuple(a for a in arguments if isinstance(a, Integer) or a.name in used)
+    return verified_kernel(replace(found, arguments=own))
+
+
+class _Specializer:
+    """What values are in place of which, and those that are a fixed distance from another one."""
+
+    def __init__(self, kernel: Kernel, known: dict[Value, Operand]) -> None:
+        self.known = known
+        self.apart: dict[Value, tuple[Value, int]] = {}
+        self.last = max(_numbers(kernel.body), default=0) + len(kernel.arguments)
+        self.done: list[Statement] = []
+
+    def block(self, block: Block) -> Block:
+        """A block."""
+        outer, self.done = self.done, []
+        for s in block:
+            self.statement(s)
+        own, self.done = self.done, outer
+        return tuple(own)
+
+    def operand(self, operand: Operand) -> Operand:
+        """What stands for an operand, after the statement that adds a distance."""
+        operand = self.plain(operand)
+        if isinstance(operand, Value) and operand in self.apart:
+            base, distance = self.apart[operand]
+            self.last += 1
+            operand = Value(self.last, INT)
+            self.done.append(Compute(operand, "add", (base, Immediate(INT, distance))))
+        return operand
+
+    def plain(self, operand: Operand) -> Operand:
+        """What an operand is known to be."""
+        return self.known.get(operand, operand) if isinstance(operand, Value) else operand
+
+    def statement(self, s: Statement) -> None:
+        """What a statement becomes."""
+        if isinstance(s, Compute):
+            self.compute(s)
+        elif isinstance(s, language.If):
+            self.choice(s)
+        elif isinstance(s, language.Count):
+            self.count(s)
+        elif isinstance(s, language.While):
+            outer, self.done = self.done, []
+            for one in s.head:
+                self.statement(one)
+            condition = self.operand(s.condition)
+            head, self.done = tuple(self.done), outer
+            self.done.append(language.While(head, condition, self.block(s.body)))
+        elif isinstance(s, language.Read):
+            self.done.append(s._replace(offset=self.operand(s.offset)))
+        elif isinstance(s, language.Write):
+            self.done.append(s._replace(offset=self.operand(s.offset), value=self.operand(s.value)))
+        elif isinstance(s, language.Put):
+            self.done.append(s._replace(value=self.operand(s.value)))
+        elif isinstance(s, language.CallRoutine):
+            given = tuple(
+                a._replace(offset=self.operand(a.offset)) if isinstance(a, Address) else self.operand(a)
+                for a in s.arguments
+            )
+            self.done.append(s._replace(arguments=given))
+        else:
+            self.done.append(s)
+
+    def choice(self, s: language.If) -> None:
+        """The one block of a choice that is made."""
+        condition = self.operand(s.condition)
+        if isinstance(condition, Immediate):
+            for one in s.then if condition.value else s.other:
+                self.statement(one)
+        else:
+            self.done.append(language.If(condition, self.block(s.then), self.block(s.other)))
+
+    def count(self, s: language.Count) -> None:
+        """A loop, unless it has no turn."""
+        start, stop = self.operand(s.start), self.operand(s.stop)
+        if isinstance(start, Immediate) and isinstance(stop, Immediate) and start.value >= stop.value:  # type: ignore[operator]
+            return
+        self.done.append(s._replace(start=start, stop=stop, body=self.block(s.body)))
+
+    def compute(self, s: Compute) -> None:
+        """An operation, unless its result is known."""
+        value, op = s.value, str(s.op)
+        assert isinstance(value, Value)
+        given = [self.plain(a) for a in s.arguments]
+        if language.type_of(given[0]) in (INT, BOOL) and value.type in (INT, BOOL, FLOAT):
+            found = self.result(op, value, given)
+            if found is not None:
+                self.known[value] = found
+                return
+            if op in ("add", "sub") and isinstance(given[1], Immediate) and isinstance(given[0], Value):
+                self.at_distance(value, given[0], given[1], 1 if op == "add" else -1)
+                return
+            if op == "add" and isinstance(given[0], Immediate) and isinstance(given[1], Value):
+                self.at_distance(value, given[1], given[0], 1)
+                return
+        self.done.append(s._replace(arguments=tuple(map(self.operand, s.arguments))))
+
+    def at_distance(self, value: Value, base: Value, distance: Immediate, sign: int) -> None:
+        """A value that is a fixed distance from another one."""
+        before, between = self.apart.get(base, (base, 0))
+        assert isinstance(distance.value, int)
+        self.apart[value] = before, between + sign * distance.value
+
+    def result(self, op: str, value: Value, given: list[Operand]) -> Operand | None:
+        """What an operation on integers or truth values is known to give."""
+        numbers = [a.value for a in given if isinstance(a, Immediate)]
+        if op == "select" and isinstance(given[0], Immediate):
+            return given[1] if given[0].value else given[2]
+        if len(numbers) == len(given) and op in _FOLDED:
+            return Immediate(value.type, _FOLDED[op](*numbers))
+        if op in ("and", "or") and numbers:
+            other = next(a for a in given if not isinstance(a, Immediate))
+            return other if bool(numbers[0]) == (op == "and") else Immediate(BOOL, op == "or")
+        if op in ("add", "sub") and isinstance(given[1], Immediate) and given[1].value == 0:
+            return given[0]
+        return None
+
+
+def _numbers(block: Block) -> set[int]:
+    """The numbers of the values of a block."""
+    found: set[int] = set()
+    for s in block:
+        value = s.counter if isinstance(s, language.Count) else getattr(s, "value", None)
+        if isinstance(value, Value):
+            found.add(value.number)
+        for inner in language._blocks(s):
+            found |= _numbers(inner)
+    return found
+
+
+def _names(block: Block) -> set[str]:
+    """The arrays and routines that a block uses."""
+    found: set[str] = set()
+    for s in block:
+        if isinstance(s, language.Read | language.Write):
+            found.add(s.base)
+        elif isinstance(s, language.CallRoutine):
+            found |= {s.callee.name, *(a.base for a in s.arguments if isinstance(a, Address))}
+        for inner in language._blocks(s):
+            found |= _names(inner)
+    return found
