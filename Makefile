@@ -10,7 +10,7 @@ FULL   ?= 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test test-full test-package test-machines test-torch golden test-pythons check format docs bench bench-rhs bench-calls bench-trees bench-precision bench-bicycle bench-beams lock clean
+.PHONY: help demo test test-full test-package test-machines test-torch golden test-pythons check format docs figures bench bench-rhs bench-calls bench-trees bench-precision bench-bicycle bench-beams lock clean
 
 help:  ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -54,6 +54,9 @@ format: $(VENV)/.dev-stamp  ## rewrite the sources as `make check` wants them
 docs: $(VENV)/.dev-stamp  ## the documentation, in docs/_build/html, and the listings of its pages
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	KANE_FULL=pages $(BIN)/python -m pytest -n $(JOBS) --dist worksteal -q tests/docs
+
+figures: $(VENV)/.dev-stamp  ## pictures of the tutorials and of the gallery, and the gallery's page
+	PYTHONPATH=. $(BIN)/python docs/make_figures.py
 
 bench: $(VENV)/.dev-stamp  ## operation counts and timings
 	$(BIN)/python benchmarks/run.py

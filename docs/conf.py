@@ -47,7 +47,7 @@ html_theme_options = {
     "footer_start": ["copyright"],
     "footer_end": [],
 }
-html_sidebars = {"index": [], "tutorial/disk": []}
+html_sidebars = {"index": [], "gallery": [], "tutorial/*": []}
 html_show_sourcelink = False
 html_copy_source = False
 

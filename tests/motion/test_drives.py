@@ -168,6 +168,17 @@ def test_samples_are_no_function_of_time(samples: Any) -> None:
             input_functions(pendulum(r), inputs, (0, 1))
 
 
+def test_a_law_of_gains_by_a_matrix_asks_for_a_tuple_of_inputs() -> None:
+    """-K @ x of a K with one row is an array of one expression: under the input's tuple it is the law, under the input an error."""
+    eom = pendulum(0)
+    off = np.array([*eom.coordinates, *eom.speeds])
+    laws = -np.ones((1, len(off))) @ off
+    with pytest.raises(kn.SimulationError, match=r"got an array of them\. .* in a tuple: inputs=\{\(F,\): …\}"):
+        kn.simulate(eom, (0, 1), q=[0.1], u=[0], inputs={F: laws})
+    one, other = (kn.simulate(eom, (0, 1), q=[0.1], u=[0], inputs=given) for given in ({(F,): laws}, {F: laws[0]}))
+    assert np.array_equal(one.q, other.q)
+
+
 class TestWhatComesForAnInput:
     """What is no number or function of time alone is told what it is; so is what goes wrong in the user's function."""
 

@@ -327,9 +327,9 @@ def check_kept(solution: Solution, functions: Sequence[Any]) -> None:
 def _wrong_energy(solution: Solution) -> str:
     check = solution.energy_check
     return (
-        f"Expected E − ∫P dt constant along the motion, got a change of {check.drift:.3g} J, {check.relative:.1g} of what there is at "
-        f"t = {check.at:.4g} s: the motion is not to be trusted from about there on. Tighten rtol= and atol= from {solution.rtol:g} "
-        f"and {solution.atol:g}, choose another method=, or look for what switches or becomes singular on the way."
+        f"Expected E − ∫P dt constant along the motion, got a change of {check.drift:.3g} J, {check.relative:.1g} of the energy "
+        f"present at t = {check.at:.4g} s: the motion is not to be trusted from about there on. Tighten rtol= and atol= from "
+        f"{solution.rtol:g} and {solution.atol:g}, choose another method=, or look for what switches or becomes singular on the way."
     )
 
 

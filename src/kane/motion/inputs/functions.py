@@ -191,6 +191,11 @@ def _derivatives(r: Input, value: Any, order: int) -> list[Function]:
     """The value as a function, and its derivatives up to `order`."""
     value = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
     if isinstance(value, list | np.ndarray) or (isinstance(value, tuple) and any(map(_several, value))):
+        if any(isinstance(v, Expr) for v in np.ravel(np.asarray(value, dtype=object))):
+            raise SimulationError(
+                f"Expected one expression for the input {r.name}, got an array of them. Where a law gives several inputs at once, "
+                f"name these in a tuple: inputs={{({r.name},): …}}."
+            )
         raise SimulationError(
             f"Expected a number, a function of time or functions (f, f', …) for the input {r.name}, got samples. Make them a smooth "
             f"function of time: {r.name}: kn.signal(t, y)."

@@ -66,7 +66,7 @@ class EnergyCheck:
         return self.relative <= _SHARP * _limit(rtol)
 
     def __str__(self) -> str:
-        return f"energy minus work constant to {self.drift:.2e} J ({self.relative:.1e} of what there is at t = {self.at:.4g} s)"
+        return f"energy minus work constant to {self.drift:.2e} J ({self.relative:.1e} of the energy present at t = {self.at:.4g} s)"
 
 
 def _limit(rtol: float) -> float:

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The pictures of the tutorials and of the gallery, and the gallery's page: `make figures` makes them anew.
+
+Plots are those that the listings of the tutorials write; sketches are of what is called `system` in them, and of each system of the
+gallery. Run it after a change of these.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+import runpy
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+import kane as kn
+from kane.gallery import GALLERY, load
+from tests.docs.snippets import blocks
+
+DOCS = Path(__file__).resolve().parent
+STATIC = DOCS / "_static"
+TUTORIALS = ("pendulum", "cart", "four_bar", "engine", "disk", "quadcopter", "stick_slip", "chain")
+GROUPS = {
+    "": "Pendulums, tops and linkages",
+    "rolling": "Rolling and skating",
+    "flexible": "Flexible beams",
+    "contacts": "Contacts: impacts, stick and slip",
+}
+"""Headings of the gallery's folders."""
+
+_HEAD = """<!-- made by docs/make_figures.py -->
+
+# Gallery
+
+Systems that come with `kane`, with their sources: models to read, to run and to begin with.
+
+```console
+$ kane report NAME            # every step of the derivation, the motion and its checks, as one HTML page
+$ kane simulate NAME          # the motion in figures
+```
+
+In Python, `kane.gallery.load("NAME").system()` is the system, and the module's file is a model to copy.
+"""
+
+
+def gallery_page() -> str:
+    """The gallery's page: title, sketch, one sentence and command of every system."""
+    parts = [_HEAD]
+    for folder, heading in GROUPS.items():
+        parts.append(f"\n## {heading}\n")
+        parts += [_card(name) for name, path in GALLERY.items() if _folder(path) == folder]
+    return "".join(parts)
+
+
+def _folder(path: str) -> str:
+    return path.removeprefix("kane.gallery.").rpartition(".")[0]
+
+
+def _card(name: str) -> str:
+    module = load(name)
+    assert module.__doc__ is not None
+    title = module.TITLE[0].upper() + module.TITLE[1:]
+    sentence = module.__doc__.strip().splitlines()[0]
+    return (
+        f"\n```{{figure}} _static/sketches/{name}.svg\n:alt: Sketch of the system {name}\n:figclass: gallery\n\n"
+        f"**{title}.** {sentence} `kane report {name}`\n```\n"
+    )
+
+
+def tutorials() -> Iterator[tuple[str, Any]]:
+    """Name and system of each tutorial, whose listings run in a folder of their own; what they draw goes to `_static/tutorial`."""
+    for name in TUTORIALS:
+        page = (DOCS / "tutorial" / f"{name}.md").read_text(encoding="utf-8")
+        with tempfile.TemporaryDirectory() as folder:
+            script = Path(folder) / "page.py"
+            script.write_text("".join(block.code for block in blocks(page)), encoding="utf-8")
+            here = Path.cwd()
+            os.chdir(folder)
+            try:
+                with contextlib.redirect_stdout(io.StringIO()):
+                    found = runpy.run_path(str(script))
+            finally:
+                os.chdir(here)
+            for made in Path(folder).glob("*.svg"):
+                (STATIC / "tutorial" / made.name).write_text(_settled(made.read_text("utf-8")), encoding="utf-8")
+        yield f"tutorial_{name}", found["system"]
+
+
+def _settled(svg: str) -> str:
+    """Without date, and with the names that matplotlib draws at random numbered, so that a picture changes only with what it shows."""
+    svg = re.sub(r"<dc:date>.*?</dc:date>", "", svg)
+    for i, name in enumerate(dict.fromkeys(re.findall(r'id="([a-z][0-9a-f]{10})"', svg))):
+        svg = svg.replace(name, f"k{i}")
+    return svg
+
+
+def partial_velocity(path: Path) -> None:
+    """The bob of a pendulum with what acts on it, and its partial velocity."""
+    angle, length = 0.6, 1.0
+    across, along = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    bob = -length * along
+    page = Figure(figsize=(4.2, 3.9), layout="constrained")
+    ax = page.subplots()
+    ax.plot([0, bob[0]], [0, bob[1]], color="0.4", lw=2)
+    ax.plot([0, 0], [0, -0.8], color="0.7", ls="--", lw=1)
+    ax.plot(*bob, "o", ms=12, color="#33475b")
+    ax.plot(0, 0, "o", ms=6, mfc="white", mec="0.2")
+    for vector, color, text, shift in (
+        (0.55 * across, "#0d7333", r"partial velocity $\mathbf{v}_1 = L\,\hat{\mathbf{b}}_1$", (-0.28, 0.07)),
+        (0.55 * along, "#b23c06", r"pull $S\,\hat{\mathbf{b}}_2$", (0.05, -0.05)),
+        (np.array([0, -0.45]), "#b23c06", r"weight $-m g\,\hat{\mathbf{n}}_2$", (0.04, 0.02)),
+    ):
+        end = bob + vector
+        ax.annotate("", end, bob, arrowprops={"arrowstyle": "-|>", "color": color, "lw": 2, "shrinkA": 0, "shrinkB": 0})
+        ax.text(*(end + shift), text, color=color, fontsize=10)
+    turn = np.linspace(0, angle, 30)
+    ax.plot(0.45 * np.sin(turn), -0.45 * np.cos(turn), color="#0b57b0", lw=1.2)
+    ax.text(0.13, -0.56, "$q$", color="#0b57b0", fontsize=12)
+    ax.text(-0.12, 0.02, "$O$", fontsize=11)
+    ax.set_xlim(-0.2, 1.45)
+    ax.set_ylim(-1.45, 0.15)
+    ax.set_aspect("equal")
+    ax.axis("off")
+    page.savefig(path, metadata={"Date": None})
+
+
+def main() -> None:
+    """Make all of it; sketches only where this version of kane draws them."""
+    mpl.rcParams.update({"svg.hashsalt": "kane", "svg.fonttype": "path"})
+    for folder in ("tutorial", "sketches"):
+        (STATIC / folder).mkdir(exist_ok=True)
+    partial_velocity(STATIC / "tutorial" / "partial_velocity.svg")
+    draw = getattr(kn, "sketch", None)
+    if draw is None:
+        print("kn.sketch is not there: sketches are left as they are", file=sys.stderr)
+    for name, system in [*tutorials(), *((name, load(name).system()) for name in GALLERY)]:
+        if draw is not None:
+            draw(system, STATIC / "sketches" / f"{name}.svg")
+    (DOCS / "gallery.md").write_text(gallery_page(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The gallery's page and the pictures of the tutorials are what `docs/make_figures.py` makes now."""
+
+from __future__ import annotations
+
+import re
+from importlib.util import module_from_spec, spec_from_file_location
+
+import pytest
+
+from kane.gallery import GALLERY
+from tests.docs.snippets import ROOT
+
+DOCS = ROOT / "docs"
+PAGE = (DOCS / "gallery.md").read_text(encoding="utf-8")
+_SHOWN = re.compile(r"_static/(?:sketches|tutorial)/\w+\.svg")
+
+
+@pytest.fixture(scope="module")
+def figures():
+    spec = spec_from_file_location("make_figures", DOCS / "make_figures.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_page_is_what_is_made_now(figures):
+    """Titles and sentences are those of the modules; none is left out and none is there twice."""
+    assert figures.gallery_page() == PAGE
+    assert sorted(re.findall(r"`kane report (\w+)`", PAGE)) == sorted(GALLERY)
+
+
+def test_each_tutorial_shows_its_sketch_and_leads_to_the_next(figures):
+    for name, following in zip(figures.TUTORIALS, (*figures.TUTORIALS[1:], None), strict=True):
+        text = (DOCS / "tutorial" / f"{name}.md").read_text(encoding="utf-8")
+        assert f"(../_static/sketches/tutorial_{name}.svg)" in text, name
+        assert following is None or f"({following}.md)" in text.splitlines()[-1], name
+
+
+def test_pictures_are_there_and_no_others():
+    """A picture that no page shows is left from before, one that is not there would be a hole."""
+    shown = {
+        found
+        for page in DOCS.rglob("*.md")
+        if "_build" not in page.parts
+        for found in _SHOWN.findall(page.read_text("utf-8"))
+    }
+    there = {
+        f"_static/{folder}/{p.name}"
+        for folder in ("sketches", "tutorial")
+        for p in (DOCS / "_static" / folder).glob("*.svg")
+    }
+    assert shown == there
