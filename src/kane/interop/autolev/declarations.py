@@ -162,6 +162,7 @@ def _constant(s: Sheet, o: Outlook, name: str, primes: int, line: Line) -> None:
 
 def _specified(s: Sheet, o: Outlook, name: str, primes: int, line: Line) -> None:
     _enter(s, name, Input.declare(name, None, "", ""), primes)
+    s.given.add(name.lower())
 
 
 def _variable(s: Sheet, o: Outlook, name: str, primes: int, line: Line) -> None:

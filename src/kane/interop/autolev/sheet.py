@@ -2,7 +2,7 @@
 """What a file has said so far: names, orientations, positions, velocities, loads, constraints; and the algebra of its vectors."""
 
 from collections import deque
-from collections.abc import Callable, Hashable, Iterable, Mapping
+from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar
 
@@ -10,7 +10,7 @@ from kane.errors import ModelError
 from kane.expr.differentiation import time_derivative
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.operators import cos, sin, sqrt
-from kane.expr.symbols import Coordinate, Parameter, Rate, Speed, Symbol
+from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol
 from kane.expr.visit import substituted
 from kane.interop.autolev.grammar import Line
 from kane.interop.autolev.values import UNIT, Dyad, Rows, Value, Vec, along, gathered, product, transposed
@@ -54,7 +54,7 @@ class Sheet:
     values: dict[str, Value] = field(default_factory=dict)
     kinematic: dict[Expr, Expr] = field(default_factory=dict)
     late: dict[Expr, Expr] = field(default_factory=dict)
-    inputs: dict[str, float] = field(default_factory=dict)
+    inputs: dict[str, Expr] = field(default_factory=dict)
     turns: dict[Pair, Turn] = field(default_factory=dict)
     spins: dict[Pair, Vec] = field(default_factory=dict)
     positions: dict[Pair, Vec] = field(default_factory=dict)
@@ -69,6 +69,7 @@ class Sheet:
     dependent: list[Speed] = field(default_factory=list)
     auxiliary: list[Speed] = field(default_factory=list)
     unknown: list[str] = field(default_factory=list)
+    given: set[str] = field(default_factory=set)
     _paths: dict[Pair, Rows] = field(default_factory=dict)
 
     # Scalars ---------------------------------------------------------------------------------------------------------
@@ -316,10 +317,3 @@ def of_euler(parent: str, child: str, e: tuple[Coordinate, ...]) -> Turn:
         (two * (c * a - b * d), two * (b * c + a * d), ONE - two * (a * a + b * b)),
     )
     return Turn(parent, child, rows, euler=e)
-
-
-def rates_of(e: Iterable[Expr], keep: Callable[[Symbol], bool]) -> tuple[Symbol, ...]:
-    """Rates in expressions whose coordinate, speed or input is one that is asked for."""
-    from kane.expr.evaluation import free_symbols
-
-    return tuple(s for s in free_symbols(e) if isinstance(s, Rate) and keep(s))

@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From a sheet to a system: bodies, loads, speeds, constraints, values."""
+
+from collections.abc import Iterable
+
+from kane.errors import KaneError, ModelError
+from kane.expr.evaluation import evaluate, free_symbols
+from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Reaction, Speed, StateVariable, Symbol
+from kane.expr.visit import substituting
+from kane.interop.autolev.auxiliary import Evidence, evidence
+from kane.interop.autolev.model import Names, no_accelerations, speeds_in
+from kane.interop.autolev.sheet import Sheet
+from kane.interop.autolev.space import Space
+from kane.interop.autolev.speeds import Kinematics, kinematics
+from kane.interop.autolev.values import Vec
+from kane.interop.imported import Imported
+from kane.model.bodies import Particle, RigidBody
+from kane.model.constraints import Constraint, motion_constraint
+from kane.model.loads import Force, Gravity, Load, Torque, gravity
+from kane.model.system import System
+from kane.space.vector import Dyadic, Vector
+
+Body = RigidBody | Particle
+
+
+def build(sheet: Sheet, source: str) -> Imported:
+    """The system of a sheet."""
+    if not sheet.inertial:
+        raise ModelError("Expected a Newtonian frame, got a text that declares none. Write Newtonian N.")
+    if not sheet.masses:
+        raise ModelError("Expected a body or particle with a mass, got none. Write Mass B = m.")
+    names = Names(sheet)
+    space = Space(sheet, names)
+    shown = evidence(sheet, names, space)
+    bodies = _bodies(sheet, names, space)
+    loads = _loads(sheet, names, space, bodies, shown)
+    laws = [names.final(e) for e, _ in sheet.constraints]
+    speeds = _speeds(sheet, names, space, laws)
+    kin = kinematics(space, names, speeds, [*_moving(space), *laws])
+    system, replace = _system(sheet, names, space, kin, bodies, loads, laws, shown)
+    return _imported(sheet, names, system, kin, replace, source)
+
+
+def _speeds(sheet: Sheet, names: Names, space: Space, laws: Iterable[Expr]) -> list[Speed]:
+    """The speeds that the model has: those in kinematical equations, in what moves, and in constraints."""
+    used = speeds_in([*(r.value for r in space.rows), *laws, *map(names.final, names.kinematic.values())])
+    order = [s for s in sheet.symbols.values() if isinstance(s, Speed)]
+    found = set(used) - set(sheet.auxiliary)
+    return [u for u in dict.fromkeys((*order, *used)) if u in found]
+
+
+def _bodies(sheet: Sheet, names: Names, space: Space) -> list[Body]:
+    made: list[Body] = []
+    for name, mass in sheet.masses.items():
+        shown, m = sheet.say(name), names.final(mass)
+        if name in sheet.particles:
+            made.append(Particle(shown, space.points[name], m))
+            continue
+        dyad, about, line = sheet.inertias.get(name, (None, sheet.bodies[name], None))
+        inertia = Dyadic()
+        if dyad is None:
+            sheet.remarks.say("inferred", f"{shown} has no inertia: it is taken for zero")
+        else:
+            inertia = Dyadic((space.vector(a), space.vector(b)) for a, b in dyad.terms)
+        center, frame = space.points[sheet.bodies[name]], space.turning[name]
+        place = inertia if about == sheet.bodies[name] else (inertia, space.points[about])
+        try:
+            made.append(RigidBody(shown, frame=frame, mass_center=center, mass=m, inertia=place))
+        except KaneError as error:
+            raise (line.refuse("a body as kane has it", str(error)) if line else error) from error
+    for name in sheet.bodies.keys() - sheet.masses.keys():
+        sheet.remarks.say("inferred", f"{sheet.say(name)} has no mass: it is a frame")
+    return made
+
+
+def _loads(sheet: Sheet, names: Names, space: Space, bodies: list[Body], shown: Evidence) -> list[Load | Gravity]:
+    loads: list[Load | Gravity] = []
+    total, everywhere = Vec(), False
+    by_name = {b.name.lower(): b for b in bodies}
+    for k, (vector, on) in enumerate(sheet.gravities):
+        if not on or set(on) >= by_name.keys():
+            total, everywhere = total + vector, True
+            continue
+        for name in on:
+            if name in by_name:
+                b = by_name[name]
+                loads.append(Force(b.mass_center, space.vector(vector) * b.mass, f"gravity {k + 1} on {b.name}"))
+    if everywhere:
+        loads.insert(0, gravity(space.vector(total)))
+    for name, vector, line in sheet.forces:
+        value = shown.load(space.vector(vector))
+        if not _at_rest(space, name) and not value.is_zero:
+            loads.append(Force(space.points[name], value, f"F{len(loads) + 1} on {sheet.say(name)} (line {line.number})"))
+    for name, vector, line in sheet.torques:
+        value = shown.load(space.vector(vector))
+        if name != sheet.inertial and not value.is_zero:
+            frame = space.turning.get(name, space.frames[name])
+            loads.append(Torque(frame, value, f"T{len(loads) + 1} on {sheet.say(name)} (line {line.number})"))
+    return loads
+
+
+def _at_rest(space: Space, name: str) -> bool:
+    point = space.points[name]
+    return point.velocity(space.root).is_zero
+
+
+def _moving(space: Space) -> list[Expr]:
+    """What places and orients the model."""
+    found: list[Expr] = []
+    vectors: list[Vector] = []
+    for f in (*space.frames.values(), *space.turning.values()):
+        found += [x for v in (f.x, f.y, f.z) for x in v.components(space.root)]
+    vectors += [p.position(space.origin) for p in space.points.values()]
+    return found + [x for v in vectors for x in v.scalars()]
+
+
+def _system(
+    sheet: Sheet, names: Names, space: Space, kin: Kinematics, bodies: list[Body], loads: list[Load | Gravity],
+    laws: list[Expr], shown: Evidence,
+) -> tuple[System, dict[Expr, Expr]]:  # fmt: skip
+    by_rates = substituting(dict(kin.speeds))
+    states = {q: StateVariable.declare(q.name, _start(sheet, q), "", "") for q in kin.states}
+    replace: dict[Expr, Expr] = dict(states)
+    change = substituting(replace)
+    held = _held(states, kin, loads, laws, sheet, names)
+    constraints: list[Constraint] = [
+        motion_constraint(f"kinematics {k}", e) for k, e in enumerate(kin.constraints, 1)
+    ]
+    for k, (law, (_, line)) in enumerate(zip(laws, sheet.constraints, strict=True), 1):
+        if not no_accelerations(law):
+            raise line.refuse("a constraint of speeds", "one of accelerations")
+        constraints.append(motion_constraint(f"constraint {k} (line {line.number})", by_rates(law)))
+    dependent = [u for u in dict.fromkeys(sheet.dependent) if u in kin.speeds]
+    system = System(
+        space.root,
+        bodies=bodies,
+        speeds=kin.speeds,
+        loads=[_changed(x, change) for x in loads],
+        nonholonomic=constraints,
+        states={states[q]: change(e) for q, e in kin.states.items() if q in held},
+        dependent_speeds=dependent if len(dependent) == len(laws) and not kin.constraints else (),
+        auxiliary_speeds=shown.speeds,
+        reactions=shown.reactions,
+    )
+    return system, replace
+
+
+def _held(
+    states: dict[Coordinate, StateVariable], kin: Kinematics, loads: list[Load | Gravity], laws: list[Expr], sheet: Sheet, names: Names
+) -> set[Coordinate]:
+    """Further states that have a rate which the system knows."""
+    known = {q for q in kin.states if no_accelerations(kin.states[q])}
+    for q in kin.states.keys() - known:
+        sheet.remarks.say("left out", f"{q.name}: its rate holds accelerations")
+    return known
+
+
+def _changed(load: Load | Gravity, change: object) -> Load | Gravity:
+    if isinstance(load, Gravity) or not callable(change):
+        return load
+    forces = tuple((p, v.map(change)) for p, v in load.forces)
+    torques = tuple((f, v.map(change)) for f, v in load.torques)
+    return Load(load.name, forces, torques)
+
+
+def _numbers(sheet: Sheet) -> dict[str, float]:
+    """Values that Input gives; those of other inputs and of assigned names are put in."""
+    known: dict[Expr, float] = {}
+    found: dict[str, float] = {}
+    for _ in range(8):
+        for name, value in sheet.inputs.items():
+            e = substituting(dict(sheet.late))(value)
+            symbols = free_symbols([e])
+            if name not in found and all(s in known for s in symbols):
+                found[name] = float(evaluate(e, {s: known[s] for s in symbols}))
+                symbol = sheet.symbols.get(name)
+                if symbol is not None:
+                    known[symbol] = found[name]
+    for name in sheet.inputs.keys() - found.keys():
+        sheet.remarks.say("left out", f"the start value of {name}, which other values are missing for")
+    return found
+
+
+def _start(sheet: Sheet, q: Symbol) -> float:
+    return _numbers(sheet).get(q.name.lower(), 0.0)
+
+
+def _imported(sheet: Sheet, names: Names, system: System, kin: Kinematics, replace: dict[Expr, Expr], source: str) -> Imported:
+    numbers = _numbers(sheet)
+    every: dict[str, Symbol] = {s.name.lower(): s for s in (*system.coordinates, *system.speeds, *system.parameters, *system.inputs)}
+    every |= {str(s.name).lower(): s for s in system.states}
+    q: dict[Coordinate, float] = {}
+    u: dict[Speed, float] = {}
+    parameters: dict[Parameter, float] = {}
+    for name, value in numbers.items():
+        symbol = every.get(name, every.get(f"{name.rstrip(chr(39))}p"))
+        if isinstance(symbol, Coordinate):
+            q[symbol] = value
+        elif isinstance(symbol, Speed):
+            u[symbol] = value
+        elif isinstance(symbol, Parameter):
+            parameters[symbol] = value
+    parameters |= {p: p.default for p in system.parameters if p.default is not None and p not in parameters}
+    say = sheet.remarks.say
+    say("read", f"{len(system.bodies)} bodies, {len(system.coordinates)} coordinates, {len(system.speeds)} speeds, {len(system.constraints)} constraints")
+    symbols = {s.name: s for s in every.values()}
+    return Imported(system, symbols, q, u, parameters, sheet.remarks.all(), source)
+
+
+__all__ = ["ZERO", "AuxiliarySpeed", "Reaction", "as_expr", "build"]
