@@ -39,6 +39,7 @@ def build(sheet: Sheet, source: str) -> Imported:
     speeds = _speeds(sheet, names, space, laws)
     kin = kinematics(space, names, speeds, [*_moving(space), *laws])
     system, replace = _system(sheet, names, space, kin, bodies, loads, laws, shown)
+    _check_outputs(sheet, system)
     return _imported(sheet, names, system, kin, replace, source)
 
 
@@ -124,9 +125,7 @@ def _system(
     replace: dict[Expr, Expr] = dict(states)
     change = substituting(replace)
     held = _held(states, kin, loads, laws, sheet, names)
-    constraints: list[Constraint] = [
-        motion_constraint(f"kinematics {k}", e) for k, e in enumerate(kin.constraints, 1)
-    ]
+    constraints: list[Constraint] = [motion_constraint(f"kinematics of {u.name}", e) for u, e in kin.vanishing.items()]
     for k, (law, (_, line)) in enumerate(zip(laws, sheet.constraints, strict=True), 1):
         if not no_accelerations(law):
             raise line.refuse("a constraint of speeds", "one of accelerations")
@@ -135,15 +134,23 @@ def _system(
     system = System(
         space.root,
         bodies=bodies,
-        speeds=kin.speeds,
+        speeds={**kin.speeds, **kin.vanishing},
         loads=[_changed(x, change) for x in loads],
         nonholonomic=constraints,
         states={states[q]: change(e) for q, e in kin.states.items() if q in held},
-        dependent_speeds=dependent if len(dependent) == len(laws) and not kin.constraints else (),
+        dependent_speeds=(*kin.vanishing, *dependent) if len(dependent) == len(laws) else (),
         auxiliary_speeds=shown.speeds,
         reactions=shown.reactions,
     )
     return system, replace
+
+
+def _check_outputs(sheet: Sheet, system: System) -> None:
+    """The model holds nothing whose value is an output that is not read."""
+    for symbol in (*system.inputs, *system.parameters):
+        if symbol in sheet.outputs:
+            why, line = sheet.outputs[symbol]
+            raise line.refuse(f"an expression of the model for {symbol.name}", why)
 
 
 def _held(

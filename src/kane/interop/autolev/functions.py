@@ -29,7 +29,7 @@ _SAME = (
 )
 _OUTPUTS = (
     "fr frstar ke pe momentum angmom taylor coef getcoefficient include exclude polynomial roots eig diagmat "
-    "partials nicheck round int ceil floor factorial inertia cm laplace evaluateatinput linearize rows cols fstar "
+    "partials nicheck round int ceil floor factorial inertia laplace evaluateatinput linearize rows cols fstar "
     "getstateequations constraintforces getlinearunits conserved power work kane lagrange jacobian"
 )
 
@@ -291,6 +291,7 @@ FUNCTIONS: dict[str, Call] = {
     "evaluate": _evaluate, "replace": _evaluate,
     "dtdt": lambda r, args, line: derived(r, derived(r, r.value(expression(args[0]), line), args[1:], line), args[1:], line),
     "mass": lambda r, args, line: mass(r.sheet, [word(a, line) for a in args]),
+    "cm": lambda r, args, line: center(r.sheet, point_of(r, args[0], line), [word(a, line) for a in args[1:]]),
     "det": _output("det"), "solve": _output("solve"),
 }  # fmt: skip
 """How each function is read."""
@@ -304,4 +305,12 @@ def mass(sheet: Sheet, names: Sequence[str]) -> Expr:
     return total
 
 
-__all__ = ["FUNCTIONS", "Symbol", "derived", "expression", "frame_of", "mass", "pair_of", "point_of", "solve", "times", "where", "word"]
+def center(sheet: Sheet, origin: str, names: Sequence[str]) -> Vec:
+    """The position of the mass centre of bodies and particles, all of them where none is named."""
+    total = Vec()
+    for name in names or sheet.masses:
+        total = total + sheet.position(origin, sheet.bodies.get(name, name)).times(sheet.masses[name])
+    return total.times(ONE / mass(sheet, names))
+
+
+__all__ = ["FUNCTIONS", "Symbol", "center", "derived", "expression", "frame_of", "mass", "pair_of", "point_of", "solve", "times", "where", "word"]

@@ -8,9 +8,9 @@ from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.symbols import Parameter
 from kane.interop.autolev.commands import kinematics, orient, turn
 from kane.interop.autolev.evaluate import Call, Reading, quantity
-from kane.interop.autolev.functions import expression, frame_of, mass, point_of, word
+from kane.interop.autolev.functions import center, expression, frame_of, mass, point_of, word
 from kane.interop.autolev.grammar import Line
-from kane.interop.autolev.values import Dyad, Unread, Value, Vec, along
+from kane.interop.autolev.values import Dyad, Unread, Value, along
 
 Args = Sequence[Any]
 _DONE = Unread("a method that gives no value")
@@ -199,10 +199,7 @@ def _get_position(r: Reading, args: Args, line: Line) -> Value:
 
 def _get_center(r: Reading, args: Args, line: Line) -> Value:
     """System.GetCMPosition(P)."""
-    s, origin, total = r.sheet, point_of(r, args[1], line), Vec()
-    for name, m in s.masses.items():
-        total = total + s.position(origin, s.bodies.get(name, name)).times(m)
-    return total.times(ONE / mass(s, ()))
+    return center(r.sheet, point_of(r, args[1], line), ())
 
 
 def _get_mass(r: Reading, args: Args, line: Line) -> Value:

@@ -25,6 +25,7 @@ class Names:
         self.sheet = sheet
         self.constants: dict[Expr, Expr] = {}
         self._given_values()
+        self._drop_contradictions()
         late = self._closed(self._with_rates(dict(sheet.late)))
         self._late = substituting(late)
         self._speeds: dict[Expr, Expr] = {}
@@ -45,6 +46,18 @@ class Names:
             if free and (low in s.inputs or symbol in held):
                 self.constants[symbol] = Parameter.declare(symbol.name, None, "", "")
         s.late |= self.constants
+
+    def _drop_contradictions(self) -> None:
+        """Values of specified variables that are not each other's derivatives stand for functions given elsewhere."""
+        s = self.sheet
+        for low in s.given:
+            symbol = s.symbols.get(low)
+            chain = [symbol, rate(symbol), rate(rate(symbol))] if isinstance(symbol, Input) else []
+            told = [(s.late[a], s.late[b]) for a, b in zip(chain, chain[1:], strict=False) if a in s.late and b in s.late]
+            if any(not agree([s.rate(a)], [b], ()) for a, b in told):
+                for key in chain:
+                    s.late.pop(key, None)
+                s.remarks.say("changed", f"{s.say(low)} has values that are not each other's derivatives: it is an input")
 
     def _with_rates(self, late: dict[Expr, Expr]) -> dict[Expr, Expr]:
         for symbol, value in list(late.items()):

@@ -254,13 +254,13 @@ class _Reader:
             raise line.refuse("a name before “=”", "an expression")
 
     def _load_pair(self, first: str, second: str, value: Value, line: Line) -> None:
-        """Force_P/Q> = F>: F on P, −F on Q."""
+        """Force_P/Q> = F>: F on Q, −F on P, as Force(P/Q, F>)."""
         kind, _, one = first.partition("_")
         known, loads = (self.sheet.points, self.sheet.forces) if kind == "force" else (self.sheet.frames, self.sheet.torques)
         other = second.rstrip(">")
         if kind not in ("force", "torque") or one not in known or other not in known or not isinstance(value, Vec):
             raise line.refuse("Force_P/Q> or Torque_A/B> with a vector", f"{first}/{second}")
-        loads += [(one, value, line), (other, value.times(as_expr(-1)), line)]
+        loads += [(other, value, line), (one, value.times(as_expr(-1)), line)]
 
     def _set_element(self, node: Any, value: Value, op: str, line: Line) -> None:
         name = str(node.children[0]).lower()
@@ -311,8 +311,10 @@ class _Reader:
             self._scalar(name, value, line)
 
     def _unread(self, name: str, value: Unread, line: Line) -> None:
-        if name.rstrip("'") in self.sheet.symbols and not self.sheet.formed:
-            raise line.refuse(f"an expression of the model for {name}", value.why)
+        symbol = self.sheet.symbols.get(name.rstrip("'"))
+        if symbol is not None and not self.sheet.formed:
+            self.sheet.outputs[symbol] = (value.why, line)
+            self.sheet.values[name] = value
         self.sheet.values.setdefault(name, value)
 
     def _dyadic(self, name: str, value: Value, line: Line) -> None:
@@ -387,6 +389,8 @@ class _Reader:
         symbol = self.sheet.symbols.get(name)
         if isinstance(value, Expr) and isinstance(symbol, Input | Parameter) and symbol is not value:
             self.sheet.late[symbol] = value
+            if name in self.sheet.given:  # its derivatives may be told, too
+                return
         self.sheet.values[name] = value
 
 

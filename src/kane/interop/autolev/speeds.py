@@ -17,17 +17,17 @@ from kane.expr.matrix import solve_linear
 from kane.expr.node import ONE, ZERO, Expr, constant_value
 from kane.expr.symbols import Coordinate, Speed, rate
 from kane.expr.visit import substituting
-from kane.interop.autolev.model import Names, agree
+from kane.interop.autolev.model import Names
 from kane.interop.autolev.space import Row, Space
 from kane.numeric.sampling import SEEDS, sample
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Kinematics:
-    """Definitions of speeds, motion constraints that remain, and coordinates that are further states instead."""
+    """Definitions of speeds, those of speeds that vanish as constraints, and coordinates that are further states instead."""
 
     speeds: dict[Speed, Expr]
-    constraints: tuple[Expr, ...]
+    vanishing: dict[Speed, Expr]
     states: dict[Coordinate, Expr]
 
 
@@ -95,9 +95,8 @@ def _turned(
     right = [r.rates - x for r, (_, x) in zip(rows, forms, strict=True)]
     definitions = dict(zip(speeds, _solved(matrix, right), strict=True))
     replace = substituting(dict(definitions))
-    left = [r.rates - replace(r.value) for r in rest]
-    constraints = tuple(e for e in left if not agree([e], [ZERO], space.groups))
-    return Kinematics(definitions, constraints, states)
+    left = {Speed.declare(f"slip_{k}", None, "", ""): r.rates - replace(r.value) for k, r in enumerate(rest, 1)}
+    return Kinematics(definitions, left, states)
 
 
 def _solved(matrix: list[list[Expr]], right: list[Expr]) -> tuple[Expr, ...]:
