@@ -1,31 +1,36 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What an importer returns: the system, what its symbols were called, and what was read, inferred, changed or left out."""
+"""What importers return: a system, its symbols by the names that they have in the source, and what became of the rest."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
+from types import MappingProxyType
 from typing import Any, Literal
 
 from kane.equations.equations import Equations, derive
 from kane.errors import Attributes
-from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol
+from kane.expr.node import Expr
+from kane.expr.symbols import Coordinate, Parameter, Speed
 from kane.model.system import System
 
-Kind = Literal["read", "inferred", "changed", "left out", "checked"]
-KINDS: dict[str, str] = {
-    "read": "taken over as it stands",
-    "inferred": "not said there, concluded from the rest",
-    "changed": "expressed in another way than there",
-    "left out": "not taken over",
-    "checked": "compared with the source",
-}
-"""The kinds of remarks, and what each means."""
+Kind = Literal["read", "inferred", "changed", "ignored", "refused", "checked"]
+KINDS: Mapping[str, str] = MappingProxyType(
+    {
+        "read": "taken over as it stands",
+        "inferred": "not said in the source, concluded from the rest",
+        "changed": "said in another way than in the source",
+        "ignored": "not taken over, as it is no mechanics or counts for nothing",
+        "refused": "not taken over, as there is no counterpart",
+        "checked": "compared with the source",
+    }
+)
+"""The kinds of remarks, in the order in which they are shown."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class Remark:
-    """One thing that an importer says: its kind, a row of `KINDS`, a sentence, and where it stands in the source."""
+    """What an importer did with a thing of the source, and where it stands there: its kind is a row of `KINDS`."""
 
     kind: Kind
     text: str
@@ -37,25 +42,24 @@ class Remark:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Imported(Attributes):
-    """A model that came from another tool.
+    """A model of another tool as a system.
 
     Attributes
     ----------
     system : the model
-    symbols : what each name of the source became
-    q, u : start values, of coordinates and speeds for which the source gives one
-    parameters : values of parameters that the source gives
-    remarks : what was read, inferred, changed, left out and checked, in this order
-    source : what it was made from, in words
+    symbols : all symbols, by the names that they have in the source
+    q, u, parameters : those that are coordinates, speeds and parameters
+    remarks : what was read, inferred, changed, ignored, refused and checked
+    extras : what is no mechanics, or no part of a system: limits, shapes, files, start values
     """
 
     system: System
-    symbols: Mapping[str, Symbol]
-    q: Mapping[Coordinate, float]
-    u: Mapping[Speed, float]
-    parameters: Mapping[Parameter, float]
-    remarks: tuple[Remark, ...]
-    source: str
+    symbols: Mapping[str, Expr]
+    q: Mapping[str, Coordinate]
+    u: Mapping[str, Speed]
+    parameters: Mapping[str, Parameter]
+    remarks: tuple[Remark, ...] = ()
+    extras: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     @cached_property
     def eom(self) -> Equations:
@@ -67,30 +71,34 @@ class Imported(Attributes):
         return tuple(r.text for r in self.remarks if r.kind == kind)
 
     def __repr__(self) -> str:
-        lines = [f"Imported from {self.source}: {self.system!r}"]
-        lines += [f"  {kind}: {text}" for kind, text in self._sorted()]
-        return "\n".join(lines)
+        return "\n  ".join([f"Imported({self._size()})", *map(str, self._sorted())])
 
     def _repr_html_(self) -> str:
-        rows = "".join(f"<tr><td>{escape(kind)}</td><td>{escape(text)}</td></tr>" for kind, text in self._sorted())
-        head = f"<p><b>Imported</b> from {escape(self.source)}: {escape(repr(self.system))}</p>"
-        return f"{head}<table><tr><th>what</th><th>remark</th></tr>{rows}</table>"
+        rows = "".join(
+            f"<tr><td>{r.kind}</td><td>{escape(r.text)}</td><td>{escape(r.where)}</td></tr>" for r in self._sorted()
+        )
+        return f"<p><b>Imported</b>: {self._size()}</p><table><tr><th></th><th>remark</th><th>where</th></tr>{rows}</table>"
 
-    def _sorted(self) -> list[tuple[str, str]]:
-        return [(k, f"{r.text}{f' ({r.where})' if r.where else ''}") for k in KINDS for r in self.remarks if r.kind == k]
+    def _size(self) -> str:
+        s = self.system
+        counts = {"bodies": s.bodies, "coordinates": s.coordinates, "speeds": s.speeds, "constraints": s.constraints}
+        return ", ".join(f"{len(x)} {name}" for name, x in counts.items())
+
+    def _sorted(self) -> list[Remark]:
+        order = list(KINDS)
+        return sorted(self.remarks, key=lambda r: order.index(r.kind))
 
 
 class Remarks:
-    """A list of remarks that is being written."""
+    """A list of remarks that is being written, each once."""
 
     def __init__(self) -> None:
-        self._said: dict[tuple[Kind, str], Remark] = {}
+        self._said: dict[Remark, None] = {}
 
     def say(self, kind: Kind, text: str, where: str = "") -> None:
-        """One more, once."""
-        self._said.setdefault((kind, text), Remark(kind, text, where))
+        """One more."""
+        self._said.setdefault(Remark(kind, text, where))
 
     def all(self) -> tuple[Remark, ...]:
-        """Those written so far, by kind."""
-        order: dict[Any, int] = {kind: k for k, kind in enumerate(KINDS)}
-        return tuple(sorted(self._said.values(), key=lambda r: order[r.kind]))
+        """Those written so far."""
+        return tuple(self._said)

@@ -14,8 +14,8 @@ from kane.interop.imported import Imported
 def from_autolev(source: str | Path) -> Imported:
     """The model of an Autolev or MotionGenesis text.
 
-    The statements are read one after the other by a grammar, and never run. Command files (`.a`) that a file calls are looked for beside
-    it. What is no part of the model, such as outputs, code and settings, is named in the remarks.
+    The statements are read one after the other by a grammar, and never run. Command files (`.a`) that a file calls are looked for
+    beside it. What is no part of the model, such as outputs, code and settings, is named in the remarks.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def from_autolev(source: str | Path) -> Imported:
     Returns
     -------
     Imported
-        the system, start values and parameters that Input gives, and remarks on what was read, inferred and left out
+        the system, parameters with the values that Input gives, start values as `extras["start"]`, and remarks
 
     Raises
     ------
@@ -33,10 +33,14 @@ def from_autolev(source: str | Path) -> Imported:
     """
     expect.instance(source, (str, Path), "the path of an Autolev file, or its text")
     if isinstance(source, str) and ("\n" in source or len(source) > 1000):
-        return build(read(source, None), "an Autolev text")
+        return build(read(source, None))
     path = Path(source)
     if not path.is_file():
-        raise ModelError(f"Expected an Autolev file, or a text of several lines, got {str(source)!r}, where there is no file.")
+        raise ModelError(
+            f"Expected an Autolev file, or a text of several lines, got {str(source)!r}, which is no file."
+        )
     if path.stat().st_size > MOST_LETTERS:
-        raise ModelError(f"Expected a file of at most {MOST_LETTERS} letters, got {path.stat().st_size} in {path.name}.")
-    return build(read(path.read_text(encoding="utf-8", errors="replace"), path.parent), path.name)
+        raise ModelError(
+            f"Expected a file of at most {MOST_LETTERS} letters, got {path.stat().st_size} in {path.name}."
+        )
+    return build(read(path.read_text(encoding="utf-8", errors="replace"), path.parent))

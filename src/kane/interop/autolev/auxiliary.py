@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from kane.errors import ModelError
 from kane.expr.differentiation import diff
 from kane.expr.evaluation import free_symbols
-from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.node import ONE, Expr
 from kane.expr.symbols import AuxiliarySpeed, Input, Reaction, Speed
-from kane.expr.visit import substituting
-from kane.interop.autolev.model import Names, agree
+from kane.interop.autolev.model import Names, agree, replacing
 from kane.interop.autolev.sheet import Sheet
 from kane.interop.autolev.space import Space
 from kane.interop.autolev.values import Vec
 from kane.model.constraints import auxiliary_speed, reaction
-from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
 
@@ -25,11 +23,11 @@ class Evidence:
 
     speeds: tuple[AuxiliarySpeed, ...] = ()
     reactions: tuple[Reaction, ...] = ()
-    change: Callable[[Expr], Expr] = substituting({})
+    change: Callable[[Expr], Expr] | None = None
 
     def load(self, v: Vector) -> Vector:
         """A load with its unknowns."""
-        return v.map(self.change)
+        return v.map(self.change) if self.change else v
 
 
 def evidence(sheet: Sheet, names: Names, space: Space) -> Evidence:
@@ -44,7 +42,7 @@ def evidence(sheet: Sheet, names: Names, space: Space) -> Evidence:
         )
     reactions = {s: reaction(s.name) for s in unknown}
     speeds = tuple(_cut(u, sheet, names, space) for u in sheet.auxiliary)
-    return Evidence(speeds, tuple(reactions.values()), substituting(dict(reactions)))
+    return Evidence(speeds, tuple(reactions.values()), replacing(reactions))
 
 
 def _unknown(sheet: Sheet, names: Names) -> list[Input]:
@@ -78,7 +76,9 @@ def _partial(u: Speed, v: Vec, names: Names) -> Vec:
 def _unit(u: Speed, v: Vec, space: Space) -> Vector:
     direction = space.vector(v)
     if not agree([direction.dot(direction)], [ONE], space.groups):
-        raise ModelError(f"Expected a unit vector as the partial velocity for the auxiliary speed {u.name}, got {direction}.")
+        raise ModelError(
+            f"Expected a unit vector as the partial velocity for the auxiliary speed {u.name}, got {direction}."
+        )
     return direction
 
 
@@ -93,6 +93,3 @@ def _check(u: Speed, first: str, partials: dict[str, Vec], space: Space) -> None
                 f"Expected the auxiliary speed {u.name} in the velocities of {first} and of all points that are placed from it, got "
                 f"another one in that of {p}. Place {p} from {first}, or from another point."
             )
-
-
-__all__ = ["ZERO", "Evidence", "Frame", "Point", "evidence"]

@@ -2,14 +2,14 @@
 """From a sheet to a system: bodies, loads, speeds, constraints, values."""
 
 from collections.abc import Iterable
+from typing import Any
 
+from kane.equations.state import State
 from kane.errors import KaneError, ModelError
-from kane.expr.evaluation import evaluate, free_symbols
-from kane.expr.node import ZERO, Expr, as_expr
-from kane.expr.symbols import AuxiliarySpeed, Coordinate, Parameter, Reaction, Speed, StateVariable, Symbol
-from kane.expr.visit import substituting
+from kane.expr.node import Expr
+from kane.expr.symbols import Coordinate, Speed, StateVariable, Symbol
 from kane.interop.autolev.auxiliary import Evidence, evidence
-from kane.interop.autolev.model import Names, no_accelerations, speeds_in
+from kane.interop.autolev.model import Names, no_accelerations, replacing, speeds_in
 from kane.interop.autolev.sheet import Sheet
 from kane.interop.autolev.space import Space
 from kane.interop.autolev.speeds import Kinematics, kinematics
@@ -24,7 +24,7 @@ from kane.space.vector import Dyadic, Vector
 Body = RigidBody | Particle
 
 
-def build(sheet: Sheet, source: str) -> Imported:
+def build(sheet: Sheet) -> Imported:
     """The system of a sheet."""
     if not sheet.inertial:
         raise ModelError("Expected a Newtonian frame, got a text that declares none. Write Newtonian N.")
@@ -38,9 +38,9 @@ def build(sheet: Sheet, source: str) -> Imported:
     laws = [names.final(e) for e, _ in sheet.constraints]
     speeds = _speeds(sheet, names, space, laws)
     kin = kinematics(space, names, speeds, [*_moving(space), *laws])
-    system, replace = _system(sheet, names, space, kin, bodies, loads, laws, shown)
+    system = _system(sheet, names, space, kin, bodies, loads, laws, shown)
     _check_outputs(sheet, system)
-    return _imported(sheet, names, system, kin, replace, source)
+    return _imported(sheet, names, system)
 
 
 def _speeds(sheet: Sheet, names: Names, space: Space, laws: Iterable[Expr]) -> list[Speed]:
@@ -92,7 +92,9 @@ def _loads(sheet: Sheet, names: Names, space: Space, bodies: list[Body], shown: 
     for name, vector, line in sheet.forces:
         value = shown.load(space.vector(vector))
         if not _at_rest(space, name) and not value.is_zero:
-            loads.append(Force(space.points[name], value, f"F{len(loads) + 1} on {sheet.say(name)} (line {line.number})"))
+            loads.append(
+                Force(space.points[name], value, f"F{len(loads) + 1} on {sheet.say(name)} (line {line.number})")
+            )
     for name, vector, line in sheet.torques:
         value = shown.load(space.vector(vector))
         if name != sheet.inertial and not value.is_zero:
@@ -119,19 +121,18 @@ def _moving(space: Space) -> list[Expr]:
 def _system(
     sheet: Sheet, names: Names, space: Space, kin: Kinematics, bodies: list[Body], loads: list[Load | Gravity],
     laws: list[Expr], shown: Evidence,
-) -> tuple[System, dict[Expr, Expr]]:  # fmt: skip
-    by_rates = substituting(dict(kin.speeds))
-    states = {q: StateVariable.declare(q.name, _start(sheet, q), "", "") for q in kin.states}
-    replace: dict[Expr, Expr] = dict(states)
-    change = substituting(replace)
-    held = _held(states, kin, loads, laws, sheet, names)
+) -> System:  # fmt: skip
+    by_rates = replacing(kin.speeds)
+    states = {q: StateVariable.declare(q.name, names.numbers.get(q.name.lower(), 0.0), "", "") for q in kin.states}
+    change = replacing(states)
+    held = _held(kin, sheet)
     constraints: list[Constraint] = [motion_constraint(f"kinematics of {u.name}", e) for u, e in kin.vanishing.items()]
     for k, (law, (_, line)) in enumerate(zip(laws, sheet.constraints, strict=True), 1):
         if not no_accelerations(law):
             raise line.refuse("a constraint of speeds", "one of accelerations")
         constraints.append(motion_constraint(f"constraint {k} (line {line.number})", by_rates(law)))
     dependent = [u for u in dict.fromkeys(sheet.dependent) if u in kin.speeds]
-    system = System(
+    return System(
         space.root,
         bodies=bodies,
         speeds={**kin.speeds, **kin.vanishing},
@@ -142,7 +143,6 @@ def _system(
         auxiliary_speeds=shown.speeds,
         reactions=shown.reactions,
     )
-    return system, replace
 
 
 def _check_outputs(sheet: Sheet, system: System) -> None:
@@ -153,13 +153,11 @@ def _check_outputs(sheet: Sheet, system: System) -> None:
             raise line.refuse(f"an expression of the model for {symbol.name}", why)
 
 
-def _held(
-    states: dict[Coordinate, StateVariable], kin: Kinematics, loads: list[Load | Gravity], laws: list[Expr], sheet: Sheet, names: Names
-) -> set[Coordinate]:
+def _held(kin: Kinematics, sheet: Sheet) -> set[Coordinate]:
     """Further states that have a rate which the system knows."""
     known = {q for q in kin.states if no_accelerations(kin.states[q])}
     for q in kin.states.keys() - known:
-        sheet.remarks.say("left out", f"{q.name}: its rate holds accelerations")
+        sheet.remarks.say("ignored", f"{q.name}: its rate holds accelerations")
     return known
 
 
@@ -171,48 +169,24 @@ def _changed(load: Load | Gravity, change: object) -> Load | Gravity:
     return Load(load.name, forces, torques)
 
 
-def _numbers(sheet: Sheet) -> dict[str, float]:
-    """Values that Input gives; those of other inputs and of assigned names are put in."""
-    known: dict[Expr, float] = {}
-    found: dict[str, float] = {}
-    for _ in range(8):
-        for name, value in sheet.inputs.items():
-            e = substituting(dict(sheet.late))(value)
-            symbols = free_symbols([e])
-            if name not in found and all(s in known for s in symbols):
-                found[name] = float(evaluate(e, {s: known[s] for s in symbols}))
-                symbol = sheet.symbols.get(name)
-                if symbol is not None:
-                    known[symbol] = found[name]
-    for name in sheet.inputs.keys() - found.keys():
-        sheet.remarks.say("left out", f"the start value of {name}, which other values are missing for")
-    return found
+def _imported(sheet: Sheet, names: Names, system: System) -> Imported:
+    symbols = (*system.coordinates, *system.speeds, *system.states, *system.parameters, *system.inputs)
+    every: dict[str, Symbol] = {str(s.name): s for s in symbols}
+    low = {name.lower(): s for name, s in every.items()}
+    start: dict[type[Symbol], dict[Any, float]] = {Coordinate: {}, Speed: {}}
+    for name, value in names.numbers.items():
+        symbol = low.get(name, low.get(f"{name.rstrip(chr(39))}p"))
+        if isinstance(symbol, Coordinate | Speed):
+            start[type(symbol)][symbol] = value
+    counts = (
+        f"{len(system.bodies)} bodies, {len(system.coordinates)} coordinates, {len(system.speeds)} speeds, "
+        f"{len(system.constraints)} constraints"
+    )
+    sheet.remarks.say("read", counts)
+    q, u = ({s.name: s for s in system.coordinates}, {s.name: s for s in system.speeds})
+    parameters = {s.name: s for s in system.parameters}
+    extras = {"start": State(q=start[Coordinate], u=start[Speed])}
+    return Imported(system, every, q, u, parameters, sheet.remarks.all(), extras)
 
 
-def _start(sheet: Sheet, q: Symbol) -> float:
-    return _numbers(sheet).get(q.name.lower(), 0.0)
-
-
-def _imported(sheet: Sheet, names: Names, system: System, kin: Kinematics, replace: dict[Expr, Expr], source: str) -> Imported:
-    numbers = _numbers(sheet)
-    every: dict[str, Symbol] = {s.name.lower(): s for s in (*system.coordinates, *system.speeds, *system.parameters, *system.inputs)}
-    every |= {str(s.name).lower(): s for s in system.states}
-    q: dict[Coordinate, float] = {}
-    u: dict[Speed, float] = {}
-    parameters: dict[Parameter, float] = {}
-    for name, value in numbers.items():
-        symbol = every.get(name, every.get(f"{name.rstrip(chr(39))}p"))
-        if isinstance(symbol, Coordinate):
-            q[symbol] = value
-        elif isinstance(symbol, Speed):
-            u[symbol] = value
-        elif isinstance(symbol, Parameter):
-            parameters[symbol] = value
-    parameters |= {p: p.default for p in system.parameters if p.default is not None and p not in parameters}
-    say = sheet.remarks.say
-    say("read", f"{len(system.bodies)} bodies, {len(system.coordinates)} coordinates, {len(system.speeds)} speeds, {len(system.constraints)} constraints")
-    symbols = {s.name: s for s in every.values()}
-    return Imported(system, symbols, q, u, parameters, sheet.remarks.all(), source)
-
-
-__all__ = ["ZERO", "AuxiliarySpeed", "Reaction", "as_expr", "build"]
+__all__ = ["build"]

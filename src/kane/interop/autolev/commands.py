@@ -11,7 +11,7 @@ from kane.expr.symbols import Coordinate, Rate, Speed, rate
 from kane.interop.autolev.evaluate import Reading
 from kane.interop.autolev.functions import expression, frame_of, pair_of, point_of, solve, where, word
 from kane.interop.autolev.grammar import Line
-from kane.interop.autolev.sheet import Sheet, Turn, of_euler, simple
+from kane.interop.autolev.sheet import Sheet, of_euler, simple
 from kane.interop.autolev.values import Table, Unread, Vec
 
 Args = Sequence[Any]
@@ -221,7 +221,7 @@ def solved(r: Reading, args: Args, line: Line) -> None:
         got = r.value(expression(a), line)
         unknown += [x for x in (got.flat() if isinstance(got, Table) else [got]) if isinstance(x, Expr)]
     if any(isinstance(u, Rate) and isinstance(u.place, Speed) for u in unknown):
-        r.sheet.remarks.say("left out", "equations solved for accelerations, which follow from the model", where(line))
+        r.sheet.remarks.say("ignored", "equations solved for accelerations, which follow from the model", where(line))
         return
     if any(isinstance(u, Speed) for u in unknown):
         r.sheet.constraints += [(e, line) for e in scalars]
@@ -232,7 +232,7 @@ def solved(r: Reading, args: Args, line: Line) -> None:
     except KaneError as error:
         if not r.sheet.formed and any(isinstance(u, Rate) for u in unknown):
             raise
-        r.sheet.remarks.say("left out", f"equations that are not solved here: {error}", where(line))
+        r.sheet.remarks.say("ignored", f"equations that are not solved here: {error}", where(line))
         return
     for u, answer in zip(unknown, answers, strict=True):
         _known(r.sheet, u, answer)
@@ -256,7 +256,7 @@ def kane(r: Reading, args: Args, line: Line) -> None:
 COMMANDS: dict[str, Command] = {
     "simprot": simprot, "dircos": dircos, "angvel": angvel, "kindiffs": kindiffs,
     "v2pts": v2pts, "v1pt": v1pt, "v1pts": v1pt,
-    **dict.fromkeys("a2pts a1pt a1pts angacc alf".split(), _nothing),
+    **dict.fromkeys(("a2pts", "a1pt", "a1pts", "angacc", "alf"), _nothing),
     "gravity": gravity, "force": force, "torque": torque,
     "constrain": constrain, "solve": solved, "solvedt": solved, "kane": kane,
 }  # fmt: skip

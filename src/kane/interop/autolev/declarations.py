@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Declarations: frames, bodies, points, constants, variables. What kind of symbol a variable is, the whole file says.
 
-A variable whose derivative is assigned somewhere is a coordinate (or a further state), one with a prime whose derivative nobody gives is a
-generalized speed, one with two primes a coordinate whose rate is a generalized speed unless it is given.
+A variable whose derivative is assigned somewhere is a coordinate (or a further state), one with a prime whose derivative nobody gives
+is a generalized speed, one with two primes a coordinate whose rate is a generalized speed unless it is given.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence

@@ -12,10 +12,9 @@ from kane.expr.symbols import Coordinate, Speed, rate, time
 from kane.interop.autolev.grammar import Line
 from kane.interop.autolev.sheet import Sheet
 from kane.interop.autolev.units import factor_of
-from kane.interop.autolev.values import UNIT, Dyad, Table, Unread, Value, Vec
+from kane.interop.autolev.values import Dyad, Table, Unread, Value, Vec
 
 MOST_EXPONENT = 100
-_TAKE = {"p": "position", "v": "velocity", "w": "spin", "a": "acceleration"}
 Call = Callable[["Reading", Sequence[Any], Line], Value]
 
 
@@ -86,7 +85,7 @@ class Reading:
         if parts[1] is None or isinstance(base, Unread):
             return base
         exponent = self.scalar(parts[1], line)
-        number = constant_value(exponent)
+        number: Any = constant_value(exponent)
         if not isinstance(base, Expr):
             raise line.refuse("a scalar before “^”", _kind(base))
         if number is not None and abs(number) > MOST_EXPONENT:
@@ -277,7 +276,11 @@ def plus(a: Value, b: Value, line: Line) -> Value:
     if isinstance(a, Dyad) and isinstance(b, Dyad):
         return a + b
     if isinstance(a, Table) and isinstance(b, Table) and [len(r) for r in a.rows] == [len(r) for r in b.rows]:
-        return Table(tuple(tuple(plus(x, y, line) for x, y in zip(p, q, strict=True)) for p, q in zip(a.rows, b.rows, strict=True)))
+        return Table(
+            tuple(
+                tuple(plus(x, y, line) for x, y in zip(p, q, strict=True)) for p, q in zip(a.rows, b.rows, strict=True)
+            )
+        )
     for x, other in ((a, b), (b, a)):
         if isinstance(x, Expr) and constant_value(x) == 0:
             return other
@@ -348,4 +351,4 @@ def _column(token: Any, line: Line) -> int:
     return line.column + int(getattr(token, "column", 1)) - 1
 
 
-__all__ = ["UNIT", "Reading", "over", "plus", "quantity", "splits", "times"]
+__all__ = ["Call", "Reading", "over", "plus", "quantity", "splits", "times"]

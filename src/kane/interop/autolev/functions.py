@@ -11,7 +11,7 @@ from kane.expr.matrix import solve_linear
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value, pi
 from kane.expr.symbols import Symbol
 from kane.expr.visit import substituted
-from kane.interop.autolev.evaluate import Call, Reading, plus, quantity, times
+from kane.interop.autolev.evaluate import Call, Reading, plus, quantity
 from kane.interop.autolev.grammar import Line
 from kane.interop.autolev.sheet import Sheet
 from kane.interop.autolev.values import Dyad, Rows, Table, Unread, Value, Vec, along, transposed
@@ -313,4 +313,6 @@ def center(sheet: Sheet, origin: str, names: Sequence[str]) -> Vec:
     return total.times(ONE / mass(sheet, names))
 
 
-__all__ = ["FUNCTIONS", "Symbol", "center", "derived", "expression", "frame_of", "mass", "pair_of", "point_of", "solve", "times", "where", "word"]
+__all__ = [
+    "FUNCTIONS", "center", "derived", "expression", "frame_of", "mass", "pair_of", "point_of", "solve", "where", "word",
+]  # fmt: skip

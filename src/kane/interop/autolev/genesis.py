@@ -4,7 +4,7 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from kane.expr.node import ONE, ZERO, Expr, as_expr
+from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value
 from kane.expr.symbols import Parameter
 from kane.interop.autolev.commands import kinematics, orient, turn
 from kane.interop.autolev.evaluate import Call, Reading, quantity
@@ -33,7 +33,14 @@ def _rotate_general(r: Reading, args: Args, line: Line) -> Value:
     if len(args) == 4:
         axis = r.vector(expression(args[2]), line)
         frame = b if axis.frames() == (b,) else a
-        turn(r.sheet, a, b, tuple(axis.parts.get((frame, k), ZERO) for k in range(3)), r.scalar(expression(args[3]), line), line)
+        turn(
+            r.sheet,
+            a,
+            b,
+            tuple(axis.parts.get((frame, k), ZERO) for k in range(3)),
+            r.scalar(expression(args[3]), line),
+            line,
+        )
     else:
         orient(r, a, b, word(args[2], line), [expression(x) for x in args[3:]], line)
     r.sheet.spins[b, a] = r.sheet.spin(b, a)
@@ -68,7 +75,7 @@ def _translate(r: Reading, args: Args, line: Line) -> Value:
     p, q = point_of(r, args[0], line), point_of(r, args[1], line)
     s, body = r.sheet, r.sheet.fixed.get(p)
     n = s.inertial
-    together = body is not None and body != n and (s.fixed.get(q) == body or not p.endswith("o") and not p.endswith("cm"))
+    together = body is not None and body != n and (s.fixed.get(q) == body or not p.endswith(("o", "cm")))
     if body is not None and together:
         s.velocities[p, n] = s.carried(n, body, q, p)
     else:
@@ -88,10 +95,7 @@ def _defined(r: Reading, arg: Any, line: Line) -> Expr:
         tree = arg.children[0]
         value = quantity(r, tree, arg.children[1], line) if _known(r, tree, line) else _new(r, tree, line)
         return value if isinstance(value, Expr) else r.scalar(tree, line)
-    name = str(word(arg.children[0], line))
     value = quantity(r, arg.children[2], arg.children[3], line)
-    from kane.expr.node import constant_value
-
     number = constant_value(value) if isinstance(value, Expr) else None
     if number is None:
         raise line.refuse("a number for a constant that is defined in a call", "an expression")

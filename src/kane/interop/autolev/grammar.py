@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from kane.errors import ModelError, alike, cut
+from kane.errors import ModelError, cut
 
 if TYPE_CHECKING:
-    from lark import Lark, Tree
+    from lark import Lark
 
 MOST_LETTERS, MOST_STATEMENTS, MOST_LONG, MOST_NESTED = 2_000_000, 20_000, 100_000, 40
 
@@ -53,6 +53,7 @@ ASSIGN: /[:+*\/-]?=/
 %ignore /[ \t\f\r]+/
 """
 
+
 @dataclass(frozen=True, slots=True)
 class Line:
     """A statement's text and where it begins."""
@@ -75,7 +76,7 @@ def lines_of(text: str) -> Iterator[Line]:
     for number, raw in enumerate(text.splitlines(), 1):
         line = re.split(r"%|//", raw, maxsplit=1)[0].rstrip()
         first = first if held else number
-        held += line.removesuffix("&") if held else line.removesuffix("&")
+        held += line.removesuffix("&")
         if line.endswith("&"):
             held += " "
             continue
@@ -115,6 +116,3 @@ def parser() -> "Lark":
     except ImportError as error:
         raise ModelError("Expected lark, which reads Autolev's language, got none. Install kane[models].") from error
     return lark.Lark(GRAMMAR, parser="lalr", start=["statement", "declaration", "args"], maybe_placeholders=True)  # type: ignore[no-any-return]
-
-
-__all__ = ["GRAMMAR", "Any", "Line", "Tree", "alike", "lines_of", "parser"]

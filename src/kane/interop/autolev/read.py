@@ -11,7 +11,7 @@ from kane.errors import KaneError, ModelError, alike
 from kane.expr.differentiation import time_derivative
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Input, Parameter, Speed, Symbol, rate
-from kane.interop.autolev.commands import COMMANDS, constrain, hold
+from kane.interop.autolev.commands import COMMANDS
 from kane.interop.autolev.declarations import DECLARED, FORMING, Statement, declare, outlook, words_of
 from kane.interop.autolev.evaluate import Reading, over, plus, quantity, splits, times
 from kane.interop.autolev.functions import FUNCTIONS, where
@@ -22,10 +22,40 @@ from kane.interop.autolev.units import base_units
 from kane.interop.autolev.values import Dyad, Table, Unread, Value, Vec
 from kane.interop.imported import Remarks
 
-_SETTINGS = set(
-    "autoz autorhs autoepsilon overwrite beepsound pause digits factoring complex units output outputplot encode code save ode "
-    "animate run plot setautozee setdigits title zee autoassign format setdefaultparenthesis nicheck autoexpress "
-    "setautoexpress setimaginarynumber checkifnumbers setautorightsymbol".split()
+_SETTINGS = frozenset(
+    [
+        "autoz",
+        "autorhs",
+        "autoepsilon",
+        "overwrite",
+        "beepsound",
+        "pause",
+        "digits",
+        "factoring",
+        "complex",
+        "units",
+        "output",
+        "outputplot",
+        "encode",
+        "code",
+        "save",
+        "ode",
+        "animate",
+        "plot",
+        "setautozee",
+        "setdigits",
+        "title",
+        "zee",
+        "autoassign",
+        "format",
+        "setdefaultparenthesis",
+        "nicheck",
+        "autoexpress",
+        "setautoexpress",
+        "run",
+        "setimaginarynumber",
+        "checkifnumbers",
+    ]
 )
 _ENDS = {"quit", "exit", "stop"}
 _ARGUED = {"mass", "inertia", "input"}
@@ -34,7 +64,7 @@ _MACROS = 4
 
 
 def read(text: str, folder: Path | None) -> Sheet:
-    """The sheet of a text; command files (.a) that it calls are looked for in its folder."""
+    """Read a text; command files (.a) that it calls are looked for in its folder."""
     sheet = Sheet(Remarks(), genesis=bool(_GENESIS.search(text)))
     reading = Reading(sheet, FUNCTIONS, MEMBERS)
     lines = [x for line in lines_of(text) for x in _unfolded(line, folder, _MACROS)]
@@ -47,7 +77,7 @@ def read(text: str, folder: Path | None) -> Sheet:
             _Reader(reading, seen).do(s)
         except KaneError as error:
             if sheet.formed and _is_output(s, sheet):
-                sheet.remarks.say("left out", f"an output, as {_first(error)}", where(s.line))
+                sheet.remarks.say("ignored", f"an output, as {_first(error)}", where(s.line))
                 continue
             if f"line {s.line.number}" in str(error):
                 raise
@@ -66,11 +96,13 @@ def _is_output(s: Statement, sheet: Sheet) -> bool:
         return False
     names = words_of([s.tree.children[0]])
     base = {n.rstrip("'>") for n in names}
-    return not (base & sheet.symbols.keys()) and not any(n.startswith(("force_", "torque_", "dependent")) for n in names)
+    return not (base & sheet.symbols.keys()) and not any(
+        n.startswith(("force_", "torque_", "dependent")) for n in names
+    )
 
 
 def _unfolded(line: Line, folder: Path | None, deep: int) -> Iterator[Line]:
-    """A line, or the lines of the command file that it calls, arguments in the place of #1#, #2#, …"""
+    """A line, or the lines of the command file that it calls, arguments in the place of #1#, #2# and so on."""
     match = re.fullmatch(r"([A-Za-z]\w*)\s*\((.*)\)", line.text)
     name = match[1].lower() if match else ""
     known = name in COMMANDS or name in FUNCTIONS or name in _SETTINGS
@@ -84,8 +116,7 @@ def _unfolded(line: Line, folder: Path | None, deep: int) -> Iterator[Line]:
     for k, argument in enumerate(match[2].split(","), 1):
         body = body.replace(f"#{k}#", argument.strip())
     for inner in lines_of(body):
-        for made in _unfolded(Line(inner.text, line.number, line.column), folder, deep - 1):
-            yield made
+        yield from _unfolded(Line(inner.text, line.number, line.column), folder, deep - 1)
 
 
 def _command_file(folder: Path | None, name: str) -> Path | None:
@@ -114,7 +145,9 @@ def _parsed(line: Line, sheet: Sheet) -> Statement | None:
         column = offset + (error.column if isinstance(error.column, int) and error.column > 0 else len(text) + 1)
         known = (*DECLARED, *COMMANDS, *_ARGUED, *_SETTINGS)
         cure = alike(word, known).strip() if spaced and word and word not in known else ""
-        raise line.refuse("a statement of Autolev or MotionGenesis", f"a fault at column {line.column + column - 1}", cure) from None
+        raise line.refuse(
+            "a statement of Autolev or MotionGenesis", f"a fault at column {line.column + column - 1}", cure
+        ) from None
     return Statement(word, tree, line)
 
 
@@ -126,7 +159,7 @@ def _setting(word: str, rest: str, line: Line, sheet: Sheet) -> None:
     elif word == "run":
         raise line.refuse("a whole model in one text", "Run, which reads another file", "Put that file in its place.")
     else:
-        sheet.remarks.say("left out", f"{word}: no part of the model", where(line))
+        sheet.remarks.say("ignored", f"{word}: no part of the model", where(line))
 
 
 class _Reader:
@@ -166,12 +199,14 @@ class _Reader:
                 return
             if name not in FUNCTIONS:
                 known = (*COMMANDS, *FUNCTIONS)
-                raise line.refuse("a command of Autolev", f"{node.children[0]} at column {line.column}", alike(name, known).strip())
-            self.sheet.remarks.say("left out", f"{node.children[0]}(…): it changes how results look", where(line))
+                raise line.refuse(
+                    "a command of Autolev", f"{node.children[0]} at column {line.column}", alike(name, known).strip()
+                )
+            self.sheet.remarks.say("ignored", f"{node.children[0]}(…): it changes how results look", where(line))
         elif node.data == "member":
             self.r.value(node, line)
         else:
-            self.sheet.remarks.say("left out", "an expression that is only shown", where(line))
+            self.sheet.remarks.say("ignored", "an expression that is only shown", where(line))
             self.r.value(tree, line)
 
     def _set_dt(self, args: Sequence[Any], line: Line) -> None:
@@ -231,7 +266,7 @@ class _Reader:
                 if isinstance(value, Expr):
                     self.sheet.inputs[name] = value
             else:
-                self.sheet.remarks.say("left out", f"{name}: a setting of the integrator", where(line))
+                self.sheet.remarks.say("ignored", f"{name}: a setting of the integrator", where(line))
 
     # Assignments -----------------------------------------------------------------------------------------------------
 
@@ -256,7 +291,9 @@ class _Reader:
     def _load_pair(self, first: str, second: str, value: Value, line: Line) -> None:
         """Force_P/Q> = F>: F on Q, −F on P, as Force(P/Q, F>)."""
         kind, _, one = first.partition("_")
-        known, loads = (self.sheet.points, self.sheet.forces) if kind == "force" else (self.sheet.frames, self.sheet.torques)
+        known, loads = (
+            (self.sheet.points, self.sheet.forces) if kind == "force" else (self.sheet.frames, self.sheet.torques)
+        )
         other = second.rstrip(">")
         if kind not in ("force", "torque") or one not in known or other not in known or not isinstance(value, Vec):
             raise line.refuse("Force_P/Q> or Torque_A/B> with a vector", f"{first}/{second}")
@@ -357,7 +394,8 @@ class _Reader:
         s = self.sheet
         known, loads = (s.points, s.forces) if kind == "force" else (s.frames, s.torques)
         if on not in known:
-            raise line.refuse(f"{kind.capitalize()}_ with the name of a {'point' if kind == 'force' else 'frame'}", on, alike(on, known).strip())
+            what = "point" if kind == "force" else "frame"
+            raise line.refuse(f"{kind.capitalize()}_ with the name of a {what}", on, alike(on, known).strip())
         if op != "+=":
             loads[:] = [x for x in loads if x[0] != on]
         loads.append((on, vector, line))
@@ -366,7 +404,8 @@ class _Reader:
         base, primes = name.rstrip("'"), len(name) - len(name.rstrip("'"))
         symbol = self.sheet.symbols.get(base)
         if symbol is None or not isinstance(value, Expr):
-            raise line.refuse(f"a variable {base} declared with {primes} prime(s), and a scalar", "neither" if symbol is None else "another value")
+            got = "no such variable" if symbol is None else "another value"
+            raise line.refuse(f"a variable {base} declared with {primes} prime(s), and a scalar", got)
         if primes == 1 and isinstance(symbol, Coordinate):
             self.sheet.kinematic[rate(symbol)] = self.sheet.by_speeds(value)
         elif isinstance(symbol, Input):
@@ -375,7 +414,8 @@ class _Reader:
                 held = rate(held) if isinstance(held, Symbol) else time_derivative(held)
             self.sheet.late[held] = value
         elif not self.sheet.formed and isinstance(symbol, Speed):
-            raise line.refuse(f"no equation for {name} before those of motion are formed", "one", "Prescribed motion: declare it Specified.")
+            cure = "Declare a prescribed motion as Specified."
+            raise line.refuse(f"no equation for {name} before those of motion are formed", "one", cure)
 
     def _matrix(self, name: str, value: Table, line: Line) -> None:
         for a, b in splits(name):
@@ -408,6 +448,3 @@ def _tokens(tree: Any) -> Iterator[Any]:
             yield from _tokens(x)
     elif getattr(tree, "type", "") == "NAME":
         yield tree
-
-
-__all__ = ["constrain", "hold", "read"]

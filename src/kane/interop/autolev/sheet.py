@@ -252,7 +252,8 @@ class Sheet:
                 base = self.velocities.get((q, frame), Vec())
                 return base + self.dt(self.position(q, p), frame)
         raise ModelError(
-            f"Expected a velocity of {self.say(p)} in {self.say(frame)}, got neither it nor a position from a point whose velocity is known."
+            f"Expected a velocity of {self.say(p)} in {self.say(frame)}, got neither it nor a position from a point whose velocity "
+            "is known."
         )
 
     def carried(self, frame: str, body: str, p: str, q: str) -> Vec:

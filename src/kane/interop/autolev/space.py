@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The frames and points of a sheet as kane's, each compared with the velocity that the file gives it.
 
-Where the file gives an angular velocity and no orientation, or another one than the orientation has, the body gets a frame that turns so:
-by an angle where the axis stands still, else by Euler parameters, all without a name in the file. A point whose velocity is not that of its
-position gets one that moves so, by three lengths. What these new coordinates do follows from kinematical rows: rate = function of speeds.
+Where the file gives an angular velocity and no orientation, or another one than the orientation has, the body gets a frame that
+turns so: by an angle where the axis stands still, else by Euler parameters, all without a name in the file. A point whose velocity
+is not that of its position gets one that moves so, by three lengths. Rows say what these coordinates do: rate = function of speeds.
 """
 
 from collections.abc import Iterable
@@ -65,7 +65,9 @@ class Space:
         total = Vector()
         for (frame, k), x in v.parts.items():
             if frame not in self.frames:
-                raise ModelError(f"Expected an orientation of {self.sheet.say(frame)}, got none. Write Simprot or Dircos.")
+                raise ModelError(
+                    f"Expected an orientation of {self.sheet.say(frame)}, got none. Write Simprot or Dircos."
+                )
             f = self.frames[frame]
             total = total + (f.x, f.y, f.z)[k] * x
         return total
@@ -116,7 +118,11 @@ class Space:
         self.frames[b] = frame
         told = self.vector(self.sheet.spin(b, a))
         base = self.frames[a]
-        quasi = [q for q in free_symbols(x for x in frame.angular_velocity(base).components(frame)) if isinstance(q, QuasiRate)]
+        quasi = [
+            q
+            for q in free_symbols(x for x in frame.angular_velocity(base).components(frame))
+            if isinstance(q, QuasiRate)
+        ]
         for q, value in zip(quasi, told.components(frame), strict=True):
             self.euler[q] = self.names.final(value)
             self.rows.append(Row(q, self.names.final(value), made=True))
@@ -179,16 +185,16 @@ class Space:
             self.turning[body] = frame
             if self.same(mine, told):
                 continue
-            extra = self.vector(told) - Vector(
-                (f, tuple(map(self.by_speeds, c))) for f, c in mine.parts  # type: ignore[misc]
-            )
+            extra = self.vector(told) - mine.map(self.by_speeds)
             self.turning[body] = self._extra(body, frame, extra)
 
     def _extra(self, body: str, frame: Frame, extra: Vector) -> Frame:
         shown = self.sheet.say(body)
         spin = tuple(map(self.names.final, extra.components(frame)))
         big = [k for k in range(3) if not agree([spin[k]], [ZERO], self.groups)]
-        self.sheet.remarks.say("inferred", f"{shown} turns otherwise than its orientation says: it gets coordinates of its own")
+        self.sheet.remarks.say(
+            "inferred", f"{shown} turns otherwise than its orientation says: it gets coordinates of its own"
+        )
         if len(big) == 1:
             angle = self._new(f"{shown}_angle")
             self.rows.append(Row(rate(angle), spin[big[0]], made=True))
@@ -221,16 +227,20 @@ class Space:
                 return
             made = next((p for p in open_ if self._near(p, edges)), None)
             if made is None and not self._by_velocity(open_, edges):
-                name = s.say(open_[0])
+                name, base = s.say(open_[0]), s.say(n)
                 raise ModelError(
-                    f"Expected a position of {name} from {s.say(n)}O or from a point fixed in {s.say(n)}, or its velocity in {s.say(n)}, "
-                    f"got none of them. Write V_{name}_{s.say(n)}>."
+                    f"Expected a position of {name} from {base}O or from a point fixed in {base}, or its velocity in {base}, got none "
+                    f"of them. Write V_{name}_{base}>."
                 )
 
     def _on_the_way(self, edges: dict[tuple[str, str], Vec]) -> list[str]:
         """The points needed, and those between them and points at rest."""
-        s, wanted = self.sheet, {}
-        roots = [self.sheet.inertial + "o", *(p for (p, f), v in s.velocities.items() if f == s.inertial and not v.parts)]
+        s = self.sheet
+        wanted: dict[str, None] = {}
+        roots = [
+            self.sheet.inertial + "o",
+            *(p for (p, f), v in s.velocities.items() if f == s.inertial and not v.parts),
+        ]
         for p in self.needed():
             wanted[p] = None
             for root in roots:

@@ -16,8 +16,7 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import solve_linear
 from kane.expr.node import ONE, ZERO, Expr, constant_value
 from kane.expr.symbols import Coordinate, Speed, rate
-from kane.expr.visit import substituting
-from kane.interop.autolev.model import Names
+from kane.interop.autolev.model import Names, replacing, undefined
 from kane.interop.autolev.space import Row, Space
 from kane.numeric.sampling import SEEDS, sample
 
@@ -41,7 +40,9 @@ def kinematics(space: Space, names: Names, speeds: Sequence[Speed], moving: Iter
     loose = [(q, r) for q, r in zip(named, own, strict=True) if q not in held]
     for q, row in placed:
         if row is None:
-            raise ModelError(f"Expected the rate of {q} as an affine function of speeds, got {names.kinematic[rate(q)]}.")
+            raise ModelError(
+                f"Expected the rate of {q} as an affine function of speeds, got {names.kinematic[rate(q)]}."
+            )
     rows = [*(r for _, r in placed if r is not None), *space.rows]
     chosen = _independent(rows, speeds, space)
     states: dict[Coordinate, Expr] = {}
@@ -59,7 +60,9 @@ def kinematics(space: Space, names: Names, speeds: Sequence[Speed], moving: Iter
         if len(more) > len(chosen):
             rows, chosen = [*rows, Row(rate(q), u)], more
             space.sheet.remarks.say("inferred", f"{u.name} is the rate of no coordinate of the file: it gets one")
-    return _turned([rows[k] for k in chosen], [r for k, r in enumerate(rows) if k not in set(chosen)], speeds, states, space)
+    return _turned(
+        [rows[k] for k in chosen], [r for k, r in enumerate(rows) if k not in set(chosen)], speeds, states, space
+    )
 
 
 def _row(q: Coordinate, names: Names, speeds: Sequence[Speed]) -> Row | None:
@@ -79,7 +82,7 @@ def _independent(rows: Sequence[Row], speeds: Sequence[Speed], space: Space) -> 
     forms = [form for form, _ in affine_forms([r.value for r in rows], speeds)]
     weight = [sum(1 if constant_value(c) is not None else 10 for c in form.values()) for form in forms]
     flat = [form.get(u, ZERO) for form in forms for u in speeds]
-    matrix = np.array(sample(flat, SEEDS[0], space.groups), dtype=float).reshape(len(rows), len(speeds))
+    matrix = np.array(sample(map(undefined, flat), SEEDS[0], space.groups), dtype=float).reshape(len(rows), len(speeds))
     chosen: list[int] = []
     for k in sorted(range(len(rows)), key=lambda k: weight[k]):
         if np.any(matrix[k]) and np.linalg.matrix_rank(matrix[[*chosen, k]]) > len(chosen):
@@ -94,13 +97,13 @@ def _turned(
     matrix = [[form.get(u, ZERO) for u in speeds] for form, _ in forms]
     right = [r.rates - x for r, (_, x) in zip(rows, forms, strict=True)]
     definitions = dict(zip(speeds, _solved(matrix, right), strict=True))
-    replace = substituting(dict(definitions))
+    replace = replacing(definitions)
     left = {Speed.declare(f"slip_{k}", None, "", ""): r.rates - replace(r.value) for k, r in enumerate(rest, 1)}
     return Kinematics(definitions, left, states)
 
 
 def _solved(matrix: list[list[Expr]], right: list[Expr]) -> tuple[Expr, ...]:
-    if all(sum(x is not ZERO for x in row) == 1 and ONE in {x for x in row} for row in matrix):
+    if all(sum(x is not ZERO for x in row) == 1 and ONE in set(row) for row in matrix):
         at = [next(j for j, x in enumerate(row) if x is not ZERO) for row in matrix]
         return tuple(right[at.index(j)] for j in range(len(matrix)))
     return solve_linear(matrix, right)
