@@ -55,6 +55,9 @@ if TYPE_CHECKING:
     from kane.figures import *
     from kane.fitting import *
     from kane.integrators import *
+    from kane.interop.autolev import from_autolev as from_autolev
+    from kane.interop.imported import Imported as Imported
+    from kane.interop.imported import Remark as Remark
     from kane.interop.sympy import from_sympy, to_sympy
     from kane.joints import *
     from kane.loads import *
@@ -133,6 +136,8 @@ _NAMES = {
         "coordinates input parameter parameters speed speeds state time",
     "expr.piecewise": "Table table",
     "expr.forms.taylor_series": "taylor",
+    "interop.autolev": "from_autolev",
+    "interop.imported": "Imported Remark",
     "interop.sympy": "from_sympy to_sympy",
     "model.beams.beam": "Beam",
     "model.beams.deformation": "tapered",

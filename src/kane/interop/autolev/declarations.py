@@ -129,7 +129,7 @@ Declare = Callable[[Sheet, Outlook, str, int, Line], None]
 def _frame(s: Sheet, o: Outlook, name: str, primes: int, line: Line) -> None:
     low = name.lower()
     s.frames[low] = s.shown[low] = name
-    for point in (f"{name}o", *((f"{name}cm",) if s.genesis else ())):
+    for point in (f"{name}o", f"{name}cm") if s.genesis else (f"{name}O",):
         s.points[point.lower()] = s.shown[point.lower()] = point
         s.fixed[point.lower()] = low
 

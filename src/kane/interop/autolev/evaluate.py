@@ -14,7 +14,7 @@ from kane.interop.autolev.sheet import Sheet
 from kane.interop.autolev.units import factor_of
 from kane.interop.autolev.values import Dyad, Table, Unread, Value, Vec
 
-MOST_EXPONENT = 100
+MOST_EXPONENT, MOST_DEEP = 100, 300
 Call = Callable[["Reading", Sequence[Any], Line], Value]
 
 
@@ -25,11 +25,18 @@ class Reading:
         self.sheet = sheet
         self.functions = functions
         self.members = members
+        self._depth = 0
 
     def value(self, tree: Any, line: Line) -> Value:
         """What an expression stands for."""
+        if self._depth > MOST_DEEP:
+            raise line.refuse("an expression of fewer nested parts", "a deeper one")
         rule: Callable[[list[Any], Line], Value] = getattr(self, f"_{tree.data}")
-        return rule(tree.children, line)
+        self._depth += 1
+        try:
+            return rule(tree.children, line)
+        finally:
+            self._depth -= 1
 
     def scalar(self, tree: Any, line: Line) -> Expr:
         """What must be a scalar."""

@@ -86,6 +86,8 @@ class Names:
             held = set(free_symbols(changes.values()))
             if not held & changes.keys():
                 return changes
+            if any(k in set(free_symbols([v])) for k, v in changes.items() if k in held):
+                break
             replace = substituting({k: v for k, v in changes.items() if k in held})
             changes = {k: replace(v) for k, v in changes.items()}
         names = ", ".join(str(k) for k in changes if k in set(free_symbols(changes.values())))
