@@ -50,7 +50,7 @@ def test_faults_are_named_with_their_line(case: str) -> None:
     "text",
     [
         "x = " + "(" * 5000 + "1" + ")" * 5000 + "\n",
-        "x = " + "+".join(["1"] * 40_000) + "\n",
+        "x = " + "+".join(["1"] * 20_000) + "\n",
         "x = " + "-" * 30_000 + "1\n",
         "x = " + "2^" * 30_000 + "1\n",
         "Constants a\nb0 = a\n" + "".join(f"b{k + 1} = b{k}^2 + b{k}\n" for k in range(2000)),
