@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """From a sheet to a system: bodies, loads, speeds, constraints, values."""
 
-from collections.abc import Iterable
 from typing import Any
 
 from kane.equations.state import State
 from kane.errors import KaneError, ModelError
+from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
-from kane.expr.symbols import Coordinate, Speed, StateVariable, Symbol
+from kane.expr.symbols import Coordinate, Speed, StateVariable, Symbol, rate
 from kane.interop.autolev.auxiliary import Evidence, evidence
 from kane.interop.autolev.model import Names, no_accelerations, replacing, speeds_in
 from kane.interop.autolev.sheet import Sheet
@@ -36,16 +36,21 @@ def build(sheet: Sheet) -> Imported:
     bodies = _bodies(sheet, names, space)
     loads = _loads(sheet, names, space, bodies, shown)
     laws = [names.final(e) for e, _ in sheet.constraints]
-    speeds = _speeds(sheet, names, space, laws)
-    kin = kinematics(space, names, speeds, [*_moving(space), *laws])
+    moving = [*_moving(space), *laws]
+    speeds = _speeds(sheet, names, space, moving)
+    kin = kinematics(space, names, speeds, moving)
     system = _system(sheet, names, space, kin, bodies, loads, laws, shown)
     _check_outputs(sheet, system)
     return _imported(sheet, names, system)
 
 
-def _speeds(sheet: Sheet, names: Names, space: Space, laws: Iterable[Expr]) -> list[Speed]:
+def _speeds(sheet: Sheet, names: Names, space: Space, moving: list[Expr]) -> list[Speed]:
     """The speeds that the model has: those in kinematical equations, in what moves, and in constraints."""
-    used = speeds_in([*(r.value for r in space.rows), *laws, *map(names.final, names.kinematic.values())])
+    held = set(free_symbols(moving))
+    rates = [
+        names.final(names.kinematic[rate(q)]) for q in names.coordinates() if q in held and rate(q) in names.kinematic
+    ]
+    used = speeds_in([*(r.value for r in space.rows), *moving, *rates])
     order = [s for s in sheet.symbols.values() if isinstance(s, Speed)]
     found = set(used) - set(sheet.auxiliary)
     return [u for u in dict.fromkeys((*order, *used)) if u in found]
@@ -155,9 +160,10 @@ def _check_outputs(sheet: Sheet, system: System) -> None:
 
 def _held(kin: Kinematics, sheet: Sheet) -> set[Coordinate]:
     """Further states that have a rate which the system knows."""
-    known = {q for q in kin.states if no_accelerations(kin.states[q])}
-    for q in kin.states.keys() - known:
-        sheet.remarks.say("ignored", f"{q.name}: its rate holds accelerations")
+    known = {q for q, e in kin.states.items() if no_accelerations(e) and set(speeds_in([e])) <= kin.speeds.keys()}
+    for q in kin.states:
+        if q not in known:
+            sheet.remarks.say("ignored", f"{q.name}: its rate holds accelerations, or speeds that move nothing")
     return known
 
 

@@ -175,6 +175,10 @@ def _mag(r: Reading, args: Sequence[Any], line: Line) -> Value:
     return r.sheet.magnitude(r.vector(expression(args[0]), line))
 
 
+def _angle(r: Reading, args: Sequence[Any], line: Line) -> Value:
+    return ops.acos(r.sheet.dot(r.vector(expression(args[0]), line), r.vector(expression(args[1]), line)))
+
+
 def _unitvec(r: Reading, args: Sequence[Any], line: Line) -> Value:
     v = r.vector(expression(args[0]), line)
     return v.times(ONE / r.sheet.magnitude(v))
@@ -286,6 +290,7 @@ FUNCTIONS: dict[str, Call] = {
     **dict.fromkeys(_SAME.split(), _same),
     **{name: _output(name) for name in _OUTPUTS.split()},
     "dot": _dot, "cross": _cross, "dt": _dt, "express": _express, "mag": _mag, "getmagnitude": _mag,
+    "getanglebetweenunitvectors": _angle,
     "unitvec": _unitvec, "getunitvector": _unitvec, "vector": _vector, "matrix": _matrix, "getmatrix": _matrix,
     "transpose": _transpose, "gettranspose": _transpose, "inv": _inv, "trace": _trace, "element": _element, "d": _d,
     "evaluate": _evaluate, "replace": _evaluate,

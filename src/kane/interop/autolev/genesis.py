@@ -130,8 +130,8 @@ def _set_inertia(r: Reading, args: Args, line: Line) -> Value:
     b, rest = frame_of(r, args[0], line), list(args[1:])
     point, frame = r.sheet.bodies.get(b, f"{b}cm"), b
     for known in (r.sheet.points, r.sheet.frames):
-        token = _token(rest[0].children[0]) if rest and rest[0].data == "argument" else None
-        if token is not None and str(token).lower() in known and not _is_scalar(r, token):
+        token = _token(rest[0].children[0]) if rest and len(rest) % 3 and rest[0].data == "argument" else None
+        if token is not None and str(token).lower() in known:
             name = str(token).lower()
             point, frame = (name, frame) if known is r.sheet.points else (point, name)
             rest = rest[1:]
@@ -140,10 +140,6 @@ def _set_inertia(r: Reading, args: Args, line: Line) -> Value:
     values = [_defined(r, x, line) for x in rest]
     r.sheet.inertias[b] = (tensor(frame, values), point, line)
     return _DONE
-
-
-def _is_scalar(r: Reading, token: Any) -> bool:
-    return str(token).lower() in (*r.sheet.symbols, *r.sheet.values)
 
 
 def _set_mass_inertia(r: Reading, args: Args, line: Line) -> Value:

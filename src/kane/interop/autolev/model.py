@@ -42,7 +42,7 @@ class Names:
         self._speeds: dict[Expr, Expr] = {}
         kinematic = {self._late(k): self._late(v) for k, v in sheet.kinematic.items()}
         for symbol in sheet.symbols.values():
-            if isinstance(symbol, Coordinate) and rate(symbol) not in kinematic:
+            if isinstance(symbol, Coordinate) and rate(symbol) not in kinematic and symbol not in sheet.outputs:
                 kinematic[rate(symbol)] = Speed.declare(f"{symbol.name}p", None, "", "")
         self.kinematic = self._closed(kinematic)
         self._by_speeds = substituting(self.kinematic)

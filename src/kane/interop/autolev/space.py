@@ -41,7 +41,9 @@ class Space:
         root = Frame(sheet.say(sheet.inertial))
         self.frames: dict[str, Frame] = {sheet.inertial: root}
         self.turning: dict[str, Frame] = {sheet.inertial: root}
+        self._noted: list[tuple[Frame, Frame, Vec]] = []
         self._orient()
+        self._drive()
         self._turn_as_told()
         self.origin = Point(f"{sheet.say(sheet.inertial)}O", fixed_in=root)
         self.points: dict[str, Point] = {f"{sheet.inertial}o": self.origin}
@@ -114,16 +116,18 @@ class Space:
         return parent.rotate_matrix(shown, rows if forth else [list(c) for c in zip(*rows, strict=True)])
 
     def _quasi(self, frame: Frame, b: str, a: str) -> None:
-        """The quasi-rates of a frame with Euler parameters are the components of the angular velocity that is told."""
-        self.frames[b] = frame
-        told = self.vector(self.sheet.spin(b, a))
-        base = self.frames[a]
-        quasi = [
-            q
-            for q in free_symbols(x for x in frame.angular_velocity(base).components(frame))
-            if isinstance(q, QuasiRate)
-        ]
-        for q, value in zip(quasi, told.components(frame), strict=True):
+        """Note a frame with Euler parameters, whose quasi-rates are components of the angular velocity that is told."""
+        self._noted.append((frame, self.frames[a], self.sheet.spin(b, a)))
+
+    def _drive(self) -> None:
+        """Say what the quasi-rates are, once all frames are there."""
+        for frame, base, told in self._noted:
+            self._set_quasi(frame, base, self.vector(told))
+
+    def _set_quasi(self, frame: Frame, base: Frame, spin: Vector) -> None:
+        found = free_symbols(frame.angular_velocity(base).components(frame))
+        quasi = [q for q in found if isinstance(q, QuasiRate)]
+        for q, value in zip(quasi, spin.components(frame), strict=True):
             self.euler[q] = self.names.final(value)
             self.rows.append(Row(q, self.names.final(value), made=True))
 
@@ -156,11 +160,7 @@ class Space:
         e = tuple(self._new(f"{shown}_e{k}") for k in range(4))
         self.groups.append(e)
         frame = base.rotate_euler_parameters(shown, e)
-        self.frames[child] = frame
-        quasi = [q for q in free_symbols(frame.angular_velocity(base).components(frame)) if isinstance(q, QuasiRate)]
-        for q, value in zip(quasi, self.vector(told).components(frame), strict=True):
-            self.euler[q] = value
-            self.rows.append(Row(q, value, made=True))
+        self._noted.append((frame, base, told))
         return frame
 
     def _new(self, name: str) -> Coordinate:
@@ -202,20 +202,20 @@ class Space:
         e = tuple(self._new(f"{shown}_e{k}") for k in range(4))
         self.groups.append(e)
         made = frame.rotate_euler_parameters(f"{shown}_turning", e)
-        quasi = [q for q in free_symbols(made.angular_velocity(frame).components(made)) if isinstance(q, QuasiRate)]
-        for q, value in zip(quasi, extra.components(made), strict=True):
-            self.euler[q] = self.names.final(value)
-            self.rows.append(Row(q, self.names.final(value), made=True))
+        self._set_quasi(made, frame, extra)
         return made
 
     # Points ----------------------------------------------------------------------------------------------------------
 
+    def _centers(self) -> list[str]:
+        """Points that have mass: geometric ones, whose acceleration is the derivative of their velocity."""
+        return [self.sheet.bodies.get(name, name) for name in self.sheet.masses]
+
     def needed(self) -> list[str]:
         """Points that the model needs: mass centres and those where forces act."""
         s = self.sheet
-        centers = [s.bodies.get(name, name) for name in s.masses]
         about = [point for body, (_, point, _) in s.inertias.items() if body in s.masses]
-        return list(dict.fromkeys([*centers, *about, *(p for p, _, _ in s.forces)]))
+        return list(dict.fromkeys([*self._centers(), *about, *(p for p, _, _ in s.forces)]))
 
     def _place(self) -> None:
         s, n = self.sheet, self.sheet.inertial
@@ -266,6 +266,8 @@ class Space:
             if told is None or self.same(point.velocity(self.root), told):
                 self.points[p] = point
                 return True
+            if p in self._centers():
+                continue
             for frame in dict.fromkeys((*self.turning.values(), *self.frames.values())):
                 particle = base.fixed_in(frame, s.say(p), offset)
                 if self.same(particle.velocity(self.root), told):

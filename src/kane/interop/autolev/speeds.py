@@ -34,7 +34,7 @@ def kinematics(space: Space, names: Names, speeds: Sequence[Speed], moving: Iter
     """The kinematical equations turned round; `moving` are the expressions that place and orient what the model has."""
     held = set(free_symbols(moving))
     grouped = {e for group in space.groups for e in group}
-    named = [q for q in names.coordinates() if q not in grouped]
+    named = [q for q in names.coordinates() if q not in grouped and rate(q) in names.kinematic]
     own = [_row(q, names, speeds) for q in named]
     placed = [(q, r) for q, r in zip(named, own, strict=True) if q in held]
     loose = [(q, r) for q, r in zip(named, own, strict=True) if q not in held]
