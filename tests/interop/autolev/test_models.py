@@ -129,6 +129,73 @@ def test_what_is_inferred_is_said() -> None:
     assert any("no orientation" in text for text in MODELS["BLIND"].of_kind("inferred"))
 
 
+@given(angles, angles, angles, angles, angles)
+def test_a_wheel_that_is_not_oriented(a: float, b: float, c: float, s: float, torque: float) -> None:
+    i, j = (2.0, 3.0, 4.5), 0.4
+    known = {"w1": a, "w2": b, "w3": c, "s": s, "m": 1.0, "J": j, "T1": torque} | {
+        f"I{k}": x for k, x in enumerate(i, 1)
+    }
+    h = j * (a + s)
+    expected = {
+        "w1": (-torque - (i[2] - i[1]) * b * c) / i[0],
+        "w2": (-(i[0] - i[2]) * a * c - h * c) / i[1],
+        "w3": (-(i[1] - i[0]) * a * b + h * b) / i[2],
+    }
+    expected["s"] = torque / j - expected["w1"]
+    assert solved(MODELS["GYROSTAT"], **known) == pytest.approx(expected, rel=1e-10, abs=1e-10)
+
+
+def test_what_places_nothing_is_a_state() -> None:
+    model = MODELS["GYROSTAT"]
+    (x,) = model.system.states
+    rate = model.eom.state_rates[0]
+    assert x.name == "x"
+    assert x.default == 2.0
+    assert kn.evaluate(rate, {s: {"w1": 3.0, "w2": 0.5}[s.name] for s in kn.free_symbols([rate])}) == 4.0
+
+
+def declared_disk() -> kn.System:
+    """The rolling disk of `ROLLING`, declared here."""
+    A = kn.Frame("A")
+    H, L, theta, x, y = kn.coordinates("H L theta x y")
+    wx, wy, wz, xp, yp = kn.speeds("wx wy wz xp yp")
+    g, m, r, axial, across = kn.parameters("g m r I J")
+    B = A.rotate("B", H, A.z)
+    C = B.rotate("C", -L, B.x)
+    D = C.rotate("D", theta, C.y)
+    trace = kn.Point("O", fixed_in=A).at("P", x * A.x + y * A.y)
+    center = trace.at("Dcm", r * C.z)
+    w = D.angular_velocity(A)
+    contact = center.fixed_in(D, "DA", -r * C.z).velocity(A)
+    inertia = kn.inertia(C, across, axial, across)
+    return kn.System(
+        A,
+        bodies=[kn.RigidBody("D", frame=D, mass_center=center, mass=m, inertia=inertia)],
+        loads=[kn.gravity(-g * A.z)],
+        speeds={wx: w.dot(C.x), wy: w.dot(C.y), wz: w.dot(C.z), xp: x.dt, yp: y.dt},
+        nonholonomic=[kn.motion_constraint(f"roll {k}", contact.dot(n)) for k, n in enumerate((A.x, A.y))],
+        dependent_speeds=(xp, yp),
+    )
+
+
+DISK = kn.derive(declared_disk())
+
+
+@given(angles, st.floats(-1.0, 1.0), angles, angles, angles)
+def test_a_disk_that_rolls(turn: float, lean: float, a: float, b: float, c: float) -> None:
+    at: dict[str, Any] = {
+        "q": {"H": turn, "L": lean, "theta": 0.4, "x": 0.0, "y": 0.0},
+        "u": {"wx": a, "wy": b, "wz": c},
+        "parameters": {"g": 9.8, "m": 2.0, "r": 0.3, "I": 0.11, "J": 0.07},
+    }
+    both = []
+    for eom in (MODELS["ROLLING"].eom, DISK):
+        named = dict(zip((u.name for u in eom.speeds), eom.accelerations, strict=True))
+        wanted = [named[x] for x in ("wx", "wy", "wz", "xp", "yp")]
+        both.append([float(x) for x in eom.evaluate(wanted, **at)])
+    assert both[0] == pytest.approx(both[1], rel=1e-9, abs=1e-9)
+
+
 def test_units_of_another_system_and_degrees() -> None:
     text = texts.PENDULUM.replace("autoz on", "UnitSystem slug, ft, sec").replace("L = 50 cm", "L = 12 inch")
     m = from_autolev(text.replace("m = 2 kg", "m = 2 slug"))

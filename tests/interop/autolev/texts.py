@@ -162,3 +162,52 @@ Mass P = m
 Gravity(-g*N2>)
 Zero = Fr() + FrStar()
 """
+
+GYROSTAT = """\
+% a wheel whose angle nobody tracks, and a trace that drives nothing
+Newtonian N
+Bodies B, W
+MotionVariables' w{3}', s'
+Variables x'
+Constants m, I{3}, J, T1
+Simprot(B, W, 1, 0)
+W_B_N> = w1*B1> + w2*B2> + w3*B3>
+W_W_B> = s*B1>
+V_BO_N> = 0>
+V_WO_N> = V_BO_N>
+x' = w1 + 2*w2
+Mass B = m, W = m
+Inertia B, I1, I2, I3
+Inertia W, J, 0, 0
+Torque(B/W, T1*B1>)
+Zero = Fr() + FrStar()
+Input w1 = 3, x = 2
+"""
+
+ROLLING = """\
+NewtonianFrame A
+RigidFrame B, C
+RigidBody D
+Point DA( D )
+Constant g = 9.8 m/s^2, m = 2 kg, r = 0.3 m, I, J
+Variable H', L', theta', x'', y'', wx', wy', wz'
+SetUnitSystem( kg, meter, sec )
+B.RotateZ( A, H )
+C.RotateNegativeX( B, L )
+D.RotateY( C, theta )
+wD> = D.GetAngularVelocity( A )
+Change[1] = wx - Dot( wD>, Cx> )
+Change[2] = wy - Dot( wD>, Cy> )
+Change[3] = wz - Dot( wD>, Cz> )
+Solve( Change = 0, H', L', theta' )
+D.SetAngularVelocityAcceleration( A, wx*Cx> + wy*Cy> + wz*Cz> )
+Dcm.Translate( Ao, x*Ax> + y*Ay> + r*Cz> )
+DA.SetPositionVelocity( Dcm, -r*Cz> )
+Roll[1] = Dot( DA.GetVelocity(A), Ax> )
+Roll[2] = Dot( DA.GetVelocity(A), Ay> )
+SolveDt( Roll = 0, x', y' )
+D.SetMass( m )
+D.SetInertia( Dcm, C, J, I, J )
+System.AddForceGravity( -g*Az> )
+Dynamics = System.GetDynamicsKane()
+"""

@@ -127,7 +127,9 @@ def _parsed(line: Line, sheet: Sheet) -> Statement | None:
     head = re.match(r"([A-Za-z_]+)('{0,3})(\s+(?![:+*/=^-]=?\s|=)|\s*$|(?=\())", line.text)
     word, rest = (head[1].lower(), line.text[head.end() :]) if head else ("", line.text)
     spaced = bool(head) and line.text[head.end() : head.end() + 1] != "(" if head else False
-    if word in _SETTINGS | _ENDS | {"unitsystem", "degrees"} and not rest.lstrip().startswith(("=", ":=")):
+    if word in _SETTINGS | _ENDS | {"unitsystem", "setunitsystem", "degrees"} and not rest.lstrip().startswith(
+        ("=", ":=")
+    ):
         _setting(word, rest, line, sheet)
         return None
     start, text, offset = "statement", line.text, 0
@@ -150,7 +152,7 @@ def _parsed(line: Line, sheet: Sheet) -> Statement | None:
 def _setting(word: str, rest: str, line: Line, sheet: Sheet) -> None:
     if word == "degrees":
         sheet.degrees = "off" not in rest.lower()
-    elif word == "unitsystem":
+    elif word in ("unitsystem", "setunitsystem"):
         sheet.units = base_units(re.findall(r"[A-Za-z]+", rest), line)
     elif word == "run":
         raise line.refuse("a whole model in one text", "Run, which reads another file", "Put that file in its place.")
