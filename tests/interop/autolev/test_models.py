@@ -196,6 +196,12 @@ def test_a_disk_that_rolls(turn: float, lean: float, a: float, b: float, c: floa
     assert both[0] == pytest.approx(both[1], rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.parametrize(("told", "count"), [("Dt(V_BO_N>, N)", 0), ("2*Dt(V_BO_N>, N)", 1)])
+def test_accelerations_that_contradict_velocities_are_said(told: str, count: int) -> None:
+    model = from_autolev(texts.PENDULUM.replace("Mass B = m", f"A_BO_N> = {told}\nMass B = m"))
+    assert len(model.of_kind("changed")) == count
+
+
 def test_units_of_another_system_and_degrees() -> None:
     text = texts.PENDULUM.replace("autoz on", "UnitSystem slug, ft, sec").replace("L = 50 cm", "L = 12 inch")
     m = from_autolev(text.replace("m = 2 kg", "m = 2 slug"))

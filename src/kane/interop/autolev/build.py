@@ -6,10 +6,10 @@ from typing import Any
 from kane.equations.state import State
 from kane.errors import KaneError, ModelError
 from kane.expr.evaluation import free_symbols
-from kane.expr.node import Expr
+from kane.expr.node import ONE, Expr
 from kane.expr.symbols import Coordinate, Speed, StateVariable, Symbol, rate
 from kane.interop.autolev.auxiliary import Evidence, evidence
-from kane.interop.autolev.model import Names, no_accelerations, replacing, speeds_in
+from kane.interop.autolev.model import Names, agree, no_accelerations, replacing, speeds_in
 from kane.interop.autolev.sheet import Sheet
 from kane.interop.autolev.space import Space
 from kane.interop.autolev.speeds import Kinematics, kinematics
@@ -36,6 +36,7 @@ def build(sheet: Sheet) -> Imported:
     bodies = _bodies(sheet, names, space)
     loads = _loads(sheet, names, space, bodies, shown)
     laws = [names.final(e) for e, _ in sheet.constraints]
+    _compare_accelerations(sheet, names, space)
     moving = [*_moving(space), *laws]
     speeds = _speeds(sheet, names, space, moving)
     kin = kinematics(space, names, speeds, moving)
@@ -148,6 +149,19 @@ def _system(
         auxiliary_speeds=shown.speeds,
         reactions=shown.reactions,
     )
+
+
+def _compare_accelerations(sheet: Sheet, names: Names, space: Space) -> None:
+    """Say where an acceleration of the file is not the derivative of the velocity, which alone counts here."""
+    n = sheet.inertial
+    for (p, frame), (told, line) in sheet.accelerations.items():
+        if frame != n or (p, n) not in sheet.velocities:
+            continue
+        difference = sheet.dt(sheet.velocities[p, n].map(names.final), n).map(names.final) - names.vector(told)
+        size = names.final(sheet.dot(difference, difference))
+        if difference.parts and not agree([size + 1], [ONE], space.groups):
+            text = f"the acceleration of {sheet.say(p)} is not the derivative of its velocity, which is taken"
+            sheet.remarks.say("changed", text, f"line {line.number}")
 
 
 def _check_outputs(sheet: Sheet, system: System) -> None:
