@@ -46,7 +46,8 @@ class Names:
                 kinematic[rate(symbol)] = Speed.declare(f"{symbol.name}p", None, "", "")
         self.kinematic = self._closed(kinematic)
         self._by_speeds = substituting(self.kinematic)
-        self._at_rest = substituting({**dict.fromkeys(sheet.auxiliary, ZERO)})
+        rest = [x for u in sheet.auxiliary for x in (u, rate(u))]
+        self._at_rest = substituting({**dict.fromkeys(rest, ZERO)})
 
     def _given_values(self) -> None:
         """Variables that only Input gives a value, or that masses, inertias and places hold, are constants."""
