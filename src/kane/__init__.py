@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from kane.figures import *
     from kane.fitting import *
     from kane.integrators import *
+    from kane.interop.autolev import from_autolev as from_autolev
     from kane.interop.imported import Imported as Imported
     from kane.interop.imported import Remark as Remark
     from kane.interop.robots.mjcf import from_mjcf as from_mjcf
@@ -146,6 +147,7 @@ _NAMES = {
     "interop.robots.mjcf": "from_mjcf",
     "interop.robots.records": "LinkShape",
     "interop.robots.urdf": "from_urdf",
+    "interop.autolev": "from_autolev",
     "interop.sympy": "from_sympy to_sympy",
     "interop.sympy_mechanics.importing": "from_sympy_mechanics",
     "model.beams.beam": "Beam",

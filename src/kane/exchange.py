@@ -2,6 +2,7 @@
 """Models and equations of other tools, and equations for them."""
 
 from kane.interop.autodiff import to_casadi, to_jax, to_torch
+from kane.interop.autolev import from_autolev
 from kane.interop.imported import Imported, Remark
 from kane.interop.python_source.model import to_python
 from kane.interop.robots.mjcf import from_mjcf
@@ -14,6 +15,7 @@ __all__ = [
     "Imported",
     "LinkShape",
     "Remark",
+    "from_autolev",
     "from_mjcf",
     "from_sympy",
     "from_sympy_mechanics",

@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From a sheet to a system: bodies, loads, speeds, constraints, values."""
+
+from typing import Any
+
+from kane.equations.state import State
+from kane.errors import KaneError, ModelError
+from kane.expr.evaluation import free_symbols
+from kane.expr.node import ONE, Expr
+from kane.expr.symbols import Coordinate, Speed, StateVariable, Symbol, rate
+from kane.interop.autolev.auxiliary import Evidence, evidence
+from kane.interop.autolev.model import Names, agree, no_accelerations, replacing, speeds_in
+from kane.interop.autolev.sheet import Sheet
+from kane.interop.autolev.space import Space
+from kane.interop.autolev.speeds import Kinematics, kinematics
+from kane.interop.autolev.values import Vec
+from kane.interop.imported import Imported
+from kane.model.bodies import Particle, RigidBody
+from kane.model.constraints import Constraint, motion_constraint
+from kane.model.loads import Force, Gravity, Load, Torque, gravity
+from kane.model.system import System
+from kane.space.vector import Dyadic, Vector
+
+Body = RigidBody | Particle
+
+
+def build(sheet: Sheet) -> Imported:
+    """The system of a sheet."""
+    if not sheet.inertial:
+        raise ModelError("Expected a Newtonian frame, got a text that declares none. Write Newtonian N.")
+    if not sheet.masses:
+        raise ModelError("Expected a body or particle with a mass, got none. Write Mass B = m.")
+    names = Names(sheet)
+    space = Space(sheet, names)
+    shown = evidence(sheet, names, space)
+    bodies = _bodies(sheet, names, space)
+    loads = _loads(sheet, names, space, bodies, shown)
+    laws = [names.final(e) for e, _ in sheet.constraints]
+    _compare_accelerations(sheet, names, space)
+    moving = [*_moving(space), *laws]
+    speeds = _speeds(sheet, names, space, moving)
+    kin = kinematics(space, names, speeds, moving)
+    system = _system(sheet, names, space, kin, bodies, loads, laws, shown)
+    _check_outputs(sheet, system)
+    return _imported(sheet, names, system)
+
+
+def _speeds(sheet: Sheet, names: Names, space: Space, moving: list[Expr]) -> list[Speed]:
+    """The speeds that the model has: those in kinematical equations, in what moves, and in constraints."""
+    held = set(free_symbols(moving))
+    rates = [
+        names.final(names.kinematic[rate(q)]) for q in names.coordinates() if q in held and rate(q) in names.kinematic
+    ]
+    used = speeds_in([*(r.value for r in space.rows), *moving, *rates])
+    order = [s for s in sheet.symbols.values() if isinstance(s, Speed)]
+    found = set(used) - set(sheet.auxiliary)
+    return [u for u in dict.fromkeys((*order, *used)) if u in found]
+
+
+def _bodies(sheet: Sheet, names: Names, space: Space) -> list[Body]:
+    made: list[Body] = []
+    for name, mass in sheet.masses.items():
+        shown, m = sheet.say(name), names.final(mass)
+        if name in sheet.particles:
+            made.append(Particle(shown, space.points[name], m))
+            continue
+        dyad, about, line = sheet.inertias.get(name, (None, sheet.bodies[name], None))
+        inertia = Dyadic()
+        if dyad is None:
+            sheet.remarks.say("inferred", f"{shown} has no inertia: it is taken for zero")
+        else:
+            inertia = Dyadic((space.vector(a), space.vector(b)) for a, b in dyad.terms)
+        center, frame = space.points[sheet.bodies[name]], space.turning[name]
+        place = inertia if about == sheet.bodies[name] else (inertia, space.points[about])
+        try:
+            made.append(RigidBody(shown, frame=frame, mass_center=center, mass=m, inertia=place))
+        except KaneError as error:
+            raise (line.refuse("a body as kane has it", str(error)) if line else error) from error
+    for name in sheet.bodies.keys() - sheet.masses.keys():
+        sheet.remarks.say("inferred", f"{sheet.say(name)} has no mass: it is a frame")
+    return made
+
+
+def _loads(sheet: Sheet, names: Names, space: Space, bodies: list[Body], shown: Evidence) -> list[Load | Gravity]:
+    loads: list[Load | Gravity] = []
+    total, everywhere = Vec(), False
+    by_name = {b.name.lower(): b for b in bodies}
+    for k, (vector, on) in enumerate(sheet.gravities):
+        if not on or set(on) >= by_name.keys():
+            total, everywhere = total + vector, True
+            continue
+        for name in on:
+            if name in by_name:
+                b = by_name[name]
+                loads.append(Force(b.mass_center, space.vector(vector) * b.mass, f"gravity {k + 1} on {b.name}"))
+    if everywhere:
+        loads.insert(0, gravity(space.vector(total)))
+    for name, vector, line in sheet.forces:
+        value = shown.load(space.vector(vector))
+        if not _at_rest(space, name) and not value.is_zero:
+            loads.append(
+                Force(space.points[name], value, f"F{len(loads) + 1} on {sheet.say(name)} (line {line.number})")
+            )
+    for name, vector, line in sheet.torques:
+        value = shown.load(space.vector(vector))
+        if name != sheet.inertial and not value.is_zero:
+            frame = space.turning.get(name, space.frames[name])
+            loads.append(Torque(frame, value, f"T{len(loads) + 1} on {sheet.say(name)} (line {line.number})"))
+    return loads
+
+
+def _at_rest(space: Space, name: str) -> bool:
+    point = space.points[name]
+    return point.velocity(space.root).is_zero
+
+
+def _moving(space: Space) -> list[Expr]:
+    """What places and orients the model."""
+    found: list[Expr] = []
+    vectors: list[Vector] = []
+    for f in (*space.frames.values(), *space.turning.values()):
+        found += [x for v in (f.x, f.y, f.z) for x in v.components(space.root)]
+    vectors += [p.position(space.origin) for p in space.points.values()]
+    return found + [x for v in vectors for x in v.scalars()]
+
+
+def _system(
+    sheet: Sheet, names: Names, space: Space, kin: Kinematics, bodies: list[Body], loads: list[Load | Gravity],
+    laws: list[Expr], shown: Evidence,
+) -> System:  # fmt: skip
+    by_rates = replacing(kin.speeds)
+    states = {q: StateVariable.declare(q.name, names.numbers.get(q.name.lower(), 0.0), "", "") for q in kin.states}
+    change = replacing(states)
+    held = _held(kin, sheet)
+    constraints: list[Constraint] = [motion_constraint(f"kinematics of {u.name}", e) for u, e in kin.vanishing.items()]
+    for k, (law, (_, line)) in enumerate(zip(laws, sheet.constraints, strict=True), 1):
+        if not no_accelerations(law):
+            raise line.refuse("a constraint of speeds", "one of accelerations")
+        constraints.append(motion_constraint(f"constraint {k} (line {line.number})", by_rates(law)))
+    dependent = [u for u in dict.fromkeys(sheet.dependent) if u in kin.speeds]
+    return System(
+        space.root,
+        bodies=bodies,
+        speeds={**kin.speeds, **kin.vanishing},
+        loads=[_changed(x, change) for x in loads],
+        nonholonomic=constraints,
+        states={states[q]: change(e) for q, e in kin.states.items() if q in held},
+        dependent_speeds=(*kin.vanishing, *dependent) if len(dependent) == len(laws) else (),
+        auxiliary_speeds=shown.speeds,
+        reactions=shown.reactions,
+    )
+
+
+def _compare_accelerations(sheet: Sheet, names: Names, space: Space) -> None:
+    """Say where an acceleration of the file is not the derivative of the velocity, which alone counts here."""
+    n = sheet.inertial
+    for (p, frame), (told, line) in sheet.accelerations.items():
+        if frame != n or (p, n) not in sheet.velocities:
+            continue
+        difference = sheet.dt(sheet.velocities[p, n].map(names.final), n).map(names.final) - names.vector(told)
+        size = names.final(sheet.dot(difference, difference))
+        if difference.parts and not agree([size + 1], [ONE], space.groups):
+            text = f"the acceleration of {sheet.say(p)} is not the derivative of its velocity, which is taken"
+            sheet.remarks.say("changed", text, f"line {line.number}")
+
+
+def _check_outputs(sheet: Sheet, system: System) -> None:
+    """The model holds nothing whose value is an output that is not read."""
+    for symbol in (*system.inputs, *system.parameters):
+        if symbol in sheet.outputs:
+            why, line = sheet.outputs[symbol]
+            raise line.refuse(f"an expression of the model for {symbol.name}", why)
+
+
+def _held(kin: Kinematics, sheet: Sheet) -> set[Coordinate]:
+    """Further states that have a rate which the system knows."""
+    known = {q for q, e in kin.states.items() if no_accelerations(e) and set(speeds_in([e])) <= kin.speeds.keys()}
+    for q in kin.states:
+        if q not in known:
+            sheet.remarks.say("ignored", f"{q.name}: its rate holds accelerations, or speeds that move nothing")
+    return known
+
+
+def _changed(load: Load | Gravity, change: object) -> Load | Gravity:
+    if isinstance(load, Gravity) or not callable(change):
+        return load
+    forces = tuple((p, v.map(change)) for p, v in load.forces)
+    torques = tuple((f, v.map(change)) for f, v in load.torques)
+    return Load(load.name, forces, torques)
+
+
+def _imported(sheet: Sheet, names: Names, system: System) -> Imported:
+    symbols = (*system.coordinates, *system.speeds, *system.states, *system.parameters, *system.inputs)
+    every: dict[str, Symbol] = {str(s.name): s for s in symbols}
+    low = {name.lower(): s for name, s in every.items()}
+    start: dict[type[Symbol], dict[Any, float]] = {Coordinate: {}, Speed: {}}
+    for name, value in names.numbers.items():
+        symbol = low.get(name, low.get(f"{name.rstrip(chr(39))}p"))
+        if isinstance(symbol, Coordinate | Speed):
+            start[type(symbol)][symbol] = value
+    counts = (
+        f"{len(system.bodies)} bodies, {len(system.coordinates)} coordinates, {len(system.speeds)} speeds, "
+        f"{len(system.constraints)} constraints"
+    )
+    sheet.remarks.say("read", counts)
+    q, u = ({s.name: s for s in system.coordinates}, {s.name: s for s in system.speeds})
+    parameters = {s.name: s for s in system.parameters}
+    extras = {"start": State(q=start[Coordinate], u=start[Speed])}
+    return Imported(system, every, q, u, parameters, sheet.remarks.all(), extras)
+
+
+__all__ = ["build"]

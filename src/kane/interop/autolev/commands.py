@@ -1,0 +1,263 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The commands that make a model: orientations, velocities, loads, constraints, kinematical equations; a table by name."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from kane.errors import KaneError
+from kane.expr.evaluation import free_symbols
+from kane.expr.node import ONE, ZERO, Expr, as_expr
+from kane.expr.symbols import Coordinate, Rate, Speed, rate
+from kane.interop.autolev.evaluate import Reading
+from kane.interop.autolev.functions import expression, frame_of, pair_of, point_of, solve, where, word
+from kane.interop.autolev.grammar import Line
+from kane.interop.autolev.sheet import Sheet, of_euler, simple
+from kane.interop.autolev.values import Table, Unread, Vec
+
+Args = Sequence[Any]
+Command = Callable[[Reading, Args, Line], None]
+_HALF = ONE / 2
+
+
+# Orientation ---------------------------------------------------------------------------------------------------------
+
+
+def simprot(r: Reading, args: Args, line: Line) -> None:
+    """Simprot(A, B, axis, angle)."""
+    if len(args) != 4:
+        raise line.refuse("Simprot(A, B, axis, angle)", f"{len(args)} arguments")
+    a, b = frame_of(r, args[0], line), frame_of(r, args[1], line)
+    axis = r.value(expression(args[2]), line)
+    angle = r.scalar(expression(args[3]), line)
+    if isinstance(axis, Vec):
+        frame = b if axis.frames() == (b,) else a
+        components = tuple(axis.parts.get((frame, k), ZERO) for k in range(3))
+    else:
+        number = r.number(expression(args[2]), line)
+        if abs(number) not in (1, 2, 3):
+            raise line.refuse("an axis 1, 2 or 3", number)
+        components = tuple(ONE if k == abs(number) - 1 else ZERO for k in range(3))
+        angle = angle if number > 0 else -angle
+    turn(r.sheet, a, b, components, angle, line)
+
+
+def turn(s: Sheet, a: str, b: str, axis: tuple[Expr, ...], angle: Expr, line: Line) -> None:
+    """Orient b in a by a simple rotation."""
+    if s.connected(a, b):
+        raise line.refuse(f"one orientation of {s.say(b)} in {s.say(a)}", "another one")
+    s.orient(simple(a, b, axis, angle))
+
+
+def dircos(r: Reading, args: Args, line: Line) -> None:
+    """Dircos(A, B, body123, q1, q2, q3) and its like; without more than frames it declares nothing."""
+    if len(args) > 3:
+        a, b = frame_of(r, args[0], line), frame_of(r, args[1], line)
+        orient(r, a, b, word(args[2], line), [expression(x) for x in args[3:]], line)
+
+
+def orient(r: Reading, a: str, b: str, kind: str, trees: Sequence[Any], line: Line) -> None:
+    """Orient b in a by a sequence of angles or Euler parameters."""
+    angles = [r.scalar(x, line) for x in trees]
+    if kind in ("euler", "quaternion"):
+        if len(angles) != 4 or not all(isinstance(x, Coordinate) for x in angles):
+            raise line.refuse("four variables with primes as Euler parameters", f"{len(angles)} expressions")
+        e = tuple(x for x in angles if isinstance(x, Coordinate))
+        r.sheet.orient(of_euler(a, b, e if kind == "euler" else (*e[1:], e[0])))
+        return
+    axes = kind[-3:].translate(str.maketrans("xyz", "123"))
+    if kind[:-3] not in ("body", "space") or not set(axes) <= set("123") or len(angles) != 3:
+        raise line.refuse("Euler, or body or space with three axes, and as many angles", kind)
+    steps = list(zip(axes, angles, strict=True))
+    steps = steps if kind.startswith("body") else steps[::-1]
+    base = a
+    for k, (axis, angle) in enumerate(steps):
+        name = b if k == 2 else f"{b}~{k + 1}"
+        r.sheet.shown.setdefault(name, f"{r.sheet.say(b)}~{k + 1}")
+        turn(r.sheet, base, name, tuple(ONE if str(i + 1) == axis else ZERO for i in range(3)), angle, line)
+        base = name
+
+
+def angvel(r: Reading, args: Args, line: Line) -> None:
+    """Angvel(A, B): the angular velocity of B in A by orientations."""
+    a, b = frame_of(r, args[0], line), frame_of(r, args[1], line)
+    r.sheet.spins[b, a] = r.sheet.spin(b, a)
+
+
+def kindiffs(r: Reading, args: Args, line: Line) -> None:
+    """KinDiffs(A, B, kind, q1, …): rates of angles or Euler parameters from the angular velocity."""
+    a, b, kind = frame_of(r, args[0], line), frame_of(r, args[1], line), word(args[2], line)
+    q = [r.scalar(expression(x), line) for x in args[3:]]
+    kinematics(r.sheet, a, b, kind, q, line)
+
+
+def kinematics(s: Sheet, a: str, b: str, kind: str, q: Sequence[Expr], line: Line) -> None:
+    """The kinematical equations of an orientation, from the angular velocity that is known."""
+    known = s.components(s.spin(b, a), b)
+    if kind in ("euler", "quaternion"):
+        x, y, z, w = q if kind == "euler" else (*q[1:], q[0])
+        p, m, n = known
+        rates = (w * p + y * n - z * m, w * m + z * p - x * n, w * n + x * m - y * p, -(x * p + y * m + z * n))
+        for e, value in zip((x, y, z, w), rates, strict=True):
+            s.kinematic[rate(_coordinate(e, line))] = value * _HALF
+        return
+    rows = s.components(s.turning(b, a), b)
+    equations = [mine - given for mine, given in zip(rows, known, strict=True)]
+    unknown = [rate(_coordinate(x, line)) for x in q]
+    s.kinematic |= dict(zip(unknown, solve(s, equations, unknown, line), strict=True))
+
+
+def _coordinate(e: Expr, line: Line) -> Coordinate:
+    if not isinstance(e, Coordinate):
+        raise line.refuse("a variable declared with a prime", e)
+    return e
+
+
+# Velocities ----------------------------------------------------------------------------------------------------------
+
+
+def v2pts(r: Reading, args: Args, line: Line) -> None:
+    """V2pts(A, B, P, Q): the velocity in A of Q, fixed on B as P is."""
+    a, b = frame_of(r, args[0], line), frame_of(r, args[1], line)
+    p, q = point_of(r, args[2], line), point_of(r, args[3], line)
+    r.sheet.velocities[q, a] = r.sheet.carried(a, b, p, q)
+
+
+def v1pt(r: Reading, args: Args, line: Line) -> None:
+    """V1pt(A, B, P, Q): the velocity in A of Q, which moves in B, where P is fixed."""
+    a, b = frame_of(r, args[0], line), frame_of(r, args[1], line)
+    p, q = point_of(r, args[2], line), point_of(r, args[3], line)
+    s = r.sheet
+    own = s.velocities.get((q, b)) or s.dt(s.position(p, q), b)
+    s.velocities[q, a] = s.carried(a, b, p, q) + own
+
+
+def _nothing(r: Reading, args: Args, line: Line) -> None:
+    """Accelerations follow from velocities."""
+
+
+# Loads ---------------------------------------------------------------------------------------------------------------
+
+
+def gravity(r: Reading, args: Args, line: Line) -> None:
+    """Gravity(g*N3>), or with bodies and particles it acts on."""
+    names = tuple(word(x, line) for x in args[1:])
+    for name in names:
+        if name not in r.sheet.bodies and name not in r.sheet.particles:
+            raise line.refuse("a body or particle under gravity", name)
+    r.sheet.gravities.append((r.vector(expression(args[0]), line), names))
+
+
+def force(r: Reading, args: Args, line: Line) -> None:
+    """Force(P, F>), Force(P/Q, F>): F on Q, −F on P."""
+    _loads(r, args, line, r.sheet.points, r.sheet.forces, "point")
+
+
+def torque(r: Reading, args: Args, line: Line) -> None:
+    """Torque(A, T>), Torque(A/B, T>): T on B, −T on A."""
+    _loads(r, args, line, r.sheet.frames, r.sheet.torques, "frame")
+
+
+def _loads(r: Reading, args: Args, line: Line, known: Any, loads: list[tuple[str, Vec, Line]], what: str) -> None:
+    if len(args) != 2:
+        raise line.refuse(f"a {what} or a pair of them, and a vector", f"{len(args)} arguments")
+    first, second = pair_of(args[0], line)
+    vector = r.vector(expression(args[1]), line)
+    for name in (first, second) if second else (first,):
+        if name not in known:
+            raise line.refuse(f"the name of a {what}", name)
+    if second:
+        loads.append((first, vector.times(as_expr(-1)), line))
+    loads.append((second or first, vector, line))
+
+
+# Constraints and equations -------------------------------------------------------------------------------------------
+
+
+def constrain(r: Reading, args: Args, line: Line) -> None:
+    """Constrain(Dependent[u3, u4]), Constrain(Auxiliary[u5]), also together."""
+    for arg in args:
+        element = _element(expression(arg))
+        if element is None:
+            raise line.refuse("Dependent[…] or Auxiliary[…] in Constrain", "another expression")
+        name = str(element.children[0]).lower()
+        unknown = [r.scalar(x.children[0], line) for x in element.children[1].children]
+        hold(r, name, unknown, line, auxiliary=name.startswith("aux"))
+
+
+def _element(tree: Any) -> Any:
+    while hasattr(tree, "children") and tree.data in ("sum", "term", "power"):
+        tree = tree.children[0]
+    return tree if getattr(tree, "data", "") == "element" else None
+
+
+def hold(r: Reading, name: str, unknown: Sequence[Expr], line: Line, *, auxiliary: bool = False) -> None:
+    """The equations of that name hold as motion constraints, by which these speeds depend on the others."""
+    table = r.sheet.values.get(name)
+    if not isinstance(table, Table):
+        raise line.refuse(f"equations {name}[…] before they are constraints", "none")
+    held: Any = [u.place if isinstance(u, Rate) else u for u in unknown]
+    speeds = [u for u in unknown if isinstance(u, Speed)]
+    if auxiliary:
+        r.sheet.auxiliary += [u for u in held if isinstance(u, Speed)]
+        return
+    for e in table.flat():
+        if not isinstance(e, Expr):
+            raise line.refuse("scalars as constraints", "another value")
+        if e is not ZERO:
+            r.sheet.constraints.append((e, line))
+    r.sheet.dependent += speeds
+
+
+def solved(r: Reading, args: Args, line: Line) -> None:
+    """Solve(equations, unknowns): those of motion are not solved here; rates become kinematical equations, speeds constrained."""
+    tree = args[0].children[0]
+    value = r.value(tree, line)
+    if isinstance(value, Unread):
+        return
+    equations = list(value.flat()) if isinstance(value, Table) else [value]
+    scalars = [e for e in equations if isinstance(e, Expr)]
+    unknown: list[Expr] = []
+    for a in args[1:]:
+        got = r.value(expression(a), line)
+        unknown += [x for x in (got.flat() if isinstance(got, Table) else [got]) if isinstance(x, Expr)]
+    if any(isinstance(u, Rate) and isinstance(u.place, Speed) for u in unknown):
+        r.sheet.remarks.say("ignored", "equations solved for accelerations, which follow from the model", where(line))
+        return
+    if any(isinstance(u, Speed) for u in unknown):
+        r.sheet.constraints += [(e, line) for e in scalars]
+        r.sheet.dependent += [u for u in unknown if isinstance(u, Speed)]
+        return
+    try:
+        answers = solve(r.sheet, scalars, unknown, line)
+    except KaneError as error:
+        if not r.sheet.formed and any(isinstance(u, Rate) for u in unknown):
+            raise
+        r.sheet.remarks.say("ignored", f"equations that are not solved here: {error}", where(line))
+        return
+    for u, answer in zip(unknown, answers, strict=True):
+        _known(r.sheet, u, answer)
+
+
+def _known(s: Sheet, unknown: Expr, answer: Expr) -> None:
+    if isinstance(unknown, Rate):
+        s.kinematic[unknown] = answer
+        for key, value in s.kinematic.items():
+            if unknown in set(free_symbols([value])):
+                s.kinematic[key] = s.by_speeds(value)
+    elif not isinstance(unknown, Speed | Coordinate):
+        s.late[unknown] = answer
+
+
+def kane(r: Reading, args: Args, line: Line) -> None:
+    """Kane(F1, F2): these unknowns are brought into evidence."""
+    r.sheet.unknown += [word(a, line) for a in args]
+
+
+COMMANDS: dict[str, Command] = {
+    "simprot": simprot, "dircos": dircos, "angvel": angvel, "kindiffs": kindiffs,
+    "v2pts": v2pts, "v1pt": v1pt, "v1pts": v1pt,
+    **dict.fromkeys(("a2pts", "a1pt", "a1pts", "angacc", "alf"), _nothing),
+    "gravity": gravity, "force": force, "torque": torque,
+    "constrain": constrain, "solve": solved, "solvedt": solved, "kane": kane,
+}  # fmt: skip
+"""What each command does."""

@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Declarations: frames, bodies, points, constants, variables. What kind of symbol a variable is, the whole file says.
+
+A variable whose derivative is assigned somewhere is a coordinate (or a further state), one with a prime whose derivative nobody gives
+is a generalized speed, one with two primes a coordinate whose rate is a generalized speed unless it is given.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Any
+
+from kane.expr.node import Expr, constant_value
+from kane.expr.symbols import Coordinate, Input, Parameter, Speed, Symbol, rate
+from kane.interop.autolev.evaluate import Reading, quantity
+from kane.interop.autolev.grammar import Line
+from kane.interop.autolev.sheet import Sheet
+
+MOST_NAMES = 2_000
+FORMING = {"fr", "frstar", "getdynamicskane", "getdynamics", "getstaticskane"}
+
+
+@dataclass(frozen=True, slots=True)
+class Statement:
+    """A parsed statement: the keyword before a declaration, or none."""
+
+    keyword: str
+    tree: Any
+    line: Line
+
+
+@dataclass(slots=True)
+class Outlook:
+    """What the whole file assigns: derivatives, names, and what the equations of motion are called."""
+
+    rated: set[str] = field(default_factory=set)
+    assigned: set[str] = field(default_factory=set)
+    equations: set[str] = field(default_factory=set)
+
+
+def outlook(statements: Sequence[Statement]) -> Outlook:
+    """One look at all statements before the first is read."""
+    seen = Outlook()
+    for s in statements:
+        if s.tree.data == "statement":
+            target = s.tree.children[0]
+            if s.tree.children[1] is not None:
+                _assigned(seen, _words(target), s)
+            else:
+                _called(seen, target)
+        elif s.tree.data == "declaration":
+            for item in s.tree.children:
+                if item is not None and item.children[5] is not None:
+                    _note(seen, str(item.children[0]).lower())
+    return seen
+
+
+def _assigned(seen: Outlook, names: list[str], s: Statement) -> None:
+    if len(names) == 1:
+        _note(seen, names[0])
+        if FORMING & set(_words(s.tree.children[2])):
+            seen.equations.add(names[0])
+
+
+def _note(seen: Outlook, name: str) -> None:
+    (seen.rated if name.endswith("'") else seen.assigned).add(name.rstrip("'"))
+
+
+def _called(seen: Outlook, tree: Any) -> None:
+    """KinDiffs, Solve and SetDt give derivatives, too; those of the equations of motion are not known yet."""
+    words = _words(tree)
+    if not words or words[0] not in ("kindiffs", "solve", "solvedt"):
+        if "setrotationmatrixode" in words:
+            seen.rated |= set(words)
+        return
+    if words[0] == "kindiffs":
+        seen.rated |= set(words[1:])
+    elif words[0] == "solve" and words[1:2] and words[1] not in seen.equations:
+        seen.rated |= {w.rstrip("'") for w in words if w.endswith("'")}
+
+
+def _words(tree: Any) -> list[str]:
+    """All names in a tree, in order, in small letters."""
+    found, stack = [], [tree]
+    while stack:
+        node = stack.pop()
+        if hasattr(node, "children"):
+            stack += reversed(node.children)
+        elif getattr(node, "type", "") == "NAME":
+            found.append(str(node).lower())
+    return found
+
+
+def names_of(item: Any, r: Reading, line: Line) -> Iterator[tuple[str, int]]:
+    """The names that an item of a declaration stands for, Q{3}' for q1, q2, q3, and their primes."""
+    name, ranges, primes = str(item.children[0]), item.children[1], item.children[2]
+    base = name.rstrip("'")
+    count = len(name) - len(base) + len(primes or "")
+    if ranges is None:
+        yield base, count
+        return
+    spans = [_span(x, r, line) for x in ranges.children]
+    if len(spans) > 1 and all(x.children[1] is None for x in ranges.children):
+        spans = [range(1, span[-1] + 1) for span in spans]
+    total = 1
+    for span in spans:
+        total *= len(span)
+    if total > MOST_NAMES:
+        raise line.refuse(f"at most {MOST_NAMES} names of one declaration", total)
+    for indices in product(*spans):
+        yield base + "".join(map(str, indices)), count
+
+
+def _span(tree: Any, r: Reading, line: Line) -> range:
+    first = r.number(tree.children[0], line)
+    if tree.children[1] is None:
+        return range(1, first + 1)
+    last = r.number(tree.children[1], line)
+    if not 0 <= last - first < MOST_NAMES:
+        raise line.refuse(f"a range of at most {MOST_NAMES} that goes up", f"{first}:{last}")
+    return range(first, last + 1)
+
+
+# What declares what --------------------------------------------------------------------------------------------------
+
+Declare = Callable[[Sheet, Outlook, str, int, Line], None]
+
+
+def _frame(s: Sheet, o: Outlook, name: str, primes: int, line: Line) -> None:
+    low = name.lower()
+    s.frames[low] = s.shown[low] = name
+    for point in (f"{name}o", f"{name}cm") if s.genesis else (f"{name}O",):
+        s.points[point.lower()] = s.shown[point.lower()] = point
+        s.fixed[point.lower()] = low
+
+
+def _newtonian(s: Sheet, o: Outlook, name: str, primes: int, line: Line) -> None:
+    if s.inertial:
+        raise line.refuse("one Newtonian frame", f"{s.say(s.inertial)} and {name}")
+    _frame(s, o, name, primes, line)
+    s.inertial = name.lower()
+
+
+def _body(s: Sheet, o: Outlook, name: str, primes: int, line: Line) -> None:
+    _frame(s, o, name, primes, line)
+    s.bodies[name.lower()] = f"{name.lower()}{'cm' if s.genesis else 'o'}"
+
+
+def _point(s: Sheet, o: Outlook, name: str, primes: int, line: Line) -> None:
+    s.points[name.lower()] = name
+    s.shown.setdefault(name.lower(), name)
+
+
+def _particle(s: Sheet, o: Outlook, name: str, primes: int, line: Line) -> None:
+    _point(s, o, name, primes, line)
+    s.particles[name.lower()] = name
+
+
+def _constant(s: Sheet, o: Outlook, name: str, primes: int, line: Line) -> None:
+    _enter(s, name, Parameter.declare(name, None, "", ""), primes)
+
+
+def _specified(s: Sheet, o: Outlook, name: str, primes: int, line: Line) -> None:
+    _enter(s, name, Input.declare(name, None, "", ""), primes)
+    s.given.add(name.lower())
+
+
+def _variable(s: Sheet, o: Outlook, name: str, primes: int, line: Line) -> None:
+    low = name.lower()
+    symbol: Symbol
+    if not primes or low in o.assigned:
+        symbol = Input.declare(name, None, "", "")
+    elif primes == 1 and low not in o.rated:
+        symbol = Speed.declare(name, None, "", "")
+    else:
+        symbol = Coordinate.declare(name, None, "", "")
+        if primes > 1 and low not in o.rated:
+            s.kinematic[rate(symbol)] = Speed.declare(f"{name}p", None, "", "")
+    _enter(s, name, symbol, primes)
+
+
+def _enter(s: Sheet, name: str, symbol: Symbol, primes: int) -> None:
+    low = name.lower()
+    s.symbols[low], s.primes[low] = symbol, primes
+    s.shown.setdefault(low, name)
+    s.values.pop(low, None)
+
+
+_TABLE: dict[str, tuple[Declare, str]] = {
+    "newtonian": (_newtonian, "newtonian newtonianframe"),
+    "frame": (_frame, "frame frames rigidframe rigidframes"),
+    "body": (_body, "body bodies rigidbody rigidbodies"),
+    "particle": (_particle, "particle particles"),
+    "point": (_point, "point points"),
+    "constant": (_constant, "constant constants"),
+    "specified": (_specified, "specified"),
+    "variable": (_variable, "variable variables motionvariable motionvariables"),
+    "imaginary": (lambda *_: None, "imaginary"),
+}
+DECLARED: dict[str, Declare] = {w: declare for declare, words in _TABLE.values() for w in words.split()}
+"""What each keyword declares."""
+
+Assign = Callable[[str, Any, str, Line], None]
+
+
+def declare(r: Reading, seen: Outlook, statement: Statement, assign: Assign) -> None:
+    """Read a declaration; values beside names are defaults of constants, or assignments."""
+    line = statement.line
+    for item in statement.tree.children:
+        if item is None:
+            continue
+        parts = item.children
+        for name, primes in names_of(item, r, line):
+            DECLARED[statement.keyword](r.sheet, seen, name, primes, line)
+            if parts[3] is not None:
+                r.sheet.fixed[name.lower()] = str(parts[3]).lower()
+            if parts[5] is not None:
+                _initial(r, name, primes, parts, line, assign)
+
+
+def _initial(r: Reading, name: str, primes: int, parts: Sequence[Any], line: Line, assign: Assign) -> None:
+    value = quantity(r, parts[5], parts[6], line)
+    number = constant_value(value) if isinstance(value, Expr) else None
+    if number is not None and isinstance(r.sheet.symbols.get(name.lower()), Parameter):
+        r.sheet.symbols[name.lower()] = Parameter.declare(name, float(number), "", "")
+    else:
+        assign(name + "'" * primes, value, "=", line)
+
+
+def words_of(trees: Iterable[Any]) -> set[str]:
+    """All names in some trees."""
+    return {w for tree in trees for w in _words(tree)}

@@ -1,0 +1,361 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The values of expressions of a file: names, sums, products, powers, elements, calls."""
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from fractions import Fraction
+from typing import Any
+
+from kane.errors import ModelError, alike
+from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value, pi
+from kane.expr.symbols import Coordinate, Speed, rate, time
+from kane.interop.autolev.grammar import Line
+from kane.interop.autolev.sheet import Sheet
+from kane.interop.autolev.units import factor_of
+from kane.interop.autolev.values import Dyad, Table, Unread, Value, Vec
+
+MOST_EXPONENT, MOST_DEEP = 100, 300
+Call = Callable[["Reading", Sequence[Any], Line], Value]
+
+
+class Reading:
+    """A sheet, and how expressions are read on it."""
+
+    def __init__(self, sheet: Sheet, functions: dict[str, Call], members: dict[str, Call]) -> None:
+        self.sheet = sheet
+        self.functions = functions
+        self.members = members
+        self._depth = 0
+
+    def value(self, tree: Any, line: Line) -> Value:
+        """What an expression stands for."""
+        if self._depth > MOST_DEEP:
+            raise line.refuse("an expression of fewer nested parts", "a deeper one")
+        rule: Callable[[list[Any], Line], Value] = getattr(self, f"_{tree.data}")
+        self._depth += 1
+        try:
+            return rule(tree.children, line)
+        finally:
+            self._depth -= 1
+
+    def scalar(self, tree: Any, line: Line) -> Expr:
+        """What must be a scalar."""
+        value = self.value(tree, line)
+        if isinstance(value, Unread):
+            raise line.refuse("a scalar of the model", value.why)
+        if isinstance(value, Table) and len(value.flat()) == 1:
+            value = value.flat()[0]
+        if not isinstance(value, Expr):
+            raise line.refuse("a scalar", _kind(value), "A vector's name ends in “>”, a dyadic's in “>>”.")
+        return value
+
+    def vector(self, tree: Any, line: Line) -> Vec:
+        """What must be a vector."""
+        value = self.value(tree, line)
+        if isinstance(value, Unread):
+            raise line.refuse("a vector of the model", value.why)
+        if isinstance(value, Vec):
+            return value
+        if isinstance(value, Expr) and constant_value(value) == 0:
+            return Vec()
+        raise line.refuse("a vector", _kind(value), "Write it along unit vectors, as x*N1>, or 0>.")
+
+    def number(self, tree: Any, line: Line) -> int:
+        """What must be a whole number."""
+        value = constant_value(self.scalar(tree, line))
+        if value is None or value != int(value):
+            raise line.refuse("a whole number", "another expression")
+        return int(value)
+
+    # Rules of the grammar --------------------------------------------------------------------------------------------
+
+    def _sum(self, parts: list[Any], line: Line) -> Value:
+        total = self.value(parts[0], line)
+        for sign, tree in zip(parts[1::2], parts[2::2], strict=True):
+            other = self.value(tree, line)
+            total = plus(total, other if sign == "+" else times(as_expr(-1), other, line), line)
+        return total
+
+    def _term(self, parts: list[Any], line: Line) -> Value:
+        total = self.value(parts[0], line)
+        for sign, tree in zip(parts[1::2], parts[2::2], strict=True):
+            other = self.value(tree, line)
+            total = times(total, other, line) if sign == "*" else over(total, other, line)
+        return total
+
+    def _signed(self, parts: list[Any], line: Line) -> Value:
+        value = self.value(parts[1], line)
+        return value if parts[0] == "+" else times(as_expr(-1), value, line)
+
+    def _power(self, parts: list[Any], line: Line) -> Value:
+        base = self.value(parts[0], line)
+        if parts[1] is None or isinstance(base, Unread):
+            return base
+        exponent = self.scalar(parts[1], line)
+        number: Any = constant_value(exponent)
+        if not isinstance(base, Expr):
+            raise line.refuse("a scalar before “^”", _kind(base))
+        if number is not None and abs(number) > MOST_EXPONENT:
+            raise line.refuse(f"an exponent of at most {MOST_EXPONENT}", number)
+        return base**exponent
+
+    def _number(self, parts: list[Any], line: Line) -> Value:
+        text = str(parts[0])
+        value = Fraction(text)
+        if value.denominator == 1 and abs(value) < 10**15:
+            return as_expr(int(value))
+        return as_expr(float(text))
+
+    def _constant(self, parts: list[Any], line: Line) -> Value:
+        text = str(parts[0])
+        if text == "0>":
+            return Vec()
+        if text.endswith(">>"):
+            return Dyad(unit=ONE if text[0] == "1" else ZERO)
+        raise line.refuse("0>, 0>> or 1>>", text)
+
+    def _name(self, parts: list[Any], line: Line) -> Value:
+        return self.named(str(parts[0]), line, getattr(parts[0], "column", 1))
+
+    def _function(self, parts: list[Any], line: Line) -> Value:
+        name = str(parts[0])
+        call = self.functions.get(name.lower())
+        if call is None:
+            cure = alike(name.lower(), self.functions).strip()
+            raise line.refuse("a function of Autolev", f"{name} at column {_column(parts[0], line)}", cure)
+        return call(self, parts[1].children, line)
+
+    def _member(self, parts: list[Any], line: Line) -> Value:
+        name = str(parts[1])
+        call = self.members.get(name.lower())
+        if call is None:
+            cure = alike(name.lower(), self.members).strip()
+            raise line.refuse("a method of MotionGenesis", f"{name} at column {_column(parts[1], line)}", cure)
+        return call(self, [parts[0], *parts[2].children], line)
+
+    def _matrix(self, rows: list[Any], line: Line) -> Value:
+        made = [tuple(self.value(x, line) for x in row.children) for row in rows]
+        unread = next((x for row in made for x in row if isinstance(x, Unread)), None)
+        if unread is not None:
+            return unread
+        stacked = [part for row in made for part in _beside(row, line)]
+        if len({len(row) for row in stacked}) > 1:
+            raise line.refuse("rows of one length in a matrix", ", ".join(str(len(row)) for row in stacked))
+        return Table(tuple(stacked))
+
+    def _element(self, parts: list[Any], line: Line) -> Value:
+        name = str(parts[0]).lower()
+        table = self.sheet.values.get(name)
+        if table is None and "_" in name:
+            table = self.named(name, line, 1)
+        if isinstance(table, Unread):
+            return table
+        if not isinstance(table, Table):
+            raise line.refuse("the name of a matrix before “[”", str(parts[0]), alike(name, self.tables()).strip())
+        at = [self.number(x.children[0], line) for x in parts[1].children]
+        rows = table.rows if len(at) > 1 or len(table.rows) > 1 else tuple((x,) for x in table.flat())
+        i, j = (*at, 1)[:2]
+        if not (0 < i <= len(rows) and 0 < j <= len(rows[0])):
+            raise line.refuse(f"an element of a matrix of {len(rows)} × {len(rows[0])}", f"[{', '.join(map(str, at))}]")
+        return rows[i - 1][j - 1]
+
+    def tables(self) -> list[str]:
+        """The names of matrices."""
+        return [name for name, x in self.sheet.values.items() if isinstance(x, Table)]
+
+    # Names -----------------------------------------------------------------------------------------------------------
+
+    def named(self, given: str, line: Line, column: int) -> Value:
+        """What a name stands for."""
+        name = given.lower()
+        if name in self.sheet.values:
+            return self.sheet.values[name]
+        found: Value | None
+        if name.endswith(">>"):
+            found = self._dyadic(name[:-2])
+        elif name.endswith(">"):
+            found = self._vector(name[:-1], line)
+        else:
+            found = self._plain(name)
+        if found is not None:
+            return found
+        known = [self.sheet.say(x) for x in (*self.sheet.symbols, *self.sheet.values)]
+        cure = alike(given, known).strip() or "Declare it by Constants, Variables, Specified or MotionVariables'."
+        raise line.refuse("a name that is declared or assigned", f"{given} at column {line.column + column - 1}", cure)
+
+    def _plain(self, name: str) -> Value | None:
+        base = name.rstrip("'")
+        primes = len(name) - len(base)
+        if not primes and base in ("t", "pi") and base not in self.sheet.symbols:
+            return time if base == "t" else pi
+        if base in self.sheet.values or base in self.sheet.symbols:
+            return self._derivative(base, primes)
+        for a, b in splits(name):
+            if a in self.sheet.frames and b in self.sheet.frames:
+                return Table(self.sheet.cosines(a, b))
+        return None
+
+    def _derivative(self, base: str, primes: int) -> Value:
+        value: Value = self.sheet.values.get(base, self.sheet.symbols.get(base, ZERO))
+        for _ in range(primes):
+            if isinstance(value, Unread):
+                return value
+            if not isinstance(value, Expr):
+                raise ModelError(f"Expected a scalar before “'”, got {base}.")
+            if isinstance(value, Coordinate):
+                value = self.sheet.kinematic.get(rate(value), rate(value))
+            else:
+                value = rate(value) if isinstance(value, Speed) else self.sheet.rate(value)
+        return value
+
+    def _vector(self, name: str, line: Line) -> Vec | None:
+        axis = self.unit(name)
+        if axis is not None:
+            return Vec({axis: ONE})
+        head, _, rest = name.partition("_")
+        take = {"p": self._position, "v": self._velocity, "w": self._spin, "a": self._acceleration, "alf": self._alpha}
+        take["r"] = self._position
+        if rest and head in take:
+            for a, b in splits(rest):
+                value = take[head](a, b)
+                if value is not None:
+                    return value
+        for kind, loads in (("force", self.sheet.forces), ("torque", self.sheet.torques)):
+            if head == kind and rest:
+                total = Vec()
+                for place, v, _ in loads:
+                    total = total + v if place == rest else total
+                return total
+        return None
+
+    def unit(self, name: str) -> tuple[str, int] | None:
+        """The frame and number of a unit vector's name without “>”."""
+        frame, last = name[:-1], name[-1:]
+        if frame in self.sheet.frames and last in "123xyz" and last:
+            return frame, ("123xyz".index(last)) % 3
+        return None
+
+    def _position(self, a: str, b: str) -> Vec | None:
+        s = self.sheet
+        return s.position(a, b) if a in s.points and b in s.points else None
+
+    def _velocity(self, a: str, b: str) -> Vec | None:
+        s = self.sheet
+        return s.velocity(a, b) if a in s.points and b in s.frames else None
+
+    def _spin(self, a: str, b: str) -> Vec | None:
+        s = self.sheet
+        return s.spin(a, b) if a in s.frames and b in s.frames else None
+
+    def _acceleration(self, a: str, b: str) -> Vec | None:
+        s = self.sheet
+        if a not in s.points or b not in s.frames:
+            return None
+        return s.accelerations[a, b][0] if (a, b) in s.accelerations else s.dt(s.velocity(a, b), b)
+
+    def _alpha(self, a: str, b: str) -> Vec | None:
+        s = self.sheet
+        return s.dt(s.spin(a, b), b) if a in s.frames and b in s.frames else None
+
+    def _dyadic(self, name: str) -> Value | None:
+        head, _, rest = name.partition("_")
+        for a, b in splits(rest) if head == "i" else ():
+            if a in self.sheet.inertias and b in self.sheet.points:
+                dyad, about, _ = self.sheet.inertias[a]
+                return dyad if about == b else Unread(f"I_{a}_{b}>>, an inertia about another point")
+        return None
+
+
+def splits(name: str) -> Iterator[tuple[str, str]]:
+    """The ways to cut a name in two at an underscore."""
+    for match in re.finditer("_", name):
+        yield name[: match.start()], name[match.end() :]
+
+
+def plus(a: Value, b: Value, line: Line) -> Value:
+    """a + b, of one kind."""
+    if isinstance(a, Unread) or isinstance(b, Unread):
+        return a if isinstance(a, Unread) else b
+    if isinstance(a, Expr) and isinstance(b, Expr):
+        return a + b
+    if isinstance(a, Vec) and isinstance(b, Vec):
+        return a + b
+    if isinstance(a, Dyad) and isinstance(b, Dyad):
+        return a + b
+    if isinstance(a, Table) and isinstance(b, Table) and [len(r) for r in a.rows] == [len(r) for r in b.rows]:
+        return Table(
+            tuple(
+                tuple(plus(x, y, line) for x, y in zip(p, q, strict=True)) for p, q in zip(a.rows, b.rows, strict=True)
+            )
+        )
+    for x, other in ((a, b), (b, a)):
+        if isinstance(x, Expr) and constant_value(x) == 0:
+            return other
+    raise line.refuse("terms of one kind in a sum", f"{_kind(a)} and {_kind(b)}")
+
+
+def times(a: Value, b: Value, line: Line) -> Value:
+    """The product: of scalars with all, of matrices, and a dyad of two vectors."""
+    if isinstance(a, Unread) or isinstance(b, Unread):
+        return a if isinstance(a, Unread) else b
+    if isinstance(b, Expr) and not isinstance(a, Expr):
+        a, b = b, a
+    if isinstance(a, Expr):
+        if isinstance(b, Expr):
+            return a * b
+        if isinstance(b, Vec | Dyad):
+            return b.times(a)
+        factor = a
+        return b.map(lambda x: times(factor, x, line))
+    if isinstance(a, Vec) and isinstance(b, Vec):
+        return Dyad(((a, b),))
+    if isinstance(a, Table) and isinstance(b, Table) and len(a.rows[0]) == len(b.rows):
+        columns = tuple(zip(*b.rows, strict=True))
+        return Table(tuple(tuple(_inner(row, column, line) for column in columns) for row in a.rows))
+    raise line.refuse("factors that can be multiplied", f"{_kind(a)} and {_kind(b)}")
+
+
+def _inner(row: Iterable[Value], column: Iterable[Value], line: Line) -> Value:
+    total: Value = ZERO
+    for x, y in zip(row, column, strict=True):
+        total = plus(total, times(x, y, line), line)
+    return total
+
+
+def over(a: Value, b: Value, line: Line) -> Value:
+    """a / b, b a scalar."""
+    if isinstance(a, Unread) or isinstance(b, Unread):
+        return a if isinstance(a, Unread) else b
+    if not isinstance(b, Expr):
+        raise line.refuse("a scalar to divide by", _kind(b))
+    if constant_value(b) == 0:
+        raise line.refuse("a divisor other than zero", "0")
+    if isinstance(a, Expr):
+        return a / b
+    return times(ONE / b, a, line)
+
+
+def _beside(row: Sequence[Value], line: Line) -> list[tuple[Value, ...]]:
+    """Rows of a matrix: blocks that stand side by side."""
+    blocks = [x.rows if isinstance(x, Table) else ((x,),) for x in row]
+    if len({len(b) for b in blocks}) > 1:
+        raise line.refuse("blocks of as many rows side by side", ", ".join(str(len(b)) for b in blocks))
+    return [tuple(x for part in parts for x in part) for parts in zip(*blocks, strict=True)]
+
+
+def quantity(reading: Reading, expr: Any, unit: Any, line: Line) -> Value:
+    """An expression with a unit behind it, in units of its system: only degrees change its value."""
+    value = reading.value(expr, line)
+    return value if unit is None else times(value, as_expr(factor_of(unit, reading.sheet.units, line)), line)
+
+
+def _kind(value: object) -> str:
+    words = {Vec: "a vector", Dyad: "a dyadic", Table: "a matrix", Unread: "an output"}
+    return words.get(type(value), "a scalar")
+
+
+def _column(token: Any, line: Line) -> int:
+    return line.column + int(getattr(token, "column", 1)) - 1
+
+
+__all__ = ["Call", "Reading", "over", "plus", "quantity", "splits", "times"]

@@ -1,0 +1,323 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The functions of Autolev that stand in expressions: a table by name."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from kane.expr import operators as ops
+from kane.expr.differentiation import affine, diff
+from kane.expr.evaluation import free_symbols
+from kane.expr.matrix import solve_linear
+from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value, pi
+from kane.expr.symbols import Symbol
+from kane.expr.visit import substituted
+from kane.interop.autolev.evaluate import Call, Reading, plus, quantity
+from kane.interop.autolev.grammar import Line
+from kane.interop.autolev.sheet import Sheet
+from kane.interop.autolev.values import Dyad, Rows, Table, Unread, Value, Vec, along, transposed
+
+_PLAIN: dict[str, Callable[..., Expr]] = {
+    "tanh": ops.tanh, "sinh": ops.sinh, "cosh": ops.cosh, "acos": ops.acos, "asin": ops.asin, "atan": ops.atan,
+    "exp": ops.exp, "log": ops.log, "ln": ops.log, "sqrt": ops.sqrt, "abs": ops.abs, "sign": ops.sign,
+    "atan2": ops.atan2, "max": ops.max, "min": ops.min,
+    "sqr": lambda x: x * x, "log10": lambda x: ops.log(x) / ops.log(as_expr(10)),
+}  # fmt: skip
+_TURNING: dict[str, Callable[[Expr], Expr]] = {"sin": ops.sin, "cos": ops.cos, "tan": ops.tan}
+_SAME = (
+    "expand factor explicit arrange factorlinear factorquadratic rhs fulldot simplify "
+    "collect combine decompose zee simplifysqrt"
+)
+_OUTPUTS = (
+    "fr frstar ke pe momentum angmom taylor coef getcoefficient include exclude polynomial roots eig diagmat "
+    "partials nicheck round int ceil floor factorial inertia laplace evaluateatinput linearize rows cols fstar "
+    "getstateequations constraintforces getlinearunits conserved power work kane lagrange jacobian"
+)
+
+
+def expression(tree: Any) -> Any:
+    """The expression of an argument."""
+    return tree.children[0]
+
+
+def _plain(function: Callable[..., Expr]) -> Call:
+    def call(r: Reading, args: Sequence[Any], line: Line) -> Value:
+        values = [r.value(expression(a), line) for a in args]
+        unread = next((x for x in values if isinstance(x, Unread)), None)
+        if unread is not None:
+            return unread
+        if len(values) == 1 and isinstance(values[0], Table):
+            return values[0].map(lambda x: function(x))
+        return function(*(r.scalar(expression(a), line) for a in args))
+
+    return call
+
+
+def _turning(function: Callable[[Expr], Expr]) -> Call:
+    def call(r: Reading, args: Sequence[Any], line: Line) -> Value:
+        value = r.value(expression(args[0]), line)
+        if isinstance(value, Unread):
+            return value
+        angle = r.scalar(expression(args[0]), line)
+        if r.sheet.degrees and not r.sheet.genesis and constant_value(angle) not in (None, 0):
+            r.sheet.remarks.say("inferred", f"{constant_value(angle)} is an angle in degrees (Degrees on)", where(line))
+            angle = angle * pi / 180
+        return function(angle)
+
+    return call
+
+
+def where(line: Line) -> str:
+    """A remark's place."""
+    return f"line {line.number}"
+
+
+def _same(r: Reading, args: Sequence[Any], line: Line) -> Value:
+    return quantity(r, args[0].children[0], None, line)
+
+
+def _output(name: str) -> Call:
+    return lambda r, args, line: Unread(f"what {name}(…) gives")
+
+
+def _dot(r: Reading, args: Sequence[Any], line: Line) -> Value:
+    a, b = (r.value(expression(x), line) for x in args)
+    if isinstance(a, Table) or isinstance(b, Table):
+        table, other = (a, b) if isinstance(a, Table) else (b, a)
+        assert isinstance(table, Table)
+        return table.map(lambda x: _dotted(r, x, other, line))
+    return _dotted(r, a, b, line)
+
+
+def _dotted(r: Reading, a: Value, b: Value, line: Line) -> Value:
+    for x in (a, b):
+        if isinstance(x, Unread):
+            return x
+    if isinstance(a, Dyad) and isinstance(b, Vec):
+        return r.sheet.apply(a, b)
+    if isinstance(b, Dyad) and isinstance(a, Vec):
+        return r.sheet.apply(Dyad(tuple((y, x) for x, y in b.terms), b.unit), a)
+    if isinstance(a, Vec) and isinstance(b, Vec):
+        return r.sheet.dot(a, b)
+    raise line.refuse("two vectors, or a dyadic and a vector, in Dot", "others")
+
+
+def _cross(r: Reading, args: Sequence[Any], line: Line) -> Value:
+    a, b = (r.value(expression(x), line) for x in args)
+    for x in (a, b):
+        if isinstance(x, Unread):
+            return x
+    return r.sheet.cross(r.vector(expression(args[0]), line), r.vector(expression(args[1]), line))
+
+
+def frame_of(r: Reading, tree: Any, line: Line) -> str:
+    """The frame or body that an argument names."""
+    name = word(tree, line)
+    if name not in r.sheet.frames:
+        raise line.refuse("the name of a frame or body", name, _like(name, r.sheet.frames.values()))
+    return name
+
+
+def point_of(r: Reading, tree: Any, line: Line) -> str:
+    """The point or particle that an argument names."""
+    name = word(tree, line)
+    if name not in r.sheet.points:
+        raise line.refuse("the name of a point", name, _like(name, r.sheet.points.values()))
+    return name
+
+
+def _like(name: str, known: Any) -> str:
+    from kane.errors import alike
+
+    return alike(name, known).strip()
+
+
+def word(tree: Any, line: Line) -> str:
+    """The name that an argument consists of."""
+    while hasattr(tree, "children") and tree.data != "name":
+        if tree.data not in ("argument", "sum", "term", "power") or any(x is not None for x in tree.children[1:]):
+            raise line.refuse("a name", "an expression")
+        tree = tree.children[0]
+    return str(tree.children[0] if hasattr(tree, "children") else tree).lower()
+
+
+def pair_of(tree: Any, line: Line) -> tuple[str, str]:
+    """Two names with “/” between, or one and an empty one."""
+    while tree.data in ("argument", "sum") and all(x is None for x in tree.children[1:]):
+        tree = tree.children[0]
+    if tree.data == "term" and len(tree.children) == 3 and tree.children[1] == "/":
+        return word(tree.children[0], line), word(tree.children[2], line)
+    return word(tree, line), ""
+
+
+def _dt(r: Reading, args: Sequence[Any], line: Line) -> Value:
+    return derived(r, r.value(expression(args[0]), line), args[1:], line)
+
+
+def derived(r: Reading, value: Value, args: Sequence[Any], line: Line) -> Value:
+    """The derivative by time, of a vector in a frame."""
+    if isinstance(value, Unread):
+        return value
+    if isinstance(value, Expr):
+        return r.sheet.rate(value)
+    if isinstance(value, Table):
+        return value.map(lambda x: derived(r, x, args, line))
+    if isinstance(value, Vec) and args:
+        return r.sheet.dt(value, frame_of(r, args[0], line))
+    raise line.refuse("Dt(vector>, frame)", "no frame")
+
+
+def _express(r: Reading, args: Sequence[Any], line: Line) -> Value:
+    value = r.value(expression(args[0]), line)
+    return r.sheet.express(value, frame_of(r, args[1], line)) if isinstance(value, Vec) else value
+
+
+def _mag(r: Reading, args: Sequence[Any], line: Line) -> Value:
+    return r.sheet.magnitude(r.vector(expression(args[0]), line))
+
+
+def _angle(r: Reading, args: Sequence[Any], line: Line) -> Value:
+    return ops.acos(r.sheet.dot(r.vector(expression(args[0]), line), r.vector(expression(args[1]), line)))
+
+
+def _unitvec(r: Reading, args: Sequence[Any], line: Line) -> Value:
+    v = r.vector(expression(args[0]), line)
+    return v.times(ONE / r.sheet.magnitude(v))
+
+
+def _vector(r: Reading, args: Sequence[Any], line: Line) -> Value:
+    frame = frame_of(r, args[0], line)
+    values = [r.value(expression(a), line) for a in args[1:]]
+    if len(values) == 1 and isinstance(values[0], Table):
+        values = list(values[0].flat())
+    if len(values) != 3 or not all(isinstance(x, Expr) for x in values):
+        raise line.refuse("three scalars in Vector(frame, x, y, z)", len(values))
+    return along(frame, (x for x in values if isinstance(x, Expr)))
+
+
+def _matrix(r: Reading, args: Sequence[Any], line: Line) -> Value:
+    frame, value = frame_of(r, args[0], line), r.value(expression(args[1]), line)
+    if isinstance(value, Vec):
+        return Table(tuple((x,) for x in r.sheet.components(value, frame)))
+    return value if isinstance(value, Unread) else Unread("the matrix of a dyadic")
+
+
+def _table(r: Reading, tree: Any, line: Line) -> Table | Unread:
+    value = r.value(expression(tree), line)
+    if not isinstance(value, Table | Unread):
+        raise line.refuse("a matrix", "another value")
+    return value
+
+
+def _transpose(r: Reading, args: Sequence[Any], line: Line) -> Value:
+    table = _table(r, args[0], line)
+    return table if isinstance(table, Unread) else Table(tuple(zip(*table.rows, strict=True)))
+
+
+def _inv(r: Reading, args: Sequence[Any], line: Line) -> Value:
+    table = _table(r, args[0], line)
+    if isinstance(table, Unread):
+        return table
+    rows, n = scalars(table, line), len(table.rows)
+    if n > 12 or any(len(row) != n for row in rows):
+        raise line.refuse("a square matrix of at most 12 rows to invert", f"{n} rows")
+    columns = [solve_linear(rows, [ONE if i == j else ZERO for i in range(n)]) for j in range(n)]
+    return Table(transposed(tuple(columns)))
+
+
+def _trace(r: Reading, args: Sequence[Any], line: Line) -> Value:
+    table, total = _table(r, args[0], line), ZERO
+    if isinstance(table, Unread):
+        return table
+    value: Value = total
+    for k, row in enumerate(table.rows):
+        value = plus(value, row[k], line) if k < len(row) else value
+    return value
+
+
+def _element(r: Reading, args: Sequence[Any], line: Line) -> Value:
+    table = _table(r, args[0], line)
+    if isinstance(table, Unread):
+        return table
+    i, j = r.number(expression(args[1]), line), r.number(expression(args[2]), line)
+    if not (0 < i <= len(table.rows) and 0 < j <= len(table.rows[0])):
+        raise line.refuse("an element that the matrix has", f"[{i}, {j}]")
+    return table.rows[i - 1][j - 1]
+
+
+def scalars(table: Table, line: Line) -> Rows:
+    """The entries of a matrix of scalars."""
+    if not all(isinstance(x, Expr) for x in table.flat()):
+        raise line.refuse("a matrix of scalars", "one of other values")
+    return tuple(tuple(x for x in row if isinstance(x, Expr)) for row in table.rows)
+
+
+def _d(r: Reading, args: Sequence[Any], line: Line) -> Value:
+    value, by = r.value(expression(args[0]), line), r.value(expression(args[1]), line)
+    if len(args) == 2 and isinstance(value, Expr) and isinstance(by, Symbol):
+        return diff(value, by)
+    return Unread("what D(…) gives")
+
+
+def _evaluate(r: Reading, args: Sequence[Any], line: Line) -> Value:
+    value = r.value(expression(args[0]), line)
+    changes: dict[Expr, Expr] = {}
+    for a in args[1:]:
+        if a.data == "named":
+            changes[r.scalar(a.children[0], line)] = r.scalar(a.children[2], line)
+    if isinstance(value, Expr):
+        return substituted(value, changes)
+    return value if isinstance(value, Unread) else Unread("what Evaluate(…) gives")
+
+
+def solve(sheet: Sheet, equations: Sequence[Expr], unknown: Sequence[Expr], line: Line) -> tuple[Expr, ...]:
+    """The unknowns of linear equations, each equation being zero."""
+    if len(equations) != len(unknown):
+        raise line.refuse(f"as many equations as unknowns, {len(unknown)}", len(equations))
+    rows, right = [], []
+    for e in equations:
+        held = set(free_symbols([e]))
+        if not any(u in held for u in unknown):
+            raise line.refuse("equations that hold an unknown", "one that holds none")
+        coefficients, rest = affine(e, unknown)
+        rows.append([coefficients.get(u, ZERO) for u in unknown])
+        right.append(-rest)
+    return solve_linear(rows, right)
+
+
+FUNCTIONS: dict[str, Call] = {
+    **{name: _plain(f) for name, f in _PLAIN.items()},
+    **{name: _turning(f) for name, f in _TURNING.items()},
+    **dict.fromkeys(_SAME.split(), _same),
+    **{name: _output(name) for name in _OUTPUTS.split()},
+    "dot": _dot, "cross": _cross, "dt": _dt, "express": _express, "mag": _mag, "getmagnitude": _mag,
+    "getanglebetweenunitvectors": _angle,
+    "unitvec": _unitvec, "getunitvector": _unitvec, "vector": _vector, "matrix": _matrix, "getmatrix": _matrix,
+    "transpose": _transpose, "gettranspose": _transpose, "inv": _inv, "trace": _trace, "element": _element, "d": _d,
+    "evaluate": _evaluate, "replace": _evaluate,
+    "dtdt": lambda r, args, line: derived(r, derived(r, r.value(expression(args[0]), line), args[1:], line), args[1:], line),
+    "mass": lambda r, args, line: mass(r.sheet, [word(a, line) for a in args]),
+    "cm": lambda r, args, line: center(r.sheet, point_of(r, args[0], line), [word(a, line) for a in args[1:]]),
+    "det": _output("det"), "solve": _output("solve"),
+}  # fmt: skip
+"""How each function is read."""
+
+
+def mass(sheet: Sheet, names: Sequence[str]) -> Expr:
+    """The mass of bodies and particles, all of them where none is named."""
+    total: Expr = ZERO
+    for name in names or sheet.masses:
+        total = total + sheet.masses[name]
+    return total
+
+
+def center(sheet: Sheet, origin: str, names: Sequence[str]) -> Vec:
+    """The position of the mass centre of bodies and particles, all of them where none is named."""
+    total = Vec()
+    for name in names or sheet.masses:
+        total = total + sheet.position(origin, sheet.bodies.get(name, name)).times(sheet.masses[name])
+    return total.times(ONE / mass(sheet, names))
+
+
+__all__ = [
+    "FUNCTIONS", "center", "derived", "expression", "frame_of", "mass", "pair_of", "point_of", "solve", "where", "word",
+]  # fmt: skip

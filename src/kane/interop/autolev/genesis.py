@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The methods of MotionGenesis: `B.RotateZ(A, q)`, `P.Translate(Q, r>)`, `B.GetAngularVelocity(N)`; a table by name."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value
+from kane.expr.symbols import Parameter
+from kane.interop.autolev.commands import kinematics, orient, turn
+from kane.interop.autolev.evaluate import Call, Reading, quantity
+from kane.interop.autolev.functions import center, expression, frame_of, mass, point_of, word
+from kane.interop.autolev.grammar import Line
+from kane.interop.autolev.values import Dyad, Unread, Value, along
+
+Args = Sequence[Any]
+_DONE = Unread("a method that gives no value")
+
+
+def _rotate(axis: int, sign: int) -> Call:
+    def call(r: Reading, args: Args, line: Line) -> Value:
+        b, a = frame_of(r, args[0], line), frame_of(r, args[1], line)
+        angle = r.scalar(expression(args[2]), line)
+        turn(r.sheet, a, b, tuple(ONE if k == axis else ZERO for k in range(3)), angle * sign, line)
+        r.sheet.spins[b, a] = r.sheet.spin(b, a)
+        return _DONE
+
+    return call
+
+
+def _rotate_general(r: Reading, args: Args, line: Line) -> Value:
+    """B.Rotate(A, BodyXYZ, q1, q2, q3), B.SetRotationMatrix(A, axis>, q)."""
+    b, a = frame_of(r, args[0], line), frame_of(r, args[1], line)
+    if len(args) == 4:
+        axis = r.vector(expression(args[2]), line)
+        frame = b if axis.frames() == (b,) else a
+        turn(
+            r.sheet,
+            a,
+            b,
+            tuple(axis.parts.get((frame, k), ZERO) for k in range(3)),
+            r.scalar(expression(args[3]), line),
+            line,
+        )
+    else:
+        orient(r, a, b, word(args[2], line), [expression(x) for x in args[3:]], line)
+    r.sheet.spins[b, a] = r.sheet.spin(b, a)
+    return _DONE
+
+
+def _rotation_ode(r: Reading, args: Args, line: Line) -> Value:
+    """B.SetRotationMatrixODE(A, Quaternion, e0, e1, e2, e3): orientation and kinematical equations."""
+    b, a, kind = frame_of(r, args[0], line), frame_of(r, args[1], line), word(args[2], line)
+    spin = r.sheet.spin(b, a)
+    orient(r, a, b, kind, [expression(x) for x in args[3:]], line)
+    r.sheet.spins[b, a] = spin
+    kinematics(r.sheet, a, b, kind, [r.scalar(expression(x), line) for x in args[3:]], line)
+    return _DONE
+
+
+def _set_spin(r: Reading, args: Args, line: Line) -> Value:
+    b, a = frame_of(r, args[0], line), frame_of(r, args[1], line)
+    r.sheet.spins[b, a] = r.vector(expression(args[2]), line)
+    return _DONE
+
+
+def _set_position(r: Reading, args: Args, line: Line) -> Value:
+    p, q = point_of(r, args[0], line), point_of(r, args[1], line)
+    r.sheet.positions[q, p] = r.vector(expression(args[2]), line)
+    return _DONE
+
+
+def _translate(r: Reading, args: Args, line: Line) -> Value:
+    """P.Translate(Q, r>): position, and the velocity of a point of P's body, else the derivative of the position."""
+    _set_position(r, args, line)
+    p, q = point_of(r, args[0], line), point_of(r, args[1], line)
+    s, body = r.sheet, r.sheet.fixed.get(p)
+    n = s.inertial
+    together = body is not None and body != n and (s.fixed.get(q) == body or not p.endswith(("o", "cm")))
+    if body is not None and together:
+        s.velocities[p, n] = s.carried(n, body, q, p)
+    else:
+        s.velocities[p, n] = s.velocity(q, n) + s.dt(s.positions[q, p], n)
+    return _DONE
+
+
+def _set_velocity(r: Reading, args: Args, line: Line) -> Value:
+    p, a = point_of(r, args[0], line), frame_of(r, args[1], line)
+    r.sheet.velocities[p, a] = r.vector(expression(args[2]), line)
+    return _DONE
+
+
+def _defined(r: Reading, arg: Any, line: Line) -> Expr:
+    """A scalar, which may be named on the way: mA = 640 kg."""
+    if arg.data != "named":
+        tree = arg.children[0]
+        value = quantity(r, tree, arg.children[1], line) if _known(r, tree, line) else _new(r, tree, line)
+        return value if isinstance(value, Expr) else r.scalar(tree, line)
+    value = quantity(r, arg.children[2], arg.children[3], line)
+    number = constant_value(value) if isinstance(value, Expr) else None
+    if number is None:
+        raise line.refuse("a number for a constant that is defined in a call", "an expression")
+    return r.sheet.parameter(str(_token(arg.children[0])), float(number))
+
+
+def _known(r: Reading, tree: Any, line: Line) -> bool:
+    token = _token(tree)
+    return token is None or str(token).lower() in (*r.sheet.symbols, *r.sheet.values, "pi")
+
+
+def _new(r: Reading, tree: Any, line: Line) -> Parameter:
+    return r.sheet.parameter(str(_token(tree)))
+
+
+def _token(tree: Any) -> Any:
+    """The name that an expression consists of, or None."""
+    while hasattr(tree, "children"):
+        if tree.data not in ("sum", "term", "power", "name") or any(x is not None for x in tree.children[1:]):
+            return None
+        tree = tree.children[0]
+    return tree
+
+
+def _set_mass(r: Reading, args: Args, line: Line) -> Value:
+    r.sheet.masses[word(args[0], line)] = _defined(r, args[1], line)
+    return _DONE
+
+
+def _set_inertia(r: Reading, args: Args, line: Line) -> Value:
+    """B.SetInertia(Bcm, frame, Ixx, Iyy, Izz, Ixy, Iyz, Izx), point and frame left out at will."""
+    b, rest = frame_of(r, args[0], line), list(args[1:])
+    point, frame = r.sheet.bodies.get(b, f"{b}cm"), b
+    for known in (r.sheet.points, r.sheet.frames):
+        token = _token(rest[0].children[0]) if rest and len(rest) % 3 and rest[0].data == "argument" else None
+        if token is not None and str(token).lower() in known:
+            name = str(token).lower()
+            point, frame = (name, frame) if known is r.sheet.points else (point, name)
+            rest = rest[1:]
+    if len(rest) not in (3, 6):
+        raise line.refuse("three or six measures of inertia", len(rest))
+    values = [_defined(r, x, line) for x in rest]
+    r.sheet.inertias[b] = (tensor(frame, values), point, line)
+    return _DONE
+
+
+def _set_mass_inertia(r: Reading, args: Args, line: Line) -> Value:
+    _set_mass(r, args[:2], line)
+    return _set_inertia(r, [args[0], *args[2:]], line)
+
+
+def tensor(frame: str, values: Sequence[Expr]) -> Dyad:
+    """The dyadic with the elements 11, 22, 33, 12, 23, 31 along the axes of a frame."""
+    a, b, c, d, e, f = (*values, ZERO, ZERO, ZERO)[:6]
+    rows = ((a, d, f), (d, b, e), (f, e, c))
+    units = [along(frame, (ONE if i == k else ZERO for i in range(3))) for k in range(3)]
+    return Dyad(tuple((along(frame, row), unit) for row, unit in zip(rows, units, strict=True)))
+
+
+def _add_load(what: str) -> Call:
+    def call(r: Reading, args: Args, line: Line) -> Value:
+        names = r.sheet.points if what == "force" else r.sheet.frames
+        loads = r.sheet.forces if what == "force" else r.sheet.torques
+        on, vector = word(args[0], line), r.vector(expression(args[-1]), line)
+        for name in [on, *(word(x, line) for x in args[1:-1])]:
+            if name not in names:
+                raise line.refuse("a point of a force or a frame of a torque", name)
+        loads.append((on, vector, line))
+        if len(args) > 2:
+            loads.append((word(args[1], line), vector.times(as_expr(-1)), line))
+        return vector
+
+    return call
+
+
+def _torque_damper(r: Reading, args: Args, line: Line) -> Value:
+    b, a = frame_of(r, args[0], line), frame_of(r, args[1], line)
+    vector = r.sheet.spin(b, a).times(-r.scalar(expression(args[2]), line))
+    r.sheet.torques += [(b, vector, line), (a, vector.times(as_expr(-1)), line)]
+    return vector
+
+
+def _add_gravity(r: Reading, args: Args, line: Line) -> Value:
+    on = word(args[0], line)
+    names = () if on == "system" else (on,)
+    r.sheet.gravities.append((r.vector(expression(args[1]), line), names))
+    return _DONE
+
+
+def _get_spin(r: Reading, args: Args, line: Line) -> Value:
+    return r.sheet.spin(frame_of(r, args[0], line), frame_of(r, args[1], line))
+
+
+def _get_velocity(r: Reading, args: Args, line: Line) -> Value:
+    return r.sheet.velocity(point_of(r, args[0], line), frame_of(r, args[1], line))
+
+
+def _get_position(r: Reading, args: Args, line: Line) -> Value:
+    return r.sheet.position(point_of(r, args[1], line), point_of(r, args[0], line))
+
+
+def _get_center(r: Reading, args: Args, line: Line) -> Value:
+    """System.GetCMPosition(P)."""
+    return center(r.sheet, point_of(r, args[1], line), ())
+
+
+def _get_mass(r: Reading, args: Args, line: Line) -> Value:
+    on = word(args[0], line)
+    return mass(r.sheet, () if on == "system" else (on,))
+
+
+def _output(name: str) -> Call:
+    return lambda r, args, line: Unread(f"what {name}(…) gives")
+
+
+_OUTPUTS = (
+    "getdynamicskane getdynamics getstaticskane getstatics getkineticenergy getpower getgeneralizedmomentum "
+    "getangularmomentum getmomentum getpotentialenergy getspecialangularmomentum getinertia getresultantforce "
+    "geteffectiveforce getmomentofforce getacceleration getangularacceleration getcmvelocity"
+)
+_AXES: dict[str, Callable[[], Call]] = {
+    f"rotate{way}{letter}": lambda axis=axis, sign=sign: _rotate(axis, sign)  # type: ignore[misc]
+    for axis, letter in enumerate("xyz")
+    for way, sign in (("", 1), ("positive", 1), ("negative", -1))
+}
+MEMBERS: dict[str, Call] = {
+    **{name: make() for name, make in _AXES.items()},
+    "rotate": _rotate_general, "setrotationmatrix": _rotate_general, "setrotationmatrixode": _rotation_ode,
+    **dict.fromkeys(("setangularvelocityacceleration", "setangularvelocity"), _set_spin),
+    "setposition": _set_position, **dict.fromkeys(("translate", "setpositionvelocity"), _translate),
+    **dict.fromkeys(("setvelocityacceleration", "setvelocity"), _set_velocity),
+    "setmass": _set_mass, "setinertia": _set_inertia, "setmassinertia": _set_mass_inertia,
+    "addforce": _add_load("force"), "addtorque": _add_load("torque"), "addforcegravity": _add_gravity,
+    "addtorquedamper": _torque_damper,
+    "getangularvelocity": _get_spin, "getvelocity": _get_velocity, "getposition": _get_position,
+    "getcmposition": _get_center, "getmass": _get_mass,
+    **{name: _output(name) for name in _OUTPUTS.split()},
+}  # fmt: skip
+"""How each method is read."""

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From a text to statements: lines joined and cut, then each parsed by a grammar; bounded in size, number and nesting."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from kane.errors import ModelError, cut
+
+if TYPE_CHECKING:
+    from lark import Lark
+
+MOST_LETTERS, MOST_STATEMENTS, MOST_LONG, MOST_NESTED = 2_000_000, 20_000, 100_000, 40
+
+GRAMMAR = r"""
+statement: expr [ASSIGN expr [unit]]
+declaration: (item ("," item?)*)?
+item: NAME [ranges] [PRIMES] ["(" NAME ")"] [SIGN] ["=" expr [unit]]
+ranges: "{" range ("," range)* "}"
+range: expr [":" expr]
+?expr: term (SIGN term)* -> sum
+?term: unary (OVER unary)* -> term
+?unary: SIGN unary -> signed
+      | power
+?power: atom ["^" exponent] -> power
+?exponent: SIGN exponent -> signed
+         | power
+?atom: NUMBER -> number
+     | CONSTANT -> constant
+     | NAME -> name
+     | NAME "(" args ")" -> function
+     | NAME "[" args "]" -> element
+     | "(" expr ")"
+     | "[" row (";" row)* ";"? "]" -> matrix
+     | atom "." NAME "(" args ")" -> member
+row: expr ("," expr)*
+args: (argument ("," argument)* ","?)?
+argument: expr [unit]
+        | expr ASSIGN expr [unit] -> named
+        | expr ":" expr (":" expr)? -> span
+unit: NAME (UNIT_SIGN (NAME | NUMBER))*
+NAME: /[A-Za-z_][A-Za-z0-9_]*'*(>>|>)?/
+CONSTANT.2: /[01]>>?/
+NUMBER: /(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?/
+PRIMES: /'+/
+SIGN: /[+-]/
+OVER: /[*\/]/
+UNIT_SIGN: /[*\/^]/
+ASSIGN: /[:+*\/-]?=/
+%ignore /[ \t\f\r]+/
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A statement's text and where it begins."""
+
+    text: str
+    number: int
+    column: int
+
+    def refuse(self, expected: str, got: object, cure: str = "") -> ModelError:
+        """The error that names this line."""
+        place = f"line {self.number}, “{cut(self.text)}”"
+        return ModelError(f"Expected {expected}, got {got} in {place}.{cure and ' '}{cure}")
+
+
+def lines_of(text: str) -> Iterator[Line]:
+    """The statements: comments left out, continued lines joined, cut at semicolons that stand in no bracket."""
+    if len(text) > MOST_LETTERS:
+        raise ModelError(f"Expected a file of at most {MOST_LETTERS} letters, got {len(text)}. Cut it into models.")
+    held, first, count = "", 0, 0
+    for number, raw in enumerate(text.splitlines(), 1):
+        line = re.split(r"%|//", raw, maxsplit=1)[0].rstrip()
+        first = first if held else number
+        held += line.removesuffix("&")
+        if line.endswith("&"):
+            held += " "
+            continue
+        for at, piece in _pieces(held, first):
+            count += 1
+            if count > MOST_STATEMENTS:
+                raise ModelError(f"Expected at most {MOST_STATEMENTS} statements, got more at line {first}.")
+            yield Line(piece.strip(), first, at + len(piece) - len(piece.lstrip()) + 1)
+        held = ""
+    if held.strip():
+        raise ModelError(f"Expected a line after the “&” that ends line {first}, got the end of the text.")
+
+
+def _pieces(text: str, number: int) -> Iterator[tuple[int, str]]:
+    """What stands between semicolons, with its column; brackets are counted."""
+    if len(text) > MOST_LONG:
+        raise ModelError(f"Expected a statement of at most {MOST_LONG} letters, got {len(text)} at line {number}.")
+    depth, start = 0, 0
+    for k, letter in enumerate(text):
+        depth += (letter in "([{") - (letter in ")]}")
+        if depth > MOST_NESTED or depth < 0:
+            fault = f"more than {MOST_NESTED} nested brackets" if depth > 0 else "a bracket that closes none"
+            raise ModelError(f"Expected brackets in pairs, got {fault} in line {number}, column {k + 1}.")
+        if letter == ";" and depth == 0:
+            if text[start:k].strip():
+                yield start, text[start:k]
+            start = k + 1
+    if text[start:].strip():
+        yield start, text[start:]
+
+
+@cache
+def parser() -> "Lark":
+    """The parser, made when the first file is read; lark is asked for then."""
+    try:
+        lark = import_module("lark")
+    except ImportError as error:
+        raise ModelError("Expected lark, which reads Autolev's language, got none. Install kane[models].") from error
+    return lark.Lark(GRAMMAR, parser="lalr", start=["statement", "declaration", "args"], maybe_placeholders=True)  # type: ignore[no-any-return]

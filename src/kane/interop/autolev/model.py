@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Names of a sheet put in their last form: late assignments, kinematical equations, which coordinates are further states."""
+
+from collections.abc import Callable, Iterable, Mapping
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from kane.errors import ModelError
+from kane.expr.evaluation import evaluate, free_symbols
+from kane.expr.node import ZERO, Expr
+from kane.expr.symbols import Coordinate, Input, Parameter, Rate, Speed, rate
+from kane.expr.visit import substituting
+from kane.interop.autolev.sheet import Sheet
+from kane.interop.autolev.values import Vec
+from kane.numeric.sampling import SEEDS, sample
+from kane.numeric.scale import UNRELATED
+
+_DEEP = 60
+
+
+Replace = Callable[[Expr], Expr]
+
+
+def replacing(changes: Mapping[Any, Any]) -> Replace:
+    """A function that puts values in the place of symbols."""
+    return substituting({symbol: value for symbol, value in changes.items()})  # noqa: C416
+
+
+class Names:
+    """How expressions of the sheet read in the end: `final(e)` holds coordinates, speeds, parameters, inputs and time alone."""
+
+    def __init__(self, sheet: Sheet) -> None:
+        self.sheet = sheet
+        self.numbers = numbers_of(sheet)
+        self.constants: dict[Expr, Expr] = {}
+        self._given_values()
+        self._drop_contradictions()
+        late = self._closed(self._with_rates(dict(sheet.late)))
+        self._late = substituting(late)
+        self._speeds: dict[Expr, Expr] = {}
+        kinematic = {self._late(k): self._late(v) for k, v in sheet.kinematic.items()}
+        for symbol in sheet.symbols.values():
+            if isinstance(symbol, Coordinate) and rate(symbol) not in kinematic and symbol not in sheet.outputs:
+                kinematic[rate(symbol)] = Speed.declare(f"{symbol.name}p", None, "", "")
+        self.kinematic = self._closed(kinematic)
+        self._by_speeds = substituting(self.kinematic)
+        rest = [x for u in sheet.auxiliary for x in (u, rate(u))]
+        self._at_rest = substituting({**dict.fromkeys(rest, ZERO)})
+
+    def _given_values(self) -> None:
+        """Variables that only Input gives a value, or that masses, inertias and places hold, are constants."""
+        s = self.sheet
+        held = set(free_symbols(_fixed(s)))
+        for low, symbol in s.symbols.items():
+            free = isinstance(symbol, Input) and symbol not in s.late and low not in s.unknown and low not in s.given
+            constant = isinstance(symbol, Parameter) and symbol not in s.late and low in self.numbers
+            if constant or (free and (low in s.inputs or symbol in held)):
+                self.constants[symbol] = Parameter.declare(symbol.name, self.numbers.get(low), "", "")
+        s.late |= self.constants
+
+    def _drop_contradictions(self) -> None:
+        """Values of specified variables that are not each other's derivatives stand for functions given elsewhere."""
+        s = self.sheet
+        for low in s.given:
+            symbol = s.symbols.get(low)
+            chain = [symbol, rate(symbol), rate(rate(symbol))] if isinstance(symbol, Input) else []
+            told = [(s.late[a], s.late[b]) for a, b in pairwise(chain) if a in s.late and b in s.late]
+            if any(not agree([s.rate(a)], [b], ()) for a, b in told):
+                for key in chain:
+                    s.late.pop(key, None)
+                s.remarks.say(
+                    "changed", f"{s.say(low)} has values that are not each other's derivatives: it is an input"
+                )
+
+    def _with_rates(self, late: dict[Expr, Expr]) -> dict[Expr, Expr]:
+        for symbol, value in list(late.items()):
+            if isinstance(symbol, Input):
+                first = late.setdefault(rate(symbol), self.sheet.rate(value))
+                late.setdefault(rate(rate(symbol)), self.sheet.rate(first))
+        return late
+
+    def _closed(self, changes: dict[Expr, Expr]) -> dict[Expr, Expr]:
+        """Replacements whose values hold none of the keys."""
+        for _ in range(_DEEP):
+            held = set(free_symbols(changes.values()))
+            if not held & changes.keys():
+                return changes
+            if any(k in set(free_symbols([v])) for k, v in changes.items() if k in held):
+                break
+            replace = substituting({k: v for k, v in changes.items() if k in held})
+            changes = {k: replace(v) for k, v in changes.items()}
+        names = ", ".join(str(k) for k in changes if k in set(free_symbols(changes.values())))
+        raise ModelError(f"Expected assignments that can be put into each other, got a ring of {names}.")
+
+    def with_auxiliary(self, e: Expr) -> Expr:
+        """The last form, auxiliary speeds kept."""
+        return self._by_speeds(self._late(e))
+
+    def final(self, e: Expr) -> Expr:
+        """The last form, auxiliary speeds zero."""
+        return self._at_rest(self.with_auxiliary(e))
+
+    def vector(self, v: Vec) -> Vec:
+        """The last form of a vector."""
+        return v.map(self.final)
+
+    def geometric(self, e: Expr) -> Expr:
+        """The last form of what places and orients: rates stay."""
+        return self._late(e)
+
+    def coordinates(self) -> list[Coordinate]:
+        """The declared coordinates."""
+        return [s for s in self.sheet.symbols.values() if isinstance(s, Coordinate)]
+
+
+def numbers_of(sheet: Sheet) -> dict[str, float]:
+    """Values that Input gives; those of other inputs and of assigned names are put in."""
+    known: dict[Expr, float] = {}
+    found: dict[str, float] = {}
+    for _ in range(8):
+        for name, value in sheet.inputs.items():
+            e = substituting(dict(sheet.late))(value)
+            symbols = free_symbols([e])
+            if name not in found and all(s in known for s in symbols):
+                found[name] = float(evaluate(e, {s: known[s] for s in symbols}))
+                symbol = sheet.symbols.get(name)
+                if symbol is not None:
+                    known[symbol] = found[name]
+    for name in sheet.inputs.keys() - found.keys():
+        sheet.remarks.say("ignored", f"the start value of {name}, which other values are missing for")
+    return found
+
+
+def _fixed(s: Sheet) -> list[Expr]:
+    """What stands in masses, inertias, positions and orientations."""
+    dyads = [x for dyad, _, _ in s.inertias.values() for pair in dyad.terms for v in pair for x in v.parts.values()]
+    turns = [x for turn in s.turns.values() for row in turn.cosines for x in row]
+    return [*s.masses.values(), *dyads, *turns, *(x for v in s.positions.values() for x in v.parts.values())]
+
+
+def speeds_in(expressions: Iterable[Expr]) -> list[Speed]:
+    """Generalized speeds, in the order in which they appear."""
+    return list(dict.fromkeys(s for s in free_symbols(expressions) if isinstance(s, Speed)))
+
+
+def agree(these: Iterable[Expr], those: Iterable[Expr], groups: Iterable[tuple[Coordinate, ...]]) -> bool:
+    """Whether expressions have the same values at random states."""
+    a, b, sets = list(map(undefined, these)), list(map(undefined, those)), list(groups)
+    for seed in SEEDS[:2]:
+        numbers = np.array(sample([*a, *b], seed, sets), dtype=float)
+        x, y = numbers[: len(a)], numbers[len(a) :]
+        size = float(np.max(np.abs(numbers), initial=0.0))
+        if not np.all(np.isfinite(numbers)) or np.max(np.abs(x - y), initial=0.0) > UNRELATED * size:
+            return False
+    return True
+
+
+def undefined(e: Expr) -> Expr:
+    """An expression with parameters that have no default: at the defaults of some, others may not count."""
+    told = [p for p in free_symbols([e]) if isinstance(p, Parameter) and p.default is not None]
+    return substituting({p: Parameter.declare(p.name, None, p.unit, "") for p in told})(e) if told else e
+
+
+def no_accelerations(e: Expr) -> bool:
+    """Whether an expression holds no derivative of a speed."""
+    return not any(isinstance(s, Rate) and isinstance(s.place, Speed) for s in free_symbols([e]))
+
+
+__all__ = ["Names", "Replace", "agree", "no_accelerations", "numbers_of", "replacing", "speeds_in", "undefined"]

@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From a text to a sheet: statements parsed, then read one after the other."""
+
+import re
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+
+from kane.errors import KaneError, ModelError, alike
+from kane.interop.autolev.commands import COMMANDS
+from kane.interop.autolev.declarations import DECLARED, Statement, outlook, words_of
+from kane.interop.autolev.evaluate import Reading
+from kane.interop.autolev.functions import FUNCTIONS, where
+from kane.interop.autolev.genesis import MEMBERS
+from kane.interop.autolev.grammar import Line, lines_of, parser
+from kane.interop.autolev.sheet import Sheet
+from kane.interop.autolev.statements import Statements
+from kane.interop.autolev.units import base_units
+from kane.interop.imported import Remarks
+
+_SETTINGS = frozenset(
+    [
+        "autoz",
+        "autorhs",
+        "autoepsilon",
+        "overwrite",
+        "beepsound",
+        "pause",
+        "digits",
+        "factoring",
+        "complex",
+        "units",
+        "output",
+        "outputplot",
+        "encode",
+        "code",
+        "save",
+        "ode",
+        "animate",
+        "plot",
+        "setautozee",
+        "setdigits",
+        "title",
+        "zee",
+        "autoassign",
+        "format",
+        "setdefaultparenthesis",
+        "nicheck",
+        "autoexpress",
+        "setautoexpress",
+        "run",
+        "setimaginarynumber",
+        "checkifnumbers",
+    ]
+)
+_ENDS = {"quit", "exit", "stop"}
+_ARGUED = {"mass", "inertia", "input"}
+_GENESIS = re.compile(r"(?im)^\s*(newtonianframe|rigidbody|rigidframe)\s|\.(set|rotate|translate)\w*\s*\(")
+_MACROS = 4
+
+
+def read(text: str, folder: Path | None) -> Sheet:
+    """Read a text; command files (.a) that it calls are looked for in its folder."""
+    sheet = Sheet(Remarks(), genesis=bool(_GENESIS.search(text)))
+    reading = Reading(sheet, FUNCTIONS, MEMBERS)
+    lines = [x for line in lines_of(text) for x in _unfolded(line, folder, _MACROS)]
+    statements = [s for line in lines if (s := _parsed(line, sheet)) is not None]
+    if not statements:
+        raise ModelError("Expected a model of Autolev or MotionGenesis, got a text without a statement.")
+    statements_of = Statements(reading, outlook(statements))
+    for s in statements:
+        try:
+            statements_of.do(s)
+        except KaneError as error:
+            if sheet.formed and _is_output(s, sheet):
+                sheet.remarks.say("ignored", f"an output, as {_first(error)}", where(s.line))
+                continue
+            if f"line {s.line.number}" in str(error):
+                raise
+            raise ModelError(f"{error} This was found in line {s.line.number}, “{s.line.text}”.") from error
+    return sheet
+
+
+def _first(error: KaneError) -> str:
+    text = str(error)
+    return text[0].lower() + text[1:].rstrip(".")
+
+
+def _is_output(s: Statement, sheet: Sheet) -> bool:
+    """Whether a statement after the equations are formed names a quantity that the model does not hold."""
+    if s.tree.data != "statement" or s.tree.children[1] is None:
+        return False
+    names = words_of([s.tree.children[0]])
+    base = {n.rstrip("'>") for n in names}
+    return not (base & sheet.symbols.keys()) and not any(
+        n.startswith(("force_", "torque_", "dependent")) for n in names
+    )
+
+
+def _unfolded(line: Line, folder: Path | None, deep: int) -> Iterator[Line]:
+    """A line, or the lines of the command file that it calls, arguments in the place of #1#, #2# and so on."""
+    match = re.fullmatch(r"([A-Za-z]\w*)\s*\((.*)\)", line.text)
+    name = match[1].lower() if match else ""
+    known = name in COMMANDS or name in FUNCTIONS or name in _SETTINGS
+    file = _command_file(folder, name) if match and folder and not known else None
+    if match is None or file is None:
+        yield line
+        return
+    if not deep:
+        raise line.refuse(f"command files that call others at most {_MACROS} deep", file.name)
+    body = file.read_text(encoding="utf-8", errors="replace")
+    for k, argument in enumerate(match[2].split(","), 1):
+        body = body.replace(f"#{k}#", argument.strip())
+    for inner in lines_of(body):
+        yield from _unfolded(Line(inner.text, line.number, line.column), folder, deep - 1)
+
+
+def _command_file(folder: Path | None, name: str) -> Path | None:
+    if folder is None or not folder.is_dir():
+        return None
+    return next((p for p in folder.glob("*.[aA]") if p.stem.lower() == name), None)
+
+
+def _parsed(line: Line, sheet: Sheet) -> Statement | None:
+    """A statement; None for what ends or sets something else than the model."""
+    lark = import_module("lark")
+    head = re.match(r"([A-Za-z_]+)('{0,3})(\s+(?![:+*/=^-]=?\s|=)|\s*$|(?=\())", line.text)
+    word, rest = (head[1].lower(), line.text[head.end() :]) if head else ("", line.text)
+    spaced = bool(head) and line.text[head.end() : head.end() + 1] != "(" if head else False
+    if word in _SETTINGS | _ENDS | {"unitsystem", "setunitsystem", "degrees"} and not rest.lstrip().startswith(
+        ("=", ":=")
+    ):
+        _setting(word, rest, line, sheet)
+        return None
+    start, text, offset = "statement", line.text, 0
+    if spaced and word in DECLARED:
+        start, text, offset = "declaration", rest, len(line.text) - len(rest)
+    elif spaced and word in _ARGUED:
+        start, text, offset = "args", rest, len(line.text) - len(rest)
+    try:
+        tree = parser().parse(text, start=start)
+    except lark.exceptions.UnexpectedInput as error:
+        column = offset + (error.column if isinstance(error.column, int) and error.column > 0 else len(text) + 1)
+        known = (*DECLARED, *COMMANDS, *_ARGUED, *_SETTINGS)
+        cure = alike(word, known).strip() if spaced and word and word not in known else ""
+        raise line.refuse(
+            "a statement of Autolev or MotionGenesis", f"a fault at column {line.column + column - 1}", cure
+        ) from None
+    return Statement(word, tree, line)
+
+
+def _setting(word: str, rest: str, line: Line, sheet: Sheet) -> None:
+    if word == "degrees":
+        sheet.degrees = "off" not in rest.lower()
+    elif word in ("unitsystem", "setunitsystem"):
+        sheet.units = base_units(re.findall(r"[A-Za-z]+", rest), line)
+    elif word == "run":
+        raise line.refuse("a whole model in one text", "Run, which reads another file", "Put that file in its place.")
+    else:
+        sheet.remarks.say("ignored", f"{word}: no part of the model", where(line))

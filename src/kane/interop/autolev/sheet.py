@@ -1,0 +1,321 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a file has said so far: names, orientations, positions, velocities, loads, constraints; and the algebra of its vectors."""
+
+from collections import deque
+from collections.abc import Hashable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+from kane.errors import ModelError
+from kane.expr.differentiation import time_derivative
+from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.operators import cos, sin, sqrt
+from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol
+from kane.expr.visit import substituted
+from kane.interop.autolev.grammar import Line
+from kane.interop.autolev.values import UNIT, Dyad, Rows, Value, Vec, along, gathered, product, transposed
+from kane.interop.imported import Remarks
+
+Pair = tuple[str, str]
+K = TypeVar("K", bound=Hashable)
+X = TypeVar("X")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Turn:
+    """How a frame is oriented in its parent: by a simple rotation, by Euler parameters (scalar one last) or by a matrix."""
+
+    parent: str
+    child: str
+    cosines: Rows
+    axis: tuple[Expr, ...] | None = None
+    angle: Expr = ZERO
+    euler: tuple[Coordinate, ...] = ()
+
+
+@dataclass(slots=True)
+class Sheet:
+    """The state of a file that is being read; keys are names in small letters."""
+
+    remarks: Remarks
+    genesis: bool = False
+    inertial: str = ""
+    degrees: bool = True
+    units: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    formed: bool = False
+    shown: dict[str, str] = field(default_factory=dict)
+    frames: dict[str, str] = field(default_factory=dict)
+    bodies: dict[str, str] = field(default_factory=dict)
+    particles: dict[str, str] = field(default_factory=dict)
+    points: dict[str, str] = field(default_factory=dict)
+    fixed: dict[str, str] = field(default_factory=dict)
+    symbols: dict[str, Symbol] = field(default_factory=dict)
+    primes: dict[str, int] = field(default_factory=dict)
+    values: dict[str, Value] = field(default_factory=dict)
+    kinematic: dict[Expr, Expr] = field(default_factory=dict)
+    late: dict[Expr, Expr] = field(default_factory=dict)
+    inputs: dict[str, Expr] = field(default_factory=dict)
+    turns: dict[Pair, Turn] = field(default_factory=dict)
+    spins: dict[Pair, Vec] = field(default_factory=dict)
+    positions: dict[Pair, Vec] = field(default_factory=dict)
+    velocities: dict[Pair, Vec] = field(default_factory=dict)
+    accelerations: dict[Pair, tuple[Vec, Line]] = field(default_factory=dict)
+    masses: dict[str, Expr] = field(default_factory=dict)
+    inertias: dict[str, tuple[Dyad, str, Line]] = field(default_factory=dict)
+    gravities: list[tuple[Vec, tuple[str, ...]]] = field(default_factory=list)
+    forces: list[tuple[str, Vec, Line]] = field(default_factory=list)
+    torques: list[tuple[str, Vec, Line]] = field(default_factory=list)
+    constraints: list[tuple[Expr, Line]] = field(default_factory=list)
+    dependent: list[Speed] = field(default_factory=list)
+    auxiliary: list[Speed] = field(default_factory=list)
+    unknown: list[str] = field(default_factory=list)
+    given: set[str] = field(default_factory=set)
+    outputs: dict[Expr, tuple[str, Line]] = field(default_factory=dict)
+    _paths: dict[Pair, Rows] = field(default_factory=dict)
+
+    # Scalars ---------------------------------------------------------------------------------------------------------
+
+    def parameter(self, name: str, default: float | None = None) -> Parameter:
+        """A constant, declared where it is first used if it must be."""
+        symbol = self.symbols.get(name.lower())
+        if not isinstance(symbol, Parameter):
+            symbol = Parameter.declare(name, default, "", "")
+            self.symbols[name.lower()] = symbol
+        return symbol
+
+    def rate(self, e: Expr) -> Expr:
+        """The derivative by time, rates of coordinates by the kinematical equations that stand so far."""
+        return self.by_speeds(time_derivative(e))
+
+    def by_speeds(self, e: Expr) -> Expr:
+        """An expression with rates replaced by what the kinematical equations say."""
+        return substituted(e, self.kinematic) if self.kinematic else e
+
+    # Orientation -----------------------------------------------------------------------------------------------------
+
+    def orient(self, turn: Turn) -> None:
+        """An orientation more."""
+        self.turns[turn.parent, turn.child] = turn
+        self._paths.clear()
+
+    def cosines(self, a: str, b: str) -> Rows:
+        """The matrix of a_i · b_j."""
+        if (a, b) not in self._paths:
+            self._paths[a, b] = self._cosines(a, b)
+        return self._paths[a, b]
+
+    def _cosines(self, a: str, b: str) -> Rows:
+        edges: dict[Pair, Rows] = {}
+        for (p, c), turn in self.turns.items():
+            edges[p, c] = turn.cosines
+            edges[c, p] = transposed(turn.cosines)
+        path = way(edges, a, b)
+        if path is None:
+            raise ModelError(
+                f"Expected an orientation of {self.say(b)} in {self.say(a)}, got none. Write Simprot or Dircos first."
+            )
+        total = UNIT
+        for step in path:
+            total = product(total, edges[step])
+        return total
+
+    def connected(self, a: str, b: str) -> bool:
+        """Whether orientations lead from one frame to the other."""
+        return way({**self.turns, **{(c, p): t for (p, c), t in self.turns.items()}}, a, b) is not None
+
+    # Vectors ---------------------------------------------------------------------------------------------------------
+
+    def express(self, v: Vec, frame: str) -> Vec:
+        """The same vector along the axes of one frame."""
+        parts: list[tuple[tuple[str, int], Expr]] = []
+        for (f, k), x in v.parts.items():
+            if f == frame:
+                parts.append(((f, k), x))
+            else:
+                parts += [((frame, i), row[k] * x) for i, row in enumerate(self.cosines(frame, f))]
+        return gathered(parts)
+
+    def components(self, v: Vec, frame: str) -> tuple[Expr, Expr, Expr]:
+        """Measure numbers along the axes of a frame."""
+        seen = self.express(v, frame).parts
+        return (seen.get((frame, 0), ZERO), seen.get((frame, 1), ZERO), seen.get((frame, 2), ZERO))
+
+    def dot(self, v: Vec, w: Vec) -> Expr:
+        """v · w."""
+        total: Expr = ZERO
+        for (f, i), x in v.parts.items():
+            for (g, j), y in w.parts.items():
+                if f != g:
+                    total = total + x * y * self.cosines(f, g)[i][j]
+                elif i == j:
+                    total = total + x * y
+        return total
+
+    def cross(self, v: Vec, w: Vec) -> Vec:
+        """v × w."""
+        total = Vec()
+        for f in v.frames():
+            a, b, c = (v.parts.get((f, k), ZERO) for k in range(3))
+            for g in w.frames():
+                part = Vec({axis: x for axis, x in w.parts.items() if axis[0] == g})
+                p, q, r = self.components(part, f)
+                total = total + along(f, (b * r - c * q, c * p - a * r, a * q - b * p))
+        return total
+
+    def magnitude(self, v: Vec) -> Expr:
+        """|v|."""
+        return sqrt(self.dot(v, v))
+
+    def apply(self, dyad: Dyad, v: Vec) -> Vec:
+        """I · v."""
+        total = v.times(dyad.unit)
+        for a, b in dyad.terms:
+            total = total + a.times(self.dot(b, v))
+        return total
+
+    def dt(self, v: Vec, frame: str) -> Vec:
+        """The derivative of a vector in a frame."""
+        total = v.map(self.rate)
+        for f in v.frames():
+            if f != frame:
+                part = Vec({axis: x for axis, x in v.parts.items() if axis[0] == f})
+                total = total + self.cross(self.spin(f, frame), part)
+        return total
+
+    def spin(self, b: str, a: str) -> Vec:
+        """The angular velocity of b in a: as assigned, else by those assigned and the orientations between."""
+        if a == b:
+            return Vec()
+        edges = {(q, p): t for (p, q), t in self.turns.items()} | self.turns | self.spins
+        edges |= {(p, q): v for (q, p), v in self.spins.items()}
+        path = way(edges, b, a)
+        if path is None:
+            raise ModelError(
+                f"Expected an angular velocity of {self.say(b)} in {self.say(a)}, got neither it nor an orientation."
+            )
+        total = Vec()
+        for c, p in path:
+            total = total + self._spin(c, p)
+        return total
+
+    def _spin(self, b: str, a: str) -> Vec:
+        if (b, a) in self.spins:
+            return self.spins[b, a]
+        if (a, b) in self.spins:
+            return self.spins[a, b].times(-ONE)
+        turn = self.turns.get((a, b))
+        return self._turning(turn) if turn else self._turning(self.turns[b, a]).times(-ONE)
+
+    def turning(self, b: str, a: str) -> Vec:
+        """The angular velocity of b in a by orientations alone."""
+        edges = {(q, p): t for (p, q), t in self.turns.items()} | self.turns
+        total = Vec()
+        for c, p in way(edges, b, a) or ():
+            turn = self.turns.get((p, c))
+            total = total + (self._turning(turn) if turn else self._turning(self.turns[c, p]).times(-ONE))
+        return total
+
+    def _turning(self, turn: Turn) -> Vec:
+        if turn.axis is not None:
+            return along(turn.parent, turn.axis).times(self.rate(turn.angle))
+        x, y, z = transposed(turn.cosines)
+        dx, dy, dz = ([self.rate(e) for e in column] for column in (x, y, z))
+        pairs = ((dy, z), (dz, x), (dx, y))
+        return along(turn.child, (_sum(a, b) for a, b in pairs))
+
+    # Points ----------------------------------------------------------------------------------------------------------
+
+    def position(self, p: str, q: str) -> Vec:
+        """The position vector from p to q."""
+        edges: dict[Pair, Vec] = {}
+        for (a, b), v in self.positions.items():
+            edges[b, a] = v.times(-ONE)
+        edges |= self.positions
+        path = way(edges, p, q)
+        if path is None:
+            raise ModelError(
+                f"Expected a position of {self.say(q)} from {self.say(p)}, got none. Write P_{self.say(p)}_{self.say(q)}> first."
+            )
+        total = Vec()
+        for step in path:
+            total = total + edges[step]
+        return total
+
+    def velocity(self, p: str, frame: str) -> Vec:
+        """The velocity as assigned, else the derivative of the position from a point whose velocity there is known."""
+        if (p, frame) in self.velocities:
+            return self.velocities[p, frame]
+        edges = {(b, a): v for (a, b), v in self.positions.items()} | self.positions
+        known = [q for q, f in self.velocities if f == frame] + [f"{frame}o"]
+        for q in known:
+            if q == p or way(edges, q, p) is not None:
+                base = self.velocities.get((q, frame), Vec())
+                return base + self.dt(self.position(q, p), frame)
+        raise ModelError(
+            f"Expected a velocity of {self.say(p)} in {self.say(frame)}, got neither it nor a position from a point whose velocity "
+            "is known."
+        )
+
+    def carried(self, frame: str, body: str, p: str, q: str) -> Vec:
+        """The velocity of q, fixed in the body as p is."""
+        return self.velocity(p, frame) + self.cross(self.spin(body, frame), self.position(p, q))
+
+    def say(self, name: str) -> str:
+        """A name as it is written in the file."""
+        return self.shown.get(name, name)
+
+
+def _sum(a: Iterable[Expr], b: Iterable[Expr]) -> Expr:
+    total: Expr = ZERO
+    for x, y in zip(a, b, strict=True):
+        total = total + x * y
+    return total
+
+
+def way(edges: Mapping[tuple[K, K], X], start: K, end: K) -> list[tuple[K, K]] | None:
+    """The shortest path along edges, those named first preferred; None if there is none."""
+    if start == end:
+        return []
+    near: dict[K, list[K]] = {}
+    for a, b in edges:
+        near.setdefault(a, []).append(b)
+    before: dict[K, K] = {start: start}
+    queue = deque([start])
+    while queue:
+        here = queue.popleft()
+        for there in near.get(here, ()):
+            if there not in before:
+                before[there] = here
+                queue.append(there)
+    if end not in before:
+        return None
+    path = []
+    while end != start:
+        path.append((before[end], end))
+        end = before[end]
+    return path[::-1]
+
+
+def simple(parent: str, child: str, axis: tuple[Expr, ...], angle: Expr) -> Turn:
+    """A simple rotation about a unit vector that has these components in both frames."""
+    c, s = cos(angle), sin(angle)
+    rest = ONE - c
+    rows = [[axis[i] * axis[j] * rest for j in range(3)] for i in range(3)]
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        rows[i][i] = rows[i][i] + c if axis[i] is not ONE else ONE
+        rows[k][j] = rows[k][j] + axis[i] * s
+        rows[j][k] = rows[j][k] - axis[i] * s
+    return Turn(parent, child, tuple(tuple(row) for row in rows), axis, angle)
+
+
+def of_euler(parent: str, child: str, e: tuple[Coordinate, ...]) -> Turn:
+    """An orientation by Euler parameters, the scalar one last (Kane, Likins & Levinson 1983, sec. 1.3)."""
+    a, b, c, d = e
+    two = ONE + ONE
+    rows: Rows = (
+        (ONE - two * (b * b + c * c), two * (a * b - c * d), two * (c * a + b * d)),
+        (two * (a * b + c * d), ONE - two * (c * c + a * a), two * (b * c - a * d)),
+        (two * (c * a - b * d), two * (b * c + a * d), ONE - two * (a * a + b * b)),
+    )
+    return Turn(parent, child, rows, euler=e)

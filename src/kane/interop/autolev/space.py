@@ -1,0 +1,296 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The frames and points of a sheet as kane's, each compared with the velocity that the file gives it.
+
+Where the file gives an angular velocity and no orientation, or another one than the orientation has, the body gets a frame that
+turns so: by an angle where the axis stands still, else by Euler parameters, all without a name in the file. A point whose velocity
+is not that of its position gets one that moves so, by three lengths. Rows say what these coordinates do: rate = function of speeds.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from kane.errors import ModelError
+from kane.expr.evaluation import free_symbols
+from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.symbols import Coordinate, QuasiRate, rate
+from kane.expr.visit import substituting
+from kane.interop.autolev.model import Names, agree
+from kane.interop.autolev.sheet import Sheet, Turn, way
+from kane.interop.autolev.values import Vec
+from kane.space.frame import Frame, Point
+from kane.space.vector import Vector
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Row:
+    """A kinematical equation: an expression of rates is an affine function of speeds."""
+
+    rates: Expr
+    value: Expr
+    made: bool = False
+
+
+class Space:
+    """Frames and points by the names of the file, and the kinematical rows of what they needed."""
+
+    def __init__(self, sheet: Sheet, names: Names) -> None:
+        self.sheet, self.names = sheet, names
+        self.rows: list[Row] = []
+        self.groups: list[tuple[Coordinate, ...]] = []
+        self.euler: dict[Expr, Expr] = {}
+        root = Frame(sheet.say(sheet.inertial))
+        self.frames: dict[str, Frame] = {sheet.inertial: root}
+        self.turning: dict[str, Frame] = {sheet.inertial: root}
+        self._noted: list[tuple[Frame, Frame, Vec]] = []
+        self._orient()
+        self._drive()
+        self._turn_as_told()
+        self.origin = Point(f"{sheet.say(sheet.inertial)}O", fixed_in=root)
+        self.points: dict[str, Point] = {f"{sheet.inertial}o": self.origin}
+        self._place()
+
+    @property
+    def root(self) -> Frame:
+        """The inertial frame."""
+        return self.frames[self.sheet.inertial]
+
+    def by_speeds(self, e: Expr) -> Expr:
+        """An expression with all rates replaced by functions of speeds."""
+        changes = {**self.names.kinematic, **self.euler, **{r.rates: r.value for r in self.rows if r.made}}
+        return substituting(changes)(self.names.final(e))
+
+    def vector(self, v: Vec) -> Vector:
+        """A vector of the file in its last form."""
+        return self._vector(self.names.vector(v))
+
+    def _vector(self, v: Vec) -> Vector:
+        total = Vector()
+        for (frame, k), x in v.parts.items():
+            if frame not in self.frames:
+                raise ModelError(
+                    f"Expected an orientation of {self.sheet.say(frame)}, got none. Write Simprot or Dircos."
+                )
+            f = self.frames[frame]
+            total = total + (f.x, f.y, f.z)[k] * x
+        return total
+
+    def components(self, v: Vector) -> list[Expr]:
+        """Measure numbers along the inertial axes, rates by speeds."""
+        return [self.by_speeds(x) for x in v.components(self.root)]
+
+    def same(self, mine: Vector, told: Vec) -> bool:
+        """Whether a velocity in rates is what the file says."""
+        return agree(self.components(mine), self.components(self.vector(told)), self.groups)
+
+    # Frames ----------------------------------------------------------------------------------------------------------
+
+    def _orient(self) -> None:
+        """Frames with an orientation, from the inertial one outwards; then those with an angular velocity alone."""
+        waiting = True
+        while waiting:
+            waiting = False
+            for turn in self.sheet.turns.values():
+                for a, b, forth in ((turn.parent, turn.child, True), (turn.child, turn.parent, False)):
+                    if a in self.frames and b not in self.frames:
+                        self.frames[b] = self._oriented(self.frames[a], b, turn, forth=forth)
+                        waiting = True
+            waiting = waiting or self._next_spin()
+
+    def _oriented(self, parent: Frame, name: str, turn: Turn, *, forth: bool) -> Frame:
+        shown, f = self.sheet.say(name), self.names.geometric
+        if turn.axis is not None:
+            axis = Vector()
+            for unit, x in zip((parent.x, parent.y, parent.z), turn.axis, strict=True):
+                axis = axis + unit * f(x)
+            angle = f(turn.angle)
+            return parent.rotate(shown, angle if forth else -angle, axis)
+        if turn.euler:
+            x, y, z, w = turn.euler
+            signed = (w, x, y, z)
+            if forth:
+                self.groups.append(signed)
+                frame = parent.rotate_euler_parameters(shown, signed)
+                self._quasi(frame, turn.child, turn.parent)
+                return frame
+        rows = [[f(x) for x in row] for row in turn.cosines]
+        return parent.rotate_matrix(shown, rows if forth else [list(c) for c in zip(*rows, strict=True)])
+
+    def _quasi(self, frame: Frame, b: str, a: str) -> None:
+        """Note a frame with Euler parameters, whose quasi-rates are components of the angular velocity that is told."""
+        self._noted.append((frame, self.frames[a], self.sheet.spin(b, a)))
+
+    def _drive(self) -> None:
+        """Say what the quasi-rates are, once all frames are there."""
+        for frame, base, told in self._noted:
+            self._set_quasi(frame, base, self.vector(told))
+
+    def _set_quasi(self, frame: Frame, base: Frame, spin: Vector) -> None:
+        found = free_symbols(frame.angular_velocity(base).components(frame))
+        quasi = [q for q in found if isinstance(q, QuasiRate)]
+        for q, value in zip(quasi, spin.components(frame), strict=True):
+            self.euler[q] = self.names.final(value)
+            self.rows.append(Row(q, self.names.final(value), made=True))
+
+    def _next_spin(self) -> bool:
+        """A frame that has an angular velocity in a frame that is there, and no orientation."""
+        for (b, a), v in self.sheet.spins.items():
+            for child, parent, told in ((b, a, v), (a, b, v.times(-ONE))):
+                if parent in self.frames and child not in self.frames:
+                    self.frames[child] = self._spinning(child, parent, told, self.sheet.say(child))
+                    self.sheet.remarks.say(
+                        "inferred", f"{self.sheet.say(child)} has an angular velocity in {self.sheet.say(parent)} and no orientation: "
+                        "it gets coordinates of its own"
+                    )  # fmt: skip
+                    return True
+        return False
+
+    def _spinning(self, child: str, parent: str, told: Vec, shown: str) -> Frame:
+        """A frame that turns in its parent with an angular velocity, by coordinates that the file does not have."""
+        base, spin = self.frames[parent], self.names.vector(told)
+        others = [f for f in spin.frames() if f != child and f not in self.frames]
+        if not others and child not in spin.frames():
+            x = self.vector(told).components(base)
+            turning = [k for k in range(3) if x[k] is not ZERO]
+            if not turning:
+                return base.rotate(shown, 0, base.z)
+            if len(turning) == 1:
+                angle = self._new(f"{shown}_angle")
+                self.rows.append(Row(rate(angle), x[turning[0]], made=True))
+                return base.rotate(shown, angle, (base.x, base.y, base.z)[turning[0]])
+        e = tuple(self._new(f"{shown}_e{k}") for k in range(4))
+        self.groups.append(e)
+        frame = base.rotate_euler_parameters(shown, e)
+        self._noted.append((frame, base, told))
+        return frame
+
+    def _new(self, name: str) -> Coordinate:
+        taken = {s.name for s in self.sheet.symbols.values()}
+        while name in taken:
+            name += "_"
+        return Coordinate.declare(name, None, "", "")
+
+    def _turn_as_told(self) -> None:
+        """Bodies turn in the frame of their name, or in one more if its angular velocity is another one than the file says."""
+        for body in self.sheet.bodies:
+            frame = self.frames.get(body)
+            if frame is None:
+                if body in self.sheet.masses:
+                    raise ModelError(
+                        f"Expected an orientation or angular velocity of the body {self.sheet.say(body)}, got neither. Write Simprot, "
+                        f"Dircos or W_{self.sheet.say(body)}_{self.sheet.say(self.sheet.inertial)}>."
+                    )
+                continue
+            told = self.sheet.spin(body, self.sheet.inertial)
+            mine = frame.angular_velocity(self.root)
+            self.turning[body] = frame
+            if self.same(mine, told):
+                continue
+            extra = self.vector(told) - mine.map(self.by_speeds)
+            self.turning[body] = self._extra(body, frame, extra)
+
+    def _extra(self, body: str, frame: Frame, extra: Vector) -> Frame:
+        shown = self.sheet.say(body)
+        spin = tuple(map(self.names.final, extra.components(frame)))
+        big = [k for k in range(3) if not agree([spin[k]], [ZERO], self.groups)]
+        self.sheet.remarks.say(
+            "inferred", f"{shown} turns otherwise than its orientation says: it gets coordinates of its own"
+        )
+        if len(big) == 1:
+            angle = self._new(f"{shown}_angle")
+            self.rows.append(Row(rate(angle), spin[big[0]], made=True))
+            return frame.rotate(f"{shown}_turning", angle, (frame.x, frame.y, frame.z)[big[0]])
+        e = tuple(self._new(f"{shown}_e{k}") for k in range(4))
+        self.groups.append(e)
+        made = frame.rotate_euler_parameters(f"{shown}_turning", e)
+        self._set_quasi(made, frame, extra)
+        return made
+
+    # Points ----------------------------------------------------------------------------------------------------------
+
+    def _centers(self) -> list[str]:
+        """Points that have mass: geometric ones, whose acceleration is the derivative of their velocity."""
+        return [self.sheet.bodies.get(name, name) for name in self.sheet.masses]
+
+    def needed(self) -> list[str]:
+        """Points that the model needs: mass centres and those where forces act."""
+        s = self.sheet
+        about = [point for body, (_, point, _) in s.inertias.items() if body in s.masses]
+        return list(dict.fromkeys([*self._centers(), *about, *(p for p, _, _ in s.forces)]))
+
+    def _place(self) -> None:
+        s, n = self.sheet, self.sheet.inertial
+        edges = {(b, a): v.times(-ONE) for (a, b), v in s.positions.items()} | s.positions
+        wanted = self._on_the_way(edges)
+        while True:
+            open_ = [p for p in wanted if p not in self.points]
+            if not open_:
+                return
+            made = next((p for p in open_ if self._near(p, edges)), None)
+            if made is None and not self._by_velocity(open_, edges):
+                name, base = s.say(open_[0]), s.say(n)
+                raise ModelError(
+                    f"Expected a position of {name} from {base}O or from a point fixed in {base}, or its velocity in {base}, got none "
+                    f"of them. Write V_{name}_{base}>."
+                )
+
+    def _on_the_way(self, edges: dict[tuple[str, str], Vec]) -> list[str]:
+        """The points needed, and those between them and points at rest."""
+        s = self.sheet
+        wanted: dict[str, None] = {}
+        roots = [
+            self.sheet.inertial + "o",
+            *(p for (p, f), v in s.velocities.items() if f == s.inertial and not v.parts),
+        ]
+        for p in self.needed():
+            wanted[p] = None
+            for root in roots:
+                path = way(edges, root, p)
+                if path is not None:
+                    wanted = {a: None for a, _ in path} | {b: None for _, b in path} | wanted
+                    break
+        return list(wanted)
+
+    def _near(self, p: str, edges: dict[tuple[str, str], Vec]) -> bool:
+        """Place a point beside one that has its place, if it then moves as the file says."""
+        s = self.sheet
+        told = s.velocities.get((p, s.inertial))
+        if told is not None and not told.parts and not any(b == p and a in self.points for a, b in edges):
+            self.points[p] = self.origin.at(s.say(p), 0)
+            return True
+        for (a, b), v in edges.items():
+            base = self.points.get(a)
+            if b != p or base is None or base.body is not None or not set(v.frames()) <= self.frames.keys():
+                continue
+            offset = self._vector(v.map(self.names.geometric))
+            point = base.at(s.say(p), offset)
+            if told is None or self.same(point.velocity(self.root), told):
+                self.points[p] = point
+                return True
+            if p in self._centers():
+                continue
+            for frame in dict.fromkeys((*self.turning.values(), *self.frames.values())):
+                particle = base.fixed_in(frame, s.say(p), offset)
+                if self.same(particle.velocity(self.root), told):
+                    self.points[p] = particle
+                    return True
+        return False
+
+    def _by_velocity(self, open_: Iterable[str], edges: dict[tuple[str, str], Vec]) -> bool:
+        """Give the first point that has a velocity a place of its own, which moves so."""
+        s = self.sheet
+        told = next(((p, v) for (p, f), v in s.velocities.items() if f == s.inertial and p in set(open_)), None)
+        if told is None:
+            return False
+        p, v = told
+        offset = Vector()
+        units = (self.root.x, self.root.y, self.root.z)
+        for unit, letter, value in zip(units, "xyz", self.components(self.vector(v)), strict=True):
+            if value is not ZERO:
+                q = self._new(f"{s.say(p)}_{letter}")
+                self.rows.append(Row(rate(q), value, made=True))
+                offset = offset + unit * q
+        self.points[p] = self.origin.at(s.say(p), offset)
+        positioned = any(b == p for _, b in edges)
+        why = "does not move as its position says" if positioned else "has a velocity and no position"
+        s.remarks.say("inferred", f"{s.say(p)} {why}: it gets coordinates of its own, which its velocity drives")
+        return True

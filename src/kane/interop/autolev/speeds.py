@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Generalized speeds as functions of rates, from kinematical equations that give rates as functions of speeds.
+
+Of the rows rate = W u + X as many are solved for the speeds as are independent at random states, short ones first. The others become
+motion constraints, unless they hold by themselves. A speed that no row determines gets a coordinate whose rate it is.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kane.errors import KaneError, ModelError
+from kane.expr.differentiation import affine_forms
+from kane.expr.evaluation import free_symbols
+from kane.expr.matrix import solve_linear
+from kane.expr.node import ONE, ZERO, Expr, constant_value
+from kane.expr.symbols import Coordinate, Speed, rate
+from kane.interop.autolev.model import Names, replacing, undefined
+from kane.interop.autolev.space import Row, Space
+from kane.numeric.sampling import SEEDS, sample
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Kinematics:
+    """Definitions of speeds, those of speeds that vanish as constraints, and coordinates that are further states instead."""
+
+    speeds: dict[Speed, Expr]
+    vanishing: dict[Speed, Expr]
+    states: dict[Coordinate, Expr]
+
+
+def kinematics(space: Space, names: Names, speeds: Sequence[Speed], moving: Iterable[Expr]) -> Kinematics:
+    """The kinematical equations turned round; `moving` are the expressions that place and orient what the model has."""
+    held = set(free_symbols(moving))
+    grouped = {e for group in space.groups for e in group}
+    named = [q for q in names.coordinates() if q not in grouped and rate(q) in names.kinematic]
+    own = [_row(q, names, speeds) for q in named]
+    placed = [(q, r) for q, r in zip(named, own, strict=True) if q in held]
+    loose = [(q, r) for q, r in zip(named, own, strict=True) if q not in held]
+    for q, row in placed:
+        if row is None:
+            raise ModelError(
+                f"Expected the rate of {q} as an affine function of speeds, got {names.kinematic[rate(q)]}."
+            )
+    rows = [*(r for _, r in placed if r is not None), *space.rows]
+    chosen = _independent(rows, speeds, space)
+    states: dict[Coordinate, Expr] = {}
+    for q, row in loose:
+        more = None if row is None or len(chosen) == len(speeds) else _independent([*rows, row], speeds, space)
+        if row is not None and more is not None and len(more) > len(chosen):
+            rows, chosen = [*rows, row], more
+        else:
+            states[q] = names.kinematic[rate(q)]
+    for u in speeds:
+        if len(chosen) == len(speeds):
+            break
+        q = Coordinate.declare(f"{u.name}_integral", None, "", "")
+        more = _independent([*rows, Row(rate(q), u)], speeds, space)
+        if len(more) > len(chosen):
+            rows, chosen = [*rows, Row(rate(q), u)], more
+            space.sheet.remarks.say("inferred", f"{u.name} is the rate of no coordinate of the file: it gets one")
+    return _turned(
+        [rows[k] for k in chosen], [r for k, r in enumerate(rows) if k not in set(chosen)], speeds, states, space
+    )
+
+
+def _row(q: Coordinate, names: Names, speeds: Sequence[Speed]) -> Row | None:
+    """The kinematical equation of a coordinate, if it is affine in the speeds."""
+    value = names.final(names.kinematic[rate(q)])
+    try:
+        affine_forms([value], speeds)
+    except KaneError:
+        return None
+    return Row(rate(q), value)
+
+
+def _independent(rows: Sequence[Row], speeds: Sequence[Speed], space: Space) -> list[int]:
+    """The numbers of independent rows, those with few and constant coefficients preferred."""
+    if not rows or not speeds:
+        return []
+    forms = [form for form, _ in affine_forms([r.value for r in rows], speeds)]
+    weight = [sum(1 if constant_value(c) is not None else 10 for c in form.values()) for form in forms]
+    flat = [form.get(u, ZERO) for form in forms for u in speeds]
+    matrix = np.array(sample(map(undefined, flat), SEEDS[0], space.groups), dtype=float).reshape(len(rows), len(speeds))
+    chosen: list[int] = []
+    for k in sorted(range(len(rows)), key=lambda k: weight[k]):
+        if np.any(matrix[k]) and np.linalg.matrix_rank(matrix[[*chosen, k]]) > len(chosen):
+            chosen.append(k)
+    return sorted(chosen)
+
+
+def _turned(
+    rows: Sequence[Row], rest: Sequence[Row], speeds: Sequence[Speed], states: dict[Coordinate, Expr], space: Space
+) -> Kinematics:
+    forms = affine_forms([r.value for r in rows], speeds)
+    matrix = [[form.get(u, ZERO) for u in speeds] for form, _ in forms]
+    right = [r.rates - x for r, (_, x) in zip(rows, forms, strict=True)]
+    definitions = dict(zip(speeds, _solved(matrix, right), strict=True))
+    replace = replacing(definitions)
+    left = {Speed.declare(f"slip_{k}", None, "", ""): r.rates - replace(r.value) for k, r in enumerate(rest, 1)}
+    return Kinematics(definitions, left, states)
+
+
+def _solved(matrix: list[list[Expr]], right: list[Expr]) -> tuple[Expr, ...]:
+    if all(sum(x is not ZERO for x in row) == 1 and ONE in set(row) for row in matrix):
+        at = [next(j for j, x in enumerate(row) if x is not ZERO) for row in matrix]
+        return tuple(right[at.index(j)] for j in range(len(matrix)))
+    return solve_linear(matrix, right)

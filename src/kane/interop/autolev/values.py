@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Vectors, dyadics and matrices of a file, by names of frames: frames may be oriented after vectors along their axes are written."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+
+from kane.expr.node import ONE, ZERO, Expr
+
+Axis = tuple[str, int]
+"""A unit vector: the frame's name, and 0, 1 or 2."""
+Rows = tuple[tuple[Expr, ...], ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Vec:
+    """Measure numbers by unit vector."""
+
+    parts: Mapping[Axis, Expr] = field(default_factory=dict)
+
+    def __add__(self, other: "Vec") -> "Vec":
+        return gathered([*self.parts.items(), *other.parts.items()])
+
+    def __sub__(self, other: "Vec") -> "Vec":
+        return self + other.times(-ONE)
+
+    def times(self, factor: Expr) -> "Vec":
+        """The vector, each measure number multiplied."""
+        return gathered((axis, factor * x) for axis, x in self.parts.items())
+
+    def map(self, f: Callable[[Expr], Expr]) -> "Vec":
+        """The vector with a function of each measure number."""
+        return gathered((axis, f(x)) for axis, x in self.parts.items())
+
+    def frames(self) -> tuple[str, ...]:
+        """The frames along whose axes it is written."""
+        return tuple(dict.fromkeys(frame for frame, _ in self.parts))
+
+
+def gathered(parts: Iterable[tuple[Axis, Expr]]) -> Vec:
+    """The vector of these terms: those along one unit vector are added, what vanishes is left out."""
+    total: dict[Axis, Expr] = {}
+    for axis, x in parts:
+        total[axis] = total[axis] + x if axis in total else x
+    return Vec({axis: x for axis, x in total.items() if x is not ZERO})
+
+
+def along(frame: str, components: Iterable[Expr]) -> Vec:
+    """The vector with these components along the axes of a frame."""
+    return gathered(((frame, k), x) for k, x in enumerate(components))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Dyad:
+    """A sum of dyads; `unit` times the unit dyadic beside them."""
+
+    terms: tuple[tuple[Vec, Vec], ...] = ()
+    unit: Expr = ZERO
+
+    def __add__(self, other: "Dyad") -> "Dyad":
+        return Dyad((*self.terms, *other.terms), self.unit + other.unit)
+
+    def times(self, factor: Expr) -> "Dyad":
+        """The dyadic multiplied."""
+        return Dyad(tuple((a.times(factor), b) for a, b in self.terms), self.unit * factor)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Table:
+    """A matrix: rows of scalars or of vectors."""
+
+    rows: tuple[tuple["Value", ...], ...]
+
+    def flat(self) -> tuple["Value", ...]:
+        """Its entries, row by row."""
+        return tuple(x for row in self.rows for x in row)
+
+    def map(self, f: Callable[["Value"], "Value"]) -> "Table":
+        """The matrix of a function of each entry."""
+        return Table(tuple(tuple(map(f, row)) for row in self.rows))
+
+
+@dataclass(frozen=True, slots=True)
+class Unread:
+    """The value of what is an output and no part of the model; it may be named, and is refused where the model needs it."""
+
+    why: str
+
+
+Value = Expr | Vec | Dyad | Table | Unread
+
+
+def product(a: Rows, b: Rows) -> Rows:
+    """The product of matrices of scalars."""
+    columns = tuple(zip(*b, strict=True))
+    return tuple(tuple(_dot(row, column) for column in columns) for row in a)
+
+
+def transposed(a: Rows) -> Rows:
+    """Rows as columns."""
+    return tuple(zip(*a, strict=True))
+
+
+def _dot(a: Iterable[Expr], b: Iterable[Expr]) -> Expr:
+    total: Expr = ZERO
+    for x, y in zip(a, b, strict=True):
+        total = total + x * y
+    return total
+
+
+UNIT: Rows = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
