@@ -1,0 +1,10 @@
+/* No event sets the state. */
+static status act_on(unit *i, const bool *there, const double *before, bool *changed)
+{
+    (void)i;
+    (void)there;
+    (void)before;
+    (void)changed;
+    return DONE;
+}
+
