@@ -19,13 +19,14 @@ from kane import expect
 from kane.analysis.assembly import assemble
 from kane.analysis.state_checks import start_state
 from kane.dynamics.readings.quantities import parameter_values
-from kane.equations.equations import Equations, check_equations
+from kane.equations.equations import Equations, check_equations, repartition
 from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import ArgumentError, Attributes, ProgramError
 from kane.interop.fmu.description import Model, built, described, variables
 from kane.interop.fmu.source import Start, source
-from kane.motion.projection import is_constrained
+from kane.motion.projection import constraint_numbers, is_constrained
 from kane.motion.simulator_c import METHODS
+from kane.motion.steps import better
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.sampling import finite_number, named_values
 from kane.program.emit.names import is_free_in_c
@@ -117,7 +118,7 @@ def to_fmu(
     named = place.stem if name is None else name
     _check_name(place, named, tolerance)
     start = _start(eom, state_of(state, **values), tolerance)
-    compiled = eom.compile(name=named, outputs=outputs)
+    compiled = _determined(eom, start).compile(name=named, outputs=outputs)
     rows = variables(compiled, start)
     with working("Writing a functional mock-up unit"):
         text, token = source(compiled, method, start, version)
@@ -164,6 +165,15 @@ def _start(eom: Equations, given: State, tolerance: float) -> Start:
     return Start(whole, p, np.array([*r.values()], dtype=float), t, float(tolerance))
 
 
+def _determined(eom: Equations, start: Start) -> Equations:
+    """The equations with dependent speeds that follow from the others at the start."""
+    if eom.embedding is None:
+        return eom
+    found = eom.numeric().routine(constraint_numbers)(start.time, start.state, start.parameters, start.inputs)
+    other = better(found.a, eom.embedding.partition, np.abs(found.a), may_grow=False)
+    return eom if other is None else eom.numeric().value(repartition, other)
+
+
 def _binary_name(name: str, version: str) -> str:
     """Where a unit has the library for this machine, or "" where the standard has no place for it."""
     machine = {"x86_64": "x86_64", "AMD64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}.get(platform.machine(), "")
@@ -188,8 +198,8 @@ def _library(name: str, text: str) -> bytes:
             [found, *_OPTIONS, str(file), "-o", str(library), "-lm"], capture_output=True, text=True, check=False
         )
         if done.returncode:
-            last = done.stderr.strip().splitlines()[-1:] or ["no message"]
-            raise ProgramError(f"Expected {found} to compile the unit, got: {last[0]}. Pass binary=False to write its sources alone.")
+            wrong = [line for line in done.stderr.splitlines() if "error" in line] or ["no message"]
+            raise ProgramError(f"Expected {found} to compile the unit, got: {wrong[0]}. Pass binary=False to write its sources alone.")
         return library.read_bytes()
 
 

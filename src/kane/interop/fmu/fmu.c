@@ -374,13 +374,13 @@ static status initialized(unit *i)
     if ((begun == @CAPS@_OPEN) || (begun == @CAPS@_WRONG)) {
         return failed(i, (begun == @CAPS@_OPEN) ? "Expected start values that meet the constraints." : "Expected admissible tolerances.");
     }
-    if ((begun == @CAPS@_ON_THRESHOLD) && (i->what == STEPPED)) {
-        return failed(i, "Expected a start beside the threshold of each event, got one on it.");
-    }
     i->now.known = m->end;
     look_ahead(i, m->start);
     choose(i);
     note_sides(i);
+    if ((begun == @CAPS@_ON_THRESHOLD) && !leaves_threshold(i) && (i->what == STEPPED)) {
+        return failed(i, "Expected a start beside the threshold of each event, got one on it from which numbers tell no way.");
+    }
     i->now.at = ((i->what == EXCHANGE) || i->event_mode) ? EVENTS_MODE : STEPS;
     return DONE;
 }

@@ -1,3 +1,5 @@
+static void indicate(unit *i, double *out);
+
 /* The values that events set, all from the state before; how their quantities leave zero then. */
 static status act_on(unit *i, const bool *there, const double *before, bool *changed)
 {

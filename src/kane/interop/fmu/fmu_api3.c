@@ -422,7 +422,7 @@ EXPORTED fmi3_status fmi3DoStep(void *instance, double from, double length, bool
     const status said = step((unit *)instance, from, length, &to);
     *event = to.event;
     *ends = to.terminated;
-    *early = to.time < (from + length);
+    *early = to.event && (to.time < (from + length));
     *time_reached = to.time;
     return said;
 }

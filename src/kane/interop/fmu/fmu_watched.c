@@ -74,6 +74,38 @@ static bool noted(unit *i, int said)
     return asks;
 }
 
+/* How the quantities that are at their thresholds at the start leave them; whether their rates tell. */
+static bool leaves_threshold(unit *i)
+{
+    @NAME@_motion *m = &i->now.m;
+    double slope[INDICATORS];
+    double beside_them[2 * INDICATORS];
+    @NAME@_tendency(m->start, m->y, m->p, m->r, m->h, slope);
+    @NAME@_glance(m->start, m->y, m->p, m->r, m->h, beside_them);
+    for (int64_t k = 0; k < INDICATORS; k++) {
+        const bool own = at_kinds[(k * KINDS) + 2] > 0.0;
+        double *row = &at_leaves[k * @LEAVES@];
+        if (own && !(fabs(at_seen[k] - at_least[k]) > (@ROUNDED_TERMS@ * beside_them[INDICATORS + k]))) {
+            const double side = (slope[k] > 0.0) ? 1.0 : -1.0;
+            const bool there = (at_kinds[(k * KINDS) + 1] * side) >= 0.0;
+            if (!(fabs(slope[k]) > 0.0) || (there && (at_kinds[k * KINDS] > 0.0))) {
+                return false;
+            }
+            row[0] = 1.0;
+            row[1] = side;
+            row[2] = 1.0;
+            row[3] = 0.0;
+            row[4] = @LATER@;
+            at_seen[k] = at_least[k];
+            i->now.was[k] = side;
+            if (there) {
+                tell_event(i, k, m->start);
+            }
+        }
+    }
+    return true;
+}
+
 /* Whether the passage of an event at these values is one, by its direction. */
 static bool passed(const unit *i, int64_t event, double now)
 {

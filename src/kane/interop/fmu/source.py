@@ -13,12 +13,13 @@ from kane.equations.equations import Equations
 from kane.expr.differentiation import tangent
 from kane.expr.node import ONE
 from kane.motion.constraint_kernels import choices, holding, structure
-from kane.motion.hybrid.event_routines import values_set
+from kane.motion.hybrid.event_routines import tendency, values_set
 from kane.motion.projection import is_constrained
 from kane.motion.simulator_c import assembled
 from kane.motion.simulator_parts import TAKES
 from kane.motion.steppers.crossings import LEAVES
 from kane.numeric.arrays import Array
+from kane.numeric.scale import LATER
 from kane.program.emit.names import c_number, c_string
 from kane.program.from_expressions import Task
 
@@ -41,6 +42,7 @@ def source(compiled: Compiled, method: str, start: Start, version: str) -> tuple
     """The text and its token, which a unit is instantiated with: the digest of all the rest."""
     eom, name = cast(Equations, compiled.equations), compiled.name
     tasks = [*([compiled.bundle.task] if compiled.bundle else []), *_output_slopes(compiled)]
+    tasks += [tendency(eom).task] * (bool(eom.events) and not values_set(eom))
     ending = _ending(compiled, start, version)
     routines = ["jac", *(["jac_inputs"] if eom.inputs else [])]
     text = assembled(compiled, method, routines=routines, tasks=tasks, ending=ending)
@@ -85,6 +87,7 @@ def _ending(compiled: Compiled, start: Start, version: str) -> str:
         "@INDICATORS@": str(len(eom.events)),
         "@ACTIONS@": str(len(values_set(eom))),
         "@LEAVES@": str(LEAVES),
+        "@LATER@": c_number(LATER),
         "@STATE@": _listed(start.state),
         "@PARAMETERS@": _listed(start.parameters),
         "@INPUTS@": _listed(start.inputs),
