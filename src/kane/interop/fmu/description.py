@@ -36,12 +36,9 @@ def variables(compiled: Compiled, start: Start) -> list[Variable]:
     """Time, states, their derivatives, parameters, inputs, outputs, event indicators: in the order of the C file."""
     eom = cast(Equations, compiled.equations)
     held = is_constrained(eom)
-    dependent: set[int] = set()
-    if eom.embedding is not None:
-        dependent = {len(eom.coordinates) + j for j in eom.embedding.partition.dependent} | set(range(len(eom.coordinates)))
     found = [Variable("time", "independent", "continuous", unit="s", description="time")]
-    for k, (s, x) in enumerate(zip(eom.state, start.state.tolist(), strict=True)):
-        initial = "approx" if held and (k in dependent or eom.system.euler_parameters) else "exact"
+    initial = "approx" if held else "exact"
+    for s, x in zip(eom.state, start.state.tolist(), strict=True):
         found.append(Variable(s.name, "output", "continuous", initial, x, s.unit, s.description))
     for k, s in enumerate(eom.state):
         unit = rate(s).unit if s.unit else ""
@@ -113,6 +110,7 @@ class Model:
 
 _CATEGORIES = {
     "logEvents": "Events, with their times.",
+    "logStatusWarning": "Warnings.",
     "logStatusDiscard": "Values that are not finite.",
     "logStatusError": "Errors.",
 }

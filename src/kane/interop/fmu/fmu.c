@@ -50,6 +50,7 @@ typedef struct {
     double shift[INDICATORS + 1]; /* what is added to an indicator until it has left zero after its event */
     double next[N]; /* where a step ended at an event: the state after it */
     mode at;
+    bool touched[STATES + 1]; /* start values that were set */
     bool unhoisted; /* parameters changed */
     bool unsettled; /* start values changed */
     bool changed; /* what rates depend on changed since the last step */
@@ -235,6 +236,7 @@ static status set_values(unit *i, const uint32_t *references, size_t count, cons
         }
         if ((k >= 1) && (k < DER) && (begins || (i->what == EXCHANGE))) {
             m->y[k - 1] = values[n];
+            i->now.touched[k - 1] = begins;
             i->now.unsettled = i->now.unsettled || begins;
         } else if ((k >= PARAMETER) && (k < INPUT) && (i->now.at != CONTINUOUS)) {
             m->p[k - PARAMETER] = values[n];

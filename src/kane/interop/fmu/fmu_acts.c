@@ -1,7 +1,8 @@
 static void indicate(unit *i, double *out);
+static void tell_event(const unit *i, int64_t event, double t);
 
 /* The values that events set, all from the state before; how their quantities leave zero then. */
-static status act_on(unit *i, const bool *there, const double *before, bool *changed)
+static status act_on(unit *i, const bool *there, const double *before, bool *changed, bool *ends)
 {
     @NAME@_motion *m = &i->now.m;
     double values[ACTIONS];
@@ -32,6 +33,10 @@ static status act_on(unit *i, const bool *there, const double *before, bool *cha
         const bool leapt = !there[k] && ((before[k] * now[k]) < 0.0) && ((way == 0.0) || ((way * now[k]) > 0.0));
         if (leapt && (at_kinds[k * KINDS] >= @ACTS@.0)) {
             return failed(i, "An action leads beyond the threshold of another event. Simulate it with kane.");
+        }
+        if (leapt && (at_kinds[(k * KINDS) + 2] > 0.0)) {
+            tell_event(i, k, i->now.time);
+            *ends = *ends || (at_kinds[(k * KINDS) + 3] > 0.0);
         }
         i->now.shift[k] = 0.0;
         /* what turned back leaves zero to where it came from, whatever sign rounding gives it */

@@ -294,7 +294,7 @@ EXPORTED fmi2_status fmi2DoStep(void *c, double from, double length, fmi2_boolea
         return FAILED;
     }
     const status said = step((unit *)c, from, length, &to);
-    return ((said == DONE) && to.terminated) ? DISCARDED : said;
+    return ((said == DONE) && to.terminated) ? (fmi2_status)DISCARDED : (fmi2_status)said;
 }
 
 EXPORTED fmi2_status fmi2CancelStep(void *c);

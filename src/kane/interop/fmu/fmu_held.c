@@ -85,30 +85,27 @@ static void square(const closings *c, const double *dependent, double *a)
     }
 }
 
-/* The least displacements along dependent speeds that meet the coordinates' constraints in linear terms. */
-static bool moves(const closings *c, const double *dependent, double *a, double *b)
+/* The least changes of the free speeds that give the first n of the chosen rows these values; whether there are some. */
+static bool least(const closings *c, int64_t n, const double *right, const bool *may, double *out)
 {
+    double a[(CHOSEN * CHOSEN) + 1];
     double grown[CHOSEN + 1];
-    int64_t n = 0;
-    for (int64_t k = 0; k < CHOSEN; k++) {
-        n += ((int64_t)at_held_chosen_at[k] < CLOSURES) ? 1 : 0;
-    }
     for (int64_t k = 0; k < n; k++) {
         const double *row = &c->a[(int64_t)at_held_chosen_at[k] * SPEEDS];
         for (int64_t l = 0; l < n; l++) {
             const double *other = &c->a[(int64_t)at_held_chosen_at[l] * SPEEDS];
             a[(k * n) + l] = 0.0;
-            for (int64_t j = 0; j < CHOSEN; j++) {
-                a[(k * n) + l] += row[(int64_t)dependent[j]] * other[(int64_t)dependent[j]];
+            for (int64_t j = 0; j < SPEEDS; j++) {
+                a[(k * n) + l] += may[j] ? (row[j] * other[j]) : 0.0;
             }
         }
-        grown[k] = -c->left[(int64_t)at_held_chosen_at[k]];
+        grown[k] = right[k];
     }
-    const bool fine = solve(a, grown, n) > 0.0;
-    for (int64_t j = 0; j < CHOSEN; j++) {
-        b[j] = 0.0;
-        for (int64_t k = 0; (k < n) && fine; k++) {
-            b[j] += c->a[((int64_t)at_held_chosen_at[k] * SPEEDS) + (int64_t)dependent[j]] * grown[k];
+    const bool fine = solve(a, grown, n) > 1e-14;
+    for (int64_t j = 0; j < SPEEDS; j++) {
+        out[j] = 0.0;
+        for (int64_t k = 0; (k < n) && fine && may[j]; k++) {
+            out[j] += c->a[((int64_t)at_held_chosen_at[k] * SPEEDS) + j] * grown[k];
         }
     }
     return fine;
@@ -180,17 +177,19 @@ static double off(const closings *c, const @NAME@_motion *m)
     return most;
 }
 
-/* Dependent coordinates and then speeds are solved for, by Newton's steps; whether constraints are met. */
-static bool onto(unit *i)
+/* The state moved onto the constraints by Newton's steps, along those speeds that may change; whether constraints are met. */
+static bool onto(unit *i, const bool *may_turn, const bool *may_change)
 {
     @NAME@_motion *m = &i->now.m;
     closings c;
-    double a[(CHOSEN * CHOSEN) + 1];
-    double b[CHOSEN + 1];
-    normalize(i);
-    choose(i);
-    const double *dependent = &at_held_dependent[(int64_t)m->p[@CAPS@_PARAMETERS] * CHOSEN];
+    double right[CHOSEN + 1];
+    double change[SPEEDS + 1];
     double before = (double)INFINITY;
+    int64_t closed = 0;
+    for (int64_t k = 0; k < CHOSEN; k++) {
+        closed += ((int64_t)at_held_chosen_at[k] < CLOSURES) ? 1 : 0;
+    }
+    normalize(i);
     for (int turn = 0; turn < MEASURED; turn++) {
         double most = 0.0;
         look_at(i, &c);
@@ -201,34 +200,70 @@ static bool onto(unit *i)
             break;
         }
         before = most;
-        if (!moves(&c, dependent, a, b)) {
+        for (int64_t k = 0; k < closed; k++) {
+            right[k] = -c.left[(int64_t)at_held_chosen_at[k]];
+        }
+        if (!least(&c, closed, right, may_turn, change)) {
             break;
         }
         for (int64_t q = 0; q < COORDINATES; q++) {
-            for (int64_t k = 0; k < CHOSEN; k++) {
-                m->y[q] += c.w[(q * SPEEDS) + (int64_t)dependent[k]] * b[k];
+            for (int64_t j = 0; j < SPEEDS; j++) {
+                m->y[q] += c.w[(q * SPEEDS) + j] * change[j];
             }
         }
         normalize(i);
     }
     look_at(i, &c);
-    square(&c, dependent, a);
     for (int64_t k = 0; k < CHOSEN; k++) {
-        b[k] = -c.rate[(int64_t)at_held_chosen_at[k]];
+        right[k] = -c.rate[(int64_t)at_held_chosen_at[k]];
     }
-    if (solve(a, b, CHOSEN) > 0.0) {
-        for (int64_t k = 0; k < CHOSEN; k++) {
-            m->y[COORDINATES + (int64_t)dependent[k]] += b[k];
+    if (least(&c, CHOSEN, right, may_change, change)) {
+        for (int64_t j = 0; j < SPEEDS; j++) {
+            m->y[COORDINATES + j] += change[j];
         }
     }
     look_at(i, &c);
     return off(&c, m) <= 1e-9;
 }
 
-/* Start values meet the constraints: the dependent ones follow where the others, or parameters, were set. */
+/*
+ * Start values meet the constraints: what was not set follows from what was. First the dependent ones are solved for, then all that were
+ * not set, then the dependent ones even if they were set, which a warning says.
+ */
 static bool assembled(unit *i)
 {
-    return onto(i) || (failed(i, "Dependent start values that meet the constraints were not found from these: give better guesses."), false);
+    @NAME@_motion *m = &i->now.m;
+    bool may_turn[SPEEDS + 1];
+    bool may_change[SPEEDS + 1];
+    double start[N];
+    bool fine = false;
+    closings c;
+    (void)memcpy(start, m->y, sizeof start);
+    normalize(i);
+    look_at(i, &c);
+    if (off(&c, m) <= 1e-12) {
+        return true;
+    }
+    for (int level = 0; (level < 3) && !fine; level++) {
+        for (int64_t j = 0; j < SPEEDS; j++) {
+            bool follows = level == 1;
+            bool set = false;
+            for (int64_t k = 0; k < CHOSEN; k++) {
+                follows = follows || ((int64_t)at_held_dependent[k] == j);
+            }
+            for (int64_t q = 0; q < COORDINATES; q++) {
+                set = set || (i->now.touched[q] && (c.w[(q * SPEEDS) + j] != 0.0));
+            }
+            may_turn[j] = follows && (!set || (level == 2));
+            may_change[j] = follows && (!i->now.touched[COORDINATES + j] || (level == 2));
+        }
+        (void)memcpy(m->y, start, sizeof start);
+        fine = onto(i, may_turn, may_change);
+        if (fine && (level == 2)) {
+            (void)told(i, WARNING, "logStatusWarning", "Start values that were set contradict the constraints: dependent ones were changed.");
+        }
+    }
+    return fine || (failed(i, "Start values that meet the constraints were not found from these: give others, or better guesses."), false);
 }
 
 /* Whether an importer's integrator has left the constraints. */
@@ -251,6 +286,9 @@ static bool is_off(const unit *i)
 /* The state is moved back onto the constraints at an event, where it left them. */
 static bool moved_back(unit *i)
 {
-    const bool moves = is_off(i);
-    return moves && onto(i);
+    bool all[SPEEDS + 1];
+    for (int64_t j = 0; j < (SPEEDS + 1); j++) {
+        all[j] = true;
+    }
+    return is_off(i) && onto(i, all, all);
 }

@@ -138,7 +138,7 @@ static status acted(unit *i, bool *changed, bool *ends)
         return DONE;
     }
     (void)m;
-    const status said = act_on(i, there, now, changed);
+    const status said = act_on(i, there, now, changed, ends);
     note_sides(i);
     return said;
 }
