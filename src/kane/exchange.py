@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Models and equations of other tools, and equations for them."""
 
-from kane.interop.fmu.archive import Unit, to_fmu
+from kane.interop.fmu.archive import FMU, to_fmu
 from kane.interop.sympy import from_sympy, to_sympy
 
 __all__ = [
-    "Unit", "from_sympy", "to_fmu", "to_sympy",
+    "FMU", "from_sympy", "to_fmu", "to_sympy",
 ]  # fmt: skip

@@ -2,15 +2,17 @@
 """`kane derive`: the seven steps with their formulas; `kane emit`: the equations as source text; `kane cache`: compiled code."""
 
 from enum import StrEnum
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 import kane as kn
 from kane.cli import screen
-from kane.cli.models import AsJson, Force, Name, NamedModel, Out, model_of
+from kane.cli.models import KINDS, AsJson, Force, Name, NamedModel, Out, model_of
 from kane.cli.screen import Misuse, columns, own_code
 from kane.dynamics.readings.seven_steps import Step
+from kane.interop.fmu import to_fmu
 from kane.motion.simulator_c import METHODS as SIMULATORS
 from kane.motion.simulator_c import emit_simulator
 from kane.present.formula_list import result_formulas, step_text
@@ -69,11 +71,12 @@ class Target(StrEnum):
     c = "c"
     h = "h"
     numpy = "numpy"
+    fmu = "fmu"
 
 
 def emit(
     name: Name,
-    target: Annotated[Target, typer.Option(help="C99, its header, or a NumPy module.", show_default=False)],
+    target: Annotated[Target, typer.Option(help="C99, its header, a NumPy module, or an FMU (FMI 3.0) that begins at START.", show_default=False)],
     out: Out = None,
     called: Annotated[
         str | None, typer.Option("--name", help="What the emitted functions are called after.", show_default="MODEL's")
@@ -97,8 +100,10 @@ def emit(
     force: Force = False,
 ) -> None:
     """Print the equations of MODEL as C or NumPy source."""
-    if with_integrator is not None and target is not Target.c:
-        raise Misuse(f"Expected --target c with --with-integrator, got {target.value}.")
+    if with_integrator is not None and target not in (Target.c, Target.fmu):
+        raise Misuse(f"Expected --target c or fmu with --with-integrator, got {target.value}.")
+    if target is Target.fmu and (out is None or period is not None):
+        raise Misuse("Expected --out FILE.fmu, and no --period, with --target fmu.")
     if period is not None and with_integrator is None:
         raise Misuse("Expected --with-integrator beside --period, got --period alone.")
     model = model_of(name)
@@ -106,6 +111,9 @@ def emit(
         raise Misuse(f"Expected an identifier of letters, digits and _ as --name, got {called!r}.")
     place = screen.target(out, model.path, force) if out else None
     eom = derived(model)
+    if place and target is Target.fmu:
+        screen.write(place, lambda path: _write_unit(path, model, eom, called or model.name, with_integrator), force)
+        return
     with working("Compiling"):
         compiled = eom.compile(name=called or model.name)
         program = with_integrator and emit_simulator(compiled, with_integrator, period)
@@ -114,6 +122,17 @@ def emit(
         screen.write(place, source, force)
     else:
         typer.echo(source, nl=False)
+
+
+def _write_unit(path: Path, model: NamedModel, eom: kn.Equations, called: str, method: str | None) -> None:
+    """A functional mock-up unit of a model, from its START on."""
+    t = model.span[0]
+    given = {kind: dict(model.start[kind]) for kind in KINDS if model.start.get(kind)}
+    given["inputs"] = {name: f(t) if callable(f) else f for name, f in given.get("inputs", {}).items()}
+    with own_code(model.path, "START"):
+        unit = to_fmu(eom, path, name=called, title=model.title, method=method or "dop853", t=t, **given)
+    if not unit.binary:
+        screen.say("There is no C compiler here: the unit holds its sources alone.")
 
 
 cache_app = typer.Typer(no_args_is_help=True, help="Look at or empty the cache of compiled code.")

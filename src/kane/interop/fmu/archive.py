@@ -43,7 +43,7 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True)
-class Unit(Attributes):
+class FMU(Attributes):
     """The unit that was written: its `path`, the `token` that it is instantiated with, names of variables, and the `binary` in it.
 
     `binary` is "" where no C compiler was found: importers that compile the sources run such a unit.
@@ -73,7 +73,7 @@ def to_fmu(
     tolerance: float = 1e-9,
     binary: bool = True,
     **values: Unpack[StateValues],
-) -> Unit:
+) -> FMU:
     """Write the equations as a functional mock-up unit (FMU), for model exchange and co-simulation; it needs no Python.
 
     The archive holds one file of C with the equations, their derivatives and an integrator, its description, and the library for this
@@ -96,7 +96,7 @@ def to_fmu(
 
     Returns
     -------
-    Unit
+    FMU
 
     Raises
     ------
@@ -136,7 +136,7 @@ def to_fmu(
         exchange(place, lambda file: _zip(file, sources, inside, library), own=zipfile.is_zipfile)
     names = {kind: tuple(s.name for s in getattr(eom, kind)) for kind in ("parameters", "inputs")}
     put = tuple(compiled.bundle.task.labels) if compiled.bundle else ()
-    return Unit(place, version, token, tuple(s.name for s in eom.state), names["parameters"], names["inputs"], put, inside)
+    return FMU(place, version, token, tuple(s.name for s in eom.state), names["parameters"], names["inputs"], put, inside)
 
 
 def _check_name(path: Path, name: str, tolerance: float) -> None:
