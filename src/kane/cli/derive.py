@@ -76,7 +76,12 @@ class Target(StrEnum):
 
 def emit(
     name: Name,
-    target: Annotated[Target, typer.Option(help="C99, its header, a NumPy module, or an FMU (FMI 3.0) that begins at START.", show_default=False)],
+    target: Annotated[
+        Target,
+        typer.Option(
+            help="C99, its header, a NumPy module, or an FMU (FMI 3.0) that begins at START.", show_default=False
+        ),
+    ],
     out: Out = None,
     called: Annotated[
         str | None, typer.Option("--name", help="What the emitted functions are called after.", show_default="MODEL's")

@@ -279,7 +279,10 @@ def _length(what: Array | str) -> str:
 
 
 def _tables(
-    constant: Mapping[str, Array | str], changing: Mapping[str, Array | str], parts: Sequence[Part], called: Mapping[str, str]
+    constant: Mapping[str, Array | str],
+    changing: Mapping[str, Array | str],
+    parts: Sequence[Part],
+    called: Mapping[str, str],
 ) -> str:
     """The lines of the parts, their tables, and what those that change begin with where these are no zeros."""
     lines = [_NOTHING] * ("nothing" in called.values())

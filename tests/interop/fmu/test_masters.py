@@ -17,17 +17,25 @@ SANITIZED = ("-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["ball", "four_bar", "pure_rolling_disk", "pendulum_on_cart"])
+@pytest.mark.parametrize("name", ["ball", "four_bar"])
 def test_a_master_in_c_under_the_sanitizers(tmp_path, name):
     eom, given = model(name)
-    unit = kn.exchange.to_fmu(
-        eom, tmp_path / f"{name}.fmu", binary=False, tolerance=TIGHT, method="tsit5", **given
-    )
+    unit = kn.exchange.to_fmu(eom, tmp_path / f"{name}.fmu", binary=False, tolerance=TIGHT, method="tsit5", **given)
     with zipfile.ZipFile(unit.path) as archive:
         archive.extractall(tmp_path)
     source = tmp_path / "sources" / f"{name}.c"
-    own = [*STRICT, *SANITIZED, f'-DUNIT="{source}"', Path(__file__).with_name("master.c"), "-o", tmp_path / "master", "-lm"]
-    done = subprocess.run([compiler(), *own], capture_output=True, text=True, check=False, env={"PATH": "/usr/bin:/bin"})
+    own = [
+        *STRICT,
+        *SANITIZED,
+        f'-DUNIT="{source}"',
+        Path(__file__).with_name("master.c"),
+        "-o",
+        tmp_path / "master",
+        "-lm",
+    ]
+    done = subprocess.run(
+        [compiler(), *own], capture_output=True, text=True, check=False, env={"PATH": "/usr/bin:/bin"}
+    )
     assert done.returncode == 0, done.stderr
     ran = subprocess.run([tmp_path / "master"], capture_output=True, text=True, check=False, env={})
     assert ran.returncode == 0, ran.stderr

@@ -1,16 +1,19 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Units as their sources tell to build them, and masters that run them."""
 
+import ctypes
 import subprocess
 import zipfile
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
 import kane as kn
-from kane.gallery import load
+from kane.gallery import load, pendulums
 from tests.motion.emitted import ball
+from tests.peer import require
 from tests.program.programs import compiler
 
 TIGHT = 1e-11
@@ -31,23 +34,9 @@ def start_of(eom, module=None):
     return given
 
 
-def ten_rods():
-    """A chain of ten rods, in one plane."""
-    N = kn.Frame("N")
-    O = kn.Point("O", fixed_in=N)
-    speeds, bodies, frame, at = {}, [], N, O
-    for k in range(10):
-        q, u = kn.coordinate(f"q{k}"), kn.speed(f"u{k}")
-        speeds[u] = q.dt
-        frame = N.rotate(f"B{k}", q, N.z)
-        bodies.append(kn.RigidBody(f"rod{k}", frame, at.at(f"C{k}", 0.5 * frame.x), 1.0, kn.inertia(frame, 0, 0, 1 / 12)))
-        at = at.at(f"P{k}", frame.x)
-    return kn.System(N, bodies=bodies, speeds=speeds, loads=[kn.gravity(-9.81 * N.y)])
-
-
 MODELS = {
     "ball": (ball, {"q": {"y": 1.0}, "u": {"v": 0.1}}),
-    "ten_rods": (ten_rods, None),
+    "ten_rods": (lambda: pendulums.system(10), None),
 }
 
 
@@ -90,6 +79,46 @@ def written(folder, name, eom, given, *options, **more):
     with zipfile.ZipFile(unit.path, "a") as archive:
         archive.write(binary, place)
     return unit
+
+
+def instantiated(folder, unit, purpose):
+    """An instance behind the functions of FMI 3, and the value references by name."""
+    fmpy = require("fmpy")
+    kinds = require("fmpy.fmi3")
+    description = fmpy.read_model_description(str(unit.path))
+    inside = fmpy.extract(str(unit.path), unzipdir=str(folder))
+    kind = kinds.FMU3Model if purpose == "ModelExchange" else kinds.FMU3Slave
+    one = kind(guid=description.guid, unzipDirectory=inside, modelIdentifier=unit.path.stem, instanceName="one")
+    one.instantiate()
+    return one, {v.name: v.valueReference for v in description.modelVariables}
+
+
+def integrated(folder, unit, end, samples, inputs, parameters):
+    """States and outputs by SciPy's integrator around the functions of FMI 3, with inputs of time."""
+    one, at = instantiated(folder, unit, "ModelExchange")
+    one.setFloat64([at[name] for name in parameters], list(parameters.values()))
+    one.enterInitializationMode(stopTime=end)
+    one.exitInitializationMode()
+    one.enterContinuousTimeMode()
+    n = len(unit.states)
+    x, dx = (ctypes.c_double * n)(), (ctypes.c_double * n)()
+
+    def rates(t, y):
+        one.setTime(t)
+        one.setFloat64([at[name] for name in inputs], [f(t) for f in inputs.values()])
+        x[:] = y
+        one.setContinuousStates(x, n)
+        one.getContinuousStateDerivatives(dx, n)
+        return list(dx)
+
+    times, first = np.linspace(0, end, samples), one.getFloat64([at[s] for s in unit.states])
+    rows = solve_ivp(rates, (0, end), first, "DOP853", times, rtol=1e-12, atol=1e-12).y.T
+    put = []
+    for t, row in zip(times, rows, strict=True):
+        rates(t, row)
+        put.append(one.getFloat64([at[name] for name in unit.outputs]))
+    one.freeInstance()
+    return rows, np.array(put)
 
 
 def states_of(rows, eom):

@@ -26,8 +26,8 @@ from kane.interop.fmu.description import Model, built, described, variables
 from kane.interop.fmu.source import Start, source
 from kane.motion.projection import constraint_numbers, is_constrained
 from kane.motion.simulator_c import METHODS
-from kane.motion.steps import better
 from kane.motion.steppers.table import INTEGRATORS
+from kane.motion.steps import better
 from kane.numeric.sampling import finite_number, named_values
 from kane.program.emit.names import is_free_in_c
 from kane.progress import working
@@ -136,7 +136,9 @@ def to_fmu(
         exchange(place, lambda file: _zip(file, sources, inside, library), own=zipfile.is_zipfile)
     names = {kind: tuple(s.name for s in getattr(eom, kind)) for kind in ("parameters", "inputs")}
     put = tuple(compiled.bundle.task.labels) if compiled.bundle else ()
-    return FMU(place, version, token, tuple(s.name for s in eom.state), names["parameters"], names["inputs"], put, inside)
+    return FMU(
+        place, version, token, tuple(s.name for s in eom.state), names["parameters"], names["inputs"], put, inside
+    )
 
 
 def _check_name(path: Path, name: str, tolerance: float) -> None:
@@ -176,7 +178,9 @@ def _determined(eom: Equations, start: Start) -> Equations:
 
 def _binary_name(name: str, version: str) -> str:
     """Where a unit has the library for this machine, or "" where the standard has no place for it."""
-    machine = {"x86_64": "x86_64", "AMD64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}.get(platform.machine(), "")
+    machine = {"x86_64": "x86_64", "AMD64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}.get(
+        platform.machine(), ""
+    )
     system = {"Linux": "linux", "Darwin": "darwin"}.get(platform.system(), "")
     if not (machine and system):
         return ""
@@ -199,7 +203,9 @@ def _library(name: str, text: str) -> bytes:
         )
         if done.returncode:
             wrong = [line for line in done.stderr.splitlines() if "error" in line] or ["no message"]
-            raise ProgramError(f"Expected {found} to compile the unit, got: {wrong[0]}. Pass binary=False to write its sources alone.")
+            raise ProgramError(
+                f"Expected {found} to compile the unit, got: {wrong[0]}. Pass binary=False to write its sources alone."
+            )
         return library.read_bytes()
 
 

@@ -49,7 +49,9 @@ def variables(compiled: Compiled, start: Start) -> list[Variable]:
         found.append(Variable(s.name, "input", "continuous", "", x, s.unit, s.description))
     found += _outputs(compiled)
     for e in eom.events:
-        found.append(Variable(f"event({e.name})", "local", "continuous", "calculated", description=f"zero at: {e.name}"))
+        found.append(
+            Variable(f"event({e.name})", "local", "continuous", "calculated", description=f"zero at: {e.name}")
+        )
     names = [v.name for v in found]
     cure = "Name outputs, states, parameters and inputs differently; `time` is taken."
     expect.different(names, "different names of all variables of the unit", cure, error=ArgumentError)
@@ -136,7 +138,12 @@ def _purposes(root: ET.Element, model: Model, version: str) -> None:
 
 
 def _begun(model: Model, version: str) -> ET.Element:
-    head = {"fmiVersion": version, "modelName": model.identifier, "description": model.title, "generationTool": model.tool}
+    head = {
+        "fmiVersion": version,
+        "modelName": model.identifier,
+        "description": model.title,
+        "generationTool": model.tool,
+    }
     head |= {"variableNamingConvention": "flat"}
     head |= {"instantiationToken" if version == "3.0" else "guid": model.token}
     if version == "2.0":
@@ -165,7 +172,12 @@ def described(model: Model, rows: Sequence[Variable], version: str) -> str:
     events = range(len(rows) - model.events, len(rows))
     unknowns = [k for k, v in enumerate(rows) if v.initial in ("approx", "calculated") and k not in events]
     if version == "3.0":
-        kinds = {"Output": outputs, "ContinuousStateDerivative": derivatives, "InitialUnknown": unknowns, "EventIndicator": events}
+        kinds = {
+            "Output": outputs,
+            "ContinuousStateDerivative": derivatives,
+            "InitialUnknown": unknowns,
+            "EventIndicator": events,
+        }
         for tag, places in kinds.items():
             for k in places:
                 ET.SubElement(structure, tag, valueReference=str(k))
@@ -217,4 +229,3 @@ def written(root: ET.Element) -> str:
     """A document as text."""
     ET.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
-

@@ -171,7 +171,9 @@ def _others(version: str) -> str:
         for way, values in (("Get", got), ("Set", put)):
             takes = f"void *instance, const uint32_t references[], size_t count, {values}values[]{counted}"
             unused = ["references", "values", *(["numbers_given"] if counted else [])]
-            texts.append(_function(f"{fmi}_status {fmi}{way}{what}({takes})", unused, "none_of((unit *)instance, count)"))
+            texts.append(
+                _function(f"{fmi}_status {fmi}{way}{what}({takes})", unused, "none_of((unit *)instance, count)")
+            )
     return "\n".join(texts)
 
 
@@ -198,5 +200,13 @@ def _clocks() -> str:
 
 
 def _function(head: str, unused: Sequence[str], gives: str) -> str:
-    lines = [f"EXPORTED {head};", f"EXPORTED {head}", "{", *(f"    (void){a};" for a in unused), f"    return {gives};", "}", ""]
+    lines = [
+        f"EXPORTED {head};",
+        f"EXPORTED {head}",
+        "{",
+        *(f"    (void){a};" for a in unused),
+        f"    return {gives};",
+        "}",
+        "",
+    ]
     return "\n".join(lines)
