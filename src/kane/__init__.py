@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from kane.figures import *
     from kane.fitting import *
     from kane.integrators import *
+    from kane.interop.fmu.archive import FMU as FMU
     from kane.interop.fmu.archive import to_fmu as to_fmu
     from kane.interop.sympy import from_sympy, to_sympy
     from kane.joints import *
@@ -134,7 +135,7 @@ _NAMES = {
         "coordinates input parameter parameters speed speeds state time",
     "expr.piecewise": "Table table",
     "expr.forms.taylor_series": "taylor",
-    "interop.fmu.archive": "to_fmu",
+    "interop.fmu.archive": "FMU to_fmu",
     "interop.sympy": "from_sympy to_sympy",
     "model.beams.beam": "Beam",
     "model.beams.deformation": "tapered",

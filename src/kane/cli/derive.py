@@ -106,7 +106,7 @@ def emit(
 ) -> None:
     """Print the equations of MODEL as C or NumPy source."""
     if with_integrator is not None and target not in (Target.c, Target.fmu):
-        raise Misuse(f"Expected --target c or fmu with --with-integrator, got {target.value}.")
+        raise Misuse(f"Expected --target c with --with-integrator, or fmu, got {target.value}.")
     if target is Target.fmu and (out is None or period is not None):
         raise Misuse("Expected --out FILE.fmu, and no --period, with --target fmu.")
     if period is not None and with_integrator is None:

@@ -212,7 +212,8 @@ def _library(name: str, text: str) -> bytes:
 def _zip(file: Path, sources: Mapping[str, str], binary: str, library: bytes) -> None:
     """The archive: the same bytes for the same content."""
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in {**sources, **({binary: library} if binary else {})}.items():
+        files: dict[str, str | bytes] = dict(sources)
+        for name, content in (files | ({binary: library} if binary else {})).items():
             info = zipfile.ZipInfo(name, _EPOCH)
             info.compress_type = zipfile.ZIP_DEFLATED
             info.external_attr = (0o755 if name == binary else 0o644) << 16

@@ -74,38 +74,6 @@ static bool noted(unit *i, int said)
     return asks;
 }
 
-/* How the quantities that are at their thresholds at the start leave them; whether their rates tell. */
-static bool leaves_threshold(unit *i)
-{
-    @NAME@_motion *m = &i->now.m;
-    double slope[INDICATORS];
-    double beside_them[2 * INDICATORS];
-    @NAME@_tendency(m->start, m->y, m->p, m->r, m->h, slope);
-    @NAME@_glance(m->start, m->y, m->p, m->r, m->h, beside_them);
-    for (int64_t k = 0; k < INDICATORS; k++) {
-        const bool own = at_kinds[(k * KINDS) + 2] > 0.0;
-        double *row = &at_leaves[k * @LEAVES@];
-        if (own && !(fabs(at_seen[k] - at_least[k]) > (@ROUNDED_TERMS@ * beside_them[INDICATORS + k]))) {
-            const double side = (slope[k] > 0.0) ? 1.0 : -1.0;
-            const bool there = (at_kinds[(k * KINDS) + 1] * side) >= 0.0;
-            if (!(fabs(slope[k]) > 0.0) || (there && (at_kinds[k * KINDS] > 0.0))) {
-                return false;
-            }
-            row[0] = 1.0;
-            row[1] = side;
-            row[2] = 1.0;
-            row[3] = 0.0;
-            row[4] = @LATER@;
-            at_seen[k] = at_least[k];
-            i->now.was[k] = side;
-            if (there) {
-                tell_event(i, k, m->start);
-            }
-        }
-    }
-    return true;
-}
-
 /* Whether the passage of an event at these values is one, by its direction. */
 static bool passed(const unit *i, int64_t event, double now)
 {
@@ -141,4 +109,69 @@ static status acted(unit *i, bool *changed, bool *ends)
     const status said = act_on(i, there, now, changed, ends);
     note_sides(i);
     return said;
+}
+
+/* Which quantities are at their thresholds at the start, and whether their rates tell to which side they leave. */
+static bool at_thresholds(const unit *i, const double *slope, bool *at, bool *there)
+{
+    const @NAME@_motion *m = &i->now.m;
+    double values[2 * INDICATORS];
+    bool told_by_rates = true;
+    @NAME@_glance(m->start, m->y, m->p, m->r, m->h, values);
+    for (int64_t k = 0; k < INDICATORS; k++) {
+        const bool own = at_kinds[(k * KINDS) + 2] > 0.0;
+        const double way = at_kinds[(k * KINDS) + 1];
+        at[k] = own && !(fabs(values[k] - at_least[k]) > (@ROUNDED_TERMS@ * values[INDICATORS + k]));
+        there[k] = at[k] && ((way == 0.0) || ((way * slope[k]) > 0.0));
+        told_by_rates = told_by_rates && (!at[k] || (fabs(slope[k]) > 0.0));
+    }
+    return told_by_rates;
+}
+
+/*
+ * A start on thresholds, where rates tell how quantities leave them: an event at which the motion passes its threshold is of that instant,
+ * as in kane, and acts. In model exchange the importer finds those that act.
+ */
+static bool leaves_threshold(unit *i)
+{
+    @NAME@_motion *m = &i->now.m;
+    double slope[INDICATORS];
+    double now[INDICATORS];
+    bool at[INDICATORS];
+    bool there[INDICATORS];
+    bool changed = false;
+    @NAME@_tendency(m->start, m->y, m->p, m->r, m->h, slope);
+    if (!at_thresholds(i, slope, at, there)) {
+        return false;
+    }
+    for (int64_t k = 0; k < INDICATORS; k++) {
+        const bool acts = at_kinds[k * KINDS] >= @ACTS@.0;
+        if (there[k] && acts && (i->what == EXCHANGE)) {
+            at[k] = false;
+        } else if (there[k]) {
+            tell_event(i, k, m->start);
+            i->now.ended = i->now.ended || (at_kinds[(k * KINDS) + 3] > 0.0);
+        } else {
+            /* it leaves without passing */
+        }
+        there[k] = there[k] && acts && (i->what == STEPPED);
+    }
+    indicate(i, now);
+    if (act_on(i, there, now, &changed, &i->now.ended) != DONE) {
+        return false;
+    }
+    @NAME@_tendency(m->start, m->y, m->p, m->r, m->h, slope);
+    @NAME@_events(m->start, m->y, m->p, m->r, m->h, at_seen);
+    for (int64_t k = 0; k < INDICATORS; k++) {
+        const double row[@LEAVES@] = {1.0, (slope[k] > 0.0) ? 1.0 : -1.0, 1.0, 0.0, @LATER@};
+        for (int64_t j = 0; (j < @LEAVES@) && at[k]; j++) {
+            at_leaves[(k * @LEAVES@) + j] = row[j];
+        }
+        if (at[k]) {
+            at_seen[k] = there[k] ? at_seen[k] : at_least[k];
+            i->now.was[k] = row[1];
+        }
+        at_largest[k] = fabs(at_seen[k]);
+    }
+    return true;
 }
