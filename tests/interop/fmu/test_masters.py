@@ -43,7 +43,7 @@ def test_a_master_in_c_under_the_sanitizers(tmp_path, name):
     assert far(found, reference(eom, 0.5, 2, given).states[-1]) < 1e-8
 
 
-@pytest.mark.parametrize("name", ["ball", "slider_crank"])
+@pytest.mark.parametrize("name", ["ball", pytest.param("slider_crank", marks=pytest.mark.slow)])
 def test_libcosim_steps_a_unit(tmp_path, name):
     require("libcosimpy")
     execution, slave, observer = (

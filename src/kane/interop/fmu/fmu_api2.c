@@ -29,19 +29,18 @@ static void say(const void *instance, int said, const char *category, const char
     log_message(i->environment, i->name, said, category, "%s", text);
 }
 
-EXPORTED const char *fmi2GetTypesPlatform(void);
+@PROTOTYPES@
+
 EXPORTED const char *fmi2GetTypesPlatform(void)
 {
     return "default";
 }
 
-EXPORTED const char *fmi2GetVersion(void);
 EXPORTED const char *fmi2GetVersion(void)
 {
     return "2.0";
 }
 
-EXPORTED fmi2_status fmi2SetDebugLogging(void *c, fmi2_boolean on, size_t count, const char *const categories[]);
 EXPORTED fmi2_status fmi2SetDebugLogging(void *c, fmi2_boolean on, size_t count, const char *const categories[])
 {
     (void)count;
@@ -50,8 +49,6 @@ EXPORTED fmi2_status fmi2SetDebugLogging(void *c, fmi2_boolean on, size_t count,
     return DONE;
 }
 
-EXPORTED void *fmi2Instantiate(const char *name, int type, const char *told_token, const char *resources, const fmi2_callbacks *functions,
-                               fmi2_boolean visible, fmi2_boolean logs);
 EXPORTED void *fmi2Instantiate(const char *name, int type, const char *told_token, const char *resources, const fmi2_callbacks *functions,
                                fmi2_boolean visible, fmi2_boolean logs)
 {
@@ -72,14 +69,11 @@ EXPORTED void *fmi2Instantiate(const char *name, int type, const char *told_toke
     return i;
 }
 
-EXPORTED void fmi2FreeInstance(void *c);
 EXPORTED void fmi2FreeInstance(void *c)
 {
     free(c);
 }
 
-EXPORTED fmi2_status fmi2SetupExperiment(void *c, fmi2_boolean tolerance_told, double tolerance, double start, fmi2_boolean stop_told,
-                                         double stop);
 EXPORTED fmi2_status fmi2SetupExperiment(void *c, fmi2_boolean tolerance_told, double tolerance, double start, fmi2_boolean stop_told,
                                          double stop)
 {
@@ -91,7 +85,6 @@ EXPORTED fmi2_status fmi2SetupExperiment(void *c, fmi2_boolean tolerance_told, d
     return said;
 }
 
-EXPORTED fmi2_status fmi2EnterInitializationMode(void *c);
 EXPORTED fmi2_status fmi2EnterInitializationMode(void *c)
 {
     unit *i = (unit *)c;
@@ -101,51 +94,43 @@ EXPORTED fmi2_status fmi2EnterInitializationMode(void *c)
     return enter(i, NEW, INITIALIZING, "fmi2EnterInitializationMode");
 }
 
-EXPORTED fmi2_status fmi2ExitInitializationMode(void *c);
 EXPORTED fmi2_status fmi2ExitInitializationMode(void *c)
 {
     return initialized((unit *)c);
 }
 
-EXPORTED fmi2_status fmi2Terminate(void *c);
 EXPORTED fmi2_status fmi2Terminate(void *c)
 {
     return enter((unit *)c, CONTINUOUS | STEPS | EVENTS_MODE | OVER, OVER, "fmi2Terminate");
 }
 
-EXPORTED fmi2_status fmi2Reset(void *c);
 EXPORTED fmi2_status fmi2Reset(void *c)
 {
     reset((unit *)c);
     return DONE;
 }
 
-EXPORTED fmi2_status fmi2GetReal(void *c, const uint32_t references[], size_t count, double values[]);
 EXPORTED fmi2_status fmi2GetReal(void *c, const uint32_t references[], size_t count, double values[])
 {
     return get_values((unit *)c, references, count, values);
 }
 
-EXPORTED fmi2_status fmi2SetReal(void *c, const uint32_t references[], size_t count, const double values[]);
 EXPORTED fmi2_status fmi2SetReal(void *c, const uint32_t references[], size_t count, const double values[])
 {
     return set_values((unit *)c, references, count, values);
 }
 
 @OTHER_TYPES@
-EXPORTED fmi2_status fmi2GetFMUstate(void *c, void **state);
 EXPORTED fmi2_status fmi2GetFMUstate(void *c, void **state)
 {
     return keep((const unit *)c, state);
 }
 
-EXPORTED fmi2_status fmi2SetFMUstate(void *c, void *state);
 EXPORTED fmi2_status fmi2SetFMUstate(void *c, void *state)
 {
     return restore((unit *)c, state);
 }
 
-EXPORTED fmi2_status fmi2FreeFMUstate(void *c, void **state);
 EXPORTED fmi2_status fmi2FreeFMUstate(void *c, void **state)
 {
     (void)c;
@@ -154,7 +139,6 @@ EXPORTED fmi2_status fmi2FreeFMUstate(void *c, void **state)
     return DONE;
 }
 
-EXPORTED fmi2_status fmi2SerializedFMUstateSize(void *c, void *state, size_t *size);
 EXPORTED fmi2_status fmi2SerializedFMUstateSize(void *c, void *state, size_t *size)
 {
     (void)c;
@@ -163,7 +147,6 @@ EXPORTED fmi2_status fmi2SerializedFMUstateSize(void *c, void *state, size_t *si
     return DONE;
 }
 
-EXPORTED fmi2_status fmi2SerializeFMUstate(void *c, void *state, char bytes[], size_t size);
 EXPORTED fmi2_status fmi2SerializeFMUstate(void *c, void *state, char bytes[], size_t size)
 {
     if ((state == NULL) || (size < sizeof(numbers))) {
@@ -173,33 +156,27 @@ EXPORTED fmi2_status fmi2SerializeFMUstate(void *c, void *state, char bytes[], s
     return DONE;
 }
 
-EXPORTED fmi2_status fmi2DeSerializeFMUstate(void *c, const char bytes[], size_t size, void **state);
 EXPORTED fmi2_status fmi2DeSerializeFMUstate(void *c, const char bytes[], size_t size, void **state)
 {
     return restored((const unit *)c, (const unsigned char *)bytes, size, state);
 }
 
 EXPORTED fmi2_status fmi2GetDirectionalDerivative(void *c, const uint32_t unknowns[], size_t rows, const uint32_t knowns[], size_t columns,
-                                                  const double seed[], double out[]);
-EXPORTED fmi2_status fmi2GetDirectionalDerivative(void *c, const uint32_t unknowns[], size_t rows, const uint32_t knowns[], size_t columns,
                                                   const double seed[], double out[])
 {
     return along((unit *)c, unknowns, rows, knowns, columns, seed, out);
 }
 
-EXPORTED fmi2_status fmi2EnterEventMode(void *c);
 EXPORTED fmi2_status fmi2EnterEventMode(void *c)
 {
     return enter((unit *)c, CONTINUOUS | EVENTS_MODE, EVENTS_MODE, "fmi2EnterEventMode");
 }
 
-EXPORTED fmi2_status fmi2EnterContinuousTimeMode(void *c);
 EXPORTED fmi2_status fmi2EnterContinuousTimeMode(void *c)
 {
     return enter((unit *)c, EVENTS_MODE, CONTINUOUS, "fmi2EnterContinuousTimeMode");
 }
 
-EXPORTED fmi2_status fmi2NewDiscreteStates(void *c, fmi2_event_info *info);
 EXPORTED fmi2_status fmi2NewDiscreteStates(void *c, fmi2_event_info *info)
 {
     update to = {false, false, false, 0.0};
@@ -216,7 +193,6 @@ EXPORTED fmi2_status fmi2NewDiscreteStates(void *c, fmi2_event_info *info)
     return said;
 }
 
-EXPORTED fmi2_status fmi2CompletedIntegratorStep(void *c, fmi2_boolean no_return, fmi2_boolean *event, fmi2_boolean *ends);
 EXPORTED fmi2_status fmi2CompletedIntegratorStep(void *c, fmi2_boolean no_return, fmi2_boolean *event, fmi2_boolean *ends)
 {
     bool asks = false;
@@ -228,45 +204,37 @@ EXPORTED fmi2_status fmi2CompletedIntegratorStep(void *c, fmi2_boolean no_return
     return said;
 }
 
-EXPORTED fmi2_status fmi2SetTime(void *c, double t);
 EXPORTED fmi2_status fmi2SetTime(void *c, double t)
 {
     ((unit *)c)->now.time = t;
     return DONE;
 }
 
-EXPORTED fmi2_status fmi2SetContinuousStates(void *c, const double states[], size_t count);
 EXPORTED fmi2_status fmi2SetContinuousStates(void *c, const double states[], size_t count)
 {
     return put_states((unit *)c, states, count);
 }
 
-EXPORTED fmi2_status fmi2GetContinuousStates(void *c, double states[], size_t count);
 EXPORTED fmi2_status fmi2GetContinuousStates(void *c, double states[], size_t count)
 {
     return get_states((unit *)c, states, count);
 }
 
-EXPORTED fmi2_status fmi2GetDerivatives(void *c, double derivatives[], size_t count);
 EXPORTED fmi2_status fmi2GetDerivatives(void *c, double derivatives[], size_t count)
 {
     return get_slopes((unit *)c, derivatives, count);
 }
 
-EXPORTED fmi2_status fmi2GetEventIndicators(void *c, double indicators[], size_t count);
 EXPORTED fmi2_status fmi2GetEventIndicators(void *c, double indicators[], size_t count)
 {
     return get_indicators((unit *)c, indicators, count);
 }
 
-EXPORTED fmi2_status fmi2GetNominalsOfContinuousStates(void *c, double nominals[], size_t count);
 EXPORTED fmi2_status fmi2GetNominalsOfContinuousStates(void *c, double nominals[], size_t count)
 {
     return get_nominals((unit *)c, nominals, count);
 }
 
-EXPORTED fmi2_status fmi2SetRealInputDerivatives(void *c, const uint32_t references[], size_t count, const int orders[],
-                                                 const double values[]);
 EXPORTED fmi2_status fmi2SetRealInputDerivatives(void *c, const uint32_t references[], size_t count, const int orders[],
                                                  const double values[])
 {
@@ -276,7 +244,6 @@ EXPORTED fmi2_status fmi2SetRealInputDerivatives(void *c, const uint32_t referen
     return none_of((unit *)c, count);
 }
 
-EXPORTED fmi2_status fmi2GetRealOutputDerivatives(void *c, const uint32_t references[], size_t count, const int orders[], double values[]);
 EXPORTED fmi2_status fmi2GetRealOutputDerivatives(void *c, const uint32_t references[], size_t count, const int orders[], double values[])
 {
     (void)references;
@@ -285,7 +252,6 @@ EXPORTED fmi2_status fmi2GetRealOutputDerivatives(void *c, const uint32_t refere
     return none_of((unit *)c, count);
 }
 
-EXPORTED fmi2_status fmi2DoStep(void *c, double from, double length, fmi2_boolean no_return);
 EXPORTED fmi2_status fmi2DoStep(void *c, double from, double length, fmi2_boolean no_return)
 {
     reached to = {from, false, false};
@@ -297,13 +263,11 @@ EXPORTED fmi2_status fmi2DoStep(void *c, double from, double length, fmi2_boolea
     return ((said == DONE) && to.terminated) ? (fmi2_status)DISCARDED : (fmi2_status)said;
 }
 
-EXPORTED fmi2_status fmi2CancelStep(void *c);
 EXPORTED fmi2_status fmi2CancelStep(void *c)
 {
     return failed((unit *)c, "Steps are not asynchronous.");
 }
 
-EXPORTED fmi2_status fmi2GetStatus(void *c, int kind, fmi2_status *value);
 EXPORTED fmi2_status fmi2GetStatus(void *c, int kind, fmi2_status *value)
 {
     (void)c;
@@ -312,14 +276,12 @@ EXPORTED fmi2_status fmi2GetStatus(void *c, int kind, fmi2_status *value)
     return DISCARDED;
 }
 
-EXPORTED fmi2_status fmi2GetRealStatus(void *c, int kind, double *value);
 EXPORTED fmi2_status fmi2GetRealStatus(void *c, int kind, double *value)
 {
     *value = ((unit *)c)->now.time;
     return (kind == 2) ? DONE : DISCARDED;
 }
 
-EXPORTED fmi2_status fmi2GetIntegerStatus(void *c, int kind, int *value);
 EXPORTED fmi2_status fmi2GetIntegerStatus(void *c, int kind, int *value)
 {
     (void)c;
@@ -328,14 +290,12 @@ EXPORTED fmi2_status fmi2GetIntegerStatus(void *c, int kind, int *value)
     return DISCARDED;
 }
 
-EXPORTED fmi2_status fmi2GetBooleanStatus(void *c, int kind, fmi2_boolean *value);
 EXPORTED fmi2_status fmi2GetBooleanStatus(void *c, int kind, fmi2_boolean *value)
 {
     *value = ((unit *)c)->now.ended ? 1 : 0;
     return (kind == 3) ? DONE : DISCARDED;
 }
 
-EXPORTED fmi2_status fmi2GetStringStatus(void *c, int kind, const char **value);
 EXPORTED fmi2_status fmi2GetStringStatus(void *c, int kind, const char **value)
 {
     (void)c;

@@ -27,13 +27,15 @@ static void *made(const char *name, const char *told_token, purpose what, bool l
     return i;
 }
 
-EXPORTED const char *fmi3GetVersion(void);
+typedef void (*fmi3_intermediate)(void *environment, double t, bool set, bool get, bool finished, bool can_return, bool *early, double *at);
+
+@PROTOTYPES@
+
 EXPORTED const char *fmi3GetVersion(void)
 {
     return "3.0";
 }
 
-EXPORTED fmi3_status fmi3SetDebugLogging(void *instance, bool on, size_t count, const char *const categories[]);
 EXPORTED fmi3_status fmi3SetDebugLogging(void *instance, bool on, size_t count, const char *const categories[])
 {
     (void)count;
@@ -43,8 +45,6 @@ EXPORTED fmi3_status fmi3SetDebugLogging(void *instance, bool on, size_t count, 
 }
 
 EXPORTED void *fmi3InstantiateModelExchange(const char *name, const char *told_token, const char *resources, bool visible, bool logs,
-                                            void *environment, fmi3_log log_message);
-EXPORTED void *fmi3InstantiateModelExchange(const char *name, const char *told_token, const char *resources, bool visible, bool logs,
                                             void *environment, fmi3_log log_message)
 {
     (void)resources;
@@ -52,11 +52,6 @@ EXPORTED void *fmi3InstantiateModelExchange(const char *name, const char *told_t
     return made(name, told_token, EXCHANGE, logs, environment, log_message);
 }
 
-typedef void (*fmi3_intermediate)(void *environment, double t, bool set, bool get, bool finished, bool can_return, bool *early, double *at);
-
-EXPORTED void *fmi3InstantiateCoSimulation(const char *name, const char *told_token, const char *resources, bool visible, bool logs,
-                                           bool event_mode, bool early, const uint32_t required[], size_t count, void *environment,
-                                           fmi3_log log_message, fmi3_intermediate intermediate);
 EXPORTED void *fmi3InstantiateCoSimulation(const char *name, const char *told_token, const char *resources, bool visible, bool logs,
                                            bool event_mode, bool early, const uint32_t required[], size_t count, void *environment,
                                            fmi3_log log_message, fmi3_intermediate intermediate)
@@ -76,9 +71,6 @@ EXPORTED void *fmi3InstantiateCoSimulation(const char *name, const char *told_to
 
 EXPORTED void *fmi3InstantiateScheduledExecution(const char *name, const char *told_token, const char *resources, bool visible, bool logs,
                                                  void *environment, fmi3_log log_message, void (*clock)(void *), void (*lock)(void),
-                                                 void (*unlock)(void));
-EXPORTED void *fmi3InstantiateScheduledExecution(const char *name, const char *told_token, const char *resources, bool visible, bool logs,
-                                                 void *environment, fmi3_log log_message, void (*clock)(void *), void (*lock)(void),
                                                  void (*unlock)(void))
 {
     (void)name;
@@ -95,77 +87,64 @@ EXPORTED void *fmi3InstantiateScheduledExecution(const char *name, const char *t
     return NULL;
 }
 
-EXPORTED void fmi3FreeInstance(void *instance);
 EXPORTED void fmi3FreeInstance(void *instance)
 {
     free(instance);
 }
 
 EXPORTED fmi3_status fmi3EnterInitializationMode(void *instance, bool tolerance_told, double tolerance, double start, bool stop_told,
-                                                 double stop);
-EXPORTED fmi3_status fmi3EnterInitializationMode(void *instance, bool tolerance_told, double tolerance, double start, bool stop_told,
                                                  double stop)
 {
     return initialize((unit *)instance, tolerance_told, tolerance, start, stop_told, stop);
 }
 
-EXPORTED fmi3_status fmi3ExitInitializationMode(void *instance);
 EXPORTED fmi3_status fmi3ExitInitializationMode(void *instance)
 {
     return initialized((unit *)instance);
 }
 
-EXPORTED fmi3_status fmi3EnterEventMode(void *instance);
 EXPORTED fmi3_status fmi3EnterEventMode(void *instance)
 {
     return enter((unit *)instance, CONTINUOUS | STEPS | EVENTS_MODE, EVENTS_MODE, "fmi3EnterEventMode");
 }
 
-EXPORTED fmi3_status fmi3EnterContinuousTimeMode(void *instance);
 EXPORTED fmi3_status fmi3EnterContinuousTimeMode(void *instance)
 {
     return enter((unit *)instance, EVENTS_MODE, CONTINUOUS, "fmi3EnterContinuousTimeMode");
 }
 
-EXPORTED fmi3_status fmi3EnterStepMode(void *instance);
 EXPORTED fmi3_status fmi3EnterStepMode(void *instance)
 {
     return enter((unit *)instance, EVENTS_MODE, STEPS, "fmi3EnterStepMode");
 }
 
-EXPORTED fmi3_status fmi3Terminate(void *instance);
 EXPORTED fmi3_status fmi3Terminate(void *instance)
 {
     return enter((unit *)instance, CONTINUOUS | STEPS | EVENTS_MODE | OVER, OVER, "fmi3Terminate");
 }
 
-EXPORTED fmi3_status fmi3Reset(void *instance);
 EXPORTED fmi3_status fmi3Reset(void *instance)
 {
     reset((unit *)instance);
     return DONE;
 }
 
-EXPORTED fmi3_status fmi3EnterConfigurationMode(void *instance);
 EXPORTED fmi3_status fmi3EnterConfigurationMode(void *instance)
 {
     return failed((unit *)instance, "There are no structural parameters.");
 }
 
-EXPORTED fmi3_status fmi3ExitConfigurationMode(void *instance);
 EXPORTED fmi3_status fmi3ExitConfigurationMode(void *instance)
 {
     return failed((unit *)instance, "There are no structural parameters.");
 }
 
-EXPORTED fmi3_status fmi3GetFloat64(void *instance, const uint32_t references[], size_t count, double values[], size_t numbers_given);
 EXPORTED fmi3_status fmi3GetFloat64(void *instance, const uint32_t references[], size_t count, double values[], size_t numbers_given)
 {
     (void)numbers_given;
     return get_values((unit *)instance, references, count, values);
 }
 
-EXPORTED fmi3_status fmi3SetFloat64(void *instance, const uint32_t references[], size_t count, const double values[], size_t numbers_given);
 EXPORTED fmi3_status fmi3SetFloat64(void *instance, const uint32_t references[], size_t count, const double values[], size_t numbers_given)
 {
     (void)numbers_given;
@@ -173,8 +152,6 @@ EXPORTED fmi3_status fmi3SetFloat64(void *instance, const uint32_t references[],
 }
 
 @OTHER_TYPES@
-EXPORTED fmi3_status fmi3GetBinary(void *instance, const uint32_t references[], size_t count, size_t sizes[], const uint8_t *values[],
-                                   size_t numbers_given);
 EXPORTED fmi3_status fmi3GetBinary(void *instance, const uint32_t references[], size_t count, size_t sizes[], const uint8_t *values[],
                                    size_t numbers_given)
 {
@@ -186,8 +163,6 @@ EXPORTED fmi3_status fmi3GetBinary(void *instance, const uint32_t references[], 
 }
 
 EXPORTED fmi3_status fmi3SetBinary(void *instance, const uint32_t references[], size_t count, const size_t sizes[],
-                                   const uint8_t *const values[], size_t numbers_given);
-EXPORTED fmi3_status fmi3SetBinary(void *instance, const uint32_t references[], size_t count, const size_t sizes[],
                                    const uint8_t *const values[], size_t numbers_given)
 {
     (void)references;
@@ -197,7 +172,6 @@ EXPORTED fmi3_status fmi3SetBinary(void *instance, const uint32_t references[], 
     return none_of((unit *)instance, count);
 }
 
-EXPORTED fmi3_status fmi3GetClock(void *instance, const uint32_t references[], size_t count, bool values[]);
 EXPORTED fmi3_status fmi3GetClock(void *instance, const uint32_t references[], size_t count, bool values[])
 {
     (void)references;
@@ -205,7 +179,6 @@ EXPORTED fmi3_status fmi3GetClock(void *instance, const uint32_t references[], s
     return none_of((unit *)instance, count);
 }
 
-EXPORTED fmi3_status fmi3SetClock(void *instance, const uint32_t references[], size_t count, const bool values[]);
 EXPORTED fmi3_status fmi3SetClock(void *instance, const uint32_t references[], size_t count, const bool values[])
 {
     (void)references;
@@ -213,7 +186,6 @@ EXPORTED fmi3_status fmi3SetClock(void *instance, const uint32_t references[], s
     return none_of((unit *)instance, count);
 }
 
-EXPORTED fmi3_status fmi3GetNumberOfVariableDependencies(void *instance, uint32_t reference, size_t *count);
 EXPORTED fmi3_status fmi3GetNumberOfVariableDependencies(void *instance, uint32_t reference, size_t *count)
 {
     (void)reference;
@@ -221,8 +193,6 @@ EXPORTED fmi3_status fmi3GetNumberOfVariableDependencies(void *instance, uint32_
     return failed((unit *)instance, "Dependencies are those of modelDescription.xml.");
 }
 
-EXPORTED fmi3_status fmi3GetVariableDependencies(void *instance, uint32_t dependent, size_t elements[], uint32_t independents[],
-                                                 size_t of_independents[], int kinds[], size_t count);
 EXPORTED fmi3_status fmi3GetVariableDependencies(void *instance, uint32_t dependent, size_t elements[], uint32_t independents[],
                                                  size_t of_independents[], int kinds[], size_t count)
 {
@@ -235,19 +205,16 @@ EXPORTED fmi3_status fmi3GetVariableDependencies(void *instance, uint32_t depend
     return failed((unit *)instance, "Dependencies are those of modelDescription.xml.");
 }
 
-EXPORTED fmi3_status fmi3GetFMUState(void *instance, void **state);
 EXPORTED fmi3_status fmi3GetFMUState(void *instance, void **state)
 {
     return keep((const unit *)instance, state);
 }
 
-EXPORTED fmi3_status fmi3SetFMUState(void *instance, void *state);
 EXPORTED fmi3_status fmi3SetFMUState(void *instance, void *state)
 {
     return restore((unit *)instance, state);
 }
 
-EXPORTED fmi3_status fmi3FreeFMUState(void *instance, void **state);
 EXPORTED fmi3_status fmi3FreeFMUState(void *instance, void **state)
 {
     (void)instance;
@@ -256,7 +223,6 @@ EXPORTED fmi3_status fmi3FreeFMUState(void *instance, void **state)
     return DONE;
 }
 
-EXPORTED fmi3_status fmi3SerializedFMUStateSize(void *instance, void *state, size_t *size);
 EXPORTED fmi3_status fmi3SerializedFMUStateSize(void *instance, void *state, size_t *size)
 {
     (void)instance;
@@ -265,7 +231,6 @@ EXPORTED fmi3_status fmi3SerializedFMUStateSize(void *instance, void *state, siz
     return DONE;
 }
 
-EXPORTED fmi3_status fmi3SerializeFMUState(void *instance, void *state, uint8_t bytes[], size_t size);
 EXPORTED fmi3_status fmi3SerializeFMUState(void *instance, void *state, uint8_t bytes[], size_t size)
 {
     if ((state == NULL) || (size < sizeof(numbers))) {
@@ -275,14 +240,11 @@ EXPORTED fmi3_status fmi3SerializeFMUState(void *instance, void *state, uint8_t 
     return DONE;
 }
 
-EXPORTED fmi3_status fmi3DeserializeFMUState(void *instance, const uint8_t bytes[], size_t size, void **state);
 EXPORTED fmi3_status fmi3DeserializeFMUState(void *instance, const uint8_t bytes[], size_t size, void **state)
 {
     return restored((const unit *)instance, bytes, size, state);
 }
 
-EXPORTED fmi3_status fmi3GetDirectionalDerivative(void *instance, const uint32_t unknowns[], size_t rows, const uint32_t knowns[],
-                                                  size_t columns, const double seed[], size_t seeds, double out[], size_t outs);
 EXPORTED fmi3_status fmi3GetDirectionalDerivative(void *instance, const uint32_t unknowns[], size_t rows, const uint32_t knowns[],
                                                   size_t columns, const double seed[], size_t seeds, double out[], size_t outs)
 {
@@ -291,8 +253,6 @@ EXPORTED fmi3_status fmi3GetDirectionalDerivative(void *instance, const uint32_t
     return along((unit *)instance, unknowns, rows, knowns, columns, seed, out);
 }
 
-EXPORTED fmi3_status fmi3GetAdjointDerivative(void *instance, const uint32_t unknowns[], size_t rows, const uint32_t knowns[],
-                                              size_t columns, const double seed[], size_t seeds, double out[], size_t outs);
 EXPORTED fmi3_status fmi3GetAdjointDerivative(void *instance, const uint32_t unknowns[], size_t rows, const uint32_t knowns[],
                                               size_t columns, const double seed[], size_t seeds, double out[], size_t outs)
 {
@@ -311,15 +271,12 @@ EXPORTED fmi3_status fmi3GetAdjointDerivative(void *instance, const uint32_t unk
     return said;
 }
 
-EXPORTED fmi3_status fmi3EvaluateDiscreteStates(void *instance);
 EXPORTED fmi3_status fmi3EvaluateDiscreteStates(void *instance)
 {
     (void)instance;
     return DONE;
 }
 
-EXPORTED fmi3_status fmi3UpdateDiscreteStates(void *instance, bool *again, bool *ends, bool *nominals, bool *changed, bool *timed,
-                                              double *next);
 EXPORTED fmi3_status fmi3UpdateDiscreteStates(void *instance, bool *again, bool *ends, bool *nominals, bool *changed, bool *timed,
                                               double *next)
 {
@@ -337,51 +294,43 @@ EXPORTED fmi3_status fmi3UpdateDiscreteStates(void *instance, bool *again, bool 
     return said;
 }
 
-EXPORTED fmi3_status fmi3CompletedIntegratorStep(void *instance, bool no_return, bool *event, bool *ends);
 EXPORTED fmi3_status fmi3CompletedIntegratorStep(void *instance, bool no_return, bool *event, bool *ends)
 {
     (void)no_return;
     return completed((unit *)instance, event, ends);
 }
 
-EXPORTED fmi3_status fmi3SetTime(void *instance, double t);
 EXPORTED fmi3_status fmi3SetTime(void *instance, double t)
 {
     ((unit *)instance)->now.time = t;
     return DONE;
 }
 
-EXPORTED fmi3_status fmi3SetContinuousStates(void *instance, const double states[], size_t count);
 EXPORTED fmi3_status fmi3SetContinuousStates(void *instance, const double states[], size_t count)
 {
     return put_states((unit *)instance, states, count);
 }
 
-EXPORTED fmi3_status fmi3GetContinuousStates(void *instance, double states[], size_t count);
 EXPORTED fmi3_status fmi3GetContinuousStates(void *instance, double states[], size_t count)
 {
     return get_states((unit *)instance, states, count);
 }
 
-EXPORTED fmi3_status fmi3GetContinuousStateDerivatives(void *instance, double derivatives[], size_t count);
 EXPORTED fmi3_status fmi3GetContinuousStateDerivatives(void *instance, double derivatives[], size_t count)
 {
     return get_slopes((unit *)instance, derivatives, count);
 }
 
-EXPORTED fmi3_status fmi3GetEventIndicators(void *instance, double indicators[], size_t count);
 EXPORTED fmi3_status fmi3GetEventIndicators(void *instance, double indicators[], size_t count)
 {
     return get_indicators((unit *)instance, indicators, count);
 }
 
-EXPORTED fmi3_status fmi3GetNominalsOfContinuousStates(void *instance, double nominals[], size_t count);
 EXPORTED fmi3_status fmi3GetNominalsOfContinuousStates(void *instance, double nominals[], size_t count)
 {
     return get_nominals((unit *)instance, nominals, count);
 }
 
-EXPORTED fmi3_status fmi3GetNumberOfEventIndicators(void *instance, size_t *count);
 EXPORTED fmi3_status fmi3GetNumberOfEventIndicators(void *instance, size_t *count)
 {
     (void)instance;
@@ -389,7 +338,6 @@ EXPORTED fmi3_status fmi3GetNumberOfEventIndicators(void *instance, size_t *coun
     return DONE;
 }
 
-EXPORTED fmi3_status fmi3GetNumberOfContinuousStates(void *instance, size_t *count);
 EXPORTED fmi3_status fmi3GetNumberOfContinuousStates(void *instance, size_t *count)
 {
     (void)instance;
@@ -397,8 +345,6 @@ EXPORTED fmi3_status fmi3GetNumberOfContinuousStates(void *instance, size_t *cou
     return DONE;
 }
 
-EXPORTED fmi3_status fmi3GetOutputDerivatives(void *instance, const uint32_t references[], size_t count, const int32_t orders[],
-                                              double values[], size_t numbers_given);
 EXPORTED fmi3_status fmi3GetOutputDerivatives(void *instance, const uint32_t references[], size_t count, const int32_t orders[],
                                               double values[], size_t numbers_given)
 {
@@ -409,8 +355,6 @@ EXPORTED fmi3_status fmi3GetOutputDerivatives(void *instance, const uint32_t ref
     return none_of((unit *)instance, count);
 }
 
-EXPORTED fmi3_status fmi3DoStep(void *instance, double from, double length, bool no_return, bool *event, bool *ends, bool *early,
-                                double *time_reached);
 EXPORTED fmi3_status fmi3DoStep(void *instance, double from, double length, bool no_return, bool *event, bool *ends, bool *early,
                                 double *time_reached)
 {
@@ -427,7 +371,6 @@ EXPORTED fmi3_status fmi3DoStep(void *instance, double from, double length, bool
     return said;
 }
 
-EXPORTED fmi3_status fmi3ActivateModelPartition(void *instance, uint32_t clock, double at);
 EXPORTED fmi3_status fmi3ActivateModelPartition(void *instance, uint32_t clock, double at)
 {
     (void)clock;

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The one file of C of a functional mock-up unit: the simulator without `main`, and the functions of FMI around it."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from hashlib import sha256
@@ -96,10 +97,11 @@ def _ending(compiled: Compiled, start: Start, version: str) -> str:
         "@DRIFT@": c_number(DRIFT),
         **(_held_numbers(eom) if held else {}),
     }
-    text = _template("") + _template(f"api{version[0]}")
+    text = _template("") + _template("motion") + _template(f"api{version[0]}")
     for mark, by in marks.items():
         text = text.replace(mark, by)
-    return text
+    prototypes = (f"{head};" for head in re.findall(r"^(EXPORTED [^{;]*\))\n\{", text, re.MULTILINE))
+    return text.replace("@PROTOTYPES@", "\n".join(prototypes))
 
 
 def _held_numbers(eom: Equations) -> dict[str, str]:
@@ -201,7 +203,6 @@ def _clocks() -> str:
 
 def _function(head: str, unused: Sequence[str], gives: str) -> str:
     lines = [
-        f"EXPORTED {head};",
         f"EXPORTED {head}",
         "{",
         *(f"    (void){a};" for a in unused),
