@@ -303,12 +303,12 @@ def test_report_with_and_without_a_motion(tmp_path):
 
 def test_emit_writes_a_functional_mock_up_unit(tmp_path):
     file = tmp_path / "swing.fmu"
-    kane("emit", "four_bar", "--target", "fmu", "--name", "swing", "--with-integrator", "tsit5", "--out", file)
+    kane("emit", "pendulum", "--target", "fmu", "--name", "swing", "--with-integrator", "tsit5", "--out", file)
     with zipfile.ZipFile(file) as archive:
         assert {"modelDescription.xml", "sources/swing.c", "sources/buildDescription.xml"} <= set(archive.namelist())
         told = archive.read("modelDescription.xml").decode()
-    assert 'name="q1" valueReference="1" causality="output" variability="continuous"' in told
-    assert "Expected --out FILE.fmu" in line(kane("emit", "four_bar", "--target", "fmu", code=2).stderr)
+    assert 'name="theta" valueReference="1" causality="output" variability="continuous"' in told
+    assert "Expected --out FILE.fmu" in line(kane("emit", "pendulum", "--target", "fmu", code=2).stderr)
     said = line(kane("emit", "clutch", "--target", "fmu", "--out", tmp_path / "clutch.fmu", code=1).stderr)
     assert "contacts change their modes" in said
 

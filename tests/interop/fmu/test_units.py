@@ -278,6 +278,19 @@ def test_the_archive_is_the_same_each_time_and_needs_no_python(tmp_path):
         assert again.token in archive.read("sources/pendulum.c").decode()
 
 
+def test_a_library_is_inside_where_there_is_a_compiler(tmp_path, monkeypatch):
+    eom, given = model("pendulum")
+    unit = kn.to_fmu(eom, tmp_path / "pendulum.fmu", method="tsit5", title="a <swing> & more", **given)
+    with zipfile.ZipFile(unit.path) as archive:
+        assert unit.binary in archive.namelist()
+    assert validation.validate_fmu(str(unit.path)) == []
+    assert fmpy.read_model_description(str(unit.path)).description == "a <swing> & more"
+    rows = ran(unit, "CoSimulation", 0.5, 3)
+    assert far(states_of(rows, eom), reference(eom, 0.5, 3, given).states) < 1e-8
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert kn.to_fmu(eom, tmp_path / "bare.fmu", method="tsit5", **given).binary == ""
+
+
 def test_units_of_measurement(tmp_path):
     N = kn.Frame("N")
     q, u = kn.coordinate("q", unit="m"), kn.speed("u", unit="m/s")
