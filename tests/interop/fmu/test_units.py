@@ -217,6 +217,8 @@ def test_directional_derivatives_are_those_of_the_equations(tmp_path, instance, 
     expected = compiled.jac(0.0, *values) @ seed[:4] + compiled.jac_inputs(0.0, *values) @ seed[4:]
     assert far(np.array(found[:4]), expected) < 1e-13
     assert found[4] == pytest.approx(np.sin(1.0) * seed[0] + 0.1 * np.cos(1.0) * seed[1], rel=1e-13)
+    back = one.getAdjointDerivative([at[f"der({s})"] for s in state], [at[s] for s in state], list(seed[:4]))
+    assert far(np.array(back), seed[:4] @ compiled.jac(0.0, *values)) < 1e-13
 
 
 def test_a_state_that_was_kept_goes_on_as_before(tmp_path, instance):
