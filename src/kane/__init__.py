@@ -57,6 +57,8 @@ if TYPE_CHECKING:
     from kane.fitting import *
     from kane.integrators import *
     from kane.interop.autolev import from_autolev as from_autolev
+    from kane.interop.fmu.archive import FMU as FMU
+    from kane.interop.fmu.archive import to_fmu as to_fmu
     from kane.interop.imported import Imported as Imported
     from kane.interop.imported import Remark as Remark
     from kane.interop.robots.mjcf import from_mjcf as from_mjcf
@@ -148,6 +150,7 @@ _NAMES = {
     "interop.robots.records": "LinkShape",
     "interop.robots.urdf": "from_urdf",
     "interop.autolev": "from_autolev",
+    "interop.fmu.archive": "FMU to_fmu",
     "interop.sympy": "from_sympy to_sympy",
     "interop.sympy_mechanics.importing": "from_sympy_mechanics",
     "model.beams.beam": "Beam",

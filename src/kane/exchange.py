@@ -3,6 +3,7 @@
 
 from kane.interop.autodiff import to_casadi, to_jax, to_torch
 from kane.interop.autolev import from_autolev
+from kane.interop.fmu.archive import FMU, to_fmu
 from kane.interop.imported import Imported, Remark
 from kane.interop.python_source.model import to_python
 from kane.interop.robots.mjcf import from_mjcf
@@ -12,6 +13,7 @@ from kane.interop.sympy import from_sympy, to_sympy
 from kane.interop.sympy_mechanics.importing import from_sympy_mechanics
 
 __all__ = [
+    "FMU",
     "Imported",
     "LinkShape",
     "Remark",
@@ -21,6 +23,7 @@ __all__ = [
     "from_sympy_mechanics",
     "from_urdf",
     "to_casadi",
+    "to_fmu",
     "to_jax",
     "to_python",
     "to_sympy",

@@ -6,6 +6,7 @@ from __future__ import annotations
 import csv
 import re
 import runpy
+import zipfile
 from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree
@@ -309,6 +310,18 @@ def test_emit_writes_webassembly(tmp_path):
     assert Path("made/swing.wasm").read_bytes() == emit_simulator_wasm(compiled, "tsit5")
     kane("emit", "pendulum", "--target", "wasm", "--out", "made/pendulum.wasm")
     assert Path("made/pendulum.wasm").read_bytes() == compiled.emit("wasm")
+
+
+def test_emit_writes_a_functional_mock_up_unit(tmp_path):
+    file = tmp_path / "swing.fmu"
+    kane("emit", "pendulum", "--target", "fmu", "--name", "swing", "--with-integrator", "tsit5", "--out", file)
+    with zipfile.ZipFile(file) as archive:
+        assert {"modelDescription.xml", "sources/swing.c", "sources/buildDescription.xml"} <= set(archive.namelist())
+        told = archive.read("modelDescription.xml").decode()
+    assert 'name="theta" valueReference="1" causality="output" variability="continuous"' in told
+    assert "Expected --out FILE.fmu" in line(kane("emit", "pendulum", "--target", "fmu", code=2).stderr)
+    said = line(kane("emit", "clutch", "--target", "fmu", "--out", tmp_path / "clutch.fmu", code=1).stderr)
+    assert "contacts change their modes" in said
 
 
 def test_emit_prints_a_program_that_simulates():

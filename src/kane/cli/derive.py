@@ -3,15 +3,17 @@
 
 import sys
 from enum import StrEnum
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 import kane as kn
 from kane.cli import screen
-from kane.cli.models import AsJson, Force, Name, NamedModel, Out, model_of
+from kane.cli.models import KINDS, AsJson, Force, Name, NamedModel, Out, model_of
 from kane.cli.screen import Misuse, columns, own_code
 from kane.dynamics.readings.seven_steps import Step
+from kane.interop.fmu import to_fmu
 from kane.motion.programs.simulator_c import emit_simulator
 from kane.motion.programs.simulator_parts import METHODS as SIMULATORS
 from kane.motion.programs.simulator_wasm import emit_simulator_wasm
@@ -84,11 +86,18 @@ class Target(StrEnum):
     modelica = "modelica"
     javascript = "javascript"
     wasm = "wasm"
+    fmu = "fmu"
 
 
 def emit(
     name: Name,
-    target: Annotated[Target, typer.Option(help="The language, or a file that belongs to it.", show_default=False)],
+    target: Annotated[
+        Target,
+        typer.Option(
+            help="The language, a file that belongs to it, or an FMU (FMI 3.0) that begins at START.",
+            show_default=False,
+        ),
+    ],
     out: Out = None,
     called: Annotated[
         str | None, typer.Option("--name", help="What the emitted functions are called after.", show_default="MODEL's")
@@ -111,18 +120,16 @@ def emit(
     ] = None,
     force: Force = False,
 ) -> None:
-    """Print the equations of MODEL as source of another language, whose head says how to call it, or write WebAssembly."""
-    if with_integrator is not None and target not in (Target.c, Target.wasm):
-        raise Misuse(f"Expected --target c or wasm with --with-integrator, got {target.value}.")
-    if period is not None and (with_integrator is None or target is not Target.c):
-        raise Misuse("Expected --target c and --with-integrator beside --period.")
-    if target is Target.wasm and out is None and sys.stdout.isatty():
-        raise Misuse("Expected --out FILE with --target wasm, which is no text, got a terminal.")
+    """Print the equations of MODEL as source of another language, whose head says how to call it, or write WebAssembly or an FMU."""
+    _check_options(target, with_integrator, period, out)
     model = model_of(name)
     if called is not None and not (called.isidentifier() and called.isascii()):
         raise Misuse(f"Expected an identifier of letters, digits and _ as --name, got {called!r}.")
     place = screen.target(out, model.path, force) if out else None
     eom = derived(model)
+    if place and target is Target.fmu:
+        screen.write(place, lambda path: _write_unit(path, model, eom, called or model.name, with_integrator), force)
+        return
     with working("Compiling"):
         compiled = eom.compile(name=called or model.name)
         if with_integrator and target is Target.wasm:
@@ -138,6 +145,29 @@ def emit(
     else:
         raw = source
         screen.write(place, lambda path: path.write_bytes(raw), force)
+
+
+def _check_options(target: Target, with_integrator: str | None, period: float | None, out: Path | None) -> None:
+    """Misuse of options that do not go together."""
+    if with_integrator is not None and target not in (Target.c, Target.wasm, Target.fmu):
+        raise Misuse(f"Expected --target c, wasm or fmu with --with-integrator, got {target.value}.")
+    if target is Target.fmu and (out is None or period is not None):
+        raise Misuse("Expected --out FILE.fmu, and no --period, with --target fmu.")
+    if period is not None and (with_integrator is None or target is not Target.c):
+        raise Misuse("Expected --target c and --with-integrator beside --period.")
+    if target is Target.wasm and out is None and sys.stdout.isatty():
+        raise Misuse("Expected --out FILE with --target wasm, which is no text, got a terminal.")
+
+
+def _write_unit(path: Path, model: NamedModel, eom: kn.Equations, called: str, method: str | None) -> None:
+    """A functional mock-up unit of a model, from its START on."""
+    t = model.span[0]
+    given = {kind: dict(model.start[kind]) for kind in KINDS if model.start.get(kind)}
+    given["inputs"] = {name: f(t) if callable(f) else f for name, f in given.get("inputs", {}).items()}
+    with own_code(model.path, "START"):
+        unit = to_fmu(eom, path, name=called, title=model.title, method=method or "dop853", t=t, **given)
+    if not unit.binary:
+        screen.say("There is no C compiler here: the unit holds its sources alone.")
 
 
 cache_app = typer.Typer(no_args_is_help=True, help="Look at or empty the cache of compiled code.")

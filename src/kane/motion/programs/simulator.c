@@ -1,10 +1,11 @@
 
 /*
- * The motion: @METHOD@ from time 0 on, in steps that end where rates jump or bend at times that parameters set, and where pulses of
+ * The motion: @METHOD@ from time `start` on, in steps that end where rates jump or bend at times that parameters set, and where pulses of
  * time begin, have their top, and end. Nothing is allocated, no function calls itself, and no loop is without a bound. Fill y, p, r,
  * rtol, atol, max_step and limit of a @NAME@_motion, which @NAME@_defaults does but for what has no default; @NAME@_begin takes the time
  * of the end and how many samples there are; then call @NAME@_go_on until it gives no code below @CAPS@_END: a call is `limit` steps at most.
- * There is one motion at a time, as tables of it stand apart. With @CAPS@_NO_MAIN defined there is no main, and nothing is printed.
+ * A motion holds all that changes, and no pointers: a copy of it goes on as it does. With @CAPS@_NO_MAIN defined there is no main, and
+ * nothing is printed.
  */
 enum {
 @PLACES@
@@ -55,6 +56,7 @@ typedef struct {
     int64_t asked;
     int64_t samples;
     int64_t limit;
+    double start;
     double end;
     double rtol;
     double atol;
@@ -63,7 +65,7 @@ typedef struct {
     double left;
     double rate;
     bool fresh;
-} @NAME@_motion;
+@FIELDS@} @NAME@_motion;
 
 void @NAME@_defaults(@NAME@_motion *m);
 int @NAME@_begin(@NAME@_motion *m, double end, int64_t samples);
@@ -73,6 +75,7 @@ int @NAME@_go_on(@NAME@_motion *m);
 
 @TABLES@
 @KERNEL@
+@FILL_TABLES@
 /* The distance to the next number above. */
 static double spacing(double t)
 {
@@ -115,16 +118,17 @@ void @NAME@_defaults(@NAME@_motion *m)
         m->r[k] = (double)NAN;
     }
     m->p[@CAPS@_PARAMETERS] = 0.0;
+    m->start = 0.0;
     m->rtol = 1e-9;
     m->atol = 1e-9;
     m->max_step = @FIXED@ ? (double)NAN : (double)INFINITY;
     m->limit = 1000;
 }
 
-/* From the state y of m at time 0 on. */
+/* From the state y of m at time `start` on. */
 int @NAME@_begin(@NAME@_motion *m, double end, int64_t samples)
 {
-    const bool above = (m->rtol > 0.0) && (m->atol > 0.0) && (m->max_step > 0.0) && (end > 0.0) && isfinite(end);
+    const bool above = (m->rtol > 0.0) && (m->atol > 0.0) && (m->max_step > 0.0) && (end > m->start) && isfinite(end - m->start);
     if (!above || (samples < 2) || (samples > @CAPS@_SAMPLES) || (m->limit < 1)) {
         return @CAPS@_WRONG;
     }
@@ -141,12 +145,13 @@ int @NAME@_begin(@NAME@_motion *m, double end, int64_t samples)
         m->work[k] = 0.0;
     }
     m->h[@CAPS@_HOISTED] = 0.0;
+    fill_tables(m);
     @ASK@
-    @NAME@_hoist(m->p, m->h);
+    hoist(m);
     const int64_t parts = samples - 1;
-    const double step = end / (double)parts;
+    const double step = (end - m->start) / (double)parts;
     for (int64_t k = 0; k < samples; k++) {
-        m->times[k] = (k == parts) ? end : ((double)k * step);
+        m->times[k] = (k == parts) ? end : (m->start + ((double)k * step));
         m->marks[k] = 0.0;
     }
     m->times[samples] = (double)INFINITY; /* one more, after the end */
@@ -160,11 +165,13 @@ int @NAME@_begin(@NAME@_motion *m, double end, int64_t samples)
     m->which = 0;
     m->left = 0.0;
     m->rate = 0.0;
+    m->s[AT_TIME] = m->start;
+    m->s[AT_PHASE] = m->start;
     m->s[AT_LONGEST] = m->max_step;
     m->s[AT_RTOL] = m->rtol;
     m->s[AT_ATOL] = m->atol;
-    m->s[AT_SHORTEST] = @SHORTEST@ * end;
-    m->s[AT_SPAN] = end;
+    m->s[AT_SHORTEST] = @SHORTEST@ * (end - m->start);
+    m->s[AT_SPAN] = end - m->start;
     m->fresh = true;
     @BEGIN@
 }

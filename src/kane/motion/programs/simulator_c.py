@@ -18,7 +18,7 @@ from kane.equations.equations import Equations
 from kane.errors import ProgramError
 from kane.expr.node import ZERO, Expr
 from kane.motion.inputs.breakpoints import MOST, PLACES, SHARE, ULPS, Clock, Turning
-from kane.motion.programs.simulator_parts import TAKES, Part, assembled, checked, parts_of
+from kane.motion.programs.simulator_parts import TAKES, Part, checked, motion_program, parts_of
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import timed
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
@@ -30,7 +30,7 @@ from kane.numeric.scale import EPS, LEAPS, ROUNDED_TERMS, SAME_TIME, UNUSABLE
 from kane.program.emit.c import emit_c
 from kane.program.emit.c_kernels import emit_kernel_c
 from kane.program.emit.names import c_number
-from kane.program.from_expressions import Bundle
+from kane.program.from_expressions import Bundle, Task
 from kane.program.kernel.language import Callee, Kernel
 
 _ARGUMENTS = {
@@ -65,45 +65,76 @@ def emit_simulator(compiled: Compiled, method: str = "dop853", period: float | N
         if the equations have loads that switch, constraints that may lose what holds them, or events that act through Python, which a
         motion has to look after, or there is no such method
     """
+    return assembled(compiled, method, period)
+
+
+def assembled(
+    compiled: Compiled,
+    method: str,
+    period: float | None = None,
+    *,
+    routines: Sequence[str] = (),
+    tasks: Sequence[Task] = (),
+    ending: str | None = None,
+) -> str:
+    """The file of `emit_simulator`; with an `ending` in the place of `main`, and routines and tasks that it needs besides.
+
+    Marks such as @NAME@ are filled in the ending too; where it has a motion it calls it m.
+    """
     _check(compiled, method, period)
     eom, integrator, name = cast(Equations, compiled.equations), INTEGRATORS[method], compiled.name
     clock, parts = timed(eom), parts_of(eom)
     asked = {"held": is_constrained(eom), "watched": bool(eom.events)}
     kernel = integrator.kernel(**{what: True for what, so in asked.items() if so})
-    routines = {"rhs": f"{name}_rates"} | {a: f"{name}_{own}" for part in parts for a, own in part.routines.items()}
-    routines = {a.name: routines.get(a.name, "nothing") for a in kernel.arguments if isinstance(a, Callee)}
-    routines["rhs"] = "rates" if asked["held"] else routines["rhs"]
-    printed = emit_kernel_c(kernel, routines, "static ")
+    own = {"rhs": f"{name}_rates"} | {a: f"{name}_{own}" for part in parts for a, own in part.routines.items()}
+    called = {a.name: own.get(a.name, "nothing") for a in kernel.arguments if isinstance(a, Callee)}
+    called["rhs"] = "rates" if asked["held"] else called["rhs"]
+    printed = emit_kernel_c(kernel, called, "static ")
+    arrays = _arrays(kernel, parts)
+    changing = {a: what for a, what in arrays.items() if not _constant(a, what, printed)}
     replaced = {
         "@CONSTRAINTS@": _template("constraints") if asked["held"] else "",
         "@EVENTS@": _template("events") if asked["watched"] else "",
         "@REPORT@": _template("report") if asked["watched"] else _REPORT,
-        "@TABLES@": _tables(kernel, printed, parts, name, routines),
-        "@SHOWN@": "".join(f"{part.shown}\n" for part in parts),
-        "@KERNEL@": printed,
         "@BEGIN@": _begun(parts),
         "@SAY_BEGIN@": "\n    ".join(_SAY_BEGIN[part.name] for part in parts),
         "@LOOKS@": f"{_HELD_LOOKS if asked['held'] else ''}@CAPS@_UNDECIDED",
         "@FORGET@": "at_held_log[0] = 0.0;" if asked["held"] else "",
         "@SAY_CHANGES@": _SAY_CHANGES if asked["held"] else "",
-        **{f"@{what}@": c_number(x) for what, x in _SHARES.items()},
         "@CALL@": _call(kernel, parts),
+        "@FIELDS@": "".join(f"    double at_{a}[{_length(what)}];\n" for a, what in changing.items()),
+        "@FILL_TABLES@": _filled(changing),
         **_sampled(period),
         **_clock(clock),
-        "@NAME@": name,
-        "@CAPS@": name.upper(),
+    }
+    text = _template("") + (ending or _template("main").replace("@REPORT@", f"@SHOWN@{replaced.pop('@REPORT@')}"))
+    for mark, by in replaced.items():
+        text = text.replace(mark, by)
+    for a in changing:
+        text = re.sub(rf"(?<!double )\bat_{a}\b", f"m->at_{a}", text)
+    tables = _tables({a: what for a, what in arrays.items() if a not in changing}, changing, parts, called)
+    filled = {"@TABLES@": tables, "@KERNEL@": printed, "@SHOWN@": "".join(f"{part.shown}\n" for part in parts)}
+    for mark, by in (filled | _numbers(compiled, method)).items():
+        text = text.replace(mark, by)
+    return f"{_equations(compiled, clock, parts, (routines, tasks))}\n{text}"
+
+
+def _numbers(compiled: Compiled, method: str) -> dict[str, str]:
+    """Marks of names and numbers."""
+    integrator, state = INTEGRATORS[method], cast(Equations, compiled.equations).state
+    return {
+        **{f"@{what}@": c_number(x) for what, x in _SHARES.items()},
+        "@NAME@": compiled.name,
+        "@CAPS@": compiled.name.upper(),
         "@METHOD@": method,
         "@FIXED@": "true" if integrator.fixed else "false",
-        "@WORK@": str(integrator.work(len(eom.state) + 1)),
+        "@WORK@": str(integrator.work(len(state) + 1)),
         "@SIZE@": str(SIZE),
         "@PLACES@": "\n".join(f"    AT_{slot.name} = {int(slot)}," for slot in Slot),
         "@ACTS@": str(int(Kind.ACTS)),
+        "@ASKED@": str(int(Kind.ASKED)),
         **{f"@{code.name}@": str(int(code)) for code in ReturnCode},
     }
-    text = _template("") + _template("main").replace("@REPORT@", f"@SHOWN@{replaced.pop('@REPORT@')}")
-    for mark, by in replaced.items():
-        text = text.replace(mark, by)
-    return f"{_equations(compiled, clock, parts)}\n{text}"
 
 
 def _check(compiled: Compiled, method: str, period: float | None) -> None:
@@ -129,11 +160,11 @@ static void report(const @NAME@_motion *m, int64_t *printed)
 }"""
 _SAY_BEGIN = {
     "events": """if (begun == @CAPS@_ON_THRESHOLD) {
-        (void)fprintf(stderr, "Expected a start beside the threshold of the event %s, got one on it.\\n", at_names[m.which]);
+        (void)fprintf(stderr, "Expected a start beside the threshold of the event %s, got one on it.\\n", at_names[m->which]);
     }""",
     "constraints": """if (begun == @CAPS@_OPEN) {
         (void)fprintf(stderr, "Expected a start on the constraints, got %.3g left of %s and %.3g of its rate. Assemble the state.\\n",
-                      m.left, at_constraints[m.which], m.rate);
+                      m->left, at_constraints[m->which], m->rate);
     }""",
 }
 _SAY_CHANGES = """for (int64_t k = 0; k < (int64_t)at_held_log[0]; k++) {
@@ -184,7 +215,7 @@ _CONTROLLED = (
 /* The sampled controller, in another file: it writes the inputs that hold from time t on, by the state x. */
 extern void @NAME@_control(double t, const double *x, double *inputs);
 """,
-    "@NAME@_control(0.0, m->y, m->r);",
+    "@NAME@_control(m->start, m->y, m->r);",
     """const double instant = (double)m->asked * @PERIOD@;
         if (m->s[AT_TIME] >= (instant - (@ULPS@.0 * spacing(instant)))) {
             @NAME@_control(instant, m->y, m->r);
@@ -210,34 +241,79 @@ def _call(kernel: Kernel, parts: Sequence[Part]) -> str:
     return f"{kernel.name}({', '.join(given.get(a, f'at_{a}') for a in own)})"
 
 
-def _tables(kernel: Kernel, printed: str, parts: Sequence[Part], name: str, routines: Mapping[str, str]) -> str:
-    """The tables of the parts, room for what is noted and hoisted, and for arrays that the motion does not have."""
-    lines = [_NOTHING] * ("nothing" in routines.values())
-    known = set(_ARGUMENTS)
+def _arrays(kernel: Kernel, parts: Sequence[Part]) -> dict[str, Array | str]:
+    """The arrays that the kernel takes of the parts, copies of what is hoisted, and room for arrays that the motion does not have."""
+    found: dict[str, Array | str] = {}
     for part in parts:
-        lines += part.lines
-        known |= {*part.given, *part.hoisted}
-        lines += [_table(a, what, printed) for a, what in part.given.items() if isinstance(what, np.ndarray)]
-        lines += [f"static double at_{h}[{name.upper()}_HOISTED + 1];" for h in part.hoisted]
+        found |= {a: what for a, what in part.given.items() if isinstance(what, np.ndarray)}
+        found |= dict.fromkeys(part.hoisted, "@CAPS@_HOISTED + 1")
+    known = {*_ARGUMENTS, *found, *(a for part in parts for a in part.given)}
     wanted = [a.name for a in kernel.arguments if not isinstance(a, Callee) and a.name not in known]
-    lines += [f"static double at_{a}[1];" for a in wanted]
+    return found | dict.fromkeys(wanted, np.zeros(1))
+
+
+def _constant(array: str, what: Array | str, printed: str) -> bool:
+    """Whether the kernel and what is around it only read an array."""
+    return not isinstance(what, str) and re.search(rf"(?<!const )double \*{array}[,)]", printed) is None
+
+
+def _length(what: Array | str) -> str:
+    return what if isinstance(what, str) else str(len(what))
+
+
+def _tables(
+    constant: Mapping[str, Array | str],
+    changing: Mapping[str, Array | str],
+    parts: Sequence[Part],
+    called: Mapping[str, str],
+) -> str:
+    """The lines of the parts, their tables, and what those that change begin with where these are no zeros."""
+    lines = [_NOTHING] * ("nothing" in called.values())
+    lines += [line for part in parts for line in part.lines]
+    first = {f"first_{a}": what for a, what in changing.items() if _begins(what)}
+    for name, what in ({f"at_{a}": what for a, what in constant.items()} | first).items():
+        assert not isinstance(what, str)
+        lines.append(f"static const double {name}[{len(what)}] = {{{', '.join(map(c_number, what.tolist()))}}};")
     return "\n".join([*lines, ""])
 
 
-def _table(array: str, what: Array, printed: str) -> str:
-    """One of them; those that the kernel and what is around it only read are constant."""
-    constant = re.search(rf"(?<!const )double \*{array}[,)]", printed) is None
-    values = f" = {{{', '.join(map(c_number, what.tolist()))}}}" if what.any() or constant else ""
-    return f"static {'const ' * constant}double at_{array}[{len(what)}]{values};"
+def _begins(what: Array | str) -> bool:
+    return not isinstance(what, str) and bool(what.any())
 
 
-def _equations(compiled: Compiled, clock: Clock, parts: Sequence[Part]) -> str:
-    """The rates, what the parts evaluate, and the clock's quantities, their slopes and pulses, where there are some."""
+def _filled(changing: Mapping[str, Array | str]) -> str:
+    """What fills the tables of a motion, and copies what is hoisted."""
+    loop = "    for (int64_t k = 0; k < ({0}); k++) {{\n        at_{1}[k] = {2};\n    }}"
+    fills = [loop.format(_length(w), a, f"first_{a}[k]" if _begins(w) else "0.0") for a, w in changing.items()]
+    copies = [loop.format(w, a, "m->h[k]") for a, w in changing.items() if isinstance(w, str)]
+    return "\n".join(
+        [
+            "/* What a motion begins with besides its state. */",
+            "static void fill_tables(@NAME@_motion *m)",
+            "{",
+            *(fills or ["    (void)m;"]),
+            "}",
+            "",
+            "/* What follows from parameters alone, and copies of it: arrays that a kernel takes do not overlap. */",
+            "static void hoist(@NAME@_motion *m)",
+            "{",
+            "    @NAME@_hoist(m->p, m->h);",
+            *copies,
+            "}",
+            "",
+        ]
+    )
+
+
+def _equations(
+    compiled: Compiled, clock: Clock, parts: Sequence[Part], others: tuple[Sequence[str], Sequence[Task]]
+) -> str:
+    """The rates, what the parts evaluate, `others`, and the clock's quantities, their slopes and pulses, where there are some."""
     eom, contract = cast(Equations, compiled.equations), compiled.settings.contract
     slopes = [ZERO if one.slope is None else one.slope for one in clock.turning]
     roots: list[Expr] = [*(one.quantity for one in clock.turning), *slopes, *clock.pulses]
-    more = [Bundle("clock", ports(eom.derived), tuple, {"clock": roots}).task] if roots else []
-    made = assembled(compiled, parts, more)
+    more = [*others[1], *([Bundle("clock", ports(eom.derived), tuple, {"clock": roots}).task] if roots else [])]
+    made = motion_program(compiled, parts, more, routines=others[0])
     headers = _HEADERS.replace("@CAPS@", compiled.name.upper())
     return emit_c(made, contract=contract, version=version("kane"), headers=headers)
 
@@ -284,9 +360,9 @@ _BY_LEVELS = """for (int64_t k = 0; k < TURNING; k++) {
 _BY_PULSES = """static double values[PULSES][PLACES];
     static double sorted[PLACES];
     const int64_t parts = PLACES - 1;
-    const double step = m->end / (double)parts;
+    const double step = (m->end - m->start) / (double)parts;
     for (int64_t i = 0; i < PLACES; i++) {
-        @NAME@_clock((i == parts) ? m->end : ((double)i * step), m->y, m->p, m->r, m->h, now);
+        @NAME@_clock((i == parts) ? m->end : (m->start + ((double)i * step)), m->y, m->p, m->r, m->h, now);
         for (int64_t k = 0; k < PULSES; k++) {
             values[k][i] = now[(2 * TURNING) + k];
         }

@@ -22,10 +22,7 @@ static bool goes_on(@NAME@_motion *m)
 /* Whether the start satisfies the constraints. */
 static int begin_constraints(@NAME@_motion *m)
 {
-    for (int64_t k = 0; k < (@CAPS@_HOISTED + 1); k++) {
-        at_held_h[k] = m->h[k];
-    }
-    @NAME@_holding(0.0, m->y, m->p, m->r, at_held_h, at_held_room);
+    @NAME@_holding(m->start, m->y, m->p, m->r, at_held_h, at_held_room);
     double fastest = 0.0; /* a row of which all speeds are rounding is judged beside the others */
     for (int64_t j = 0; j < SPEEDS; j++) {
         fastest = fmax(fastest, fabs(m->y[COORDINATES + j]));

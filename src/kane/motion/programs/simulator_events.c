@@ -2,14 +2,8 @@
 static int begin_events(@NAME@_motion *m)
 {
     double beside[2 * EVENTS];
-    for (int64_t k = 0; k < (@CAPS@_HOISTED + 1); k++) {
-        at_hw[k] = m->h[k];
-        at_hg[k] = m->h[k];
-        at_ht[k] = m->h[k];
-        at_ha[k] = m->h[k];
-    }
-    @NAME@_events(0.0, m->y, m->p, m->r, m->h, at_seen);
-    @NAME@_glance(0.0, m->y, m->p, m->r, m->h, beside);
+    @NAME@_events(m->start, m->y, m->p, m->r, m->h, at_seen);
+    @NAME@_glance(m->start, m->y, m->p, m->r, m->h, beside);
     for (int64_t k = 0; k < EVENTS; k++) {
         const bool own = at_kinds[(k * KINDS) + 2] > 0.0;
         at_largest[k] = fabs(at_seen[k]);

@@ -1,9 +1,10 @@
-/* Where a quantity that is `at` in the beginning and has this slope comes to its levels. */
+/* Where a quantity that is `at` at time 0 and has this slope comes to its levels. */
 static void add_levels(@NAME@_motion *m, const turning *of, double at, double slope)
 {
     const double there = at + (slope * m->end);
-    const double low = fmin(at, there);
-    const double high = fmax(at, there);
+    const double here = at + (slope * m->start);
+    const double low = fmin(here, there);
+    const double high = fmax(here, there);
     const bool again = of->period > 0.0;
     const double first = again ? floor((low - of->start) / of->period) : 0.0;
     const double last = again ? floor((high - of->start) / of->period) : 0.0;

@@ -81,7 +81,8 @@ static bool filled(@NAME@_motion *m, int count, char **given)
 
 int main(int count, char **given)
 {
-    static @NAME@_motion m;
+    static @NAME@_motion room;
+    @NAME@_motion *const m = &room;
     double end = 0.0;
     double number = 0.0;
     if ((count < 3) || !told(given[1], &end) || !(end > 0.0) || !told(given[2], &number) || !((number >= 2.0) && (number < 1e9))) {
@@ -92,11 +93,11 @@ int main(int count, char **given)
         (void)fprintf(stderr, "Expected at most %d samples, got %.0f: compile with -D@CAPS@_SAMPLES=%.0f.\n", @CAPS@_SAMPLES, number, number);
         return 3;
     }
-    @NAME@_defaults(&m);
-    if (!filled(&m, count, given)) {
+    @NAME@_defaults(m);
+    if (!filled(m, count, given)) {
         return 2;
     }
-    const int begun = @NAME@_begin(&m, end, (int64_t)number);
+    const int begun = @NAME@_begin(m, end, (int64_t)number);
     @SAY_BEGIN@
     if (begun != @CAPS@_BEGUN) {
         return 2;
@@ -105,25 +106,25 @@ int main(int count, char **given)
     for (int64_t k = 0; k < @CAPS@_STATES; k++) {
         (void)printf(",%s", @NAME@_state[k].name);
     }
-    print_row(0.0, m.y);
+    print_row(0.0, m->y);
     int said = @CAPS@_LIMIT;
     int64_t printed = 1;
     for (int64_t turn = 0; (turn < 1000000000) && (said < @CAPS@_END); turn++) {
-        said = @NAME@_go_on(&m);
-        report(&m, &printed);
+        said = @NAME@_go_on(m);
+        report(m, &printed);
         @SAY_CHANGES@
     }
     (void)printf("\n");
-    for (int64_t k = 1; k < m.samples; k++) {
-        if (m.marks[k - 1] > 0.0) {
-            (void)fprintf(stderr, "The row at t = %.9g may be off its constraints, which are singular nearby.\n", m.times[k]);
+    for (int64_t k = 1; k < m->samples; k++) {
+        if (m->marks[k - 1] > 0.0) {
+            (void)fprintf(stderr, "The row at t = %.9g may be off its constraints, which are singular nearby.\n", m->times[k]);
         }
     }
     if (said == @CAPS@_UNDECIDED) {
-        (void)fprintf(stderr, "The motion stopped at t = %.9g: numbers alone do not tell how it goes on. Simulate it with kane.\n", m.s[AT_TIME]);
+        (void)fprintf(stderr, "The motion stopped at t = %.9g: numbers alone do not tell how it goes on. Simulate it with kane.\n", m->s[AT_TIME]);
     }
     if (said == @CAPS@_STUCK) {
-        (void)fprintf(stderr, "The motion stopped at t = %.9g: no step is short enough, or a rate is not finite.\n", m.s[AT_TIME]);
+        (void)fprintf(stderr, "The motion stopped at t = %.9g: no step is short enough, or a rate is not finite.\n", m->s[AT_TIME]);
     }
     return ((said == @CAPS@_END) || (said == @CAPS@_EVENT)) ? 0 : 1;
 }

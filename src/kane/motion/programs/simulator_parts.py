@@ -81,16 +81,20 @@ def parts_of(eom: Equations) -> list[Part]:
     return [*events(eom), *constraints(eom)]
 
 
-def assembled(
-    compiled: Compiled, parts: Sequence[Part], more: Sequence[Task] = (), contract: bool | None = None
+def motion_program(
+    compiled: Compiled,
+    parts: Sequence[Part],
+    more: Sequence[Task] = (),
+    contract: bool | None = None,
+    routines: Sequence[str] = (),
 ) -> Program:
-    """The rates, as "rates" where no constraints are held, what the parts evaluate, and `more`."""
+    """The rates, as "rates" where no constraints are held, what the parts evaluate, `more`, and routines of equations by name."""
     eom, settings = cast(Equations, compiled.equations), compiled.settings
     contract = settings.contract if contract is None else contract
     own = [] if is_constrained(eom) else [replace(rates(eom).task, name="rates")]
     tasks = [*own, *(task for part in parts for task in part.tasks), *more]
     optimize = contract and settings.optimize
-    return program(eom.solved, [], more=tasks, name=compiled.name, reciprocals=contract, optimize=optimize)
+    return program(eom.solved, routines, more=tasks, name=compiled.name, reciprocals=contract, optimize=optimize)
 
 
 def events(eom: Equations) -> list[Part]:

@@ -1,4 +1,4 @@
-/* The beginnings, tops and ends of pulses in values at times from 0 to the end; `sorted` is room for as many. */
+/* The beginnings, tops and ends of pulses in values at times from the start to the end; `sorted` is room for as many. */
 static void add_pulses(@NAME@_motion *m, double *values, double *sorted)
 {
     double largest = 0.0;
@@ -27,22 +27,22 @@ static void add_pulses(@NAME@_motion *m, double *values, double *sorted)
         return;
     }
     const int64_t parts = PLACES - 1;
-    const double step = m->end / (double)parts;
+    const double step = (m->end - m->start) / (double)parts;
     int64_t top = -1;
     for (int64_t i = 0; i < PLACES; i++) {
         const bool risen = values[i] > rise;
         const bool ends = (i + 1) == PLACES;
         if (risen && (top < 0)) {
             const int64_t before_it = (i > 0) ? (i - 1) : 0;
-            add_stop(m, (double)before_it * step);
+            add_stop(m, m->start + ((double)before_it * step));
             top = i;
         }
         if (risen && (values[i] > values[(top < 0) ? i : top])) {
             top = i;
         }
         if ((top >= 0) && (!risen || ends)) {
-            add_stop(m, (double)top * step);
-            add_stop(m, (double)i * step);
+            add_stop(m, m->start + ((double)top * step));
+            add_stop(m, m->start + ((double)i * step));
             top = -1;
         }
     }

@@ -1,7 +1,7 @@
 /* Adds a time, if it lies within the motion. */
 static void add_stop(@NAME@_motion *m, double t)
 {
-    if ((t > 0.0) && (t < m->end) && (m->stop_count < STOPS)) {
+    if ((t > m->start) && (t < m->end) && (m->stop_count < STOPS)) {
         m->stops[m->stop_count] = t;
         m->stop_count++;
     }

@@ -14,7 +14,7 @@ import numpy as np
 
 from kane.equations.compiled import Compiled
 from kane.equations.equations import Equations
-from kane.motion.programs.simulator_parts import Part, assembled, checked, parts_of
+from kane.motion.programs.simulator_parts import Part, checked, motion_program, parts_of
 from kane.motion.projection import is_constrained
 from kane.motion.steppers.begin import Begun, begin_kernel, look_kernel
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
@@ -45,7 +45,7 @@ def emit_simulator_wasm(compiled: Compiled, method: str = "dop853", samples: int
     checked(compiled, method, "a module of WebAssembly", lambda one: f"{one.quantity} turns rates at times")
     eom, integrator = cast(Equations, compiled.equations), INTEGRATORS[method]
     parts = parts_of(eom)
-    program = assembled(compiled, parts, contract=False)
+    program = motion_program(compiled, parts, contract=False)
     held, watched = is_constrained(eom), bool(eom.events)
     kernel = integrator.kernel(**({"held": True} if held else {}), **({"watched": True} if watched else {}))
     n = len(eom.state) + 1

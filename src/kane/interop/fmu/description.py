@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`modelDescription.xml` and `buildDescription.xml` of a functional mock-up unit: its variables with units and start values."""
+
+import re
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import cast
+from xml.etree import ElementTree as ET  # written, never read
+
+from kane import expect
+from kane.equations.compiled import Compiled
+from kane.equations.equations import Equations
+from kane.errors import ArgumentError, KaneError
+from kane.expr.symbols import rate
+from kane.interop.fmu.source import Start
+from kane.motion.projection import is_constrained
+from kane.units.rules import parse, unit_of
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """One row of the description; its value reference is its place. `state` is that of a derivative."""
+
+    name: str
+    causality: str
+    variability: str
+    initial: str = ""
+    start: float | None = None
+    unit: str = ""
+    description: str = ""
+    state: int | None = None
+
+
+def variables(compiled: Compiled, start: Start) -> list[Variable]:
+    """Time, states, their derivatives, parameters, inputs, outputs, event indicators: in the order of the C file."""
+    eom = cast(Equations, compiled.equations)
+    held = is_constrained(eom)
+    found = [Variable("time", "independent", "continuous", unit="s", description="time")]
+    initial = "approx" if held else "exact"
+    for s, x in zip(eom.state, start.state.tolist(), strict=True):
+        found.append(Variable(s.name, "output", "continuous", initial, x, s.unit, s.description))
+    for k, s in enumerate(eom.state):
+        unit = rate(s).unit if s.unit else ""
+        found.append(Variable(f"der({s.name})", "local", "continuous", "calculated", None, unit, "", k + 1))
+    for s, x in zip(eom.parameters, start.parameters.tolist(), strict=True):
+        found.append(Variable(s.name, "parameter", "tunable", "exact", x, s.unit, s.description))
+    for s, x in zip(eom.inputs, start.inputs.tolist(), strict=True):
+        found.append(Variable(s.name, "input", "continuous", "", x, s.unit, s.description))
+    found += _outputs(compiled)
+    for e in eom.events:
+        found.append(
+            Variable(f"event({e.name})", "local", "continuous", "calculated", description=f"zero at: {e.name}")
+        )
+    names = [v.name for v in found]
+    cure = "Name outputs, states, parameters and inputs differently; `time` is taken."
+    expect.different(names, "different names of all variables of the unit", cure, error=ArgumentError)
+    return found
+
+
+def _outputs(compiled: Compiled) -> list[Variable]:
+    if compiled.bundle is None:
+        return []
+    task = compiled.bundle.task
+    rows = []
+    for name, root in zip(task.labels, task.roots, strict=True):
+        unit = ""
+        with suppress(KaneError):
+            unit = unit_of(root)
+        rows.append(Variable(name, "output", "continuous", "calculated", unit=unit))
+    return rows
+
+
+# ------------------------------------------------------------------------------------------------------------- units
+
+
+def _units(parent: ET.Element, rows: Sequence[Variable]) -> None:
+    """The definitions of the units that variables have: powers of SI units, and the factor."""
+    names = sorted({v.unit for v in rows if v.unit})
+    if not names:
+        return
+    group = ET.SubElement(parent, "UnitDefinitions")
+    for name in names:
+        one = ET.SubElement(group, "Unit", name=name)
+        unit = parse(name)
+        if any(e != int(e) for e in unit.exponents):
+            continue  # FMI has whole exponents alone
+        powers = {s: str(e) for s, e in zip(("kg", "m", "s", "A", "K", "mol", "cd"), unit.exponents, strict=True) if e}
+        if re.fullmatch(r"(rad|deg)(/.*)?", name):
+            powers["rad"] = "1"
+        if unit.scale != 1:
+            powers["factor"] = repr(float(unit.scale))
+        ET.SubElement(one, "BaseUnit", powers)
+
+
+# -------------------------------------------------------------------------------------------------------- documents
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """What a description says of the unit as a whole."""
+
+    identifier: str
+    title: str
+    token: str
+    tool: str
+    start: Start
+    constrained: bool
+    states: int
+    events: int
+
+
+_CATEGORIES = {
+    "logEvents": "Events, with their times.",
+    "logStatusWarning": "Warnings.",
+    "logStatusDiscard": "Values that are not finite.",
+    "logStatusError": "Errors.",
+}
+_OWN = {"canGetAndSetFMU{0}": "true", "canSerializeFMU{0}": "true", "providesDirectionalDerivative{1}": "true"}
+
+
+def _purposes(root: ET.Element, model: Model, version: str) -> None:
+    """The elements of model exchange and co-simulation."""
+    three = version == "3.0"
+    words = ("State", "s") if three else ("state", "")
+    shared = {"modelIdentifier": model.identifier} | {k.format(*words): v for k, v in _OWN.items()}
+    if three:
+        shared["providesAdjointDerivatives"] = "true"
+    exchange = shared | ({"needsCompletedIntegratorStep": "true"} if three else {})
+    steps = shared | {"canHandleVariableCommunicationStepSize": "true"}
+    if three:
+        steps |= {"hasEventMode": "true", "mightReturnEarlyFromDoStep": "true"}
+    for tag, what in (("ModelExchange", exchange), ("CoSimulation", steps)):
+        element = ET.SubElement(root, tag, what)
+        if not three:
+            sources = ET.SubElement(element, "SourceFiles")
+            ET.SubElement(sources, "File", name=f"{model.identifier}.c")
+
+
+def _begun(model: Model, version: str) -> ET.Element:
+    head = {
+        "fmiVersion": version,
+        "modelName": model.identifier,
+        "description": model.title,
+        "generationTool": model.tool,
+    }
+    head |= {"variableNamingConvention": "flat"}
+    head |= {"instantiationToken" if version == "3.0" else "guid": model.token}
+    if version == "2.0":
+        head["numberOfEventIndicators"] = str(model.events)
+    return ET.Element("fmiModelDescription", head)
+
+
+def _middle(root: ET.Element, model: Model, rows: Sequence[Variable], version: str) -> None:
+    _units(root, rows)
+    categories = ET.SubElement(root, "LogCategories")
+    for name, text in _CATEGORIES.items():
+        ET.SubElement(categories, "Category", name=name, description=text)
+    told = {"startTime": repr(model.start.time), "tolerance": repr(model.start.tolerance)}
+    ET.SubElement(root, "DefaultExperiment", told)
+
+
+def described(model: Model, rows: Sequence[Variable], version: str) -> str:
+    """`modelDescription.xml`."""
+    root = _begun(model, version)
+    _purposes(root, model, version)
+    _middle(root, model, rows, version)
+    (_variables3 if version == "3.0" else _variables2)(root, rows)
+    structure = ET.SubElement(root, "ModelStructure")
+    outputs = [k for k, v in enumerate(rows) if v.causality == "output"]
+    derivatives = [k for k, v in enumerate(rows) if v.state is not None]
+    events = range(len(rows) - model.events, len(rows))
+    unknowns = [k for k, v in enumerate(rows) if v.initial in ("approx", "calculated") and k not in events]
+    if version == "3.0":
+        kinds = {
+            "Output": outputs,
+            "ContinuousStateDerivative": derivatives,
+            "InitialUnknown": unknowns,
+            "EventIndicator": events,
+        }
+        for tag, places in kinds.items():
+            for k in places:
+                ET.SubElement(structure, tag, valueReference=str(k))
+    else:
+        for tag, places in {"Outputs": outputs, "Derivatives": derivatives, "InitialUnknowns": unknowns}.items():
+            if places:
+                group = ET.SubElement(structure, tag)
+                for k in places:
+                    ET.SubElement(group, "Unknown", index=str(k + 1))
+    return written(root)
+
+
+def _variables3(root: ET.Element, rows: Sequence[Variable]) -> None:
+    group = ET.SubElement(root, "ModelVariables")
+    for k, v in enumerate(rows):
+        said = {"name": v.name, "valueReference": str(k), "causality": v.causality, "variability": v.variability}
+        said |= _optional(v, initial=v.causality != "input")
+        said |= {} if v.state is None else {"derivative": str(v.state)}
+        ET.SubElement(group, "Float64", said)
+
+
+def _variables2(root: ET.Element, rows: Sequence[Variable]) -> None:
+    group = ET.SubElement(root, "ModelVariables")
+    for k, v in enumerate(rows):
+        said = {"name": v.name, "valueReference": str(k), "causality": v.causality, "variability": v.variability}
+        own = _optional(v, initial=v.causality != "input")
+        said |= {k: own.pop(k) for k in ("initial", "description") if k in own}
+        one = ET.SubElement(group, "ScalarVariable", said)
+        own |= {} if v.state is None else {"derivative": str(v.state + 1)}
+        ET.SubElement(one, "Real", own)
+
+
+def _optional(v: Variable, initial: bool) -> dict[str, str]:
+    said = {"description": v.description, "unit": v.unit, "initial": v.initial if initial else ""}
+    return {k: x for k, x in said.items() if x} | ({} if v.start is None else {"start": repr(v.start)})
+
+
+def built(identifier: str, version: str) -> str:
+    """`buildDescription.xml`: how the one file is compiled."""
+    root = ET.Element("fmiBuildDescription", fmiVersion=version)
+    how = ET.SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
+    files = ET.SubElement(how, "SourceFileSet", language="C99")
+    ET.SubElement(files, "SourceFile", name=f"{identifier}.c")
+    ET.SubElement(how, "Library", name="m", external="true")
+    return written(root)
+
+
+def written(root: ET.Element) -> str:
+    """A document as text."""
+    ET.indent(root)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
