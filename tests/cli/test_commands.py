@@ -329,7 +329,7 @@ def test_emit_prints_a_program_that_simulates():
     assert "int main(" in found
     assert "static int64_t tsit5(" in found
     assert (
-        "Expected --target c or wasm with --with-integrator"
+        "Expected --target c, wasm or fmu with --with-integrator"
         in kane("emit", "double_pendulum", "--target", "h", "--with-integrator", "rk4", code=2).stderr
     )
     assert (
