@@ -10,6 +10,7 @@ from kane import __version__
 from kane.cli import screen
 from kane.cli.bench import bench
 from kane.cli.check import check
+from kane.cli.convert import convert
 from kane.cli.derive import cache_app, derive, emit
 from kane.cli.models import AsJson, new
 from kane.cli.screen import Guarded
@@ -52,7 +53,7 @@ def gallery(as_json: AsJson = False) -> None:
         screen.table(list(titles.items()), indent=0)
 
 
-for command in (new, check, derive, simulate, sweep, sketch, animate, report, emit, bench):
+for command in (new, convert, check, derive, simulate, sweep, sketch, animate, report, emit, bench):
     app.command(command.__name__)(command)
 
 

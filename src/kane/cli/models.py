@@ -60,7 +60,7 @@ def model_of(text: str) -> NamedModel:
     if not path.is_file():
         raise Misuse(_unknown(str(path), path))
     with own_code(path), redirect_stdout(sys.stderr):  # what the file prints must not mix with results
-        return _model(path.stem, _imported(path), path, {}, function)
+        return _model(path.stem, imported(path), path, {}, function)
 
 
 def names_like(start: str) -> list[str]:
@@ -100,7 +100,8 @@ class _Loader(SourceFileLoader):
         return code
 
 
-def _imported(path: Path) -> ModuleType:
+def imported(path: Path) -> ModuleType:
+    """A Python file as a module."""
     name = f"kane_model_{path.stem}"  # no name that something else imports
     spec = spec_from_file_location(name, path, loader=_Loader(name, str(path.resolve())))
     if spec is None or spec.loader is None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from inspect import signature
 from typing import Any, NamedTuple
 
@@ -16,7 +17,7 @@ from kane.model.joints.contact import friction
 from kane.model.loads import Load
 from kane.model.solids import Inertia
 from kane.space.frame import Frame, Point
-from kane.space.vector import Dyadic
+from kane.space.vector import Dyadic, Vector
 
 
 def solid_call(dyadic: Dyadic, mass: Expr) -> tuple[str, Frame, dict[str, Any]] | None:
@@ -60,6 +61,17 @@ def friction_call(load: Load) -> Friction | None:
             if made.slip and made.slip.speed is slip.speed and made.slip.rolls == slip.rolls and _alike(made, load):
                 return Friction(point, slip.presses[0], mu, against, slip.threshold)
     return None
+
+
+def pair_of(load: Load) -> tuple[str, tuple[Point | Frame, Vector], tuple[Point | Frame, Vector]] | None:
+    """A force or torque with its opposite elsewhere, and the function that makes both; None of any other load."""
+    pairs: Sequence[tuple[Point | Frame, Vector]] = load.forces or load.torques
+    if load.potential is not None or len(load.forces) + len(load.torques) != 2 or len(pairs) != 2:
+        return None
+    first, second = pairs
+    if not same_vectors([-first[1]], [second[1]]):
+        return None
+    return "action_reaction" if load.forces else "torque_pair", first, second
 
 
 def _alike(a: Load, b: Load) -> bool:

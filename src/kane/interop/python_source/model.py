@@ -17,7 +17,7 @@ from kane.interop.python_source.constraints import Group, groups
 from kane.interop.python_source.expressions import Expressions, Names, literal, same, shared_among
 from kane.interop.python_source.joints import joint_call
 from kane.interop.python_source.layout import INDENT, call, folded, listed, wrapped
-from kane.interop.python_source.makers import friction_call, solid_call
+from kane.interop.python_source.makers import friction_call, pair_of, solid_call
 from kane.model.bodies import Particle, RigidBody
 from kane.model.constraints import Constraint, Cut
 from kane.model.declarations import Event
@@ -192,10 +192,7 @@ class _Writer:
         if self._by_name(j):
             for symbols, what in ((j.coordinates, "coordinates"), (tuple(j.speeds), "speeds")):
                 given = [self.names.give(s, s.name, what[:-1]) for s in symbols]
-                source = f"{name}.{what}"
-                self.lines.append(
-                    f"{_tuple(given)[1:-1]} = {source}" if len(given) < 2 else f"{', '.join(given)} = {source}"
-                )
+                self.lines.append(f"{_tuple(given) if len(given) == 1 else ', '.join(given)} = {name}.{what}")
         self._know_quasi(j.frame)
 
     def point(self, point: Point) -> str:
@@ -341,6 +338,10 @@ class _Writer:
             at = self.point(place) if isinstance(place, Point) else self.frame(place)
             named = [] if load.name == f"{kind.lower()} on {place.name}" else [f"name={literal(load.name)}"]
             return call(f"kn.{kind}", [at, self.vector(v), *named])
+        if (pair := pair_of(load)) is not None:
+            function, (on, v), (other, _) = pair
+            places = [self.point(x) if isinstance(x, Point) else self.frame(x) for x in (on, other)]
+            return call(f"kn.loads.{function}", [*places, self.vector(v), f"name={literal(load.name)}"])
         potential = [] if load.potential is None else [f"potential={self.text(load.potential)}"]
         return call("kn.loads.Load", [literal(load.name), *self._acting(load), *potential])
 

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`kane convert`: a model of another tool as a Python file that declares it to kane."""
+
+import sys
+from collections.abc import Mapping
+from contextlib import redirect_stdout
+from inspect import isfunction
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+import kane as kn
+from kane.cli import screen
+from kane.cli.models import Force, Out, imported, model_of, names_like
+from kane.cli.screen import Misuse, own_code, short
+from kane.errors import cut
+from kane.gallery import GALLERY
+from kane.progress import working
+
+READERS: Mapping[str, str] = {
+    ".urdf": "from_urdf",
+    ".xml": "from_mjcf",
+    ".mjcf": "from_mjcf",
+    ".al": "from_autolev",
+    ".in": "from_autolev",
+}
+"""What reads a file, by its ending."""
+_KINDS = ("q", "u", "parameters", "inputs", "states")
+
+
+def convert(
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="FILE[:NAME]",
+            help="A file of URDF, MJCF or Autolev; of a Python file a KanesMethod or System of SymPy, or a function that gives one.",
+            autocompletion=names_like,
+            show_default=False,
+        ),
+    ],
+    out: Out = None,
+    force: Force = False,
+) -> None:
+    """Write a model of URDF, MJCF, Autolev or SymPy as a Python file that declares it to kane."""
+    path = _path(source)
+    place = screen.target(out, path, force) if out else None
+    with working("Reading"):
+        text, remarks = _written(source)
+    for line in remarks:
+        screen.say(line, err=True)
+    if place is None:
+        typer.echo(text, nl=False)
+        return
+    screen.write(place, text, force)
+    screen.say(f"Go on with: kane check {place}", err=True)
+
+
+def _path(source: str) -> Path | None:
+    """The file that is read; None for a system of the gallery."""
+    if source in GALLERY:
+        return None
+    path = Path(source)
+    return path if path.is_file() else Path(source.rpartition(":")[0] or source)
+
+
+def _written(source: str) -> tuple[str, list[str]]:
+    """The text of the file, and what was inferred, changed or left out."""
+    path = _path(source)
+    if path is None or (path.suffix == ".py" and path == Path(source)):
+        model = model_of(source)
+        return kn.exchange.to_python(model.system, title=model.title, start=model.start), []
+    if not path.is_file():
+        raise Misuse(f"Expected a file that ends in {', '.join((*READERS, '.py'))}, got {source}, which is not there.")
+    if path.suffix == ".py":
+        return _of_python(path, source.rpartition(":")[2])
+    name = _reader(path)
+    return _of(getattr(kn.exchange, name)(path), path.stem)
+
+
+def _reader(path: Path) -> str:
+    ending = path.suffix.lower()
+    if ending not in READERS:
+        raise Misuse(f"Expected a file that ends in {', '.join((*READERS, '.py'))}, got {path}.")
+    if ending == ".xml" and b"<robot" in path.read_bytes()[:4096]:
+        return "from_urdf"
+    return READERS[ending]
+
+
+def _of_python(path: Path, name: str) -> tuple[str, list[str]]:
+    """An object of a Python file: a kane System, or what `kn.from_sympy_mechanics` reads."""
+    with own_code(path), redirect_stdout(sys.stderr):
+        module = imported(path)
+        found: Any = getattr(module, name, None)
+        if found is None:
+            own = ", ".join(k for k in vars(module) if not k.startswith("_")) or "nothing"
+            raise Misuse(f"Expected a name of {short(path)}, which has {cut(own, 200)}, got {name}.")
+        found = found() if isfunction(found) else found
+    if isinstance(found, kn.System):
+        return kn.exchange.to_python(found, title=name.replace("_", " ")), []
+    return _of(kn.exchange.from_sympy_mechanics(found), path.stem)
+
+
+def _of(model: kn.exchange.Imported, title: str) -> tuple[str, list[str]]:
+    """An imported model, with its remarks at the head of the file."""
+    remarks = [str(r) for r in model.remarks if r.kind not in ("read", "checked")]
+    told = model.extras.get("start")
+    start: dict[str, dict[str, Any]] = {}
+    for kind in _KINDS if told is not None else ():
+        values = getattr(told, kind, None) or {}
+        start[kind] = {getattr(s, "name", s): float(v) for s, v in values.items()}
+    text = kn.exchange.to_python(model.system, title=title.replace("_", " "), start=start, remarks=remarks)
+    return text, remarks
