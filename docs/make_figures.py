@@ -12,18 +12,20 @@ import io
 import os
 import re
 import runpy
-import sys
 import tempfile
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from PIL import Image
 
 import kane as kn
 from kane.gallery import GALLERY, load
+from kane.present.viewer.raster import Shot, frames
 from tests.docs.snippets import blocks
 
 DOCS = Path(__file__).resolve().parent
@@ -133,18 +135,36 @@ def partial_velocity(path: Path) -> None:
     page.savefig(path, metadata={"Date": None})
 
 
+def moving_disk(place: Path) -> None:
+    """The disk thrown forward with backspin, which slides, turns aside, and rolls, as one moving picture."""
+    module = load("skidding_disk")
+    sol = kn.simulate(kn.derive(module.system()), (0, 5), **module.START)
+    animation = kn.animate(sol)
+    at = [item.at for item in animation.scene.items if item.kind != "plane" and item.at is not None]
+    way = animation.courses[0].poses.positions[:, at].reshape(-1, 3)
+    low, high = way.min(axis=0), way.max(axis=0)
+    reach = 0.26 * float(np.linalg.norm(high - low)) + 0.2
+    model = replace(animation.model, travels=False, middle=(low + high) / 2, reach=reach)
+    shot = Shot(model, animation.courses[0], np.array(animation.camera["front"]), 0.15, 0.34, animation.low, 5.0)
+    small = [f.resize((560, 336), Image.Resampling.LANCZOS) for f in list(frames(shot))[::2]]
+    small[0].save(place, save_all=True, append_images=small[1:], duration=80, loop=0, quality=60, method=6)
+
+
+def _shapes(name: str, system: kn.System) -> tuple[Any, ...]:
+    """The shapes that a system of the gallery declares beside it."""
+    made = getattr(load(name), "shapes", None) if name in GALLERY else None
+    return () if made is None else tuple(made(system))
+
+
 def main() -> None:
-    """Make all of it; sketches only where this version of kane draws them."""
+    """Make all of it."""
     mpl.rcParams.update({"svg.hashsalt": "kane", "svg.fonttype": "path"})
     for folder in ("tutorial", "sketches"):
         (STATIC / folder).mkdir(exist_ok=True)
     partial_velocity(STATIC / "tutorial" / "partial_velocity.svg")
-    draw = getattr(kn, "sketch", None)
-    if draw is None:
-        print("kn.sketch is not there: sketches are left as they are", file=sys.stderr)
+    moving_disk(STATIC / "disk.webp")
     for name, system in [*tutorials(), *((name, load(name).system()) for name in GALLERY)]:
-        if draw is not None:
-            draw(system, STATIC / "sketches" / f"{name}.svg")
+        kn.sketch(system, STATIC / "sketches" / f"{name}.svg", shapes=_shapes(name, system))
     (DOCS / "gallery.md").write_text(gallery_page(), encoding="utf-8")
 
 

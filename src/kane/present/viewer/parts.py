@@ -114,7 +114,7 @@ def _extent(scene: Scene, poses: Posed) -> tuple[float, Array, float, bool]:
     whole = float(np.linalg.norm(high.max(axis=0) - low.min(axis=0)))
     travels = whole > _FAR * size
     first = (low[0], high[0]) if travels else (low.min(axis=0), high.max(axis=0))
-    reach = max(0.5 * float(np.linalg.norm(first[1] - first[0])) + 0.25 * own, 0.6 * size)
+    reach = max(0.5 * float(np.linalg.norm(first[1] - first[0])) + 0.25 * own, 0.72 * size)
     return size, np.asarray(first[0] + first[1]) / 2, reach, travels
 
 
