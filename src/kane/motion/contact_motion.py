@@ -30,7 +30,7 @@ from kane.model.contact_modes import groups, stands
 from kane.model.contacts import ContactMode, Modes, check_numbers, law_of
 from kane.model.declarations import Event
 from kane.motion.contact_runner import KNOWN, ContactRunner, Went, rests, runner
-from kane.motion.course import Pace
+from kane.motion.course import Method, Pace
 from kane.motion.hybrid.contact_automaton import AT_ONCE, Back
 from kane.motion.hybrid.contact_events import ENDS, FLAT, KINDS, LOW, NOTHING, STARTS
 from kane.motion.hybrid.events import End, ended_by
@@ -602,15 +602,9 @@ class _Way:
         self.runner = self._runner()
 
     def _runner(self) -> ContactRunner | None:
-        """None where inputs are functions of Python's, there are breakpoints, or contacts that others press."""
+        """None where Python leads the whole motion: see `_refused`."""
         at = self.at
-        fixed = all(
-            constant(f) is not None or (isinstance(f, Formula) and not f.breakpoints(self.span))
-            for f in at.inputs.values()
-        )
-        limited = self.method.first is not None or self.method.max_seconds < np.inf
-        pressed = any(m is not None for m in at.layout.pressed_by)
-        if not fixed or self.method.breakpoints or limited or pressed:
+        if any(_refused(at, self.method, self.span).values()):
             return None
         given = dict(at.parameters), at.inputs
         found, self.free = runner(at.eom, self.method, self.span, given, self.options["settings"], self.times)
@@ -655,7 +649,7 @@ class _Way:
         at = self.at
         q, u, a = np.split(self.x, np.cumsum([at.q, len(at.eom.speeds)]))
         drives: dict[Expr, Any] = {s: at.inputs[s] for s in mode.inputs}
-        start = Begin(q, u, None, a, self.work, leaves, True, True)
+        start = Begin(q, u, None, a, self.work, leaves, True, True, rounded=ROUNDED_TERMS)
         with warnings.catch_warnings():  # of forces that are zero throughout: what follows of them is decided here
             warnings.filterwarnings("ignore", "Expected a start beside the threshold", KaneWarning)
             warnings.filterwarnings("ignore", "Expected a quantity of the event '.* opens' that crosses", KaneWarning)
@@ -700,6 +694,21 @@ class _Way:
         if t < over <= self.span[1]:
             self.pieces[-1] = replace(self.pieces[-1], events=(*self.pieces[-1].events, (rests(event), over)))
         self.by = (event,)
+
+
+def _refused(at: ContactMotion, method: Method, span: tuple[float, float]) -> dict[str, bool]:
+    """What the kernel that leads from mode to mode has no part in, and whether a motion has it.
+
+    Single modes are left to Python by `ContactRunner.place`, single decisions by `unsure` of `kane.motion.hybrid.contact_decisions`.
+    """
+    inputs = [f for f in at.inputs.values() if constant(f) is None]
+    return {
+        "inputs that are functions of Python's": not all(isinstance(f, Formula) for f in inputs),
+        "inputs that break": any(isinstance(f, Formula) and f.breakpoints(span) for f in inputs),
+        "breakpoints": bool(method.breakpoints),
+        "a first step that is given": method.first is not None,
+        "a limit of its time by the clock": method.max_seconds < np.inf,
+    }
 
 
 def _of_mode(piece: Solution, mode: Equations, t: float, by: tuple[Event, ...]) -> Solution:
