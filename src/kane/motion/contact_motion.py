@@ -41,7 +41,7 @@ from kane.motion.solution.resumed import Begin
 from kane.motion.solution.solution import Segment, Solution
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
-from kane.numeric.scale import EQUAL, GIVEN, ROUNDED, ROUNDED_TERMS, SAME_TIME
+from kane.numeric.scale import EQUAL, GIVEN, ROUNDED, ROUNDED_TERMS, SAME_TIME, SIX_DIGITS
 from kane.progress import collecting_seldom
 
 _MODES = 10_000_000
@@ -403,12 +403,12 @@ class ContactMotion:
                     self._opens(touch, closed, set(), apart.modes)
                     return x, apart, t
         if kind == "slips" and not hits:
-            group = [self.contacts.index(c) for c in groups(self.contacts, now.modes)[i]]
-            together = [n for n in stand if not now.modes[n].slips] or group
+            forces = self._forces_at_most(now, t, x)
+            together = self._begin_to_slip(now, i, stand, forces, friction)
             static, friction[together] = friction[together], touch.numbers.laws[together, 1]
             if friction[i] >= static[0] * (1 - ENDS):
                 also = [n for n, most in zip(together, static, strict=True) if friction[n] >= most * (1 - ENDS)]
-                sliding[also] = self._along_forces(now, also, t, x)
+                sliding[also] = _against(forces[also, 1:])
         decided = self.decide(t, x, closed, sliding, friction, now.modes)
         back = set[int]() if hits else self._falls_back(touch, now, decided)
         # a slip that has turned before its end, and goes on: from rest, along its acceleration
@@ -495,18 +495,24 @@ class ContactMotion:
         a, terms = touch.accelerations(apart.closed, apart.forces)
         return bool(a[self.layout.d * i] >= -share * terms[self.layout.d * i])
 
-    def _along_forces(self, now: Decided, also: Sequence[int], t: float, x: Array) -> Array:
-        """The directions in which contacts begin to slip whose friction has reached its most: against these forces."""
+    def _forces_at_most(self, now: Decided, t: float, x: Array) -> Array:
+        """N and F of all contacts (k × d) where the friction of some has reached its most."""
         closed = [n for n, m in enumerate(now.modes) if m is not ContactMode.SEPARATED]
         touch, d = self.touch(t, x), self.layout.d
         slides = {n for n in closed if now.modes[n].slips}
         sliding = self._still(touch, slides, now.directions)
-        friction = touch.numbers.laws[:, 0] * (1 + ENDS)
-        forces = touch.choose(closed, sliding, friction).forces.reshape(-1, d)[[closed.index(n) for n in also], 1:]
-        sizes = np.linalg.norm(forces, axis=1, keepdims=True)
-        return np.asarray(
-            np.where(sizes > 0, -forces / np.where(sizes > 0, sizes, 1.0), np.eye(d - 1)[0])
-        )  # without any will do
+        found = np.zeros((len(self.contacts), d))
+        found[closed] = touch.choose(closed, sliding, touch.numbers.laws[:, 0] * (1 + ENDS)).forces.reshape(-1, d)
+        return found
+
+    def _begin_to_slip(
+        self, now: Decided, i: int, stand: Sequence[int], forces: Array, friction: Array
+    ) -> list[int]:
+        """Contact i, and those that begin to slip with it: of a stand those whose friction is at its most, too; it turns on others."""
+        if not stand:
+            return [self.contacts.index(c) for c in groups(self.contacts, now.modes)[i]]
+        left = friction * forces[:, 0] * (1 - SIX_DIGITS) - np.linalg.norm(forces[:, 1:], axis=1)
+        return [i, *(n for n in stand if n != i and not now.modes[n].slips and left[n] <= 0)]
 
     def ends(self, event: Event) -> tuple[int, str] | None:
         """The contact whose mode an event ends, and how; None of any other event."""
@@ -515,6 +521,12 @@ class ContactMotion:
             if name == c.name and kind in KINDS:
                 return i, kind
         return None
+
+
+def _against(forces: Array) -> Array:
+    """Directions (k × d − 1) against forces; any where there is none."""
+    sizes, any_ = np.linalg.norm(forces, axis=1, keepdims=True), np.eye(forces.shape[1])[0]
+    return np.asarray(np.where(sizes > 0, -forces / np.where(sizes > 0, sizes, 1.0), any_))
 
 
 def _mode(mode: ContactMode, slides: Array) -> Mode:
