@@ -264,9 +264,10 @@ class ContactMotion:
         if not every:
             return found, margins
         touch = self.touch(t, x)
-        forces = self._forces(touch, now)
+        ways = _ways(touch, now)
+        forces = self._forces(touch, now, ways)
         for stand in every:
-            rows = rows_of(touch, stand, now.modes, now.directions)
+            rows = rows_of(touch, stand, now.modes, ways)
             own = shares(touch, stand, now.modes, rows, forces)
             margins |= dict.fromkeys(stand.members, own.margin)
             along = own.along.reshape(len(rows.sticks), self.layout.d - 1, len(stand.along))
@@ -277,11 +278,11 @@ class ContactMotion:
                     found |= dict(zip(w, more.tolist(), strict=False))
         return found, margins
 
-    def _forces(self, touch: Touch, now: Decided) -> Array:
-        """Some forces (kd) that do what those of a mode do."""
+    def _forces(self, touch: Touch, now: Decided, ways: Array) -> Array:
+        """Some forces (kd) that do what those of a mode do, with these directions of slip."""
         modes = now.modes
         order = [i for i, m in enumerate(modes) if m is not ContactMode.SEPARATED and self.layout.pressed_by[i] is None]
-        sliding = np.where([[m.slips] for m in modes], now.directions, 0.0)
+        sliding = np.where([[m.slips] for m in modes], ways, 0.0)
         problem = touch.problem(order, sliding, touch.numbers.laws[:, 0])
         solution = solve(problem, [_mode(modes[i], sliding[i]) for i in order], problem.directions)
         forces = np.zeros(len(touch.mobility))
@@ -382,8 +383,8 @@ class ContactMotion:
             hits |= {n for n in set(range(k)) - closed if self._touches(touch, n)}
             self.slack[list(hits)] = 0.0
             x, closed, begins = self.hit(t, x, closed | hits)
+            x, sliding = self._consistent(t, x, closed)
             touch = self.touch(t, x)
-            sliding = self._still(touch, closed, now.directions)
         else:
             sliding = self._still(touch, slides, now.directions)
             if kind == "sticks":
@@ -419,6 +420,26 @@ class ContactMotion:
             decided = self.decide(t, x, closed, sliding, friction, now.modes)
         self._opens(touch, closed, below, decided.modes)
         return x, decided, begins
+
+    def _consistent(self, t: float, x: Array, closed: set[int]) -> tuple[Array, Array]:
+        """The state where what does not slip but for rounding does not at all, and directions of those that do.
+
+        Beside a slip that is hardly more than rounding what others leave would turn its direction.
+        """
+        touch = self.touch(t, x)
+        sliding = self._still(touch, closed, self.none)
+        for _ in closed:
+            slides = sliding.any(axis=1)
+            stuck = [i for i in closed if not slides[i] and self.contacts[i].slips]
+            if not stuck or not slides.any():
+                break
+            x = x.copy()
+            x[self.q : self.q + touch.width] += touch.held(sorted(closed), stuck)
+            touch = self.touch(t, x)
+            sliding = self._still(touch, set(np.flatnonzero(slides).tolist()), self.none)
+            if (sliding.any(axis=1) == slides).all():
+                break
+        return x, sliding
 
     def _brought_to_rest(
         self, touch: Touch, x: Array, closed: set[int], back: set[int], sliding: Array
@@ -521,6 +542,13 @@ class ContactMotion:
             if name == c.name and kind in KINDS:
                 return i, kind
         return None
+
+
+def _ways(touch: Touch, now: Decided) -> Array:
+    """Directions in which contacts slip at an instant (k × d − 1): those of slips, where these do not go straight on from rest."""
+    sizes = np.linalg.norm(touch.slips, axis=1, keepdims=True)
+    turns = np.array([[m.slips and not m.straight] for m in now.modes]) & (sizes > 0)
+    return np.where(turns, touch.slips / np.where(sizes > 0, sizes, 1.0), now.directions)
 
 
 def _against(forces: Array) -> Array:
