@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kane.contacts.cones import Block, least_forces
+from kane.contacts.cones import Block, inside, least_forces
 from kane.equations.contact_modes import Touch, undetermined
 from kane.model.contact_modes import Stand
 from kane.model.contacts import ContactMode, Modes
@@ -169,7 +169,7 @@ def _furthest_inside(
         cones = [Block(first, size, (1 - m) * mu[n] if n >= 0 else 0.0) for first, size, n in blocks]
         near = (given - shift)[order]
         forces = least_forces(cones, q, near, near).forces
-        if forces is None:
+        if forces is None or not inside(cones, forces):  # where there is no choice
             return None
         x = np.zeros(len(given))
         x[order] = forces

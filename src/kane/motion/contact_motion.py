@@ -383,7 +383,8 @@ class ContactMotion:
             hits |= {n for n in set(range(k)) - closed if self._touches(touch, n)}
             self.slack[list(hits)] = 0.0
             x, closed, begins = self.hit(t, x, closed | hits)
-            x, sliding = self._consistent(t, x, closed)
+            touch = self.touch(t, x)
+            x, sliding = self._consistent(t, x, closed, self._still(touch, closed, self.none))
             touch = self.touch(t, x)
         else:
             sliding = self._still(touch, slides, now.directions)
@@ -411,6 +412,10 @@ class ContactMotion:
                 also = [n for n, most in zip(together, static, strict=True) if friction[n] >= most * (1 - ENDS)]
                 sliding[also] = _against(forces[also, 1:])
         decided = self.decide(t, x, closed, sliding, friction, now.modes)
+        if kind == "sticks" and not hits and not decided.modes[i].slips and sliding.any():
+            x, sliding = self._consistent(t, x, closed, sliding)
+            touch = self.touch(t, x)
+            decided = self.decide(t, x, closed, sliding, friction, now.modes)
         back = set[int]() if hits else self._falls_back(touch, now, decided)
         # a slip that has turned before its end, and goes on: from rest, along its acceleration
         turned = kind == "sticks" and not hits and decided.modes[i].slips and len(self.contacts[i].slips) > 1
@@ -421,22 +426,19 @@ class ContactMotion:
         self._opens(touch, closed, below, decided.modes)
         return x, decided, begins
 
-    def _consistent(self, t: float, x: Array, closed: set[int]) -> tuple[Array, Array]:
-        """The state where what does not slip but for rounding does not at all, and directions of those that do.
+    def _consistent(self, t: float, x: Array, closed: set[int], sliding: Array) -> tuple[Array, Array]:
+        """The state where what has no direction of `sliding` does not slip at all, and directions of what slips then.
 
         Beside a slip that is hardly more than rounding what others leave would turn its direction.
         """
-        touch = self.touch(t, x)
-        sliding = self._still(touch, closed, self.none)
         for _ in closed:
             slides = sliding.any(axis=1)
             stuck = [i for i in closed if not slides[i] and self.contacts[i].slips]
             if not stuck or not slides.any():
                 break
-            x = x.copy()
+            touch, x = self.touch(t, x), x.copy()
             x[self.q : self.q + touch.width] += touch.held(sorted(closed), stuck)
-            touch = self.touch(t, x)
-            sliding = self._still(touch, set(np.flatnonzero(slides).tolist()), self.none)
+            sliding = self._still(self.touch(t, x), set(np.flatnonzero(slides).tolist()), self.none)
             if (sliding.any(axis=1) == slides).all():
                 break
         return x, sliding
