@@ -9,10 +9,7 @@ from scipy.optimize import brentq
 
 import kane as kn
 from kane.gallery import mass_on_belt
-from kane.motion import emit_simulator
-from kane.motion.hybrid.events import at_start
-from kane.motion.right_hand_side import routines
-from kane.numeric.scale import ROUNDED_TERMS
+from kane.motion import at_start, emit_simulator, routines
 
 G = 9.81
 TIGHT = {"rtol": 1e-11, "atol": 1e-12}
@@ -473,6 +470,6 @@ def test_actions_in_a_mode_set_values_of_their_own():
     p = np.array([s.default for s in flies.parameters])
     now = routines(flies, p, (), None)
     known = {e.name: 1.0 for e in flies.events}
-    acted, opened = (at_start(now, 0.0, x, known, rounded=share)[1] for share in (0.0, ROUNDED_TERMS))
+    acted, opened = (at_start(now, 0.0, x, known, rounded=share)[1] for share in (0.0, 1e-15))
     assert {n.band for n in acted.values()} == {0.0}
     assert min(n.band for n in opened.values()) > 0

@@ -252,9 +252,9 @@ class Touch:
             if self.layout.places[i][0] is not None and w <= max(ROUNDED_SUM * terms[0], ROUNDED * terms.max()):
                 raise SimulationError(
                     f"Expected a contact along whose normal a force moves its bodies, got {self.layout.contacts[i].name!r}, whose gap "
-                    f"does not move here to first order (W_nn = {w:.3g} beside terms of {terms.max():.3g}): what else holds the bodies "
-                    "holds it, too, or the place is a dead centre. Leave the contact out, give its normal another direction, or "
-                    "begin elsewhere."
+                    f"does not move here to first order (W_nn = {w:.3g} beside terms of {terms.max():.3g}): what else holds the "
+                    "bodies holds it, too, or the place is a dead centre. Leave the contact out, give its normal another direction, "
+                    "or begin elsewhere."
                 )
 
     def choose(

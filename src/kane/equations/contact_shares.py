@@ -49,7 +49,8 @@ class Shares(NamedTuple):
 class Rows(NamedTuple):
     """Rows of a stand's normals (k × r) and of its slips that are none (k_s (d − 1) × r_t) in those that hold it, and who sticks.
 
-    `held` are the rows that hold it (r + r_t × kd); `columns` (kd × k + k_s (d − 1)) the forces λ of N of all and F of those that stick.
+    `held` are the rows that hold it (r + r_t × kd); `columns` (kd × k + k_s (d − 1)) the forces λ by N of all and F of those that
+    stick.
     """
 
     normal: Array

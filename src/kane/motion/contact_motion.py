@@ -405,12 +405,7 @@ class ContactMotion:
                     self._opens(touch, closed, set(), apart.modes)
                     return x, apart, t
         if kind == "slips" and not hits:
-            forces = self._forces_at_most(now, t, x)
-            together = self._begin_to_slip(now, i, stand, forces, friction)
-            static, friction[together] = friction[together], touch.numbers.laws[together, 1]
-            if friction[i] >= static[0] * (1 - ENDS):
-                also = [n for n, most in zip(together, static, strict=True) if friction[n] >= most * (1 - ENDS)]
-                sliding[also] = _against(forces[also, 1:])
+            self._begins_to_slip(now, i, t, x, friction, sliding)
         decided = self.decide(t, x, closed, sliding, friction, now.modes)
         if kind == "sticks" and not hits and not decided.modes[i].slips and sliding.any():
             x, sliding = self._consistent(t, x, closed, sliding)
@@ -432,15 +427,13 @@ class ContactMotion:
         Beside a slip that is hardly more than rounding what others leave would turn its direction.
         """
         for _ in closed:
-            slides = sliding.any(axis=1)
-            stuck = [i for i in closed if not slides[i] and self.contacts[i].slips]
-            if not stuck or not slides.any():
+            slides = set(np.flatnonzero(sliding.any(axis=1)).tolist())
+            stuck = [i for i in closed - slides if self.contacts[i].slips]
+            if not stuck or not slides:
                 break
             touch, x = self.touch(t, x), x.copy()
             x[self.q : self.q + touch.width] += touch.held(sorted(closed), stuck)
-            sliding = self._still(self.touch(t, x), set(np.flatnonzero(slides).tolist()), self.none)
-            if (sliding.any(axis=1) == slides).all():
-                break
+            sliding = self._still(self.touch(t, x), slides, self.none)
         return x, sliding
 
     def _brought_to_rest(
@@ -528,14 +521,21 @@ class ContactMotion:
         found[closed] = touch.choose(closed, sliding, touch.numbers.laws[:, 0] * (1 + ENDS)).forces.reshape(-1, d)
         return found
 
-    def _begin_to_slip(
-        self, now: Decided, i: int, stand: Sequence[int], forces: Array, friction: Array
-    ) -> list[int]:
-        """Contact i, and those that begin to slip with it: of a stand those whose friction is at its most, too; it turns on others."""
-        if not stand:
-            return [self.contacts.index(c) for c in groups(self.contacts, now.modes)[i]]
+    def _begins_to_slip(self, now: Decided, i: int, t: float, x: Array, friction: Array, sliding: Array) -> None:
+        """Contact i, whose friction is at its most, begins to slip: `friction` and `sliding` of it and of those that do with it.
+
+        Of a stand these are others whose friction is at its most, too: the body may turn about the rest.
+        """
+        forces, kinetic = self._forces_at_most(now, t, x), self.touch(t, x).numbers.laws[:, 1]
+        stand = next((s.members for s in stands(self.contacts, now.modes) if i in s.members), ())
         left = friction * forces[:, 0] * (1 - SIX_DIGITS) - np.linalg.norm(forces[:, 1:], axis=1)
-        return [i, *(n for n in stand if n != i and not now.modes[n].slips and left[n] <= 0)]
+        together = [i, *(n for n in stand if n != i and not now.modes[n].slips and left[n] <= 0)]
+        if not stand:
+            together = [self.contacts.index(c) for c in groups(self.contacts, now.modes)[i]]
+        static, friction[together] = friction[together], kinetic[together]
+        if friction[i] >= static[0] * (1 - ENDS):
+            also = [n for n, most in zip(together, static, strict=True) if friction[n] >= most * (1 - ENDS)]
+            sliding[also] = _against(forces[also, 1:])
 
     def ends(self, event: Event) -> tuple[int, str] | None:
         """The contact whose mode an event ends, and how; None of any other event."""

@@ -52,7 +52,9 @@ class Decisions:
         self.k, self.d, self.width, self.m, self.always_count, self.nu, self.nq = map(w.number, names)
         self.call = w.callee("touch", "float", "array", "array", "array", "array", "array")
         arrays = ("h", "p", "r", "numbers", "places", "always", "pressed_by", "room")
-        self.h, self.p, self.r, self.numbers, self.places, self.always, self.pressed_by, self.room = map(w.array, arrays)
+        self.h, self.p, self.r, self.numbers, self.places, self.always, self.pressed_by, self.room = map(
+            w.array, arrays
+        )
         self.unsure, self.count = w.variable("unsure", INT), w.variable("closed_count", INT)
         self.unknowns, self.changed, self.again = (w.variable(n, INT) for n in ("unknowns", "changed", "again"))
         self.trials, self.rounds = w.variable("trials", INT), w.variable("rounds", INT)
