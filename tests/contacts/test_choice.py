@@ -6,7 +6,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kane.contacts import Count, Mode, choose, contact_problem, enumerated, iterated, jamming
+from kane.contacts import (
+    Block,
+    Count,
+    Mode,
+    choose,
+    contact_problem,
+    enumerated,
+    iterated,
+    jamming,
+    least_forces,
+    projected,
+)
 from kane.errors import ArgumentError, ContactError
 from tests.contacts.states import dense, scene
 from tests.oracles import contact_modes
@@ -293,6 +304,20 @@ def box(load):
         rows += [np.concatenate([t, np.cross(r, t)]) for t in (normal, [1.0, 0, 0], [0, 1.0, 0])]
     jacobian, force = np.array(rows), np.array([*load, -9.81])
     return jacobian @ inverse @ jacobian.T, jacobian @ inverse @ [*force, *np.cross([0, 0, -0.5], force)]
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_a_pull_is_in_no_cone(mu):
+    """The nearest forces of a cone to N < 0 are none where μ = 0, too: three posts under a plate, loaded beyond the edge of two."""
+    cones = [Block(3 * i, 3, mu) for i in range(3)]
+    pull = np.tile([-1.0, 0.0, 0.0], 3)
+    np.testing.assert_array_equal(projected(cones, pull)[0], np.zeros(9))
+    posts = [Block(i, 1, mu) for i in range(3)]
+    rows = np.linalg.qr(np.array([[1.0, 1.0, 1.0], [-1.0, 0.0, 1.0]]).T)[0].T
+    found = least_forces(posts, rows, np.array([-0.5, 1.0, 2.0]), np.zeros(3))
+    assert found.forces is None or found.forces.min() >= 0
+    beyond = np.array([-1.5, 1.0, 2.5])  # its moment is more than the sum can have
+    assert least_forces(posts, rows, beyond, beyond).forces is None
 
 
 def test_redundant_contacts_share_the_least_forces():

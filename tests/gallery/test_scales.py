@@ -285,3 +285,24 @@ def test_rest_and_eigenvalues_are_the_same_in_any_units(name, in_units):
         distance = np.abs(own[:, None] - roots)
         assert distance.min(axis=0).max() < 1e-6 * np.abs(roots).max()
         assert distance.min(axis=1).max() < 1e-6 * np.abs(roots).max()
+
+
+LAST = {"thrown_disk": 3.0, "rocking_block": 3.0, "skidding_bicycle": 1.7}
+"""Until when contacts change their modes."""
+
+
+@pytest.mark.parametrize("name", slow_but({"thrown_disk", "rocking_block"}, LAST))
+def test_contacts_have_the_same_modes_in_any_units(name, in_units):
+    system = in_units(name)
+    eom, start = system.eom, system.module.START
+    told = []
+    for scale in ((1, 1, 1), (1e3, 1, 1), (1e-3, 1, 1), (SMALL, 1, 1), (BIG, BIG, 1)):
+        factors = system.factors((*eom.coordinates, *eom.speeds), scale)
+        sol = kn.simulate(
+            eom, (0, LAST[name]), q=system.scaled(start["q"], scale), u=system.scaled(start["u"], scale),
+            parameters=system.parameters(scale), inputs=system.scaled(start.get("inputs", {}), scale),
+            atol=1e-9 * min(1.0, *factors),
+        )  # fmt: skip
+        told.append((sol.status, [(round(t, 5), *m.values()) for t, m in sol.mode_history]))
+    assert len(told[0][1]) > 1
+    assert told[1:] == told[:1] * 4

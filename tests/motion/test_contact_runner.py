@@ -17,6 +17,7 @@ from kane.gallery.contacts import bouncing_ball, mass_on_belt
 from kane.motion import ContactMotion, ContactRunner
 from tests.examples import examples
 from tests.laws.test_contacts import started
+from tests.motion import test_contact_friction as friction
 from tests.oracles.planar_contacts import Plane, Plate, Touch
 from tests.systems.planar_contacts import planes, system
 
@@ -163,3 +164,21 @@ def test_inputs_that_are_expressions(decisions: list[str]) -> None:
     agree(kn.simulate(eom, (0, 20), **options), wanted, 1e-9)
     assert len(decisions) == 1
     assert len(wanted.mode_history) > 30
+
+
+def test_resistance_to_rolling_and_drilling_is_pressed_in_the_kernel(decisions: list[str]) -> None:
+    """Of a ball thrown upward with spin, which bounces, slides, rolls, drills and stops, Python decides nothing the second time."""
+    ball = friction.ball((kn.joints.rolling_resistance, 0.004), (kn.joints.drilling_resistance, 0.001), mu=0.2)
+    disk, *_ = friction.disk(mu=0.1, restitution=0.4, static=0.006)
+    for eom, end, q, u in (
+        (disk, 6, [0, friction.RADIUS + 0.2, 0], [2.0, 0, 30.0]),
+        (ball, 6, [0.1, 0.2, 0.3, 0, 0, friction.RADIUS], [3, 5, 8, 1.0, 0.8, 0]),
+    ):
+        wanted = by_python(eom, (0, end), q=q, u=u, **TIGHT)
+        assert len(decisions) > 4
+        kn.simulate(eom, (0, end), q=q, u=u, **TIGHT)
+        decisions.clear()
+        sol = kn.simulate(eom, (0, end), q=q, u=u, **TIGHT)
+        assert decisions == []
+        agree(sol, wanted, 1e-9)
+        assert set(sol.mode_history[-1][1].values()) == {"stick"}

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 import kane as kn
 from kane.gallery import mass_on_belt
-from kane.motion import emit_simulator
+from kane.motion import at_start, emit_simulator, routines
 
 G = 9.81
 TIGHT = {"rtol": 1e-11, "atol": 1e-12}
@@ -437,3 +437,39 @@ def test_a_motion_of_many_modes_ends_when_its_time_by_the_clock_is_over():
     assert sol.status == "stopped"
     assert sol.message.startswith("max_seconds=0.3 have passed; at t = ")
     assert 0 < sol.t[-1] < 1e5
+
+
+def test_a_contact_whose_normal_moves_nothing_is_named():
+    """At its dead centre a pendulum's gap 1 − cos q has no rate, and N = 49 N, ever larger the nearer; as where it is held twice."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    q = kn.coordinate("q")
+    A = N.rotate("A", q, N.z)
+    P = O.at("P", 1.0 * A.x)
+    wall = kn.contact(kn.joints.point_on_plane("wall", P, O.at("W", 1.0 * N.x), normal=-N.x), 0.2)
+    bodies = [kn.Particle("bob", P, 1.0)]
+    swings = kn.derive(
+        kn.System(N, bodies=bodies, speeds="rates", loads=[kn.gravity(-G * N.y)], contacts=[wall], coordinates=[q])
+    )
+    sol = kn.simulate(swings, (0, 1), q=[0.3], u=[-1.0])
+    assert sol.status == "stopped"
+    assert "along whose normal a force moves its bodies, got 'wall', whose gap does not move here" in sol.message
+    x, y = kn.coordinates("x y")
+    P = O.at("P", x * N.x + y * N.y)
+    floor = kn.contact(kn.joints.point_on_plane("floor", P, O, normal=N.y), 0.2)
+    held = kn.derive(kn.System(N, bodies=[kn.Particle("p", P, 1.0)], speeds="rates", holonomic=[y], contacts=[floor]))
+    with pytest.raises(kn.SimulationError, match="got 'floor', whose gap does not move here to first order"):
+        kn.simulate(held, (0, 1), q=[0, 0], u=[1, 0])
+
+
+def test_actions_in_a_mode_set_values_of_their_own():
+    """What leaves a threshold within rounding is a contact that opens, not every event of a mode's equations."""
+    eom, floor = ball()
+    flies = kn.derive(eom.system.in_modes({floor: "separated"}))
+    x = np.array([0.0, 0.2, 0.0, 0.0, 0.0, 0.0])
+    p = np.array([s.default for s in flies.parameters])
+    now = routines(flies, p, (), None)
+    known = {e.name: 1.0 for e in flies.events}
+    acted, opened = (at_start(now, 0.0, x, known, rounded=share)[1] for share in (0.0, 1e-15))
+    assert {n.band for n in acted.values()} == {0.0}
+    assert min(n.band for n in opened.values()) > 0

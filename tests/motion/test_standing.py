@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from functools import cache
 from typing import Any
@@ -164,3 +165,58 @@ def test_a_dropped_tripod_does_not_hop(slope: float, q: list[float], u: list[flo
             sol.phase[1:], -1
         )  # where a slip ends its direction turns within rounding of times
         assert (f <= MU * n * (1 + 1e-9) + 1e-9 * size)[inside].all()
+
+
+@cache
+def table(feet: int) -> kn.Equations:
+    """A body of 2 kg that falls on feet, whose places, inertia, friction and restitution are parameters."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, y, z, a, b, c = kn.coordinates("x y z a b c")
+    B = N.rotate_body("B", [a, b, c], "312")
+    C = O.at("C", x * N.x + y * N.y + z * N.z)
+    inertia = kn.inertia(B, *(kn.parameter(f"I{k}", 0.1 + 0.02 * k, "kg*m^2") for k in range(3)))
+    mu, e, h = kn.parameter("mu", 0.5, "1"), kn.parameter("e", 0.0, "1"), kn.parameter("h", 0.3, "m")
+    contacts = []
+    for k, (px, py) in enumerate(((0.5, 0.07), (-0.31, 0.43), (-0.22, -0.45), (0.3, -0.33))[:feet]):
+        place = kn.parameter(f"x{k}", px, "m") * B.x + kn.parameter(f"y{k}", py, "m") * B.y - h * B.z
+        foot = kn.joints.point_on_plane(f"f{k}", C.fixed_in(B, f"F{k}", place), O, normal=N.z)
+        contacts.append(kn.contact(foot, mu, restitution=e))
+    body = kn.RigidBody("table", frame=B, mass_center=C, mass=MASS, inertia=inertia)
+    return kn.derive(kn.System(N, bodies=[body], speeds="rates", loads=[kn.gravity(-G * N.z)], contacts=contacts))
+
+
+def thrown(seed: int, feet: int) -> tuple[dict[str, float], list[float], list[float]]:
+    """Parameters of a table, and how it is thrown."""
+    rng = np.random.default_rng(seed)
+    angles = 2 * np.pi * np.arange(feet) / feet + rng.uniform(-0.3, 0.3, feet)
+    radii = rng.uniform(0.3, 0.8, feet) if feet == 3 else np.full(feet, rng.uniform(0.3, 0.8))
+    h, off = rng.uniform(0.1, 0.6), rng.uniform(-0.1, 0.1, 2)
+    i1, i2 = rng.uniform(0.05, 0.3, 2)
+    given = {"I0": i1, "I1": i2, "I2": 0.7 * (i1 + i2), "mu": rng.uniform(0.2, 0.8), "e": rng.uniform(0, 0.5), "h": h}
+    given |= {f"x{k}": float(x) for k, x in enumerate(radii * np.cos(angles) - off[0])}
+    given |= {f"y{k}": float(y) for k, y in enumerate(radii * np.sin(angles) - off[1])}
+    q = [0, 0, h + 0.15, rng.uniform(-1, 1), *rng.uniform(-0.1, 0.1, 2)]
+    u = [*rng.uniform(-1.5, 1.5, 2), rng.uniform(-1, 0), rng.uniform(-3, 3), *rng.uniform(-1, 1, 2)]
+    return given, q, u
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("feet", [3, 4])
+@pytest.mark.parametrize("seed", range(6))
+def test_laws_hold_of_tables_that_are_thrown(feet: int, seed: int) -> None:
+    """They turn about feet that stick while others slip: at each output N ≥ 0, |F| ≤ μ N, no foot below the floor, energy falls."""
+    eom = table(feet)
+    given, q, u = thrown(seed, feet)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", kn.KaneWarning)  # that several modes agree with the laws
+        sol = kn.simulate(eom, (0, 2), q=q, u=u, parameters=given)
+    assert sol.status == "finished", sol.message
+    for c in eom.system.contacts:
+        assert c.gap is not None
+        n, f = sol[c.normal_force], np.hypot(*(sol[f] for f in c.friction_forces))
+        assert sol[c.gap.expr].min() > -1e-10
+        slack = 3e-6 * MASS * G  # where a slip is slow its direction, and N with it, has few digits
+        assert n.min() > -slack
+        assert (f - given["mu"] * n).max() < slack
+    assert np.diff(sol.energy).max() < 1e-5

@@ -7,6 +7,7 @@ __getattr__ = offered(
     __name__,
     {
         "problem": "ContactProblem Mode contact_problem",
+        "cones": "Block least_forces projected",
         "equations": "ModeSolution",
         "enumeration": "enumerated",
         "iteration": "iterated",

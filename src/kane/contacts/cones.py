@@ -49,7 +49,7 @@ def projected(blocks: Sequence[Block], x: Array) -> tuple[Array, Array]:
         here = slice(first, first + size)
         normal, tangential = x[first], x[first + 1 : first + size]
         friction = float(np.sqrt(tangential @ tangential))
-        if friction <= mu * normal:
+        if normal >= 0 and friction <= mu * normal:  # mu is 0 of a contact that is smooth, or slips
             continue
         if mu * friction <= -normal:
             y[here], slope[here, here] = 0.0, 0.0

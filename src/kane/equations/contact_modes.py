@@ -177,6 +177,7 @@ class Touch:
             self.spread = self.spread - back @ (p @ self.spread)
             free = free - back @ (p @ free + of_p)
         self.mobility = self.rows @ self.spread
+        self.mobility_terms = (np.abs(self.rows) @ np.abs(inverse) * np.abs(self.rows)).sum(axis=1)
         self.bias = self.rows @ free + drift
         self.bias_terms = np.abs(self.rows) @ (np.abs(inverse) @ numbers.forcing_terms) + drift_terms
         self.bias_terms = np.maximum(self.bias_terms, np.abs(self.bias))
@@ -222,6 +223,7 @@ class Touch:
         place of b: the problem of impulses.
         """
         d, laws, places = self.layout.d, self.numbers.laws, self.places(closed)
+        self._check_normals(closed)
         w = self.mobility[np.ix_(places, places)]
         given, terms = (self.velocity, self.velocity_terms) if velocities else self.unforced(closed)
         b, size_ = given[places], terms[places]
@@ -240,6 +242,20 @@ class Touch:
         kinetic = np.minimum(kinetic, static)
         names = [self.layout.contacts[i].name for i in closed]
         return contact_problem(w, b, static, kinetic=kinetic, sliding=sliding[list(closed)], terms=size_, names=names)
+
+    def _check_normals(self, closed: Sequence[int]) -> None:
+        """Refuse contacts whose gaps no force moves: what holds their bodies leaves them nothing but rounding, and N any size."""
+        d = self.layout.d
+        for i in closed:
+            own = slice(d * i, d * i + d)
+            w, terms = self.mobility[d * i, d * i], self.mobility_terms[own]
+            if self.layout.places[i][0] is not None and w <= max(ROUNDED_SUM * terms[0], ROUNDED * terms.max()):
+                raise SimulationError(
+                    f"Expected a contact along whose normal a force moves its bodies, got {self.layout.contacts[i].name!r}, whose gap "
+                    f"does not move here to first order (W_nn = {w:.3g} beside terms of {terms.max():.3g}): what else holds the "
+                    "bodies holds it, too, or the place is a dead centre. Leave the contact out, give its normal another direction, "
+                    "or begin elsewhere."
+                )
 
     def choose(
         self, closed: Sequence[int], sliding: Array, friction: Array, before: Sequence[Mode] | None = None

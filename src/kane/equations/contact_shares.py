@@ -8,7 +8,8 @@ proportion to μ_s N, F_i = μ_i N_i (V + Ω × r_i), as of a body that slides o
     N = G_n (G_nᵀ G_n)⁻¹ R_n          F = D G_t (G_tᵀ D G_t)⁻¹ R_t,    D = diag(μ_i N_i)
 
 Where these leave a cone and others do not, those are taken that are furthest within all cones, shares of one instant of (R_n, R_t)
-alone: forces grow in proportion to these. So a body slips, or tips, when no forces hold it, not when these do not.
+alone: forces grow in proportion to these. So a body slips, or tips, when no forces hold it, not when these do not. Where some contacts
+slip their friction goes with N: R follows from the shares, and others keep all accelerations.
 """
 
 from __future__ import annotations
@@ -18,12 +19,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kane.contacts.cones import Block, least_forces
+from kane.contacts.cones import Block, inside, least_forces
 from kane.equations.contact_modes import Touch, undetermined
 from kane.model.contact_modes import Stand
 from kane.model.contacts import ContactMode, Modes
 from kane.numeric.arrays import Array
-from kane.numeric.scale import GIVEN
+from kane.numeric.rank import singular
+from kane.numeric.scale import GIVEN, INVERSE_RANK
 
 _HALVINGS, _MORE = 36, 3
 """Margins that are tried, each half of the one before, and halvings of the interval behind the first that forces have."""
@@ -45,11 +47,17 @@ class Shares(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Rows of a stand's normals (k × r) and of its slips that are none (k_s (d − 1) × r_t) in those that hold it, and who sticks."""
+    """Rows of a stand's normals (k × r) and of its slips that are none (k_s (d − 1) × r_t) in those that hold it, and who sticks.
+
+    `held` are the rows that hold it (r + r_t × kd); `columns` (kd × k + k_s (d − 1)) the forces λ by N of all and F of those that
+    stick.
+    """
 
     normal: Array
     along: Array
     sticks: tuple[int, ...]
+    held: Array
+    columns: Array
 
 
 def rows_of(touch: Touch, stand: Stand, modes: Modes, directions: Array) -> Rows:
@@ -76,7 +84,11 @@ def rows_of(touch: Touch, stand: Stand, modes: Modes, directions: Array) -> Rows
     beside = np.abs(g[:n, r:]).max(initial=0), np.abs(g[n:, :r]).max(initial=0)
     if max(beside) > GIVEN * np.abs(g).max():
         raise undetermined(*(contacts[i] for i in stand.members))
-    return Rows(g[:n, :r], g[n:, r:], sticks)
+    columns = unit[:, normals + along]
+    for k, i in enumerate(stand.members):
+        if modes[i].slips:
+            columns[d * i + 1 : d * i + d, k] = -touch.numbers.laws[i, 1] * directions[i]
+    return Rows(g[:n, :r], g[n:, r:], sticks, rows, columns)
 
 
 def shares(touch: Touch, stand: Stand, modes: Modes, rows: Rows, forces: Array) -> Shares:
@@ -84,12 +96,17 @@ def shares(touch: Touch, stand: Stand, modes: Modes, rows: Rows, forces: Array) 
     d, members = touch.layout.d, list(stand.members)
     mu = touch.numbers.laws[list(rows.sticks), 0]
     normal, along = forces[[d * i for i in members]], forces[[d * i + j for i in rows.sticks for j in range(1, d)]]
+    given, r = np.concatenate([normal, along]), rows.normal.shape[1]
     of_n = _like_springs(rows.normal, np.ones(len(members)))
     n = of_n @ (rows.normal.T @ normal)
-    mean = float(n.sum()) / len(n)
-    pressing = mu * n[[members.index(i) for i in rows.sticks]]
-    of_t = _like_springs(rows.along, np.repeat(pressing, d - 1))
-    f = of_t @ (rows.along.T @ along)
+    places = [members.index(i) for i in rows.sticks]
+    of_t = _like_springs(rows.along, np.repeat(mu * n[places], d - 1))
+    by = np.concatenate([rows.normal.T @ normal, rows.along.T @ along])
+    if len(rows.sticks) < len(members):
+        pulled = rows.held @ touch.mobility @ rows.columns
+        by = np.linalg.lstsq(np.hstack([pulled[:, : len(n)] @ of_n, pulled[:, len(n) :] @ of_t]), pulled @ given)[0]
+    n, f = of_n @ by[:r], of_t @ by[r:]
+    mean, pressing = float(n.sum()) / len(n), mu * n[places]
     sizes = np.linalg.norm(f.reshape(-1, d - 1), axis=1)
     most = max(
         (float(a / b) if b > 0 else float(a > 0) * np.inf for a, b in zip(sizes, pressing, strict=True)), default=0
@@ -97,10 +114,11 @@ def shares(touch: Touch, stand: Stand, modes: Modes, rows: Rows, forces: Array) 
     margin = min(float(n.min()) / mean, 1 - most) if mean > 0 else 0.0
     if margin >= _ENOUGH:
         return Shares(of_n, of_t, margin)
-    found = _furthest_inside(rows, members, mu, np.concatenate([n, f]), mean, d)
-    if found is None:
+    all_stick = len(rows.sticks) == len(members)
+    found = _furthest_inside(touch, rows, members, mu, np.concatenate([n, f]) if all_stick else given, d)
+    if found is None and all_stick:
         return Shares(of_n, of_t, 0.0)
-    x, margin = found
+    x, margin = found or (given, 0.0)
     return Shares(_led(of_n, rows.normal, x[: len(n)]), _led(of_t, rows.along, x[len(n) :]), margin)
 
 
@@ -120,19 +138,31 @@ def _led(of: Array, g: Array, forces: Array) -> Array:
     return of + np.multiply.outer(forces - of @ r, r) / size if size > 0 else of
 
 
+def _what_they_do(touch: Touch, rows: Rows, k: int) -> Array:
+    """An orthonormal basis (rows) of what forces of a stand do: of their sums and moments, or of accelerations where some slip."""
+    if len(rows.sticks) == k:
+        r = rows.normal.shape[1]
+        g = np.zeros((rows.columns.shape[1], r + rows.along.shape[1]))
+        g[:k, :r], g[k:, r:] = rows.normal, rows.along
+        return np.asarray(np.linalg.qr(g)[0].T)
+    size = np.sqrt(np.maximum(np.diag(touch.mobility), 0.0))
+    moved = (touch.mobility @ rows.columns)[size > 0] / size[size > 0, None]
+    values = singular(moved)
+    return np.asarray(values.right[: values.rank(INVERSE_RANK)])
+
+
 def _furthest_inside(
-    rows: Rows, members: Sequence[int], mu: Array, given: Array, mean: float, d: int
+    touch: Touch, rows: Rows, members: Sequence[int], mu: Array, given: Array, d: int
 ) -> tuple[Array, float] | None:
-    """Forces (N, then F) with the same sums and moments, |F| ≤ (1 − m) μ_s (N − m N₀), N₀ a share of the mean, and m."""
+    """Forces (N, then F) that do what those given do, |F| ≤ (1 − m) μ_s (N − m N₀), N₀ a share of the mean, and m."""
     k, wide = len(members), d - 1
+    mean = float(given[:k].mean())
     order, blocks, where = list[int](), list[tuple[int, int, int]](), {i: n for n, i in enumerate(rows.sticks)}
     for n, i in enumerate(members):
         own = [n, *(k + wide * where[i] + j for j in range(wide))] if i in where else [n]
         blocks.append((len(order), len(own), where.get(i, -1)))
         order += own
-    g = np.zeros((len(order), rows.normal.shape[1] + rows.along.shape[1]))
-    g[:k, : rows.normal.shape[1]], g[k:, rows.normal.shape[1] :] = rows.normal, rows.along
-    q = np.linalg.qr(g[order])[0].T
+    q = _what_they_do(touch, rows, k)[:, order]
 
     def at(m: float) -> Array | None:
         shift = np.zeros(len(given))
@@ -140,7 +170,7 @@ def _furthest_inside(
         cones = [Block(first, size, (1 - m) * mu[n] if n >= 0 else 0.0) for first, size, n in blocks]
         near = (given - shift)[order]
         forces = least_forces(cones, q, near, near).forces
-        if forces is None:
+        if forces is None or not inside(cones, forces):  # where there is no choice
             return None
         x = np.zeros(len(given))
         x[order] = forces

@@ -11,7 +11,7 @@ __getattr__ = offered(
         "contact_runner": "ContactRunner",
         "hybrid.event_routines": "actions glance tendency",
         "hybrid.automaton": "automaton",
-        "hybrid.events": "crossings",
+        "hybrid.events": "at_start crossings",
         "hybrid.sides": "unfit",
         "inputs.": "smooth",
         "solvers.": "cvode",

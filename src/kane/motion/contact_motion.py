@@ -30,7 +30,7 @@ from kane.model.contact_modes import groups, stands
 from kane.model.contacts import ContactMode, Modes, check_numbers, law_of
 from kane.model.declarations import Event
 from kane.motion.contact_runner import KNOWN, ContactRunner, Went, rests, runner
-from kane.motion.course import Pace
+from kane.motion.course import Method, Pace
 from kane.motion.hybrid.contact_automaton import AT_ONCE, Back
 from kane.motion.hybrid.contact_events import ENDS, FLAT, KINDS, LOW, NOTHING, STARTS
 from kane.motion.hybrid.events import End, ended_by
@@ -41,7 +41,7 @@ from kane.motion.solution.resumed import Begin
 from kane.motion.solution.solution import Segment, Solution
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
-from kane.numeric.scale import EQUAL, GIVEN, ROUNDED, ROUNDED_TERMS, SAME_TIME
+from kane.numeric.scale import EQUAL, GIVEN, ROUNDED, ROUNDED_TERMS, SAME_TIME, SIX_DIGITS
 from kane.progress import collecting_seldom
 
 _MODES = 10_000_000
@@ -264,9 +264,10 @@ class ContactMotion:
         if not every:
             return found, margins
         touch = self.touch(t, x)
-        forces = self._forces(touch, now)
+        ways = _ways(touch, now)
+        forces = self._forces(touch, now, ways)
         for stand in every:
-            rows = rows_of(touch, stand, now.modes, now.directions)
+            rows = rows_of(touch, stand, now.modes, ways)
             own = shares(touch, stand, now.modes, rows, forces)
             margins |= dict.fromkeys(stand.members, own.margin)
             along = own.along.reshape(len(rows.sticks), self.layout.d - 1, len(stand.along))
@@ -277,11 +278,11 @@ class ContactMotion:
                     found |= dict(zip(w, more.tolist(), strict=False))
         return found, margins
 
-    def _forces(self, touch: Touch, now: Decided) -> Array:
-        """Some forces (kd) that do what those of a mode do."""
+    def _forces(self, touch: Touch, now: Decided, ways: Array) -> Array:
+        """Some forces (kd) that do what those of a mode do, with these directions of slip."""
         modes = now.modes
         order = [i for i, m in enumerate(modes) if m is not ContactMode.SEPARATED and self.layout.pressed_by[i] is None]
-        sliding = np.where([[m.slips] for m in modes], now.directions, 0.0)
+        sliding = np.where([[m.slips] for m in modes], ways, 0.0)
         problem = touch.problem(order, sliding, touch.numbers.laws[:, 0])
         solution = solve(problem, [_mode(modes[i], sliding[i]) for i in order], problem.directions)
         forces = np.zeros(len(touch.mobility))
@@ -383,7 +384,8 @@ class ContactMotion:
             self.slack[list(hits)] = 0.0
             x, closed, begins = self.hit(t, x, closed | hits)
             touch = self.touch(t, x)
-            sliding = self._still(touch, closed, now.directions)
+            x, sliding = self._consistent(t, x, closed, self._still(touch, closed, self.none))
+            touch = self.touch(t, x)
         else:
             sliding = self._still(touch, slides, now.directions)
             if kind == "sticks":
@@ -403,13 +405,12 @@ class ContactMotion:
                     self._opens(touch, closed, set(), apart.modes)
                     return x, apart, t
         if kind == "slips" and not hits:
-            group = [self.contacts.index(c) for c in groups(self.contacts, now.modes)[i]]
-            together = [n for n in stand if not now.modes[n].slips] or group
-            static, friction[together] = friction[together], touch.numbers.laws[together, 1]
-            if friction[i] >= static[0] * (1 - ENDS):
-                also = [n for n, most in zip(together, static, strict=True) if friction[n] >= most * (1 - ENDS)]
-                sliding[also] = self._along_forces(now, also, t, x)
+            self._begins_to_slip(now, i, t, x, friction, sliding)
         decided = self.decide(t, x, closed, sliding, friction, now.modes)
+        if kind == "sticks" and not hits and not decided.modes[i].slips and sliding.any():
+            x, sliding = self._consistent(t, x, closed, sliding)
+            touch = self.touch(t, x)
+            decided = self.decide(t, x, closed, sliding, friction, now.modes)
         back = set[int]() if hits else self._falls_back(touch, now, decided)
         # a slip that has turned before its end, and goes on: from rest, along its acceleration
         turned = kind == "sticks" and not hits and decided.modes[i].slips and len(self.contacts[i].slips) > 1
@@ -419,6 +420,21 @@ class ContactMotion:
             decided = self.decide(t, x, closed, sliding, friction, now.modes)
         self._opens(touch, closed, below, decided.modes)
         return x, decided, begins
+
+    def _consistent(self, t: float, x: Array, closed: set[int], sliding: Array) -> tuple[Array, Array]:
+        """The state where what has no direction of `sliding` does not slip at all, and directions of what slips then.
+
+        Beside a slip that is hardly more than rounding what others leave would turn its direction.
+        """
+        for _ in closed:
+            slides = set(np.flatnonzero(sliding.any(axis=1)).tolist())
+            stuck = [i for i in closed - slides if self.contacts[i].slips]
+            if not stuck or not slides:
+                break
+            touch, x = self.touch(t, x), x.copy()
+            x[self.q : self.q + touch.width] += touch.held(sorted(closed), stuck)
+            sliding = self._still(self.touch(t, x), slides, self.none)
+        return x, sliding
 
     def _brought_to_rest(
         self, touch: Touch, x: Array, closed: set[int], back: set[int], sliding: Array
@@ -495,18 +511,31 @@ class ContactMotion:
         a, terms = touch.accelerations(apart.closed, apart.forces)
         return bool(a[self.layout.d * i] >= -share * terms[self.layout.d * i])
 
-    def _along_forces(self, now: Decided, also: Sequence[int], t: float, x: Array) -> Array:
-        """The directions in which contacts begin to slip whose friction has reached its most: against these forces."""
+    def _forces_at_most(self, now: Decided, t: float, x: Array) -> Array:
+        """N and F of all contacts (k × d) where the friction of some has reached its most."""
         closed = [n for n, m in enumerate(now.modes) if m is not ContactMode.SEPARATED]
         touch, d = self.touch(t, x), self.layout.d
         slides = {n for n in closed if now.modes[n].slips}
         sliding = self._still(touch, slides, now.directions)
-        friction = touch.numbers.laws[:, 0] * (1 + ENDS)
-        forces = touch.choose(closed, sliding, friction).forces.reshape(-1, d)[[closed.index(n) for n in also], 1:]
-        sizes = np.linalg.norm(forces, axis=1, keepdims=True)
-        return np.asarray(
-            np.where(sizes > 0, -forces / np.where(sizes > 0, sizes, 1.0), np.eye(d - 1)[0])
-        )  # without any will do
+        found = np.zeros((len(self.contacts), d))
+        found[closed] = touch.choose(closed, sliding, touch.numbers.laws[:, 0] * (1 + ENDS)).forces.reshape(-1, d)
+        return found
+
+    def _begins_to_slip(self, now: Decided, i: int, t: float, x: Array, friction: Array, sliding: Array) -> None:
+        """Contact i, whose friction is at its most, begins to slip: `friction` and `sliding` of it and of those that do with it.
+
+        Of a stand these are others whose friction is at its most, too: the body may turn about the rest.
+        """
+        forces, kinetic = self._forces_at_most(now, t, x), self.touch(t, x).numbers.laws[:, 1]
+        stand = next((s.members for s in stands(self.contacts, now.modes) if i in s.members), ())
+        left = friction * forces[:, 0] * (1 - SIX_DIGITS) - np.linalg.norm(forces[:, 1:], axis=1)
+        together = [i, *(n for n in stand if n != i and not now.modes[n].slips and left[n] <= 0)]
+        if not stand:
+            together = [self.contacts.index(c) for c in groups(self.contacts, now.modes)[i]]
+        static, friction[together] = friction[together], kinetic[together]
+        if friction[i] >= static[0] * (1 - ENDS):
+            also = [n for n, most in zip(together, static, strict=True) if friction[n] >= most * (1 - ENDS)]
+            sliding[also] = _against(forces[also, 1:])
 
     def ends(self, event: Event) -> tuple[int, str] | None:
         """The contact whose mode an event ends, and how; None of any other event."""
@@ -515,6 +544,19 @@ class ContactMotion:
             if name == c.name and kind in KINDS:
                 return i, kind
         return None
+
+
+def _ways(touch: Touch, now: Decided) -> Array:
+    """Directions in which contacts slip at an instant (k × d − 1): those of slips, where these do not go straight on from rest."""
+    sizes = np.linalg.norm(touch.slips, axis=1, keepdims=True)
+    turns = np.array([[m.slips and not m.straight] for m in now.modes]) & (sizes > 0)
+    return np.where(turns, touch.slips / np.where(sizes > 0, sizes, 1.0), now.directions)
+
+
+def _against(forces: Array) -> Array:
+    """Directions (k × d − 1) against forces; any where there is none."""
+    sizes, any_ = np.linalg.norm(forces, axis=1, keepdims=True), np.eye(forces.shape[1])[0]
+    return np.asarray(np.where(sizes > 0, -forces / np.where(sizes > 0, sizes, 1.0), any_))
 
 
 def _mode(mode: ContactMode, slides: Array) -> Mode:
@@ -602,15 +644,9 @@ class _Way:
         self.runner = self._runner()
 
     def _runner(self) -> ContactRunner | None:
-        """None where inputs are functions of Python's, there are breakpoints, or contacts that others press."""
+        """None where Python leads the whole motion: see `_refused`."""
         at = self.at
-        fixed = all(
-            constant(f) is not None or (isinstance(f, Formula) and not f.breakpoints(self.span))
-            for f in at.inputs.values()
-        )
-        limited = self.method.first is not None or self.method.max_seconds < np.inf
-        pressed = any(m is not None for m in at.layout.pressed_by)
-        if not fixed or self.method.breakpoints or limited or pressed:
+        if any(_refused(at, self.method, self.span).values()):
             return None
         given = dict(at.parameters), at.inputs
         found, self.free = runner(at.eom, self.method, self.span, given, self.options["settings"], self.times)
@@ -655,7 +691,7 @@ class _Way:
         at = self.at
         q, u, a = np.split(self.x, np.cumsum([at.q, len(at.eom.speeds)]))
         drives: dict[Expr, Any] = {s: at.inputs[s] for s in mode.inputs}
-        start = Begin(q, u, None, a, self.work, leaves, True, True)
+        start = Begin(q, u, None, a, self.work, leaves, True, True, rounded=ROUNDED_TERMS)
         with warnings.catch_warnings():  # of forces that are zero throughout: what follows of them is decided here
             warnings.filterwarnings("ignore", "Expected a start beside the threshold", KaneWarning)
             warnings.filterwarnings("ignore", "Expected a quantity of the event '.* opens' that crosses", KaneWarning)
@@ -700,6 +736,21 @@ class _Way:
         if t < over <= self.span[1]:
             self.pieces[-1] = replace(self.pieces[-1], events=(*self.pieces[-1].events, (rests(event), over)))
         self.by = (event,)
+
+
+def _refused(at: ContactMotion, method: Method, span: tuple[float, float]) -> dict[str, bool]:
+    """What the kernel that leads from mode to mode has no part in, and whether a motion has it.
+
+    Single modes are left to Python by `ContactRunner.place`, single decisions by `unsure` of `kane.motion.hybrid.contact_decisions`.
+    """
+    inputs = [f for f in at.inputs.values() if constant(f) is None]
+    return {
+        "inputs that are functions of Python's": not all(isinstance(f, Formula) for f in inputs),
+        "inputs that break": any(isinstance(f, Formula) and f.breakpoints(span) for f in inputs),
+        "breakpoints": bool(method.breakpoints),
+        "a first step that is given": method.first is not None,
+        "a limit of its time by the clock": method.max_seconds < np.inf,
+    }
 
 
 def _of_mode(piece: Solution, mode: Equations, t: float, by: tuple[Event, ...]) -> Solution:

@@ -184,6 +184,7 @@ class ContactRunner:
             "numbers": np.zeros(len(routine.routine.results) + 1),
             "places": np.array(places),
             "always": np.array([*self.layout.always, 0.0], dtype=float),
+            "pressed_by": np.array([-1.0 if m is None else float(m) for m in self.layout.pressed_by]),
             "room": np.zeros(room(k, d, width, always)),
             "s": self.s,
             "y": self.y,

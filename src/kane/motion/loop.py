@@ -190,7 +190,7 @@ def _phase(
         free=solver.name == AUTO,
     )
     kind = NativeCourse if name in INTEGRATORS else ScipyCourse
-    met, fresh = at_start(stepper.now, span[0], start, begin.fresh, begin.rtol)
+    met, fresh = at_start(stepper.now, span[0], start, begin.fresh, begin.rtol, begin.rounded)
     course = kind(stepper, solver, span, start, times, fresh)
     course.pace.begun = begun
     course.since(begin.since)

@@ -12,7 +12,7 @@ from typing import Any
 
 from kane.contacts.equations import MET, U
 from kane.motion.steppers.dense import factor, invert, total, unit
-from kane.numeric.scale import INVERSE_RANK, LAST_DIGIT, ROUNDED_SUM, SIX_DIGITS
+from kane.numeric.scale import INVERSE_RANK, LAST_DIGIT, ROUNDED, ROUNDED_SUM, SIX_DIGITS
 from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Array, Term, Writer
 
@@ -22,6 +22,8 @@ NO_PLACE = -1e6
 """Where a contact has no such row."""
 _TURNS = 60
 """Trials of modes, and of directions of slip, after which Python decides."""
+_AGREEMENTS = 100
+"""Trials until normal forces agree with the couples that they press, after which Python decides."""
 _TURNED = 4 * LAST_DIGIT
 _WORST = 1e10
 """Condition from which on constraints are taken for redundant."""
@@ -33,7 +35,7 @@ def _sizes(k: Any, d: Any, n: Any, pa: Any) -> list[Any]:
     of_touch = [kd * n, kd, kd, kd * n, n, n * n * 2, pa * n, pa * n, pa * pa * 2, pa, pa, kd * kd, kd, kd, n]
     of_problem = [k, kd * kd, kd, kd, k, k, k, kd, k, k]
     of_modes = [kd * kd * 2, kd * kd, kd * kd * 2, kd, kd, kd, kd, kd, kd, kd]
-    return [*of_touch, *of_problem, *of_modes, kd, kd * kd, k, k, k]
+    return [*of_touch, *of_problem, *of_modes, kd, kd * kd, k, k, k, k, kd]
 
 
 def room(k: int, d: int, width: int, always: int) -> int:
@@ -49,11 +51,14 @@ class Decisions:
         names = ("contacts", "dimension", "width", "rows", "always_count", "speeds", "coordinates")
         self.k, self.d, self.width, self.m, self.always_count, self.nu, self.nq = map(w.number, names)
         self.call = w.callee("touch", "float", "array", "array", "array", "array", "array")
-        arrays = ("h", "p", "r", "numbers", "places", "always", "room")
-        self.h, self.p, self.r, self.numbers, self.places, self.always, self.room = map(w.array, arrays)
+        arrays = ("h", "p", "r", "numbers", "places", "always", "pressed_by", "room")
+        self.h, self.p, self.r, self.numbers, self.places, self.always, self.pressed_by, self.room = map(
+            w.array, arrays
+        )
         self.unsure, self.count = w.variable("unsure", INT), w.variable("closed_count", INT)
         self.unknowns, self.changed, self.again = (w.variable(n, INT) for n in ("unknowns", "changed", "again"))
         self.trials, self.rounds = w.variable("trials", INT), w.variable("rounds", INT)
+        self.agreeing, self.agrees = w.variable("agreeing", INT), w.variable("agrees", INT)
         self.cell, self.other = w.variable("cell"), w.variable("other_cell")
         self._offsets()
 
@@ -82,7 +87,7 @@ class Decisions:
             self.own, self.W, self.b, self.terms, self.static, self.kinetic, self.mu, self.dirs, self.kind, self.slides,
             self.L, self.G, self.A, self.x, self.x_errors, self.force, self.a, self.a_errors, self.force_errors, self.at_row,
         ) = places[15:35]  # fmt: skip
-        self.pressing, self.bound, self.first, self.rubs, self.lead = places[35:40]
+        self.pressing, self.bound, self.first, self.rubs, self.lead, self.press, self.mobility_terms = places[35:42]
 
     # ------------------------------------------------------------------------------------------------- small helpers
 
@@ -152,8 +157,17 @@ class Decisions:
         def by_inverse(i: Term, of: Callable[[Term], Term]) -> Term:
             return self.sum(n, lambda j: room[self.inverse + i * n * 2 + n + j] * of(j))
 
-        with w.few(self.k * self.d) as i, w.few(n) as j:
-            room[self.spread + i * n + j] = by_inverse(j, lambda l: room[self.J + i * n + l])
+        with w.few(self.k * self.d) as i:
+            row = self.J + i * n
+
+            def mobile(j: Term, row: Term = row) -> Term:
+                inverse = self.inverse + j * n * 2 + n
+                moved = self.sum(n, lambda l: self.absolute(room[inverse + l] * room[row + l]))
+                return self.absolute(room[row + j]) * moved
+
+            room[self.mobility_terms + i] = self.sum(n, mobile)
+            with w.few(n) as j:
+                room[self.spread + i * n + j] = by_inverse(j, lambda l: room[row + l])
         with w.few(n) as j:
             room[self.free + j] = by_inverse(j, lambda l: numbers[self.forcing + l])
             inverse = self.inverse + j * n * 2 + n
@@ -253,6 +267,7 @@ class Decisions:
             usual.put(0.0)
             with w.few(d) as j:
                 usual.put(self.largest(usual.get(), room[self.W + (n * d + j) * kd + n * d + j]))
+            self.doubt_normal(n, i)
             with w.when(~(usual.get() > 0.0)):
                 usual.put(1.0)
             room[self.rubs + n] = 0.0
@@ -273,12 +288,21 @@ class Decisions:
             room[self.kinetic + n] = kinetic
             with w.when(self.no_place(i, 0)):
                 most = self.largest(self.numbers[self.laws + i * 3], kinetic)
-                held = w.select(impulsive, 0.0, -(usual.get() * most))
+                pressed = w.select(self.pressed_by[i] < 0.0, 1.0, room[self.press + i])
+                held = w.select(impulsive, 0.0, -(usual.get() * most * pressed))
                 room[self.b + n * d] = held
                 room[self.terms + n * d] = self.absolute(held)
                 room[self.static + n] = w.select(most > 0.0, static / most, 0.0)
                 room[self.kinetic + n] = w.select(most > 0.0, kinetic / most, 0.0)
             room[self.kinetic + n] = w.compute("min", room[self.kinetic + n], room[self.static + n])
+
+    def doubt_normal(self, n: Term, i: Term) -> None:
+        """Unsure where no force moves the gap of contact i, the nth of the closed ones: Python names it."""
+        room, d = self.room, self.d
+        terms, own = self.mobility_terms + i * d, n * d
+        every = self.largest(*(room[terms + self.writer.integer(j)] for j in (0, 1)), room[terms + d - 1])
+        least = self.largest(room[terms] * ROUNDED_SUM, every * ROUNDED)
+        self.doubt(~self.no_place(i, 0) & ~(room[self.W + own * self.k * d + own] > least))
 
     def unforced(self, row: Term) -> tuple[Term, Term]:
         """b of a row and its terms, with the viscous friction of the closed contacts."""
@@ -336,6 +360,30 @@ class Decisions:
     def rest_of(self, i: Term) -> Term:
         """Which of the contact's rows it is."""
         return i - self.whole(i) * self.d
+
+    def until_forces_agree(self, solved: Callable[[Callable[[Term], Term]], None]) -> None:
+        """`solved` is asked until the N of contacts that press others are those by which these have been pressed.
+
+        It is given which contacts may be closed: at first not those that others press.
+        """
+        w, room, d = self.writer, self.room, self.d
+        self.agreeing.put(0)
+        self.agrees.put(0)
+        with w.repeat(lambda: self.agrees.get() < 1):
+            self.agrees.put(1)
+            solved(lambda i: (self.pressed_by[i] < 0.0) | (self.agreeing.get() > 0))
+            with w.few(self.k) as i, w.when(self.pressed_by[i] > -0.5):
+                self.cell.put(0.0)
+                with w.few(self.count.get()) as n, w.when(self.pressed_by[i].equals(room[self.own + n])):
+                    self.cell.put(self.largest(room[self.force + n * d], 0.0))
+                apart = self.absolute(self.cell.get() - room[self.press + i]) > self.cell.get() * ROUNDED
+                with w.when(apart | (self.agreeing.get() < 1)):
+                    self.agrees.put(0)
+                room[self.press + i] = self.cell.get()
+            self.agreeing.put(self.agreeing.get() + 1)
+            self.doubt(self.agreeing.get() > _AGREEMENTS)
+            with w.when(self.unsure.get() > 0):
+                self.agrees.put(1)
 
     # -------------------------------------------------------------------------------------------------------- the choice
 

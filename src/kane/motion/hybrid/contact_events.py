@@ -162,9 +162,19 @@ class After:
         """One task, and which is next."""
         w, of = self.w, self.of
         apart = self.doing(_APART)
-        of.problem(
-            lambda i: (self.touching[i] > 0.0) & ~(apart & self.here(i)), self.sliding, self.friction, self.doing(_HIT)
-        )
+
+        def solved(may: Which) -> None:
+            def closed(i: Term) -> Term:
+                off = self.here(i) | of.pressed_by[i].equals(w.compute("float", self.which.get()))
+                return (self.touching[i] > 0.0) & ~(apart & off) & may(i)
+
+            of.problem(closed, self.sliding, self.friction, self.doing(_HIT))
+            with w.when(self.doing(_FORCE)):
+                self.as_it_was()
+            with w.when((self.task.get() >= _APART) & (self.task.get() <= _LAST)):
+                of.choose()
+
+        of.until_forces_agree(solved)
         self.next_task.put(_LAST)
         with w.when(self.doing(_HIT)):
             self.impact()
@@ -176,7 +186,6 @@ class After:
             with w.when(self.is_(OPENS)):
                 self.next_task.put(_APART)
         with w.when((self.task.get() >= _APART) & (self.task.get() <= _LAST)):
-            of.choose()
             self.found.put(0)
             with w.when(apart):
                 self.parts()
@@ -298,15 +307,19 @@ class After:
             slow = self.slip(n) * NOTHING < self.slip_terms(n) * ROUNDED_TERMS
             of.doubt(self.slipping(n) & (self.slip_count[n] > 1.5) & slow)
 
-    def press(self) -> None:
-        """Forces in the modes at hand: against them slip begins; unsure where others vanish with the one that opens."""
+    def as_it_was(self) -> None:
+        """Forces in the modes at hand."""
         w, of = self.w, self.of
-        room, d = of.room, of.d
         with w.few(of.count.get()) as n:
-            room[of.kind + n] = w.select(room[of.slides + n] > 0.0, SLIP, STICK)
-            room[of.mu + n] = room[of.kinetic + n]
+            of.room[of.kind + n] = w.select(of.room[of.slides + n] > 0.0, SLIP, STICK)
+            of.room[of.mu + n] = of.room[of.kinetic + n]
         of.group()
         of.solve()
+
+    def press(self) -> None:
+        """Against the forces in the modes at hand slip begins; unsure where others vanish with the one that opens."""
+        w, of = self.w, self.of
+        room, d = of.room, of.d
         with w.few(of.count.get()) as n:
             i, row = of.index(of.own + n), n * d
             with w.when(self.is_(OPENS) & ~self.here(i)):
@@ -319,6 +332,12 @@ class After:
                     laws = of.laws + of.index(of.own + m) * 3
                     with w.when(of.numbers[laws + 1] >= of.numbers[laws] * (1 - ENDS)), w.few(d - 1) as j:
                         self.sliding[of.index(of.own + m) * (d - 1) + j] = -room[of.force + row + 1 + j] / size
+
+    def together(self) -> None:
+        """Contacts that others press are closed where these are."""
+        w, by = self.w, self.of.pressed_by
+        with w.few(self.of.k) as i, w.when(by[i] > -0.5):
+            self.touching[i] = self.touching[w.compute("int", by[i])]
 
     def impact(self) -> None:
         """y after the impacts of those that touch, and which of them stay closed: `touching`."""
@@ -341,6 +360,7 @@ class After:
             with w.when(v > terms * NOTHING):
                 self.leaving[of.index(of.own + n)] = 1.0
                 self.touching[of.index(of.own + n)] = 0.0
+        self.together()
 
     def change(self, size: Term, impulse: Callable[[Term], Term]) -> None:
         """The speeds after impulses of the rows of the problem."""
@@ -423,6 +443,7 @@ class After:
                 return room[of.spread + of.index(of.at_row + u) * of.width + j] * room[of.x + u]
 
             self.y[of.nq + j] = self.y[of.nq + j] + of.sum(count.get(), moved)
+        self.together()
 
     def is_held(self, i: Term) -> Term:
         """Whether a row of an earlier contact that is held is that of contact i, too."""

@@ -310,12 +310,13 @@ _ORDERS = 4
 
 
 def at_start(
-    now: Routines, t: float, state: Array, known: Mapping[str, float], rtol: float = 0.0
+    now: Routines, t: float, state: Array, known: Mapping[str, float], rtol: float = 0.0, rounded: float = 0.0
 ) -> tuple[list[Met], Fresh]:
     """The system's events that are met at the start of a motion, and how those at their thresholds leave them.
 
     A quantity that leaves in the direction of its event meets it. Leaving is no crossing of an event in both directions. Those in
-    `known`, by name, were met before; their sides are given, but for 0. A state that a motion led to is known to `rtol`: a quantity
+    `known`, by name, were met before; their sides are given, but for 0, and they leave within the share `rounded` of their terms, as a
+    contact does that opens: an action sets values of its own. A state that a motion led to is known to `rtol`: a quantity
     that constraints held at its threshold till then has rates that are as small, and leaves by those that are not.
     """
     share = max(ROUNDED_TERMS, rtol)
@@ -328,8 +329,7 @@ def at_start(
         if event.name in known:
             side = known[event.name]
             order = 1 if side else departure(event, now, t, state, share)[1]
-            # a contact may leave within the rounding of its gap; an action sets values of its own
-            band = _rounding(event, now, t, state, ROUNDED_TERMS) if now.eom.system.modes else 0.0
+            band = _rounding(event, now, t, state, rounded) if rounded else 0.0
             fresh[event.name] = Leaves(side, order, band)
         elif abs(value - event.threshold) <= (band := _rounding(event, now, t, state, share)):
             side, order = departure(event, now, t, state, share)

@@ -35,9 +35,10 @@ OPTIONS = {"method": "auto", "rtol": 1e-9, "atol": 1e-9, "max_step": None, "brea
 class Begin:
     """Values at the start: `q`, and `u` or `rates`; further `states`; the work done so far.
 
-    `fresh` are the events at whose thresholds it begins, by name, with the sides to which their quantities leave. `goes_on` says that
-    it is the end of a motion, `whole` that it is one of the same equations at the same values, and so on the constraints;
-    `rtol` is the relative tolerance of the motion that led there, `since` how long before an action was taken, 0 where none was.
+    `fresh` are the events at whose thresholds it begins, by name, with the sides to which their quantities leave; within the share
+    `rounded` of their terms these may have any sign. `goes_on` says that it is the end of a motion, `whole` that it is one of the same
+    equations at the same values, and so on the constraints; `rtol` is the relative tolerance of the motion that led there, `since` how
+    long before an action was taken, 0 where none was.
     """
 
     q: Any
@@ -50,6 +51,7 @@ class Begin:
     whole: bool = False
     rtol: float = 0.0
     since: float = 0.0
+    rounded: float = 0.0
 
 
 def told(given: Mapping[str, Any], start: Solution | None) -> dict[str, Any]:
