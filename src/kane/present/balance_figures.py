@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Ready figures: the energy and power of a motion, cycles along a branch."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from kane.errors import ArgumentError, SimulationError, cut
+from kane.motion.cycles.branch import CycleBranch
+from kane.motion.solution.solution import Solution
+from kane.numeric.arrays import Array
+from kane.present.figure import Picture, place_of, write
+from kane.present.motion_plots import COLOURS, label_of
+from kane.present.plotted_lines import draw, look
+from kane.present.plotted_runs import Run, finer, pieces, runs_of
+from kane.present.plotted_traces import Axis, Panel, Trace, energies, judged, readable
+from kane.units.rules import unit_text
+
+_LEAST = 1e-6
+"""Share of the mean power that would move the energy's scale, below which powers are what rounding leaves."""
+
+
+def energy_balance(solution: Solution, path: str | Path | None = None) -> Figure:
+    """The energies of a motion; the power of the loads without potential beside dE/dt; what is left of E − E(0) − ∫P dt.
+
+    Parameters
+    ----------
+    solution : a motion, from `simulate`
+    path : file to write, `.png`, `.svg` or `.pdf`
+
+    Raises
+    ------
+    ArgumentError
+        if it is no motion, or the path ends in something else
+    """
+    if not isinstance(solution, Solution):
+        raise ArgumentError(f"Expected a motion from kn.simulate, got {cut(repr(solution))}.")
+    place = place_of(path, 'kn.figures.energy_balance(sol, "energy.svg")')
+    (run,) = runs_of(solution)
+    parts = pieces(run, [values for _, values, _ in energies(solution)])
+    run = run if parts == 1 else finer(run, parts)
+    figure = Picture(figsize=(6.4, 5.6), layout="constrained")
+    axes = figure.subplots(3, 1, sharex=True)
+    for a, panel in zip(axes, _balance(run), strict=True):
+        look(a)
+        draw(a, panel, [""])
+        a.label_outer()
+    if place is not None:
+        write(figure, place)
+    return figure
+
+
+def _balance(run: Run) -> list[Panel]:
+    """The three panels."""
+    motion = run.motion
+    assert isinstance(motion, Solution)
+    eom = motion.equations
+    power, rate = motion[[eom.power, eom.time_derivative(eom.energy)]]
+    scale = motion.energy_check.scale
+    least = _LEAST * scale / (float(np.ptp(motion.t)) or 1.0)
+    rows = {
+        ("energy", "J", 0.0): energies(motion),
+        ("power", "W", least): (("P", power, "-"), ("dE/dt", rate, "--")),
+        ("drift", "J", 0.0): (("E − E(0) − ∫P dt", motion.energy_drift, "-"),),
+    }
+    return [
+        Panel(
+            title,
+            tuple(
+                judged(Trace(Axis(label, unit, values), "", Axis("t", "s", run.t), run.dotted, style, label), floor)
+                for label, values, style in lines
+            ),
+        )
+        for (title, unit, floor), lines in rows.items()
+    ]
+
+
+def cycle_figure(branch: CycleBranch, *quantities: Any, path: str | Path | None = None) -> Figure:
+    """Limit cycles along a branch: the least and the greatest value of quantities over a cycle, and the period, against the parameter.
+
+    Lines are full where cycles are stable, dashed where not; folds, flips and tori are marked.
+
+    Parameters
+    ----------
+    branch : from `cycle.follow`
+    quantities : what motions take, `sol[…]`, with one value each, or mappings from labels to these; without any, the coordinates
+    path : file to write, `.png`, `.svg` or `.pdf`
+
+    Raises
+    ------
+    SimulationError
+        if it is no branch of cycles
+    ArgumentError
+        if the path ends in something else, or a quantity has several values
+    """
+    if not isinstance(branch, CycleBranch):
+        raise SimulationError(f"Expected a branch from cycle.follow, got {cut(repr(branch))}.")
+    place = place_of(path, 'kn.figures.cycle_figure(branch, path="cycles.svg")')
+    coordinates = branch.cycles[0].solution.equations.coordinates if branch.cycles else ()
+    ranges = [_range(branch, what) for what in (quantities or coordinates)]
+    figure = Picture(figsize=(6.4, 0.6 + 1.9 * (len(ranges) + 1)), layout="constrained")
+    axes = list(figure.subplots(len(ranges) + 1, 1, sharex=True, squeeze=False)[:, 0])
+    for a, (label, bounds) in zip(axes, [*ranges, ("T [s]", [branch.periods])], strict=True):
+        look(a)
+        for values in bounds:
+            _along(a, branch, values)
+        _marks(a, branch)
+        a.set_ylabel(label)
+    unit = unit_text(branch.symbol.unit)
+    axes[-1].set_xlabel(label_of(branch.symbol.name) + (f" [{unit}]" if unit else ""))
+    handles, labels = axes[0].get_legend_handles_labels()
+    rows = dict(zip(labels, handles, strict=True))
+    axes[0].legend(
+        rows.values(), rows, frameon=False, ncols=5, loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0.1
+    )
+    if place is not None:
+        write(figure, place)
+    return figure
+
+
+def _range(branch: CycleBranch, what: Any) -> tuple[str, list[Array]]:
+    """A quantity's label, and its least and greatest value over each cycle."""
+    found: list[tuple[float, float]] = []
+    label = ""
+    for cycle in branch.cycles:
+        (run,) = runs_of(cycle.solution)
+        axis = readable(run, what)
+        parts = pieces(run, [axis.values])
+        axis = axis if parts == 1 else readable(finer(run, parts), what)
+        found.append((float(np.nanmin(axis.values)), float(np.nanmax(axis.values))))
+        label = f"{axis.label} [{unit_text(axis.unit)}]" if axis.unit else axis.label
+    return label, list(np.array(found).T)
+
+
+def _along(a: Axes, branch: CycleBranch, values: Array) -> None:
+    """One line along the branch, in stretches of one stability each."""
+    stable = branch.stable
+    cuts = [0, *(np.flatnonzero(stable[1:] != stable[:-1]) + 1).tolist(), len(stable)]
+    for begin, end in pairwise(cuts):
+        rows = slice(begin, min(end + 1, len(stable)))  # up to the next stretch: a line has no gap
+        style, name = ("-", "stable") if stable[begin] else ("--", "unstable")
+        a.plot(branch.values[rows], values[rows], linestyle=style, color=COLOURS[0], linewidth=1.4, label=name)
+
+
+def _marks(a: Axes, branch: CycleBranch) -> None:
+    """Where a cycle comes to be stable, or to be so no more."""
+    kinds: Sequence[str] = list(dict.fromkeys(change.kind for change in branch.changes))
+    for change in branch.changes:
+        colour = COLOURS[1 + kinds.index(change.kind)]
+        a.axvline(change.value, color=colour, linewidth=0.9, linestyle=(0, (4, 2)), label=change.kind)
