@@ -18,11 +18,14 @@ from kane.present.figure import Picture, place_of, write
 from kane.present.motion_plots import COLOURS, label_of
 from kane.present.plotted_lines import draw, look
 from kane.present.plotted_runs import Run, finer, pieces, runs_of
-from kane.present.plotted_traces import Axis, Panel, Trace, energies, judged, readable
+from kane.present.plotted_traces import NOISE, Axis, Panel, Trace, energies, judged, readable
 from kane.units.rules import unit_text
 
 _LEAST = 1e-6
 """Share of the mean power that would move the energy's scale, below which powers are what rounding leaves."""
+_ON_CIRCLE = 1e-4
+"""Multipliers nearer to the unit circle are on it."""
+_KINDS = dict(zip(("fold", "flip", "torus"), COLOURS[1:], strict=False))
 
 
 def energy_balance(solution: Solution, path: str | Path | None = None) -> Figure:
@@ -66,7 +69,7 @@ def _balance(run: Run) -> list[Panel]:
     rows = {
         ("energy", "J", 0.0): energies(motion),
         ("power", "W", least): (("P", power, "-"), ("dE/dt", rate, "--")),
-        ("drift", "J", 0.0): (("E − E(0) − ∫P dt", motion.energy_drift, "-"),),
+        ("drift", "J", NOISE * scale): (("E − E(0) − ∫P dt", motion.energy_drift, "-"),),
     }
     return [
         Panel(
@@ -94,21 +97,25 @@ def cycle_figure(branch: CycleBranch, *quantities: Any, path: str | Path | None 
     Raises
     ------
     SimulationError
-        if it is no branch of cycles
+        if it is no branch of cycles, or has one cycle only
     ArgumentError
         if the path ends in something else, or a quantity has several values
     """
     if not isinstance(branch, CycleBranch):
         raise SimulationError(f"Expected a branch from cycle.follow, got {cut(repr(branch))}.")
     place = place_of(path, 'kn.figures.cycle_figure(branch, path="cycles.svg")')
-    coordinates = branch.cycles[0].solution.equations.coordinates if branch.cycles else ()
-    ranges = [_range(branch, what) for what in (quantities or coordinates)]
+    if len(branch) < 2:
+        raise SimulationError(f"Expected a branch of two cycles or more, got {branch!r}. Follow it further.")
+    coordinates = branch.cycles[0].solution.equations.coordinates
+    rows = _rows(branch)
+    ranges = [_range(rows, what) for what in (quantities or coordinates)]
+    periods = np.array([cycle.period for _, cycle, _ in rows])
     figure = Picture(figsize=(6.4, 0.6 + 1.9 * (len(ranges) + 1)), layout="constrained")
     axes = list(figure.subplots(len(ranges) + 1, 1, sharex=True, squeeze=False)[:, 0])
-    for a, (label, bounds) in zip(axes, [*ranges, ("T [s]", [branch.periods])], strict=True):
+    for a, (label, bounds) in zip(axes, [*ranges, ("T [s]", [periods])], strict=True):
         look(a)
         for values in bounds:
-            _along(a, branch, values)
+            _along(a, rows, values)
         _marks(a, branch)
         a.set_ylabel(label)
     unit = unit_text(branch.symbol.unit)
@@ -123,11 +130,23 @@ def cycle_figure(branch: CycleBranch, *quantities: Any, path: str | Path | None 
     return figure
 
 
-def _range(branch: CycleBranch, what: Any) -> tuple[str, list[Array]]:
+def _rows(branch: CycleBranch) -> list[tuple[float, Any, bool]]:
+    """Value, cycle, and whether those from it to the next are stable; cycles at which stability changes are among them."""
+    rows: list[tuple[float, Any, bool]] = []
+    for k, (value, cycle) in enumerate(zip(branch.values.tolist(), branch.cycles, strict=True)):
+        rows.append((value, cycle, cycle.stable))
+        met = [change for change in branch.changes if change.between[0] == k]
+        for change in sorted(met, key=lambda change: abs(change.value - value)):
+            others = np.abs(change.cycle.multipliers) > 1 + _ON_CIRCLE
+            rows.append((change.value, change.cycle, not change.grows and not others.any()))
+    return rows
+
+
+def _range(rows: Sequence[tuple[float, Any, bool]], what: Any) -> tuple[str, list[Array]]:
     """A quantity's label, and its least and greatest value over each cycle."""
     found: list[tuple[float, float]] = []
     label = ""
-    for cycle in branch.cycles:
+    for _, cycle, _ in rows:
         (run,) = runs_of(cycle.solution)
         axis = readable(run, what)
         parts = pieces(run, [axis.values])
@@ -137,19 +156,18 @@ def _range(branch: CycleBranch, what: Any) -> tuple[str, list[Array]]:
     return label, list(np.array(found).T)
 
 
-def _along(a: Axes, branch: CycleBranch, values: Array) -> None:
+def _along(a: Axes, rows: Sequence[tuple[float, Any, bool]], values: Array) -> None:
     """One line along the branch, in stretches of one stability each."""
-    stable = branch.stable
+    at = np.array([value for value, _, _ in rows])
+    stable = np.array([flag for _, _, flag in rows])[:-1]
     cuts = [0, *(np.flatnonzero(stable[1:] != stable[:-1]) + 1).tolist(), len(stable)]
     for begin, end in pairwise(cuts):
-        rows = slice(begin, min(end + 1, len(stable)))  # up to the next stretch: a line has no gap
         style, name = ("-", "stable") if stable[begin] else ("--", "unstable")
-        a.plot(branch.values[rows], values[rows], linestyle=style, color=COLOURS[0], linewidth=1.4, label=name)
+        here = slice(begin, end + 1)
+        a.plot(at[here], values[here], linestyle=style, color=COLOURS[0], linewidth=1.4, label=name)
 
 
 def _marks(a: Axes, branch: CycleBranch) -> None:
     """Where a cycle comes to be stable, or to be so no more."""
-    kinds: Sequence[str] = list(dict.fromkeys(change.kind for change in branch.changes))
     for change in branch.changes:
-        colour = COLOURS[1 + kinds.index(change.kind)]
-        a.axvline(change.value, color=colour, linewidth=0.9, linestyle=(0, (4, 2)), label=change.kind)
+        a.axvline(change.value, color=_KINDS[change.kind], linewidth=0.9, linestyle=(0, (4, 2)), label=change.kind)

@@ -13,7 +13,7 @@ from kane.present.motion_plots import COLOURS
 from kane.present.plotted_traces import Panel, Trace
 from kane.units.rules import unit_text
 
-_LABELS, _LETTERS, _AXIS = 12, 48, 16
+_LABELS, _LETTERS, _AXIS = 12, 72, 16
 """Lines beyond which a panel has no legend; letters of a legend's width; letters beyond which a label is not beside anything."""
 _BESIDE, _APART, _AWAY = 6, 0.1, 0.2
 """Lines that may have their names at their ends, what these take of a panel's height, and how far from its end a name may lie."""
@@ -156,7 +156,7 @@ def _legend(a: Axes, notes_only: bool = False) -> None:
     ]
     if not rows or len(rows) > _LABELS:
         return
-    columns = max(1, 2 * _LETTERS // (6 + max(_letters(label) for _, label in rows)))
+    columns = max(1, _LETTERS // (8 + max(_letters(label) for _, label in rows)))
     a.legend(
         [handle for handle, _ in rows],
         [label for _, label in rows],
@@ -165,6 +165,7 @@ def _legend(a: Axes, notes_only: bool = False) -> None:
         loc="lower left",
         bbox_to_anchor=(0, 1),
         borderaxespad=0.1,
+        fontsize=9,
     )
 
 

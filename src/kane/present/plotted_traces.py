@@ -24,7 +24,7 @@ from kane.write.arrange import to_text
 
 _LETTERS = 48
 """Letters beyond which a label is cut."""
-_NOISE = 1e-12
+NOISE = 1e-12
 """Share of the size of its terms below which a sum is what rounding leaves; or of a panel, which then shows nothing of it."""
 _FAINT = 1e-3
 """Share of the absolute tolerance below which values of the state are what rounding leaves."""
@@ -96,7 +96,19 @@ def _smooth(run: Run, quantities: Sequence[Any]) -> Keyed:
     traces = _of(run, quantities)
     curves = [axis.values for _, trace in traces if not trace.note for axis in (trace.y, trace.x)]
     parts = pieces(run, curves)
-    return traces if parts == 1 else _of(finer(run, parts), quantities)
+    if parts > 1:
+        run = finer(run, parts)
+        traces = _of(run, quantities)
+    return [(key, _parted(trace, run) if key[1] is _ACROSS else trace) for key, trace in traces]
+
+
+def _parted(trace: Trace, run: Run) -> Trace:
+    """A path with a gap where a phase of the motion begins: what jumps does not pass by the places between."""
+    if not isinstance(run.motion, Solution):
+        return trace
+    gaps = np.flatnonzero(np.diff(run.motion.phase)) + 1
+    x, y = (replace(axis, values=np.insert(axis.values, gaps, np.nan)) for axis in (trace.x, trace.y))
+    return replace(trace, x=x, y=y)
 
 
 def _of(run: Run, quantities: Sequence[Any]) -> Keyed:
@@ -234,7 +246,7 @@ def _floor(motion: Solution, e: Expr) -> float:
         return _FAINT * motion.atol if e in motion.equations.state else 0.0
     if not e.args:
         return 0.0
-    return _NOISE * largest(np.asarray(motion[size_of_terms(e)]))
+    return NOISE * largest(np.asarray(motion[size_of_terms(e)]))
 
 
 def judged(trace: Trace, floor: float) -> Trace:
@@ -252,7 +264,7 @@ def _apart(key: Any, traces: Sequence[Trace]) -> Iterator[Panel]:
         yield Panel(title, tuple(traces), across=True)
         return
     top = max(trace.size for trace in traces)
-    traces = [judged(trace, max(trace.floor, _NOISE * top)) for trace in traces]
+    traces = [judged(trace, max(trace.floor, NOISE * top)) for trace in traces]
     by_quantity: dict[str, float] = {}
     for trace in traces:
         by_quantity[trace.label] = max(by_quantity.get(trace.label, 0.0), trace.size if not trace.note else 0.0)
