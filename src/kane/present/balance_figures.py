@@ -2,6 +2,7 @@
 """Ready figures: the energy and power of a motion, cycles along a branch."""
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from kane.numeric.arrays import Array
 from kane.present.figure import Picture, place_of, write
 from kane.present.motion_plots import COLOURS, label_of
 from kane.present.plotted_lines import draw, look
-from kane.present.plotted_runs import Run, finer, pieces, runs_of
+from kane.present.plotted_runs import Run, runs_of, smooth
 from kane.present.plotted_traces import NOISE, Axis, Panel, Trace, energies, judged, readable
 from kane.units.rules import unit_text
 
@@ -45,17 +46,21 @@ def energy_balance(solution: Solution, path: str | Path | None = None) -> Figure
         raise ArgumentError(f"Expected a motion from kn.simulate, got {cut(repr(solution))}.")
     place = place_of(path, 'kn.figures.energy_balance(sol, "energy.svg")')
     (run,) = runs_of(solution)
-    parts = pieces(run, [values for _, values, _ in energies(solution)])
-    run = run if parts == 1 else finer(run, parts)
     figure = Picture(figsize=(6.4, 5.6), layout="constrained")
     axes = figure.subplots(3, 1, sharex=True)
-    for a, panel in zip(axes, _balance(run), strict=True):
+    _, made = smooth(run, _balance, _seen)
+    for a, panel in zip(axes, made, strict=True):
         look(a)
         draw(a, panel, [""])
         a.label_outer()
     if place is not None:
         write(figure, place)
     return figure
+
+
+def _seen(made: Sequence[Panel]) -> list[Array]:
+    """The curves of energies and powers; what is left has corners of its own."""
+    return [trace.y.values for panel in made[:2] for trace in panel.traces if not trace.note]
 
 
 def _balance(run: Run) -> list[Panel]:
@@ -121,9 +126,16 @@ def cycle_figure(branch: CycleBranch, *quantities: Any, path: str | Path | None 
     unit = unit_text(branch.symbol.unit)
     axes[-1].set_xlabel(label_of(branch.symbol.name) + (f" [{unit}]" if unit else ""))
     handles, labels = axes[0].get_legend_handles_labels()
-    rows = dict(zip(labels, handles, strict=True))
+    named = dict(zip(labels, handles, strict=True))
     axes[0].legend(
-        rows.values(), rows, frameon=False, ncols=5, loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0.1
+        named.values(),
+        named,
+        fontsize=9,
+        frameon=False,
+        ncols=5,
+        loc="lower left",
+        bbox_to_anchor=(0, 1),
+        borderaxespad=0.1,
     )
     if place is not None:
         write(figure, place)
@@ -148,9 +160,7 @@ def _range(rows: Sequence[tuple[float, Any, bool]], what: Any) -> tuple[str, lis
     label = ""
     for _, cycle, _ in rows:
         (run,) = runs_of(cycle.solution)
-        axis = readable(run, what)
-        parts = pieces(run, [axis.values])
-        axis = axis if parts == 1 else readable(finer(run, parts), what)
+        _, axis = smooth(run, partial(readable, what=what), lambda axis: [axis.values])
         found.append((float(np.nanmin(axis.values)), float(np.nanmax(axis.values))))
         label = f"{axis.label} [{unit_text(axis.unit)}]" if axis.unit else axis.label
     return label, list(np.array(found).T)

@@ -72,8 +72,9 @@ def _letters(label: str) -> int:
 def _axes(a: Axes, panel: Panel, quantities: Sequence[str]) -> None:
     """Names and units on the axes: a quantity's name where it is the only one."""
     if panel.across:
+        puts: tuple[Any, ...] = (a.set_xlabel, a.set_ylabel)
         sides = [[trace.x for trace in panel.traces], [trace.y for trace in panel.traces]]
-        for side, put in zip(sides, (a.set_xlabel, a.set_ylabel), strict=True):
+        for side, put in zip(sides, puts, strict=True):
             names = dict.fromkeys(axis.label for axis in side)
             put(_with_units(next(iter(names)) if len(names) == 1 else "", [axis.unit for axis in side]))
         if {axis.unit for side in sides for axis in side} == {"m"}:

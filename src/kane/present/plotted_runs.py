@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What `plot` draws of: one or several motions by their names, and passages of a section; and a motion with more samples between."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -13,12 +13,16 @@ from kane.motion.cycles.section import SectionPoints
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 
+R = TypeVar("R")
+
 _MOST = 4000
 """Samples that are drawn of a motion at most, where it has not more of its own."""
-_BEND = 0.01
+_BEND = 0.003
 """Share of a panel by which a sample may lie beside the line through its neighbours: at half the distance a corner is not seen."""
 _FEW = 9
 """Samples of which no more can be said than that they are few."""
+_ROUNDS = 2
+"""Few samples do not tell how much they miss: it is asked once more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +75,20 @@ def runs_of(solution: Any) -> list[Run]:
     return [Run(label, motion, isinstance(motion, SectionPoints)) for label, motion in named]
 
 
-def pieces(run: Run, curves: Sequence[Array]) -> int:
+def smooth(run: Run, read: Callable[[Run], R], curves: Callable[[R], Sequence[Array]]) -> tuple[Run, R]:
+    """The run with samples enough that none of the curves of what is read has corners to be seen, and what is read of it."""
+    fine, found, parts = run, read(run), 1
+    for _ in range(_ROUNDS):
+        more = _pieces(fine, curves(found))
+        if more == 1:
+            break
+        parts *= more
+        fine = _finer(run, parts)
+        found = read(fine)
+    return fine, found
+
+
+def _pieces(run: Run, curves: Sequence[Array]) -> int:
     """Into how many pieces each step between samples is to be cut, so that none of the curves has corners to be seen."""
     if run.dotted or len(run.t) < 2 or not curves:
         return 1
@@ -95,7 +112,7 @@ def _span(values: Array) -> float:
     return float(np.ptp(known)) if len(known) else 0.0
 
 
-def finer(run: Run, parts: int) -> Run:
+def _finer(run: Run, parts: int) -> Run:
     """The motion with `parts` − 1 more samples in each step, read off the integrator's polynomials.
 
     Where these are not at hand, as of a motion from a file, its samples are drawn as dots on the line, to be seen as such.

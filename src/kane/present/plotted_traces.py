@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Quantities of motions as lines with labels and units, and which of them share a panel."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 from kane.dynamics.readings.quantities import asked
 from kane.errors import ArgumentError, UnitError, cut
 from kane.expr.node import Expr, as_expr
-from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
+from kane.expr.ops import ADD, DIV, MUL, NEG, SUB, Op
 from kane.expr.symbols import Symbol
 from kane.expr.visit import fold
 from kane.model.unit_checks import unit_in
@@ -18,7 +18,7 @@ from kane.motion.cycles.section import SectionPoints
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.present.motion_plots import label_of
-from kane.present.plotted_runs import Run, finer, pieces
+from kane.present.plotted_runs import Run, smooth
 from kane.space.vector import Vector
 from kane.write.arrange import to_text
 
@@ -93,12 +93,11 @@ def panels(runs: Sequence[Run], quantities: Sequence[Any]) -> list[Panel]:
 
 def _smooth(run: Run, quantities: Sequence[Any]) -> Keyed:
     """The lines of a run without corners: with samples between its own where these are too few."""
-    traces = _of(run, quantities)
-    curves = [axis.values for _, trace in traces if not trace.note for axis in (trace.y, trace.x)]
-    parts = pieces(run, curves)
-    if parts > 1:
-        run = finer(run, parts)
-        traces = _of(run, quantities)
+
+    def curves(traces: Keyed) -> list[Array]:
+        return [axis.values for _, trace in traces if not trace.note for axis in (trace.y, trace.x)]
+
+    run, traces = smooth(run, lambda r: _of(r, quantities), curves)
     return [(key, _parted(trace, run) if key[1] is _ACROSS else trace) for key, trace in traces]
 
 
@@ -214,7 +213,7 @@ def _cut(text: str) -> str:
 
 # What rounding leaves --------------------------------------------------------------------------------------------------------
 
-_SIZES = {
+_SIZES: dict[Op, Callable[..., Any]] = {
     ADD: lambda a, b: a + b,
     SUB: lambda a, b: a + b,
     MUL: lambda a, b: a * b,
@@ -243,7 +242,7 @@ def size_of_terms(e: Expr) -> Expr:
 def _floor(motion: Solution, e: Expr) -> float:
     """The size below which the values of an expression are rounding errors."""
     if isinstance(e, Symbol):
-        return _FAINT * motion.atol if e in motion.equations.state else 0.0
+        return _FAINT * motion.atol if any(e is s for s in motion.equations.state) else 0.0
     if not e.args:
         return 0.0
     return NOISE * largest(np.asarray(motion[size_of_terms(e)]))
