@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 import kane as kn
 from kane.gallery.contacts import bouncing_ball, simplest_walker
-from kane.present import COLOURS, asset, size_of_terms, spread
+from kane.present import COLOURS, asset, bend, size_of_terms, spread
 
 A, B, OMEGA = 0.3, 0.2, 4.0
 """x = A cos Ωt, y = B sin Ωt of a mass on a spring, in a plane; z stays."""
@@ -69,6 +69,16 @@ def test_enough_samples_are_drawn_as_they_are(eom):
     fine = moved(eom, samples=401)
     (line,) = drawn(kn.plot(fine, "x").axes[0]).values()
     assert np.array_equal(line.get_data(), [fine.t, fine["x"]])
+
+
+def test_what_bends_says_how_many_samples_are_wanted():
+    """Of y = t² at any times: the middle of three lies (t₁ − t₀)(t₂ − t₁) beside the line; a straight line needs none."""
+    t = np.array([0, 0.1, 0.4, 0.5, 0.5, 1.0])
+    phase = np.array([0, 0, 0, 0, 1, 1])
+    assert bend(t, phase, t**2) == pytest.approx(0.03)
+    assert bend(t, phase, 3 * t + 1) < 1e-15
+    assert bend(t, phase, np.where(t == 0.1, np.nan, t**2)) == 0
+    assert bend(t, phase, np.full(6, np.nan)) == 0
 
 
 def test_where_nothing_is_known_between_samples_are_dots(sol):

@@ -10,6 +10,7 @@ import numpy as np
 from kane.equations.equations import Equations
 from kane.errors import ArgumentError, SimulationError, cut
 from kane.motion.cycles.section import SectionPoints
+from kane.motion.solution.phases import Indices
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 
@@ -93,23 +94,24 @@ def _pieces(run: Run, curves: Sequence[Array]) -> int:
     if run.dotted or len(run.t) < 2 or not curves:
         return 1
     own = run.motion.phase if isinstance(run.motion, Solution) else np.zeros(len(run.t), dtype=np.int64)
-    inside = own[2:] == own[:-2]
-    worst = max(
-        (
-            float(np.max(np.abs(c[2:] - 2 * c[1:-1] + c[:-2])[inside], initial=0)) / size / 2
-            for c in curves
-            if (size := _span(c))
-        ),
-        default=0.0,
-    )
+    worst = max((bend(run.t, own, curve) for curve in curves), default=0.0)
     least = 8 if len(run.t) < _FEW else 1
     wanted = max(least, int(np.ceil(np.sqrt(worst / _BEND))))
     return max(1, min(wanted, 64, _MOST // len(run.t)))
 
 
-def _span(values: Array) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.ptp(known)) if len(known) else 0.0
+def bend(t: Array, phase: Indices, values: Array) -> float:
+    """The furthest that a sample lies beside the line through its neighbours of the same phase, as a share of all values' range."""
+    before, after = np.diff(t)[:-1], np.diff(t)[1:]
+    inside = (
+        (phase[2:] == phase[:-2]) & (before > 0) & (after > 0) & np.isfinite(values[2:] + values[1:-1] + values[:-2])
+    )
+    size = float(np.ptp(values[np.isfinite(values)])) if np.isfinite(values).any() else 0.0
+    if not size or not inside.any():
+        return 0.0
+    first, middle, last = (part[inside] for part in (values[:-2], values[1:-1], values[2:]))
+    share = before[inside] / (before + after)[inside]
+    return float(np.max(np.abs(middle - first - share * (last - first)))) / size
 
 
 def _finer(run: Run, parts: int) -> Run:
