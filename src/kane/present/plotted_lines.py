@@ -181,6 +181,7 @@ def draw_modes(a: Axes, rows: Sequence[tuple[str, Array, Any]]) -> None:
             used[word] = None
             a.broken_barh([(start, t[end] - start)], (-k - 0.4, 0.8), facecolor=_MODES[word], label=label)
         a.annotate(name, (0, -k), (4, 0), ("axes fraction", "data"), "offset points", va="center", fontsize="small")
+    a.margins(x=0.01)
     a.set(yticks=[], ylim=(-len(rows) + 0.5, 0.5))
     for side in ("left", "right", "top"):
         a.spines[side].set_visible(False)
