@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The pictures of the tutorials and of the gallery, and the gallery's page: `make figures` makes them anew.
+"""The pictures of the tutorials, of the page on plots and of the gallery, and the gallery's page: `make figures` makes them anew.
 
 Plots are those that the listings of the tutorials write; sketches are of what is called `system` in them, and of each system of the
 gallery. Run it after a change of these.
@@ -31,6 +31,8 @@ from tests.docs.snippets import blocks
 DOCS = Path(__file__).resolve().parent
 STATIC = DOCS / "_static"
 TUTORIALS = ("pendulum", "cart", "four_bar", "engine", "disk", "quadcopter", "stick_slip", "chain")
+PLOTS = ("phase", "runs", "section", "cycles", "energy")
+"""Figures of `howto/plotting.md` that are kept."""
 GROUPS = {
     "": "Pendulums, tops and linkages",
     "rolling": "Rolling and skating",
@@ -81,20 +83,32 @@ def _card(name: str) -> str:
 def tutorials() -> Iterator[tuple[str, Any]]:
     """Name and system of each tutorial, whose listings run in a folder of their own; what they draw goes to `_static/tutorial`."""
     for name in TUTORIALS:
-        page = (DOCS / "tutorial" / f"{name}.md").read_text(encoding="utf-8")
-        with tempfile.TemporaryDirectory() as folder:
-            script = Path(folder) / "page.py"
-            script.write_text("".join(block.code for block in blocks(page)), encoding="utf-8")
-            here = Path.cwd()
-            os.chdir(folder)
-            try:
-                with contextlib.redirect_stdout(io.StringIO()):
-                    found = runpy.run_path(str(script))
-            finally:
-                os.chdir(here)
-            for made in Path(folder).glob("*.svg"):
-                (STATIC / "tutorial" / made.name).write_text(_settled(made.read_text("utf-8")), encoding="utf-8")
+        pictures, found = _run(DOCS / "tutorial" / f"{name}.md")
+        for made, svg in pictures.items():
+            (STATIC / "tutorial" / made).write_text(svg, encoding="utf-8")
         yield f"tutorial_{name}", found["system"]
+
+
+def plotting() -> None:
+    """The pictures of the page on plots."""
+    pictures, _ = _run(DOCS / "howto" / "plotting.md")
+    for name in PLOTS:
+        (STATIC / f"plot_{name}.svg").write_text(pictures[f"{name}.svg"], encoding="utf-8")
+
+
+def _run(page: Path) -> tuple[dict[str, str], dict[str, Any]]:
+    """The SVGs that a page's listings write, and what they define."""
+    with tempfile.TemporaryDirectory() as folder:
+        script = Path(folder) / "page.py"
+        script.write_text("".join(block.code for block in blocks(page.read_text(encoding="utf-8"))), encoding="utf-8")
+        here = Path.cwd()
+        os.chdir(folder)
+        try:
+            with contextlib.redirect_stdout(io.StringIO()):
+                found = runpy.run_path(str(script))
+        finally:
+            os.chdir(here)
+        return {made.name: _settled(made.read_text("utf-8")) for made in Path(folder).glob("*.svg")}, found
 
 
 def _settled(svg: str) -> str:
@@ -161,6 +175,7 @@ def main() -> None:
     mpl.rcParams.update({"svg.hashsalt": "kane", "svg.fonttype": "path"})
     for folder in ("tutorial", "sketches"):
         (STATIC / folder).mkdir(exist_ok=True)
+    plotting()
     partial_velocity(STATIC / "tutorial" / "partial_velocity.svg")
     moving_disk(STATIC / "disk.webp")
     for name, system in [*tutorials(), *((name, load(name).system()) for name in GALLERY)]:

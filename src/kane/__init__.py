@@ -204,6 +204,7 @@ _NAMES = {
     "motion.prepared": "Prepared prepare",
     "motion.simulate": "simulate",
     "motion.solution.solution": "Solution",
+    "present.balance_figures": "cycle_figure energy_balance",
     "present.mode_figures": "beam_figure mode_figure campbell_diagram root_locus",
     "present.animation": "Animation animate",
     "present.check_figures": "Check",

@@ -7,6 +7,7 @@ from kane.lazy_imports import offered
 
 if TYPE_CHECKING:
     from kane.present.animation import Animation, animate
+    from kane.present.balance_figures import cycle_figure, energy_balance
     from kane.present.check_figures import Check
     from kane.present.figure import plot
     from kane.present.mode_figures import beam_figure, campbell_diagram, mode_figure, root_locus
@@ -20,6 +21,7 @@ __getattr__ = offered(
     __name__,
     {
         ".present.animation": "Animation animate",
+        ".present.balance_figures": "cycle_figure energy_balance",
         ".present.check_figures": "Check",
         ".present.figure": "plot",
         ".present.mode_figures": "beam_figure campbell_diagram mode_figure root_locus",
@@ -41,6 +43,8 @@ __all__ = [
     "animate",
     "beam_figure",
     "campbell_diagram",
+    "cycle_figure",
+    "energy_balance",
     "mode_figure",
     "plot",
     "report",

@@ -8,9 +8,12 @@ __getattr__ = offered(
     {
         "first_screen": "first_screen terms",
         "mode_figures": "through_meetings",
+        "plotted_lines": "spread",
+        "plotted_runs": "bend",
+        "plotted_traces": "size_of_terms",
         "check_figures": "motion_checks",
         "formula_list": "WIDTH formulas step_text wrapped",
-        "motion_plots": "level plots",
+        "motion_plots": "COLOURS level plots",
         "notebook.typeset": "ROWS either escaped listed math table",
         "provenance": "versions",
         "report": "asset chapters",

@@ -21,7 +21,7 @@ from kane.motion.cycles.branch import CycleBranch
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EQUAL, ROUNDED_ROOT
-from kane.present.motion_plots import label_of
+from kane.present.motion_plots import COLOURS, label_of
 from kane.units.rules import unit_text
 
 _STATIONS = 33
@@ -126,7 +126,7 @@ Complex = npt.NDArray[np.complex128]
 _ENDS = np.array([0.0, 1.0])
 _POINTS = 12
 """Rows drawn on each side of a meeting."""
-_LINE, _GUIDE, _TURN, _GROWS = "#1f5fa8", "0.6", "#555555", "#b3261e"
+_LINE, _GUIDE, _TURN, _GROWS = COLOURS[0], "0.6", "#555555", "#b3261e"
 
 
 def root_locus(branch: Branch | CycleBranch, path: str | Path | None = None) -> Figure:
@@ -246,6 +246,8 @@ def _column(rows: int, height: float, below: str) -> tuple[Figure, list[Any]]:
 
 
 def _style(a: Any) -> None:
+    if not a.lines:
+        a.set_prop_cycle(color=COLOURS)
     a.grid(True, color="0.9", linewidth=0.6)
     a.set_axisbelow(True)
     for side in ("top", "right"):

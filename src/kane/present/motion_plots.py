@@ -30,6 +30,8 @@ def label_of(name: str, latex: Callable[[str], str] = latex_name) -> str:
 INK, RULE, FAINT = "#010203", "#010204", "#010205"
 SERIES = tuple(f"#0203{i:02x}" for i in range(1, 7))
 """Stand-ins that `to_svg` replaces by the page's colours."""
+COLOURS = ("#0b5cad", "#c2410c", "#1a7f37", "#7c3aad", "#b3266b", "#0e7490")
+"""The page's colours of series on light paper, for figures outside of a page."""
 
 _THEME = {INK: "currentColor", RULE: "var(--rule)", FAINT: "var(--faint)"} | {
     c: f"var(--series-{i})" for i, c in enumerate(SERIES, 1)

@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Ready figures: the energy and power of a motion, cycles along a branch."""
+
+from collections.abc import Sequence
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from kane.errors import ArgumentError, SimulationError, cut
+from kane.motion.cycles.branch import CycleBranch
+from kane.motion.solution.solution import Solution
+from kane.numeric.arrays import Array
+from kane.present.figure import Picture, place_of, write
+from kane.present.motion_plots import COLOURS, label_of
+from kane.present.plotted_lines import draw, look
+from kane.present.plotted_runs import Run, runs_of, smooth
+from kane.present.plotted_traces import NOISE, Axis, Panel, Trace, energies, judged, readable
+from kane.units.rules import unit_text
+
+_LEAST = 1e-6
+"""Share of the mean power that would move the energy's scale, below which powers are what rounding leaves."""
+_ON_CIRCLE = 1e-4
+"""Multipliers nearer to the unit circle are on it."""
+_KINDS = dict(zip(("fold", "flip", "torus"), COLOURS[1:], strict=False))
+
+
+def energy_balance(solution: Solution, path: str | Path | None = None) -> Figure:
+    """The energies of a motion; the power of the loads without potential beside dE/dt; what is left of E − E(0) − ∫P dt.
+
+    Parameters
+    ----------
+    solution : a motion, from `simulate`
+    path : file to write, `.png`, `.svg` or `.pdf`
+
+    Raises
+    ------
+    ArgumentError
+        if it is no motion, or the path ends in something else
+    """
+    if not isinstance(solution, Solution):
+        raise ArgumentError(f"Expected a motion from kn.simulate, got {cut(repr(solution))}.")
+    place = place_of(path, 'kn.figures.energy_balance(sol, "energy.svg")')
+    (run,) = runs_of(solution)
+    figure = Picture(figsize=(6.4, 5.6), layout="constrained")
+    axes = figure.subplots(3, 1, sharex=True)
+    _, made = smooth(run, _balance, _seen)
+    for a, panel in zip(axes, made, strict=True):
+        look(a)
+        draw(a, panel, [""])
+        a.label_outer()
+    if place is not None:
+        write(figure, place)
+    return figure
+
+
+def _seen(made: Sequence[Panel]) -> list[Array]:
+    """The curves of energies and powers; what is left has corners of its own."""
+    return [trace.y.values for panel in made[:2] for trace in panel.traces if not trace.note]
+
+
+def _balance(run: Run) -> list[Panel]:
+    """The three panels."""
+    motion = run.motion
+    assert isinstance(motion, Solution)
+    eom = motion.equations
+    power, rate = motion[[eom.power, eom.time_derivative(eom.energy)]]
+    scale = motion.energy_check.scale
+    least = _LEAST * scale / (float(np.ptp(motion.t)) or 1.0)
+    rows = {
+        ("energy", "J", 0.0): energies(motion),
+        ("power", "W", least): (("P", power, "-"), ("dE/dt", rate, "--")),
+        ("drift", "J", NOISE * scale): (("E − E(0) − ∫P dt", motion.energy_drift, "-"),),
+    }
+    return [
+        Panel(
+            title,
+            tuple(
+                judged(Trace(Axis(label, unit, values), "", Axis("t", "s", run.t), run.dotted, style, label), floor)
+                for label, values, style in lines
+            ),
+        )
+        for (title, unit, floor), lines in rows.items()
+    ]
+
+
+def cycle_figure(branch: CycleBranch, *quantities: Any, path: str | Path | None = None) -> Figure:
+    """Limit cycles along a branch: the least and the greatest value of quantities over a cycle, and the period, against the parameter.
+
+    Lines are full where cycles are stable, dashed where not; folds, flips and tori are marked.
+
+    Parameters
+    ----------
+    branch : from `cycle.follow`
+    quantities : what motions take, `sol[…]`, with one value each, or mappings from labels to these; without any, the coordinates
+    path : file to write, `.png`, `.svg` or `.pdf`
+
+    Raises
+    ------
+    SimulationError
+        if it is no branch of cycles, or has one cycle only
+    ArgumentError
+        if the path ends in something else, or a quantity has several values
+    """
+    if not isinstance(branch, CycleBranch):
+        raise SimulationError(f"Expected a branch from cycle.follow, got {cut(repr(branch))}.")
+    place = place_of(path, 'kn.figures.cycle_figure(branch, path="cycles.svg")')
+    if len(branch) < 2:
+        raise SimulationError(f"Expected a branch of two cycles or more, got {branch!r}. Follow it further.")
+    coordinates = branch.cycles[0].solution.equations.coordinates
+    rows = _rows(branch)
+    ranges = [_range(rows, what) for what in (quantities or coordinates)]
+    periods = np.array([cycle.period for _, cycle, _ in rows])
+    figure = Picture(figsize=(6.4, 0.6 + 1.9 * (len(ranges) + 1)), layout="constrained")
+    axes = list(figure.subplots(len(ranges) + 1, 1, sharex=True, squeeze=False)[:, 0])
+    for a, (label, bounds) in zip(axes, [*ranges, ("T [s]", [periods])], strict=True):
+        look(a)
+        for values in bounds:
+            _along(a, rows, values)
+        _marks(a, branch)
+        a.set_ylabel(label)
+    unit = unit_text(branch.symbol.unit)
+    axes[-1].set_xlabel(label_of(branch.symbol.name) + (f" [{unit}]" if unit else ""))
+    handles, labels = axes[0].get_legend_handles_labels()
+    named = dict(zip(labels, handles, strict=True))
+    axes[0].legend(
+        named.values(),
+        named,
+        fontsize=9,
+        frameon=False,
+        ncols=5,
+        loc="lower left",
+        bbox_to_anchor=(0, 1),
+        borderaxespad=0.1,
+    )
+    if place is not None:
+        write(figure, place)
+    return figure
+
+
+def _rows(branch: CycleBranch) -> list[tuple[float, Any, bool]]:
+    """Value, cycle, and whether those from it to the next are stable; cycles at which stability changes are among them."""
+    rows: list[tuple[float, Any, bool]] = []
+    for k, (value, cycle) in enumerate(zip(branch.values.tolist(), branch.cycles, strict=True)):
+        rows.append((value, cycle, cycle.stable))
+        met = [change for change in branch.changes if change.between[0] == k]
+        for change in sorted(met, key=lambda change: abs(change.value - value)):
+            others = np.abs(change.cycle.multipliers) > 1 + _ON_CIRCLE
+            rows.append((change.value, change.cycle, not change.grows and not others.any()))
+    return rows
+
+
+def _range(rows: Sequence[tuple[float, Any, bool]], what: Any) -> tuple[str, list[Array]]:
+    """A quantity's label, and its least and greatest value over each cycle."""
+    found: list[tuple[float, float]] = []
+    label = ""
+    for _, cycle, _ in rows:
+        (run,) = runs_of(cycle.solution)
+        _, axis = smooth(run, partial(readable, what=what), lambda axis: [axis.values])
+        found.append((float(np.nanmin(axis.values)), float(np.nanmax(axis.values))))
+        label = f"{axis.label} [{unit_text(axis.unit)}]" if axis.unit else axis.label
+    return label, list(np.array(found).T)
+
+
+def _along(a: Axes, rows: Sequence[tuple[float, Any, bool]], values: Array) -> None:
+    """One line along the branch, in stretches of one stability each."""
+    at = np.array([value for value, _, _ in rows])
+    stable = np.array([flag for _, _, flag in rows])[:-1]
+    cuts = [0, *(np.flatnonzero(stable[1:] != stable[:-1]) + 1).tolist(), len(stable)]
+    for begin, end in pairwise(cuts):
+        style, name = ("-", "stable") if stable[begin] else ("--", "unstable")
+        here = slice(begin, end + 1)
+        a.plot(at[here], values[here], linestyle=style, color=COLOURS[0], linewidth=1.4, label=name)
+
+
+def _marks(a: Axes, branch: CycleBranch) -> None:
+    """Where a cycle comes to be stable, or to be so no more."""
+    for change in branch.changes:
+        a.axvline(change.value, color=_KINDS[change.kind], linewidth=0.9, linestyle=(0, (4, 2)), label=change.kind)

@@ -1,0 +1,277 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Quantities of motions as lines with labels and units, and which of them share a panel."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from kane.dynamics.readings.quantities import asked
+from kane.errors import ArgumentError, UnitError, cut
+from kane.expr.node import Expr, as_expr
+from kane.expr.ops import ADD, DIV, MUL, NEG, SUB, Op
+from kane.expr.symbols import Symbol
+from kane.expr.visit import fold
+from kane.model.unit_checks import unit_in
+from kane.motion.cycles.section import SectionPoints
+from kane.motion.solution.solution import Solution
+from kane.numeric.arrays import Array
+from kane.present.motion_plots import label_of
+from kane.present.plotted_runs import Run, smooth
+from kane.space.vector import Vector
+from kane.write.arrange import to_text
+
+_LETTERS = 48
+"""Letters beyond which a label is cut."""
+NOISE = 1e-12
+"""Share of the size of its terms below which a sum is what rounding leaves; or of a panel, which then shows nothing of it."""
+_FAINT = 1e-3
+"""Share of the absolute tolerance below which values of the state are what rounding leaves."""
+_UNLIKE = 1e3
+"""Quantities of one unit that differ by more in size have panels of their own."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Axis:
+    """What is drawn along an axis: its name, unit ("" where unknown) and values."""
+
+    label: str
+    unit: str
+    values: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace:
+    """One line: its quantity against the time or another one, and of which run it is.
+
+    `note` says why it is not drawn, where it is not; `floor` is the size below which values are rounding errors.
+    """
+
+    y: Axis
+    run: str
+    x: Axis
+    dotted: bool
+    style: str
+    label: str
+    note: str = ""
+    floor: float = 0.0
+
+    @property
+    def size(self) -> float:
+        """The largest value."""
+        return largest(self.y.values)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Panel:
+    """Lines that share axes; `across` tells that they are drawn against another quantity than the time."""
+
+    title: str
+    traces: tuple[Trace, ...]
+    across: bool = False
+
+
+_ACROSS = object()
+Keyed = list[tuple[Any, Trace]]
+
+
+def largest(values: Array) -> float:
+    """The largest value, of those that are known."""
+    return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
+
+
+def panels(runs: Sequence[Run], quantities: Sequence[Any]) -> list[Panel]:
+    """The panels of a figure: those against time first, each with lines of all runs."""
+    groups: dict[Any, list[Trace]] = {}
+    for run in runs:
+        for key, trace in _smooth(run, quantities):
+            groups.setdefault(key, []).append(trace)
+    made = [panel for key, traces in groups.items() for panel in _apart(key, traces)]
+    return sorted(made, key=lambda panel: panel.across)
+
+
+def _smooth(run: Run, quantities: Sequence[Any]) -> Keyed:
+    """The lines of a run without corners: with samples between its own where these are too few."""
+
+    def curves(traces: Keyed) -> list[Array]:
+        return [axis.values for _, trace in traces if not trace.note for axis in (trace.y, trace.x)]
+
+    run, traces = smooth(run, lambda r: _of(r, quantities), curves)
+    return [(key, _parted(trace, run) if key[1] is _ACROSS else trace) for key, trace in traces]
+
+
+def _parted(trace: Trace, run: Run) -> Trace:
+    """A path with a gap where a phase of the motion begins: what jumps does not pass by the places between."""
+    if not isinstance(run.motion, Solution):
+        return trace
+    gaps = np.flatnonzero(np.diff(run.motion.phase)) + 1
+    x, y = (replace(axis, values=np.insert(axis.values, gaps, np.nan)) for axis in (trace.x, trace.y))
+    return replace(trace, x=x, y=y)
+
+
+def _of(run: Run, quantities: Sequence[Any]) -> Keyed:
+    return list(_listed("", run, quantities) if quantities else _everything(run))
+
+
+def _everything(run: Run) -> Iterator[tuple[Any, Trace]]:
+    eom, motion = run.equations, run.motion
+    kinds = {"coordinates": eom.coordinates, "speeds": eom.speeds, "states": eom.states}
+    if isinstance(motion, SectionPoints):
+        for kind, symbols in kinds.items():
+            yield from _listed(kind, run, symbols)
+        return
+    touching = ((c.normal_force, *c.friction_forces) for c in eom.system.contacts)
+    kinds["reactions"] = eom.reactions
+    kinds["contacts"] = tuple(dict.fromkeys(f for own in touching for f in own if f is not None))
+    for kind, symbols in kinds.items():
+        yield from _listed(kind, run, symbols)
+    for label, values, style in energies(motion):
+        trace = Trace(Axis(label, "J", values), run.name, Axis("t", "s", run.t), run.dotted, style, label)
+        yield ("energy", "J"), judged(trace, 0.0)
+
+
+def energies(motion: Solution) -> tuple[tuple[str, Array, str], ...]:
+    """K, V, their sum, and what the sum would be without the loads that have no potential; with their styles of lines."""
+    eom = motion.equations
+    kinetic, potential, total = motion[[eom.kinetic_energy, eom.potential_energy, eom.energy]]
+    rows = (("K", kinetic), ("V", potential), ("E = K + V", total))
+    return *((label, values, "-") for label, values in rows), ("E − ∫P dt", total - motion.work, "--")
+
+
+def _listed(title: str, run: Run, quantities: Iterable[Any]) -> Iterator[tuple[Any, Trace]]:
+    """Lines with the panels they belong to: of one unit together, one of unknown unit by itself, each (x, y) by itself."""
+    for k, what in enumerate(quantities):
+        for j, (label, own) in enumerate(what.items() if isinstance(what, Mapping) else [("", what)]):
+            if isinstance(own, tuple):
+                yield (title, _ACROSS, k), _across(run, own, str(label))
+                continue
+            for axis, floor in _axes(run, own, str(label)):
+                trace = Trace(axis, run.name, Axis("t", "s", run.t), run.dotted, run.line, axis.label)
+                yield (title, axis.unit or (k, j)), judged(trace, floor)
+
+
+def _across(run: Run, pair: tuple[Any, ...], label: str) -> Trace:
+    if len(pair) != 2:
+        raise ArgumentError(f"Expected (x, y), two quantities to draw y against x, got {cut(repr(pair))}.")
+    x, y = (readable(run, one) for one in pair)
+    return Trace(y, run.name, x, run.dotted, run.line, label or y.label)
+
+
+def readable(run: Run, what: Any) -> Axis:
+    """A quantity with one value, or a mapping of its label to it, along a motion; zeros where it is noise.
+
+    Raises
+    ------
+    ArgumentError
+        if it has several values
+    """
+    pairs = what.items() if isinstance(what, Mapping) else [("", what)]
+    found = [pair for label, own in pairs for pair in _axes(run, own, str(label))]
+    if len(found) != 1:
+        raise ArgumentError(f"Expected a quantity with one value, or one label with it, got {cut(repr(what))}.")
+    ((axis, floor),) = found
+    return axis if largest(axis.values) > floor else replace(axis, values=np.zeros_like(axis.values))
+
+
+def _axes(run: Run, what: Any, label: str) -> list[tuple[Axis, float]]:
+    """A quantity, or the components of a vector, each with the size below which it is noise."""
+    eom, motion = run.equations, run.motion
+    if isinstance(motion, SectionPoints):
+        values = motion[what]  # before anything else: it says what is wrong with `what`
+        (what,) = asked(eom.derived, what).roots
+        return [(_axis(eom, what, label, values), 0.0)]
+    if isinstance(what, str):
+        (what,) = asked(eom.derived, what).roots
+    values = motion[what]
+    if isinstance(what, Vector):
+        inertial = eom.system.inertial
+        components = what.components(inertial)
+        unit = next(filter(None, (_unit(eom, c) for c in components)), "")
+        names = [f"{label or f'({_cut(str(what))})'} · {inertial.name}.{axis}" for axis in "xyz"]
+        axes = [Axis(name, unit, component) for name, component in zip(names, values.T, strict=True)]
+        return [(axis, _floor(motion, as_expr(c))) for axis, c in zip(axes, components, strict=True)]
+    e = as_expr(what)
+    return [(_axis(eom, e, label, values), _floor(motion, e))]
+
+
+def _axis(eom: Any, e: Expr, label: str, values: Array) -> Axis:
+    name = label_of(e.name) if isinstance(e, Symbol) else _cut(to_text(e))
+    return Axis(label or name, _unit(eom, e), values)
+
+
+def _unit(eom: Any, e: Expr) -> str:
+    try:
+        return unit_in(eom.system, e)
+    except UnitError:  # what is drawn need not be a quantity of the model
+        return ""
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= _LETTERS else text[: _LETTERS - 1] + "…"
+
+
+# What rounding leaves --------------------------------------------------------------------------------------------------------
+
+_SIZES: dict[Op, Callable[..., Any]] = {
+    ADD: lambda a, b: a + b,
+    SUB: lambda a, b: a + b,
+    MUL: lambda a, b: a * b,
+    DIV: lambda a, b: a / b,
+    NEG: lambda a: a,
+}
+"""The size of the terms of a node by those of its arguments; of others it is that of their values."""
+
+
+def size_of_terms(e: Expr) -> Expr:
+    """|a| + |b| for a + b and for a − b, products of these for products, |e| for everything else."""
+    sizes: dict[Expr, Expr] = {}
+
+    def size(node: Expr) -> Expr:
+        rule = _SIZES.get(node.op)
+        if rule is None:
+            return as_expr(abs(node))
+        own = [sizes[a] for a in node.args]
+        if node.op is DIV:
+            own[1] = as_expr(abs(node.args[1]))
+        return as_expr(rule(*own))
+
+    return fold(e, sizes, size)
+
+
+def _floor(motion: Solution, e: Expr) -> float:
+    """The size below which the values of an expression are rounding errors."""
+    if isinstance(e, Symbol):
+        return _FAINT * motion.atol if any(e is s for s in motion.equations.state) else 0.0
+    if not e.args:
+        return 0.0
+    return NOISE * largest(np.asarray(motion[size_of_terms(e)]))
+
+
+def judged(trace: Trace, floor: float) -> Trace:
+    """A line with a note instead of a line where all values are zero, or noise."""
+    size = trace.size
+    if size > floor or not np.isfinite(trace.y.values).any():
+        return replace(trace, floor=floor)
+    return replace(trace, floor=floor, note="= 0" if size == 0 else "= 0 but for rounding")
+
+
+def _apart(key: Any, traces: Sequence[Trace]) -> Iterator[Panel]:
+    """The lines of a panel, those of unlike size apart; what is noise beside the largest is noted in its panel."""
+    title = key[0]
+    if key[1] is _ACROSS:
+        yield Panel(title, tuple(traces), across=True)
+        return
+    top = max(trace.size for trace in traces)
+    traces = [judged(trace, max(trace.floor, NOISE * top)) for trace in traces]
+    by_quantity: dict[str, float] = {}
+    for trace in traces:
+        by_quantity[trace.label] = max(by_quantity.get(trace.label, 0.0), trace.size if not trace.note else 0.0)
+    level: dict[str, int] = {}
+    number, largest_here = 0, top
+    for label, size in sorted(by_quantity.items(), key=lambda item: -item[1]):
+        if 0 < size * _UNLIKE < largest_here:
+            number, largest_here = number + 1, size
+        level[label] = number if size else 0
+    for n in dict.fromkeys(level[trace.label] for trace in traces):
+        yield Panel(title, tuple(trace for trace in traces if level[trace.label] == n))
