@@ -68,7 +68,7 @@ class _Writer:
         self.system = system
         self.names = Names()
         self.lines: list[str] = []
-        self.text = Expressions(self.names, self._assign, shared)
+        self.text = Expressions(self.names, self._assign, shared, self._make_owner)
         self._made = {id(x): j for j in system.joints for x in (j.frame, j.point)}
 
     def lines_and_asked(self) -> tuple[list[str], list[Expr]]:
@@ -176,6 +176,12 @@ class _Writer:
         for s, axis in zip(o.quasi, "xyz", strict=True):
             self.text.quasi[s] = f"{of}.dot({self.names[f]}.{axis})"
 
+    def _make_owner(self, s: Symbol) -> None:
+        """Write the joint that makes a symbol: what turns with a joint, such as a rotor, may come before it."""
+        owner = next((j for j in self.system.joints if s in j.named and j not in self.names), None)
+        if owner is not None:
+            self._make_joint(owner)
+
     def _make_joint(self, j: Joint) -> None:
         at, parent = self.point(j.at), self.frame(j.parent)
         name = self.names.give(j, j.name, "joint")
@@ -244,17 +250,19 @@ class _Writer:
             self._cut(s)
 
     def _group(self, group: Group) -> str:
-        points = [self.point(p) for p in group.points]
+        places = [self.point(p) if isinstance(p, Point) else self.frame(p) for p in group.places]
         arguments = [self.text(x) if isinstance(x, Expr) else self._directions(x) for x in group.arguments]
         keywords = [f"{key}={self._directions(vectors)}" for key, vectors in group.keywords.items()]
         if group.function == "Constraint":
             return self._record(group.constraints[0])
-        return call(f"kn.{group.function}", [*group.first, *points, *arguments, *keywords, *group.named])
+        return call(f"kn.{group.function}", [*group.first, *places, *arguments, *keywords, *group.named])
 
     def _directions(self, vectors: Sequence[Vector]) -> str:
         return self.vector(vectors[0]) if len(vectors) == 1 else _tuple(map(self.vector, vectors))
 
     def _record(self, c: Constraint) -> str:
+        if c.branch is not None:
+            raise _unwritten("constraint", c)
         own = [f"own={self.text(c.own)}"] if c.own.op.name != "const" else []
         unit = [f"unit={literal(c.unit)}"] if c.unit else []
         normal = [f"normal={self.vector(c.normal)}"] if c.normal is not None else []
@@ -394,13 +402,15 @@ def _refuse(system: System) -> None:
         ("body", system.bodies, lambda x: not isinstance(x, Particle | RigidBody)),
         ("load", system.loads, lambda x: x.slip is not None and friction_call(x) is None),
         ("event", system.events, lambda x: x.then is not None and not isinstance(x.then, Mapping)),
-        ("constraint", system.constraints, lambda x: x.branch is not None),
     )
     for what, items, refused in checks:
         for item in items:
             if refused(item):
-                raise ModelError(
-                    "Expected a system of rigid bodies and particles, joints, loads and constraints to write as Python, got the "
-                    f"{what} "
-                    f"{item.name!r} ({cut(repr(item), 60)}), which only the file that declares it knows. Keep that file."
-                )
+                raise _unwritten(what, item)
+
+
+def _unwritten(what: str, item: Any) -> ModelError:
+    return ModelError(
+        "Expected a system of rigid bodies and particles, joints, loads and constraints to write as Python, got the "
+        f"{what} {item.name!r} ({cut(repr(item), 60)}), which only the file that declares it knows. Keep that file."
+    )
