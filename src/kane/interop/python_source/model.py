@@ -154,7 +154,7 @@ class _Writer:
         base = self.names[parent]
         if o.parameters:
             return call(
-                f"{base}.rotate_euler_parameters", [literal(f.name), _tuple(self.names[e] for e in o.parameters)]
+                f"{base}.rotate_euler_parameters", [literal(f.name), _tuple(map(self.text, o.parameters))]
             )
         if o.angle is not None and o.axis is not None:
             before = parent.orientation
