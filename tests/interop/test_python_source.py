@@ -47,13 +47,15 @@ def test_closures_keep_the_orientation_that_they_mean(kind, tmp_path):
     a = kn.free("a", O, N)
     b = kn.free("b", O, N)
     ends = a.point.at("A", 0.3 * a.frame.x), b.point.at("B", 0.2 * b.frame.y)
-    bodies = [kn.RigidBody(j.name, j.frame, j.point, 1.0, kn.inertia(j.frame, 1, 2, 2.5)) for j in (a, b)]
+    bodies = [kn.RigidBody(
+            j.name, frame=j.frame, mass_center=j.point, mass=1.0, inertia=kn.inertia(j.frame, 1, 2, 2.5)
+        ) for j in (a, b)]
 
     def system(axis):
         close = getattr(kn, f"close_{kind}")
         given = {key: axis(number) for key, number in CLOSURES[kind].items()}
         closed = close("G", ends[0], a.frame, ends[1], b.frame, **given)
-        return kn.System(N, bodies, joints=[a, b], holonomic=closed)
+        return kn.System(N, bodies=bodies, joints=[a, b], holonomic=closed)
 
     plain = system(lambda k: (a.frame.x, a.frame.y, a.frame.z)[abs(k) - 1] * (1 if k > 0 else -1))
     text = kn.exchange.to_python(plain)

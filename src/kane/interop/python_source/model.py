@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
+from kane import expect
 from kane.errors import ModelError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import Input, Parameter, Reaction, StateVariable, Symbol
@@ -49,6 +50,7 @@ def to_python(
     ModelError
         if the system holds what is only known to the file that declares it: contacts, beams, tables, functions as actions
     """
+    expect.instance(system, System, "a System to write as Python")
     first = _Writer(system, ())
     lines = _Writer(system, shared_among(first.lines_and_asked()[1])).lines_and_asked()[0]
     head = [f'"""{(title or "A system").rstrip(".")}."""', ""]

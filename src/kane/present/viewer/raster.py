@@ -22,7 +22,7 @@ from kane.present.viewer.colours import PAPER, RULE, SHADOW, of_part
 from kane.present.viewer.page import Course
 from kane.present.viewer.parts import Model
 from kane.present.viewer.places import transforms
-from kane.progress import working
+from kane.progress import far, working
 
 SIZE = (800, 480)
 """Columns and rows of a picture."""
@@ -79,7 +79,8 @@ def frames(shot: Shot, first: bool = False) -> Iterator[Image.Image]:
     played = max(2, round(_RATE * shot.played))
     chosen = [0] if first else np.unique(np.linspace(0, len(course.times) - 1, played).round().astype(int))
     places = transforms(model, course.poses)
-    for k in chosen:
+    for n, k in enumerate(chosen, 1):
+        far(lambda n=n: f"picture {n} of {len(chosen)}")
         yield _picture(shot, places[k])
 
 
