@@ -131,12 +131,12 @@ def _picture(shot: Shot, places: Array) -> Image.Image:
     lines = _floor(seen, model, eye - 3.5 * model.reach * axes[2], low)
     ax.add_collection(LineCollection(lines, colors=RULE, linewidths=0.8, zorder=1))
     ax.add_collection(
-        PolyCollection(list(np.concatenate(shadows)), facecolors=SHADOW, edgecolors=SHADOW, linewidths=0.4, zorder=2)
+        PolyCollection(np.concatenate(shadows), facecolors=SHADOW, edgecolors=SHADOW, linewidths=0.4, zorder=2)
     )
     shown = np.concatenate(colours)[order]
     ax.add_collection(
         PolyCollection(
-            list(np.concatenate(shapes)[order]), facecolors=shown, edgecolors=shown, linewidths=0.4, zorder=3
+            np.concatenate(shapes)[order], facecolors=shown, edgecolors=shown, linewidths=0.4, zorder=3
         )
     )
     canvas.draw()  # type: ignore[no-untyped-call]
