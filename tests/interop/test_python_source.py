@@ -47,9 +47,10 @@ def test_closures_keep_the_orientation_that_they_mean(kind, tmp_path):
     a = kn.free("a", O, N)
     b = kn.free("b", O, N)
     ends = a.point.at("A", 0.3 * a.frame.x), b.point.at("B", 0.2 * b.frame.y)
-    bodies = [kn.RigidBody(
-            j.name, frame=j.frame, mass_center=j.point, mass=1.0, inertia=kn.inertia(j.frame, 1, 2, 2.5)
-        ) for j in (a, b)]
+    bodies = [
+        kn.RigidBody(j.name, frame=j.frame, mass_center=j.point, mass=1.0, inertia=kn.inertia(j.frame, 1, 2, 2.5))
+        for j in (a, b)
+    ]
 
     def system(axis):
         close = getattr(kn, f"close_{kind}")
@@ -67,7 +68,9 @@ def test_closures_keep_the_orientation_that_they_mean(kind, tmp_path):
     if any(c.branch for c in plain.constraints):
         assert f'kn.close_{kind}("G", ' in text
     if "axis" in CLOSURES[kind]:
-        with pytest.raises(kn.ModelError, match="constraint 'G tilt1'.*which only the file" if kind != "slider" else "G"):
+        with pytest.raises(
+            kn.ModelError, match="constraint 'G tilt1'.*which only the file" if kind != "slider" else "G"
+        ):
             kn.exchange.to_python(system(lambda k: 0.6 * a.frame.x + 0.8 * a.frame.y))
 
 

@@ -115,7 +115,7 @@ def to_fmu(
     place = path_of(path, 'kn.exchange.to_fmu(eom, "model.fmu")')
     expect.one_of(version, VERSIONS, "a version of FMI")
     expect.one_of(method, ADAPTIVE, "an adaptive integrator for co-simulation")
-    named = _identifier(place.stem) if name is None else name
+    named = unit_name(place.stem) if name is None else name
     _check_name(place, named, tolerance)
     start = _start(eom, state_of(state, **values), tolerance)
     compiled = _determined(eom, start).compile(name=named, outputs=outputs)
@@ -141,10 +141,10 @@ def to_fmu(
     )
 
 
-def _identifier(stem: str) -> str:
+def unit_name(stem: str) -> str:
     """The model identifier that a file's name gives: as it stands where C admits it."""
-    plain = stem if _is_free(stem) else identifier(stem)
-    return plain if _is_free(plain) else f"model_{plain}".rstrip("_")
+    found = (x for x in (stem, identifier(stem), identifier(f"model {stem}")) if _is_free(x))
+    return next(found, "model")
 
 
 def _is_free(name: str) -> bool:

@@ -155,9 +155,7 @@ class _Writer:
             raise ModelError(f"Expected one inertial frame, got the root {f.name} beside it.")
         base = self.names[parent]
         if o.parameters:
-            return call(
-                f"{base}.rotate_euler_parameters", [literal(f.name), _tuple(map(self.text, o.parameters))]
-            )
+            return call(f"{base}.rotate_euler_parameters", [literal(f.name), _tuple(map(self.text, o.parameters))])
         if o.angle is not None and o.axis is not None:
             before = parent.orientation
             merged = before is not None and before.base is o.base and before.axis == o.axis and o.base is not parent

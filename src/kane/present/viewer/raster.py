@@ -135,9 +135,7 @@ def _picture(shot: Shot, places: Array) -> Image.Image:
     )
     shown = np.concatenate(colours)[order]
     ax.add_collection(
-        PolyCollection(
-            np.concatenate(shapes)[order], facecolors=shown, edgecolors=shown, linewidths=0.4, zorder=3
-        )
+        PolyCollection(np.concatenate(shapes)[order], facecolors=shown, edgecolors=shown, linewidths=0.4, zorder=3)
     )
     canvas.draw()  # type: ignore[no-untyped-call]
     drawn = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
