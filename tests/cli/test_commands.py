@@ -395,9 +395,9 @@ def test_models_of_other_tools_and_units_without_a_start_say_what_to_do(tmp_path
     written(tmp_path, SPRING, "arm.py")
     said = line(kane("emit", "arm.py", "--target", "fmu", "--out", "arm.fmu", code=2).stderr)
     assert "got none for k" in said
-    assert said.endswith("START of the model's file says them.")
+    assert said.endswith("See START of the model's file.")
     written(
-        tmp_path, SPRING + "START = dict(q={'x': 1, 'y': 0}, u={'xp': 0, 'yp': 0}, parameters={'k': 2})\n", "arm.py"
+        tmp_path, SPRING + "START = dict(q={'x': 1, 'y': 0}, u={'u_x': 0, 'u_y': 0}, parameters={'k': 2})\n", "arm.py"
     )
     kane("emit", "arm.py", "--target", "fmu", "--out", "arm.fmu")
     assert "sources/model_arm.c" in zipfile.ZipFile("arm.fmu").namelist()

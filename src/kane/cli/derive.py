@@ -171,7 +171,7 @@ def _write_unit(path: Path, model: NamedModel, eom: kn.Equations, called: str, m
         try:
             unit = to_fmu(eom, path, name=called, title=model.title, method=method or "dop853", t=t, **given)
         except ValueMissingError as error:
-            raise Misuse(f"{error} START of the model's file says them.") from error
+            raise Misuse(f"{error} See START of the model's file.") from error
     if not unit.binary:
         screen.say("There is no C compiler here: the unit holds its sources alone.")
 
