@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import warnings
+from functools import partial
 
 import numpy as np
 import pytest
@@ -27,19 +28,23 @@ def tree(plain, mimic, **options):
     return kn.from_urdf(robots.urdf(list(KINDS), np.random.default_rng(3), plain=plain, mimic=mimic), **options)
 
 
+def mechanical(name):
+    return kn.from_sympy_mechanics(getattr(mechanics, name)())
+
+
 MODELS = {
     "urdf arm": lambda: kn.from_urdf(robots.ARM),
     "urdf tree": lambda: tree(True, True, parameters="masses"),
     "urdf tree in numbers": lambda: tree(False, False, parameters="none"),
     "urdf tree with a mimic": lambda: tree(False, True),
-    **{f"mjcf {n}": lambda t=t: kn.from_mjcf(t) for n, t in robots.MODELS.items()},
+    **{f"mjcf {n}": partial(kn.from_mjcf, t) for n, t in robots.MODELS.items()},
     **{
-        f"autolev {n.lower()}": lambda t=t: kn.from_autolev(t)
+        f"autolev {n.lower()}": partial(kn.from_autolev, t)
         for n, t in vars(autolev).items()
         if n.isupper() and isinstance(t, str)
     },
     **{
-        f"sympy {n}": lambda n=n: kn.from_sympy_mechanics(getattr(mechanics, n)())
+        f"sympy {n}": partial(mechanical, n)
         for n in ("pendulum", "velocity_alone", "rotor", "tumbling", "knife_edge", "four_bar", "tension", "joints", "lagrange")
     },
     "sympy axis": lambda: kn.from_sympy_mechanics(mechanics.oriented("axis")),

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 from kane import expect
 from kane.errors import ArgumentError
@@ -67,5 +68,5 @@ def _placed(seen: list[LinkShape], body: RigidBody | None, frame: Frame, origin:
         axes = frame if s.rotation == _PLAIN else frame.rotate_matrix(name, s.rotation)
         x, y, z = s.offset
         at = origin.at(name, x * frame.x + y * frame.y + z * frame.z) if any(s.offset) else origin
-        sizes = dict(zip(KINDS[s.kind], s.size, strict=False))
+        sizes: dict[str, Any] = dict(zip(KINDS[s.kind], s.size, strict=False))
         yield shape(s.kind, body, frame=axes, at=at, file=s.file, name=name if body is None else "", **sizes)

@@ -80,7 +80,7 @@ def frames(shot: Shot, first: bool = False) -> Iterator[Image.Image]:
     chosen = [0] if first else np.unique(np.linspace(0, len(course.times) - 1, played).round().astype(int))
     places = transforms(model, course.poses)
     for n, k in enumerate(chosen, 1):
-        far(lambda n=n: f"picture {n} of {len(chosen)}")
+        far(partial("picture {} of {}".format, n, len(chosen)))
         yield _picture(shot, places[k])
 
 
@@ -130,13 +130,12 @@ def _picture(shot: Shot, places: Array) -> Image.Image:
     ax.axis("off")
     lines = _floor(seen, model, eye - 3.5 * model.reach * axes[2], low)
     ax.add_collection(LineCollection(lines, colors=RULE, linewidths=0.8, zorder=1))
-    ax.add_collection(
-        PolyCollection(np.concatenate(shadows), facecolors=SHADOW, edgecolors=SHADOW, linewidths=0.4, zorder=2)
-    )
+    # Arrays: lists of triangles take twice as long, but types of matplotlib know only these.
+    shaded: Any = np.concatenate(shadows)
+    faces: Any = np.concatenate(shapes)[order]
     shown = np.concatenate(colours)[order]
-    ax.add_collection(
-        PolyCollection(np.concatenate(shapes)[order], facecolors=shown, edgecolors=shown, linewidths=0.4, zorder=3)
-    )
+    ax.add_collection(PolyCollection(shaded, facecolors=SHADOW, edgecolors=SHADOW, linewidths=0.4, zorder=2))
+    ax.add_collection(PolyCollection(faces, facecolors=shown, edgecolors=shown, linewidths=0.4, zorder=3))
     canvas.draw()  # type: ignore[no-untyped-call]
     drawn = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
     return Image.fromarray(drawn[..., :3].copy())
