@@ -212,6 +212,7 @@ _NAMES = {
     "present.provenance": "show_versions",
     "present.report": "report",
     "present.scene.gather": "scene",
+    "present.scene.links": "link_shapes",
     "present.scene.records": "Scene",
     "present.scene.shapes": "BodyShape shape",
     "present.sketch.draw": "Sketch sketch",

@@ -38,10 +38,22 @@ def that(
 def instance(
     given: Any, kind: type[T] | tuple[type[T], ...], expected: str, cure: str = "", *, error: Error = ModelError
 ) -> T:
-    """What is given, where it is of a kind."""
+    """What is given, where it is of a kind; the cure names what it has of that kind, such as the system of an imported model."""
     if not isinstance(given, kind):
-        raise refusal(error, expected, cut(repr(given)), cure)
+        raise refusal(error, expected, cut(repr(given)), _has(given, kind) or cure)
     return given
+
+
+_WHERE = {"System": ("system",), "Equations": ("eom", "equations")}
+"""Attributes by what they hold."""
+
+
+def _has(given: Any, kind: type | tuple[type, ...]) -> str:
+    for one in kind if isinstance(kind, tuple) else (kind,):
+        for name in _WHERE.get(one.__name__, ()):
+            if name in getattr(given, "__dict__", ()) or hasattr(type(given), name):
+                return f"Pass its .{name}."
+    return ""
 
 
 def instances(

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from kane.present.mode_figures import beam_figure, campbell_diagram, mode_figure, root_locus
     from kane.present.report import report
     from kane.present.scene.gather import scene
+    from kane.present.scene.links import link_shapes
     from kane.present.scene.records import Scene
     from kane.present.scene.shapes import BodyShape, shape
     from kane.present.sketch.draw import Sketch, sketch
@@ -27,6 +28,7 @@ __getattr__ = offered(
         ".present.mode_figures": "beam_figure campbell_diagram mode_figure root_locus",
         ".present.report": "report",
         ".present.scene.gather": "scene",
+        ".present.scene.links": "link_shapes",
         ".present.scene.records": "Scene",
         ".present.scene.shapes": "BodyShape shape",
         ".present.sketch.draw": "Sketch sketch",
@@ -45,6 +47,7 @@ __all__ = [
     "campbell_diagram",
     "cycle_figure",
     "energy_balance",
+    "link_shapes",
     "mode_figure",
     "plot",
     "report",

@@ -387,3 +387,17 @@ def test_sketch_draws_the_model(tmp_path):
     assert kane("sketch", "spinning_top", "-o", "top.svg", "--width", 330, "--force").stdout
     assert 'width="330"' in (tmp_path / "top.svg").read_text("utf-8")
     assert "ends in .svg" in line(kane("sketch", "spinning_top", "-o", "top.png", code=2).stderr)
+
+
+def test_models_of_other_tools_and_units_without_a_start_say_what_to_do(tmp_path):
+    (tmp_path / "arm.urdf").write_text("<robot/>", "utf-8")
+    assert "`kane convert arm.urdf -o model.py`" in line(kane("sketch", "arm.urdf", code=2).stderr)
+    written(tmp_path, SPRING, "arm.py")
+    said = line(kane("emit", "arm.py", "--target", "fmu", "--out", "arm.fmu", code=2).stderr)
+    assert "got none for k" in said
+    assert said.endswith("See START of the model's file.")
+    written(
+        tmp_path, SPRING + "START = dict(q={'x': 1, 'y': 0}, u={'u_x': 0, 'u_y': 0}, parameters={'k': 2})\n", "arm.py"
+    )
+    kane("emit", "arm.py", "--target", "fmu", "--out", "arm.fmu")
+    assert "sources/model_arm.c" in zipfile.ZipFile("arm.fmu").namelist()

@@ -3,9 +3,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -14,37 +11,10 @@ import kane as kn
 from kane.expr import digest
 from kane.gallery import GALLERY, load
 from tests.examples import examples
+from tests.interop.written import assert_alike, imported
 from tests.systems import jointed
 
 QUICK = ("four_bar", "whipple_bicycle", "bricard", "rattleback", "compass_gait", "rolling_disk", "spinning_top")
-
-
-def imported(path, text):
-    """The module that a file with this text is."""
-    path.write_text(text, "utf-8")
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def assert_alike(system, other):
-    """Both have the same symbols and names, the same operations, and accelerations equal to rounding."""
-    for what in ("coordinates", "speeds", "parameters", "inputs", "reactions", "states", "dependent_speeds"):
-        assert [s.declaration()[:4] for s in getattr(system, what)] == [
-            s.declaration()[:4] for s in getattr(other, what)
-        ]
-    for what in ("bodies", "joints", "loads", "constraints", "events", "gravities"):
-        assert [x.name for x in getattr(system, what)] == [x.name for x in getattr(other, what)]
-    a, b = kn.derive(system), kn.derive(other)
-    assert a.compile().operations == b.compile().operations
-    if [digest(e) for e in a.accelerations] == [digest(e) for e in b.accelerations]:
-        return
-    rng = np.random.default_rng(1)
-    named = {"q": a.coordinates, "u": a.independent_speeds, "inputs": a.system.inputs}
-    values = {kind: {s.name: rng.uniform(0.2, 0.8, 5) for s in symbols} for kind, symbols in named.items()}
-    before, after = (np.array(e.evaluate([s.name + "'" for s in e.speeds], **values)) for e in (a, b))
-    np.testing.assert_allclose(after, before, rtol=0, atol=1e-11 * np.abs(before).max())
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in GALLERY])
@@ -62,6 +32,46 @@ def test_the_gallery(name, tmp_path):
     assert max(map(len, text.splitlines())) <= 118
     assert_alike(system, written.system())
     assert kn.exchange.to_python(written.system(), title=module.TITLE) == text
+
+
+CLOSURES = {
+    "weld": {}, "pin": {"axis": 1}, "slider": {"axis": -3}, "cylindrical": {"axis": 2}, "planar": {"normal": 3}, "ball": {},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", CLOSURES)
+def test_closures_keep_the_orientation_that_they_mean(kind, tmp_path):
+    """Their calls come back with what says which of several orientations is meant; what no call makes is refused."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    a = kn.free("a", O, N)
+    b = kn.free("b", O, N)
+    ends = a.point.at("A", 0.3 * a.frame.x), b.point.at("B", 0.2 * b.frame.y)
+    bodies = [
+        kn.RigidBody(j.name, frame=j.frame, mass_center=j.point, mass=1.0, inertia=kn.inertia(j.frame, 1, 2, 2.5))
+        for j in (a, b)
+    ]
+
+    def system(axis):
+        close = getattr(kn, f"close_{kind}")
+        given = {key: axis(number) for key, number in CLOSURES[kind].items()}
+        closed = close("G", ends[0], a.frame, ends[1], b.frame, **given)
+        return kn.System(N, bodies=bodies, joints=[a, b], holonomic=closed)
+
+    plain = system(lambda k: (a.frame.x, a.frame.y, a.frame.z)[abs(k) - 1] * (1 if k > 0 else -1))
+    text = kn.exchange.to_python(plain)
+    written = imported(tmp_path / "m.py", text).system()
+    assert_alike(plain, written)
+    assert [c.branch and (c.branch.name, c.branch.what) for c in written.constraints] == [
+        c.branch and (c.branch.name, c.branch.what) for c in plain.constraints
+    ]
+    if any(c.branch for c in plain.constraints):
+        assert f'kn.close_{kind}("G", ' in text
+    if "axis" in CLOSURES[kind]:
+        with pytest.raises(
+            kn.ModelError, match="constraint 'G tilt1'.*which only the file" if kind != "slider" else "G"
+        ):
+            kn.exchange.to_python(system(lambda k: 0.6 * a.frame.x + 0.8 * a.frame.y))
 
 
 @examples(0.4)

@@ -13,7 +13,8 @@ from kane.cli import screen
 from kane.cli.models import KINDS, AsJson, Force, Name, NamedModel, Out, model_of
 from kane.cli.screen import Misuse, columns, own_code
 from kane.dynamics.readings.seven_steps import Step
-from kane.interop.fmu import to_fmu
+from kane.errors import ValueMissingError
+from kane.interop.fmu import to_fmu, unit_name
 from kane.motion.programs.simulator_c import emit_simulator
 from kane.motion.programs.simulator_parts import METHODS as SIMULATORS
 from kane.motion.programs.simulator_wasm import emit_simulator_wasm
@@ -128,7 +129,9 @@ def emit(
     place = screen.target(out, model.path, force) if out else None
     eom = derived(model)
     if place and target is Target.fmu:
-        screen.write(place, lambda path: _write_unit(path, model, eom, called or model.name, with_integrator), force)
+        screen.write(
+            place, lambda path: _write_unit(path, model, eom, called or unit_name(model.name), with_integrator), force
+        )
         return
     with working("Compiling"):
         compiled = eom.compile(name=called or model.name)
@@ -165,7 +168,10 @@ def _write_unit(path: Path, model: NamedModel, eom: kn.Equations, called: str, m
     given = {kind: dict(model.start[kind]) for kind in KINDS if model.start.get(kind)}
     given["inputs"] = {name: f(t) if callable(f) else f for name, f in given.get("inputs", {}).items()}
     with own_code(model.path, "START"):
-        unit = to_fmu(eom, path, name=called, title=model.title, method=method or "dop853", t=t, **given)
+        try:
+            unit = to_fmu(eom, path, name=called, title=model.title, method=method or "dop853", t=t, **given)
+        except ValueMissingError as error:
+            raise Misuse(f"{error} See START of the model's file.") from error
     if not unit.binary:
         screen.say("There is no C compiler here: the unit holds its sources alone.")
 

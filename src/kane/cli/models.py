@@ -28,6 +28,9 @@ from kane.present.scene.shapes import BodyShape
 KINDS = ("q", "u", "parameters", "inputs", "states")
 """The keys of START."""
 
+OF_OTHERS = frozenset((".urdf", ".xml", ".mjcf", ".al", ".a", ".txt"))
+"""Endings of models of other tools."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NamedModel:
@@ -59,6 +62,9 @@ def model_of(text: str) -> NamedModel:
         path, function = Path(head), tail
     if not path.is_file():
         raise Misuse(_unknown(str(path), path))
+    if path.suffix.lower() in OF_OTHERS:
+        cure = f"`kane convert {path} -o model.py` makes one of it."
+        raise Misuse(f"Expected a system of the gallery or a Python file as MODEL, got {path}. {cure}")
     with own_code(path), redirect_stdout(sys.stderr):  # what the file prints must not mix with results
         return _model(path.stem, imported(path), path, {}, function)
 

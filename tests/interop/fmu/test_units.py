@@ -311,6 +311,16 @@ def test_units_of_measurement(tmp_path):
     assert (units["N/m"].kg, units["N/m"].m, units["N/m"].s, units["N/m"].factor) == (1, 0, -2, 1)
 
 
+@pytest.mark.parametrize(
+    ("file", "name"), [("arm", "model_arm"), ("my arm-2", "my_arm_2"), ("θ", "theta"), ("7", "model_7")]
+)
+def test_a_unit_is_called_after_any_file(file, name, tmp_path):
+    eom, given = model("pendulum")
+    unit = kn.exchange.to_fmu(eom, tmp_path / f"{file}.fmu", binary=False, **given)
+    told = fmpy.read_model_description(str(unit.path))
+    assert told.coSimulation.modelIdentifier == name
+
+
 def test_bad_input_is_named(tmp_path):
     eom, given = model("pendulum")
     for more, said in (

@@ -3,4 +3,4 @@
 
 from kane.lazy_imports import offered
 
-__getattr__ = offered(__name__, {"archive": "FMU to_fmu"})
+__getattr__ = offered(__name__, {"archive": "FMU to_fmu unit_name"})

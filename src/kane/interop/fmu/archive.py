@@ -29,7 +29,7 @@ from kane.motion.projection import constraint_numbers, is_constrained
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import better
 from kane.numeric.sampling import finite_number, named_values
-from kane.program.emit.names import is_free_in_c
+from kane.program.emit.names import identifier, is_free_in_c
 from kane.progress import working
 from kane.whole import exchange, path_of
 
@@ -88,7 +88,7 @@ def to_fmu(
         none is given
     outputs : expressions, vectors, matrices by name, which become outputs besides the state: reactions, energies, positions
     version : of FMI, "3.0" or "2.0"
-    name : the model identifier; that of the file unless told
+    name : the model identifier; unless told that of the file, in letters, digits and _, with "model_" where C has another use for it
     title : a description
     method : the integrator of co-simulation, an adaptive one of those of `kane emit --with-integrator`
     tolerance : relative and absolute, of co-simulation, where the importer sets none
@@ -115,7 +115,7 @@ def to_fmu(
     place = path_of(path, 'kn.exchange.to_fmu(eom, "model.fmu")')
     expect.one_of(version, VERSIONS, "a version of FMI")
     expect.one_of(method, ADAPTIVE, "an adaptive integrator for co-simulation")
-    named = place.stem if name is None else name
+    named = unit_name(place.stem) if name is None else name
     _check_name(place, named, tolerance)
     start = _start(eom, state_of(state, **values), tolerance)
     compiled = _determined(eom, start).compile(name=named, outputs=outputs)
@@ -141,10 +141,20 @@ def to_fmu(
     )
 
 
+def unit_name(stem: str) -> str:
+    """The model identifier that a file's name gives: as it stands where C admits it."""
+    found = (x for x in (stem, identifier(stem), identifier(f"model {stem}")) if _is_free(x))
+    return next(found, "model")
+
+
+def _is_free(name: str) -> bool:
+    return name.isidentifier() and name.isascii() and is_free_in_c(name)
+
+
 def _check_name(path: Path, name: str, tolerance: float) -> None:
     if path.suffix != ".fmu":
         raise ArgumentError(f"Expected a path that ends in .fmu, got {path}.")
-    if not (name.isidentifier() and name.isascii() and is_free_in_c(name)):
+    if not _is_free(name):
         raise ArgumentError(
             f"Expected a model identifier of letters, digits and _ that C has no other use for, got {name!r}. Pass name=."
         )

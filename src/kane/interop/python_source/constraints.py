@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -16,18 +17,39 @@ from kane.errors import KaneError
 from kane.expr.node import ZERO, Expr
 from kane.expr.ops import DIV
 from kane.interop.python_source.expressions import literal, same, same_vectors
-from kane.model.constraints import Constraint, Constraints, coincident, distance, no_slip, perpendicular, rolling
+from kane.model.constraints import (
+    ClosureBranch,
+    Constraint,
+    Constraints,
+    coincident,
+    distance,
+    no_slip,
+    perpendicular,
+    rolling,
+)
+from kane.model.joints.closing import close_cylindrical, close_pin, close_planar, close_slider, close_weld
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
+
+_CLOSURES: tuple[tuple[Callable[..., Constraints], str | None], ...] = (
+    (close_weld, None),
+    (close_pin, "axis"),
+    (close_slider, "axis"),
+    (close_cylindrical, "axis"),
+    (close_planar, "normal"),
+)
+"""What closes a loop and means one orientation, with the keyword of its axis."""
+_LONGEST = 6
+"""Constraints of a closure at most."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Group:
-    """Constraints that one call makes: its function, points, and what stands after them."""
+    """Constraints that one call makes: its function, the points and frames that it is given, and what stands after them."""
 
     function: str
     constraints: Constraints
-    points: tuple[Point, ...] = ()
+    places: tuple[Point | Frame, ...] = ()
     arguments: tuple[Expr | Sequence[Vector], ...] = ()
     keywords: Mapping[str, Sequence[Vector]] = field(default_factory=dict)
     first: tuple[str, ...] = ()
@@ -60,6 +82,7 @@ def groups(constraints: Sequence[Constraint]) -> Iterator[Group]:
 
 
 def _candidates(rest: Sequence[Constraint]) -> Iterator[Group]:
+    yield from _closures(rest)
     for size in (3, 2, 1):
         some = tuple(rest[:size])
         if len(some) == size:
@@ -107,6 +130,25 @@ def _called(some: Constraints) -> Iterator[Group]:
     yield from (group for make, group in tries if _makes(make, some))
 
 
+def _closures(rest: Sequence[Constraint]) -> Iterator[Group]:
+    """Those of `kn.close_…` that mean an orientation, by an axis of the parent where they have one, and make what comes first here."""
+    turned = next((c for c in rest[:_LONGEST] if c.branch is not None), None)
+    if turned is None or turned.branch is None or not rest[0].forces:
+        return
+    name = turned.branch.name
+    (point, _), (at, _) = rest[0].forces
+    (frame, _), (parent, _) = turned.torques
+    places = (at, parent, point, frame)
+    axes = [v for e in (parent.x, parent.y, parent.z) for v in (e, -e)]
+    for close, key in _CLOSURES:
+        for keywords in [{}] if key is None else [{key: v} for v in axes]:
+            make = partial(close, name, *places, **keywords)
+            for size in range(3, min(_LONGEST, len(rest)) + 1):
+                if _makes(make, some := tuple(rest[:size])):
+                    shown = {k: (v,) for k, v in keywords.items()}
+                    yield Group(close.__name__, some, places, keywords=shown, first=(literal(name),))
+
+
 def _makes(make: Callable[[], Any], wanted: Constraints) -> bool:
     try:
         made = make()
@@ -123,7 +165,13 @@ def _same(a: Constraint, b: Constraint) -> bool:
     alike = same(*([x for x, _ in pairs] for pairs in acting)) and same_vectors(
         *([v for _, v in pairs] for pairs in acting)
     )
-    return plain and b.branch is None and same_vectors(*normals) and alike
+    return plain and _same_branch(a.branch, b.branch) and same_vectors(*normals) and alike
+
+
+def _same_branch(a: ClosureBranch | None, b: ClosureBranch | None) -> bool:
+    if a is None or b is None:
+        return a is b
+    return (a.name, a.what) == (b.name, b.what) and same([a.cosine, *a.rows], [b.cosine, *b.rows])
 
 
 def _stem(name: str, count: int) -> str:

@@ -77,10 +77,19 @@ class Names:
 
 
 class Expressions:
-    """Writes expressions; `define` is called with name and text of what has to be assigned before."""
+    """Writes expressions.
 
-    def __init__(self, names: Names, define: Callable[[str, str], None], shared: Iterable[Expr] = ()) -> None:
-        self.names, self.define = names, define
+    `define` is called with name and text of what has to be assigned before, `owner` with a symbol that has no name yet.
+    """
+
+    def __init__(
+        self,
+        names: Names,
+        define: Callable[[str, str], None],
+        shared: Iterable[Expr] = (),
+        owner: Callable[[Symbol], None] = lambda s: None,
+    ) -> None:
+        self.names, self.define, self.owner = names, define, owner
         self.quasi: dict[Symbol, str] = {}
         """How to write the quasi-rates of Euler parameters."""
         self.asked: list[Expr] = []
@@ -146,6 +155,8 @@ class Expressions:
         return f"{'' if over == 1 else '-' if over == -1 else f'{over} * '}{size} / {under}", _PRODUCT
 
     def _symbol(self, s: Symbol) -> str:
+        if s not in self.names:
+            self.owner(s)
         if s in self.names:
             return self.names[s]
         if isinstance(s, Rate) and isinstance(s.place, Symbol):

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
+from kane import expect
 from kane.errors import ModelError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import Input, Parameter, Reaction, StateVariable, Symbol
@@ -49,6 +50,7 @@ def to_python(
     ModelError
         if the system holds what is only known to the file that declares it: contacts, beams, tables, functions as actions
     """
+    expect.instance(system, System, "a System to write as Python")
     first = _Writer(system, ())
     lines = _Writer(system, shared_among(first.lines_and_asked()[1])).lines_and_asked()[0]
     head = [f'"""{(title or "A system").rstrip(".")}."""', ""]
@@ -68,7 +70,7 @@ class _Writer:
         self.system = system
         self.names = Names()
         self.lines: list[str] = []
-        self.text = Expressions(self.names, self._assign, shared)
+        self.text = Expressions(self.names, self._assign, shared, self._make_owner)
         self._made = {id(x): j for j in system.joints for x in (j.frame, j.point)}
 
     def lines_and_asked(self) -> tuple[list[str], list[Expr]]:
@@ -153,9 +155,7 @@ class _Writer:
             raise ModelError(f"Expected one inertial frame, got the root {f.name} beside it.")
         base = self.names[parent]
         if o.parameters:
-            return call(
-                f"{base}.rotate_euler_parameters", [literal(f.name), _tuple(self.names[e] for e in o.parameters)]
-            )
+            return call(f"{base}.rotate_euler_parameters", [literal(f.name), _tuple(map(self.text, o.parameters))])
         if o.angle is not None and o.axis is not None:
             before = parent.orientation
             merged = before is not None and before.base is o.base and before.axis == o.axis and o.base is not parent
@@ -175,6 +175,12 @@ class _Writer:
         of = f"{self.names[f]}.angular_velocity({self.names[f.parent]})"
         for s, axis in zip(o.quasi, "xyz", strict=True):
             self.text.quasi[s] = f"{of}.dot({self.names[f]}.{axis})"
+
+    def _make_owner(self, s: Symbol) -> None:
+        """Write the joint that makes a symbol: what turns with a joint, such as a rotor, may come before it."""
+        owner = next((j for j in self.system.joints if s in j.named and j not in self.names), None)
+        if owner is not None:
+            self._make_joint(owner)
 
     def _make_joint(self, j: Joint) -> None:
         at, parent = self.point(j.at), self.frame(j.parent)
@@ -241,17 +247,19 @@ class _Writer:
             self._cut(s)
 
     def _group(self, group: Group) -> str:
-        points = [self.point(p) for p in group.points]
+        places = [self.point(p) if isinstance(p, Point) else self.frame(p) for p in group.places]
         arguments = [self.text(x) if isinstance(x, Expr) else self._directions(x) for x in group.arguments]
         keywords = [f"{key}={self._directions(vectors)}" for key, vectors in group.keywords.items()]
         if group.function == "Constraint":
             return self._record(group.constraints[0])
-        return call(f"kn.{group.function}", [*group.first, *points, *arguments, *keywords, *group.named])
+        return call(f"kn.{group.function}", [*group.first, *places, *arguments, *keywords, *group.named])
 
     def _directions(self, vectors: Sequence[Vector]) -> str:
         return self.vector(vectors[0]) if len(vectors) == 1 else _tuple(map(self.vector, vectors))
 
     def _record(self, c: Constraint) -> str:
+        if c.branch is not None:
+            raise _unwritten("constraint", c)
         own = [f"own={self.text(c.own)}"] if c.own.op.name != "const" else []
         unit = [f"unit={literal(c.unit)}"] if c.unit else []
         normal = [f"normal={self.vector(c.normal)}"] if c.normal is not None else []
@@ -395,13 +403,15 @@ def _refuse(system: System) -> None:
         ("body", system.bodies, lambda x: not isinstance(x, Particle | RigidBody)),
         ("load", system.loads, lambda x: x.slip is not None and friction_call(x) is None),
         ("event", system.events, lambda x: x.then is not None and not isinstance(x.then, Mapping)),
-        ("constraint", system.constraints, lambda x: x.branch is not None),
     )
     for what, items, refused in checks:
         for item in items:
             if refused(item):
-                raise ModelError(
-                    "Expected a system of rigid bodies and particles, joints, loads and constraints to write as Python, got the "
-                    f"{what} "
-                    f"{item.name!r} ({cut(repr(item), 60)}), which only the file that declares it knows. Keep that file."
-                )
+                raise _unwritten(what, item)
+
+
+def _unwritten(what: str, item: Any) -> ModelError:
+    return ModelError(
+        "Expected a system of rigid bodies and particles, joints, loads and constraints to write as Python, got the "
+        f"{what} {item.name!r} ({cut(repr(item), 60)}), which only the file that declares it knows. Keep that file."
+    )

@@ -76,6 +76,7 @@ def _imported(made: Making, system: System, doubts: list[str]) -> Imported:
         **{what: MappingProxyType(names) for what, names in made.called.items()},
         "limits": MappingProxyType(limits),
         "shapes": robot.shapes,
+        "places": MappingProxyType({link.name: made.placed(k) for k, link in enumerate(robot.links)}),
         **robot.extras,
     }
     states = {a.name: a for a in made.states}

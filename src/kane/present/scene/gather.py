@@ -8,7 +8,7 @@ from typing import Any
 
 from kane import expect
 from kane.equations.equations import Equations
-from kane.errors import ArgumentError, ModelError, cut
+from kane.errors import ArgumentError, ModelError
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ZERO
 from kane.expr.symbols import Parameter
@@ -61,9 +61,7 @@ def system_of(given: Any) -> System:
     """The system itself, or that of equations."""
     if isinstance(given, Equations):
         return given.system
-    if not isinstance(given, System):
-        raise ArgumentError(f"Expected a kn.System or its Equations to draw, got {cut(repr(given))}.")
-    return given
+    return expect.instance(given, System, "a kn.System or its Equations to draw", error=ArgumentError)
 
 
 def _items(system: System, told: tuple[BodyShape, ...], into: Quantities) -> Iterator[Item]:

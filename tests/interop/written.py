@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Systems as files and back: what both must have in common."""
+
+from __future__ import annotations
+
+import importlib.util
+
+import numpy as np
+
+import kane as kn
+from kane.expr import digest
+
+
+def imported(path, text):
+    """The module that a file with this text is."""
+    path.write_text(text, "utf-8")
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def assert_alike(system, other):
+    """Both have the same symbols and names, the same operations, and accelerations equal to rounding."""
+    for what in ("coordinates", "speeds", "parameters", "inputs", "reactions", "states", "dependent_speeds"):
+        assert [s.declaration()[:4] for s in getattr(system, what)] == [
+            s.declaration()[:4] for s in getattr(other, what)
+        ]
+    for what in ("bodies", "joints", "loads", "constraints", "events", "gravities"):
+        assert [x.name for x in getattr(system, what)] == [x.name for x in getattr(other, what)]
+    a, b = kn.derive(system), kn.derive(other)
+    assert a.compile().operations == b.compile().operations
+    if [digest(e) for e in a.accelerations] == [digest(e) for e in b.accelerations]:
+        return
+    rng = np.random.default_rng(1)
+    named = {"q": a.coordinates, "u": a.independent_speeds, "inputs": a.system.inputs}
+    values = {kind: {s.name: rng.uniform(0.2, 0.8, 5) for s in symbols} for kind, symbols in named.items()}
+    before, after = (np.array(e.evaluate([s.name + "'" for s in e.speeds], **values)) for e in (a, b))
+    np.testing.assert_allclose(after, before, rtol=0, atol=1e-11 * np.abs(before).max())
