@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The reports of the whole gallery in a browser: silent, as wide as the screen, legible, named and reachable by keyboard, still on request."""
+"""The reports of the whole gallery in a browser: silent, within the screen, legible, named, reachable by keyboard, still on request."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import pytest
 import kane as kn
 from kane.cli import model_of
 from kane.gallery import GALLERY
-from kane.model.bodies import deforming
-from kane.present.overview import DECLARED
+from kane.model import deforming
+from kane.present import DECLARED
 from tests.present.browser import chromium
 from tests.present.test_animation import GL, until
 from tests.present.test_browser import CONTRAST, OPEN_ALL
