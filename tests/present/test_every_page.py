@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The reports of the whole gallery in a browser: silent, within the screen, legible, named, reachable by keyboard, still on request."""
+"""The reports of the whole gallery in a browser: silent, within the screen, legible, named, reached by keyboard, still on request."""
 
 from __future__ import annotations
 
