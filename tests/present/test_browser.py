@@ -22,7 +22,7 @@ CONTRAST = (Path(__file__).parent / "contrast.js").read_text(encoding="utf-8")
 WIDTHS = (1280, 390)
 PAPER = 688
 """A4 less margins of 14 mm, in pixels of CSS."""
-OPEN_ALL = "document.querySelectorAll('details').forEach(d => d.open = true)"
+OPEN_ALL = "document.querySelectorAll('details').forEach(d => d.open = true); typesetWaiting()"
 WIDER = """[...document.querySelectorAll('.formula, .scroll')].filter(e => e.checkVisibility() && e.scrollWidth > e.clientWidth + 1)
     .map(e => e.textContent.slice(0, 60))"""
 VISIBLE_Z = "[data-of]:visible"
@@ -93,6 +93,7 @@ def opening(name: str, browser: Any, folder: Path) -> Iterator[Opened]:
 def test_every_formula_is_typeset(opened: Opened) -> None:
     written = sum(map(len, Page(opened.text).math.values()))
     assert written > 20
+    opened.view.evaluate("typesetWaiting()")
     assert opened.view.locator(".math").count() == written
     assert opened.view.locator(".math > .katex, .math > .katex-display").count() == written
     assert opened.view.locator(".katex-error").count() == 0

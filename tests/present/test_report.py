@@ -114,7 +114,7 @@ def test_parameters_show_default_and_value_used(page: Page) -> None:
 
 
 def test_plots_follow_the_theme(page: Page, text: str) -> None:
-    assert page.tags.count("svg") == 5 + 2 + text.count('<div class="plot" ')
+    assert page.tags.count("svg") == 2 + 2 + text.count('<div class="plot" ')
     assert "currentColor" in text
     assert "var(--series-1)" in text
     assert not re.search(r"#0[12]0[23]0[0-9a-f]", text)

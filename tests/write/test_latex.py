@@ -146,8 +146,8 @@ def test_frames_with_primes_are_no_time_derivatives():
     while frame.parent is not None:
         assert "dot" not in unit_vector_latex(frame.name, "x")
         frame = frame.parent
-    assert unit_vector_latex("B'", "x") == r"\widehat{B^{\prime}}_{x}"
-    assert unit_vector_latex("B1''", "y") == r"\widehat{B_{1}^{\prime\prime}}_{y}"
+    assert unit_vector_latex("B'", "x") == r"\hat{e}_{x,\,B^{\prime}}"
+    assert unit_vector_latex("B1''", "y") == r"\hat{e}_{y,\,B_{1}^{\prime\prime}}"
 
 
 def test_names_of_several_letters_stand_apart():

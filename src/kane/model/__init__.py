@@ -8,7 +8,7 @@ __getattr__ = offered(
     {
         "beams.shapes": "FAMILIES",
         "beams.deformation": "foreshortening moments_beyond",
-        "bodies": "Part check_inertia check_mass",
+        "bodies": "Part check_inertia check_mass deforming",
         "constraints": "as_constraints constraint_of cut_of",
         "solids": "Inertia",
         "system": "gravity_load total_mass",

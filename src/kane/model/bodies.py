@@ -70,6 +70,10 @@ class Deforming(Body, Protocol):
     def own_loads(self) -> tuple[Any, ...]:
         """The loads that its deformation exerts."""
 
+    @property
+    def mass(self) -> Expr:
+        """Of the whole."""
+
     def defined_by(self, definitions: Mapping[Speed, Expr]) -> bool:
         """Whether some of the definitions hold a rate of it."""
 

@@ -3,7 +3,7 @@
 
 import io
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from kane.expr.node import Expr
 from kane.model.bodies import parts_of
 from kane.model.constraints import cut_of
 from kane.motion.solution.solution import Solution
@@ -111,18 +112,17 @@ class Plot:
     svg: str
 
 
-def plots(solution: Solution) -> list[Plot]:
-    """The plots that apply to the motion."""
-    eom = solution.equations
-    drawn = [
-        paths(solution),
-        _traces("coordinates", "Generalized coordinates", eom.coordinates, solution.q.T, solution),
-        _traces("speeds", "Generalized speeds", eom.speeds, solution.u.T, solution),
-        _traces("states", "Further states", eom.states, solution.a.T, solution),
-        _traces("reactions", "Reactions brought into evidence", eom.reactions, solution[list(eom.reactions)], solution),
-        balance(solution),
+def plots(solution: Solution, drawn: Iterable[Expr] = ()) -> list[Plot]:
+    """The plots that apply to the motion, but those of quantities that are all `drawn` elsewhere."""
+    eom, elsewhere = solution.equations, set(drawn)
+    traced: list[tuple[str, str, Sequence[Any], Any]] = [
+        ("coordinates", "Generalized coordinates", eom.coordinates, solution.q.T),
+        ("speeds", "Generalized speeds", eom.speeds, solution.u.T),
+        ("states", "Further states", eom.states, solution.a.T),
+        ("reactions", "Reactions brought into evidence", eom.reactions, solution[list(eom.reactions)]),
     ]
-    return [p for p in drawn if p is not None]
+    traces = [_traces(*of, solution) for of in traced if not elsewhere.issuperset(of[2])]
+    return [p for p in (paths(solution), *traces, balance(solution)) if p is not None]
 
 
 def _traces(name: str, title: str, symbols: Sequence[Any], values: Any, solution: Solution) -> Plot | None:

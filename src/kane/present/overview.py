@@ -12,7 +12,7 @@ from typing import Any
 from kane.equations.equations import Equations
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import AuxiliarySpeed, Symbol
-from kane.model.bodies import Part, parts_of
+from kane.model.bodies import Deforming, Part, deforming
 from kane.model.constraints import Constraint, constraint_of, cut_of
 from kane.model.loads import Load
 from kane.model.system import System
@@ -36,6 +36,24 @@ def _part(part: Part) -> Row:
         "mass centre": part.mass_center,
         "frame": part.frame or "particle",
         "central inertia": "" if part.inertia is None else part,
+    }
+
+
+def _bodies(system: System) -> Iterable[Row]:
+    """A row for each part of a rigid body, one for all of a flexible one: parts of a beam mean nothing by themselves."""
+    for body in system.bodies:
+        flexible = deforming((body,))
+        yield from map(_deforming, flexible) if flexible else map(_part, body.parts())
+
+
+def _deforming(body: Deforming) -> Row:
+    return {
+        "body": body.name,
+        "kind": "flexible body",
+        "mass": body.mass,
+        "mass centre": "a moving point",
+        "frame": body.parts()[0].frame or "",
+        "central inertia": "",
     }
 
 
@@ -67,7 +85,7 @@ def _cut(kind: str, s: Symbol) -> Row:
 
 
 DECLARED: dict[str, Callable[[System], Iterable[Row]]] = {
-    "bodies": lambda system: map(_part, parts_of(system.bodies)),
+    "bodies": _bodies,
     "coordinates": lambda system: _symbols("coordinate", system.coordinates),
     "speeds": lambda system: (
         {**row, "definition": e}

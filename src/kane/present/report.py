@@ -23,7 +23,7 @@ from kane.expr.node import Expr, postorder
 from kane.expr.symbols import Parameter, Symbol, rate
 from kane.motion.solution.solution import Solution
 from kane.present.check_figures import Check, motion_checks
-from kane.present.first_screen import first_screen
+from kane.present.first_screen import FirstScreen, first_screen
 from kane.present.formula_list import DisplayedFormula, formulas, quantity_latex, result_formulas
 from kane.present.overview import DECLARED, PageTable, Tex, declared_tables, page_table
 from kane.present.provenance import Provenance, force_provenance, mass_provenance, noncontributing
@@ -338,12 +338,13 @@ def page(
         )
     with working("Writing the report"):
         told = list(checks)
-        motion = {"checks": told} if solution is None else _motion(solution, told)
+        screen = None if solution is None or not scene(eom, shapes).drawable else first_screen(solution, shapes)
+        motion = {"checks": told} if solution is None else _motion(solution, told, screen)
         head = title or f"Equations of motion: {', '.join(b.name for b in eom.system.bodies)}"
         return _template().render(
             title=head,
             sketches=_sketches(eom, head, shapes),
-            screen=None if solution is None or not scene(eom, shapes).drawable else first_screen(solution, shapes),
+            screen=screen,
             viewer_js=Markup(asset("viewer.js", "templates")),
             screen_js=Markup(asset("engine.js", "templates") + asset("first_screen.js", "templates")),
             meanings=[(latex_name(q.name), q.description) for q in eom.coordinates if q.description],
@@ -395,11 +396,12 @@ def _summary(eom: Equations) -> list[tuple[int, str]]:
     return [*sizes, (eom.operations.total, "operations")]
 
 
-def _motion(solution: Solution, told: list[Check]) -> dict[str, Any]:
-    """Start and end, plots, and the checks of a motion after those `told`."""
+def _motion(solution: Solution, told: list[Check], screen: FirstScreen | None) -> dict[str, Any]:
+    """Start and end, plots of what the first screen does not draw, and the checks of a motion after those `told`."""
     from kane.present.motion_plots import plots
 
     eom = solution.equations
+    drawn = () if screen is None else [q.expr for _, _, lines in screen.plots for _, q in lines]
     symbols = eom.state
     ends = zip(symbols, solution.states[0], solution.states[-1], strict=True)
     rows = tuple((Tex(latex_name(s.name)), f"{a:.6g}", f"{b:.6g}", unit_text(eom.unit(s))) for s, a, b in ends)
@@ -408,7 +410,7 @@ def _motion(solution: Solution, told: list[Check]) -> dict[str, Any]:
         "checks": [*told, *motion_checks(solution, told)],
         "start": PageTable("Start and end", head, rows, unfolded=False),
         "changes": _changes(solution),
-        "plots": [(p, Markup(p.svg)) for p in plots(solution)],
+        "plots": [(p, Markup(p.svg)) for p in plots(solution, drawn)],
     }
 
 

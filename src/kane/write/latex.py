@@ -81,11 +81,11 @@ def place_latex(name: str) -> str:
 
 
 def unit_vector_latex(frame: str, axis: str) -> str:
-    r"""\hat{b}_{x} of a frame named B, \hat{b}_{1x} of a frame B1, \widehat{\mathrm{rod}}_{x} of a frame rod."""
+    r"""\hat{b}_{x} of a frame named B, \hat{b}_{1x} of a frame B1, \hat{e}_{x,\,\mathrm{rod}} of a frame rod."""
     parts = re.fullmatch(r"([A-Za-z])([0-9]*)", frame)
     if parts:
         return rf"\hat{{{parts[1].lower()}}}_{{{parts[2]}{axis}}}"
-    return rf"\widehat{{{place_latex(frame)}}}_{{{axis}}}"
+    return rf"\hat{{e}}_{{{axis},\,{place_latex(frame)}}}"
 
 
 # Trees -------------------------------------------------------------------------------------------------

@@ -25,8 +25,8 @@ B = N.rotate("B1", q1, N.z)
         ((1 - q2) * N.x, r"\left(1 - q_{2}\right)\,\hat{n}_{x}"),
         (kn.less(q1, q2) * N.x, r"\left(q_{1} \lt q_{2}\right)\,\hat{n}_{x}"),
         (kn.Vector(), "0"),
-        (kn.Frame("<b>").x, r"\widehat{\mathrm{\lt b\gt }}_{x}"),
-        (2 * kn.Frame("coupler").z, r"2\,\widehat{\mathrm{coupler}}_{z}"),
+        (kn.Frame("<b>").x, r"\hat{e}_{x,\,\mathrm{\lt b\gt }}"),
+        (2 * kn.Frame("coupler").z, r"2\,\hat{e}_{z,\,\mathrm{coupler}}"),
     ],
 )
 def test_vectors(vector: kn.Vector, latex: str) -> None:

@@ -38,10 +38,13 @@ from kane.model.bodies import Part
 from kane.model.loads import Load
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import gauss
+from kane.numeric.scale import ROUNDED
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector, check_connected
 
 _FORMS = ("linearized", "nonlinear")
+_MASS_POINTS = 64
+"""Of the quadrature of a mass per length."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
@@ -152,6 +155,14 @@ class Beam(Immutable):
     def parts(self) -> tuple[Part, ...]:
         """What has mass: stations, or points that share momentum."""
         return self._parts
+
+    @property
+    def mass(self) -> Expr:
+        """Of the whole beam; its parts share it, some with less than nothing, so that their momenta are right."""
+        rule = gauss(_MASS_POINTS)
+        mean = float(rule.weights @ self.mass_per_length.share(rule.places))
+        whole = mul(self.length, self.mass_per_length.value)
+        return whole if abs(mean - 1) < ROUNDED else mul(constant(mean), whole)
 
     def measures(self) -> tuple[tuple[str, Expr], ...]:
         """What must be above zero, with its name as an argument."""

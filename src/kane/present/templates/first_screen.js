@@ -133,6 +133,6 @@ class First {
     return [...given, h, out.outputs];
   }
 }
-const start = () => { if (view.viewer?.gl) new First(view.viewer); };
+const start = () => { if (view.viewer) new First(view.viewer); };
 if (view.viewer) start(); else view.addEventListener("kane-ready", start, { once: true });
 })();

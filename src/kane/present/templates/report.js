@@ -25,6 +25,10 @@ function typeset(place, source) {
   katex.render(lead + marked(place, source), place, {
     displayMode: display, fleqn: true, throwOnError: false, strict: "ignore", trust: (c) => c.command === "\\htmlData",
   });
+  if (place.closest("th")) { // the only text of its cell: named, as tables need it
+    place.setAttribute("role", "math");
+    place.setAttribute("aria-label", spoken(source));
+  }
   const shown = place.querySelectorAll("[data-of]");
   if (!shown.length) return;
   // KaTeX hides its visual half from screen readers, who read its MathML; of that half only the buttons are shown to them.
@@ -41,6 +45,10 @@ function typeset(place, source) {
   hideRest(place.querySelector(".katex-html"));
 }
 
+function spoken(source) {
+  return source.replace(/\\(?:boldsymbol|mathbf|mathrm|text)\b/g, "").replace(/[\\{}]/g, "").trim();
+}
+
 function hideRest(node) {
   for (const child of node.children) {
     if (child.getAttribute("role") === "button") continue;
@@ -49,8 +57,37 @@ function hideRest(node) {
   }
 }
 
-for (const [place, source] of sources) typeset(place, source);
+// What is seen is typeset at once, what is folded when it opens, and all of it when the page is idle or printed.
+const waiting = new Map();
+for (const [place, source] of sources) {
+  if (place.closest("details:not([open]) > :not(summary)")) waiting.set(place, source);
+  else typeset(place, source);
+}
+function typesetWaiting(holds = () => true) {
+  for (const [place, source] of waiting) {
+    if (!holds(place)) continue;
+    waiting.delete(place);
+    typeset(place, source);
+  }
+}
+addEventListener("toggle", (event) => typesetWaiting((place) => event.target.contains(place)), true);
+const later = window.requestIdleCallback || ((run) => setTimeout(() => run({ timeRemaining: () => 10 }), 50));
+function idle(deadline) {
+  typesetWaiting(() => deadline.timeRemaining() > 2);
+  if (waiting.size) later(idle);
+}
+later(idle);
 for (const font of document.fonts) font.load(); // printing opens what is folded and does not wait for its fonts
+
+// What scrolls sideways can be reached by keyboard, unless something within it can.
+const fits = new ResizeObserver((boxes) => {
+  for (const { target } of boxes) {
+    const scrolls = target.scrollWidth > target.clientWidth && !target.querySelector("[tabindex]");
+    if (scrolls) target.tabIndex = 0;
+    else target.removeAttribute("tabindex");
+  }
+});
+for (const box of document.querySelectorAll(".formula, .scroll")) fits.observe(box);
 
 // Definitions on demand
 
@@ -133,6 +170,7 @@ for (const button of document.querySelectorAll("button.copy")) {
 const LINES = 80;
 let opened = [];
 addEventListener("beforeprint", () => {
+  typesetWaiting();
   opened = [...document.querySelectorAll("details:not([open])")].filter((d) => !(d.dataset.lines > LINES));
   for (const d of opened) d.open = true;
   document.documentElement.classList.add("printing");

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The reports of the whole gallery in a browser: silent, within the screen, legible, named, reached by keyboard, still on request."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import kane as kn
+from kane.cli import model_of
+from kane.gallery import GALLERY
+from kane.model import deforming
+from kane.present import DECLARED
+from tests.present.browser import chromium
+from tests.present.test_animation import GL, until
+from tests.present.test_browser import CONTRAST, OPEN_ALL
+
+QUICK = ("flexible_pendulum",)
+FACES = ((1280, "light"), (390, "dark"))
+NAMELESS = """[...document.querySelectorAll("button, input, select, canvas, [role=button], [role=img]")]
+    .filter(e => e.checkVisibility() && !(e.getAttribute("aria-label") || e.textContent.trim() || (e.labels && e.labels.length)))
+    .map(e => e.outerHTML.slice(0, 80))"""
+"""Controls and pictures without a name."""
+UNREACHED = """[...document.querySelectorAll(".formula, .scroll")]
+    .filter(e => e.checkVisibility() && e.scrollWidth > e.clientWidth && e.tabIndex < 0 && !e.querySelector("[tabindex]"))
+    .map(e => e.textContent.slice(0, 60))"""
+"""Boxes that scroll sideways, where no key brings one."""
+HEADERS = """[...document.querySelectorAll("th")].filter(e => e.querySelector(".math"))
+    .filter(e => !e.querySelector(".math").getAttribute("aria-label")).length"""
+
+
+@pytest.fixture(scope="module")
+def browser() -> Any:
+    with chromium(*GL) as found:
+        yield found
+
+
+# the snakeboard starts where its dependent speeds are singular: its terms there are NaN, of which it warns
+@pytest.mark.filterwarnings("ignore:Expected dependent speeds")
+@pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in GALLERY])
+def test_a_report_of_the_gallery(name: str, browser: Any, tmp_path: Path) -> None:
+    model = model_of(name)
+    if not model.start:
+        pytest.skip("has no motion")
+    eom = kn.derive(model.system)
+    sol = kn.simulate(eom, (0.0, 0.2), samples=21, **model.start)
+    path = kn.report(eom, tmp_path / "report.html", solution=sol, shapes=model.shapes)
+    assert path.stat().st_size < 2e6
+    for width, scheme in FACES:
+        look(browser, path, width, scheme)
+
+
+def look(browser: Any, path: Path, width: int, scheme: str) -> None:
+    context = browser.new_context(
+        viewport={"width": width, "height": 900}, reduced_motion="reduce", color_scheme=scheme, offline=True
+    )
+    page, said = context.new_page(), []
+    page.on("console", lambda m: said.append(m.text))
+    page.on("pageerror", lambda e: said.append(str(e)))
+    page.on("request", lambda r: said.append(r.url) if not r.url.startswith(("file:", "data:", "blob:")) else None)
+    page.goto(path.as_uri())
+    page.evaluate(OPEN_ALL)
+    page.evaluate("new Promise(done => requestAnimationFrame(() => setTimeout(done)))")
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert page.evaluate(CONTRAST)["poor"] == []
+    assert page.evaluate(NAMELESS) == []
+    assert page.evaluate(UNREACHED) == []
+    assert page.evaluate(HEADERS) == 0
+    if page.locator(".first .kane-view").count():
+        until(page, "!!document.querySelector('.first .kane-view').viewer")
+        assert page.evaluate("document.querySelector('.first .kane-view').viewer.playing") is False
+        slider = page.locator(".kane-view input[type=range]")
+        slider.press("ArrowRight")
+        assert float(slider.input_value()) > 0
+    assert said == []
+    context.close()
+
+
+def test_a_plot_that_the_first_screen_has_is_not_drawn_again(tmp_path: Path) -> None:
+    model = model_of("double_pendulum")
+    sol = kn.simulate(kn.derive(model.system), (0.0, 0.2), samples=21, **model.start)
+    text = kn.report(sol.equations, tmp_path / "report.html", solution=sol).read_text(encoding="utf-8")
+    assert "<h3>Generalized coordinates</h3>" not in text
+    assert "<h3>Energy and power</h3>" in text
+
+
+@pytest.mark.parametrize("name", ["flexible_pendulum", "flap_lag_blade", "flexible_arm"])
+def test_a_beam_is_one_body(name: str) -> None:
+    """Its mass is the sum of what its parts have."""
+    system = model_of(name).system
+    rows = list(DECLARED["bodies"](system))
+    assert len(rows) <= len(system.bodies)
+    for beam in deforming(system.bodies):
+        (row,) = [r for r in rows if r["body"] == beam.name]
+        assert row["kind"] == "flexible body"
+        point = {s: 0.7 + 0.1 * k for k, s in enumerate(sorted(kn.free_symbols([beam.mass]), key=lambda s: s.name))}
+        mass, *parts = kn.evaluate([beam.mass, *(p.mass for p in beam.parts())], point)
+        assert mass == pytest.approx(sum(parts), rel=1e-9)
