@@ -27,7 +27,7 @@ def unloaded(rng, bodies):
     return replace(tree, bodies=tuple(replace(b, force=None, torque=None) for b in tree.bodies))
 
 
-@pytest.mark.grows
+@pytest.mark.slow
 @examples(1.0)
 @given(st.integers(1, 5), st.integers(0, 2**32))
 def test_inverse_dynamics_and_base_parameters_of_random_trees(bodies, seed):

@@ -163,6 +163,7 @@ def test_the_rear_wheel_lifts_off_where_the_front_one_brakes() -> None:
     assert when(sol, "rear tyre opens") == pytest.approx(lifts, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_leaning_bicycle_skids_until_it_falls() -> None:
     sol = kn.simulate(EOM, (0, 3), **START, **TIGHT)
     assert sol.event is not None

@@ -71,7 +71,7 @@ def test_what_stands_moves_exactly_zero(points: Any) -> None:
     assert (r[:, 0] * f[:, 1] - r[:, 1] * f[:, 0]).sum() == pytest.approx(0, abs=1e-11)
 
 
-@pytest.mark.parametrize("points", [FEET, CORNERS])
+@pytest.mark.parametrize("points", [FEET, pytest.param(CORNERS, marks=pytest.mark.slow)])
 def test_a_body_slides_down_and_stops(points: Any) -> None:
     a = G * (np.sin(0.55) - MU * np.cos(0.55))
     sol = kn.simulate(box(points), (0, 1), parameters={"slope": 0.55}, **REST, **TIGHT)
@@ -116,7 +116,7 @@ def largest(points: Any) -> float:
 @pytest.mark.filterwarnings(
     "ignore:Expected one mode of the contacts:kane.KaneWarning"
 )  # how corners share N is one of many
-@pytest.mark.parametrize("points", [FEET, CORNERS])
+@pytest.mark.parametrize("points", [FEET, pytest.param(CORNERS, marks=pytest.mark.slow)])
 def test_a_pull_beside_the_middle_moves_it_where_no_forces_hold(points: Any) -> None:
     """The limit of all distributions, not of one: beside a conic solver."""
     most = largest(points)

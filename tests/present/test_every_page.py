@@ -17,7 +17,7 @@ from tests.present.browser import chromium
 from tests.present.test_animation import GL, until
 from tests.present.test_browser import CONTRAST, OPEN_ALL
 
-QUICK = ("flexible_pendulum",)
+QUICK = ("pendulum",)
 FACES = ((1280, "light"), (390, "dark"))
 NAMELESS = """[...document.querySelectorAll("button, input, select, canvas, [role=button], [role=img]")]
     .filter(e => e.checkVisibility() && !(e.getAttribute("aria-label") || e.textContent.trim() || (e.labels && e.labels.length)))

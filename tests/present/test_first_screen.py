@@ -8,7 +8,7 @@ import pytest
 
 import kane as kn
 from kane.cli import model_of
-from kane.present import first_screen, terms
+from kane.present import screen_of, terms
 from tests.present.browser import chromium
 from tests.present.test_animation import GL, until
 
@@ -44,8 +44,8 @@ def test_terms_of_an_equation_balance(name):
 
 
 def test_what_a_page_does_not_run():
-    assert first_screen(simulated("skidding_disk", 0.2)).still == "Contacts change its modes."
-    assert "begin at t = 0" in first_screen(_later()).still
+    assert screen_of(simulated("skidding_disk", 0.2)).still == "Contacts change its modes."
+    assert "begin at t = 0" in screen_of(_later()).still
 
 
 def _later():

@@ -6,7 +6,7 @@ from kane.lazy_imports import offered
 __getattr__ = offered(
     __name__,
     {
-        "first_screen": "first_screen terms",
+        "first_screen": "screen_of terms",
         "mode_figures": "through_meetings",
         "plotted_lines": "spread",
         "plotted_runs": "bend",

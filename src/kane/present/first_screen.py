@@ -95,7 +95,7 @@ class FirstScreen:
     still: str
 
 
-def first_screen(solution: Solution, shapes: Iterable[BodyShape] = ()) -> FirstScreen:
+def screen_of(solution: Solution, shapes: Iterable[BodyShape] = ()) -> FirstScreen:
     """The first screen of a motion."""
     eom = solution.equations
     animation = animate(solution, shapes=tuple(shapes), autoplay=False)
@@ -271,4 +271,4 @@ def _json(data: Any) -> str:
     return json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
 
 
-__all__ = ["FirstScreen", "first_screen"]
+__all__ = ["FirstScreen", "screen_of"]

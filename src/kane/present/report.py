@@ -23,7 +23,7 @@ from kane.expr.node import Expr, postorder
 from kane.expr.symbols import Parameter, Symbol, rate
 from kane.motion.solution.solution import Solution
 from kane.present.check_figures import Check, motion_checks
-from kane.present.first_screen import FirstScreen, first_screen
+from kane.present.first_screen import FirstScreen, screen_of
 from kane.present.formula_list import DisplayedFormula, formulas, quantity_latex, result_formulas
 from kane.present.overview import DECLARED, PageTable, Tex, declared_tables, page_table
 from kane.present.provenance import Provenance, force_provenance, mass_provenance, noncontributing
@@ -338,7 +338,7 @@ def page(
         )
     with working("Writing the report"):
         told = list(checks)
-        screen = None if solution is None or not scene(eom, shapes).drawable else first_screen(solution, shapes)
+        screen = None if solution is None or not scene(eom, shapes).drawable else screen_of(solution, shapes)
         motion = {"checks": told} if solution is None else _motion(solution, told, screen)
         head = title or f"Equations of motion: {', '.join(b.name for b in eom.system.bodies)}"
         return _template().render(

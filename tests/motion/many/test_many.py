@@ -273,6 +273,7 @@ def test_events_in_lanes(eom, end):
     one_by_one(eom, (0, end), runs, [{"q": {x: h}, **given} for h in heights])
 
 
+@pytest.mark.slow
 def test_closed_loops_in_lanes():
     eom = kn.derive(four_bar.system())
     start = kn.assemble(eom, q={"q1": 1.2, **{c: kn.guess(0.3) for c in eom.coordinates[1:]}})
