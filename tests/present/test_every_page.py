@@ -38,7 +38,6 @@ def browser() -> Any:
 
 
 # the snakeboard starts where its dependent speeds are singular: its terms there are NaN, of which it warns
-@pytest.mark.filterwarnings("ignore:Expected dependent speeds")
 @pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in GALLERY])
 def test_a_report_of_the_gallery(name: str, browser: Any, tmp_path: Path) -> None:
     model = model_of(name)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import base64
 import json
+import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -19,7 +20,7 @@ from markupsafe import Markup
 
 from kane.equations.compiled import output_bundle, program
 from kane.equations.equations import Equations
-from kane.errors import KaneError
+from kane.errors import KaneError, KaneWarning
 from kane.expr.build import sum_of
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, ZERO, Expr
@@ -145,7 +146,10 @@ def _kept(wanted: Sequence[Quantity], solution: Solution, animation: Animation) 
     """The quantities that matter, with their values at the instants of the animation; what vanishes throughout is left out."""
     times = animation.courses[0].times
     dense = solution.at(times)
-    found = [np.broadcast_to(np.asarray(v, dtype=float), times.shape) for v in dense[[q.expr for q in wanted]]]
+    with warnings.catch_warnings():  # rows by dependent speeds that do not follow somewhere are left out below
+        warnings.filterwarnings("ignore", "Expected dependent speeds", KaneWarning)
+        values = dense[[q.expr for q in wanted]]
+    found = [np.broadcast_to(np.asarray(v, dtype=float), times.shape) for v in values]
     sizes = [float(np.nanmax(np.abs(v), initial=0.0)) for v in found]
     by_group: dict[str, list[int]] = {}
     for k, q in enumerate(wanted):
@@ -153,7 +157,10 @@ def _kept(wanted: Sequence[Quantity], solution: Solution, animation: Animation) 
     kept: set[int] = set()
     idle = _idle(dense, float(times[-1] - times[0]))
     for group, numbers in by_group.items():
-        most = _TERMS if wanted[numbers[0]].group.startswith("why") else _LINES
+        rows = wanted[numbers[0]].group.startswith("why")
+        if rows and not all(np.isfinite(found[k]).all() for k in numbers):
+            continue
+        most = _TERMS if rows else _LINES
         scale = max(sizes[k] for k in numbers)
         if scale <= idle.get(group.strip(), 0.0):
             continue
