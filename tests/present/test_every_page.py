@@ -18,6 +18,11 @@ from tests.present.test_animation import GL, until
 from tests.present.test_browser import CONTRAST, OPEN_ALL
 
 QUICK = ("pendulum",)
+OFTEN = (
+    "rolling_disk", "four_bar", "whipple_bicycle", "flexible_arm", "skidding_disk", "andrews_squeezer", "snakeboard", "compass_gait", "free_body",
+    "stacked_blocks", "muscle_arm",
+)  # fmt: skip
+"""One of each kind; the others take their time, and are asked for with all pages."""
 FACES = ((1280, "light"), (390, "dark"))
 NAMELESS = """[...document.querySelectorAll("button, input, select, canvas, [role=button], [role=img]")]
     .filter(e => e.checkVisibility() && !(e.getAttribute("aria-label") || e.textContent.trim() || (e.labels && e.labels.length)))
@@ -38,7 +43,11 @@ def browser() -> Any:
 
 
 # the snakeboard starts where its dependent speeds are singular: its terms there are NaN, of which it warns
-@pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in GALLERY])
+def _marks(name: str) -> Any:
+    return () if name in QUICK else pytest.mark.slow if name in OFTEN else pytest.mark.page
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=_marks(n)) for n in GALLERY])
 def test_a_report_of_the_gallery(name: str, browser: Any, tmp_path: Path) -> None:
     model = model_of(name)
     if not model.start:
