@@ -84,7 +84,7 @@ def opening(name: str, browser: Any, folder: Path) -> Iterator[Opened]:
     complaints: list[str] = []
     context = browser.new_context(viewport={"width": WIDTHS[0], "height": 900}, offline=True)
     view = context.new_page()
-    view.on("console", lambda said: _of_driver(said.text) or complaints.append(f"{said.type}: {said.text}"))
+    view.on("console", lambda said: complaints.extend([f"{said.type}: {said.text}"] * (not _of_driver(said.text))))
     view.on("pageerror", lambda error: complaints.append(str(error)))
     view.on("requestfailed", lambda request: complaints.append(f"not loaded: {request.url:.80}"))
     view.on(

@@ -19,8 +19,8 @@ from tests.present.test_browser import CONTRAST, OPEN_ALL
 
 QUICK = ("pendulum",)
 OFTEN = (
-    "rolling_disk", "four_bar", "whipple_bicycle", "flexible_arm", "skidding_disk", "andrews_squeezer", "snakeboard", "compass_gait", "free_body",
-    "stacked_blocks", "muscle_arm",
+    "rolling_disk", "four_bar", "whipple_bicycle", "flexible_arm", "skidding_disk", "andrews_squeezer", "snakeboard", "compass_gait",
+    "free_body", "stacked_blocks", "muscle_arm",
 )  # fmt: skip
 """One of each kind; the others take their time, and are asked for with all pages."""
 FACES = ((1280, "light"), (390, "dark"))
