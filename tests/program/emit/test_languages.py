@@ -270,7 +270,7 @@ def test_names_that_a_language_keeps_for_itself_are_none_of_the_assigned(target)
 @given(st.lists(NASTY, min_size=4, max_size=4))
 def test_text_stays_in_its_literal_or_comment(tmp_path_factory, target, texts):
     label, description, unit, name = texts
-    symbol = kn.coordinate(name.strip() or "q", description=description)
+    symbol = kn.coordinate("".join(name.split()) or "q", description=description)
     program = small(
         (("sin", (1,)),),
         (4,),
