@@ -118,19 +118,11 @@ class Reading:
         return self.named(str(parts[0]), line, getattr(parts[0], "column", 1))
 
     def _function(self, parts: list[Any], line: Line) -> Value:
-        name = str(parts[0])
-        call = self.functions.get(name.lower())
-        if call is None:
-            cure = alike(name.lower(), self.functions).strip()
-            raise line.refuse("a function of Autolev", f"{name} at column {_column(parts[0], line)}", cure)
+        call = _called(self.functions, parts[0], "a function of Autolev", line)
         return call(self, parts[1].children, line)
 
     def _member(self, parts: list[Any], line: Line) -> Value:
-        name = str(parts[1])
-        call = self.members.get(name.lower())
-        if call is None:
-            cure = alike(name.lower(), self.members).strip()
-            raise line.refuse("a method of MotionGenesis", f"{name} at column {_column(parts[1], line)}", cure)
+        call = _called(self.members, parts[1], "a method of MotionGenesis", line)
         return call(self, [parts[0], *parts[2].children], line)
 
     def _matrix(self, rows: list[Any], line: Line) -> Value:
@@ -352,6 +344,16 @@ def quantity(reading: Reading, expr: Any, unit: Any, line: Line) -> Value:
 def _kind(value: object) -> str:
     words = {Vec: "a vector", Dyad: "a dyadic", Table: "a matrix", Unread: "an output"}
     return words.get(type(value), "a scalar")
+
+
+def _called(calls: dict[str, Call], token: Any, what: str, line: Line) -> Call:
+    """What a name stands for, in letters of either case."""
+    name = str(token)
+    call = calls.get(name.lower())
+    if call is None:
+        cure = alike(name.lower(), calls).strip()
+        raise line.refuse(what, f"{name} at column {_column(token, line)}", cure)
+    return call
 
 
 def _column(token: Any, line: Line) -> int:

@@ -25,7 +25,7 @@ Replace = Callable[[Expr], Expr]
 
 def replacing(changes: Mapping[Any, Any]) -> Replace:
     """A function that puts values in the place of symbols."""
-    return substituting({symbol: value for symbol, value in changes.items()})  # noqa: C416
+    return substituting(dict(changes))
 
 
 class Names:

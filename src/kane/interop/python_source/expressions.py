@@ -47,7 +47,6 @@ class Names:
         self._by_object: dict[int, str] = {}
         self._kept: list[object] = []
         self._taken = set(_TAKEN)
-        self.renamed: dict[str, str] = {}
 
     def give(self, item: object, wanted: str, kind: str) -> str:
         """The name of a new object: as wanted where that is a free identifier, else with what `kind` it is of."""
@@ -57,8 +56,6 @@ class Names:
             plain = f"{kind}_{plain}"
         candidates = (plain, f"{plain}_{kind}", *(f"{plain}_{kind}_{k}" for k in range(2, 10_000)))
         name = next(c for c in candidates if c not in self._taken)
-        if name != wanted:
-            self.renamed[name] = wanted
         self._taken.add(name)
         self._by_object[id(item)] = name
         self._kept.append(item)  # an id is an object's as long as it lives

@@ -81,23 +81,9 @@ class Points:
 
     def _survey(self, theirs: Any) -> None:
         """All points that positions lead to, and the way to each from the one at rest, if there is one."""
-        ways: dict[Any, Any] = {theirs: None}
-        line = deque([theirs])
-        while line:
-            own = line.popleft()
-            for other in own._pos_dict:
-                if other not in ways:
-                    ways[other] = own
-                    line.append(other)
-        still = [p for p in ways if self._theirs in p._vel_dict and p._vel_dict[self._theirs] == 0]
+        still = [p for p in _ways(theirs) if self._theirs in p._vel_dict and p._vel_dict[self._theirs] == 0]
         reference = next(iter(still), theirs)
-        ways, line = {reference: None}, deque([reference])
-        while line:
-            own = line.popleft()
-            for other in own._pos_dict:
-                if other not in ways:
-                    ways[other] = own
-                    line.append(other)
+        ways = _ways(reference)
         for p in ways:
             way = [p]
             while ways[way[-1]] is not None:
@@ -147,3 +133,16 @@ class Points:
             said = f"{theirs} is moved by its velocity {v}, which is not the rate of its position from {self._references[theirs]}"
             self._remarks.say("changed", f"{said}: it has coordinates of its own along {along}")
         return root.at(self._names.free(f"{theirs.name}_moving"), offset)
+
+
+def _ways(start: Any) -> dict[Any, Any]:
+    """Each point that positions lead to from one, nearest first, with the point before it."""
+    ways: dict[Any, Any] = {start: None}
+    line = deque([start])
+    while line:
+        own = line.popleft()
+        for other in own._pos_dict:
+            if other not in ways:
+                ways[other] = own
+                line.append(other)
+    return ways
