@@ -12,10 +12,11 @@ import typer
 
 import kane as kn
 from kane.cli import screen
-from kane.cli.models import Force, Out, imported, model_of, names_like
+from kane.cli.models import KINDS, Force, Out, imported, model_of, names_like
 from kane.cli.screen import Misuse, own_code, short
 from kane.errors import cut
 from kane.gallery import GALLERY
+from kane.interop.imported import Imported
 from kane.progress import working
 
 READERS: Mapping[str, str] = {
@@ -26,7 +27,6 @@ READERS: Mapping[str, str] = {
     ".in": "from_autolev",
 }
 """What reads a file, by its ending."""
-_KINDS = ("q", "u", "parameters", "inputs", "states")
 
 
 def convert(
@@ -46,7 +46,7 @@ def convert(
     path = _path(source)
     place = screen.target(out, path, force) if out else None
     with working("Reading"):
-        text, remarks = _written(source)
+        text, remarks = _written(source, path)
     for line in remarks:
         screen.say(line, err=True)
     if place is None:
@@ -64,9 +64,8 @@ def _path(source: str) -> Path | None:
     return path if path.is_file() else Path(source.rpartition(":")[0] or source)
 
 
-def _written(source: str) -> tuple[str, list[str]]:
+def _written(source: str, path: Path | None) -> tuple[str, list[str]]:
     """The text of the file, and what was inferred, changed or left out."""
-    path = _path(source)
     if path is None or (path.suffix == ".py" and path == Path(source)):
         model = model_of(source)
         return kn.exchange.to_python(model.system, title=model.title, start=model.start), []
@@ -74,8 +73,7 @@ def _written(source: str) -> tuple[str, list[str]]:
         raise Misuse(f"Expected a file that ends in {', '.join((*READERS, '.py'))}, got {source}, which is not there.")
     if path.suffix == ".py":
         return _of_python(path, source.rpartition(":")[2])
-    name = _reader(path)
-    return _of(getattr(kn.exchange, name)(path), path.stem)
+    return _of(getattr(kn.exchange, _reader(path))(path), path.stem)
 
 
 def _reader(path: Path) -> str:
@@ -101,12 +99,12 @@ def _of_python(path: Path, name: str) -> tuple[str, list[str]]:
     return _of(kn.exchange.from_sympy_mechanics(found), path.stem)
 
 
-def _of(model: kn.exchange.Imported, title: str) -> tuple[str, list[str]]:
+def _of(model: Imported, title: str) -> tuple[str, list[str]]:
     """An imported model, with its remarks at the head of the file."""
     remarks = [str(r) for r in model.remarks if r.kind not in ("read", "checked")]
     told = model.extras.get("start")
     start: dict[str, dict[str, Any]] = {}
-    for kind in _KINDS if told is not None else ():
+    for kind in KINDS if told is not None else ():
         values = getattr(told, kind, None) or {}
         start[kind] = {getattr(s, "name", s): float(v) for s, v in values.items()}
     text = kn.exchange.to_python(model.system, title=title.replace("_", " "), start=start, remarks=remarks)

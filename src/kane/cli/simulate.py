@@ -264,10 +264,8 @@ def animate(
     eom = derived(model)
     begin = start(model, eom, {"q": q, "u": u, "parameters": parameter, "inputs": input, "states": state})
     sol = motion(model, eom, begin, t1)
-    if force:
-        place.unlink(missing_ok=True)
     with working("Drawing"):
-        animated(sol, place, shapes=model.shapes)
+        screen.put(place, animated(sol, shapes=model.shapes).write, force)
     screen.say(f"From {sol.t[0]:g} s: {sol.message}.")
     typer.echo(f"Animation: {place}")
     if sol.status == "stopped":

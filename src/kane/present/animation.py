@@ -4,15 +4,13 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from kane import expect
@@ -21,10 +19,11 @@ from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
+from kane.present.pages import as_json, asset, environment
 from kane.present.scene.gather import scene as scene_of
 from kane.present.scene.records import Posed, Scene
 from kane.present.scene.shapes import BodyShape
-from kane.present.viewer.page import Course, as_json, lowest, page_data
+from kane.present.viewer.page import Course, lowest, page_data
 from kane.present.viewer.parts import Model, model
 from kane.space.frame import Point
 from kane.whole import exchange, path_of
@@ -75,7 +74,7 @@ class Animation:
         strips = [(name, _gradient(runs, self.courses[0].times)) for name, runs in self._modes().items()]
         seen = [m for m in _MODES if any(m == mode for runs in self._modes().values() for _, mode in runs)]
         return Markup(
-            _environment().get_template("viewer.html").render(
+            environment().get_template("viewer.html").render(
                 label=_label(self.scene), picture=Markup(""), forces=bool(self.model.arrows), traces=bool(self.traces),
                 strips=strips, key=[(m, _MODES[m]) for m in seen], data=Markup(as_json(data)), autoplay=self.autoplay,
             )
@@ -93,8 +92,9 @@ class Animation:
 
     def html(self) -> str:
         """One page that needs nothing else."""
-        given = {"title": _label(self.scene), "css": Markup(_asset("viewer.css")), "js": Markup(_asset("viewer.js"))}
-        page = _environment().get_template("animation.html")
+        css, js = (Markup(asset(name, "templates")) for name in ("viewer.css", "viewer.js"))
+        given = {"title": _label(self.scene), "css": css, "js": js}
+        page = environment().get_template("animation.html")
         return page.render(part=self.part(), mark=Markup(_MARK.decode()), **given)
 
     def _repr_html_(self) -> str:
@@ -108,15 +108,24 @@ class Animation:
         Raises
         ------
         ArgumentError
-            if the path ends in something else, or a file of that name was not written by `animate`
+            if the path ends in something else, or a page or glTF file of that name was not written by `animate`
         """
         place = path_of(path, 'kn.animate(sol, "motion.html")')
-        write = _WRITERS.get(place.suffix.lower())
-        if write is None:
-            raise ArgumentError(f"Expected a file that ends in {', '.join(_WRITERS)}, got {str(place)!r}.")
+        write, mark = self._format(place)
         place.parent.mkdir(parents=True, exist_ok=True)
-        write(self, place)
+        exchange(place, partial(write, self), None if mark is None else lambda p: mark in p.read_bytes()[:4000])
         return place
+
+    def write(self, path: Path) -> None:
+        """Fill a file, whatever is in it, as its ending says."""
+        write, _ = self._format(path)
+        write(self, path)
+
+    def _format(self, path: Path) -> tuple[Callable[[Animation, Path], object], bytes | None]:
+        found = _FORMATS.get(path.suffix.lower())
+        if found is None:
+            raise ArgumentError(f"Expected a file that ends in {', '.join(_FORMATS)}, got {str(path)!r}.")
+        return found
 
     def __repr__(self) -> str:
         t = self.courses[0].times
@@ -155,13 +164,16 @@ def animate(
     if not solutions or not all(isinstance(s, Solution) for s in solutions):
         raise ArgumentError(f"Expected a motion from kn.simulate to animate, or several, got {cut(repr(solution))}.")
     given = tuple(expect.instances(traces, Point, "traces= to be points", "Write traces=[P]."))
-    scene = scene_of(solutions[0].equations, shapes)
-    numbers = [_place_number(scene, p) for p in given]
-    courses = tuple(course(scene, s) for s in solutions)
-    made = Animation(tuple(solutions), scene, courses, tuple(numbers), autoplay)
+    made = animation_of(solutions, scene_of(solutions[0].equations, shapes), given, autoplay)
     if path is not None:
         made.save(path)
     return made
+
+
+def animation_of(solutions: Sequence[Solution], scene: Scene, traces: Sequence[Point], autoplay: bool) -> Animation:
+    """Motions of one system, of which the scene is at hand."""
+    numbers = tuple(_place_number(scene, p) for p in traces)
+    return Animation(tuple(solutions), scene, tuple(course(scene, s) for s in solutions), numbers, autoplay)
 
 
 def _place_number(scene: Scene, point: Point) -> int:
@@ -176,24 +188,12 @@ def _place_number(scene: Scene, point: Point) -> int:
 
 
 def course(scene: Scene, solution: Solution) -> Course:
-    """The poses at instants enough to be played, those of events among them."""
-    times = _instants(solution)
-    dense = solution.at(times)
+    """The poses at instants enough to be played."""
+    motion = solution.at(_instants(solution))
     symbols = list(scene.symbols)
-    values = dict(zip(symbols, dense[symbols], strict=True)) if symbols else {}
-    poses = scene.poses(values)
-    n = len(times)
-    return Course(
-        np.asarray(dense.t),
-        Posed(
-            *(
-                _spread(x, n, k)
-                for x, k in zip(
-                    (poses.positions, poses.rotations, poses.directions, poses.scalars), (2, 3, 2, 1), strict=True
-                )
-            )
-        ),
-    )
+    poses = scene.poses(dict(zip(symbols, motion[symbols], strict=True)) if symbols else {})
+    axes = {"positions": 2, "rotations": 3, "directions": 2, "scalars": 1}
+    return Course(motion, Posed(**{what: _spread(getattr(poses, what), len(motion), n) for what, n in axes.items()}))
 
 
 def _spread(values: Array, count: int, axes: int) -> Array:
@@ -258,47 +258,27 @@ def _gradient(runs: Sequence[tuple[float, str]], times: Array) -> str:
     return f"linear-gradient(to right, {', '.join(stops)})"
 
 
-def _environment() -> Environment:
-    return Environment(loader=PackageLoader("kane.present"), autoescape=True, undefined=StrictUndefined)
-
-
-def _asset(name: str) -> str:
-    return (files("kane.present") / "templates" / name).read_text(encoding="utf-8")
-
-
 def _write_html(animation: Animation, place: Path) -> None:
-    text = animation.html().encode()
-    exchange(place, lambda p: p.write_bytes(text), lambda p: _MARK in p.read_bytes()[:4000])
+    place.write_text(animation.html(), encoding="utf-8")
 
 
 def _write_gltf(animation: Animation, place: Path) -> None:
     from kane.present.viewer.gltf import binary
 
-    data = binary(animation.model, animation.courses[0])
-    exchange(place, lambda p: p.write_bytes(data), lambda p: b'"generator":"kane"' in p.read_bytes()[:4000])
+    place.write_bytes(binary(animation.model, animation.courses[0]))
 
 
 def _write_pictures(animation: Animation, place: Path) -> None:
     from kane.present.viewer.raster import Shot, write
 
-    camera, front = animation.camera, np.array(animation.camera["front"])
-    shot = Shot(
-        animation.model,
-        animation.courses[0],
-        front,
-        camera["azimuth"],
-        camera["height"],
-        animation.low,
-        animation.played,
-    )
-    exchange(place, partial(write, shot), lambda p: True)
+    camera, low, played = animation.camera, animation.low, animation.played
+    front = np.array(camera["front"])
+    write(Shot(animation.model, animation.courses[0], front, camera["azimuth"], camera["height"], low, played), place)
 
 
-_WRITERS = {
-    ".html": _write_html,
-    ".glb": _write_gltf,
-    ".gif": _write_pictures,
-    ".png": _write_pictures,
-    ".mp4": _write_pictures,
-    ".webp": _write_pictures,
+_FORMATS: dict[str, tuple[Callable[[Animation, Path], object], bytes | None]] = {
+    ".html": (_write_html, _MARK),
+    ".glb": (_write_gltf, b'"generator":"kane"'),
+    **dict.fromkeys((".gif", ".png", ".mp4", ".webp"), (_write_pictures, None)),
 }
+"""What writes each format, and by what a file that `save` wrote is known; pictures bear no mark, and are replaced."""

@@ -9,9 +9,8 @@ runs the same kernel as `kn.simulate` anew.
 from __future__ import annotations
 
 import base64
-import json
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,8 +28,10 @@ from kane.motion.inputs.functions import constant
 from kane.motion.programs.simulator_wasm import emit_simulator_wasm
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
-from kane.present.animation import Animation, animate
-from kane.present.scene.shapes import BodyShape
+from kane.present.animation import Animation, animation_of
+from kane.present.pages import as_json
+from kane.present.scene.gather import scene
+from kane.present.scene.records import Scene
 from kane.program.emit.wasm import emit_wasm
 from kane.units.rules import unit_text
 from kane.write.latex import latex_name
@@ -80,7 +81,6 @@ class Row:
 
     label: str
     terms: tuple[tuple[int, Quantity], ...]
-    left: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,11 +96,11 @@ class FirstScreen:
     still: str
 
 
-def screen_of(solution: Solution, shapes: Iterable[BodyShape] = ()) -> FirstScreen:
-    """The first screen of a motion."""
+def screen_of(solution: Solution, drawn: Scene | None = None) -> FirstScreen:
+    """The first screen of a motion, and of the scene of its system where that is at hand."""
     eom = solution.equations
-    animation = animate(solution, shapes=tuple(shapes), autoplay=False)
-    shown = _kept([*terms(eom), *_lines(eom)], solution, animation)
+    animation = animation_of([solution], scene(eom) if drawn is None else drawn, (), autoplay=False)
+    shown = _kept([*terms(eom), *_lines(eom)], animation.courses[0].motion)
     values = [q for q, _ in shown]
     row = np.stack([v for _, v in shown], axis=-1) if shown else np.zeros((len(animation.courses[0].times), 0))
     live, sliders, still = _live(solution, animation, values)
@@ -108,7 +108,7 @@ def screen_of(solution: Solution, shapes: Iterable[BodyShape] = ()) -> FirstScre
     numbered = list(enumerate(values))
     rows, left = _rows(eom, numbered)
     plots = tuple(_plots(numbered))
-    return FirstScreen(animation.part(extra=row), rows, left, plots, sliders, Markup(_json(data)), still)
+    return FirstScreen(animation.part(extra=row), rows, left, plots, sliders, Markup(as_json(data)), still)
 
 
 # What is shown ---------------------------------------------------------------------------------------------------------
@@ -142,10 +142,9 @@ def _lines(eom: Equations) -> Iterator[Quantity]:
         yield Quantity("energy", "V", "J", eom.potential_energy)
 
 
-def _kept(wanted: Sequence[Quantity], solution: Solution, animation: Animation) -> list[tuple[Quantity, Array]]:
-    """The quantities that matter, with their values at the instants of the animation; what vanishes throughout is left out."""
-    times = animation.courses[0].times
-    dense = solution.at(times)
+def _kept(wanted: Sequence[Quantity], dense: Solution) -> list[tuple[Quantity, Array]]:
+    """The quantities that matter, with their values along a motion; what vanishes throughout is left out."""
+    times = dense.t
     with warnings.catch_warnings():  # rows by dependent speeds that do not follow somewhere are left out below
         warnings.filterwarnings("ignore", "Expected dependent speeds", KaneWarning)
         values = dense[[q.expr for q in wanted]]
@@ -186,7 +185,7 @@ def _rows(eom: Equations, numbered: Sequence[tuple[int, Quantity]]) -> tuple[tup
     for u in eom.independent_speeds:
         own = tuple((k, q) for k, q in numbered if q.group == f"why {u.name}")
         if own:
-            rows.append(Row(latex_name(u.name), own, 0))
+            rows.append(Row(latex_name(u.name), own))
     return tuple(rows[:_ROWS]), max(len(rows) - _ROWS, 0)
 
 
@@ -216,11 +215,7 @@ def _live(
         return None, (), "It does not begin at t = 0."
     if eom.operations.total > _LONGEST:
         return None, (), "Its equations are long."
-    scene = animation.scene
-    flat = [x for v in scene.positions for x in v]
-    flat += [x for axes in scene.rotations for v in axes for x in v]
-    flat += [x for v in scene.directions for x in v]
-    exprs = [*flat, *scene.scalars, *(q.expr for q in values)]
+    exprs = [*animation.scene.row, *(q.expr for q in values)]
     try:
         run = emit_simulator_wasm(eom.compile(), METHOD, samples=SAMPLES)
         bundle = output_bundle(eom.solved, {f"{k}": e for k, e in enumerate(exprs)})
@@ -237,14 +232,9 @@ def _live(
         "parameters": given,
         "inputs": {s.name: float(v) for s, v in inputs.items() if isinstance(s, Input) and v is not None},
         "count": len(exprs),
-        "tolerances": [solution_tolerance(solution, "rtol"), solution_tolerance(solution, "atol")],
+        "tolerances": [solution.rtol, solution.atol or 1e-9],
     }
     return live, sliders, ""
-
-
-def solution_tolerance(solution: Solution, name: str) -> float:
-    """The tolerance that a motion was run with, 1e-9 where it does not say."""
-    return float(getattr(solution, name, 1e-9) or 1e-9)
 
 
 def _sliders(eom: Equations, given: Mapping[str, float], start: Mapping[str, float]) -> Iterator[Slider]:
@@ -272,10 +262,6 @@ def _slider(kind: str, s: Symbol, value: float, low: float, high: float) -> Slid
 
 def _unit(unit: str) -> str:
     return unit_text(unit) if unit not in ("", "1") else ""
-
-
-def _json(data: Any) -> str:
-    return json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
 
 
 __all__ = ["FirstScreen", "screen_of"]

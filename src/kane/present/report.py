@@ -4,14 +4,13 @@
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from importlib.metadata import version
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined, Template
+from jinja2 import Template
 from markupsafe import Markup
 
 from kane.dynamics.readings.contributions import Contributions
@@ -26,8 +25,10 @@ from kane.present.check_figures import Check, motion_checks
 from kane.present.first_screen import FirstScreen, screen_of
 from kane.present.formula_list import DisplayedFormula, formulas, quantity_latex, result_formulas
 from kane.present.overview import DECLARED, PageTable, Tex, declared_tables, page_table
+from kane.present.pages import asset, environment
 from kane.present.provenance import Provenance, force_provenance, mass_provenance, noncontributing
 from kane.present.scene.gather import scene
+from kane.present.scene.records import Scene
 from kane.present.scene.shapes import BodyShape
 from kane.present.sketch.draw import NARROW, WIDE, draw_each
 from kane.progress import working
@@ -338,12 +339,13 @@ def page(
         )
     with working("Writing the report"):
         told = list(checks)
-        screen = None if solution is None or not scene(eom, shapes).drawable else screen_of(solution, shapes)
+        drawn = scene(eom, shapes)
+        screen = None if solution is None or not drawn.drawable else screen_of(solution, drawn)
         motion = {"checks": told} if solution is None else _motion(solution, told, screen)
         head = title or f"Equations of motion: {', '.join(b.name for b in eom.system.bodies)}"
         return _template().render(
             title=head,
-            sketches=_sketches(eom, head, shapes),
+            sketches=_sketches(drawn, head),
             screen=screen,
             viewer_js=Markup(asset("viewer.js", "templates")),
             screen_js=Markup(asset("engine.js", "templates") + asset("first_screen.js", "templates")),
@@ -363,15 +365,13 @@ def page(
         )
 
 
-def _sketches(eom: Equations, title: str, shapes: Iterable[BodyShape]) -> list[Markup]:
+def _sketches(seen: Scene, title: str) -> list[Markup]:
     """The drawing as a desk and as a phone show it; none of a system that has nothing to draw."""
-    seen = scene(eom, shapes)
     return [Markup(s.svg) for s in draw_each(seen, (WIDE, NARROW), title=title)] if seen.drawable else []
 
 
 def _template() -> Template:
-    loader = PackageLoader("kane.present")
-    page = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
+    page = environment(trim_blocks=True, lstrip_blocks=True)
     page.filters["segments"] = _segments
     page.filters["figure"] = lambda x: f"{x:.3g}" if 0.1 <= x < 1e4 else f"{x:.1e}"
     page.tests["tex"] = lambda cell: isinstance(cell, Tex)
@@ -436,9 +436,3 @@ def _changes(solution: Solution) -> PageTable | None:
     if len(begins) > _SHOWN:
         rows.append(("…", f"{len(begins) - _SHOWN} more", "", ""))
     return PageTable("What happens on the way", ("t (s)", "event", "contacts", "energy (J)"), tuple(rows))
-
-
-@cache
-def asset(name: str, folder: str = "assets") -> str:
-    """Text of a file in present/assets."""
-    return files("kane.present").joinpath(folder, name).read_text(encoding="utf-8")

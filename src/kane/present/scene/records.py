@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -128,6 +128,17 @@ class Scene(Immutable):
         """Whether there is a point to draw anything at."""
         return bool(self.positions)
 
+    @property
+    def row(self) -> list[Expr]:
+        """The numbers of a pose in one row: positions, the axes of frames, directions, scalars."""
+        return row_of(self.positions, self.rotations, self.directions, self.scalars)
+
+    @property
+    def seen(self) -> list[int]:
+        """The numbers of the positions of what has a size of its own: of all items but planes."""
+        items = [item for item in self.items if item.kind != "plane"]
+        return sorted({k for item in items for k in (item.at, *item.points) if k is not None})
+
     def poses(self, values: Mapping[Any, Any]) -> Posed:
         """All poses at values for `symbols`, by symbol: numbers, or arrays of one length for as many states.
 
@@ -207,10 +218,18 @@ class Quantities:
     def tables(self) -> tuple[Any, ...]:
         """All of them, in order, and the routine."""
         tables = (tuple(self.positions), tuple(self.rotations), tuple(self.directions), tuple(self.scalars))
-        flat = [x for v in tables[0] for x in v]
-        flat += [x for axes in tables[1] for v in axes for x in v]
-        flat += [x for v in tables[2] for x in v]
-        return (*tables, Walk([*flat, *tables[3]] or [ZERO]))
+        return (*tables, Walk(row_of(*tables) or [ZERO]))
+
+
+def row_of(
+    positions: Sequence[Triple],
+    rotations: Sequence[tuple[Triple, Triple, Triple]],
+    directions: Sequence[Triple],
+    scalars: Sequence[Expr],
+) -> list[Expr]:
+    """All numbers in one row: positions, the axes of frames, directions, scalars."""
+    vectors = [*positions, *(v for axes in rotations for v in axes), *directions]
+    return [*(x for v in vectors for x in v), *scalars]
 
 
 def _number(table: dict[Any, int], entry: Any) -> int:

@@ -180,7 +180,7 @@ class Viewer {
       gl.uniform1i(u.shade, 1); gl.uniform4f(u.floor_, ...normal, height + 2e-4 * data.size); gl.uniform1f(u.alpha, 0.18); gl.depthMask(false);
       if (dot(light, normal) > 0.1) places[0].forEach((place, k) => this.mesh(data.parts[k].m, place, this.ink.shadow, 1));
       gl.uniform1i(u.shade, 0); gl.disable(gl.STENCIL_TEST);
-      this.floor(normal, at, eye);
+      this.floor(normal, at);
     }
     gl.uniform1f(u.alpha, 0.22);
     places.slice(1).forEach((own) => own.forEach((place, k) => this.mesh(data.parts[k].m, place, this.ofPart(data.parts[k]), 0)));
@@ -275,10 +275,9 @@ class Viewer {
     this.slider?.addEventListener("input", () => { this.play(false); this.seek(this.sources[0].start + Number(this.slider.value) * span); });
     const speed = find("speed");
     if (speed) {
-      const e = Math.floor(Math.log10(this.speed)), list = [0.1, 0.25, 0.5, 1, 2, 4].map((k) => k * this.speed);
+      const list = [0.1, 0.25, 0.5, 1, 2, 4].map((k) => k * this.speed);
       speed.replaceChildren(...list.map((k) => new Option(`× ${Number(k.toPrecision(3))}`, String(k), false, k === this.speed)));
       speed.addEventListener("change", () => { this.speed = Number(speed.value); });
-      void e;
     }
     for (const name of ["forces", "axes", "paths", "follow"]) {
       const box = find(name);

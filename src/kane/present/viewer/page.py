@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import base64
-import json
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.present.scene.records import Posed, Scene
 from kane.present.viewer.meshes import Mesh, arrow, cylinder
@@ -20,22 +20,24 @@ from kane.present.viewer.parts import Model, Part
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Course:
-    """Poses along a motion, at times of its own."""
+    """A motion at the instants that are shown, the poses there, and what is shown beside them, a column each."""
 
-    times: Array
+    motion: Solution
     poses: Posed
     extra: Array | None = None
 
+    @property
+    def times(self) -> Array:
+        """The instants."""
+        return self.motion.t
+
     def rows(self) -> Array:
         """A row an instant: positions, axes of frames, directions, scalars, and what is shown beside them."""
-        p = self.poses
-        n = len(self.times)
-        axes = p.rotations.swapaxes(-1, -2)
+        p, n = self.poses, len(self.times)
         parts = [
-            np.broadcast_to(x, (n, *x.shape[1:])).reshape(n, -1) for x in (p.positions, axes, p.directions, p.scalars)
+            x.reshape(n, -1) for x in (p.positions, p.rotations.swapaxes(-1, -2), p.directions, p.scalars) if x.size
         ]
-        parts += [] if self.extra is None else [self.extra]
-        return np.concatenate([x for x in parts if x.size], axis=1)
+        return np.concatenate([*parts, *([] if self.extra is None else [self.extra])], axis=1)
 
 
 def packed(values: Any, kind: str) -> str:
@@ -96,11 +98,5 @@ def lowest(scene: Scene, model: Model, courses: Sequence[Course]) -> float:
         return float(
             courses[0].poses.positions.reshape(-1, *courses[0].poses.positions.shape[-2:])[0, plane.at] @ model.up
         )
-    seen = sorted({k for item in scene.items if item.kind != "plane" for k in (item.at, *item.points) if k is not None})
-    heights = [c.poses.positions[..., seen, :] @ model.up for c in courses]
+    heights = [c.poses.positions[..., scene.seen, :] @ model.up for c in courses]
     return float(min(np.nanmin(h) for h in heights)) - 0.12 * model.size
-
-
-def as_json(data: Mapping[str, Any]) -> str:
-    """Text for a script element of type application/json."""
-    return json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")

@@ -94,8 +94,7 @@ def model(scene: Scene, poses: Posed, up: Array) -> Model:
 
 def _extent(scene: Scene, poses: Posed) -> tuple[float, Array, float, bool]:
     """Size, middle, reach, and whether the motion travels."""
-    seen = sorted({k for item in scene.items if item.kind != "plane" for k in (item.at, *item.points) if k is not None})
-    p = poses.positions.reshape(-1, *poses.positions.shape[-2:])[:, seen]
+    p = poses.positions.reshape(-1, *poses.positions.shape[-2:])[:, scene.seen]
     finite = p[np.isfinite(p).all(axis=(1, 2))]
     numbers = poses.scalars.reshape(len(p), -1)[0] if poses.scalars.size else np.zeros(0)
     sizes = [
