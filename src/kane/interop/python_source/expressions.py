@@ -148,7 +148,7 @@ class Expressions:
         over, under = value.numerator, value.denominator
         if (b if over == 1 else -b if over == -1 else b * over) / under is not node:
             return None
-        size = _within(self._texts[b], _PRODUCT)
+        size = _within(self._texts[b], _PRODUCT if over == 1 else _SIGN)  # n*(x*y) is not (n*x)*y
         return f"{'' if over == 1 else '-' if over == -1 else f'{over} * '}{size} / {under}", _PRODUCT
 
     def _symbol(self, s: Symbol) -> str:

@@ -71,7 +71,7 @@ class _Writer:
         self.names = Names()
         self.lines: list[str] = []
         self.text = Expressions(self.names, self._assign, shared, self._make_owner)
-        self._made = {id(x): j for j in system.joints for x in (j.frame, j.point)}
+        self._made = {id(x): j for j in system.joints for x in (j.point, *_turned_by(j))}
 
     def lines_and_asked(self) -> tuple[list[str], list[Expr]]:
         """The lines, and the expressions in them."""
@@ -188,13 +188,9 @@ class _Writer:
         function, arguments = joint_call(j, self.text, self._by_name(j), self.names)
         child = [] if j.frame.name == j.name else [f"child={literal(j.frame.name)}"]
         self._assign(name, call(f"kn.{function}", [literal(j.name), at, parent, *arguments, *child]))
-        self.names.alias(j.frame, f"{name}.frame")
+        for k, turned in enumerate(_turned_by(j)):
+            self.names.alias(turned, f"{name}.frame{k * '.parent'}")
         self.names.alias(j.point, f"{name}.point")
-        between, text = j.frame.parent, f"{name}.frame"
-        while between is not None and between is not j.parent:
-            text = f"{text}.parent"
-            self.names.alias(between, text)
-            between = between.parent
         if self._by_name(j):
             for symbols, what in ((j.coordinates, "coordinates"), (tuple(j.speeds), "speeds")):
                 given = [self.names.give(s, s.name, what[:-1]) for s in symbols]
@@ -415,3 +411,12 @@ def _unwritten(what: str, item: Any) -> ModelError:
         "Expected a system of rigid bodies and particles, joints, loads and constraints to write as Python, got the "
         f"{what} {item.name!r} ({cut(repr(item), 60)}), which only the file that declares it knows. Keep that file."
     )
+
+
+def _turned_by(j: Joint) -> list[Frame]:
+    """The frame of a joint and those between it and the parent."""
+    frames, frame = [j.frame], j.frame.parent
+    while frame is not None and frame is not j.parent:
+        frames.append(frame)
+        frame = frame.parent
+    return frames
