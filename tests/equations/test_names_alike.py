@@ -84,6 +84,13 @@ def test_what_may_be_asked_for():
     for wrong in (None, {"q1"}, {"q1": 1}, object(), b"q1"):
         with pytest.raises(TypeError, match="Expected an expression, vector, name"):
             EOM.evaluate(wrong, **AT)
+    for thing, cure in (
+        (Q, r"its position\(…\), velocity\(N\)"),
+        (B, r"its dcm\(N\)"),
+        (EOM.system.bodies[0], "mass center"),
+    ):
+        with pytest.raises(TypeError, match=f"Expected an expression, vector, name.* Ask for .*{cure}"):
+            EOM.evaluate(thing, **AT)
     with pytest.raises(kn.ValueMissingError, match=r"got 'q3'. Did you mean q2 or q1"):
         EOM.evaluate("q3", **AT)
 

@@ -8,6 +8,7 @@ import pytest
 
 import kane as kn
 from kane.analysis import start_state
+from kane.gallery import load
 from kane.motion import SOLVERS, check_span, check_steps, check_tolerance, sample_times
 from tests.motion.steppers.runs import spring
 
@@ -124,3 +125,15 @@ def test_times_that_numbers_do_not_tell_apart():
         assert sol.status == "stopped"
         assert "times there are 0.12 s apart" in sol.message
         assert "singular" not in sol.message
+
+
+def test_a_beam_bent_beyond_its_equations():
+    """Its kinetic energy would be negative there: named, where the start is otherwise on the constraints."""
+    eom = kn.derive(load("flexible_slider_crank").system())
+    far = {"q_crank": 0.5, "v1_rod": 0.8, "v2_rod": -0.8}
+    guessed = {name: kn.guess(0.1) for name in ("q_wrist", "x")}
+    rest = {u.name: 0.0 for u in eom.independent_speeds}
+    with pytest.raises(
+        kn.SimulationError, match="kinetic energy ≥ 0 for all speeds at the start, got a negative one of u_"
+    ):
+        kn.simulate(eom, (0, 0.1), q=far | guessed, u=rest)

@@ -34,6 +34,7 @@ from kane.motion.start import (
     check_breakpoints,
     check_events,
     check_first_step,
+    check_kinetic_energy,
     check_longest,
     check_mass_matrix,
     check_rates,
@@ -315,6 +316,8 @@ def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:
     stepper.regularize(t0, y)
     check_regular(stepper.eom, stepper.now.values(t0, y), t0)
     start, numbers = stepper.keep(t0, y)
+    if numbers is not None:
+        check_kinetic_energy(stepper.eom.speeds, numbers.m, t0)
     stepper.settle(t0, start, numbers)
     check_events(stepper.eom, stepper.now.watch(t0, start), t0, lambda: stepper.now.values(t0, start))
     names = stepper.now.rates.labels[:-1]

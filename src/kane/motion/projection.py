@@ -56,7 +56,7 @@ from kane.numeric.rank import (
     singular,
     weak_values,
 )
-from kane.numeric.scale import CLOSED, CLOSED_FULLY, MOTION_RANK
+from kane.numeric.scale import CLOSED, CLOSED_FULLY, MOTION_RANK, ROUNDED
 from kane.program.from_expressions import Bundle
 from kane.program.native.compiled_routine import BundleRoutine
 
@@ -83,8 +83,10 @@ class Numbers:
 
     @property
     def finite(self) -> bool:
-        """Whether the constraints can be kept there."""
-        return all(np.all(np.isfinite(v)) for v in (self.f, self.a, self.b, self.m))
+        """Whether the constraints can be kept there: all numbers are finite, and no speed alone has a negative kinetic energy."""
+        inertia = np.diag(self.m)
+        heavy = np.all(inertia >= -ROUNDED * inertia.max(initial=0))
+        return bool(heavy) and all(np.all(np.isfinite(v)) for v in (self.f, self.a, self.b, self.m))
 
 
 def constraint_numbers(eom: Equations) -> Bundle[Numbers]:

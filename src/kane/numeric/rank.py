@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.scale import DERIVE_RANK, MOTION_RANK, ROUNDED, ROUNDED_SUM, SPEEDS_RANK, TAKES_PART
+from kane.numeric.scale import DERIVE_RANK, MOTION_RANK, ROUNDED, ROUNDED_SUM, SOLVE_RANK, SPEEDS_RANK, TAKES_PART
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,6 +123,16 @@ def null_direction(a: Array, threshold: float) -> Array | None:
         return None
     values = singular(balance(a, rounding=0.0).matrix)
     return None if values.regular(threshold) else values.right[-1]
+
+
+def negative_direction(m: Array) -> Array | None:
+    """x (n), its entries scaled, with xᵀ M x < 0 beyond rounding; None where there is none, or M is not finite."""
+    if not np.all(np.isfinite(m)):
+        return None
+    size = np.sqrt(np.abs(np.diag(m)))
+    size[size == 0] = 1.0
+    values, vectors = np.linalg.eigh(m / np.outer(size, size))
+    return vectors[:, 0] if np.min(values, initial=0) < -SOLVE_RANK * np.max(np.abs(values), initial=0) else None
 
 
 def dependencies(a: Array) -> Array:

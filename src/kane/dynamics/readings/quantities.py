@@ -43,8 +43,10 @@ from kane.expr.symbols import (
     time,
 )
 from kane.expr.visit import substituting
+from kane.model.bodies import Particle, RigidBody
 from kane.model.system import System
 from kane.numeric.sampling import finite_number, named_values, symbol_named
+from kane.space.frame import Frame, Point
 from kane.space.vector import Dyadic, Vector
 
 Exprs = tuple[Expr, ...]
@@ -66,6 +68,19 @@ class AskedExpressions:
         if not self.shape:
             return numbers[0]
         return np.stack(numbers, axis=-1) if len(self.shape) == 1 else stacked(numbers, (self.shape[0], self.shape[1]))
+
+
+_QUANTITIES: tuple[tuple[Any, str], ...] = (
+    (Point, "its position(…), velocity({0}) or acceleration({0})"),
+    (Frame, "its dcm({0}), angular_velocity({0}) or angular_acceleration({0})"),
+    (RigidBody | Particle, "the position(…), velocity({0}) or acceleration({0}) of its mass center"),
+)
+
+
+def _quantities_of(what: object, inertial: Frame) -> str:
+    """What can be asked of a point, frame or body."""
+    said = next((text for kind, text in _QUANTITIES if isinstance(what, kind)), "")
+    return said and f" Ask for {said.format(inertial.name)}."
 
 
 def asked(derived: Derived, what: Any) -> AskedExpressions:
@@ -92,7 +107,7 @@ def asked(derived: Derived, what: Any) -> AskedExpressions:
     if not isinstance(what, Iterable) or isinstance(what, Set | Mapping | bytes):
         raise ExpressionError(
             f"Expected an expression, vector, name, dyadic or matrix, or a list of these, got {type(what).__name__}: "
-            f"{cut(repr(what))}."
+            f"{cut(repr(what))}.{_quantities_of(what, frame)}"
         )
     parts = tuple(asked(derived, x) for x in what)
     shapes = {part.shape for part in parts}
