@@ -104,7 +104,7 @@ def inverse_at(
     """The segments at given u̇, as if nothing closed the tree; Unsuited, with what is in the way, where it is no such tree."""
     if holds_reactions(derived):
         raise Unsuited("loads that hold reactions")
-    carried = carrying(derived, flexible=elastic, shared=elastic)
+    carried = carrying(derived, shared=elastic)
     tree = carried.tree(balanced=balanced).segments
     if dof_count(tree) != len(derived.speeds):
         raise Unsuited("speeds that are not those of the joints")

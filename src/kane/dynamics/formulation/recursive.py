@@ -35,7 +35,6 @@ from kane.kinematics.freedoms import Unsuited, resolved
 from kane.kinematics.links import Tree, repeated
 from kane.kinematics.segments import JointStep, JointTree, Segments, joint_tree, segments
 from kane.kinematics.velocity_constraints import placed, together
-from kane.model.bodies import deforming
 from kane.model.constraints import constraint_of
 from kane.model.declarations import EulerParameters
 from kane.numeric.sampling import SEEDS, draws, unit, value_of
@@ -64,7 +63,7 @@ WAYS: Mapping[str, type[Articulated] | type[Composite]] = {"recursive": Articula
 def recursions(derived: Derived, partition: Partition | None) -> Iterator[Solved]:
     """The solutions by the recursions that may be the shortest, as far as the system is a tree, or one that constraints close."""
     try:
-        carried = carrying(derived, flexible=True, shared=bool(deforming(derived.system.bodies)))
+        carried = carrying(derived, shared=True)
         for route in _worth_trying(derived, carried, closed=partition is not None):
             yield by_recursion(derived, carried, route, partition)
     except Unsuited:
@@ -127,13 +126,13 @@ class Carrying(NamedTuple):
         return joint_tree(steps, bodies, self.loads, elastic, elastic_along_a=not balanced)
 
 
-def carrying(derived: Derived, *, flexible: bool = False, shared: bool = False) -> Carrying:
-    """The segments of a tree; Unsuited, with what is in the way, where it is none of those, or has parts that are `flexible`.
+def carrying(derived: Derived, *, shared: bool = False) -> Carrying:
+    """The segments of a tree; Unsuited, with what is in the way, where it is none of those.
 
-    Coordinates that several joints have are left to other routes, too, unless these may be `shared`.
+    Trees with coordinates that several bodies share, flexible or turned by gears, are left to other routes unless `shared`.
     """
     rates = shared_rates(derived)
-    if rates and not flexible:
+    if rates and not shared:
         raise Unsuited("flexible bodies")
     forces, on = gauged(derived)
     points = [p for p, _ in forces] + [p for c in derived.constraints.constraints for p, _ in c.forces]

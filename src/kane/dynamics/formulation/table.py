@@ -133,7 +133,7 @@ def forced(route: str) -> Callable[[Derived, Partition | None], Solved]:
 
     def solve(derived: Derived, partition: Partition | None) -> Solved:
         try:
-            found = by_recursion(derived, carrying(derived, flexible=True, shared=True), route, partition)
+            found = by_recursion(derived, carrying(derived, shared=True), route, partition)
             if not has_no_poles(derived, found):
                 raise Unsuited("speeds whose W has poles that velocities in these speeds have not")
             return compared([_finished(derived, found)])
