@@ -19,6 +19,7 @@ from kane.expr.node import Expr
 from kane.model.declarations import Event
 from kane.motion.course import Method
 from kane.motion.hybrid.actions import Instant, acting, after_actions
+from kane.motion.hybrid.contact_starts import check_forces
 from kane.motion.hybrid.events import End, at_start, ended_by, up_to_a_break
 from kane.motion.inputs.breakpoints import bumps_of
 from kane.motion.inputs.expressions import Formula, HeldInput, controllers
@@ -191,6 +192,7 @@ def _phase(
         free=solver.name == AUTO,
     )
     kind = NativeCourse if name in INTEGRATORS else ScipyCourse
+    check_forces(stepper.now, span[0], start, begin.fresh)
     met, fresh = at_start(stepper.now, span[0], start, begin.fresh, begin.rtol, begin.rounded)
     course = kind(stepper, solver, span, start, times, fresh)
     course.pace.begun = begun

@@ -13,13 +13,14 @@ import numpy as np
 from kane.dynamics.poles import SLIPS, KinematicsEnd, SlipEnd
 from kane.equations.equations import Equations
 from kane.model.declarations import Event
+from kane.motion.hybrid.contact_starts import ends_force
 from kane.motion.hybrid.event_routines import actions, bundles, glance, tendency, values_set
 from kane.motion.hybrid.events import Fresh, Leaves, leaves_row
 from kane.motion.right_hand_side import Given, Routines
 from kane.motion.steppers.crossings import KINDS, LEAVES, Kind
 from kane.motion.steppers.crossings import room as zoomed
 from kane.motion.steppers.watched import rooms
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, Mask
 from kane.numeric.polynomials import DEGREE as PARTS
 from kane.numeric.scale import ROUNDED_TERMS
 from kane.program.native.compiled_routine import CompiledRoutine
@@ -104,14 +105,21 @@ def asks(eom: Equations) -> bool:
 
 
 def stands_beside(now: Routines, given: Given, t: float, y: Array) -> bool:
-    """Whether no quantity is at its threshold at a start, which `given` then tells of; they are finite."""
+    """Whether no quantity is at its threshold at a start, which `given` then tells of, nor a force beyond its cone; all are finite."""
     count = len(given["seen"])
     routine = now.routine(glance, *now.turning).flat
     found = routine(t, y[: now.width], now.parameters(routine), now.inputs(t, y) if now.drives else None)
     given["seen"][:], given["largest"][:], given["leaves"][:] = found[:count], np.abs(found[:count]), 0.0
+    return bool(are_beside(now, given, found[:count], found[count:])) and bool(np.isfinite(found).all())
+
+
+def are_beside(now: Routines, given: Given, values: Array, terms: Array) -> Mask:
+    """Whether quantities (… × n) are at no threshold, and no force is beyond its cone, at starts (…)."""
+    count = values.shape[-1]
     own = given["kinds"].reshape(-1, KINDS)[:count, 2] > 0
-    away = np.abs(found[:count] - given["least"][:count]) > ROUNDED_TERMS * found[count:]
-    return bool((away | ~own).all()) and bool(np.isfinite(found).all())
+    forces = np.array([bool(kind) for kind in now.eom.numeric().value(ends_force)] + [False] * count)[:count]
+    away = np.abs(values - given["least"][:count]) > ROUNDED_TERMS * terms
+    return np.asarray(((away | ~own) & ~(forces & (values < 0))).all(axis=-1))
 
 
 def begin_at(given: Given, events: tuple[Event, ...], fresh: Fresh) -> None:

@@ -7,7 +7,19 @@ end or an event, it returns: Python decides, or takes that one mode from its beg
 
 from enum import IntEnum
 
-from kane.motion.hybrid.contact_events import ENDS, NOTHING, SEPARATED, SLIPS, SLOWS, STARTS, STRAIGHT, TURNS, After
+from kane.motion.hybrid.contact_events import (
+    ENDS,
+    NOTHING,
+    OPENS,
+    SEPARATED,
+    SLIPPING,
+    SLIPS,
+    SLOWS,
+    STARTS,
+    STRAIGHT,
+    TURNS,
+    After,
+)
 from kane.motion.steppers.context import ReturnCode, Slot
 from kane.motion.steppers.crossings import LEAVES
 from kane.numeric.scale import ROUNDED_TERMS, SAME_TIME, SOON
@@ -249,11 +261,13 @@ class _Automaton(After):
             contact = w.compute("int", self.meaning[at * 2])
             leaves = (contact >= 0) & (self.leaving[w.select(contact < 0, w.integer(0), contact)] > 0.0)
             leaves = leaves & (self.begun[at] > 0.0)
+            kind = self.meaning[at * 2 + 1]
+            beyond = (contact >= 0) & (kind >= float(OPENS)) & (kind <= float(SLIPPING)) & (value < 0.0)
             with w.when(leaves):
                 self.seen[at] = self.least[at]
                 for j, x in enumerate((*map(w.constant, (1.0, 1.0, 1.0)), band, w.constant(SOON))):
                     self.leaves[at * LEAVES + j] = x
-            with w.otherwise(), w.when(~beside & (self.begun[at] > -0.5)):
+            with w.otherwise(), w.when((~beside & (self.begun[at] > -0.5)) | beyond):
                 self.found.put(1)
         ahead = s[int(Slot.END)] - self.t.get() > 10.0 * s[int(Slot.SHORTEST)] + SAME_TIME * of.absolute(self.t.get())
         admitted = self.calls[RESULT].equals(float(ReturnCode.LIMIT))

@@ -358,25 +358,41 @@ def departure(event: Event, now: Routines, t: float, state: Array, share: float)
 
     A derivative is zero that is no larger than a `share` of its terms.
     """
-    solved, values, e = now.eom.solved, now.values(t, state), event.quantity
-    laws: dict[Expr, Expr] = {}
-    for s, f in zip(now.eom.inputs, now.drives, strict=True):
-        if isinstance(f, Formula):
-            laws[s] = f.expr
-        elif constant(f) is not None or isinstance(f, HeldInput):
-            laws[s] = as_expr(values[s])
+    e = event.quantity
     try:
         for order in range(1, _ORDERS + 1):
-            plain = substituted(without_unknowns(solved, [e])[0], laws)
-            (e,) = without_unknowns(solved, [time_derivative(solved.derived, plain)])
-            symbols = list(free_symbols([e]))
-            code = build_program("quantity", [Port("x", tuple(symbols))], [Task("rate", [e], (1,), ["rate"])])
-            ((value, error),) = rounding(code, [float(values[s]) for s in symbols])
+            e = time_derivative(now.eom.solved.derived, _known(e, now, t, state))
+            e = without_unknowns(now.eom.solved, [e])[0]
+            value, error = _with_terms(e, now, t, state)
             if not abs(value) <= share * error / 2:
                 return (float(np.sign(value)), order) if math.isfinite(value) else (0.0, 1)
     except (KaneError, KeyError):  # what has no derivative, or one in rates that are not known
         pass
     return 0.0, 1
+
+
+def _known(e: Expr, now: Routines, t: float, state: Array) -> Expr:
+    """An expression in time, the state and parameters alone, with what is solved for and inputs in their places."""
+    laws: dict[Expr, Expr] = {}
+    for s, f in zip(now.eom.inputs, now.drives, strict=True):
+        if isinstance(f, Formula):
+            laws[s] = f.expr
+        elif constant(f) is not None or isinstance(f, HeldInput):
+            laws[s] = as_expr(now.values(t, state)[s])
+    return substituted(without_unknowns(now.eom.solved, [e])[0], laws)
+
+
+def _with_terms(e: Expr, now: Routines, t: float, state: Array) -> tuple[float, float]:
+    """A value and the magnitude of what it is summed of."""
+    values, symbols = now.values(t, state), list(free_symbols([e]))
+    code = build_program("quantity", [Port("x", tuple(symbols))], [Task("rate", [e], (1,), ["rate"])])
+    ((value, error),) = rounding(code, [float(values[s]) for s in symbols])
+    return value, error
+
+
+def quantity_along(event: Event, now: Routines, t: float, state: Array) -> tuple[float, float]:
+    """The quantity of an event, reactions solved for, and the magnitude of its terms."""
+    return _with_terms(_known(event.quantity, now, t, state), now, t, state)
 
 
 def _rounding(event: Event, now: Routines, t: float, state: Array, share: float = ROUNDED_TERMS) -> float:

@@ -16,18 +16,16 @@ import numpy.typing as npt
 from kane.motion.arguments import Arguments
 from kane.motion.constraint_kernels import entries, holding, holding_one, unheld
 from kane.motion.course import Method
-from kane.motion.hybrid.automaton import asks, evaluated
+from kane.motion.hybrid.automaton import are_beside, asks, evaluated
 from kane.motion.inputs.functions import constant
 from kane.motion.native import first_slots
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given, Routines, switches
 from kane.motion.steppers.context import LOADED, QUEUE, SAVED, SIZE, ReturnCode, Slot, turned_over
-from kane.motion.steppers.crossings import KINDS
 from kane.motion.steppers.queue import queue_kernel
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.scale import ROUNDED_TERMS
 from kane.program.kernel.language import ArrayOf, Callee
 from kane.program.kernel.narrow import narrowed
 from kane.program.native.compiled_routine import CompiledRoutine
@@ -166,10 +164,7 @@ def _beside_no_threshold(now: Routines, given: Given, t: Array, table: Mapping[s
         found[known] = routine(t[known], x[known], p[known], r[known] if now.drives else None)
     values, terms = found[:, :count], found[:, count:]
     table["seen"][:, :count], table["largest"][:, :count], table["leaves"][:] = values, np.abs(values), 0.0
-    own = given["kinds"].reshape(-1, KINDS)[:count, 2] > 0
-    away = np.abs(values - given["least"][:count]) > ROUNDED_TERMS * terms
-    beside: Mask = np.array(np.hstack([away | ~own, np.isfinite(found)]).all(axis=1))
-    return beside
+    return are_beside(now, given, values, terms) & np.isfinite(found).all(axis=1)
 
 
 def _ends(stored: Mapping[str, Array], times: Array) -> Ends:

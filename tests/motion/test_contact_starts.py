@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A mode that begins beyond its laws, pulled or held by more friction than there is, is refused; the system itself takes the right one."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+import kane as kn
+from tests.examples import examples
+from tests.laws.test_contacts import admitted, drawn_modes, frictionless
+from tests.motion.test_contact_runner import by_python
+from tests.oracles.planar_contacts import solved
+from tests.systems.planar_contacts import planes, system
+
+STATIC, WEIGHT = 0.35, 9.81
+
+
+@pytest.fixture(scope="module")
+def block() -> tuple[kn.Equations, kn.Equations]:
+    """A block on a floor, pulled by F_x along it and by F_y upward: the whole, and its mode that sticks."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, y = kn.coordinates("x y", "m")
+    P = O.at("P", x * N.x + y * N.y)
+    pull = kn.parameter("F_x", 0.0, "N") * N.x + kn.parameter("F_y", 0.0, "N") * N.y
+    floor = kn.contact(kn.joints.point_on_plane("floor", P, O, normal=N.y), 0.3, static=STATIC)
+    whole = kn.System(
+        N,
+        bodies=[kn.Particle("block", P, 1.0)],
+        speeds="rates",
+        loads=[kn.gravity(-WEIGHT * N.y), kn.Force(P, pull)],
+        contacts=[floor],
+    )
+    return kn.derive(whole), kn.derive(whole.in_modes({"floor": "stick"}))
+
+
+@pytest.mark.parametrize(
+    ("along", "upward", "mode"),
+    [
+        (0.99, 0.0, "stick"),
+        (1 + 1e-6, 0.0, "slip"),
+        (-1.5, 0.0, "slip"),
+        (0.99, 0.5, "stick"),
+        (1.01, -0.5, "slip"),
+        (0.0, 1 + 1e-6, "separated"),
+        (0.1, 3.0, "separated"),
+        (1.0, 0.0, "stick"),
+        (1 - 1e-12, 0.0, "stick"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:Expected a start beside the threshold:kane.KaneWarning")
+def test_a_block_that_cannot_stick(block: Any, along: float, upward: float, mode: str) -> None:
+    """`along` is F_x as a share of the most friction, `upward` F_y as one of the weight."""
+    whole, sticks = block
+    up = upward * WEIGHT
+    most = STATIC * abs(WEIGHT - up)
+    given_: Any = {"q": [0, 0], "u": [0, 0], "parameters": {"F_x": along * most, "F_y": up}}
+    assert kn.simulate(whole, (0, 1e-3), **given_).mode_history[0][1] == {"floor": mode}
+    many = {**given_, "parameters": {name: [value] * 40 for name, value in given_["parameters"].items()}}
+    if mode == "stick":
+        assert np.ptp(kn.simulate(sticks, (0, 1), **given_).q) == 0
+        assert set(kn.simulate_many(sticks, (0, 1), **many).status.values) == {"finished"}
+        return
+    told = "that presses, got N = " if mode == "separated" else r"whose friction suffices, got \|F\| > μ_s N"
+    for run in (kn.simulate, kn.simulate, by_python):  # the second time by the kernel that is there
+        with pytest.raises(kn.SimulationError, match=f"Expected a contact 'floor' {told}"):
+            run(sticks, (0, 1), **given_)
+    assert set(kn.simulate_many(sticks, (0, 1), **many).status.values) == {"failed"}
+
+
+@examples(0.2)
+@given(planes(), st.data())
+def test_random_modes_that_cannot_be(plane: Any, data: st.DataObject) -> None:
+    """A mode goes on just where the forces that Newton and Euler's equations of redundant coordinates give are in their cones."""
+    modes = drawn_modes(plane, data)
+    rng = np.random.default_rng(data.draw(st.integers(0, 2**32)))
+    oracle = frictionless(plane, modes)
+    state = admitted(plane, oracle, rng, 0.0)
+    assume(state is not None and not any(m in ("straight", "slip") for m in modes))
+    q, u = state
+    eom = kn.derive(system(plane).in_modes({f"c{i}": m for i, m in enumerate(modes)}))
+    _, normal, tangential = solved(plane, q, u, oracle, [1.0] * len(modes), 0.0)
+    margins, size = [], max(1.0, *np.abs(normal), *np.abs(tangential))
+    for i, mode in enumerate(modes):
+        if mode == "separated":
+            continue
+        margins.append(normal[i])
+        if mode == "stick" and plane.touches[i].static:
+            group = [i] + [j for j in range(i + 1, len(modes)) if set(modes[i + 1 : j + 1]) == {"held"}]
+            most = sum(plane.touches[j].static * normal[j] for j in group)
+            margins.append(most - abs(sum(tangential[j] for j in group)))
+    assume(margins and min(np.abs(margins)) > 1e-6 * size)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", kn.KaneWarning)
+        try:
+            kn.simulate(eom, (0, 1e-9), q=q, u=u)
+            goes = True
+        except kn.SimulationError as error:
+            assert "that presses" in str(error) or "whose friction suffices" in str(error)
+            goes = False
+    assert goes == (min(margins) > 0)
