@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Impacts of contacts at one instant in a kernel, one after the other by Routh's process in the plane: see `kane.contacts.routh`."""
+"""Impacts of contacts at one instant in a kernel, one after the other by Routh's process: see `kane.contacts.routh`."""
 
 from kane.model.contacts import LAWS
 from kane.motion.hybrid.contact_decisions import Decisions
-from kane.numeric.scale import ROUNDED, ROUNDED_CHAIN, ROUNDED_SUM
+from kane.motion.hybrid.contact_turning import Mobility, Turning, mobility
+from kane.numeric.scale import LAST_DIGIT, ROUNDED, ROUNDED_CHAIN, ROUNDED_SUM
 from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Term
 
 _POISSON, _NEWTON, _MOREAU = (float(LAWS.index(law)) for law in ("poisson", "newton", "moreau"))
 _ENDLESS = 1e301
+_ROOT = 60
 _MOST = 100
 """Impacts of a sequence, times k², after which Python decides."""
 
@@ -20,9 +22,10 @@ class Impacts:
         self.of, self.w = of, of.writer
         w = self.w
         self.impulse, self.law = w.array("impulse"), w.array("law")
-        names = ("v_n", "v_t", "p_n", "work", "p_c", "work_c", "left", "length", "slope", "rate")
+        names = ("v_n", "v_t", "v_b", "p_n", "work", "p_c", "work_c", "left", "length", "slope", "rate")
         self.put = {name: w.variable(name) for name in names}
         counted = ("impact", "compressed", "done", "ended", "rebounds")
+        self.turning, self.way_a, self.way_b = Turning(of), w.variable("way_a"), w.variable("way_b")
         self.found, self.compressed, self.done, self.ended, self.rebounds = (w.variable(name, INT) for name in counted)
 
     def run(self, size: Term) -> None:
@@ -63,23 +66,125 @@ class Impacts:
             n = self.found.get()
             row, i = n * d, of.index(of.own + n)
             rubs = (room[of.rubs + n] > 0.0) & (room[of.static + n] > 0.0)
-            of.doubt(rubs & (d > 2))
             of.doubt(of.no_place(i, 0))
-            self.routh(row, room[of.static + n], of.numbers[of.laws + i * 3 + 2], self.law[i])
-            w_tt, w_nt = room[of.W + (row + 1) * kd + row + 1], room[of.W + row * kd + row + 1]
-            slip = self.put["v_t"].get() - room[of.a + row + 1] - w_nt * self.put["p_n"].get()
-            p_n, p_t = self.put["p_n"].get(), w.select(rubs, slip / w_tt, 0.0)
-            of.doubt(~(of.absolute(p_n) + of.absolute(p_t) < 1e300))
-            self.impulse[row] = self.impulse[row] + p_n
-            self.impulse[row + 1] = self.impulse[row + 1] + p_t
-            with w.few(size) as c:
-                by = room[of.W + c * kd + row], room[of.W + c * kd + row + 1]
-                room[of.a + c] = room[of.a + c] + by[0] * p_n + by[1] * p_t
-                more = of.absolute(by[0] * p_n) + of.absolute(by[1] * p_t)
-                room[of.a_errors + c] = room[of.a_errors + c] + more
-            room[of.a + row] = self.put["v_n"].get()
+            turns = rubs & (d > 2)
+            mu, e, law = room[of.static + n], of.numbers[of.laws + i * 3 + 2], self.law[i]
+            with w.when(turns):
+                self.in_space(row, mu, e, law)
+            with w.otherwise():
+                self.routh(row, mu, e, law)
+                slip = self.put["v_t"].get() - room[of.a + row + 1]
+                slip = slip - room[of.W + row * kd + row + 1] * self.put["p_n"].get()
+                tangential = slip / room[of.W + (row + 1) * kd + row + 1]
+                self.way_a.put(w.select(rubs, tangential, 0.0))
+                self.way_b.put(0.0)
+            self.hit(size, row, turns)
             with w.when(rubs):
                 room[of.a + row + 1] = self.put["v_t"].get()
+            with w.when(turns):
+                room[of.a + row + 2] = self.put["v_b"].get()
+
+    def hit(self, size: Term, row: Term, turns: Term) -> None:
+        """The impulses of a contact, `p_n`, `way_a` and `way_b`, and the velocities of all after them."""
+        w, of = self.w, self.of
+        room, kd = of.room, of.k * of.d
+        impulses = self.put["p_n"].get(), self.way_a.get(), self.way_b.get()
+        of.doubt(~(of.absolute(impulses[0]) + of.absolute(impulses[1]) + of.absolute(impulses[2]) < 1e300))
+        for j, p in enumerate(impulses[:2]):
+            self.impulse[row + j] = self.impulse[row + j] + p
+        with w.when(turns):
+            self.impulse[row + 2] = self.impulse[row + 2] + impulses[2]
+        with w.few(size) as c:
+            across = w.select(turns, row + 2, row)  # in the plane there is none
+            places = zip((row, row + 1, across), impulses, strict=True)
+            by = [room[of.W + c * kd + place] * p for place, p in places]
+            room[of.a + c] = room[of.a + c] + by[0] + by[1] + by[2]
+            more = of.absolute(by[0]) + of.absolute(by[1]) + of.absolute(by[2])
+            room[of.a_errors + c] = room[of.a_errors + c] + more
+        room[of.a + row] = self.put["v_n"].get()
+
+    def in_space(self, row: Term, mu: Term, e: Term, law: Term) -> None:
+        """Routh's process in space: `v_n`, `v_t` and `v_b` after it, the impulses `p_n`, `way_a` and `way_b`."""
+        w, of, put, turn = self.w, self.of, self.put, self.turning
+        m, before = mobility(of, row), tuple(of.room[of.a + row + j] for j in range(3))
+        det, trace = m.aa * m.bb - m.ab * m.ab, m.aa + m.bb
+        of.doubt(~(det > trace * trace * ROUNDED_SUM))
+        for name, x in (("v_n", before[0]), ("p_n", 0.0), ("work", 0.0), ("p_c", 0.0), ("work_c", 0.0), ("v_t", 0.0)):
+            put[name].put(x)
+        for count in (self.compressed, self.ended):
+            count.put(0)
+        self.way_a.put(0.0)
+        self.way_b.put(0.0)
+        with w.when((of.length(of.a + row + 1) > 0.0) & (of.unsure.get() < 1)):
+            turn.run(m, mu, e, (law.equals(_NEWTON), law.equals(_POISSON)), before)
+            for name, k in (("v_n", 2), ("p_n", 3), ("work", 4)):
+                put[name].put(turn.y(k))
+            put["p_c"].put(turn.p_c.get())
+            put["work_c"].put(turn.work_c.get())
+            self.compressed.put(turn.compressed.get())
+            self.ended.put(turn.ends.get())
+            a, b = turn.y(0), turn.y(1)
+            size = w.compute("sqrt", a * a + b * b)
+            put["v_t"].put(size)
+            self.way_a.put(w.select(size > 0.0, a / size, 0.0))
+            self.way_b.put(w.select(size > 0.0, b / size, 0.0))
+            with w.when((self.ended.get() < 1) & (size > 0.0)):
+                self.along(m, mu)
+                along = put["rate"].get()
+                put["length"].put(w.select(along < 0.0, size / -along, _ENDLESS))
+                self.straight(e, law, before[0])
+            with w.when(self.ended.get() < 1):
+                put["v_t"].put(0.0)
+        with w.when((self.ended.get() < 1) & (of.unsure.get() < 1)):
+            self.from_rest(m, mu, det)
+            put["length"].put(_ENDLESS)
+            self.straight(e, law, before[0])
+            of.doubt(self.ended.get() < 1)
+        v = put["v_t"].get()
+        a, b, p_n = v * self.way_a.get(), v * self.way_b.get(), put["p_n"].get()
+        put["v_t"].put(a)
+        put["v_b"].put(b)
+        to_a, to_b = a - before[1] - m.na * p_n, b - before[2] - m.nb * p_n
+        self.way_a.put((m.bb * to_a - m.ab * to_b) / det)
+        self.way_b.put((m.aa * to_b - m.ab * to_a) / det)
+
+    def along(self, m: Mobility, mu: Term) -> None:
+        """`slope` and `rate` of v_n and |v_t| of slip along the way at hand."""
+        a, b = self.way_a.get(), self.way_b.get()
+        coupling = m.na * a + m.nb * b
+        self.put["slope"].put(m.nn - mu * coupling)
+        self.put["rate"].put(coupling - mu * (a * (m.aa * a + m.ab * b) + b * (m.ab * a + m.bb * b)))
+
+    def from_rest(self, m: Mobility, mu: Term, det: Term) -> None:
+        """`slope`, `rate` and the way of a contact without slip: it sticks, or slips on in the one direction that leads away."""
+        w, of, put = self.w, self.of, self.put
+        q_a, q_b = (m.bb * m.na - m.ab * m.nb) / det, (m.aa * m.nb - m.ab * m.na) / det
+        sticks = q_a * q_a + q_b * q_b <= mu * mu
+        kappa, change, turns = self.turning.at, self.turning.step, self.turning.trials
+        kappa.put(0.0)
+        change.put(1.0)
+        turns.put(0)
+
+        def solved(x: Term, y: Term) -> tuple[Term, Term]:
+            aa, ab, bb = kappa.get() + mu * m.aa, mu * m.ab, kappa.get() + mu * m.bb
+            divisor = aa * bb - ab * ab
+            return (bb * x - ab * y) / divisor, (aa * y - ab * x) / divisor
+
+        with w.repeat(lambda: (of.absolute(change.get()) > kappa.get() * LAST_DIGIT) & (turns.get() < _ROOT) & ~sticks):
+            z_a, z_b = solved(m.na, m.nb)
+            y_a, y_b = solved(z_a, z_b)
+            square = z_a * z_a + z_b * z_b
+            change.put((w.compute("sqrt", square) - 1.0) * square / (z_a * y_a + z_b * y_b))
+            kappa.put(kappa.get() + change.get())
+            turns.put(turns.get() + 1)
+        z_a, z_b = solved(m.na, m.nb)
+        size = w.compute("sqrt", z_a * z_a + z_b * z_b)
+        self.way_a.put(w.select(sticks, 0.0, z_a / size))
+        self.way_b.put(w.select(sticks, 0.0, z_b / size))
+        self.along(m, mu)
+        put["slope"].put(w.select(sticks, m.nn - m.na * q_a - m.nb * q_b, put["slope"].get()))
+        put["rate"].put(w.select(sticks, 0.0, put["rate"].get()))
+        of.doubt(~(put["slope"].get() > m.nn * ROUNDED_SUM))
 
     def routh(self, row: Term, mu: Term, e: Term, law: Term) -> None:
         """Routh's process in the plane: `v_n`, `v_t` after it and the normal impulse `p_n`."""
