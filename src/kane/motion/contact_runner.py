@@ -24,7 +24,7 @@ from kane.motion.course import Method
 from kane.motion.hybrid.contact_automaton import Back, Row, automaton_kernel
 from kane.motion.hybrid.contact_decisions import NO_PLACE, room
 from kane.motion.hybrid.contact_events import KINDS
-from kane.motion.hybrid.contact_turning import SIZE
+from kane.motion.hybrid.contact_turning import ROOM
 from kane.motion.hybrid.event_routines import glance
 from kane.motion.inputs.functions import constant
 from kane.motion.loop import whole
@@ -178,7 +178,7 @@ class ContactRunner:
             **small,
             **wide,
             "kept": np.zeros(4 * k),
-            "turning": np.zeros(SIZE),
+            "turning": np.zeros(ROOM),
             "touch": entry(routine),
             "h": hoisted(routine, self.span[0], x, p[:-1], r[:-1]),
             "p": p,

@@ -19,7 +19,7 @@ _COUNT = 5
 _LEVELS = 6
 """Of the midpoint rule with 2, 4, … steps (Gragg 1965): order 12."""
 _Y, _NEW, _OLD, _NEXT, _RATES, _TABLE = (k * _COUNT for k in range(6))
-SIZE = _TABLE + _LEVELS * _COUNT
+ROOM = _TABLE + _LEVELS * _COUNT
 """Doubles of the array `turning`."""
 _TRIALS = 2000
 _STEPS, _LOCATES, _LAST = range(3)
