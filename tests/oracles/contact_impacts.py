@@ -57,7 +57,6 @@ def hodograph(w, v, mu, e, law):
     With v_t = ρ d, d = (cos φ, sin φ), dp = ρ dt: dφ/dt and d ln ρ/dt are functions of φ alone, and v_n, p, ∫ v_n dp follow.
     """
     wn, wc, wt = w[0, 0], w[1:, 0], w[1:, 1:]
-    stick = np.linalg.solve(wt, wc)
     compression = None
 
     def direction(angle):
@@ -85,7 +84,9 @@ def hodograph(w, v, mu, e, law):
     y = np.array([np.arctan2(v[2], v[1]), np.log(np.hypot(v[1], v[2])), v[0], 0.0, 0.0])
     slips = True
     while slips:
-        run = solve_ivp(rates, (0, 1e6), y, "DOP853", events=[ended, stopped], rtol=1e-13, atol=1e-14, max_step=0.5 / wn)
+        run = solve_ivp(
+            rates, (0, 1e6), y, "DOP853", events=[ended, stopped], rtol=1e-13, atol=1e-14, max_step=0.5 / wn
+        )
         y = run.y[:, -1]
         if len(run.t_events[1]):
             slips = False
@@ -98,26 +99,31 @@ def hodograph(w, v, mu, e, law):
     if slips:
         after = np.array([y[2], *(np.exp(y[1]) * direction(y[0]))])
     else:
-        slope, rate = wn - wc @ stick, np.zeros(2)
-        if np.linalg.norm(stick) > mu:
-            d = _leads_away(wc, wt, mu)
-            rate = wc - mu * wt @ d
-            slope = wn - mu * wc @ d
-        s = y[3]
-        if compression is None:
-            p = y[3] - y[2] / slope
-            compression = p, y[4] - y[2] ** 2 / slope / 2
-            y[2:] = 0.0, p, 0.0
-        if law == "newton":
-            p = y[3] + (-e * v[0] - y[2]) / slope
-        elif law == "poisson":
-            p = (1 + e) * compression[0]
-        else:
-            need = -e * e * compression[1] - y[4]
-            p = y[3] + (np.sqrt(y[2] ** 2 + 2 * slope * need) - y[2]) / slope
-        after = np.array([y[2] + slope * (p - y[3]), *(rate * (p - s))])
-        y[3] = p
+        after, y[3] = _from_rest(w, v, mu, e, law, y, compression)
     return after, np.array([y[3], *np.linalg.solve(wt, after[1:] - v[1:] - wc * y[3])])
+
+
+def _from_rest(w, v, mu, e, law, y, compression):
+    """v⁺ and the normal impulse of a contact whose slip has ended."""
+    wn, wc, wt = w[0, 0], w[1:, 0], w[1:, 1:]
+    stick = np.linalg.solve(wt, wc)
+    slope, rate = wn - wc @ stick, np.zeros(2)
+    if np.linalg.norm(stick) > mu:
+        d = _leads_away(wc, wt, mu)
+        slope, rate = wn - mu * wc @ d, wc - mu * wt @ d
+    normal, since, work = y[2:]
+    begun = since
+    if compression is None:
+        compression = since - normal / slope, work - normal**2 / slope / 2
+        normal, since, work = 0.0, compression[0], 0.0
+    if law == "newton":
+        p = since + (-e * v[0] - normal) / slope
+    elif law == "poisson":
+        p = (1 + e) * compression[0]
+    else:
+        need = -e * e * compression[1] - work
+        p = since + (np.sqrt(normal**2 + 2 * slope * need) - normal) / slope
+    return np.array([normal + slope * (p - since), *(rate * (p - begun))]), p
 
 
 def _leads_away(wc, wt, mu):

@@ -106,7 +106,7 @@ class Impacts:
     def in_space(self, row: Term, mu: Term, e: Term, law: Term) -> None:
         """Routh's process in space: `v_n`, `v_t` and `v_b` after it, the impulses `p_n`, `way_a` and `way_b`."""
         w, of, put, turn = self.w, self.of, self.put, self.turning
-        m, before = mobility(of, row), tuple(of.room[of.a + row + j] for j in range(3))
+        m, before = mobility(of, row), (of.room[of.a + row], of.room[of.a + row + 1], of.room[of.a + row + 2])
         det, trace = m.aa * m.bb - m.ab * m.ab, m.aa + m.bb
         of.doubt(~(det > trace * trace * ROUNDED_SUM))
         for name, x in (("v_n", before[0]), ("p_n", 0.0), ("work", 0.0), ("p_c", 0.0), ("work_c", 0.0), ("v_t", 0.0)):

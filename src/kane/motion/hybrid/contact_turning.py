@@ -40,12 +40,9 @@ class Mobility(NamedTuple):
 
 def mobility(of: Decisions, row: Term) -> Mobility:
     """Of the contact whose normal has this row."""
-    kd = of.k * of.d
-
-    def entry(i: int, j: int) -> Term:
-        return of.room[of.W + (row + i) * kd + row + j]
-
-    return Mobility(entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2))
+    at, kd = of.W + row * (of.k * of.d) + row, of.k * of.d
+    places = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+    return Mobility(*(of.room[at + i * kd + j] for i, j in places))
 
 
 class Turning:
@@ -68,7 +65,10 @@ class Turning:
         return self.cells[_Y + k]
 
     def run(self, m: Mobility, mu: Term, e: Term, laws: tuple[Term, Term], v: tuple[Term, Term, Term]) -> None:
-        """From v = (v_n, v_t) on, v_t ≠ 0, up to the end or to where slip is nothing or straight; `laws`: whether Newton's, Poisson's."""
+        """From v = (v_n, v_t) on, v_t ≠ 0, up to the end or to where slip is nothing or straight.
+
+        `laws` are whether it is Newton's, and whether it is Poisson's.
+        """
         w, of = self.w, self.of
         for k, x in enumerate((v[1], v[2], v[0], w.constant(0.0), w.constant(0.0))):
             self.cells[_Y + k] = x
@@ -176,9 +176,7 @@ class Turning:
         normal, impulse, work = (self.cells[at + k] for k in (_NORMAL, _IMPULSE, _WORK))
         stronge = work + e * e * self.work_c.get()
         by_law = self.w.select(poisson, impulse - (e + 1.0) * self.p_c.get(), stronge)
-        return self.w.select(
-            self.compressed.get() < 1, normal, self.w.select(newton, normal + e * before, by_law)
-        )
+        return self.w.select(self.compressed.get() < 1, normal, self.w.select(newton, normal + e * before, by_law))
 
     def slope(self, laws: tuple[Term, Term]) -> Term:
         """The rate of what is missing."""
