@@ -438,7 +438,7 @@ def test_a_couple_that_changes_what_presses(sense):
     assert sol.u[-1, 1] == pytest.approx(sense / RADIUS, abs=1e-9)
 
 
-def ball(*resist, mu=0.5):
+def ball(*resist, mu=0.5, restitution=0):
     """A ball in space, its centre's velocity and its angular velocity as speeds."""
     N, O = ground()
     q, u = kn.coordinates("q1:7"), kn.speeds("u1:7")
@@ -446,7 +446,9 @@ def ball(*resist, mu=0.5):
     A2 = A.rotate("A2", q[1], A.x)
     B = A2.rotate("B", q[2], A2.y)
     C = O.at("C", q[3] * N.x + q[4] * N.y + q[5] * N.z)
-    floor = kn.contact(kn.joints.sphere_on_plane("floor", B, C, O, radius=RADIUS, normal=N.z), mu)
+    floor = kn.contact(
+        kn.joints.sphere_on_plane("floor", B, C, O, radius=RADIUS, normal=N.z), mu, restitution=restitution
+    )
     w, v = B.angular_velocity(N), C.velocity(N)
     speeds = dict(zip(u, [f.dot(e) for f in (w, v) for e in (N.x, N.y, N.z)], strict=True))
     body = kn.RigidBody("ball", frame=B, mass_center=C, mass=2.0, inertia=kn.inertia(B, *[0.4 * 2 * RADIUS**2] * 3))

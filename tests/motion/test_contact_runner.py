@@ -182,3 +182,19 @@ def test_resistance_to_rolling_and_drilling_is_pressed_in_the_kernel(decisions: 
         assert decisions == []
         agree(sol, wanted, 1e-9)
         assert set(sol.mode_history[-1][1].values()) == {"stick"}
+
+
+@pytest.mark.slow
+def test_a_ball_that_bounces_in_space_is_led_by_the_kernel(decisions: list[str]) -> None:
+    """Thrown with spin, its slip turns from impact to impact until it rolls: Python decides nothing the second time."""
+    eom = friction.ball(mu=0.2, restitution=0.7)
+    start: dict[str, Any] = {"q": [0.1, 0.2, 0.3, 0, 0, friction.RADIUS + 0.5], "u": [20.0, -10, 5, 2, 1, 0], **TIGHT}
+    wanted = by_python(eom, (0, 4), **start)
+    assert len(decisions) > 8
+    kn.simulate(eom, (0, 4), **start)
+    decisions.clear()
+    sol = kn.simulate(eom, (0, 4), **start)
+    assert decisions == []
+    agree(sol, wanted, 1e-9)
+    assert np.diff(sol.energy).max() < 1e-9 * sol.energy[0]
+    assert sol.mode_history[-1][1] == {"floor": "stick"}
