@@ -7,6 +7,7 @@ import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -34,6 +35,17 @@ def executable() -> str:
     if os.environ.get("CI") or os.environ.get("KANE_FULL"):
         pytest.fail(message)
     pytest.skip(message)
+
+
+def visit(page: Any, path: Path) -> None:
+    """Open a page that kane wrote, and wait for the scripts that it carries."""
+    page.goto(path.as_uri())
+    begun(page)
+
+
+def begun(page: Any) -> None:
+    """Wait for the scripts that a page carries."""
+    page.locator("html:not(.loading)").wait_for(state="attached")
 
 
 @contextmanager

@@ -13,7 +13,7 @@ import pytest
 
 import kane as kn
 from kane.cli import model_of
-from tests.present.browser import chromium
+from tests.present.browser import begun, chromium, visit
 from tests.present.page import Page
 
 pytestmark = pytest.mark.slow
@@ -90,7 +90,7 @@ def opening(name: str, browser: Any, folder: Path) -> Iterator[Opened]:
     view.on(
         "request", lambda request: complaints.extend([request.url] * (not request.url.startswith(("file:", "data:"))))
     )
-    view.goto(path.as_uri())
+    visit(view, path)
     yield Opened(path.read_text(encoding="utf-8"), view, complaints)
     context.close()
 
@@ -152,6 +152,7 @@ class TestIntermediates:
     def view(self, disk: Opened) -> Any:
         disk.view.set_viewport_size({"width": WIDTHS[0], "height": 900})
         disk.view.reload()
+        begun(disk.view)
         return disk.view
 
     def test_a_click_shows_the_definition_and_another_hides_it(self, view: Any) -> None:

@@ -13,7 +13,7 @@ from kane.cli import model_of
 from kane.gallery import GALLERY
 from kane.model import deforming
 from kane.present import DECLARED
-from tests.present.browser import chromium
+from tests.present.browser import chromium, visit
 from tests.present.test_animation import GL, until
 from tests.present.test_browser import CONTRAST, OPEN_ALL
 
@@ -68,7 +68,7 @@ def look(browser: Any, path: Path, width: int, scheme: str) -> None:
     page.on("console", lambda m: said.append(m.text))
     page.on("pageerror", lambda e: said.append(str(e)))
     page.on("request", lambda r: said.append(r.url) if not r.url.startswith(("file:", "data:", "blob:")) else None)
-    page.goto(path.as_uri())
+    visit(page, path)
     page.evaluate(OPEN_ALL)
     page.evaluate("new Promise(done => requestAnimationFrame(() => setTimeout(done)))")
     assert page.evaluate("document.documentElement.scrollWidth") <= width

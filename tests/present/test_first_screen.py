@@ -9,7 +9,7 @@ import pytest
 import kane as kn
 from kane.cli import model_of
 from kane.present import screen_of, terms
-from tests.present.browser import chromium
+from tests.present.browser import chromium, visit
 from tests.present.test_animation import GL, until
 
 BALANCED = (
@@ -74,7 +74,7 @@ def test_the_page_runs_the_motion_to_the_same_bits(name, tmp_path):
             page.on(
                 "request", lambda r, said=said: said.append(r.url) if not r.url.startswith(("file:", "data:")) else None
             )
-            page.goto((tmp_path / "report.html").as_uri())
+            visit(page, tmp_path / "report.html")
             until(page, "!!document.querySelector('.first').first")
             assert page.evaluate("document.documentElement.scrollWidth") <= width
             page.locator('.slider input[data-name="g"]').press("ArrowRight")

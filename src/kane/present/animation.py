@@ -19,7 +19,7 @@ from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
-from kane.present.pages import as_json, asset, environment
+from kane.present.pages import as_json, asset, carried, environment
 from kane.present.scene.gather import scene as scene_of
 from kane.present.scene.records import Posed, Scene
 from kane.present.scene.shapes import BodyShape
@@ -92,8 +92,8 @@ class Animation:
 
     def html(self) -> str:
         """One page that needs nothing else."""
-        css, js = (Markup(asset(name, "templates")) for name in ("viewer.css", "viewer.js"))
-        given = {"title": _label(self.scene), "css": css, "js": js}
+        css, js = (asset(name, "templates") for name in ("viewer.css", "viewer.js"))
+        given = {"title": _label(self.scene), "css": Markup(css), "carried": carried("", js)}
         page = environment().get_template("animation.html")
         return page.render(part=self.part(), mark=Markup(_MARK.decode()), **given)
 

@@ -8,7 +8,6 @@ runs the same kernel as `kn.simulate` anew.
 
 from __future__ import annotations
 
-import base64
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -29,7 +28,7 @@ from kane.motion.programs.simulator_wasm import emit_simulator_wasm
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.present.animation import Animation, animation_of
-from kane.present.pages import as_json
+from kane.present.pages import as_json, deflated
 from kane.present.scene.gather import scene
 from kane.present.scene.records import Scene
 from kane.program.emit.wasm import emit_wasm
@@ -226,8 +225,8 @@ def _live(
     given = {s.name: float(v) for s, v in solution.parameters.items() if isinstance(s, Parameter)}
     sliders = tuple(_sliders(eom, given, start))
     live = {
-        "run": base64.b64encode(run).decode("ascii"),
-        "read": base64.b64encode(read).decode("ascii"),
+        "run": deflated(run),
+        "read": deflated(read),
         "state": start,
         "parameters": given,
         "inputs": {s.name: float(v) for s, v in inputs.items() if isinstance(s, Input) and v is not None},

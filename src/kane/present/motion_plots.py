@@ -92,7 +92,24 @@ def to_svg(figure: Figure, prefix: str) -> str:
     for name in re.findall(r'\bid="([^"]+)"', text):
         identifiers.setdefault(name, f"{prefix}-{len(identifiers)}")
     text = re.sub(r'\bid="([^"]+)"', lambda m: f'id="{identifiers[m[1]]}"', text)
-    return re.sub(r"#([\w.-]+)(?=[\")])", lambda m: f"#{identifiers.get(m[1], m[1])}", text)
+    return _lean(re.sub(r"#([\w.-]+)(?=[\")])", lambda m: f"#{identifiers.get(m[1], m[1])}", text))
+
+
+def _lean(svg: str) -> str:
+    """The same picture in half the text: without comments, names that nothing refers to, digits and spaces that are not seen."""
+    used = set(re.findall(r"#([\w.-]+)(?=[\")])", svg))
+    svg = re.sub(r' id="([^"]+)"', lambda m: m[0] if m[1] in used else "", re.sub(r"<!--.*?-->", "", svg, flags=re.DOTALL))
+    svg = re.sub(r"(?<![\w.#])-?\d+\.\d{3,}", _shorter, re.sub(r">\s+<", "><", svg))
+    svg = re.sub(r"\s+", " ", svg)
+    while svg != (fewer := svg.replace("<g/>", "").replace("<g></g>", "")):
+        svg = fewer
+    return re.sub(r' d="[^"]*"', lambda m: " " + re.sub(r" ?([MLQCz]) ?| (?=-|\"$)", r"\1", m[0][1:]), svg)
+
+
+def _shorter(number: re.Match[str]) -> str:
+    """To a hundredth of a point, which is 1/72 inch; scales, which are small, to four digits."""
+    value = float(number[0])
+    return f"{value:.2f}".rstrip("0").rstrip(".") if abs(value) >= 1 else f"{value:.4g}"
 
 
 _FAINT = 1e-3

@@ -25,7 +25,7 @@ from kane.present.check_figures import Check, motion_checks
 from kane.present.first_screen import FirstScreen, screen_of
 from kane.present.formula_list import DisplayedFormula, formulas, quantity_latex, result_formulas
 from kane.present.overview import DECLARED, PageTable, Tex, declared_tables, page_table
-from kane.present.pages import asset, environment
+from kane.present.pages import asset, carried, environment
 from kane.present.provenance import Provenance, force_provenance, mass_provenance, noncontributing
 from kane.present.scene.gather import scene
 from kane.present.scene.records import Scene
@@ -342,13 +342,12 @@ def page(
         drawn = scene(eom, shapes)
         screen = None if solution is None or not drawn.drawable else screen_of(solution, drawn)
         motion = {"checks": told} if solution is None else _motion(solution, told, screen)
+        scripts = ("report", *(("viewer", "engine", "first_screen") if screen else ()))
         head = title or f"Equations of motion: {', '.join(b.name for b in eom.system.bodies)}"
         return _template().render(
             title=head,
             sketches=_sketches(drawn, head),
             screen=screen,
-            viewer_js=Markup(asset("viewer.js", "templates")),
-            screen_js=Markup(asset("engine.js", "templates") + asset("first_screen.js", "templates")),
             meanings=[(latex_name(q.name), q.description) for q in eom.coordinates if q.description],
             eom=eom,
             summary=_summary(eom),
@@ -360,8 +359,7 @@ def page(
             **motion,
             sources=tuple(sources),
             version=version("kane"),
-            katex_css=Markup(asset("katex.min.css")),
-            katex_js=Markup(asset("katex.min.js")),
+            carried=carried(asset("katex.min.css"), asset("katex.min.js"), *(asset(f"{x}.js", "templates") for x in scripts)),
         )
 
 

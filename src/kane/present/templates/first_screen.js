@@ -84,8 +84,9 @@ class First {
   }
   async live() {
     const { live } = told;
-    this.engine = await KaneEngine.from(live.run);
-    const bytes = Uint8Array.from(atob(live.read), (c) => c.charCodeAt(0)), module = await WebAssembly.compile(bytes);
+    const [run, bytes] = await Promise.all([live.run, live.read].map((text) => window.KaneViewer.numbers(text, Uint8Array)));
+    this.engine = await KaneEngine.from(run);
+    const module = await WebAssembly.compile(bytes);
     this.reader = (await WebAssembly.instantiate(module, { Math })).exports;
     this.places = JSON.parse(new TextDecoder().decode(WebAssembly.Module.customSections(module, "kane")[0]));
     this.numbers = new Float64Array(this.reader.memory.buffer);

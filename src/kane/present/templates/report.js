@@ -57,16 +57,26 @@ function hideRest(node) {
   }
 }
 
-// What is seen is typeset at once, what is folded when it opens, and all of it when the page is idle or printed.
+// The first screen is typeset at once, the rest when it comes near or opens, and all of it when the page is idle or printed.
 const waiting = new Map();
+const upper = document.querySelector("section");
+const near = new IntersectionObserver((found) => {
+  const come = new Set(found.filter((f) => f.isIntersecting).map((f) => f.target));
+  if (come.size) typesetWaiting((place) => come.has(place));
+}, { rootMargin: "100% 0%" });
 for (const [place, source] of sources) {
-  if (place.closest("details:not([open]) > :not(summary)")) waiting.set(place, source);
-  else typeset(place, source);
+  if (upper.contains(place) && !place.closest("details:not([open]) > :not(summary)")) {
+    typeset(place, source);
+  } else {
+    waiting.set(place, source);
+    near.observe(place);
+  }
 }
 function typesetWaiting(holds = () => true) {
   for (const [place, source] of waiting) {
     if (!holds(place)) continue;
     waiting.delete(place);
+    near.unobserve(place);
     typeset(place, source);
   }
 }

@@ -55,6 +55,13 @@ async function numbers(text, kind) {
   return new kind(await new Response(plain).arrayBuffer());
 }
 
+/** Rows of floats: of each column the changes of its bits from row to row, all lowest bytes first. */
+async function rowsOf(text, count) {
+  const bytes = await numbers(text, Uint8Array), n = bytes.length / 4, width = n / count, bits = new Uint32Array(n), columns = new Float32Array(bits.buffer);
+  for (let k = 0, b = 0; k < n; k++) bits[k] = b = ((k % count ? b : 0) + (bytes[k] | (bytes[n + k] << 8) | (bytes[2 * n + k] << 16) | (bytes[3 * n + k] << 24))) | 0;
+  return Float32Array.from(columns, (_, k) => columns[(k % width) * count + Math.floor(k / width)]);
+}
+
 /** Poses that were sampled: rows between samples are interpolated. */
 class Sampled {
   constructor(time, rows, width) { Object.assign(this, { time, rows, width, row: new Float64Array(width) }); }
@@ -319,7 +326,7 @@ async function begin(root) {
   const data = JSON.parse(root.querySelector('script[type="application/json"]').textContent);
   const width = 3 * data.counts[0] + 9 * data.counts[1] + 3 * data.counts[2] + data.counts[3] + (data.extra || 0);
   data.meshes = await Promise.all(data.meshes.map(async (m) => ({ v: await numbers(m.v, Float32Array), n: await numbers(m.n, Float32Array), t: await numbers(m.t, Float32Array), i: await numbers(m.i, Uint32Array) })));
-  const sources = await Promise.all(data.runs.map(async (r) => new Sampled(await numbers(r.t, Float64Array), await numbers(r.rows, Float32Array), width)));
+  const sources = await Promise.all(data.runs.map(async (r) => { const t = await numbers(r.t, Float64Array); return new Sampled(t, await rowsOf(r.rows, t.length), width); }));
   root.viewer = new Viewer(root, data, sources);
   root.dispatchEvent(new CustomEvent("kane-ready"));
 }

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import base64
-import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,6 +11,7 @@ import numpy as np
 
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
+from kane.present.pages import deflated
 from kane.present.scene.records import Posed, Scene
 from kane.present.viewer.meshes import Mesh, arrow, cylinder
 from kane.present.viewer.parts import Model, Part
@@ -42,8 +41,14 @@ class Course:
 
 def packed(values: Any, kind: str) -> str:
     """Numbers as text: little-endian, deflated, in base64."""
-    data = np.ascontiguousarray(values, dtype=kind).tobytes()
-    return base64.b64encode(zlib.compress(data, 9)).decode("ascii")
+    return deflated(np.ascontiguousarray(values, dtype=kind).tobytes())
+
+
+def packed_rows(rows: Array) -> str:
+    """Rows of floats as text: what the bits of each column change by from row to row, lowest bytes first, so that little is left."""
+    bits = np.ascontiguousarray(rows.T, dtype="<f4").view("<u4")
+    steps = np.diff(bits, axis=1, prepend=np.zeros((len(bits), 1), dtype="<u4"))
+    return deflated(steps.reshape(-1, 1).view("u1").T.tobytes())
 
 
 def _mesh(mesh: Mesh) -> dict[str, str]:
@@ -82,7 +87,7 @@ def page_data(
         "planes": [[p.at, p.along] for p in model.planes],
         "arrows": [[label, at, d, largest[d]] for label, at, d in model.arrows],
         "triads": [[t.frame, t.at, int(t.inertial)] for t in scene.triads], "traces": list(traces),
-        "runs": [{"t": packed(c.times, "<f8"), "rows": packed(c.rows(), "<f4")} for c in courses],
+        "runs": [{"t": packed(c.times, "<f8"), "rows": packed_rows(c.rows())} for c in courses],
     }  # fmt: skip
 
 
