@@ -3,7 +3,11 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
+import json
 import re
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -44,6 +48,20 @@ def test_loads_nothing(page: Page, text: str) -> None:
     assert page.loads == []
     assert not {"link", "img", "iframe", "object", "embed"} & set(page.tags)
     assert "default-src 'none'" in text
+
+
+def test_is_light(text: str) -> None:
+    assert len(text.encode()) <= 500_000
+
+
+def test_only_the_scripts_that_it_carries_run(text: str) -> None:
+    """The policy names each by its hash, that of the loader too, and no others."""
+    policy = re.search(r"script-src ([^;]*);", text)
+    packed, loader = re.search(r'<script type="text/plain">(.*?)</script>\n<script>(.*?)</script>', text, re.DOTALL).groups()
+    _, *scripts = json.loads(zlib.decompress(base64.b64decode(packed)))
+    hashes = [base64.b64encode(hashlib.sha256(s.encode()).digest()).decode() for s in (loader, *scripts)]
+    assert policy[1].split() == [*(f"'sha256-{h}'" for h in hashes), "'wasm-unsafe-eval'"]
+    assert text.count("<script>") == 1
 
 
 def test_references_are_within_the_page(page: Page) -> None:
