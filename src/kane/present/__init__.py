@@ -11,6 +11,7 @@ __getattr__ = offered(
         "plotted_lines": "spread",
         "plotted_runs": "bend",
         "plotted_traces": "size_of_terms",
+        "causes": "multiplied_out",
         "check_figures": "motion_checks",
         "formula_list": "WIDTH formulas step_text wrapped",
         "motion_plots": "COLOURS level plots",

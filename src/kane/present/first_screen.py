@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The first screen of a report: how the system moves, why it moves so, and what follows, on one time; where a kernel can, live.
 
-Why: in each row of F_r + F*_r = 0 every load and every body is a term with its present value. What follows: coordinates, speeds,
+Why: each u̇ multiplied out, a term for each cause with its present value, where that is short; else in each row of F_r + F*_r = 0
+every load and every body with its present value. What follows: coordinates, speeds,
 reactions and energy. Where the motion is one that a module of WebAssembly runs, sliders change parameters and start, and the page
 runs the same kernel as `kn.simulate` anew.
 """
@@ -22,12 +23,13 @@ from kane.errors import KaneError, KaneWarning
 from kane.expr.build import sum_of
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import Input, Parameter, Symbol
+from kane.expr.symbols import Input, Parameter, Symbol, rate
 from kane.motion.inputs.functions import constant
 from kane.motion.programs.simulator_wasm import emit_simulator_wasm
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.present.animation import Animation, animation_of
+from kane.present.causes import Cause, multiplied_out
 from kane.present.pages import as_json, deflated
 from kane.present.scene.gather import scene
 from kane.present.scene.records import Scene
@@ -51,13 +53,17 @@ _LONGEST = 4000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Quantity:
-    """A number along the motion: `group` is where it is shown, `label` LaTeX or, of a term, a name."""
+    """A number along the motion: `group` is where it is shown, `label` LaTeX or, of a load or body, its name.
+
+    Of a term of u̇ `source` is the load or body that it comes from.
+    """
 
     group: str
     label: str
     unit: str
     expr: Expr
     kind: str = "line"
+    source: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,7 +82,7 @@ class Slider:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Row:
-    """A row of F_r + F*_r = 0: the symbol of its speed, and its terms by number."""
+    """A row of F_r + F*_r = 0 or of u̇: what it is of, and its terms by number."""
 
     label: str
     terms: tuple[tuple[int, Quantity], ...]
@@ -84,9 +90,13 @@ class Row:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FirstScreen:
-    """What the template shows: the viewer, rows, plots as (title, unit, lines), sliders, and data for the script."""
+    """What the template shows: the viewer, rows, plots as (title, unit, lines), sliders, and data for the script.
+
+    `multiplied` says that the rows are those of u̇.
+    """
 
     view: Markup
+    multiplied: bool
     rows: tuple[Row, ...]
     left: int
     plots: tuple[tuple[str, str, tuple[tuple[int, Quantity], ...]], ...]
@@ -99,15 +109,19 @@ def screen_of(solution: Solution, drawn: Scene | None = None) -> FirstScreen:
     """The first screen of a motion, and of the scene of its system where that is at hand."""
     eom = solution.equations
     animation = animation_of([solution], scene(eom) if drawn is None else drawn, (), autoplay=False)
-    shown = _kept([*terms(eom), *_lines(eom)], animation.courses[0].motion)
+    found = multiplied_out(eom)
+    rows = list(terms(eom)) if found is None else list(_multiplied(found))
+    shown = _kept([*rows, *_lines(eom)], animation.courses[0].motion, found is not None)
     values = [q for q, _ in shown]
     row = np.stack([v for _, v in shown], axis=-1) if shown else np.zeros((len(animation.courses[0].times), 0))
     live, sliders, still = _live(solution, animation, values)
     data = {"lines": len(values), "live": live, "samples": SAMPLES, "end": float(solution.t[-1])}
     numbered = list(enumerate(values))
-    rows, left = _rows(eom, numbered)
+    told, left = _rows(eom, numbered, found is not None)
     plots = tuple(_plots(numbered))
-    return FirstScreen(animation.part(extra=row), rows, left, plots, sliders, Markup(as_json(data)), still)
+    return FirstScreen(
+        animation.part(extra=row), found is not None, told, left, plots, sliders, Markup(as_json(data)), still
+    )
 
 
 # What is shown ---------------------------------------------------------------------------------------------------------
@@ -132,6 +146,13 @@ def terms(eom: Equations) -> Iterator[Quantity]:
             yield Quantity(f"why {u.name}", "contacts", "", -sum_of(every), "active")
 
 
+def _multiplied(found: Mapping[Symbol, Sequence[Cause]]) -> Iterator[Quantity]:
+    for u, own in found.items():
+        for c in own:
+            source = f"inertia of {c.source}" if c.kind == "inertia" else c.source
+            yield Quantity(f"why {u.name}", c.latex, "", c.term, c.kind, source)
+
+
 def _lines(eom: Equations) -> Iterator[Quantity]:
     for group, symbols in (("coordinates", eom.coordinates), ("speeds", eom.speeds), ("reactions", eom.reactions)):
         for s in symbols:
@@ -141,7 +162,7 @@ def _lines(eom: Equations) -> Iterator[Quantity]:
         yield Quantity("energy", "V", "J", eom.potential_energy)
 
 
-def _kept(wanted: Sequence[Quantity], dense: Solution) -> list[tuple[Quantity, Array]]:
+def _kept(wanted: Sequence[Quantity], dense: Solution, multiplied: bool) -> list[tuple[Quantity, Array]]:
     """The quantities that matter, with their values along a motion; what vanishes throughout is left out."""
     times = dense.t
     with warnings.catch_warnings():  # rows by dependent speeds that do not follow somewhere are left out below
@@ -153,7 +174,7 @@ def _kept(wanted: Sequence[Quantity], dense: Solution) -> list[tuple[Quantity, A
     for k, q in enumerate(wanted):
         by_group.setdefault(f"{q.group} {q.unit}", []).append(k)
     kept: set[int] = set()
-    idle = _idle(dense, float(times[-1] - times[0]))
+    idle = _idle(dense, float(times[-1] - times[0]), multiplied)
     for group, numbers in by_group.items():
         rows = wanted[numbers[0]].group.startswith("why")
         if rows and not all(np.isfinite(found[k]).all() for k in numbers):
@@ -167,24 +188,25 @@ def _kept(wanted: Sequence[Quantity], dense: Solution) -> list[tuple[Quantity, A
     return [(wanted[k], found[k]) for k in sorted(kept)]
 
 
-def _idle(dense: Solution, span: float) -> dict[str, float]:
-    """How large the terms of a row must be to count: their work along the motion, beside the kinetic energy."""
+def _idle(dense: Solution, span: float, multiplied: bool) -> dict[str, float]:
+    """How large the terms of a row must be to count: their work along the motion, beside the kinetic energy; of u̇ what they change of u."""
     eom = dense.equations
     energy = float(np.nanmax(np.abs(dense[eom.kinetic_energy]), initial=0.0))
     found = {}
     for u in eom.independent_speeds:
-        way = float(np.nanmax(np.abs(dense[u]), initial=0.0)) * span
-        found[f"why {u.name}"] = _NOTHING * energy / way if way > 0 else 0.0
+        fastest = float(np.nanmax(np.abs(dense[u]), initial=0.0))
+        above, below = (fastest, span) if multiplied else (energy, fastest * span)
+        found[f"why {u.name}"] = _NOTHING * above / below if below > 0 else 0.0
     return found
 
 
-def _rows(eom: Equations, numbered: Sequence[tuple[int, Quantity]]) -> tuple[tuple[Row, ...], int]:
+def _rows(eom: Equations, numbered: Sequence[tuple[int, Quantity]], multiplied: bool) -> tuple[tuple[Row, ...], int]:
     """The first rows, and how many there are beside them."""
     rows = []
     for u in eom.independent_speeds:
         own = tuple((k, q) for k, q in numbered if q.group == f"why {u.name}")
         if own:
-            rows.append(Row(latex_name(u.name), own))
+            rows.append(Row(latex_name(rate(u).name) + " =" if multiplied else latex_name(u.name), own))
     return tuple(rows[:_ROWS]), max(len(rows) - _ROWS, 0)
 
 

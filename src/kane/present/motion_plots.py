@@ -98,7 +98,9 @@ def to_svg(figure: Figure, prefix: str) -> str:
 def _lean(svg: str) -> str:
     """The same picture in half the text: without comments, names that nothing refers to, digits and spaces that are not seen."""
     used = set(re.findall(r"#([\w.-]+)(?=[\")])", svg))
-    svg = re.sub(r' id="([^"]+)"', lambda m: m[0] if m[1] in used else "", re.sub(r"<!--.*?-->", "", svg, flags=re.DOTALL))
+    svg = re.sub(
+        r' id="([^"]+)"', lambda m: m[0] if m[1] in used else "", re.sub(r"<!--.*?-->", "", svg, flags=re.DOTALL)
+    )
     svg = re.sub(r"(?<![\w.#])-?\d+\.\d{3,}", _shorter, re.sub(r">\s+<", "><", svg))
     svg = re.sub(r"\s+", " ", svg)
     while svg != (fewer := svg.replace("<g/>", "").replace("<g></g>", "")):

@@ -359,7 +359,9 @@ def page(
             **motion,
             sources=tuple(sources),
             version=version("kane"),
-            carried=carried(asset("katex.min.css"), asset("katex.min.js"), *(asset(f"{x}.js", "templates") for x in scripts)),
+            carried=carried(
+                asset("katex.min.css"), asset("katex.min.js"), *(asset(f"{x}.js", "templates") for x in scripts)
+            ),
         )
 
 
