@@ -189,7 +189,7 @@ def _kept(wanted: Sequence[Quantity], dense: Solution, multiplied: bool) -> list
 
 
 def _idle(dense: Solution, span: float, multiplied: bool) -> dict[str, float]:
-    """How large the terms of a row must be to count: their work along the motion, beside the kinetic energy; of u̇ what they change of u."""
+    """How large the terms of a row must be to count: their work beside the kinetic energy, or of u̇ what they change of u."""
     eom = dense.equations
     energy = float(np.nanmax(np.abs(dense[eom.kinetic_energy]), initial=0.0))
     found = {}
