@@ -117,9 +117,14 @@ class MissingAttributeError(KaneError, AttributeError):
 
 
 class Attributes:
-    """A base of what has attributes: an unknown one is refused by a `MissingAttributeError`."""
+    """A base of what has attributes: an unknown one is refused by a `MissingAttributeError`; a notebook shows them as a table."""
 
     __slots__ = ()
+
+    def _repr_html_(self) -> str | None:
+        from kane.show import html  # it wants NumPy
+
+        return html(self)
 
     if not TYPE_CHECKING:  # a type checker would take it for a declaration of every attribute
 

@@ -5,12 +5,13 @@ An expression knows its `str` and its picture in a notebook, but what writes the
 writers enter themselves here, when they are first asked for: `kane.write.arrange`, and for notebooks `kane.present.notebook`.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from importlib import import_module
-from typing import Any
+from typing import Any, Self, TypeVar
 
 import numpy as np
 
+V = TypeVar("V")
 Writers = dict[type, Callable[[Any], str]]
 
 TEXT: Writers = {}
@@ -34,8 +35,31 @@ def latex(thing: object) -> str | None:
 
 
 def html(thing: object) -> str | None:
-    """What a notebook asks for as `_repr_html_`."""
-    return _quietly(HTML, thing)
+    """What a notebook asks for as `_repr_html_`: nothing of what is a formula."""
+    return None if LATEX.keys() & set(type(thing).__mro__) else _quietly(HTML, thing)
+
+
+class Listing(tuple[V, ...]):
+    """A tuple that a notebook shows as a table."""
+
+    __slots__ = ()
+
+    _repr_html_ = html
+
+
+class Named(Listing[V]):
+    """Expressions with what they are, `labels`: shown as equations, one a line."""
+
+    labels: tuple[object, ...]
+
+    def __new__(cls, values: Iterable[V], labels: Iterable[object] = ()) -> Self:
+        """The values, each with its label."""
+        made = super().__new__(cls, values)
+        made.labels = tuple(labels)
+        return made
+
+    __repr__ = text
+    _repr_latex_ = latex
 
 
 def columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -5,20 +5,33 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cached_property
-from typing import Any, Generic, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, get_args
 
 from kane.errors import ValueMissingError, alike
+from kane.show import Listing, html
 
 K = TypeVar("K")
 V = TypeVar("V")
 
 
 class read(cached_property[V]):
-    """A cached property, from a function as a decorator, or in one line: `name = read[type](lambda record: …, docstring)`."""
+    """A cached property, from a function as a decorator, or in one line: `name = read[type](lambda record: …, docstring)`.
+
+    Tuples are read as listings, which notebooks show.
+    """
 
     def __init__(self, function: Callable[[Any], V], doc: str | None = None) -> None:
         super().__init__(function)
         self.__doc__ = doc or function.__doc__
+
+    if not TYPE_CHECKING:
+
+        def __get__(self, instance: Any, owner: Any = None) -> Any:
+            """The value, made when it is first read."""
+            value = super().__get__(instance, owner)
+            if type(value) is tuple:
+                value = instance.__dict__[self.attrname] = Listing(value)
+            return value
 
     def __set_name__(self, owner: type, name: str) -> None:
         super().__set_name__(owner, name)
@@ -81,6 +94,8 @@ class LazyMapping(Mapping[K, V]):
 
     def __repr__(self) -> str:
         return "{" + ", ".join(f"{_label(k)}: {self[k]}" for k in self) + "}"
+
+    _repr_html_ = html
 
 
 class Lately(Generic[K, V]):

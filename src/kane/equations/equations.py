@@ -35,7 +35,7 @@ from kane.dynamics.readings.contributions import (
 )
 from kane.dynamics.readings.joint_reactions import JointReaction, Place, reaction
 from kane.dynamics.readings.quantities import evaluate_along, speeds_from_rates, time_derivative, without_rates
-from kane.dynamics.readings.seven_steps import Step, seven_steps
+from kane.dynamics.readings.seven_steps import Kind, Quantity, Step, seven_steps
 from kane.dynamics.solved import Solved
 from kane.equations.compiled import Compiled, Numeric, compiled
 from kane.equations.energies import Energies, check_potentials
@@ -67,6 +67,15 @@ Exprs = tuple[Expr, ...]
 Values = Mapping[Any, Any] | Sequence[Any] | npt.NDArray[Any]
 
 
+def _named(kind: Kind, of: str, values: read[Exprs]) -> read[Exprs]:
+    """Expressions that say what each is: the quantity of this kind of the symbols that the equations call `of`."""
+    exprs = read[Exprs](
+        lambda e: show.Named(values.func(e), [Quantity(kind, s) for s in getattr(e, of)]), values.__doc__
+    )
+    exprs.func.__annotations__["return"] = Exprs
+    return exprs
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Equations(Energies, Immutable):
     """Equations of motion M u̇ = f + Aᵀ λ, A u + b = 0 of a system, with everything that led to them.
@@ -92,7 +101,7 @@ class Equations(Energies, Immutable):
     auxiliary_speeds = read[tuple[AuxiliarySpeed, ...]](lambda e: e.derived.auxiliary_speeds, "u_a, one a reaction.")
     all_speeds = Derived.all_speeds.within("derived")
     states = Derived.states.within("derived")
-    state_rates = read[Exprs](lambda e: e.solved.state_rates, "ȧ of the further states.")
+    state_rates = _named(Kind.RATE, "states", read(lambda e: e.solved.state_rates, "ȧ of the further states."))
     state = Derived.state.within("derived")
     reactions = Derived.reactions.within("derived")
     bodies = read[tuple[Moving, ...]](lambda e: e._shown.bodies, "The bodies with their motions.")
@@ -107,7 +116,7 @@ class Equations(Energies, Immutable):
     z = Derived.z.within("derived")
     W = Derived.W.within("derived")
     X = Derived.X.within("derived")
-    rates = Derived.rates.within("derived")
+    rates = _named(Kind.RATE, "coordinates", Derived.rates.within("derived"))
     angular_velocities = Derived.angular_velocities.within("_shown")
     velocities = Derived.velocities.within("_shown")
     angular_accelerations = Derived.angular_accelerations.within("_shown")
@@ -120,16 +129,16 @@ class Equations(Energies, Immutable):
     loads = Derived.loads.within("_shown")
     Fr_contributions = Derived.Fr_contributions.within("_shown")
     Fr_star_contributions = Derived.Fr_star_contributions.within("_shown")
-    Fr = Derived.Fr.within("_shown")
-    Fr_star = Derived.Fr_star.within("_shown")
+    Fr = _named(Kind.ACTIVE_FORCE, "all_speeds", Derived.Fr.within("_shown"))
+    Fr_star = _named(Kind.INERTIA_FORCE, "all_speeds", Derived.Fr_star.within("_shown"))
     blocks = Derived.blocks.within("derived")
     mass_matrix = Derived.mass_matrix.within("derived")
     auxiliary_mass_matrix = Derived.auxiliary_mass_matrix.within("derived")
-    forcing = Derived.forcing.within("derived")
-    auxiliary_forcing = Derived.auxiliary_forcing.within("derived")
-    accelerations = read[Exprs](lambda e: e.solved.shown[0], "u̇, solved.")
-    reaction_values = read[Exprs](lambda e: e.solved.shown[1], "The reactions, solved.")
-    right_hand_side = Solved.right_hand_side.within("solved")
+    forcing = _named(Kind.FORCING, "speeds", Derived.forcing.within("derived"))
+    auxiliary_forcing = _named(Kind.FORCING, "auxiliary_speeds", Derived.auxiliary_forcing.within("derived"))
+    accelerations = _named(Kind.RATE, "speeds", read(lambda e: e.solved.shown[0], "u̇, solved."))
+    reaction_values = _named(Kind.SYMBOL, "reactions", read(lambda e: e.solved.shown[1], "The reactions, solved."))
+    right_hand_side = _named(Kind.RATE, "state", Solved.right_hand_side.within("solved"))
     operations = Solved.operations.within("solved")
     route = read[str](lambda e: e.solved.route, "The route by which the equations were solved.")
     routes = read[Mapping[str, int]](
@@ -188,13 +197,14 @@ class Equations(Energies, Immutable):
     partial_velocities_nh = Solved.partial_velocities_nh.within("solved")
     partial_angular_velocities_nh = Solved.partial_angular_velocities_nh.within("solved")
     mass_matrix_nh = Solved.mass_matrix_nh.within("solved")
-    forcing_nh = Solved.forcing_nh.within("solved")
+    forcing_nh = _named(Kind.NONHOLONOMIC_FORCING, "independent_speeds", Solved.forcing_nh.within("solved"))
     kinetic_energy_nh = read[Expr](
         lambda e: e.solved.short([energy.kinetic_energy_in_speeds(e.solved.nonholonomic.bodies)])[0],
         "K in the independent speeds.",
     )
-    Fr_nh = Solved.Fr_nh.within("solved")
-    Fr_star_nh = Solved.Fr_star_nh.within("solved")
+    _rows_nh = read[tuple[Any, ...]](lambda e: (*e.independent_speeds, *e.auxiliary_speeds), "The speeds of ~F_r.")
+    Fr_nh = _named(Kind.NONHOLONOMIC_ACTIVE_FORCE, "_rows_nh", Solved.Fr_nh.within("solved"))
+    Fr_star_nh = _named(Kind.NONHOLONOMIC_INERTIA_FORCE, "_rows_nh", Solved.Fr_star_nh.within("solved"))
 
     def reaction(self, place: Place, frame: Frame | None = None) -> JointReaction:
         """The force and torque that the near side exerts on the far side, in q, u, t, parameters and inputs.

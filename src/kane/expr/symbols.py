@@ -13,6 +13,7 @@ from typing import Any, ClassVar, Self, SupportsIndex, TypeVar, cast
 from kane.errors import ExpressionError, UnitError, cut
 from kane.expr.node import Expr, Number, _table, as_expr, constant_value, enter, leaf
 from kane.expr.ops import SYMBOL
+from kane.show import Listing
 
 
 def _place_key(place: Hashable) -> object:
@@ -145,7 +146,7 @@ class QuasiRate(Symbol):
 S = TypeVar("S", bound=Symbol)
 
 
-class Symbols(tuple[S, ...]):
+class Symbols(Listing[S]):
     """Symbols in order, of which one is found by itself or by its name: `u1 in eom.dependent_speeds`, `"u1" in …`."""
 
     __slots__ = ()

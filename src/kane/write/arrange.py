@@ -502,5 +502,14 @@ class _Text(Notation):
             yield f"^{exponent}" if exponent != 1 else ""
 
 
+def _named(exprs: show.Named[Expr]) -> str:
+    """A line for each, and below them, after "where", what they share."""
+    shown = layout(exprs)
+    lines = [f"{label} = {TEXT.write(tree)}" for label, tree in zip(exprs.labels, shown.trees, strict=True)]
+    where = [f"  {name} = {TEXT.write(tree)}" for name, tree in shown.intermediates]
+    return "\n".join([*lines, *(["where", *where] if where else [])]) or "()"
+
+
 TEXT = _Text()
 show.TEXT[Expr] = to_text
+show.TEXT[show.Named] = _named
