@@ -29,7 +29,7 @@ KINDS: Mapping[str, str] = MappingProxyType(
 
 
 @dataclass(frozen=True, slots=True)
-class Remark:
+class Remark(Attributes):
     """What an importer did with a thing of the source, and where it stands there: its kind is a row of `KINDS`."""
 
     kind: Kind

@@ -126,7 +126,9 @@ class System(Declarations):
         reactions = listed("reactions", reactions, Reaction, "kn.reaction")
         auxiliary = listed("auxiliary_speeds", auxiliary_speeds, AuxiliarySpeed, "kn.auxiliary_speed")
         events = listed("events", events, Event, "kn.Event(name, quantity)", named=True)
-        constraints = (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
+        constraints = show.Listing(
+            (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
+        )
         contacts = listed_contacts(contacts)
         rows = [*constraints, *(row for c in contacts for row in c.rows)]
         system_checks.check_constraints(constraints, reactions)
@@ -152,7 +154,8 @@ class System(Declarations):
         inputs = Symbols(inputs_with_rates(symbols, shape + list(definitions.values()), rows))
         Declarations.__init__(
             self, inertial, bodies, definitions, further, own, gravities, Symbols(reactions), Symbols(auxiliary), events,
-            ordered, constraints, dependent_q, dependent_u, joints, euler, parameters, inputs, frames, points, contacts,
+            ordered, constraints, dependent_q, dependent_u, joints, euler, parameters, inputs, show.Listing(frames),
+            show.Listing(points), contacts,
         )  # fmt: skip
         _check_whole(self, symbols)
 
@@ -337,7 +340,7 @@ _LENGTH_EXPONENTS = parse("m").exponents
 def with_forces(loads: Iterable[Load], inertial: Frame, bodies: Sequence[Body], speeds: Any) -> tuple[Load, ...]:
     """The loads, those made from a function with forces and torques; `speeds` defines the speeds that it may hold."""
     placeless = ((x, x.scalar is not None and not x.forces and not x.torques) for x in loads)
-    return tuple(_placed(x, _pulls(x, speeds), inertial, bodies) if bare else x for x, bare in placeless)
+    return show.Listing(_placed(x, _pulls(x, speeds), inertial, bodies) if bare else x for x, bare in placeless)
 
 
 def _pulls(load: Load, speeds: Any) -> Pulls:

@@ -30,6 +30,7 @@ from kane.model.declarations import Declarations, EulerParameters, geometry
 from kane.model.loads import Gravity, Load
 from kane.numeric.sampling import SEEDS, sample, value_of
 from kane.numeric.scale import DECLARED
+from kane.show import Listing
 from kane.space.frame import Frame, Point
 from kane.space.rotation import Basis
 from kane.space.vector import Dyadic, Vector, angular_velocity
@@ -41,7 +42,7 @@ def listed(what: str, given: Any, kind: type = object, made_by: str = "", named:
     expect.instances(items, kind, f"{what}= made by {made_by}")
     if named:
         expect.different((item.name for item in items), f"{what} of different names")
-    return items
+    return Listing(items)
 
 
 def check_inertial(frame: Any) -> None:

@@ -96,7 +96,7 @@ def result_formulas(
     return formulas(results, lambda quantity: quantity_latex(quantity, inertial))
 
 
-def quantity_latex(quantity: Quantity, inertial: Frame) -> str:
+def quantity_latex(quantity: Quantity, inertial: Frame | None = None) -> str:
     r"""LaTeX of a quantity: the angular velocity of C is {}^N\boldsymbol\omega^C; that of a symbol is its own."""
     if quantity.kind in _SCALARS:
         return quantity.named(_SCALARS[quantity.kind], latex_name)
@@ -104,7 +104,8 @@ def quantity_latex(quantity: Quantity, inertial: Frame) -> str:
     if letter is None:
         return latex_name(str(quantity))
     lower = f"_{{{latex_name(quantity.speed.name)}}}" if quantity.speed is not None else ""
-    return rf"{{}}^{{{place_latex(inertial.name)}}}{letter}^{{{place_latex(quantity.place.name)}}}{lower}"
+    within = rf"{{}}^{{{place_latex(inertial.name)}}}" if inertial is not None else ""
+    return rf"{within}{letter}^{{{place_latex(quantity.place.name)}}}{lower}"
 
 
 _VECTORS = {

@@ -14,7 +14,7 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from kane.errors import ProgramError, ValueMissingError, none_of
+from kane.errors import Attributes, ProgramError, ValueMissingError, none_of
 from kane.expr.constants import value_of_numbers
 from kane.expr.evaluation import Operations, compile_reference
 from kane.expr.matrix import Matrix
@@ -202,7 +202,7 @@ def _labels(name: str, group: Shaped) -> list[str]:
 
 
 @dataclass(frozen=True, slots=True)
-class Receipt:
+class Receipt(Attributes):
     """Operations of each routine, in the order of the program.
 
     Those of parameters are what the routine needs of them; they are computed once for all routines.

@@ -38,6 +38,7 @@ from kane.kinematics.velocities import Motion, acceleration_form, velocity_form
 from kane.model.declarations import geometry
 from kane.model.loads import Load
 from kane.model.system import total_mass
+from kane.show import html
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
@@ -173,6 +174,9 @@ class KineticParts(NamedTuple):
     K2: Expr
     K1: Expr
     K0: Expr
+
+    def _repr_html_(self) -> str | None:
+        return html(self)
 
 
 def kinetic_energy_parts(bodies: Sequence[Moving], speeds: Sequence[Expr]) -> KineticParts:

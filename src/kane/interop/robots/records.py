@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from kane.errors import Attributes
 from kane.interop.imported import Remark
 from kane.numeric.arrays import Array
 
@@ -54,7 +55,7 @@ class Move:
 
 
 @dataclass(frozen=True, slots=True)
-class LinkShape:
+class LinkShape(Attributes):
     """A shape to draw a link or to collide with: a box, sphere, cylinder, capsule, ellipsoid, plane or mesh.
 
     `link` names the frame and the point `<link> origin` it is placed on. `size` is that of the source: edges of a box, radius and

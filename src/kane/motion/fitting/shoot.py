@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, Unpack
 import numpy as np
 from scipy.optimize import least_squares, minimize
 
-from kane import expect
+from kane import expect, show
 from kane.dynamics.readings.quantities import asked
 from kane.equations.equations import Equations
 from kane.equations.state import State, StateValues, by_keyword, state_of
@@ -36,6 +36,9 @@ class Curve(NamedTuple):
 
     expression: Expr
     nodes: tuple[Parameter, ...]
+
+    def _repr_html_(self) -> str | None:
+        return show.html(self)
 
 
 def curve(name: str, times: Sequence[float], values: Any = 0.0, *, kind: Kind = "linear", unit: str = "") -> Curve:

@@ -21,7 +21,7 @@ from kane.dynamics.derivation import Derived
 from kane.dynamics.readings.energy import depends_on_time
 from kane.dynamics.readings.integrals import Integral
 from kane.dynamics.readings.quantities import asked
-from kane.errors import ArgumentError, cut, warn
+from kane.errors import ArgumentError, Attributes, cut, warn
 from kane.expr.node import Expr
 from kane.expr.ops import Immutable
 from kane.expr.regular import Sizes, size
@@ -43,7 +43,7 @@ _ROUNDING = 64 * EPS
 
 
 @dataclass(frozen=True, slots=True)
-class EnergyCheck:
+class EnergyCheck(Attributes):
     """How well E − ∫P dt stayed constant.
 
     `drift` is the largest |D| with D = E − E(0) − ∫P dt, `relative` the largest of |D| over the scale of its instant, or a hundredth

@@ -5,21 +5,42 @@ Imported when a notebook first asks. No representation raises: `show` sees to th
 """
 
 from kane import show
+from kane.analysis.assembly import Assembled
 from kane.analysis.comparison import MethodComparison, SpeedComparison
-from kane.analysis.linear import Linear
+from kane.analysis.linear import Linear, Mode, NormalModes
+from kane.dynamics.lazy import LazyMapping
 from kane.dynamics.methods.base import Formulation
 from kane.dynamics.motions import Motions
 from kane.dynamics.readings.integrals import Integral
 from kane.dynamics.readings.potential import FoundPotential
 from kane.equations.compiled import Compiled, Handle
 from kane.equations.equations import Equations
+from kane.equations.state import State
+from kane.errors import Attributes
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
+from kane.expr.symbols import Symbols
+from kane.model.beams.beam import Beam
+from kane.model.bodies import Particle, RigidBody
+from kane.model.constraints import Constraint
 from kane.model.force_systems import ForceSystem, Wrench
+from kane.model.loads import Load
 from kane.model.mass import Principal
 from kane.model.system import System
 from kane.motion.solution.solution import Solution
 from kane.present.notebook.declared import equations_html, system_html
+from kane.present.notebook.generic import listing_html, mapping_html, named_formulas, record_html, symbols_html
+from kane.present.notebook.parts import (
+    assembled_html,
+    body_html,
+    constraint_html,
+    frame_html,
+    load_html,
+    mode_html,
+    normal_modes_html,
+    point_html,
+    state_html,
+)
 from kane.present.notebook.records import (
     comparison_html,
     force_system_html,
@@ -35,6 +56,7 @@ from kane.present.notebook.records import (
 )
 from kane.present.notebook.typeset import dyadic, expression, matrix, matrix_words, vector
 from kane.space.attitude import Rotation
+from kane.space.frame import Frame, Point
 from kane.space.vector import Dyadic, Vector
 
 show.LATEX.update(
@@ -44,6 +66,7 @@ show.LATEX.update(
         Vector: lambda v: vector(v).dollars("A vector"),
         Dyadic: lambda d: dyadic(d).dollars("A dyadic"),
         Rotation: rotation_latex,
+        show.Named: lambda n: named_formulas(n).dollars("Expressions"),
         FoundPotential: lambda v: expression(v.value).dollars("A potential energy"),
         Integral: lambda i: expression(i.value).dollars("An integral"),
     }
@@ -63,5 +86,20 @@ show.HTML.update(
         Wrench: wrench_html,
         MethodComparison: comparison_html,
         Formulation: formulation_html,
+        Frame: frame_html,
+        Point: point_html,
+        RigidBody: body_html,
+        Particle: body_html,
+        Beam: body_html,
+        Load: load_html,
+        Constraint: constraint_html,
+        State: state_html,
+        Assembled: assembled_html,
+        Mode: mode_html,
+        NormalModes: normal_modes_html,
+        Symbols: symbols_html,
+        tuple: listing_html,
+        LazyMapping: mapping_html,
+        Attributes: record_html,
     }
 )

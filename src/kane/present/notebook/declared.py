@@ -70,13 +70,14 @@ _WAYS = {-1: "falls below", 1: "rises above"}
 def system_html(system: System) -> str:
     """A sketch, bodies, coordinates, speeds, states, loads, constraints, reactions, inputs and events; parameters folded away."""
     names = listed([b.name for b in system.bodies])
-    *groups, last = (either(partial(_group, group=group), system) for group in _COLUMNS)
+    *groups, last = (either(partial(declared, group=group), system) for group in _COLUMNS)
     drawing = either(lambda s: sketch(s).svg, system)
     lead = paragraph(f"<b>System</b>: {names}; inertial frame {math(place_latex(system.inertial.name))}")
     return "".join([lead, drawing, *groups, folded(f"{len(system.parameters)} parameters", last)])
 
 
-def _group(system: System, group: str) -> str:
+def declared(system: Any, group: str) -> str:
+    """The table of one group of what a system, or what has this group alone, declares."""
     head = _COLUMNS[group]
     return table(head, [[_cell(row, column) for column in head] for row in DECLARED[group](system)])
 
@@ -94,7 +95,8 @@ def _cell(row: Row, column: str) -> str:
     return next(write(value) for kind, write in _WRITERS.items() if isinstance(value, kind))
 
 
-def _acting(load: Load | Constraint) -> str:
+def acting(load: Load | Constraint) -> str:
+    """Forces and torques with their places."""
     pairs: list[tuple[str, str, Vector]] = [("force", p.name, v) for p, v in load.forces]
     pairs += [("torque", f.name, v) for f, v in load.torques]
     shown = [f"{what} on {math(place_latex(name))}: {vector(v).cell}" for what, name, v in pairs[:_PLACES]]
@@ -112,7 +114,7 @@ _WRITERS: dict[Any, Callable[[Any], str]] = {
     Vector: lambda v: vector(v).cell,
     Part: lambda part: dyadic(part.inertia).cell,
     Point | Frame: lambda place: math(place_latex(place.name)),
-    Load | Constraint: _acting,
+    Load | Constraint: acting,
     Event: _where,
 }
 """HTML of a cell by what it holds."""
@@ -133,8 +135,8 @@ _READ = {
 
 
 def equations_html(eom: Equations) -> str:
-    """Summary, equations of motion, kinematical equations, operations, steps."""
-    return "".join(either(make, eom) for make in (_summary, _motion, _rates, _operations, _steps))
+    """Summary, u̇, M and f, kinematical equations, operations, steps."""
+    return "".join(either(make, eom) for make in (_summary, _solved, _motion, _rates, _operations, _steps))
 
 
 def _summary(eom: Equations) -> str:
@@ -158,6 +160,16 @@ def _summary(eom: Equations) -> str:
 def _names(names: list[str]) -> str:
     few = ",\\, ".join(map(latex_name, names[:WIDE]))
     return few + (r",\, \dots" if len(names) > WIDE else "")
+
+
+def _solved(eom: Equations) -> str:
+    """u̇ where it is short; where it is long, M and f below say more."""
+    shown = equations(
+        [(latex_name(f"{u.name}'"), e) for u, e in zip(eom.speeds, eom.accelerations, strict=True)], most=SMALL
+    )
+    if not shown.latex:
+        return paragraph(math(r"\dot{u}") + f" takes {shown.operations} operations, too long to typeset.")
+    return paragraph("Equations of motion, solved:") + display(shown.latex)
 
 
 def _motion(eom: Equations) -> str:

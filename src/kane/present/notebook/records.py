@@ -104,7 +104,7 @@ def _linear_summary(linear: Linear) -> str:
 
 def _modes(linear: Linear) -> str:
     rows = [
-        (_number(m.eigenvalue), f"{m.frequency:.5g} rad/s", f"{m.damping:.4g}", escaped(_largest(m.shape)))
+        (_number(m.eigenvalue), f"{m.frequency:.5g} rad/s", f"{m.damping:.4g}", escaped(largest(m.shape)))
         for m in linear.modes
     ]
     return table(("eigenvalue", "frequency", "damping", "mode"), rows)
@@ -114,7 +114,8 @@ def _number(value: complex) -> str:
     return f"{value.real:.6g}" if not value.imag else f"{value.real:.6g} ± {value.imag:.6g} i"
 
 
-def _largest(shape: dict[str, complex]) -> str:
+def largest(shape: dict[str, complex]) -> str:
+    """The largest components of a mode, with their phases."""
     chosen = sorted(shape.items(), key=lambda pair: -abs(pair[1]))[:4]
     return ", ".join(f"{name} {abs(v):.3g}∠{np.degrees(np.angle(v)):.0f}°" for name, v in chosen if abs(v) > 1e-3)
 

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What notebooks show of records that have no form of their own: a row a field; of mappings and lists: a row an item."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from kane.dynamics.readings.seven_steps import Quantity
+from kane.errors import cut
+from kane.expr.matrix import Matrix
+from kane.expr.node import Expr
+from kane.expr.symbols import Symbol, Symbols
+from kane.model.bodies import Particle, RigidBody
+from kane.model.constraints import Constraint
+from kane.model.declarations import Event
+from kane.model.loads import Load
+from kane.present.formula_list import quantity_latex
+from kane.present.notebook.declared import acting, declared
+from kane.present.notebook.typeset import (
+    Typeset,
+    dyadic,
+    equations,
+    escaped,
+    expression,
+    math,
+    matrix,
+    paragraph,
+    table,
+    vector,
+)
+from kane.show import Named
+from kane.space.frame import Frame, Point
+from kane.space.vector import Dyadic, Vector
+from kane.units.rules import unit_text
+from kane.write.latex import latex_name, place_latex
+
+_ITEMS = 12
+"""Items of a list within a cell."""
+_LETTERS = 120
+"""Letters of a cell that is plain text."""
+
+
+def cell(value: Any) -> str:
+    """HTML of a value within a table; nothing for what says nothing there."""
+    return next((write(value) for kind, write in _CELLS.items() if isinstance(value, kind)), _text(value))
+
+
+def _text(value: Any) -> str:
+    name = getattr(value, "name", None)
+    return escaped(name if isinstance(name, str) else cut(repr(value), _LETTERS))
+
+
+def _array(values: np.ndarray) -> str:
+    if values.size > _ITEMS or values.ndim != 1:
+        return f"{' × '.join(map(str, values.shape))} numbers"
+    return ", ".join(f"{v:.6g}" if np.issubdtype(values.dtype, np.number) else escaped(v) for v in values.tolist())
+
+
+def _pairs(values: Mapping[Any, Any]) -> str:
+    shown = [f"{cell(k)}: {cell(v)}" for k, v in list(values.items())[:_ITEMS]]
+    return "<br>".join([*shown, *_rest(values)])
+
+
+def _several(values: Any) -> str:
+    return ", ".join([*map(cell, tuple(values)[:_ITEMS]), *_rest(values)])
+
+
+def _rest(values: Any) -> list[str]:
+    return [f"… and {len(values) - _ITEMS} more"] if len(values) > _ITEMS else []
+
+
+_CELLS: dict[Any, Callable[[Any], str]] = {
+    type(None): lambda _: "",
+    bool: lambda yes: "yes" if yes else "no",
+    str: lambda text: escaped(cut(text, _LETTERS)),
+    Symbol: lambda s: math(latex_name(s.name)),
+    Expr: lambda e: expression(e).cell,
+    Vector: lambda v: vector(v).cell,
+    Dyadic: lambda d: dyadic(d).cell,
+    Matrix: lambda m: matrix(m).cell,
+    Frame | Point: lambda place: math(place_latex(place.name)),
+    int | float | complex | np.number: lambda x: escaped(f"{x:.6g}"),
+    np.ndarray: _array,
+    Mapping: _pairs,
+    tuple | list | set | frozenset: _several,
+    Callable: lambda _: "",
+}
+"""HTML of a value by its kind, the first that fits."""
+
+
+def record_html(record: Any) -> str:
+    """A row a field, without those that are empty; of what is no record what it prints as."""
+    lead = f"<b>{type(record).__name__}</b>"
+    own = [f.name for f in fields(record) if not f.name.startswith("_")] if is_dataclass(record) else []
+    shown = [(escaped(name.replace("_", " ")), cell(getattr(record, name, None))) for name in own]
+    body = table(("", ""), [row for row in shown if row[1]])
+    return paragraph(lead) + body if body else paragraph(f"{lead}: {escaped(cut(repr(record), 300))}")
+
+
+def mapping_html(values: Mapping[Any, Any]) -> str:
+    """A row a key."""
+    rows = [(cell(key), cell(value)) for key, value in values.items()]
+    return table(("", ""), rows) or paragraph("Nothing.")
+
+
+def symbols_html(symbols: Symbols[Any]) -> str:
+    """Name, unit, default and meaning."""
+    rows = [(cell(s), escaped(unit_text(s.unit)), cell(s.default), escaped(s.description or "")) for s in symbols]
+    return table(("symbol", "unit", "default", "meaning"), rows) or paragraph("No symbols.")
+
+
+_GROUPS: dict[Any, str] = {RigidBody | Particle: "bodies", Constraint: "constraints", Event: "events"}
+"""Of what a list holds, the group of a system that it is shown as."""
+
+
+def listing_html(values: tuple[Any, ...]) -> str:
+    """A row an item."""
+    for kind, group in _GROUPS.items():
+        if values and all(isinstance(v, kind) for v in values):
+            return declared(SimpleNamespace(**{group: values}), group)
+    heads = getattr(values, "_fields", range(len(values)))
+    rows = [(str(k), _item_name(v), _item(v)) for k, v in zip(heads, values, strict=True)]
+    return table(("", "", ""), rows) or paragraph("Nothing.")
+
+
+def _item_name(value: Any) -> str:
+    name = getattr(value, "name", "")
+    return "" if isinstance(value, Expr | Frame | Point) or not isinstance(name, str) else escaped(name)
+
+
+def _item(value: Any) -> str:
+    if isinstance(value, Load):
+        return acting(value)
+    return cell(value) if isinstance(value, _PLAIN) else escaped(cut(repr(value), _LETTERS))
+
+
+_PLAIN = (Expr, Vector, Dyadic, Matrix, Frame, Point, str, int, float, complex, np.ndarray, tuple)
+
+
+def named_formulas(named: Named[Expr]) -> Typeset:
+    """Equations below each other."""
+    pairs = zip(named.labels, named, strict=True)
+    return equations([(_label(label), e) for label, e in pairs])
+
+
+def _label(label: object) -> str:
+    return quantity_latex(label) if isinstance(label, Quantity) else latex_name(str(label))
