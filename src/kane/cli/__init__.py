@@ -12,8 +12,8 @@ from kane.cli.bench import bench
 from kane.cli.check import check
 from kane.cli.convert import convert
 from kane.cli.derive import cache_app, derive, emit
+from kane.cli.manual import Command, Guarded, welcome
 from kane.cli.models import AsJson, new
-from kane.cli.screen import Guarded
 from kane.cli.simulate import animate, report, simulate
 from kane.cli.sketch import sketch
 from kane.cli.sweep import sweep
@@ -22,7 +22,7 @@ from kane.lazy_imports import offered
 
 app = typer.Typer(
     cls=Guarded,
-    no_args_is_help=True,
+    invoke_without_command=True,
     pretty_exceptions_enable=False,  # a fault of kane itself is reported with Python's own traceback
     help="Equations of motion by Kane's method.",
 )
@@ -36,14 +36,16 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def _kane(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and leave.")
     ] = False,
 ) -> None:
-    pass
+    if context.invoked_subcommand is None:
+        welcome()
 
 
-@app.command()
+@app.command(cls=Command)
 def gallery(as_json: AsJson = False) -> None:
     """List the systems of the gallery; each can be given as MODEL."""
     titles = {name: str(load(name).TITLE) for name in GALLERY}
@@ -54,10 +56,10 @@ def gallery(as_json: AsJson = False) -> None:
 
 
 for command in (new, convert, check, derive, simulate, sweep, sketch, animate, report, emit, bench):
-    app.command(command.__name__)(command)
+    app.command(command.__name__, cls=Command)(command)
 
 
-@app.command("demo")
+@app.command("demo", cls=Command)
 def _demo(
     out: Annotated[Path, typer.Option(help="Folder to write rolling_disk/report.html into.")] = Path("out"),
 ) -> None:

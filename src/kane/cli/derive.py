@@ -10,6 +10,7 @@ import typer
 
 import kane as kn
 from kane.cli import screen
+from kane.cli.manual import Command, Guarded
 from kane.cli.models import KINDS, AsJson, Force, Name, NamedModel, Out, model_of
 from kane.cli.screen import Misuse, columns, own_code
 from kane.dynamics.readings.seven_steps import Step
@@ -176,10 +177,10 @@ def _write_unit(path: Path, model: NamedModel, eom: kn.Equations, called: str, m
         screen.say("There is no C compiler here: the unit holds its sources alone.")
 
 
-cache_app = typer.Typer(no_args_is_help=True, help="Look at or empty the cache of compiled code.")
+cache_app = typer.Typer(cls=Guarded, no_args_is_help=True, help="Look at or empty the cache of compiled code.")
 
 
-@cache_app.command("info")
+@cache_app.command("info", cls=Command)
 def _info() -> None:
     """Say where the cache is and how much is in it."""
     place = store.folder()
@@ -190,7 +191,7 @@ def _info() -> None:
     screen.say(f"{place}: {_amount(count, size)} of at most {store.LIMIT / 2**20:.0f} MiB")
 
 
-@cache_app.command("clear")
+@cache_app.command("clear", cls=Command)
 def _clear() -> None:
     """Remove all compiled code; it is compiled anew when needed."""
     typer.echo(f"Removed {_amount(*store.clear())}.")

@@ -87,8 +87,8 @@ def _unknown(text: str, path: Path) -> str:
     own = [f"{text}.py"] if Path(f"{text}.py").is_file() else []
     cure = f" Did you mean {own[0]}?" if own else alike(text, GALLERY)
     return (
-        f"Expected a system of the gallery or a Python file as MODEL, got {text!r}.{cure}\n"
-        f"The gallery has {', '.join(GALLERY)}."
+        f"Expected a system of the gallery or a Python file as MODEL, got {text!r}.{cure} `kane gallery` lists the systems; "
+        "`kane new model.py` writes a file."
     )
 
 

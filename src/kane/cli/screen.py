@@ -7,6 +7,7 @@ import json
 import linecache
 import math
 import os
+import re
 import shutil
 import sys
 import sysconfig
@@ -15,14 +16,14 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from enum import EnumType
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import typer
-from typer.core import TyperGroup
 
-from kane.errors import ArgumentError, KaneError, KaneWarning
+from kane.errors import ArgumentError, KaneError, KaneWarning, alike
 from kane.expr.evaluation import Operations
 from kane.present.formula_list import WIDTH
 from kane.whole import exchange, refusal
@@ -45,18 +46,16 @@ class UserError(Exception):
 _UsageError: type[Any] = typer.BadParameter.__mro__[1]
 
 
-class Guarded(TyperGroup):
-    """Commands whose errors, those of their arguments too, are shown by `guarded`."""
+def coloured() -> bool | None:
+    """False where the environment asks for none (https://no-color.org); else a terminal decides."""
+    return False if os.environ.get("NO_COLOR") else None
 
-    def make_context(self, *arguments: Any, **more: Any) -> Any:
-        """Read the options that stand before the command."""
-        with guarded():
-            return super().make_context(*arguments, **more)
 
-    def invoke(self, ctx: Any) -> Any:
-        """Run the command that was asked for."""
-        with guarded():
-            return super().invoke(ctx)
+def complain(kind: str, message: str) -> None:
+    """An error or warning on stderr: a headline, and what belongs to it below."""
+    text = shown(f"{kind}: {message}")
+    head = typer.style(f"{kind}:", bold=True, fg="red" if kind == "error" else "yellow")
+    typer.echo(head + text.removeprefix(f"{kind}:"), err=True, color=coloured())
 
 
 @contextmanager
@@ -68,7 +67,7 @@ def guarded() -> Iterator[None]:
 
         def show(message: Any, category: Any, *place: Any, **more: Any) -> None:
             if isinstance(message, KaneWarning):
-                typer.echo(shown(f"warning: {message}"), err=True)
+                complain("warning", str(message))
             else:
                 plain(message, category, *place, **more)
 
@@ -77,20 +76,21 @@ def guarded() -> Iterator[None]:
             yield
         except _UsageError as error:
             if type(error).__name__ == "NoArgsIsHelpError":
-                raise
-            typer.echo(shown(f"error: {_misused(error)}"), err=True)
+                typer.echo(error.ctx.get_help(), err=True, color=coloured())
+                raise typer.Exit(_USAGE) from None
+            complain("error", _misused(error))
             raise typer.Exit(_USAGE) from None
         except UserError as error:
             typer.echo(str(error), err=True)
             raise typer.Exit(_MODEL) from None
         except KaneError as error:
-            typer.echo(shown(f"error: {message_of(error)}"), err=True)
+            complain("error", message_of(error))
             raise typer.Exit(_USAGE if isinstance(error, Misuse) else _MODEL) from None
         except OSError as error:
             if error.errno in (None, errno.EPIPE):  # who reads has gone: the command line knows what to do
                 raise
             place = f" to {error.filename}" if error.filename else ""
-            typer.echo(shown(f"error: Expected to write{place}, got {error.strerror}."), err=True)
+            complain("error", f"Expected to write{place}, got {error.strerror}.")
             _leave_stdout()
             raise typer.Exit(_MODEL) from None
         except KeyboardInterrupt:
@@ -99,10 +99,58 @@ def guarded() -> Iterator[None]:
 
 
 def _misused(error: Any) -> str:
-    """What is wrong with the arguments of the command."""
+    """What is wrong with the arguments of the command, and where they are explained."""
     path = error.ctx.command_path if error.ctx else "kane"
-    told = error.format_message()
-    return f"Expected arguments that `{path}` takes, got others: {told}{'.' * (told[-1:] not in '.?')} See `{path} --help`."
+    return f"{_told(error, path)}\nSee `{path} --help`."
+
+
+def _told(error: Any, path: str) -> str:
+    command, param = getattr(error.ctx, "command", None), getattr(error, "param", None)
+    strange = re.match(r"No such command '(.*?)'", str(error.message))
+    if strange:
+        known = list(getattr(command, "commands", ()))
+        has = f" It has {', '.join(known)}."
+        return f"Expected a command of `{path}`, got {strange[1]!r}.{alike(strange[1], known) or has}"
+    if type(error).__name__ == "NoSuchOption":
+        known = [name for p in getattr(command, "params", ()) for name in p.opts if name.startswith("--")]
+        return (
+            f"Expected an option of `{path}`, got {error.option_name!r}.{alike(error.option_name, [*known, '--help'])}"
+        )
+    known = choices(param)
+    among = f" as one of {', '.join(known)}" if known else ""
+    if type(error).__name__ == "MissingParameter" and param is not None:
+        cure = " `kane gallery` lists systems; `kane new model.py` writes a file." if called(param) == "MODEL" else ""
+        return f"Expected {called(param)}{among}, got none.{cure}"
+    wrong = re.search(r"'([^']*)' is not one of", str(error.message))
+    if known and wrong:
+        return f"Expected {called(param)}{among}, got {wrong[1]!r}.{alike(wrong[1], known)}"
+    told = str(error.message) if param is not None else error.format_message()
+    if param is not None:
+        return f"Expected a value that {called(param)} can have, got another. {told}{'.' * (told[-1:] not in '.?')}"
+    return f"Expected arguments that `{path}` takes, got others: {told}{'.' * (told[-1:] not in '.?')}"
+
+
+def called(param: Any) -> str:
+    """How an argument or option is written."""
+    return str(param.opts[0] if param.param_type_name == "option" else param.metavar or param.name.upper())
+
+
+def choices(param: Any) -> list[str]:
+    """The values that an option may have, where they are a list."""
+    kind = _annotation(param)
+    members: Any = kind if isinstance(kind, EnumType) else getattr(getattr(param, "type", None), "choices", ())
+    return [str(getattr(member, "value", member)) for member in members]
+
+
+def kind_of(param: Any) -> str:
+    """The name of the type that an option takes."""
+    kind = _annotation(param)
+    return "bool" if getattr(param, "is_flag", False) else str(getattr(kind, "__name__", getattr(kind, "name", "")))
+
+
+def _annotation(param: Any) -> Any:
+    """The type of an argument or option: releases of typer keep it in different places."""
+    return getattr(getattr(param, "type_descriptor", None), "annotation", getattr(param, "type", None))
 
 
 def _leave_stdout() -> None:
@@ -126,13 +174,13 @@ def columns(most: int = WIDTH) -> int:
 
 def shown(message: str, most: int = LINES) -> str:
     """The message in lines that fit a terminal, `most` at most; the last line, which says where, is kept."""
-    lines = [line for part in message.splitlines() for line in _prose(part)]
+    lines = [line for part in message.splitlines() for line in prose(part)]
     if len(lines) <= most:
         return "\n".join(lines)
     return "\n".join([*lines[: most - 2], f"  … ({len(lines) - most + 1} more lines)", lines[-1]])
 
 
-def _prose(text: str) -> list[str]:
+def prose(text: str) -> list[str]:
     """Lines that fit the terminal, broken at spaces; the first keeps its indent."""
     indent = text[: len(text) - len(text.lstrip())]
     return textwrap.wrap(
@@ -258,18 +306,23 @@ def heading(text: str) -> None:
 
 def table(rows: Sequence[Sequence[str]], indent: int = 2) -> None:
     """Rows in aligned columns; an empty column is left out, and a row that is wider than the terminal goes on in the next line."""
+    for line in rows_of(rows, indent):
+        typer.echo(line)
+
+
+def rows_of(rows: Sequence[Sequence[str]], indent: int = 2) -> list[str]:
+    """The lines of a table."""
     filled = [c for c in zip(*rows, strict=True) if any(c)]
     widths = [max(map(len, c)) for c in filled]
     wide = columns(_WIDEST)
     hang = min(indent + sum(w + 2 for w in widths[:-1]), wide // 2)
+    lines: list[str] = []
     for row in zip(*filled, strict=True):
         cells = (f"{cell:{width}}" for cell, width in zip(row, widths, strict=True))
         line = " " * indent + "  ".join(cells).rstrip()
-        typer.echo(
-            line
-            if len(line) <= wide
-            else "\n".join(textwrap.wrap(line, wide, subsequent_indent=" " * hang, **UNBROKEN))
-        )
+        fits = len(line) <= wide
+        lines += [line] if fits else textwrap.wrap(line, wide, subsequent_indent=" " * hang, **UNBROKEN)
+    return lines
 
 
 def as_json(value: Any) -> None:

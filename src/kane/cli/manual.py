@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What `kane` alone and `--help` say: groups of commands, arguments and options, examples."""
+
+import os
+from typing import Any
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+from kane.cli import screen
+from kane.cli.screen import guarded
+
+GROUPS = {
+    "Begin": ("gallery", "new", "convert", "demo"),
+    "Equations": ("check", "derive", "emit", "bench"),
+    "Motions": ("simulate", "sweep"),
+    "Pictures": ("sketch", "animate", "report"),
+    "Compiled code": ("cache",),
+}
+"""The commands in the order in which they are wanted."""
+
+FIRST = (
+    ("kane gallery", "models that are ready to look at"),
+    ("kane simulate pendulum", "the motion of one of them"),
+    ("kane new model.py", "a model file to change into your own"),
+    ("kane check model.py", "what it declares, and whether it is sound"),
+    ("kane report model.py", "its derivation and its motion as a page"),
+)
+"""What to do first."""
+
+EXAMPLES = {
+    "kane": FIRST,
+    "gallery": (("kane gallery", "the systems, each with its title"), ("kane gallery --json", "the same for programs")),
+    "new": (("kane new model.py", "then: kane check model.py"),),
+    "convert": (("kane convert robot.urdf -o robot.py", "a robot as a model file"),),
+    "demo": (("kane demo --out out", "writes out/rolling_disk/report.html"),),
+    "check": (("kane check model.py", ""), ("kane check pendulum --json", "for programs")),
+    "derive": (
+        ("kane derive pendulum", "all seven steps"),
+        ("kane derive pendulum --step 5 --latex", "one, for a paper"),
+    ),
+    "emit": (
+        ("kane emit pendulum --target c --out pendulum.c", "the equations in C"),
+        ("kane emit pendulum --target fmu --out pendulum.fmu", "a unit for other tools"),
+    ),
+    "bench": (("kane bench rolling_disk", ""),),
+    "simulate": (
+        ("kane simulate pendulum --q theta=0.5 --t1 10", "another start, a longer motion"),
+        ("kane simulate model.py --csv run.csv --plot run.png", "table and figure"),
+    ),
+    "sweep": (("kane sweep --help", "says what a design is"),),
+    "sketch": (("kane sketch pendulum", "writes pendulum.svg"),),
+    "animate": (("kane animate pendulum --out swing.html", "a page to look at"),),
+    "report": (("kane report pendulum --out pendulum.html", ""),),
+    "cache": (("kane cache info", "where it is, and how large"),),
+}
+"""Lines to try, by command, each with what it does."""
+
+
+class Command(TyperCommand):
+    """A command whose help is of one style with what it prints."""
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Usage, what it does, arguments and options, examples."""
+        formatter.write(_page(ctx, self, [("Options", _parameters(self))]))
+
+
+class Guarded(TyperGroup):
+    """Commands whose errors, those of their arguments too, are shown by `guarded`."""
+
+    def make_context(self, *arguments: Any, **more: Any) -> Any:
+        """Read the options that stand before the command."""
+        with guarded():
+            return super().make_context(*arguments, **({"color": screen.coloured()} | more))
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command that was asked for."""
+        with guarded():
+            return super().invoke(ctx)
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Usage, the commands by group, options, examples."""
+        groups = [(title, [n for n in names if n in self.commands]) for title, names in GROUPS.items()]
+        listed = {name for _, names in groups for name in names}
+        groups.append(("Commands", [name for name in self.commands if name not in listed]))
+        parts = [(title, [(n, _first_sentence(self.commands[n].help)) for n in names]) for title, names in groups]
+        formatter.write(_page(ctx, self, [*parts, ("Options", _parameters(self))]))
+
+
+def welcome() -> None:
+    """What to do first."""
+    typer.echo(f"{typer.style('kane', bold=True)} derives equations of motion by Kane's method, and simulates.")
+    screen.heading("Begin with")
+    screen.table(FIRST)
+    typer.echo("\nAll commands: kane --help")
+
+
+def _page(ctx: Any, command: Any, parts: list[tuple[str, list[tuple[str, str]]]]) -> str:
+    """Usage, text, tables, examples."""
+    words = " ".join(command.collect_usage_pieces(ctx))
+    lines = [
+        *screen.prose(f"Usage: {ctx.command_path} {words}"),
+        "",
+        *screen.prose(" ".join((command.help or "").split())),
+    ]
+    examples = EXAMPLES.get(ctx.info_name, FIRST if ctx.parent is None else ())
+    for title, rows in (*parts, ("Examples", list(examples))):
+        if rows:
+            lines += ["", typer.style(title, bold=True), *screen.rows_of(rows)]
+    return "\n".join(lines)
+
+
+def _parameters(command: Any) -> list[tuple[str, str]]:
+    """A row an argument or option."""
+    shown = [p for p in command.params if not getattr(p, "hidden", False) and p.name not in _LEFT_OUT]
+    return [*map(_row, shown)] + [("--help", "Print this and leave.")]
+
+
+_LEFT_OUT = ("install_completion", "show_completion", "help")
+
+
+_KINDS = {
+    "Path": "FILE",
+    "path": "FILE",
+    "float": "NUMBER",
+    "int": "NUMBER",
+    "integer": "NUMBER",
+    "str": "TEXT",
+    "text": "TEXT",
+}
+"""What an option takes, by the type that its parameter has."""
+
+
+def _row(p: Any) -> tuple[str, str]:
+    """What an argument or option is called and takes; its meaning with what it may be and what it is where it is left out."""
+    options = screen.choices(p)
+    told = f" One of {', '.join(options)}." if options else ""
+    default = p.show_default if isinstance(p.show_default, str) else p.default if p.show_default else None
+    plain = isinstance(default, str | int | float | os.PathLike) and not isinstance(default, bool)
+    meaning = f"{p.help or ''}{told}{f' [{default}]' if plain else ''}"
+    if p.param_type_name == "argument":
+        return screen.called(p), meaning
+    kind = screen.kind_of(p)
+    what = "" if kind in ("bool", "boolean") else str(p.metavar or _KINDS.get(kind, p.name.upper()))
+    return f"{', '.join(p.opts)} {what}".rstrip(), meaning
+
+
+def _first_sentence(text: str | None) -> str:
+    """Up to the first full stop, semicolon or colon."""
+    line = " ".join((text or "").split())
+    return line.split("; ")[0].split(": ")[0].rstrip(".")
