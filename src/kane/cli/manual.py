@@ -2,13 +2,14 @@
 """What `kane` alone and `--help` say: groups of commands, arguments and options, examples."""
 
 import os
+import textwrap
 from typing import Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 
 from kane.cli import screen
-from kane.cli.screen import guarded
+from kane.cli.screen import UNBROKEN, guarded
 
 GROUPS = {
     "Begin": ("gallery", "new", "convert", "demo"),
@@ -48,7 +49,7 @@ EXAMPLES = {
         ("kane simulate pendulum --q theta=0.5 --t1 10", "another start, a longer motion"),
         ("kane simulate model.py --csv run.csv --plot run.png", "table and figure"),
     ),
-    "sweep": (("kane sweep --help", "says what a design is"),),
+    "sweep": (("kane sweep pendulum --design theta=0.1:1 --count 16 --store swings", "16 starts"),),
     "sketch": (("kane sketch pendulum", "writes pendulum.svg"),),
     "animate": (("kane animate pendulum --out swing.html", "a page to look at"),),
     "report": (("kane report pendulum --out pendulum.html", ""),),
@@ -97,11 +98,11 @@ def welcome() -> None:
 
 def _page(ctx: Any, command: Any, parts: list[tuple[str, list[tuple[str, str]]]]) -> str:
     """Usage, text, tables, examples."""
-    words = " ".join(command.collect_usage_pieces(ctx))
+    words = " ".join(command.collect_usage_pieces(ctx)).replace("{", "").replace("}", "")
     lines = [
         *screen.prose(f"Usage: {ctx.command_path} {words}"),
         "",
-        *screen.prose(" ".join((command.help or "").split())),
+        *textwrap.wrap(command.help or "", screen.columns(), **UNBROKEN),
     ]
     examples = EXAMPLES.get(ctx.info_name, FIRST if ctx.parent is None else ())
     for title, rows in (*parts, ("Examples", list(examples))):
@@ -113,7 +114,7 @@ def _page(ctx: Any, command: Any, parts: list[tuple[str, list[tuple[str, str]]]]
 def _parameters(command: Any) -> list[tuple[str, str]]:
     """A row an argument or option."""
     shown = [p for p in command.params if not getattr(p, "hidden", False) and p.name not in _LEFT_OUT]
-    return [*map(_row, shown)] + [("--help", "Print this and leave.")]
+    return [*map(_row, shown), ("--help", "Print this and leave.")]
 
 
 _LEFT_OUT = ("install_completion", "show_completion", "help")

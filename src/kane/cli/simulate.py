@@ -257,8 +257,11 @@ def animate(
     force: Force = False,
 ) -> None:
     """Write a motion of MODEL to look at: a page (.html), glTF (.glb), or pictures (.gif, .webp, .png, .mp4), as --out ends."""
+    from kane.present.animation import FORMATS
     from kane.present.animation import animate as animated  # matplotlib and jinja2 only here
 
+    if out is not None and out.suffix.lower() not in FORMATS:
+        raise Misuse(f"Expected --out FILE that ends in {', '.join(FORMATS)}, got {out}.")
     model = model_of(name)
     place = screen.target(out or Path(f"{model.name}_motion.html"), model.path, force)
     eom = derived(model)

@@ -126,9 +126,7 @@ class System(Declarations):
         reactions = listed("reactions", reactions, Reaction, "kn.reaction")
         auxiliary = listed("auxiliary_speeds", auxiliary_speeds, AuxiliarySpeed, "kn.auxiliary_speed")
         events = listed("events", events, Event, "kn.Event(name, quantity)", named=True)
-        constraints = show.Listing(
-            (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
-        )
+        constraints = as_constraints(holonomic, "configuration") + as_constraints(nonholonomic, "motion")
         contacts = listed_contacts(contacts)
         rows = [*constraints, *(row for c in contacts for row in c.rows)]
         system_checks.check_constraints(constraints, reactions)
@@ -154,7 +152,7 @@ class System(Declarations):
         inputs = Symbols(inputs_with_rates(symbols, shape + list(definitions.values()), rows))
         Declarations.__init__(
             self, inertial, bodies, definitions, further, own, gravities, Symbols(reactions), Symbols(auxiliary), events,
-            ordered, constraints, dependent_q, dependent_u, joints, euler, parameters, inputs, show.Listing(frames),
+            ordered, show.Listing(constraints), dependent_q, dependent_u, joints, euler, parameters, inputs, show.Listing(frames),
             show.Listing(points), contacts,
         )  # fmt: skip
         _check_whole(self, symbols)

@@ -122,9 +122,9 @@ class Animation:
         write(self, path)
 
     def _format(self, path: Path) -> tuple[Callable[[Animation, Path], object], bytes | None]:
-        found = _FORMATS.get(path.suffix.lower())
+        found = FORMATS.get(path.suffix.lower())
         if found is None:
-            raise ArgumentError(f"Expected a file that ends in {', '.join(_FORMATS)}, got {str(path)!r}.")
+            raise ArgumentError(f"Expected a file that ends in {', '.join(FORMATS)}, got {str(path)!r}.")
         return found
 
     def __repr__(self) -> str:
@@ -276,7 +276,7 @@ def _write_pictures(animation: Animation, place: Path) -> None:
     write(Shot(animation.model, animation.courses[0], front, camera["azimuth"], camera["height"], low, played), place)
 
 
-_FORMATS: dict[str, tuple[Callable[[Animation, Path], object], bytes | None]] = {
+FORMATS: dict[str, tuple[Callable[[Animation, Path], object], bytes | None]] = {
     ".html": (_write_html, _MARK),
     ".glb": (_write_gltf, b'"generator":"kane"'),
     **dict.fromkeys((".gif", ".png", ".mp4", ".webp"), (_write_pictures, None)),
