@@ -22,10 +22,10 @@ def test_gallery_is_listed_with_titles():
     assert from_json("gallery") == [{"name": n, "title": load(n).TITLE} for n in GALLERY]
 
 
-def test_misspelt_name_is_answered_with_suggestions_and_the_list():
+def test_misspelt_name_is_answered_with_suggestions_and_where_the_list_is():
     told = line(kane("check", "spining_top", code=2).stderr)
     assert "Did you mean spinning_top" in told
-    assert all(name in told for name in GALLERY)
+    assert "`kane gallery` lists the systems" in told
 
 
 def test_absent_file(tmp_path):
