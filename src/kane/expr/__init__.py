@@ -40,6 +40,7 @@ __getattr__ = _offered(
         "forms.scales": "scaled",
         "forms.shorter": "named shared shortened with_short_quotients",
         "forms.taylor_series": "taylor",
+        "forms.two_angles": "by_two_angles",
         "matrix": "Matrix dot ldl lu matched_columns solve_linear sparse_order structural_rank",
         "visit": "remembered remembering fold imaged rebuilt substitute substituted",
         "node": "BUILDERS Expr ONE ZERO as_expr constant constant_value digest intern_node postorder precedes sweep",

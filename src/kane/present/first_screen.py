@@ -42,7 +42,7 @@ METHOD = "dop853"
 SAMPLES = 601
 """Instants of a live motion."""
 _ROWS, _TERMS, _LINES = 5, 8, 6
-"""Rows of equations, terms of one, and lines of a plot at most: those that are largest along the motion."""
+"""Rows of equations that are unfolded, terms of one, and lines of a plot at most: those that are largest along the motion."""
 _NOTHING = 1e-11
 """Share of the energy that is nothing."""
 _SLIDERS = 6
@@ -90,7 +90,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FirstScreen:
-    """What the template shows: the viewer, rows, plots as (title, unit, lines), sliders, and data for the script.
+    """What the template shows: the viewer, rows, those that are folded, plots as (title, unit, lines), sliders, and data for the script.
 
     `multiplied` says that the rows are those of u̇.
     """
@@ -98,7 +98,7 @@ class FirstScreen:
     view: Markup
     multiplied: bool
     rows: tuple[Row, ...]
-    left: int
+    folded: tuple[Row, ...]
     plots: tuple[tuple[str, str, tuple[tuple[int, Quantity], ...]], ...]
     sliders: tuple[Slider, ...]
     data: Markup
@@ -117,11 +117,10 @@ def screen_of(solution: Solution, drawn: Scene | None = None) -> FirstScreen:
     live, sliders, still = _live(solution, animation, values)
     data = {"lines": len(values), "live": live, "samples": SAMPLES, "end": float(solution.t[-1])}
     numbered = list(enumerate(values))
-    told, left = _rows(eom, numbered, found is not None)
+    shown_rows, folded = _rows(animation.courses[0].motion, shown, found is not None)
     plots = tuple(_plots(numbered))
-    return FirstScreen(
-        animation.part(extra=row), found is not None, told, left, plots, sliders, Markup(as_json(data)), still
-    )
+    part, packed = animation.part(extra=row), Markup(as_json(data))
+    return FirstScreen(part, found is not None, shown_rows, folded, plots, sliders, packed, still)
 
 
 # What is shown ---------------------------------------------------------------------------------------------------------
@@ -200,14 +199,25 @@ def _idle(dense: Solution, span: float, multiplied: bool) -> dict[str, float]:
     return found
 
 
-def _rows(eom: Equations, numbered: Sequence[tuple[int, Quantity]], multiplied: bool) -> tuple[tuple[Row, ...], int]:
-    """The first rows, and how many there are beside them."""
-    rows = []
-    for u in eom.independent_speeds:
-        own = tuple((k, q) for k, q in numbered if q.group == f"why {u.name}")
+def _rows(
+    dense: Solution, shown: Sequence[tuple[Quantity, Array]], multiplied: bool
+) -> tuple[tuple[Row, ...], tuple[Row, ...]]:
+    """Rows whose terms do most work along the motion, and the others: work is what rows of forces and of torques have in common."""
+    rows: list[Row] = []
+    work: list[float] = []
+    for u in dense.equations.independent_speeds:
+        own = [(k, q, v) for k, (q, v) in enumerate(shown) if q.group == f"why {u.name}"]
         if own:
-            rows.append(Row(latex_name(rate(u).name) + " =" if multiplied else latex_name(u.name), own))
-    return tuple(rows[:_ROWS]), max(len(rows) - _ROWS, 0)
+            speed = np.abs(np.broadcast_to(np.asarray(dense[u], dtype=float), dense.t.shape))
+            rows.append(
+                Row(
+                    latex_name(rate(u).name) + " =" if multiplied else latex_name(u.name),
+                    tuple((k, q) for k, q, _ in own),
+                )
+            )
+            work.append(max(float(np.nanmax(np.abs(v) * speed, initial=0.0)) for _, _, v in own))
+    most = set(sorted(range(len(rows)), key=lambda k: -work[k])[:_ROWS])
+    return tuple(r for k, r in enumerate(rows) if k in most), tuple(r for k, r in enumerate(rows) if k not in most)
 
 
 def _plots(numbered: Sequence[tuple[int, Quantity]]) -> Iterator[tuple[str, str, tuple[tuple[int, Quantity], ...]]]:

@@ -13,6 +13,7 @@ from typing import Any
 
 from kane.dynamics.readings.seven_steps import Kind, Quantity, Result, Step
 from kane.equations.equations import Equations
+from kane.expr.forms.two_angles import by_two_angles
 from kane.expr.node import ZERO, Expr
 from kane.expr.ops import ADD, NEG, SUB
 from kane.space.frame import Frame
@@ -61,7 +62,7 @@ def formulas(
 ) -> tuple[list[DisplayedFormula], list[DisplayedFormula]]:
     """The shared intermediates, and a formula for each item; `left` gives the LaTeX of a label."""
     parts = [_measures(value) if isinstance(value, Vector) else [(False, value, None, "")] for _, value in items]
-    shown = layout([e for part in parts for _, e, _, _ in part])
+    shown = layout(by_two_angles([e for part in parts for _, e, _, _ in part]))
     trees = iter(shown.trees)
     between = [
         DisplayedFormula(name, latex_name(name), ((tree, None, ""),), shared=True) for name, tree in shown.intermediates

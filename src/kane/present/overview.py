@@ -7,11 +7,12 @@ A row holds what its cells are, not how they look: expressions, vectors, points,
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import zip_longest
+from types import MappingProxyType
 from typing import Any
 
 from kane.equations.equations import Equations
 from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import AuxiliarySpeed, Symbol
+from kane.expr.symbols import AuxiliarySpeed, Coordinate, Symbol
 from kane.model.bodies import Deforming, Part, deforming
 from kane.model.constraints import Constraint, constraint_of, cut_of
 from kane.model.loads import Load
@@ -53,7 +54,7 @@ def _deforming(body: Deforming) -> Row:
         "mass": body.mass,
         "mass centre": "a moving point",
         "frame": body.parts()[0].frame or "",
-        "central inertia": "",
+        "central inertia": body.coordinates,
     }
 
 
@@ -63,9 +64,22 @@ def _symbols(kind: str, symbols: Iterable[Symbol]) -> Iterable[Row]:
 
 def _loads(system: System) -> Iterable[Row]:
     """Gravity comes first; `field` is its acceleration, other loads have none."""
-    fields = [g.acceleration for g in system.gravities]
+    fields, inner = [g.acceleration for g in system.gravities], _within(system)
     loads = zip_longest(system.all_loads(), fields)
-    return ({"load": load.name, "acts": load, "potential": load.potential, "field": field} for load, field in loads)
+    return (
+        {"load": load.name, "acts": load, "potential": load.potential, "field": field, "within": inner}
+        for load, field in loads
+    )
+
+
+def _within(system: System) -> dict[Point | Frame, Deforming]:
+    """The places that stand for a flexible body's mass and elasticity, and mean nothing by themselves."""
+    found: dict[Point | Frame, Deforming] = {}
+    for body in deforming(system.bodies):
+        places = [p for part in body.parts() for p in (part.mass_center, part.frame, *(x for x, _ in part.momenta))]
+        places += [p for load in body.own_loads for p, _ in (*load.forces, *load.torques)]
+        found |= {p: body for p in places if p is not None and p.name.startswith(f"{body.name} ")}
+    return found
 
 
 def reactions(system: System, auxiliary: Iterable[AuxiliarySpeed] = ()) -> Iterable[Row]:
@@ -114,7 +128,9 @@ DECLARED: dict[str, Callable[[System], Iterable[Row]]] = {
         {"frame": f, "from": f.orientation.base if f.orientation else "", "orientation": f.orientation}
         for f in system.frames
     ),
-    "points": lambda system: ({"point": p, "from": p.parent or "", "position": p} for p in system.points),
+    "points": lambda system: (
+        {"point": p, "from": p.parent or "", "position": p, "within": _within(system)} for p in system.points
+    ),
 }
 """The rows of each group."""
 
@@ -195,13 +211,22 @@ def _vector(value: Vector | Expr) -> Tex:
     return Tex(shown.right + (rf"\quad\text{{where}}\quad {where}" if where else ""))
 
 
-def _acting(load: Load | Constraint) -> Tex:
-    places = [rf"\text{{force on }} {place_latex(p.name)}" for p, _ in load.forces]
-    places += [rf"\text{{torque on }} {place_latex(f.name)}" for f, _ in load.torques]
+def _acting(load: Load | Constraint, inner: Mapping[Point | Frame, Deforming] = MappingProxyType({})) -> Tex:
+    told = [("force", p) for p, _ in load.forces] + [("torque", f) for f, _ in load.torques]
+    places = list(dict.fromkeys(_place(what, at, inner) for what, at in told))
     return Tex(r",\; ".join(places[:_FEW]) + (r",\; \dots" if len(places) > _FEW else ""))
 
 
-def _inertia(part: Part) -> Tex:
+def _place(what: str, at: Point | Frame, inner: Mapping[Point | Frame, Deforming]) -> str:
+    if at in inner:
+        return rf"\text{{{what} along }} {place_latex(inner[at].name)}"
+    return rf"\text{{{what} on }} {place_latex(at.name)}"
+
+
+def _inertia(part: Part | tuple[Coordinate, ...]) -> Tex:
+    """Of a part; of a flexible body what it deforms by."""
+    if isinstance(part, tuple):
+        return Tex(rf"\text{{flexible, by }} {_names(part)}")
     assert part.frame is not None
     assert part.inertia is not None
     used = part.inertia.frames()
@@ -248,10 +273,12 @@ def _orientation(o: Orientation | None) -> Cell:
     return "direction cosines" if o.angle is None else Tex(rf"\text{{turned by }} {to_latex(o.angle)}")
 
 
-def _position(point: Point) -> Tex:
+def _position(point: Point, within: Deforming | None) -> Tex:
     if point.parent is None:
         return Tex(rf"\text{{fixed in }} {place_latex(point.frame.name)}")
     here = _vector(point.offset)
+    if within is not None:
+        return Tex(rf"{here.source} \quad\text{{(shares the mass of }} {place_latex(within.name)}\text{{)}}")
     if point.body is None:
         return here
     return Tex(rf"{here.source} \quad\text{{(particle of }} {place_latex(point.body.name)}\text{{)}}")
@@ -259,6 +286,7 @@ def _position(point: Point) -> Tex:
 
 _COLUMNS: dict[str, Callable[[Row], Cell]] = {
     "central inertia": lambda row: _inertia(row["central inertia"]) if row["central inertia"] else "",
+    "acts": lambda row: _acting(row["acts"], row["within"]),
     "potential": lambda row: Tex(to_latex(row["potential"])) if row["potential"] is not None else "none",
     "coordinates": lambda row: Tex(_names(row["coordinates"])) if row["coordinates"] else "none",
     "held by": lambda row: _acting(row["held by"]) if row["held by"] is not None else "not told",
@@ -268,6 +296,6 @@ _COLUMNS: dict[str, Callable[[Row], Cell]] = {
     "default": lambda row: f"{row['default']:g}" if row["default"] is not None else "–",
     "unit": lambda row: unit_text(row["unit"]),
     "orientation": lambda row: _orientation(row["orientation"]),
-    "position": lambda row: _position(row["position"]),
+    "position": lambda row: _position(row["position"], row["within"].get(row["point"])),
 }
 """Columns whose cells look otherwise than their values do by themselves."""

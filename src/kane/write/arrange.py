@@ -51,6 +51,8 @@ LONG = 40
 """Expressions with more operations than this, written out, get named intermediates."""
 WORTH = 3
 """Operations that a shared subexpression needs to be worth a name."""
+AGAIN = 12
+"""Operations from which what has a name in a long expression is not written out in a short one beside it."""
 DEEP = 25
 """Nesting beyond which a subexpression gets a name even where it is used once."""
 
@@ -71,6 +73,7 @@ def layout(roots: Sequence[Expr], named: bool | None = None) -> Layout:
     roots = unguarded(roots)
     chosen = set(roots if named else (r for r in roots if named is None and _is_long(r)))
     names = _choose_names(list(dict.fromkeys(r for r in roots if r in chosen)), roots) if chosen else {}
+    chosen |= {r for r in roots if names and r not in chosen and _repeats(r, names)}
     inside: _Forms = {n: (False, name_tree(text)) for n, text in names.items()}
     bodies = []
     for node, text in names.items():
@@ -130,6 +133,16 @@ def _is_long(root: Expr) -> bool:
         cost[node] = min(_cost(node, cost), _SATURATED)
         levels[node] = _level(node, levels)
     return cost[root] > LONG or levels[root] > DEEP
+
+
+def _repeats(root: Expr, names: Mapping[Expr, str]) -> bool:
+    """Whether a short expression writes out much that has a name."""
+    cost: dict[Expr, int] = {}
+    for node in postorder((root,)):
+        cost[node] = _cost(node, cost)
+        if node in names and cost[node] >= AGAIN:
+            return True
+    return False
 
 
 def _choose_names(roots: Sequence[Expr], shown: Iterable[Expr]) -> dict[Expr, str]:

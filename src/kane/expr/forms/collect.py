@@ -73,7 +73,7 @@ _COLLECTED = frozenset((ADD, SUB, MUL, DIV))
 
 @remembered
 def _collected(e: Expr) -> Expr:
-    terms = _terms(e)
+    terms = terms_of(e)
     if terms is None:
         return e
     if len(terms) > 1:
@@ -84,7 +84,7 @@ def _collected(e: Expr) -> Expr:
 def quotient(e: Expr, divisor: Expr) -> Expr | None:
     """e / divisor collected, for a product of parameters that each term of e holds; None else, and where e is a long sum."""
     number, factors = _product(divisor)
-    terms = _terms(e)
+    terms = terms_of(e)
     if not terms or any(k < 0 or not isinstance(f, Parameter) for f, k in factors):
         return None
     found: list[Term] = []
@@ -111,7 +111,7 @@ def _collected_sum(e: Expr) -> Expr:
     return collected(e) if e.op is ADD or e.op is SUB else e
 
 
-def _terms(e: Expr) -> list[Term] | None:
+def terms_of(e: Expr) -> list[Term] | None:
     found: dict[Powers, Number] = {}
     waiting: list[tuple[Expr, int]] = [(e, 1)]
     count = 0

@@ -7,6 +7,7 @@ from typing import Any
 
 from kane.equations.equations import Equations
 from kane.expr.evaluation import count_operations
+from kane.expr.forms.two_angles import by_two_angles
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
 from kane.model.bodies import Part
@@ -113,6 +114,7 @@ _WRITERS: dict[Any, Callable[[Any], str]] = {
     Expr: lambda e: expression(e).cell,
     Vector: lambda v: vector(v).cell,
     Part: lambda part: dyadic(part.inertia).cell,
+    tuple: lambda coordinates: f"flexible, by {math(_names([q.name for q in coordinates]))}",
     Point | Frame: lambda place: math(place_latex(place.name)),
     Load | Constraint: acting,
     Event: _where,
@@ -191,10 +193,11 @@ def _motion_formula(mass: Matrix, forcing: Sequence[Expr], mark: str) -> Typeset
     operations = count_operations([*entries, *forcing]).total
     if operations > SMALL or n > WIDE:
         return Typeset("", operations)
-    alone = layout(entries)
-    if alone.intermediates or count_operations(entries).total > NAMED:
-        return typeset([*entries, *forcing], lambda trees: _sides(trees[: n * n], trees[n * n :], n, mark))
-    return typeset(forcing, lambda trees: _sides(alone.trees, trees, n, mark))
+    shown = by_two_angles([*entries, *forcing])
+    alone = layout(shown[: n * n])
+    if alone.intermediates or count_operations(shown[: n * n]).total > NAMED:
+        return typeset(shown, lambda trees: _sides(trees[: n * n], trees[n * n :], n, mark))
+    return typeset(shown[n * n :], lambda trees: _sides(alone.trees, trees, n, mark))
 
 
 def _sides(mass: Sequence[Tree], forcing: Sequence[Tree], n: int, mark: str) -> list[str]:
