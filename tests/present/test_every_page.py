@@ -124,3 +124,4 @@ def test_a_beam_is_one_body(name: str) -> None:
         point = {s: 0.7 + 0.1 * k for k, s in enumerate(sorted(kn.free_symbols([beam.mass]), key=lambda s: s.name))}
         mass, *parts = kn.evaluate([beam.mass, *(p.mass for p in beam.parts())], point)
         assert mass == pytest.approx(sum(parts), rel=1e-9)
+        assert row["central inertia"] == beam.coordinates

@@ -8,8 +8,10 @@ import pytest
 
 import kane as kn
 from kane.cli import model_of
+from kane.gallery.pendulums import system as chain
 from kane.present import screen_of, terms
 from tests.present.browser import chromium, visit
+from kane.write import symbol_latex
 from tests.present.test_animation import GL, until
 
 BALANCED = (
@@ -41,6 +43,20 @@ def test_terms_of_an_equation_balance(name):
     for own in rows.values():
         values = np.array([np.broadcast_to(v, sol.t.shape) for v in sol[own]])
         assert np.abs(values.sum(axis=0)).max() <= 1e-12 * np.abs(values).max()
+
+
+def test_rows_that_do_most_work_are_unfolded():
+    """Of a chain of 8 whose last rod alone moves at first, the five rows at its end."""
+    sol = kn.simulate(kn.derive(chain(8)), (0.0, 0.05), q=[0.0] * 8, u=[0.0] * 7 + [3.0], samples=21)
+    screen = screen_of(sol)
+    assert len(screen.rows) == 5
+    by_speed = {symbol_latex(u): u for u in sol.equations.independent_speeds}
+    work = {}
+    for row in (*screen.rows, *screen.folded):
+        u = by_speed[row.label]
+        work[row.label] = max(np.abs(sol[q.expr] * sol[u]).max() for _, q in row.terms)
+    assert min(work[r.label] for r in screen.rows) >= max(work[r.label] for r in screen.folded)
+    assert screen.rows[0].label != symbol_latex(sol.equations.speeds[0])
 
 
 def test_what_a_page_does_not_run():

@@ -16,7 +16,7 @@ import pytest
 import kane as kn
 from kane import Check
 from kane.dynamics import shown_speeds
-from kane.gallery import four_bar, pure_rolling_disk
+from kane.gallery import double_pendulum, four_bar, pure_rolling_disk
 from kane.gallery.contacts import bouncing_ball
 from kane.gallery.pendulums import system as chain
 from kane.present import Tex, chapters, declared_tables, motion_checks
@@ -97,6 +97,19 @@ def test_every_equation_of_motion_is_there(page: Page) -> None:
     assert "N_{z} = " in shown
     for step in (5, 6):
         assert sum(" = " in f and f.startswith("F") for f in page.math[f"step-{step}"]) >= len(eom.all_speeds)
+
+
+def test_short_formulas_take_the_names_of_long_ones(page: Page) -> None:
+    """F_4 of the sliding disk has 35 operations written out; the velocities in it have names beside it."""
+    (shown,) = [f for f in page.math["step-5"] if f.startswith("F_{u_{4}} = ")]
+    assert "Z_{" in shown
+    assert "sqrt" not in shown
+
+
+def test_formulas_are_read_by_two_angles() -> None:
+    """f of a double pendulum in absolute angles as in textbooks."""
+    shown = {f.name: f.text for f in chapters(kn.derive(double_pendulum.system()))[6].formulas}
+    assert shown["f[u2]"] == "-m2*l2*(g*sin(q2) - l1*u1^2*sin(q1 - q2))/2"
 
 
 def test_intermediates_are_defined_before_use(page: Page) -> None:

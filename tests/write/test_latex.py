@@ -8,8 +8,8 @@ from hypothesis import given
 
 import kane as kn
 from kane import Expr, Rational, coordinate, coordinates, parameter, parameters, pi, speeds, to_latex
-from kane.expr import as_expr
-from kane.write import latex_name, unit_vector_latex
+from kane.expr import as_expr, rate
+from kane.write import latex_name, symbol_latex, unit_vector_latex
 from tests.expr.expressions import Program, programs
 from tests.write.lines import latex_lines
 
@@ -17,6 +17,14 @@ q1, q2 = coordinates("q1:3")
 u1, u2 = speeds("u1:3")
 m, l, R = parameters("m, l, R")
 mu, theta = parameter("mu_k"), coordinate("theta1")
+
+
+def test_a_prime_in_a_name_is_no_derivative() -> None:
+    """Of a coordinate q' and its rate beside those of q."""
+    q, own = kn.coordinates("q, q'")
+    texts = [symbol_latex(s) for s in (q, rate(q), own, rate(own), rate(rate(own)))]
+    assert texts == ["q", r"\dot{q}", r"{q^{\prime}}", r"{\dot{q}^{\prime}}", r"{\ddot{q}^{\prime}}"]
+    assert kn.to_latex(own * own) == r"{q^{\prime}}^{2}"
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from kane.motion.programs.simulator_wasm import emit_simulator_wasm
 from kane.present.formula_list import result_formulas, step_text
 from kane.program.native import store
 from kane.progress import working
-from kane.write.latex import latex_name
+from kane.write.latex import symbol_latex
 
 
 def derive(
@@ -50,7 +50,7 @@ def derived(model: NamedModel) -> kn.Equations:
 
 def _record(step: Step, eom: kn.Equations) -> dict[str, Any]:
     if step.number == 1:  # it names the coordinates, and says nothing of them
-        between, shown = [], [{"name": q.name, "text": "", "latex": latex_name(q.name)} for q in eom.coordinates]
+        between, shown = [], [{"name": q.name, "text": "", "latex": symbol_latex(q)} for q in eom.coordinates]
     else:
         between, shown = (
             [{"name": f.name, "text": f.text, "latex": f.latex} for f in some]
@@ -63,7 +63,7 @@ def _record(step: Step, eom: kn.Equations) -> dict[str, Any]:
 def _latex(step: Step, eom: kn.Equations) -> str:
     head = f"% Step {step.number}. {step.title}"
     if step.number == 1:
-        return f"{head}\n\\[ {', '.join(latex_name(q.name) for q in eom.coordinates)} \\]"
+        return f"{head}\n\\[ {', '.join(symbol_latex(q) for q in eom.coordinates)} \\]"
     between, shown = result_formulas(step.results, eom.system.inertial)
     lines = " \\\\\n".join(f"  {f.left} &= {f.right}" for f in (*between, *shown))
     return f"{head}\n\\begin{{align*}}\n{lines}\n\\end{{align*}}"

@@ -35,7 +35,7 @@ from kane.present.scene.gather import scene
 from kane.present.scene.records import Scene
 from kane.program.emit.wasm import emit_wasm
 from kane.units.rules import unit_text
-from kane.write.latex import latex_name
+from kane.write.latex import symbol_latex
 
 METHOD = "dop853"
 """The stepper of live motions."""
@@ -90,7 +90,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FirstScreen:
-    """What the template shows: the viewer, rows, those that are folded, plots as (title, unit, lines), sliders, and data for the script.
+    """What the template shows: the viewer, rows, folded ones, plots as (title, unit, lines), sliders, and data for the script.
 
     `multiplied` says that the rows are those of u̇.
     """
@@ -155,7 +155,7 @@ def _multiplied(found: Mapping[Symbol, Sequence[Cause]]) -> Iterator[Quantity]:
 def _lines(eom: Equations) -> Iterator[Quantity]:
     for group, symbols in (("coordinates", eom.coordinates), ("speeds", eom.speeds), ("reactions", eom.reactions)):
         for s in symbols:
-            yield Quantity(group, latex_name(s.name), s.unit, s)
+            yield Quantity(group, symbol_latex(s), s.unit, s)
     yield Quantity("energy", "K", "J", eom.kinetic_energy)
     if eom.potential_energy is not ZERO:
         yield Quantity("energy", "V", "J", eom.potential_energy)
@@ -209,12 +209,8 @@ def _rows(
         own = [(k, q, v) for k, (q, v) in enumerate(shown) if q.group == f"why {u.name}"]
         if own:
             speed = np.abs(np.broadcast_to(np.asarray(dense[u], dtype=float), dense.t.shape))
-            rows.append(
-                Row(
-                    latex_name(rate(u).name) + " =" if multiplied else latex_name(u.name),
-                    tuple((k, q) for k, q, _ in own),
-                )
-            )
+            label = symbol_latex(rate(u)) + " =" if multiplied else symbol_latex(u)
+            rows.append(Row(label, tuple((k, q) for k, q, _ in own)))
             work.append(max(float(np.nanmax(np.abs(v) * speed, initial=0.0)) for _, _, v in own))
     most = set(sorted(range(len(rows)), key=lambda k: -work[k])[:_ROWS])
     return tuple(r for k, r in enumerate(rows) if k in most), tuple(r for k, r in enumerate(rows) if k not in most)
@@ -288,7 +284,7 @@ def _sliders(eom: Equations, given: Mapping[str, float], start: Mapping[str, flo
 
 
 def _slider(kind: str, s: Symbol, value: float, low: float, high: float) -> Slider:
-    return Slider(kind, s.name, latex_name(s.name), _unit(s.unit), value, low, high, s.description)
+    return Slider(kind, s.name, symbol_latex(s), _unit(s.unit), value, low, high, s.description)
 
 
 def _unit(unit: str) -> str:

@@ -21,7 +21,7 @@ from kane.space.rotation import Basis
 from kane.space.vector import Vector
 from kane.write.arrange import TEXT, Notation, layout
 from kane.write.display import Minus, Tree
-from kane.write.latex import LATEX, latex_name, place_latex
+from kane.write.latex import LATEX, latex_name, place_latex, symbol_latex
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ def quantity_latex(quantity: Quantity, inertial: Frame | None = None) -> str:
     letter = _VECTORS.get(quantity.kind)
     if letter is None:
         return latex_name(str(quantity))
-    lower = f"_{{{latex_name(quantity.speed.name)}}}" if quantity.speed is not None else ""
+    lower = f"_{{{symbol_latex(quantity.speed)}}}" if quantity.speed is not None else ""
     within = rf"{{}}^{{{place_latex(inertial.name)}}}" if inertial is not None else ""
     return rf"{within}{letter}^{{{place_latex(quantity.place.name)}}}{lower}"
 

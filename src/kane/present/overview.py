@@ -22,7 +22,7 @@ from kane.space.frame import Frame, Point
 from kane.space.rotation import Orientation
 from kane.space.vector import Vector
 from kane.units.rules import unit_text
-from kane.write.latex import latex_name, place_latex, to_latex, unit_vector_latex
+from kane.write.latex import place_latex, symbol_latex, to_latex, unit_vector_latex
 
 Row = Mapping[str, Any]
 """Cells by the names of their columns; "" or None where there is nothing."""
@@ -225,7 +225,7 @@ def _place(what: str, at: Point | Frame, inner: Mapping[Point | Frame, Deforming
 
 def _inertia(part: Part | tuple[Coordinate, ...]) -> Tex:
     """Of a part; of a flexible body what it deforms by."""
-    if isinstance(part, tuple):
+    if not isinstance(part, Part):
         return Tex(rf"\text{{flexible, by }} {_names(part)}")
     assert part.frame is not None
     assert part.inertia is not None
@@ -258,7 +258,7 @@ def _along(row: Row) -> Cell:
 
 
 def _names(symbols: Iterable[Any]) -> str:
-    return ",\\, ".join(latex_name(s.name) for s in symbols)
+    return ",\\, ".join(symbol_latex(s) for s in symbols)
 
 
 def _orientation(o: Orientation | None) -> Cell:

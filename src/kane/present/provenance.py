@@ -18,7 +18,7 @@ from kane.present.formula_list import DisplayedFormula, formulas, quantity_latex
 from kane.present.overview import Cell, PageTable, Tex
 from kane.program.native import machine, store
 from kane.space.frame import Point
-from kane.write.latex import latex_name, place_latex
+from kane.write.latex import place_latex, symbol_latex
 
 _PACKAGES = ("kane", "numpy", "scipy", "llvmlite", "sympy", "matplotlib", "rich", "typer", "jinja2", "platformdirs")
 
@@ -121,7 +121,7 @@ def force_provenance(eom: Equations, kind: Kind, contributions: Sequence[Contrib
             vector, partial, term = next(right), next(right), next(right)
             velocity = Kind.PARTIAL_VELOCITY if isinstance(c.place, Point) else Kind.PARTIAL_ANGULAR_VELOCITY
             met = Tex(f"{_left(eom, velocity, c.place, speed)} = {partial.source}")
-            source = Tex(latex_name(c.source.name)) if isinstance(c.source, Symbol) else c.source.name
+            source = Tex(symbol_latex(c.source)) if isinstance(c.source, Symbol) else c.source.name
             rows.append((source, Tex(place_latex(c.place.name)), vector, met, term))
         table = PageTable("", (*head, "partial velocity", "term"), tuple(rows))
         origins.append(Origin(_left(eom, kind, speed), _terms(len(some)), table, idle))

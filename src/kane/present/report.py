@@ -35,7 +35,7 @@ from kane.progress import working
 from kane.space.frame import Frame, Point
 from kane.units.rules import unit_text
 from kane.whole import exchange, path_of
-from kane.write.latex import latex_name
+from kane.write.latex import symbol_latex
 
 LONG = 300
 """Formulas longer than this, as text, are folded away."""
@@ -194,7 +194,7 @@ def _partials(
     columns += [(Kind.VELOCITY, shift, p) for p in points]
     speeds = shown_speeds(eom.derived) if turn is Kind.PARTIAL_ANGULAR_VELOCITY else eom.independent_speeds
     rows = [
-        (Tex(latex_name(s.name)), *(Tex(_right(shown, Quantity(partial, place, s))) for _, partial, place in columns))
+        (Tex(symbol_latex(s)), *(Tex(_right(shown, Quantity(partial, place, s))) for _, partial, place in columns))
         for s in speeds
     ]
     heads = (quantity_latex(Quantity(kind, place), eom.system.inertial) for kind, _, place in columns)
@@ -348,7 +348,7 @@ def page(
             title=head,
             sketches=_sketches(drawn, head),
             screen=screen,
-            meanings=[(latex_name(q.name), q.description) for q in eom.coordinates if q.description],
+            meanings=[(symbol_latex(q), q.description) for q in eom.coordinates if q.description],
             eom=eom,
             summary=_summary(eom),
             receipt=costs(eom),
@@ -404,7 +404,7 @@ def _motion(solution: Solution, told: list[Check], screen: FirstScreen | None) -
     drawn = () if screen is None else [q.expr for _, _, lines in screen.plots for _, q in lines]
     symbols = eom.state
     ends = zip(symbols, solution.states[0], solution.states[-1], strict=True)
-    rows = tuple((Tex(latex_name(s.name)), f"{a:.6g}", f"{b:.6g}", unit_text(eom.unit(s))) for s, a, b in ends)
+    rows = tuple((Tex(symbol_latex(s)), f"{a:.6g}", f"{b:.6g}", unit_text(eom.unit(s))) for s, a, b in ends)
     head = ("", f"t = {solution.t[0]:g} s", f"t = {solution.t[-1]:.6g} s", "unit")
     return {
         "checks": [*told, *motion_checks(solution, told)],

@@ -5,5 +5,9 @@ from kane.lazy_imports import offered
 
 __getattr__ = offered(
     __name__,
-    {"arrange": "layout Notation TEXT", "latex": "LATEX latex_name unit_vector_latex", "display": "natural"},
+    {
+        "arrange": "layout Notation TEXT",
+        "latex": "LATEX latex_name symbol_latex unit_vector_latex",
+        "display": "natural",
+    },
 )

@@ -368,6 +368,10 @@ class Notation(ABC):
     def name(self, text: str) -> str:
         """A symbol or an intermediate."""
 
+    def symbol(self, tree: Name) -> str:
+        """A symbol or an intermediate of a tree."""
+        return self.name(tree.text)
+
     @abstractmethod
     def unit_vector(self, frame: str, axis: str) -> str:
         """A unit vector of the frame of that name."""
@@ -406,7 +410,7 @@ class Notation(ABC):
         if isinstance(tree, NumberTree):
             yield self.number(tree.value)
         elif isinstance(tree, Name):
-            yield self.name(tree.text)
+            yield self.symbol(tree)
         elif isinstance(tree, Minus):
             yield "-"
             yield from self.within(tree.body, PRODUCT)

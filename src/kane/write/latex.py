@@ -8,10 +8,11 @@ q1 is q_{1}, mu_k is \mu_{k}, u1' is \dot{u}_{1}.
 import re
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from kane.expr.node import Expr, Number
 from kane.expr.surd import Surd
+from kane.expr.symbols import Rate, Symbol
 from kane.write.arrange import ATOM, COMPARISON, POWER, PREFIX, PRODUCT, SUM, Notation, Pieces
 from kane.write.display import Call, Name, NumberTree, Product, Tree, split_coefficient
 
@@ -69,6 +70,19 @@ def _subscript(word: str) -> str:
     return _word(digits[1]) + digits[2] if digits else _word(word)
 
 
+def symbol_latex(symbol: Symbol) -> str:
+    r"""LaTeX of a symbol: its derivatives have dots, and a prime that its own name ends in stays one."""
+    origin: Any = symbol
+    dots = 0
+    while isinstance(origin, Rate):
+        origin, dots = origin.place, dots + 1
+    stem = origin.name.rstrip("'")
+    primes = len(origin.name) - len(stem)
+    text = latex_name(stem + "'" * dots)
+    raised = r"\prime" * primes
+    return f"{{{text}^{{{raised}}}}}" if primes else text
+
+
 def place_latex(name: str) -> str:
     r"""LaTeX of a frame's or point's name: C* is C^{*}, C^ is \hat{C}, B1* is B_{1}^{*}."""
     stem = name.rstrip("*^'")
@@ -119,6 +133,9 @@ class _Latex(Notation):
 
     def name(self, text: str) -> str:
         return latex_name(text)
+
+    def symbol(self, tree: Name) -> str:
+        return latex_name(tree.text) if tree.symbol is None else symbol_latex(tree.symbol)
 
     def unit_vector(self, frame: str, axis: str) -> str:
         return unit_vector_latex(frame, axis)

@@ -112,6 +112,7 @@ def _collected_sum(e: Expr) -> Expr:
 
 
 def terms_of(e: Expr) -> list[Term] | None:
+    """The terms of e as they stand, like ones joined; None where they are many."""
     found: dict[Powers, Number] = {}
     waiting: list[tuple[Expr, int]] = [(e, 1)]
     count = 0

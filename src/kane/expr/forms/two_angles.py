@@ -41,7 +41,7 @@ def _rewritten(roots: Sequence[Expr], read: Callable[[Expr], Expr]) -> tuple[Exp
 
     def image(node: Expr) -> Expr:
         own = imaged(node, images)
-        return read(own) if node in whole and (own.op is ADD or own.op is SUB) else own
+        return read(own) if node in whole and own.op in _SUMS else own
 
     return tuple([fold(e, images, image) for e in roots])
 

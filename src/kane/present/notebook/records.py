@@ -32,7 +32,7 @@ from kane.program.from_expressions import Receipt, receipt
 from kane.program.program import Port, Program, Routine
 from kane.space.attitude import Rotation
 from kane.units.rules import unit_text
-from kane.write.latex import latex_name
+from kane.write.latex import latex_name, symbol_latex
 
 
 def force_system_html(found: ForceSystem) -> str:
@@ -67,7 +67,7 @@ def motions_html(motions: Motions) -> str:
         (("dependent speed", "by the independent ones"), "{}", zip(motions.dependent_speeds, given, strict=True)),
     )
     return head + "".join(
-        table(names, [(math(form.format(latex_name(s.name))), expression(e).cell) for s, e in pairs])
+        table(names, [(math(form.format(symbol_latex(s))), expression(e).cell) for s, e in pairs])
         for names, form, pairs in groups
     )
 
@@ -165,7 +165,7 @@ def _signature(program: Program, routine: Routine) -> str:
 
 
 def _symbols(port: Port) -> str:
-    few = [latex_name(s.name) for s in port.symbols[:_FEW]]
+    few = [symbol_latex(s) for s in port.symbols[:_FEW]]
     return math(r",\, ".join([*few, *([r"\dots"] if len(port.symbols) > _FEW else [])]))
 
 
@@ -201,7 +201,7 @@ def _states(solution: Solution) -> str:
         return ""
     eom = solution.equations
     rows = [
-        (math(latex_name(s.name)), f"{a:.6g}", f"{b:.6g}", escaped(unit_text(s.unit)), escaped(s.description))
+        (math(symbol_latex(s)), f"{a:.6g}", f"{b:.6g}", escaped(unit_text(s.unit)), escaped(s.description))
         for s, a, b in zip(eom.state, solution.states[0], solution.states[-1], strict=True)
     ]
     return table(("", f"t = {solution.t[0]:g} s", f"t = {solution.t[-1]:.6g} s", "unit", "meaning"), rows)
