@@ -48,7 +48,7 @@ def test_report_is_written_where_it_says(ran: tuple[str, Path]) -> None:
     assert output.splitlines()[-1] == f"Report: {report}"
     page = Page(report.read_text(encoding="utf-8"))
     assert page.loads == []
-    assert page.sections[9:] == ["operations", "checks", "motion", "sources"]
+    assert page.sections[9:] == ["why", "operations", "checks", "motion", "sources"]
 
 
 def test_another_inertia_is_noticed() -> None:

@@ -75,7 +75,7 @@ def test_references_are_within_the_page(page: Page) -> None:
 def test_a_chapter_for_each_step(page: Page) -> None:
     assert [s for s in page.sections if s.startswith("step-")] == [f"step-{i}" for i in range(1, 8)]
     assert page.sections[:2] == ["sketch", "system"]
-    assert page.sections[9:] == ["operations", "checks", "motion", "sources"]
+    assert page.sections[9:] == ["why", "operations", "checks", "motion", "sources"]
 
 
 def test_formulas_are_whole(page: Page) -> None:
@@ -180,7 +180,7 @@ def test_without_a_motion(tmp_path: Path) -> None:
     eom = kn.derive(chain(3))
     page = Page(kn.report(eom, str(tmp_path / "chain.html")).read_text(encoding="utf-8"))
     assert page.loads == []
-    assert page.sections == ["sketch", "system", *(f"step-{i}" for i in range(1, 8)), "operations"]
+    assert page.sections == ["sketch", "system", *(f"step-{i}" for i in range(1, 8)), "why", "operations"]
 
 
 @pytest.mark.slow

@@ -31,6 +31,7 @@ from kane.present.scene.gather import scene
 from kane.present.scene.records import Scene
 from kane.present.scene.shapes import BodyShape
 from kane.present.sketch.draw import NARROW, WIDE, draw_each
+from kane.present.why_kane import is_small, why_kane
 from kane.progress import working
 from kane.space.frame import Frame, Point
 from kane.units.rules import unit_text
@@ -291,12 +292,13 @@ def report(
     sources: Sequence[str] = (),
     checks: Iterable[Check] = (),
     shapes: Iterable[BodyShape] = (),
+    why: bool | None = None,
 ) -> Path:
     """Write the report of a derivation to `path` and return it; a report that has that name is replaced, nothing else.
 
     One self-contained HTML file: a sketch, what was declared, a chapter for each of the seven steps with its formulas and
-    where their terms come from, the operations that one evaluation costs, checks with their figures and, with a solution,
-    checks and plots of the motion.
+    where their terms come from, what other methods would have to solve, the operations that one evaluation costs, checks with their
+    figures and, with a solution, checks and plots of the motion.
 
     Parameters
     ----------
@@ -307,6 +309,8 @@ def report(
     sources : where the system comes from, a line each
     checks : figures to show, each with its limit
     shapes : of bodies, from `kn.figures.shape`, for the sketch
+    why : whether there is a chapter on the same system by Lagrange's and by Newton's and Euler's equations; by default where that
+        takes no time to speak of
 
     Raises
     ------
@@ -314,7 +318,7 @@ def report(
         if there are no equations, the solution is one of other equations, or something else than a report has that name
     """
     target = path_of(path, 'kn.report(eom, "report.html")')
-    text = page(eom, solution=solution, title=title, sources=sources, checks=checks, shapes=shapes)
+    text = page(eom, solution=solution, title=title, sources=sources, checks=checks, shapes=shapes, why=why)
     target.parent.mkdir(parents=True, exist_ok=True)
     exchange(target, partial(Path.write_text, data=text, encoding="utf-8"), lambda p: _MARK in p.read_bytes())
     return target
@@ -328,6 +332,7 @@ def page(
     sources: Sequence[str],
     checks: Iterable[Check],
     shapes: Iterable[BodyShape] = (),
+    why: bool | None = None,
 ) -> str:
     """The text of the report."""
     check_equations(eom)
@@ -354,6 +359,7 @@ def page(
             receipt=costs(eom),
             declared=declared_tables(eom, solution.parameters if solution is not None else None),
             chapters=chapters(eom),
+            why_kane=why_kane(eom) if (is_small(eom) if why is None else why) else None,
             long=LONG,
             solution=solution,
             **motion,

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What Kane's method leaves out, counted for the system of a report: the same by Lagrange's and by Newton's and Euler's equations.
+
+    m a − F − R = 0 of every body, and so (F − m a)·∂v/∂u_r + … = F_r + F*_r = −Σ R·v_r − Σ S·ω_r = 0     (Yoo 2004, eq. 5, 6 and 9)
+
+R and S, which Newton's and Euler's equations solve for, do no work in the motions that the constraints admit: by partial velocities
+they are gone before anything is solved. u̇ of Lagrange's equations, which know no partial velocity, shows it in numbers.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from kane.dynamics.methods.base import Formulation
+from kane.dynamics.readings.contributions import Place, measured, states
+from kane.equations.compiled import ports
+from kane.equations.equations import Equations
+from kane.errors import ModelError, cut
+from kane.expr.evaluation import count_operations
+from kane.expr.node import Expr
+from kane.expr.symbols import rate
+from kane.model.bodies import deforming, parts_of
+from kane.numeric.rank import least_squares
+from kane.numeric.scale import ROUNDED_SUM
+from kane.present.first_screen import terms
+from kane.present.overview import PageTable
+from kane.program.from_expressions import Task, build_program, receipt
+
+_LARGEST = 400
+"""Operations up to which a report has the chapter where nothing is said."""
+
+
+@dataclass(frozen=True, slots=True)
+class WhyKane:
+    """The methods with what each has to solve for, and sentences on what was found at states drawn at random."""
+
+    table: PageTable
+    found: tuple[str, ...]
+
+
+def is_small(eom: Equations) -> bool:
+    """Whether the chapter takes no time to speak of."""
+    return eom.operations.total <= _LARGEST and not eom.system.contacts
+
+
+def why_kane(eom: Equations) -> WhyKane:
+    """The chapter of these equations."""
+    rows = [_row(eom, "Kane", len(eom.independent_speeds), 0, eom.right_hand_side, eom.derived.state)]
+    try:
+        other = eom.by("lagrange first kind")
+        held = len(other.unknowns) - len(eom.coordinates)
+        name = "Lagrange, with multipliers" if held else "Lagrange"
+        rows.append(_row(eom, name, len(eom.coordinates), held, other.right_hand_side, other.state))
+        found = tuple(_found(eom, other))
+    except ModelError as error:
+        found = (f"Lagrange's equations do not take this system: {cut(str(error), 300)}",)
+    head = ("method", "accelerations", "constraint forces", "equations", "operations", "as compiled")
+    return WhyKane(PageTable("", head, (*rows, *_newton_euler(eom))), found)
+
+
+def _row(
+    eom: Equations, name: str, accelerations: int, forces: int, roots: Sequence[Expr], state: Sequence[Any]
+) -> tuple[str, ...]:
+    """A method that is solved: operations of the rates of its state, and forces, as they stand and as they would be compiled."""
+    task = Task("rates", roots, (len(roots),), [f"{k}" for k in range(len(roots))])
+    t, x, *given = ports(eom.derived)
+    code = build_program("method", (t, replace(x, symbols=tuple(state)), *given), [task], True, optimize=True)
+    counts = (count_operations(roots).total, receipt(code)["rates"].total)
+    return name, *map(str, (accelerations, forces, accelerations + forces, *counts))
+
+
+def _newton_euler(eom: Equations) -> list[tuple[str, ...]]:
+    """Six accelerations of a rigid body, three of a particle; a measure number of a force for each that constraints take away."""
+    if deforming(eom.system.bodies):
+        return []
+    free = sum(3 if part.frame is None or part.inertia is None else 6 for part in parts_of(eom.system.bodies))
+    forces = free - len(eom.independent_speeds)
+    return (
+        [("Newton and Euler, body by body", *map(str, (free, forces, free + forces)), "–", "–")] if forces >= 0 else []
+    )
+
+
+# What is found in numbers ---------------------------------------------------------------------------------------------
+
+
+def _found(eom: Equations, other: Formulation) -> Iterator[str]:
+    """How near accelerations by the other method are, and what constraint forces leave in F_r + F*_r by them."""
+    u_dot = tuple(map(rate, eom.speeds))
+    shares = list(terms(eom))
+    forces = dict(_constraint_forces(eom))
+    roots = (
+        *eom.accelerations,
+        *other.accelerations,
+        *eom.A.entries,
+        *eom.b,
+        *(q.expr for q in shares),
+        *forces.values(),
+    )
+    at = [_held(eom, place) for place in states(eom.derived, [*roots, *eom.speeds, *eom.rates], varied=False)]
+    own, others = measured(eom.accelerations, at), measured(other.accelerations, at)
+    kept = np.flatnonzero(np.isfinite(own).all(axis=1) & np.isfinite(others).all(axis=1))
+    if not len(kept):
+        return
+    own, others = own[kept], others[kept]
+    at = [at[k] | dict(zip(u_dot, row, strict=True)) for k, row in zip(kept.tolist(), others.tolist(), strict=True)]
+    size = np.maximum(np.abs(own).max(axis=1), 1.0)
+    off = float((np.abs(others - own).max(axis=1) / size).max())
+    yield (
+        f"At {_count(len(at), 'state')} drawn at random $\\dot{{u}}$ by Lagrange's equations, which know no partial velocity, "
+        f"differs from that by Kane's by at most {off:.1e} of its size."
+    )
+    balances = _newton_euler(eom)
+    if balances and balances[0][2] == "0":
+        return
+    values = measured([q.expr for q in shares], at)
+    groups = [q.group for q in shares]
+    left = max(float(np.abs(values[:, [g == group for g in groups]].sum(axis=1)).max()) for group in set(groups))
+    words = " and ".join(_largest(forces, at))
+    acting = f"There the constraints act on the bodies by {words}. " if words else ""
+    yield (
+        f"{acting}In $F_r + F^*_r$ with Lagrange's $\\dot{{u}}$ they leave {left / float(np.abs(values).max()):.1e} of the "
+        "largest term: the partial velocities take them out before anything is solved."
+    )
+
+
+def _largest(forces: Mapping[str, Expr], at: Sequence[Place]) -> Iterator[str]:
+    """The largest of the forces R and of the torques S, where there are any."""
+    for sign, what, unit in (("R", "forces", "N"), ("S", "torques", "N·m")):
+        own = [e for name, e in forces.items() if name[0] == sign]
+        most = float(np.nanmax(np.abs(measured(own, at)), initial=0.0))
+        if most > ROUNDED_SUM:
+            yield f"{what} of up to {most:.3g} {unit}"
+
+
+def _held(eom: Equations, place: Place) -> Place:
+    """The place with speeds that satisfy the constraints, and the rates of the coordinates that follow."""
+    u = np.array([place[s] for s in eom.speeds])
+    if len(eom.b):
+        a = measured(eom.A.entries, [place]).reshape(eom.A.shape)
+        u = u - least_squares(a, (a * u).sum(axis=1) + measured(eom.b, [place])[0])
+    place = place | dict(zip(eom.speeds, u.tolist(), strict=True))
+    rates = measured(eom.rates, [place])[0]
+    return place | dict(zip(map(rate, eom.coordinates), rates.tolist(), strict=True))
+
+
+def _constraint_forces(eom: Equations) -> Iterator[tuple[str, Expr]]:
+    """R of mass centres and S of bodies by name; none where loads act elsewhere, too, which are parts of the balance of a body."""
+    other = eom.by("newton-euler")
+    n = len(eom.coordinates)
+    names = [str(s) for s in other.unknowns[n:]]
+    places = {p for part in parts_of(eom.system.bodies) for p in (part.mass_center, part.inertia and part.frame) if p}
+    if len(names) == 3 * len(places):
+        yield from zip(names, other.right_hand_side[2 * n :], strict=True)
+
+
+def _count(n: int, what: str) -> str:
+    return f"{n} {what}{'s' * (n != 1)}"
