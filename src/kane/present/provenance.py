@@ -20,7 +20,19 @@ from kane.program.native import machine, store
 from kane.space.frame import Point
 from kane.write.latex import place_latex, symbol_latex
 
-_PACKAGES = ("kane", "numpy", "scipy", "llvmlite", "sympy", "matplotlib", "rich", "typer", "jinja2", "platformdirs")
+_PACKAGES = (
+    "kane",
+    "numpy",
+    "scipy",
+    "llvmlite",
+    "sympy",
+    "matplotlib",
+    "rich",
+    "typer",
+    "jinja2",
+    "markdown-it-py",
+    "platformdirs",
+)
 
 
 def versions() -> dict[str, str]:

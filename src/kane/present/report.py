@@ -24,6 +24,7 @@ from kane.motion.solution.solution import Solution
 from kane.present.check_figures import Check, motion_checks
 from kane.present.first_screen import FirstScreen, screen_of
 from kane.present.formula_list import DisplayedFormula, formulas, quantity_latex, result_formulas
+from kane.present.notes import written
 from kane.present.overview import DECLARED, PageTable, Tex, declared_tables, page_table
 from kane.present.pages import asset, carried, environment
 from kane.present.provenance import Provenance, force_provenance, mass_provenance, noncontributing
@@ -293,6 +294,7 @@ def report(
     checks: Iterable[Check] = (),
     shapes: Iterable[BodyShape] = (),
     why: bool | None = None,
+    notes: Sequence[Any] = (),
 ) -> Path:
     """Write the report of a derivation to `path` and return it; a report that has that name is replaced, nothing else.
 
@@ -311,14 +313,19 @@ def report(
     shapes : of bodies, from `kn.figures.shape`, for the sketch
     why : whether there is a chapter on the same system by Lagrange's and by Newton's and Euler's equations; by default where that
         takes no time to speak of
+    notes : what else the reader is told, at the end: Markdown as text, with LaTeX between dollar signs; figures of matplotlib;
+        Paths of pictures, .svg or .png. HTML in the text is shown as text
 
     Raises
     ------
     ArgumentError
-        if there are no equations, the solution is one of other equations, or something else than a report has that name
+        if there are no equations, the solution is one of other equations, something else than a report has that name,
+        or a note is no text, figure or picture
     """
     target = path_of(path, 'kn.report(eom, "report.html")')
-    text = page(eom, solution=solution, title=title, sources=sources, checks=checks, shapes=shapes, why=why)
+    text = page(
+        eom, solution=solution, title=title, sources=sources, checks=checks, shapes=shapes, why=why, notes=notes
+    )
     target.parent.mkdir(parents=True, exist_ok=True)
     exchange(target, partial(Path.write_text, data=text, encoding="utf-8"), lambda p: _MARK in p.read_bytes())
     return target
@@ -333,6 +340,7 @@ def page(
     checks: Iterable[Check],
     shapes: Iterable[BodyShape] = (),
     why: bool | None = None,
+    notes: Sequence[Any] = (),
 ) -> str:
     """The text of the report."""
     check_equations(eom)
@@ -363,6 +371,7 @@ def page(
             long=LONG,
             solution=solution,
             **motion,
+            notes=written(notes),
             sources=tuple(sources),
             version=version("kane"),
             carried=carried(

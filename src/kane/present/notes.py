@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the reader of a report is told besides: the author's own Markdown, with formulas between dollar signs, and figures.
+
+HTML in the text is shown as text, images are given as files or figures of their own: what a page holds was put there on purpose, and
+it loads nothing. Pictures stand in `<img>`, in which no script runs.
+"""
+
+import base64
+import io
+from collections.abc import Iterable, Iterator
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from markupsafe import Markup, escape
+
+from kane.errors import ArgumentError, cut
+
+if TYPE_CHECKING:
+    from markdown_it import MarkdownIt
+
+_KINDS = {".svg": "image/svg+xml", ".png": "image/png"}
+_BEGINS = {".svg": (b"<svg", b"<?xml", b"<!--", b"<!DOCTYPE svg"), ".png": (b"\x89PNG\r\n\x1a\n",)}
+_WANTED = 'notes= as a list of Markdown, figures of matplotlib and Paths of .svg or .png files: notes=["# Result", Path("a.svg")]'
+
+
+def written(notes: Iterable[Any]) -> list[Markup]:
+    """HTML of each note.
+
+    Raises
+    ------
+    ArgumentError
+        if one is something else, or a file is no picture that can be read
+    """
+    if isinstance(notes, str | Path) or not isinstance(notes, Iterable):
+        raise ArgumentError(f"Expected {_WANTED}, got {cut(repr(notes))}.")
+    return [Markup(_note(note)) for note in notes]
+
+
+def _note(note: Any) -> str:
+    if isinstance(note, str):
+        return str(_markdown().render(note))
+    if isinstance(note, Path):
+        return _image(_read(note), note.suffix.lower(), note.stem)
+    if hasattr(note, "savefig") and hasattr(note, "axes"):
+        titles = (a.get_title() for a in note.axes)
+        return _image(_drawn(note), ".svg", note.get_suptitle() or next(filter(None, titles), "figure"))
+    raise ArgumentError(f"Expected {_WANTED}, got {cut(repr(note))} in it.")
+
+
+def _image(data: bytes, ending: str, told: str) -> str:
+    source = f"data:{_KINDS[ending]};base64,{base64.b64encode(data).decode('ascii')}"
+    return f'<figure><img alt="{escape(told)}" src="{source}"></figure>\n'
+
+
+def _read(path: Path) -> bytes:
+    """The bytes of a picture of a kind that its first ones show."""
+    ending = path.suffix.lower()
+    if ending not in _KINDS:
+        raise ArgumentError(f"Expected a picture that ends in {', '.join(_KINDS)}, got {cut(str(path))!r} in notes=.")
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise ArgumentError(
+            f"Expected a picture that can be read, got {cut(str(path))!r} in notes=: {error.strerror}."
+        ) from None
+    if not data.lstrip(b"\xef\xbb\xbf \r\n\t").startswith(_BEGINS[ending]):
+        raise ArgumentError(
+            f"Expected a picture in {cut(str(path))!r} of notes=, got something else: {cut(repr(data[:12]))}."
+        )
+    return data
+
+
+def _drawn(figure: Any) -> bytes:
+    """A figure as SVG, the same each time."""
+    import matplotlib
+
+    out = io.BytesIO()
+    with matplotlib.rc_context({"svg.hashsalt": "kane"}):
+        figure.savefig(out, format="svg", metadata={"Date": None})
+    return out.getvalue()
+
+
+# Markdown --------------------------------------------------------------------------------------------------------------
+
+
+@cache
+def _markdown() -> "MarkdownIt":
+    from markdown_it import MarkdownIt
+
+    made = MarkdownIt("commonmark", {"html": False}).enable("table").disable("image")
+    made.inline.ruler.before("escape", "math", _math)
+    made.core.ruler.push("lower", _lower)
+    made.add_render_rule("math", lambda _, tokens, k, *__: _formula(tokens[k]))
+    return made
+
+
+def _formula(token: Any) -> str:
+    return f'<span class="math{" display" if token.markup == "$$" else ""}">{escape(token.content)}</span>'
+
+
+def _lower(state: Any) -> None:
+    """Headings stand below that of the section."""
+    for token in state.tokens:
+        if token.type.startswith("heading"):
+            token.tag = f"h{min(int(token.tag[1]) + 2, 6)}"
+
+
+def _math(state: Any, silent: bool) -> bool:
+    """$…$ or $$…$$: a price, as in $5 and $6, is none; dollars that follow a backslash are dollars."""
+    for mark in ("$$", "$"):
+        if state.src.startswith(mark, state.pos):
+            found = next(_ends(state.src, state.pos + len(mark), mark), None)
+            if found is None:
+                continue
+            if not silent:
+                token = state.push("math", "span", 0)
+                token.content, token.markup = state.src[state.pos + len(mark) : found].strip(), mark
+            state.pos = found + len(mark)
+            return True
+    return False
+
+
+def _ends(text: str, begin: int, mark: str) -> Iterator[int]:
+    """Where a formula that begins there may end."""
+    if mark == "$" and text[begin : begin + 1].isspace():
+        return
+    at = text.find(mark, begin)
+    while at > begin:
+        before, after = text[at - 1], text[at + len(mark) : at + len(mark) + 1]
+        if before != "\\" and (mark == "$$" or not (before.isspace() or after.isdigit())):
+            yield at
+        at = text.find(mark, at + 1)
+
+
+__all__ = ["written"]
