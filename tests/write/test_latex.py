@@ -33,6 +33,7 @@ def test_a_prime_in_a_name_is_no_derivative() -> None:
         ("q", "q"),
         ("q1", "q_{1}"),
         ("q12", "q_{12}"),
+        ("rod at 0.5", r"\mathrm{rod\ at\ 0.5}"),
         ("mu", r"\mu"),
         ("mu_k", r"\mu_{k}"),
         ("theta1", r"\theta_{1}"),

@@ -47,7 +47,7 @@ def latex_name(name: str) -> str:
     digits = re.fullmatch(r"(.*?[^0-9])([0-9]+)", head)
     if inertia:
         head, lower = inertia[1], [inertia[2], *lower]
-    elif digits:
+    elif digits and " " not in head:  # a number among words, as in "rod at 0.5", is no index
         head, lower = digits[1], [digits[2], *lower]
     text = _word(head)
     if dots:
