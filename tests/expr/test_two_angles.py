@@ -34,7 +34,8 @@ def test_pairs(e: kn.Expr, text: str) -> None:
     assert str(found) == text
     assert price([found]) <= price([e])
     at = {q1: 0.7, q2: -1.9, q10: 2.3, m: 1.3, g: 9.1, l: 0.4}
-    np.testing.assert_allclose(*kn.evaluate([found, e], at), rtol=1e-14)
+    value, wanted = kn.evaluate([found, e], at)
+    np.testing.assert_allclose(value, wanted, rtol=1e-14)
 
 
 def test_what_others_share_is_not_taken_apart() -> None:
