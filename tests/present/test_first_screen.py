@@ -10,8 +10,8 @@ import kane as kn
 from kane.cli import model_of
 from kane.gallery.pendulums import system as chain
 from kane.present import screen_of, terms
-from tests.present.browser import chromium, visit
 from kane.write import symbol_latex
+from tests.present.browser import chromium, visit
 from tests.present.test_animation import GL, until
 
 BALANCED = (

@@ -19,7 +19,7 @@ __getattr__ = offered(
         "pages": "asset",
         "provenance": "versions",
         "report": "chapters",
-        "why_kane": "why_kane",
+        "other_methods": "why_kane",
         "sketch.camera": "view_of",
         "sketch.draw": "NARROW WIDE draw_each",
         "sketch.labels": "GAP Label placed",

@@ -25,6 +25,7 @@ from kane.present.check_figures import Check, motion_checks
 from kane.present.first_screen import FirstScreen, screen_of
 from kane.present.formula_list import DisplayedFormula, formulas, quantity_latex, result_formulas
 from kane.present.notes import written
+from kane.present.other_methods import is_small, why_kane
 from kane.present.overview import DECLARED, PageTable, Tex, declared_tables, page_table
 from kane.present.pages import asset, carried, environment
 from kane.present.provenance import Provenance, force_provenance, mass_provenance, noncontributing
@@ -32,7 +33,6 @@ from kane.present.scene.gather import scene
 from kane.present.scene.records import Scene
 from kane.present.scene.shapes import BodyShape
 from kane.present.sketch.draw import NARROW, WIDE, draw_each
-from kane.present.why_kane import is_small, why_kane
 from kane.progress import working
 from kane.space.frame import Frame, Point
 from kane.units.rules import unit_text
