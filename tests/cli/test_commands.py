@@ -302,6 +302,14 @@ def test_report_with_and_without_a_motion(tmp_path):
     assert "Choose another name, or add --force" in line(kane("report", file, code=2).stderr)
     assert (tmp_path / "model.html").read_bytes() == before
     assert "--q x=…" in line(kane("report", file, "--t1", 3, "--force", code=2).stderr)
+    assert "Report: b.tex" in kane("report", file, "-o", "b.tex").stdout
+    assert {"b.tex", "b-sketch.pdf"} == {p.name for p in tmp_path.glob("b*.*")}
+    assert "Report: model.md" in kane("report", file, "--format", "markdown").stdout
+    assert (tmp_path / "model-sketch.svg").is_file()
+    (tmp_path / "b.tex").unlink()
+    assert "b-sketch.pdf, which is there already" in line(kane("report", file, "-o", "b.tex", code=2).stderr)
+    assert not (tmp_path / "b.tex").exists()
+    assert "ends in .html" in line(kane("report", file, "-o", "b.docx", code=2).stderr)
 
 
 def test_emit_writes_webassembly(tmp_path):

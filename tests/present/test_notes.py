@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from matplotlib.figure import Figure
+from PIL import Image
 
 import kane as kn
 from kane.gallery import pendulum
@@ -90,3 +91,25 @@ def test_what_is_no_note(tmp_path: Path) -> None:
         with pytest.raises(kn.errors.ArgumentError, match=said):
             kn.report(eom, tmp_path / "r.html", notes=notes, why=False)
     assert not (tmp_path / "r.html").exists()
+
+
+def test_in_latex_and_markdown(tmp_path: Path) -> None:
+    """Markdown stays as it is, and is read for LaTeX; figures and pictures lie beside, and are replaced when written anew."""
+    figure, picture = Figure(), tmp_path / "given.png"
+    figure.subplots().set_title("curve")
+    Image.new("RGB", (4, 3)).save(picture)
+    eom = kn.derive(pendulum.system())
+    for _ in range(2):
+        latex = kn.report(eom, tmp_path / "r.tex", notes=[TEXT, figure, picture], why=False).read_text("utf-8")
+        markdown = kn.report(eom, tmp_path / "r.md", notes=[TEXT, figure, picture], why=False).read_text("utf-8")
+    assert TEXT.strip() in markdown
+    assert "![note3](r-note3.png)" in markdown
+    for told in (
+        r"subsection{Result}", r"The period is $T = 2\pi\sqrt{l/g}$ for $a_1 < b_1$ and costs \$5, not \$6.",
+        r"\dot u_1 < 0", r"a & b \\ \hline", r"$<$script$>$alert(1)", "{r-note2.pdf}", "{r-note3.png}",
+    ):  # fmt: skip
+        assert told in latex, told
+    assert {p.name for p in tmp_path.glob("r-note*")} == {"r-note2.pdf", "r-note2.svg", "r-note3.png"}
+    (tmp_path / "given.svg").write_text("<svg/>", "utf-8")
+    with pytest.raises(kn.ArgumentError, match=r"without \.svg files for LaTeX"):
+        kn.report(eom, tmp_path / "r.tex", notes=[tmp_path / "given.svg"])

@@ -228,7 +228,7 @@ Name = Annotated[
     ),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
-Out = Annotated[Path | None, typer.Option("--out", help="File to write.", show_default=False)]
+Out = Annotated[Path | None, typer.Option("--out", "-o", help="File to write.", show_default=False)]
 Force = Annotated[bool, typer.Option("--force", help="Write over a file that is there.")]
 End = Annotated[float | None, typer.Option("--t1", help="End of the motion, s.", show_default="SPAN, or 5")]
 Q = Annotated[list[str] | None, typer.Option("--q", metavar="NAME=VALUE", help="Start value of a coordinate.")]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`kane simulate`: a motion from START as the options change it, as figures, table or drawing; `kane report`: as an HTML page."""
+"""`kane simulate`: a motion from START as the options change it, as figures, table or drawing; `kane report`: with its derivation."""
 
 import csv
 import math
@@ -18,7 +18,7 @@ from kane.cli.derive import derived
 from kane.cli.models import KINDS, AsJson, End, Force, Inputs, Name, NamedModel, Out, Parameters, Q, States, U, model_of
 from kane.cli.screen import Misuse, own_code
 from kane.dynamics.poles import KinematicsEnd
-from kane.errors import ModelError, ValueMissingError, alike
+from kane.errors import ArgumentError, ModelError, ValueMissingError, alike
 from kane.present.check_figures import energy_check
 from kane.progress import check_whole, working
 
@@ -278,6 +278,10 @@ def animate(
 def report(
     name: Name,
     out: Out = None,
+    form: Annotated[
+        str | None,
+        typer.Option("--format", help="html, latex or markdown.", show_default="by the ending of --out, else html"),
+    ] = None,
     t1: End = None,
     q: Q = None,
     u: U = None,
@@ -286,11 +290,15 @@ def report(
     state: States = None,
     force: Force = False,
 ) -> None:
-    """Write the derivation of MODEL, and a motion where START is known, as one HTML page that works offline."""
-    from kane.present.report import page  # matplotlib and jinja2 only here
+    """Write the derivation of MODEL, and a motion where START is known, as --out ends: HTML, LaTeX (.tex), Markdown (.md)."""
+    from kane.present.report import FORMATS, document, format_of  # jinja2 only here
 
     model = model_of(name)
-    place = screen.target(out or Path(f"{model.name}.html"), model.path, force)
+    try:
+        known = format_of(out or Path(), form)
+    except ArgumentError as error:
+        raise Misuse(str(error)) from error
+    place = screen.target(out or Path(f"{model.name}{FORMATS[known].endings[0]}"), model.path, force)
     eom = derived(model)
     begin = start(model, eom, {"q": q, "u": u, "parameters": parameter, "inputs": input, "states": state})
     asked = t1 is not None or any((q, u, parameter, input, state))
@@ -298,12 +306,12 @@ def report(
     if sol is None:
         screen.say(f"Without a motion: START does not say {' '.join(begin.missing)}.", err=True)
     checks = [energy_check(sol)] if sol is not None else []
-    with working("Writing the report"):
-        screen.put(
-            place,
-            page(eom, solution=sol, title=model.title, sources=model.sources, checks=checks, shapes=model.shapes),
-            force,
-        )
+    told = {"title": model.title, "sources": model.sources, "checks": checks, "shapes": model.shapes}
+    written = document(eom, place, known, solution=sol, **told)
+    figures = {screen.target(place.with_name(n), model.path, force): save for n, save in written.beside.items()}
+    for path, save in figures.items():
+        screen.put(path, save, force)
+    screen.put(place, written.text, force)
     if sol is not None:
         screen.say(f"From {sol.t[0]:g} s: {sol.message}.")
         screen.say(str(checks[0]))

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`kane sketch`: a labelled drawing of a model as SVG."""
+"""`kane sketch`: a labelled drawing of a model as SVG, PDF or PNG."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -11,24 +12,27 @@ from kane.cli.models import Force, Name, model_of
 from kane.cli.screen import Misuse
 from kane.progress import working
 
+_ENDINGS = (".svg", ".pdf", ".png")
+
 
 def sketch(
     name: Name,
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", help="File to write, an .svg.", show_default="MODEL.svg"),
+        typer.Option("--out", "-o", help="File to write: .svg, .pdf or .png.", show_default="MODEL.svg"),
     ] = None,
     width: Annotated[int, typer.Option(min=240, max=2000, help="Pixels at which it is read; 330 for a phone.")] = 640,
     force: Force = False,
 ) -> None:
     """Draw MODEL: bodies, frames, loads, coordinates with their symbols."""
-    from kane.present.sketch.draw import sketch as drawn  # not before it is asked for
+    from kane.present.sketch.draw import save  # not before it is asked for
+    from kane.present.sketch.draw import sketch as drawn
 
-    if out is not None and out.suffix.lower() != ".svg":
-        raise Misuse(f"Expected --out FILE that ends in .svg, got {out}.")
+    if out is not None and out.suffix.lower() not in _ENDINGS:
+        raise Misuse(f"Expected --out FILE that ends in {', '.join(_ENDINGS)}, got {out}.")
     model = model_of(name)
     place = screen.target(out or Path(f"{model.name}.svg"), model.path, force)
     with working("Drawing"):
         made = drawn(model.system, width=width, shapes=model.shapes, title=model.title)
-    screen.put(place, made.svg, force)
+    screen.put(place, partial(save, made), force)
     typer.echo(f"Sketch: {place}")

@@ -17,9 +17,9 @@ from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.present.figure import Picture, place_of, write
 from kane.present.motion_plots import COLOURS, label_of
-from kane.present.plotted_lines import draw, look
-from kane.present.plotted_runs import Run, runs_of, smooth
-from kane.present.plotted_traces import NOISE, Axis, Panel, Trace, energies, judged, readable
+from kane.present.plotted.lines import draw, look
+from kane.present.plotted.runs import Run, runs_of, smooth
+from kane.present.plotted.traces import NOISE, Axis, Panel, Trace, energies, judged, readable
 from kane.units.rules import unit_text
 
 _LEAST = 1e-6

@@ -14,9 +14,9 @@ from matplotlib.figure import Figure
 from kane.errors import ArgumentError
 from kane.motion.cycles.section import SectionPoints
 from kane.motion.solution.solution import Solution
-from kane.present.plotted_lines import draw, draw_modes, look
-from kane.present.plotted_runs import Run, runs_of
-from kane.present.plotted_traces import Panel, panels
+from kane.present.plotted.lines import draw, draw_modes, look
+from kane.present.plotted.runs import Run, runs_of
+from kane.present.plotted.traces import Panel, panels
 from kane.whole import exchange, path_of
 
 FORMATS: dict[str, dict[str, str | None]] = {

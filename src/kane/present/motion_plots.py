@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import is_color_like, to_hex
 from matplotlib.figure import Figure
 
 from kane.expr.node import Expr
@@ -114,6 +115,22 @@ def _shorter(number: re.Match[str]) -> str:
     return f"{value:.2f}".rstrip("0").rstrip(".") if abs(value) >= 1 else f"{value:.4g}"
 
 
+_PRINTED = {INK: "#1b1d21", RULE: "#d9dce1", FAINT: "#9aa0a8"} | dict(zip(SERIES, COLOURS, strict=True))
+_COLOURED = ("color", "edgecolor", "facecolor", "markeredgecolor", "markerfacecolor")
+
+
+def to_print(figure: Figure) -> Figure:
+    """The figure in the colours of white paper."""
+    figure.draw_without_rendering()  # ticks are made when they are drawn
+    for artist in figure.findobj():
+        for what in _COLOURED:
+            colour = getattr(artist, f"get_{what}", lambda: None)()
+            if colour is not None and is_color_like(colour) and (printed := _PRINTED.get(to_hex(colour))):
+                getattr(artist, f"set_{what}")(printed)
+    figure.patch.set(visible=True, facecolor="white")
+    return figure
+
+
 _FAINT = 1e-3
 """Share of the absolute tolerance below which values are what rounding leaves."""
 _PANELS = 7
@@ -123,12 +140,17 @@ _LABELS = 12
 
 @dataclass(frozen=True, slots=True)
 class Plot:
-    """A titled figure as SVG, with a sentence that says what is seen."""
+    """A titled figure in stand-ins for colours, with a sentence that says what is seen."""
 
     name: str
     title: str
     caption: str
-    svg: str
+    figure: Figure
+
+    @property
+    def svg(self) -> str:
+        """The figure in the colours of a page."""
+        return to_svg(self.figure, self.name)
 
 
 def plots(solution: Solution, drawn: Iterable[Expr] = ()) -> list[Plot]:
@@ -165,7 +187,7 @@ def _traces(name: str, title: str, symbols: Sequence[Any], values: Any, solution
     meanings = [f"{s.name}: {s.description}" for s in symbols if s.description]
     if not all(units):
         meanings.append("[–]: no unit declared")
-    return Plot(name, title, "; ".join(meanings), to_svg(figure, name))
+    return Plot(name, title, "; ".join(meanings), figure)
 
 
 def level(axes: Any, values: Sequence[Any], solution: Solution) -> None:
@@ -199,7 +221,7 @@ def balance(solution: Solution) -> Plot:
         "Kinetic energy K, potential energy V, and their sum E; P is the power of the loads that have no potential. Below, the "
         "difference that must vanish."
     )
-    return Plot("energy", "Energy and power", caption, to_svg(figure, "energy"))
+    return Plot("energy", "Energy and power", caption, figure)
 
 
 def paths(solution: Solution) -> Plot | None:
@@ -233,4 +255,4 @@ def paths(solution: Solution) -> Plot | None:
         legend(a, loc="best")
     a.axhline(0, color=FAINT, linewidth=0.6)
     caption = "Paths of the mass centres (full) and of the points where reactions act (dashed); start ○, end ●."
-    return Plot("paths", "Paths", caption, to_svg(figure, "paths"))
+    return Plot("paths", "Paths", caption, figure)

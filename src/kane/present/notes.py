@@ -24,8 +24,8 @@ _BEGINS = {".svg": (b"<svg", b"<?xml", b"<!--", b"<!DOCTYPE svg"), ".png": (b"\x
 _WANTED = 'notes= as a list of Markdown, figures of matplotlib and Paths of .svg or .png files: notes=["# Result", Path("a.svg")]'
 
 
-def written(notes: Iterable[Any]) -> list[Markup]:
-    """HTML of each note.
+def checked(notes: Iterable[Any]) -> tuple[Any, ...]:
+    """The notes as they were given.
 
     Raises
     ------
@@ -34,26 +34,36 @@ def written(notes: Iterable[Any]) -> list[Markup]:
     """
     if isinstance(notes, str | Path) or not isinstance(notes, Iterable):
         raise ArgumentError(f"Expected {_WANTED}, got {cut(repr(notes))}.")
-    return [Markup(_note(note)) for note in notes]
+    kept = tuple(notes)
+    for note in kept:
+        if isinstance(note, Path):
+            read(note)
+        elif not isinstance(note, str) and not (hasattr(note, "savefig") and hasattr(note, "axes")):
+            raise ArgumentError(f"Expected {_WANTED}, got {cut(repr(note))} in it.")
+    return kept
 
 
-def _note(note: Any) -> str:
+def written(note: Any) -> Markup:
+    """HTML of a note."""
     if isinstance(note, str):
-        return str(_markdown().render(note))
+        return Markup(parser().render(note))
     if isinstance(note, Path):
-        return _image(_read(note), note.suffix.lower(), note.stem)
-    if hasattr(note, "savefig") and hasattr(note, "axes"):
-        titles = (a.get_title() for a in note.axes)
-        return _image(_drawn(note), ".svg", note.get_suptitle() or next(filter(None, titles), "figure"))
-    raise ArgumentError(f"Expected {_WANTED}, got {cut(repr(note))} in it.")
+        return _image(read(note), note.suffix.lower(), note.stem)
+    return _image(_drawn(note), ".svg", title_of(note))
 
 
-def _image(data: bytes, ending: str, told: str) -> str:
+def title_of(figure: Any) -> str:
+    """The title of a figure of matplotlib, or of its first axes that have one."""
+    titles = (a.get_title() for a in figure.axes)
+    return str(figure.get_suptitle() or next(filter(None, titles), "figure"))
+
+
+def _image(data: bytes, ending: str, told: str) -> Markup:
     source = f"data:{_KINDS[ending]};base64,{base64.b64encode(data).decode('ascii')}"
-    return f'<figure><img alt="{escape(told)}" src="{source}"></figure>\n'
+    return Markup(f'<figure><img alt="{escape(told)}" src="{source}"></figure>\n')
 
 
-def _read(path: Path) -> bytes:
+def read(path: Path) -> bytes:
     """The bytes of a picture of a kind that its first ones show."""
     ending = path.suffix.lower()
     if ending not in _KINDS:
@@ -85,7 +95,8 @@ def _drawn(figure: Any) -> bytes:
 
 
 @cache
-def _markdown() -> "MarkdownIt":
+def parser() -> "MarkdownIt":
+    """What reads the text of a note."""
     from markdown_it import MarkdownIt
 
     made = MarkdownIt("commonmark", {"html": False}).enable("table").disable("image")
@@ -133,4 +144,4 @@ def _ends(text: str, begin: int, mark: str) -> Iterator[int]:
         at = text.find(mark, at + 1)
 
 
-__all__ = ["written"]
+__all__ = ["checked", "parser", "read", "title_of", "written"]

@@ -38,6 +38,20 @@ class WhyKane:
 
     table: PageTable
     found: tuple[str, ...]
+    text: str = (
+        r"By Newton and Euler each body has $m\mathbf{a} = \mathbf{F} + \mathbf{R}$ and "
+        r"$\mathbf{I}\cdot\boldsymbol{\alpha} + \boldsymbol{\omega}\times\mathbf{I}\cdot\boldsymbol{\omega} = \mathbf{T} "
+        r"+ \mathbf{S}$, and the constraint forces $\mathbf{R}$, $\mathbf{S}$ are unknowns beside its accelerations. They "
+        r"do no work in motions that the constraints admit, $\sum \mathbf{R}\cdot\mathbf{v}_r + \sum "
+        r"\mathbf{S}\cdot\boldsymbol{\omega}_r = 0$: multiplied by the partial velocities and added up, the same "
+        r"equations are $F_r + F^*_r = \sum (\mathbf{F} - m\mathbf{a})\cdot\mathbf{v}_r + \dots = 0$, and hold none of "
+        r"them. Lagrange's equations hold none either, but differentiate the kinetic energy, and have a multiplier for "
+        r"each constraint of the coordinates."
+    )
+    note: str = (
+        "Operations: rates of the state, accelerations and multipliers solved for, by the same expressions, eliminations and count; "
+        "as compiled, after the rewriting that all compiled code has. Newton's and Euler's equations are counted, not solved."
+    )
 
 
 def is_small(eom: Equations) -> bool:

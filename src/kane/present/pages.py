@@ -4,10 +4,13 @@
 import base64
 import hashlib
 import json
+import re
 import zlib
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -21,6 +24,14 @@ class Carried:
     text: Markup
     loader: Markup
     hashes: Markup
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """The text of a file, and what writes each file that lies beside it, by its name."""
+
+    text: str
+    beside: Mapping[str, Callable[[Path], object]] = field(default_factory=dict)
 
 
 @cache
@@ -47,10 +58,27 @@ def deflated(data: bytes) -> str:
 
 
 def environment(**options: Any) -> Environment:
-    """What fills the templates: what they insert is escaped, and what they lack is an error."""
-    return Environment(loader=PackageLoader("kane.present"), autoescape=True, undefined=StrictUndefined, **options)
+    """What fills the templates: what they insert is escaped for HTML, and what they lack is an error."""
+    told: dict[str, Any] = {"autoescape": True, "undefined": StrictUndefined, **options}
+    return Environment(loader=PackageLoader("kane.present"), **told)
 
 
 def as_json(data: Any) -> str:
     """Text for a script element of type application/json."""
     return json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def figure_text(x: float) -> str:
+    """A figure of a check: three digits near one, else a power of ten."""
+    return f"{x:.3g}" if 0.1 <= x < 1e4 else f"{x:.1e}"
+
+
+def segments(text: str) -> list[tuple[bool, str]]:
+    r"""Pieces of a sentence, LaTeX between dollar signs marked; `\$` is a dollar."""
+    pieces = enumerate(re.split(r"(?<!\\)\$", text))
+    return [(i % 2 == 1, piece if i % 2 else piece.replace(r"\$", "$")) for i, piece in pieces if piece]
+
+
+def plain(text: str) -> str:
+    """A text without LaTeX as a sentence for `segments`."""
+    return text.replace("$", r"\$")

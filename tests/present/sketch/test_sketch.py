@@ -15,12 +15,13 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import kane as kn
 from kane.errors import ArgumentError, KaneError, ModelError
 from kane.figures import Sketch, scene
 from kane.gallery import GALLERY, load
-from kane.present import DARK, GAP, LIGHT, NARROW, TEXT, WIDE, pose_of, style, view_of
+from kane.present import DARK, GAP, LIGHT, NARROW, TEXT, WIDE, looks, pose_of, style, view_of
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -187,6 +188,22 @@ def test_a_sketch_is_saved_and_shown(tmp_path: Path) -> None:
     with pytest.raises(KaneError):
         sketch.save(tmp_path / "other.svg")
     assert (tmp_path / "other.svg").read_text() == "mine"
+
+
+def test_a_sketch_is_drawn_for_paper_in_the_colours_of_its_style_sheet(tmp_path: Path) -> None:
+    """A rule that names more classes goes before one that names fewer; a foreign file stays."""
+    assert looks("wide rod face")["stroke"] == LIGHT["body"]
+    assert looks("rod wide")["stroke"] == LIGHT["ink"]
+    assert looks("point") == looks("point") | {"fill": LIGHT["ink"], "stroke": "none"}
+    sketch = kn.sketch(load("pendulum").system())
+    pixels = np.asarray(Image.open(sketch.save(tmp_path / "p.png")).convert("RGB")).reshape(-1, 3)
+    seen = {tuple(p) for p in np.unique(pixels, axis=0).tolist()}
+    for colour in ("body", "ink", "move", "force"):
+        assert tuple(bytes.fromhex(LIGHT[colour][1:])) in seen, colour
+    assert sketch.save(tmp_path / "p.pdf").read_bytes() == sketch.save(tmp_path / "p.pdf").read_bytes()
+    (tmp_path / "other.pdf").write_text("mine")
+    with pytest.raises(KaneError):
+        sketch.save(tmp_path / "other.pdf")
 
 
 def test_a_pose_that_is_told_is_kept() -> None:

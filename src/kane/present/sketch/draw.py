@@ -22,7 +22,7 @@ from kane.present.sketch.bodies import draw_items
 from kane.present.sketch.camera import View, view_of
 from kane.present.sketch.labels import Label, placed
 from kane.present.sketch.outlines import outline
-from kane.present.sketch.paper import Paper
+from kane.present.sketch.paper import Paper, Stroke
 from kane.present.sketch.pose import pose_of
 from kane.present.sketch.signs import draw_signs
 from kane.present.sketch.svg import render
@@ -37,18 +37,20 @@ _FITS = 2
 _LEAST, _MOST = 240, 2000
 _MOST_INERTIA = 0.45
 """Semi-axes of ellipsoids of inertia by the typical length, at most."""
-_MARK = b'class="kane-sketch"'
+MARKS = (b'class="kane-sketch"', b"/Creator (kane sketch)", b"Software\0kane sketch")
+"""What a sketch is known by."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sketch:
-    """A drawing as SVG, which notebooks show; `labels` are its texts with their boxes, `scene` what is drawn."""
+    """A drawing as SVG, which notebooks show; `labels` are its texts with their boxes, `strokes` its lines, `scene` what is drawn."""
 
     svg: str
     width: int
     height: int
     labels: tuple[Label, ...]
     scene: Scene
+    strokes: tuple[Stroke, ...]
 
     def _repr_svg_(self) -> str:
         return self.svg
@@ -57,14 +59,24 @@ class Sketch:
         return self.svg
 
     def save(self, path: str | Path) -> Path:
-        """Write it to a file, which a sketch alone may have before; return the path."""
+        """Write it as SVG, or PDF or PNG where the path ends so, to a file that a sketch alone may have before; return the path."""
         target = path_of(path, 'sketch.save("system.svg")')
         target.parent.mkdir(parents=True, exist_ok=True)
-        exchange(target, partial(Path.write_text, data=self.svg, encoding="utf-8"), lambda p: _MARK in p.read_bytes())
+        exchange(target, partial(save, self), lambda p: any(mark in p.read_bytes() for mark in MARKS))
         return target
 
     def __repr__(self) -> str:
         return f"Sketch({', '.join(b.name for b in self.scene.system.bodies)}; {self.width} × {self.height})"
+
+
+def save(drawn: Sketch, path: Path) -> None:
+    """Write a sketch as the path's ending says."""
+    if path.suffix.lower() not in (".pdf", ".png"):
+        path.write_text(drawn.svg, encoding="utf-8")
+        return
+    from kane.present.sketch.printed import printed  # matplotlib only here
+
+    printed(drawn.strokes, drawn.labels, drawn.width, drawn.height, path)
 
 
 def sketch(
@@ -84,7 +96,7 @@ def sketch(
     Parameters
     ----------
     system : a System, or its Equations
-    path : where to write the SVG as well
+    path : where to write it as well, as SVG, or PDF or PNG where the path ends so
     width : in pixels, from 240 to 2000
     q : coordinates of the pose, by symbol or name; those left out are searched
     shapes : of bodies, from `kn.figures.shape`
@@ -122,7 +134,7 @@ def draw_each(scene: Scene, widths: Iterable[int], q: Any = None, title: str | N
             paper = _drawn(_fitted(paper), scene, pose.posed)
         labels = placed(paper.labels, *paper.obstacles(), paper.width, paper.height)
         svg = render(paper, labels, head, describe(scene, view))
-        made.append(Sketch(svg, width, round(paper.height), tuple(labels), scene))
+        made.append(Sketch(svg, width, round(paper.height), tuple(labels), scene, tuple(paper.strokes)))
     return made
 
 

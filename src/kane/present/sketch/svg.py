@@ -84,6 +84,20 @@ def style() -> str:
     return f"{colours(LIGHT)}\n{dark}{_STYLE.lstrip()}{text}{bold}"
 
 
+def looks(classes: str) -> dict[str, str]:
+    """The properties that the style sheet gives a look on light paper: the more classes a rule names, the later it applies."""
+    have, found = {"b", *classes.split()}, {"fill": "black"}
+    rules = []
+    for selectors, body in re.findall(r"([^{}]+)\{([^{}]*)\}", _STYLE):
+        for selector in selectors.split(","):
+            needs = set(selector.split()[-1].split(".")) - {"", "path"}
+            if needs <= have and "text" not in needs:
+                rules.append((len(needs), body))
+    for _, body in sorted(rules, key=lambda rule: rule[0]):
+        found |= dict(part.split(":", 1) for part in body.split(";") if part)
+    return {k: re.sub(r"var\(--k-(\w+)\)", lambda m: LIGHT[m[1]], v) for k, v in found.items()}
+
+
 def render(paper: Paper, labels: Sequence[Label], title: str, description: str) -> str:
     """The SVG of a paper with placed labels."""
     w, h = round(paper.width), round(paper.height)
@@ -100,31 +114,35 @@ def render(paper: Paper, labels: Sequence[Label], title: str, description: str) 
         lines += _stroke(s)
     for b in labels:
         if b.reach >= LEADER:
-            lines.append(f'<path class="leader" d="{_path(_leader(b))}"/>')
+            lines.append(f'<path class="leader" d="{_path(leader(b))}"/>')
     lines += map(_text, labels)
     return "\n".join([*lines, "</svg>\n"])
 
 
-def _leader(b: Label) -> Array:
+def leader(b: Label) -> Array:
     """From the anchor to the side of the box."""
     a, (left, top, right, bottom) = np.array(b.anchor), b.box
     return np.array([a, np.clip(a, (left, top), (right, bottom))])
 
 
-def _stroke(s: Stroke) -> list[str]:
+def shapes_of(s: Stroke) -> list[tuple[str, list[tuple[Array, bool]]]]:
+    """A look with its lines, each closed or not: holes are further lines, the head of an arrow a further shape."""
     if not s.head:
-        holes = "".join(_path(h, closed=True) for h in s.holes)
-        rule = ' fill-rule="evenodd"' if s.holes else ""
-        return [f'<path class="{s.look}"{rule} d="{_path(s.points, s.closed)}{holes}"/>']
+        return [(s.look, [(s.points, s.closed), *((h, True) for h in s.holes)])]
     tip, way = s.points[-1], _ending(s.points, s.head)
     side = np.array([-way[1], way[0]]) * 0.36 * s.head
     base = tip - way * s.head
     shaft = np.concatenate([_shortened(s.points, 0.7 * s.head), [tip - way * 0.7 * s.head]])
     first = s.look.split()[0]
     head = np.array([tip, base + side, base - side])
+    return [(s.look, [(shaft, False)]), (f"{first}-head", [(head, True)])]
+
+
+def _stroke(s: Stroke) -> list[str]:
+    rule = ' fill-rule="evenodd"' if s.holes else ""
     return [
-        f'<path class="{s.look}" d="{_path(shaft)}"/>',
-        f'<path class="{first}-head" d="{_path(head, closed=True)}"/>',
+        f'<path class="{look}"{rule} d="{"".join(_path(line, closed) for line, closed in lines)}"/>'
+        for look, lines in shapes_of(s)
     ]
 
 
@@ -161,16 +179,16 @@ def _text(b: Label) -> str:
     runs, shifted = [], 0.0
     for r in b.runs:
         runs.append(_run(r, b.size, shifted))
-        shifted = _SHIFT[r.shift] * b.size
+        shifted = SHIFT[r.shift] * b.size
     return f'<text class="{b.look}" x="{_number(b.x)}" y="{_number(y)}" font-size="{_number(b.size)}"{symbols}>{"".join(runs)}</text>'
 
 
-_SHIFT = {"": 0.0, "sub": 0.24, "sup": -0.36}
+SHIFT = {"": 0.0, "sub": 0.24, "sup": -0.36}
 """How far runs are moved down, by the size of the letters."""
 
 
 def _run(r: Span, size: float, before: float) -> str:
-    move = _SHIFT[r.shift] * size - before
+    move = SHIFT[r.shift] * size - before
     attributes = f' dy="{_number(move)}"' if abs(move) > 0.04 else ""
     attributes += f' font-size="{_number(SMALL * size)}"' if r.shift else ""
     attributes += ' font-style="italic"' if r.slanted else ""

@@ -18,7 +18,7 @@ from kane.motion.cycles.section import SectionPoints
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.present.motion_plots import label_of
-from kane.present.plotted_runs import Run, smooth
+from kane.present.plotted.runs import Run, smooth
 from kane.space.vector import Vector
 from kane.write.arrange import to_text
 

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from kane.numeric.arrays import Array
 from kane.present.motion_plots import COLOURS
-from kane.present.plotted_traces import Panel, Trace
+from kane.present.plotted.traces import Panel, Trace
 from kane.units.rules import unit_text
 
 _LABELS, _LETTERS, _AXIS = 12, 72, 16

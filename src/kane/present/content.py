@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""All that a report says, whatever its format: what was declared, the chapters, checks, and tables of a motion."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kane.equations.equations import Equations, check_equations
+from kane.errors import ArgumentError, cut
+from kane.motion.solution.solution import Solution
+from kane.present.chapters import Chapter, Costs, chapters, costs
+from kane.present.check_figures import Check, motion_checks
+from kane.present.notes import checked
+from kane.present.other_methods import WhyKane, is_small, why_kane
+from kane.present.overview import PageTable, Tex, declared_tables
+from kane.present.scene.gather import scene
+from kane.present.scene.records import Scene
+from kane.present.scene.shapes import BodyShape
+from kane.units.rules import unit_text
+from kane.write.latex import symbol_latex
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Content:
+    """What every writer of reports takes; `start` and `changes` are tables of the solution, where there is one.
+
+    `other_methods` is the chapter on other methods, where there is one, `notes` what `report` was given.
+    """
+
+    title: str
+    eom: Equations
+    seen: Scene
+    summary: list[tuple[int, str]]
+    declared: list[PageTable]
+    chapters: list[Chapter]
+    other_methods: WhyKane | None
+    receipt: Costs
+    checks: list[Check]
+    sources: tuple[str, ...]
+    solution: Solution | None
+    start: PageTable | None
+    changes: PageTable | None
+    notes: tuple[Any, ...]
+
+    @property
+    def meanings(self) -> list[tuple[str, str]]:
+        """The coordinates that are described, in LaTeX, and what they are."""
+        return [(symbol_latex(q), q.description) for q in self.eom.coordinates if q.description]
+
+
+def content_of(
+    eom: Equations,
+    *,
+    solution: Solution | None = None,
+    title: str | None = None,
+    sources: Sequence[str] = (),
+    checks: Iterable[Check] = (),
+    shapes: Iterable[BodyShape] = (),
+    why: bool | None = None,
+    notes: Sequence[Any] = (),
+) -> Content:
+    """The content of a report; arguments are those of `report`."""
+    check_equations(eom)
+    if solution is not None and not isinstance(solution, Solution):
+        raise ArgumentError(f"Expected solution= as a motion from kn.simulate, got {cut(repr(solution))}.")
+    if solution is not None and solution.equations is not eom:
+        raise ArgumentError(
+            "Expected a solution of the equations reported, got one of others: pass solution.equations as eom."
+        )
+    told = list(checks)
+    return Content(
+        title=title or f"Equations of motion: {', '.join(b.name for b in eom.system.bodies)}",
+        eom=eom,
+        seen=scene(eom, shapes),
+        summary=_summary(eom),
+        declared=declared_tables(eom, solution.parameters if solution is not None else None),
+        chapters=chapters(eom),
+        other_methods=why_kane(eom) if (is_small(eom) if why is None else why) else None,
+        receipt=costs(eom),
+        checks=told if solution is None else [*told, *motion_checks(solution, told)],
+        sources=tuple(sources),
+        solution=solution,
+        start=None if solution is None else _start(solution),
+        changes=None if solution is None else _changes(solution),
+        notes=checked(notes),
+    )
+
+
+def _summary(eom: Equations) -> list[tuple[int, str]]:
+    counts: list[tuple[Sequence[Any], str, str]] = [
+        (eom.system.bodies, "body", "bodies"),
+        (eom.coordinates, "coordinate", "coordinates"),
+        (eom.speeds, "generalized speed", "generalized speeds"),
+        (eom.independent_speeds if eom.embedding else (), "degree of freedom", "degrees of freedom"),
+        (eom.states, "further state", "further states"),
+        (eom.reactions, "reaction", "reactions"),
+    ]
+    sizes = [(len(some), one if len(some) == 1 else many) for some, one, many in counts if some]
+    return [*sizes, (eom.operations.total, "operations")]
+
+
+def _start(solution: Solution) -> PageTable:
+    """The state at the start and at the end."""
+    eom = solution.equations
+    ends = zip(eom.state, solution.states[0], solution.states[-1], strict=True)
+    rows = tuple((Tex(symbol_latex(s)), f"{a:.6g}", f"{b:.6g}", unit_text(eom.unit(s))) for s, a, b in ends)
+    head = ("", f"t = {solution.t[0]:g} s", f"t = {solution.t[-1]:.6g} s", "unit")
+    return PageTable("Start and end", head, rows, unfolded=False)
+
+
+_SHOWN = 100
+"""As many changes of a motion are listed."""
+_NO_ENERGY = 1e-9
+"""Share of the largest energy below which a change is none."""
+
+
+def _changes(solution: Solution) -> PageTable | None:
+    """When a motion was changed, by which events, what contacts do from then on, and what energy that took; None without changes."""
+    begins = solution.begins.tolist()
+    if not begins:
+        return None
+    rows, energies = [], solution.energy
+    least = _NO_ENERGY * float(np.abs(energies).max())
+    for k in begins[:_SHOWN]:
+        by = ", ".join(e.name for e in solution.phases[solution.phase[k]].by)
+        pairs = ((name, str(words[k - 1]), str(words[k])) for name, words in solution.modes.items())
+        told = ", ".join(f"{name}: {a} → {b}" for name, a, b in pairs if a != b)
+        energy = float(energies[k] - energies[k - 1])
+        rows.append((f"{solution.t[k]:.9g}", by, told, f"{energy:+.4g}" if abs(energy) > least else "0"))
+    if len(begins) > _SHOWN:
+        rows.append(("…", f"{len(begins) - _SHOWN} more", "", ""))
+    return PageTable("What happens on the way", ("t (s)", "event", "contacts", "energy (J)"), tuple(rows))

@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A report as one LaTeX file, its figures beside it as PDF."""
+
+import re
+from collections.abc import Callable
+from importlib.metadata import version
+from typing import Any
+
+from kane.errors import ArgumentError
+from kane.present.content import Content
+from kane.present.document.latex_text import math_latex, prose, text_latex
+from kane.present.document.lines import broken_lines, em_width
+from kane.present.document.noted import parts_of
+from kane.present.document.pictures import Picture, file_name
+from kane.present.document.pieces import WIDTH, Formulas, Heading, Listed, Note, Words, pieces
+from kane.present.overview import Cell, PageTable, Tex
+from kane.present.pages import Document, environment, segments
+
+_ENDING = ".pdf"
+_SURE = 0.93
+"""Lines below this part of the width are not measured by LaTeX: estimates are as good as that."""
+_GAP = 1.25
+"""Between columns, in em."""
+_LEAST = 5.0
+"""Of a column, in em, where the table is wider than the page."""
+_LETTER = 0.5
+_OFTEN = 1.6
+"""Formulas so many times as wide as their column are not broken into it."""
+_HANG = r"\quad "
+_LARGE = r"\displaystyle "
+_TOGETHER = 6
+"""Lines of a row that are kept on one page, at most."""
+_LAST = r"\\* \hline"
+"""After the last row: no page ends before the rule."""
+
+
+def latex(content: Content, name: str) -> Document:
+    """The file, and its figures, named after it."""
+    told = list(pieces(content))
+    for piece in told:
+        if isinstance(piece, Picture) and piece.ending == ".svg":
+            raise ArgumentError(
+                "Expected notes= without .svg files for LaTeX, which does not take them. Give them as .png."
+            )
+    body = "\n\n".join(_WRITERS[type(piece)](piece, name) for piece in told)
+    frame = environment(
+        autoescape=False, variable_start_string="<<", variable_end_string=">>", comment_start_string="<#"
+    )
+    title = text_latex(content.title)
+    page = frame.get_template("report.tex").render(
+        title=title, pdf_title=re.sub(r"[^\w .,:;()'-]", "", content.title), body=body, version=version("kane")
+    )
+    beside = {file_name(name, p, _ENDING): p.save for p in told if isinstance(p, Picture)}
+    return Document(page + "\n", beside)
+
+
+def _heading(piece: Heading, _: str) -> str:
+    title = prose(piece.text)
+    if "$" in title:
+        plain = re.sub(r"\$[^$]*\$", "the accelerations", piece.text)
+        title = rf"\texorpdfstring{{{title}}}{{{text_latex(plain)}}}"
+    return r"\room" + "\\" + "sub" * (piece.level - 1) + f"section{{{title}}}"
+
+
+def _formulas(piece: Formulas, _: str) -> str:
+    rows = [
+        "  & " + _fitted(math_latex((_HANG if k else "") + line))
+        for equation in piece.equations
+        for k, line in enumerate(equation)
+    ]
+    return "\\closer\n\\begin{align*}\n" + " \\\\\n".join(rows) + "\n\\end{align*}"
+
+
+def _fitted(line: str) -> str:
+    return line if em_width(line) < _SURE * WIDTH else rf"\fit{{{line}}}"
+
+
+def _listed(piece: Listed, _: str) -> str:
+    return "\n".join([r"\begin{itemize}", *(rf"  \item {text_latex(item)}" for item in piece.items), r"\end{itemize}"])
+
+
+def _picture(piece: Picture, name: str) -> str:
+    source = file_name(name, piece, _ENDING)
+    title = rf"\room\subsection{{{text_latex(piece.title)}}}" + "\n\n" if piece.title else ""
+    width = "" if piece.name == "sketch" else "0.75"  # plots have a width of their own
+    shown = rf"\includegraphics[width={width}\linewidth,height=0.8\textheight,keepaspectratio]{{{source}}}"
+    caption = rf"\par\small {prose(piece.caption)}" if piece.caption else ""
+    return f"{title}\\begin{{center}}\n{shown}{caption}\n\\end{{center}}"
+
+
+# Tables -------------------------------------------------------------------------------------------------
+
+
+def _table(table: PageTable, _: str) -> str:
+    """Columns as wide as what is in them; where that is wider than the page, the widest share what the others leave.
+
+    Where formulas would be broken too often, each row is set as lines of its own, a line for each column.
+    """
+    natural = [max(map(_width, column)) for column in zip(table.head, *table.rows, strict=True)]
+    room = WIDTH - _GAP * (len(natural) - 1)
+    widths = _shared(natural, room)
+    formulas = [i for i in range(len(widths)) if any(isinstance(row[i], Tex) for row in table.rows)]
+    if any(natural[i] > _OFTEN * widths[i] for i in formulas):
+        return _stacked(table)
+    broken = [None if w >= n else w for w, n in zip(widths, natural, strict=True)]
+    heads = " & ".join(prose(h) for h in table.head)
+    rows = [" & ".join(_cell(c, w) for c, w in zip(row, broken, strict=True)) for row in table.rows]
+    lines = [rf"\hline {heads} \\ \hline \endhead", *(rf"{row} \\" for row in rows[:-1]), rf"{rows[-1]} {_LAST}"]
+    return _framed("".join(map(_column, broken)), lines)
+
+
+def _stacked(table: PageTable) -> str:
+    """A line for each column of a row; columns without a value are left out, and those of zero."""
+    wide = WIDTH - _GAP - max(map(_width, table.head))
+    lines = [r"\hline \endhead"]
+    for row in table.rows:
+        told = [(h, c) for h, c in zip(table.head, row, strict=True) if c not in ("", Tex("0"))]
+        end = r"\\*" if len(told) <= _TOGETHER else r"\\"
+        lines += [f"{prose(h)} & {_cell(c, wide, _LARGE)} {end}" for h, c in told[:-1]]
+        lines += [f"{prose(h)} & {_cell(c, wide, _LARGE)} {_LAST}" for h, c in told[-1:]]
+    if any(Tex("0") in row for row in table.rows):
+        lines.append(r"\multicolumn{2}{@{}l@{}}{What is zero is left out.} \\")
+    return _framed(_column(None) + _column(wide), lines)
+
+
+def _framed(columns: str, lines: list[str]) -> str:
+    return "\n".join([rf"\begin{{longtable}}{{@{{}}{columns}@{{}}}}", *lines, r"\end{longtable}"])
+
+
+def _column(width: float | None) -> str:
+    return "l" if width is None else rf">{{\raggedright\arraybackslash}}p{{{width:.1f}em}}"
+
+
+def _shared(natural: list[float], room: float) -> list[float]:
+    """Widths of columns: the narrowest take what they need, up to an even share of what is left."""
+    given: dict[int, float] = {}
+    order = sorted(range(len(natural)), key=lambda i: natural[i])
+    for k, i in enumerate(order):
+        left = room - sum(given.values())
+        given[i] = min(natural[i], max(_LEAST, left / (len(order) - k)))
+    return [given[i] for i in range(len(natural))]
+
+
+def _width(cell: Cell) -> float:
+    if isinstance(cell, Tex):
+        return em_width(cell.source)
+    return _LETTER + sum(em_width(piece) if formula else _LETTER * len(piece) for formula, piece in segments(cell))
+
+
+def _cell(cell: Cell, width: float | None, style: str = "") -> str:
+    if not isinstance(cell, Tex):
+        return _figure(cell) or text_latex(cell)
+    if width is None:
+        return f"${math_latex(cell.source)}$"
+    return r" \newline ".join(rf"\fitcell{{{style}{math_latex(line)}}}" for line in broken_lines(cell.source, width))
+
+
+def _figure(cell: str) -> str:
+    """A number, with the sign and the power of ten of formulas; else nothing."""
+    found = re.fullmatch(r"([-+]?[\d.]+)(?:e([-+]?\d+))?", cell)
+    if found is None:
+        return ""
+    mantissa, power = found.groups()
+    return f"${mantissa}$" if power is None else rf"${mantissa} \cdot 10^{{{int(power)}}}$"
+
+
+_WRITERS: dict[type, Callable[[Any, str], str]] = {
+    Heading: _heading,
+    Words: lambda piece, _: prose(piece.text),
+    Formulas: _formulas,
+    Listed: _listed,
+    PageTable: _table,
+    Picture: _picture,
+    Note: lambda piece, name: "\n\n".join(_WRITERS[type(p)](p, name) for p in parts_of(piece)),
+}

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A report as Markdown of GitHub's flavour: formulas between dollar signs, tables with pipes, figures beside it as SVG."""
+
+import re
+from collections.abc import Callable
+from importlib.metadata import version
+from typing import Any
+
+from kane.present.content import Content
+from kane.present.document.pictures import Picture, file_name
+from kane.present.document.pieces import Formulas, Heading, Listed, Note, Words, pieces
+from kane.present.overview import Cell, PageTable, Tex
+from kane.present.pages import Document, segments
+
+_ENDING = ".svg"
+_MARKS = re.compile(r"([\\`*_{}\[\]<>#|~$&])")
+"""What Markdown reads as more than itself."""
+
+
+def markdown(content: Content, name: str) -> Document:
+    """The file, and its figures, named after it."""
+    told = list(pieces(content))
+    parts = [
+        f"<!-- A report of kane {version('kane')} -->",
+        f"# {_text(content.title)}",
+        *(_WRITERS[type(piece)](piece, name) for piece in told),
+        f"Derived by Kane's method with kane {version('kane')}.",
+    ]
+    beside = {file_name(name, p, _ENDING): p.save for p in told if isinstance(p, Picture)}
+    return Document("\n\n".join(parts) + "\n", beside)
+
+
+def _text(plain: str) -> str:
+    return _MARKS.sub(r"\\\1", " ".join(plain.split()))
+
+
+def _math(latex: str) -> str:
+    """A formula that no Markdown is read in: an asterisk would emphasize, a bar end a cell, and a space within ends no formula."""
+    return latex.replace("*", r"\ast ").replace("|", r"\vert ").strip()
+
+
+def _prose(sentence: str) -> str:
+    return "".join(
+        f"${_math(piece)}$" if formula else _MARKS.sub(r"\\\1", piece) for formula, piece in segments(sentence)
+    )
+
+
+def _formulas(piece: Formulas, _: str) -> str:
+    return "\n\n".join(map(_equation, piece.equations))
+
+
+def _equation(lines: tuple[str, ...]) -> str:
+    first, *others = map(_math, lines)
+    if not others:
+        return f"$$\n{first}\n$$"
+    rows = " \\\\\n".join([f"& {first}", *(rf"& \quad {line}" for line in others)])
+    return f"$$\n\\begin{{aligned}}\n{rows}\n\\end{{aligned}}\n$$"
+
+
+def _table(table: PageTable, _: str) -> str:
+    rows = [tuple(map(_prose, table.head)), ("---",) * len(table.head), *(tuple(map(_cell, row)) for row in table.rows)]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def _cell(cell: Cell) -> str:
+    return f"${_math(cell.source)}$" if isinstance(cell, Tex) else _text(cell)
+
+
+def _picture(piece: Picture, name: str) -> str:
+    heading = f"## {_text(piece.title)}\n\n" if piece.title else ""
+    caption = f"\n\n{_prose(piece.caption)}" if piece.caption else ""
+    return f"{heading}![{_text(piece.title or piece.name)}]({file_name(name, piece, _ENDING)}){caption}"
+
+
+_WRITERS: dict[type, Callable[[Any, str], str]] = {
+    Heading: lambda piece, _: f"{'#' * (piece.level + 1)} {_prose(piece.text)}",
+    Words: lambda piece, _: _prose(piece.text),
+    Formulas: _formulas,
+    Listed: lambda piece, _: "\n".join(f"- {_text(item)}" for item in piece.items),
+    PageTable: _table,
+    Picture: _picture,
+    Note: lambda piece, _: piece.text.strip(),
+}

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The figures of a report that lie beside it: the sketch, and plots of a motion."""
+
+import io
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from kane.present.content import Content
+from kane.present.notes import read, title_of
+from kane.present.pages import plain
+from kane.present.sketch.draw import MARKS, WIDE, draw_each
+from kane.present.sketch.draw import save as save_sketch
+
+_COPIED = b"<!-- A picture in a report of kane -->"
+DRAWN = (*MARKS, b"Software\0kane", b"<dc:title>kane</dc:title>", b"/Creator (kane)", _COPIED)
+"""What one of the figures that kane writes is known by."""
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A figure: its name within the report, heading, a sentence in which LaTeX may stand, and what writes it as a path ends.
+
+    What is not drawn, but a file, has its `ending`.
+    """
+
+    name: str
+    title: str
+    caption: str
+    save: Callable[[Path], object]
+    ending: str = ""
+
+
+def sketch_of(content: Content) -> Iterator[Picture]:
+    """The labelled sketch, of a system that has something to draw."""
+    if content.seen.drawable:
+        (drawn,) = draw_each(content.seen, (WIDE,), title=content.title)
+        said = "; ".join(f"${symbol}$ {plain(meaning)}" for symbol, meaning in content.meanings)
+        yield Picture("sketch", "", said, partial(save_sketch, drawn))
+
+
+def plots_of(content: Content) -> Iterator[Picture]:
+    """The plots of the motion."""
+    if content.solution is None:
+        return
+    from kane.present.figure import save
+    from kane.present.motion_plots import plots, to_print
+
+    for plot in plots(content.solution):
+        yield Picture(plot.name, plot.title, plain(plot.caption), partial(save, to_print(plot.figure)))
+
+
+def picture_of(note: Any, name: str) -> Picture:
+    """A figure of matplotlib's, or a picture as a file, among the notes."""
+    if isinstance(note, Path):
+        return Picture(name, "", "", partial(_copy, read(note)), note.suffix.lower())
+    from kane.present.figure import save
+
+    return Picture(name, "", plain(title_of(note)), partial(save, note))
+
+
+def _copy(data: bytes, path: Path) -> None:
+    """A picture written anew, marked as part of a report."""
+    if path.suffix == ".svg":
+        path.write_bytes(data.rstrip() + b"\n" + _COPIED + b"\n")
+        return
+    from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
+
+    told = PngInfo()
+    told.add_text("Software", "kane")
+    Image.open(io.BytesIO(data)).save(path, pnginfo=told)
+
+
+def file_name(report: str, picture: Picture, ending: str) -> str:
+    """The name of a figure beside a report, of letters that LaTeX and addresses take as they are."""
+    return f"{re.sub(r'[^A-Za-z0-9.-]+', '-', report)}-{picture.name}{picture.ending or ending}"

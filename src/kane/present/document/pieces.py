@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A report as a list of headings, sentences, formulas, tables and figures, in reading order, for formats that fold nothing away.
+
+Intermediates are numbered on through the whole report: a Z stands for one thing.
+"""
+
+import math
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import accumulate
+
+from kane.present.chapters import Block, Chapter, MatrixEquation
+from kane.present.content import Content
+from kane.present.document.lines import broken_lines, em_width
+from kane.present.document.pictures import Picture, picture_of, plots_of, sketch_of
+from kane.present.formula_list import DisplayedFormula
+from kane.present.overview import Cell, PageTable, Tex
+from kane.present.pages import figure_text, plain, segments
+from kane.present.provenance import Provenance
+
+WIDTH = 46.0
+"""Of a line of formulas, in em: a sheet of A4 at 10 pt, and GitHub's column."""
+_HANG = 2.0
+_SHRUNK = 1.3
+"""A matrix wider than a line by more than this is written entry by entry."""
+_LONG = 80
+"""Lines beyond which formulas by all speeds, and where terms come from, are left out: printed, HTML leaves them folded."""
+
+
+@dataclass(frozen=True, slots=True)
+class Heading:
+    """A heading; chapters have level 1."""
+
+    level: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """A paragraph, LaTeX between dollar signs."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Formulas:
+    """Equations in LaTeX, each as its lines."""
+
+    equations: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """Plain sentences, a point each."""
+
+    items: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """Markdown of the author's, LaTeX between dollar signs."""
+
+    text: str
+
+
+Piece = Heading | Words | Formulas | Listed | PageTable | Picture | Note
+_Rename = Callable[[str], str]
+
+
+def pieces(content: Content) -> Iterator[Piece]:
+    """All of a report but its title."""
+    yield Words(", ".join(f"{n} {what}" for n, what in content.summary) + ".")
+    yield from sketch_of(content)
+    yield Heading(1, "The system")
+    for table in content.declared:
+        yield from _table(table)
+    parts = [part for c in content.chapters for part in _blocks(c)]
+    eom = content.eom
+    named = (*eom.parameters, *eom.state, *eom.inputs, *eom.reactions, *eom.all_speeds)
+    taken = any(re.fullmatch(r"Z\d+", s.name) for s in named)  # then chapters keep their numbers
+    starts = accumulate((0 if taken or _length(p) > most else len(p.between) for p, most in parts), initial=0)
+    renames = map(_renamed, (part for part, _ in parts), starts)
+    for chapter in content.chapters:
+        yield from _chapter(content, chapter, [next(renames) for _ in _blocks(chapter)])
+    yield from _other_methods(content)
+    yield from _operations(content)
+    if content.checks:
+        yield Heading(1, "Checks")
+        yield _checks(content)
+    if content.solution is not None:
+        yield from _motion(content)
+    if content.notes:
+        yield Heading(1, "Notes")
+        for k, note in enumerate(content.notes, 1):
+            yield Note(note) if isinstance(note, str) else picture_of(note, f"note{k}")
+    if content.sources:
+        yield Heading(1, "Sources")
+        yield Listed(content.sources)
+
+
+def _blocks(chapter: Chapter) -> tuple[tuple[Block | Provenance, float], ...]:
+    """The parts of a chapter that number intermediates by themselves, and the lines from which on each is left out."""
+    folded = chapter.by_all_speeds, chapter.provenance or Block()
+    return (chapter.block, math.inf), (chapter.solution, math.inf), *((part, _LONG) for part in folded)
+
+
+def _length(part: Block | Provenance) -> int:
+    rows = part.formulas if isinstance(part, Block) else [row for o in part.origins for row in o.table.rows]
+    return len(part.between) + len(rows)
+
+
+def _renamed(part: Block | Provenance, start: int) -> _Rename:
+    """What moves the numbers of a part's intermediates, in LaTeX."""
+    own = {z.left for z in part.between}
+    return lambda latex: re.sub(
+        r"(?<![A-Za-z\\])Z_\{(\d+)\}", lambda m: f"Z_{{{int(m[1]) + start}}}" if m[0] in own else m[0], latex
+    )
+
+
+def _chapter(content: Content, chapter: Chapter, renames: Sequence[_Rename]) -> Iterator[Piece]:
+    own, solved, every, origins = renames
+    eom = content.eom
+    yield Heading(1, f"{chapter.number}. {chapter.title}")
+    yield Words(chapter.text)
+    yield from _block(chapter.block, own)
+    for table in chapter.tables:
+        yield from _table(table, own)
+    if chapter.solution.formulas:
+        yield Heading(2, r"Solved for $\dot{u}$" + (" and the reactions" if eom.reactions else ""))
+        yield from _block(chapter.solution, solved)
+    if chapter.by_all_speeds.formulas:
+        yield Heading(2, "By all speeds" + (", with the forces of the constraints" if chapter.number == 7 else ""))
+        yield from _unless_long(_length(chapter.by_all_speeds), _block(chapter.by_all_speeds, every))
+    if chapter.note:
+        yield Words(plain(chapter.note))
+    if chapter.provenance is not None:
+        told = chapter.provenance
+        yield Heading(2, told.title)
+        yield from _unless_long(_length(told), _provenance(told, origins))
+
+
+def _unless_long(count: int, some: Iterable[Piece]) -> Iterator[Piece]:
+    if count > _LONG:
+        yield Words(f"The {count} lines are left out here; the HTML report has them.")
+    else:
+        yield from some
+
+
+def _provenance(told: Provenance, rename: _Rename) -> Iterator[Piece]:
+    yield from _equations(told.between, rename)
+    for o in told.origins:
+        idle = f" {plain(o.idle)}" if o.idle else ""
+        yield Words(f"${o.left}$: {o.count}.{idle}")
+        if o.table.rows:
+            yield from _table(o.table, rename)
+
+
+def _block(block: Block, rename: _Rename) -> Iterator[Piece]:
+    if block.between and block.formulas:
+        yield Words("With the shared intermediates")
+    yield from _equations(block.between, rename)
+    for display in block.displays:
+        yield from _display(display, rename)
+    yield from _equations(block.formulas, rename)
+
+
+def _display(display: MatrixEquation, rename: _Rename) -> Iterator[Piece]:
+    """A matrix, or where it is far too wide its entries."""
+    latex = rename(display.latex)
+    if em_width(latex) <= _SHRUNK * WIDTH:
+        yield Formulas(((latex,),))
+        return
+    equation = display.head.partition(r", \qquad")[0]
+    yield Words(f"${equation}$, with the entries on and above the diagonal that are not zero:")
+    yield from _equations(display.entries, rename)
+
+
+def _equations(shown: Sequence[DisplayedFormula], rename: _Rename) -> Iterator[Formulas]:
+    if shown:
+        yield Formulas(tuple(tuple(broken_lines(rename(f.latex), WIDTH, _HANG)) for f in shown))
+
+
+def _table(table: PageTable, rename: _Rename = str) -> Iterator[Piece]:
+    """A table under its title."""
+    if table.title:
+        yield Heading(2, table.title)
+    cells: Callable[[Cell], Cell] = lambda cell: Tex(rename(cell.source)) if isinstance(cell, Tex) else cell  # noqa: E731
+    yield replace(table, title="", rows=tuple(tuple(map(cells, row)) for row in table.rows))
+
+
+def _other_methods(content: Content) -> Iterator[Piece]:
+    others = content.other_methods
+    if others is not None:
+        yield Heading(1, "Why Kane's method")
+        yield Words(others.text)
+        yield others.table
+        yield from map(Words, others.found)
+        yield Words(plain(others.note))
+
+
+def _operations(content: Content) -> Iterator[Piece]:
+    receipt = content.receipt
+    yield Heading(1, "Operations")
+    reactions = " and the reactions" if content.eom.reactions else ""
+    yield Words(
+        rf"What one evaluation of $\dot{{q}}$, $\dot{{u}}${reactions} takes, solution included. An operation is one +, −, ×, ÷, √, "
+        "power or transcendental function; a change of sign is none, and what several formulas share counts once. Operations on "
+        "parameters alone are done once, before a motion begins; those with the state at every instant."
+    )
+    rows = [(kind, *(str(n or "–") for n in counts)) for kind, *counts in receipt.lines]
+    total = ("total", *map(str, receipt.total))
+    yield PageTable("", ("operation", "parameters", "state", "both"), (*rows, total))
+    groups = [(cell_of(what), str(alone), str(added)) for what, alone, added in receipt.groups]
+    yield PageTable(
+        "", ("result", "on its own", "added to those above"), (*groups, ("total", "", str(receipt.total[2])))
+    )
+
+
+def cell_of(sentence: str) -> Cell:
+    """A sentence with LaTeX between dollar signs, as a cell."""
+    told = segments(sentence)
+    if not any(formula for formula, _ in told):
+        return "".join(piece for _, piece in told)
+    return Tex("".join(piece if formula else rf"\text{{{piece}}}" for formula, piece in told))
+
+
+def _checks(content: Content) -> PageTable:
+    rows = tuple(
+        (
+            f"{check.name}: {check.detail}" if check.detail else check.name,
+            figure_text(check.figure),
+            f"{check.limit:.0e}",
+            "passed" if check.passed else "failed",
+        )
+        for check in content.checks
+    )
+    return PageTable("", ("check", "figure", "limit", "result"), rows)
+
+
+def _motion(content: Content) -> Iterator[Piece]:
+    sol = content.solution
+    assert sol is not None
+    yield Heading(1, "Motion")
+    yield Words(
+        f"From {sol.t[0]:g} s to {sol.t[-1]:.6g} s, in {sol.steps} steps and {sol.evaluations} evaluations: "
+        f"{plain(sol.message)}; {plain(str(sol.energy_check))}."
+    )
+    for table in (content.start, content.changes):
+        if table is not None:
+            yield from _table(table)
+    yield from plots_of(content)
