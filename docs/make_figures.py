@@ -14,18 +14,16 @@ import re
 import runpy
 import tempfile
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
-from PIL import Image
 
 import kane as kn
+from docs import moving
 from kane.gallery import GALLERY, load
-from kane.present.viewer.raster import Shot, frames
 from tests.docs.snippets import blocks
 
 DOCS = Path(__file__).resolve().parent
@@ -50,6 +48,7 @@ Systems that come with `kane`, with their sources: models to read, to run and to
 ```console
 $ kane report NAME            # every step of the derivation, the motion and its checks, as one HTML page
 $ kane simulate NAME          # the motion in figures
+$ kane animate NAME           # the motion as a page to turn and step through
 ```
 
 In Python, `kane.gallery.load("NAME").system()` is the system, and the module's file is a model to copy.
@@ -75,8 +74,18 @@ def _card(name: str) -> str:
     title = module.TITLE[0].upper() + module.TITLE[1:]
     sentence = module.__doc__.strip().splitlines()[0]
     return (
-        f"\n```{{figure}} _static/sketches/{name}.svg\n:alt: Sketch of the system {name}\n:figclass: gallery\n\n"
-        f"**{title}.** {sentence} `kane report {name}`\n```\n"
+        f"\n````{{figure}} _static/sketches/{name}.svg\n:alt: Sketch of the system {name}\n:figclass: gallery\n:loading: lazy\n\n"
+        f"**{title}.** {sentence} `kane report {name}`\n\n{_motion(name, title)}````\n"
+    )
+
+
+def _motion(name: str, title: str) -> str:
+    """The moving picture, which a reader who asks for less motion sees at rest."""
+    moves, width, height = f"_static/motions/{name}.webp", *moving.CARD
+    return (
+        f'```{{raw}} html\n<picture><source srcset="{moves}" media="(prefers-reduced-motion: no-preference)">'
+        f'<img src="_static/motions/{name}_still.webp" alt="Motion: {title}" width="{width}" height="{height}" loading="lazy">'
+        "</picture>\n```\n"
     )
 
 
@@ -131,9 +140,9 @@ def partial_velocity(path: Path) -> None:
     ax.plot(*bob, "o", ms=12, color="#33475b")
     ax.plot(0, 0, "o", ms=6, mfc="white", mec="0.2")
     for vector, color, text, shift in (
-        (0.55 * across, "#0d7333", r"partial velocity $\mathbf{v}_1 = L\,\hat{\mathbf{b}}_1$", (-0.28, 0.07)),
-        (0.55 * along, "#b23c06", r"pull $S\,\hat{\mathbf{b}}_2$", (0.05, -0.05)),
-        (np.array([0, -0.45]), "#b23c06", r"weight $-m g\,\hat{\mathbf{n}}_2$", (0.04, 0.02)),
+        (0.55 * across, "#0d7333", r"partial velocity $\mathbf{v}_1 = L\,\hat{\mathbf{b}}_x$", (-0.28, 0.07)),
+        (0.55 * along, "#b23c06", r"pull $S\,\hat{\mathbf{b}}_y$", (0.05, -0.05)),
+        (np.array([0, -0.45]), "#b23c06", r"weight $-m g\,\hat{\mathbf{n}}_y$", (0.04, 0.02)),
     ):
         end = bob + vector
         ax.annotate("", end, bob, arrowprops={"arrowstyle": "-|>", "color": color, "lw": 2, "shrinkA": 0, "shrinkB": 0})
@@ -149,21 +158,6 @@ def partial_velocity(path: Path) -> None:
     page.savefig(path, metadata={"Date": None})
 
 
-def moving_disk(place: Path) -> None:
-    """The disk thrown forward with backspin, which slides, turns aside, and rolls, as one moving picture."""
-    module = load("skidding_disk")
-    sol = kn.simulate(kn.derive(module.system()), (0, 5), **module.START)
-    animation = kn.animate(sol)
-    at = [item.at for item in animation.scene.items if item.kind != "plane" and item.at is not None]
-    way = animation.courses[0].poses.positions[:, at].reshape(-1, 3)
-    low, high = way.min(axis=0), way.max(axis=0)
-    reach = 0.26 * float(np.linalg.norm(high - low)) + 0.2
-    model = replace(animation.model, travels=False, middle=(low + high) / 2, reach=reach)
-    shot = Shot(model, animation.courses[0], np.array(animation.camera["front"]), 0.15, 0.34, animation.low, 5.0)
-    small = [f.resize((560, 336), Image.Resampling.LANCZOS) for f in list(frames(shot))[::2]]
-    small[0].save(place, save_all=True, append_images=small[1:], duration=80, loop=0, quality=60, method=6)
-
-
 def _shapes(name: str, system: kn.System) -> tuple[Any, ...]:
     """The shapes that a system of the gallery declares beside it."""
     made = getattr(load(name), "shapes", None) if name in GALLERY else None
@@ -173,13 +167,15 @@ def _shapes(name: str, system: kn.System) -> tuple[Any, ...]:
 def main() -> None:
     """Make all of it."""
     mpl.rcParams.update({"svg.hashsalt": "kane", "svg.fonttype": "path"})
-    for folder in ("tutorial", "sketches"):
+    for folder in ("tutorial", "sketches", "motions"):
         (STATIC / folder).mkdir(exist_ok=True)
     plotting()
     partial_velocity(STATIC / "tutorial" / "partial_velocity.svg")
-    moving_disk(STATIC / "disk.webp")
+    moving.front(STATIC / "disk.webp")
     for name, system in [*tutorials(), *((name, load(name).system()) for name in GALLERY)]:
         kn.sketch(system, STATIC / "sketches" / f"{name}.svg", shapes=_shapes(name, system))
+    for name in GALLERY:
+        moving.card(name, STATIC / "motions")
     (DOCS / "gallery.md").write_text(gallery_page(), encoding="utf-8")
 
 

@@ -104,7 +104,7 @@ if TYPE_CHECKING:
     from kane.write.arrange import to_text
     from kane.write.latex import to_latex
 
-__version__ = "0.1.0.dev0"
+__version__ = "0.2.0"
 
 logging.getLogger("kane").addHandler(logging.NullHandler())  # a library says nothing unless it is asked to
 

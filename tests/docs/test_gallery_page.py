@@ -7,13 +7,14 @@ import re
 from importlib.util import module_from_spec, spec_from_file_location
 
 import pytest
+from PIL import Image
 
 from kane.gallery import GALLERY
 from tests.docs.snippets import ROOT
 
 DOCS = ROOT / "docs"
 PAGE = (DOCS / "gallery.md").read_text(encoding="utf-8")
-_SHOWN = re.compile(r"_static/(?:sketches|tutorial)/\w+\.svg")
+_SHOWN = re.compile(r"_static/(?:sketches|tutorial|motions)/\w+\.(?:svg|webp)")
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +50,18 @@ def test_pictures_are_there_and_no_others():
     }
     there = {
         f"_static/{folder}/{p.name}"
-        for folder in ("sketches", "tutorial")
-        for p in (DOCS / "_static" / folder).glob("*.svg")
+        for folder in ("sketches", "tutorial", "motions")
+        for p in (DOCS / "_static" / folder).iterdir()
     }
     assert shown == there
+
+
+def test_each_system_moves_in_a_small_picture():
+    """A page of all of them is read over a slow line, too."""
+    for name in GALLERY:
+        place = DOCS / "_static" / "motions" / f"{name}.webp"
+        assert place.stat().st_size <= 60_000, name
+        with Image.open(place) as moving, Image.open(place.with_stem(f"{name}_still")) as still:
+            assert moving.n_frames > 20, name
+            assert still.n_frames == 1, name
+            assert moving.size == still.size, name

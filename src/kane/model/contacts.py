@@ -373,7 +373,8 @@ def contact(
     ModelError
         if 0 ≤ μ_k ≤ μ_s or 0 ≤ e ≤ 1 does not hold, or nothing presses: no gap that can open, and no normal reaction
     """
-    expect.instance(at, Contact, "a place of contact", "Make one with kn.joints.point_on_plane, sphere_on_plane, ….")
+    cure = "Make one with kn.joints.point_on_plane, sphere_on_plane, …; what has a law already goes into contacts=[…] as it is."
+    expect.instance(at, Contact, "a place of contact", cure)
     label = name or at.name
     moves = any(isinstance(s, Coordinate | Rate) for s in free_symbols([at.height.expr]))
     if normal is None and not moves:

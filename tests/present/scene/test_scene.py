@@ -174,3 +174,10 @@ def test_a_mesh_is_read_in_each_form(tmp_path: Any) -> None:
     for name in ("a.obj", "b.stl", "c.stl"):
         found = mesh(str(tmp_path / name)).cloud
         assert {tuple(p) for p in found} == {tuple(p) for p in corners}
+
+
+def test_axes_of_few_frames_are_shown_those_of_rods_without_mass_too() -> None:
+    """A bob's rod has no mass and no body; of more than three bodies the axes would hide the drawing."""
+    assert {t.name for t in seen("light_cart_pole").triads} == {"N", "B"}
+    assert {t.name for t in seen("four_bar").triads} == {"N", "crank", "coupler", "rocker"}
+    assert {t.name for t in seen("bricard").triads} == {"N"}

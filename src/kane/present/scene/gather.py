@@ -13,6 +13,7 @@ from kane.expr.evaluation import is_constant_in_time
 from kane.expr.node import ZERO
 from kane.expr.symbols import Parameter
 from kane.model.beams.beam import Beam
+from kane.model.bodies import Particle
 from kane.model.system import System
 from kane.present.scene.bodies import body_items, ground_items, holding_items
 from kane.present.scene.moves import actions, center_of, load_items, movements
@@ -20,7 +21,7 @@ from kane.present.scene.records import Item, Mark, Quantities, Scene, Triad
 from kane.present.scene.shapes import BodyShape, declared_item
 from kane.space.frame import Frame, Point
 
-_MANY = 2
+_MANY = 3
 """Bodies beyond which only the inertial frame's axes are shown."""
 
 
@@ -97,6 +98,10 @@ def _triads(system: System, into: Quantities) -> Iterator[Triad]:
     for beam in system.bodies:
         if isinstance(beam, Beam):
             shown.setdefault(beam.frame, beam.root)
+    for particle in system.bodies:  # of a bob on a rod without mass the frame of the rod
+        if isinstance(particle, Particle):
+            turned = [f for f, _ in particle.point.offset.parts if isinstance(f, Frame) and f is not system.inertial]
+            shown.update({f: particle.point for f in turned[:1] if f not in shown})
     if len(shown) <= _MANY:
         for f, at in shown.items():
             if f is not system.inertial:
