@@ -61,5 +61,5 @@ case $found in
 esac
 cd "$root"
 # peers and what extras bring are absent here on purpose: their tests are skipped, and fail for want of them in `make test` alone
-env -u CI -u KANE_FULL "$work/lowest/bin/python" -m pytest -p no:cacheprovider -n "${JOBS:-2}" --hypothesis-profile=quick -q \
+env -u CI -u KANE_FULL "$work/lowest/bin/python" -m pytest -p no:cacheprovider -n "${JOBS:-2}" --dist worksteal --hypothesis-profile=quick -q \
   tests/expr tests/program tests/equations tests/analysis tests/motion tests/numeric tests/interop

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # The quick tests of what meets the interpreter and other packages, from declarations to motions and the command, on the newest other Python
-# that is at hand, on PATH or under pyenv, at the versions of dev.txt; on those between, what depends most on the interpreter. What draws and
-# documents is tried on one Python only.
+# that is at hand, on PATH or under pyenv, at the versions of dev.txt, as on a Haswell; on those between, what depends most on the interpreter.
+# What draws and documents is tried on one Python only. One run looks after two things, each of which the other tests leave alone: where it
+# fails, run the test by hand on that Python, and as on a Haswell on this one (requirements/as_machine.sh).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 work=$(mktemp -d)
@@ -23,6 +24,9 @@ at_hand() {
 
 own=$(.venv/bin/python -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 ran=() absent=()
+on_haswell=(bash requirements/as_machine.sh Haswell)
+[ "$(uname -m)" = x86_64 ] || on_haswell=()
+run() { "${on_haswell[@]}" "$1" -m pytest -p no:cacheprovider -n "${JOBS:-2}" --dist worksteal --hypothesis-profile=quick -q "${@:2}"; }
 tests=(tests/expr tests/space tests/model tests/program tests/equations tests/motion tests/numeric tests/gallery tests/cli tests/test_api.py)
 for version in 3.13 3.12 3.11; do
   [ "$version" != "$own" ] || continue
@@ -36,8 +40,9 @@ for version in 3.13 3.12 3.11; do
   "$python" -m venv "$env"
   .venv/bin/uv pip install --quiet --python "$env/bin/python" --requirement requirements/dev.txt
   .venv/bin/uv pip install --quiet --python "$env/bin/python" --no-deps --no-build-isolation .
-  "$env/bin/python" -m pytest -p no:cacheprovider -n "${JOBS:-2}" --hypothesis-profile=quick -q "${tests[@]}"
-  tests=(tests/expr tests/program tests/cli tests/test_api.py)
+  run "$env/bin/python" "${tests[@]}"
+  tests=(tests/expr tests/program tests/cli tests/test_api.py) on_haswell=()
   ran+=("$version")
 done
+if ((!${#ran[@]} && ${#on_haswell[@]})); then run .venv/bin/python "${tests[@]}"; fi  # machines.sh leaves them to this
 echo "Tested on Python $own and: ${ran[*]:-no other}. Not at hand: ${absent[*]:-none}."

@@ -168,7 +168,7 @@ class Regressor(Attributes):
 
     def _random(self, parameters: Mapping[Any, float] | None, near: Any, rng: np.random.Generator) -> Array:
         """Y at random states on the constraints, with accelerations that keep them."""
-        eom, found = self.eom, list[Array]()
+        eom, found = self.eom, list[tuple[Mapping[Any, float], Mapping[Any, float], Array]]()
         count = max(6, -(-_STATES * len(self.names) // max(1, len(self.matrix))))
         middle = dict.fromkeys(eom.coordinates, 0.0) | named_values("coordinates", eom.coordinates, near)
         wide = 1.0 if near is None else 0.3
@@ -177,20 +177,25 @@ class Regressor(Attributes):
             u = {s: float(rng.normal()) for s in eom.speeds}
             accelerations = rng.normal(size=len(eom.speeds))
             try:
-                found.append(self._one(q, u, accelerations, parameters))
+                found.append(self._kept(q, u, accelerations, parameters))
             except KaneError:
                 continue
             if len(found) == count:
-                return np.concatenate(found)
+                q, u = ({s: np.array([state[k][s] for state in found]) for s in found[0][k]} for k in (0, 1))
+                a = np.transpose([state[2] for state in found])
+                return self.at(q, u, list(a), t=0.3, parameters=parameters, inputs=dict.fromkeys(eom.inputs, 0.0))
         raise SimulationError(
             f"Expected states on the constraints around {'0' if near is None else 'the coordinates of near='}, got {len(found)} of "
             f"{count} that were drawn. Give near=, coordinates at which the mechanism closes."
         )
 
-    def _one(self, q: Mapping[Any, float], u: Mapping[Any, float], accelerations: Array, parameters: Any) -> Array:
+    def _kept(
+        self, q: Mapping[Any, float], u: Mapping[Any, float], accelerations: Array, parameters: Any
+    ) -> tuple[Mapping[Any, float], Mapping[Any, float], Array]:
+        """A state near this one on the constraints, with accelerations that keep them."""
         eom = self.eom
         if not (eom.constraints.constraints or eom.system.euler_parameters):
-            return self.at(q, u, accelerations, t=0.3, parameters=parameters)
+            return q, u, accelerations
         inputs = dict.fromkeys(eom.inputs, 0.0)
         state = assemble(
             eom,
@@ -207,7 +212,7 @@ class Regressor(Attributes):
         own = accelerations.copy()
         if dependent:
             own[dependent] = m.reshape(len(dependent), -1) @ own[independent] + b
-        return self.at(state.q, state.u, own, t=0.3, parameters=parameters, inputs=inputs)
+        return state.q, state.u, own
 
     def __repr__(self) -> str:
         return f"Regressor({len(self.matrix)} equations, {len(self.names)} inertial parameters)"
@@ -312,10 +317,12 @@ def _generalized(whole: Motions, forces: Sequence[Any], torques: Sequence[Any]) 
     """Σ ṽ_r·F + ω̃_r·T by independent speed."""
     found = [list[Expr]() for _ in whole.speeds]
     for point, force in forces:
+        own = whole.in_speeds(force)
         for row, v in zip(found, whole.partial_velocities(point).values(), strict=True):
-            row.append(v.dot(whole.in_speeds(force)))
+            row.append(v.dot(own))
     for frame, torque in torques:
         if torque is not None:
+            own = whole.in_speeds(torque)
             for row, v in zip(found, whole.partial_angular_velocities(frame).values(), strict=True):
-                row.append(v.dot(whole.in_speeds(torque)))
+                row.append(v.dot(own))
     return [reduce(add, row, ZERO) for row in found]

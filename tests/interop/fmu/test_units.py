@@ -4,6 +4,7 @@
 import ctypes
 import subprocess
 import zipfile
+from functools import lru_cache
 
 import numpy as np
 import pytest
@@ -47,12 +48,18 @@ def ran(unit, purpose, end, samples, **more):
     )  # fmt: skip
 
 
+@lru_cache(maxsize=1)
+def moved(name, end):
+    """Equations, start values and motion by `kn.simulate` of a system, once for its units of both versions."""
+    eom, given = model(name)
+    return eom, given, reference(eom, end, 6, given)
+
+
 def agrees(folder, name, version, end=0.5):
     """A unit is valid and runs as `kn.simulate` does."""
-    eom, given = model(name)
+    eom, given, sol = moved(name, end)
     unit = written(folder, name, eom, given, version=version)
     assert validation.validate_fmu(str(unit.path)) == []
-    sol = reference(eom, end, 6, given)
     expected = sol.states[[np.flatnonzero(sol.t <= t + 1e-12)[-1] for t in np.linspace(0, end, 6)]]  # after an event
     for purpose in PURPOSES[name in FAST :]:
         found = states_of(ran(unit, purpose, end, 6, output=[s.name for s in eom.state]), eom)
