@@ -5,6 +5,7 @@ import os
 import shutil
 import tempfile
 import zlib
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -55,8 +56,35 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         (kept if wanted(item) else left_out).append(item)
     if left_out:
         config.hook.pytest_deselected(items=left_out)
-    # the longest first: workers that have ended take over what is left of the others' short ones
-    items[:] = sorted(kept, key=lambda i: not i.nodeid.startswith("tests/laws/"))
+    items[:] = _dealt(kept, getattr(config, "workerinput", {"workercount": 1})["workercount"])
+
+
+LONGEST = (
+    "tests/interop/robots/test_hostile.py::test_mutated_",  # of stated duration, so each on a worker of its own
+    "tests/laws/test_chosen_modes.py::test_the_modes_of_",
+    "tests/interop/test_python_source.py::test_random_trees",
+    "tests/analysis/test_inertial_regressor.py::test_inverse_dynamics_",
+    "tests/laws/test_random_axes.py::test_many_",
+    "tests/motion/test_c_bits.py::test_random_motions_",
+)
+"""Tests that take longest when all of them run, the longest first, by how their names begin."""
+
+
+def _dealt(items: list[pytest.Item], workers: int) -> list[pytest.Item]:
+    """The longest tests are dealt out, one to each worker in turn, and come first; those of laws come before other short ones.
+
+    xdist's `worksteal` gives each worker one stretch of the list, all of one length, and who has ended takes the end of another's.
+    """
+    rank = {i: next((k for k, name in enumerate(LONGEST) if i.nodeid.startswith(name)), len(LONGEST)) for i in items}
+    longest = sorted((i for i in items if rank[i] < len(LONGEST)), key=rank.__getitem__)
+    others = iter(
+        sorted((i for i in items if rank[i] == len(LONGEST)), key=lambda i: not i.nodeid.startswith("tests/laws/"))
+    )
+    found = list[pytest.Item]()
+    for k in range(workers):
+        length, own = (len(items) - len(found)) // (workers - k), longest[k::workers]
+        found += [*own, *islice(others, max(0, length - len(own)))]
+    return found
 
 
 def _draws(item: pytest.Item) -> bool:
