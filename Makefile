@@ -37,7 +37,7 @@ test-torch: $(VENV)/.dev-stamp  ## the tests of what is made for PyTorch, which 
 golden: $(VENV)/.dev-stamp  ## every system made anew, compared with tests/golden/golden.json.gz; SYSTEMS random ones
 	$(BIN)/python -m tests.golden --jobs $(JOBS) --random $(SYSTEMS)
 
-test-pythons: $(VENV)/.dev-stamp  ## the quick tests on the newest other Python, fewer on those between
+test-pythons: $(VENV)/.dev-stamp  ## the quick tests on the newest other Python, as on a Haswell; fewer on those between
 	bash requirements/pythons.sh
 
 check: $(VENV)/.dev-stamp  ## style, format, types, layers, length of functions
