@@ -181,9 +181,11 @@ class Regressor(Attributes):
             except KaneError:
                 continue
             if len(found) == count:
-                many = [{s: np.array([state[k][s] for state in found]) for s in found[0][k]} for k in (0, 1)]
+                q_all, u_all = [{s: np.array([state[k][s] for state in found]) for s in found[0][k]} for k in (0, 1)]
                 a = np.transpose([state[2] for state in found])
-                return self.at(*many, list(a), t=0.3, parameters=parameters, inputs=dict.fromkeys(eom.inputs, 0.0))
+                return self.at(
+                    q_all, u_all, list(a), t=0.3, parameters=parameters, inputs=dict.fromkeys(eom.inputs, 0.0)
+                )
         raise SimulationError(
             f"Expected states on the constraints around {'0' if near is None else 'the coordinates of near='}, got {len(found)} of "
             f"{count} that were drawn. Give near=, coordinates at which the mechanism closes."
