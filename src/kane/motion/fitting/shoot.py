@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`shoot`: inputs, parameters and start values with which a motion ends where it should, at the least cost, by single shooting.
+"""`shoot`: inputs, parameters and start values with which a motion ends where it should, at the least cost, by shooting.
 
 The cost is J = e(x(T)) + ∫ L dt, the integral by Gauss and Legendre's quadrature over panels. Gradients of costs and conditions are
-those of the variational equations, exact as the motion is (Betts 2010, ch. 3: direct shooting).
+those of the variational equations, exact as the motion is (Betts 2010, ch. 3: direct shooting). Inputs of time that are linear in the
+unknowns are found from many short motions that are joined (`lifted`, `least_cost`), and what they lead to is run as one.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -22,6 +23,8 @@ from kane.expr.piecewise import Kind, table
 from kane.expr.symbols import Parameter, Symbol, time
 from kane.motion.derivatives.course import Course
 from kane.motion.derivatives.sensitivities import Sensitivities
+from kane.motion.fitting.least_cost import Limits, least_cost
+from kane.motion.fitting.lifted import cut_at_bends, steps_of
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.program.native.machine import Settings
@@ -113,6 +116,14 @@ class Aim:
         """Whether anything is to be small."""
         return self.cost is not ZERO or self.integral is not ZERO
 
+    def value(self, motion: Solution) -> float:
+        """J of a motion with samples at `times`."""
+        total = 0.0 if self.cost is ZERO else float(motion[self.cost][-1])
+        if self.integral is not ZERO:
+            rows = np.minimum(np.searchsorted(motion.t, self.times), len(motion) - 1)
+            total += float(self.weights @ motion[self.integral][rows])
+        return total
+
 
 class Flight:
     """Motions at values of the unknowns, the last one kept."""
@@ -125,20 +136,30 @@ class Flight:
         """The motions at z, in sizes of the unknowns."""
         return self.course.at(dict(zip(self.course.by, (z * self.sizes).tolist(), strict=True)))
 
+    def motion(self, z: Array, times: Any) -> Solution:
+        """The motion at z."""
+        motion = self.at(z).motion(times)
+        self.steps += 1
+        far(lambda: f"{self.steps} motions")
+        if motion.status != "finished":
+            raise SimulationError(
+                f"Expected motions to the end of the span, got one that ended before: {motion.message}."
+            )
+        return motion
+
     def sensitivities(self, z: Array) -> Sensitivities:
         """The motion at z with its derivatives."""
         key = z.tobytes()
         if self._last is None or self._last[0] != key:
-            course = self.at(z)
-            motion = course.motion(self.aim.times)
-            self.steps += 1
-            far(lambda: f"{self.steps} motions")
-            if motion.status != "finished":
-                raise SimulationError(
-                    f"Expected motions to the end of the span, got one that ended before: {motion.message}."
-                )
-            self._last = key, course.sensitivities(motion)
+            self._last = key, self.at(z).sensitivities(self.motion(z, self.aim.times))
         return self._last[1]
+
+    def missed(self, z: Array) -> Array:
+        """How far each condition is missed, of sizes of one."""
+        motion, aim = self.motion(z, 2), self.aim
+        values = np.array([motion[e][-1] for e in aim.ends])
+        sizes = np.maximum(1.0, np.abs(np.where(np.isfinite(aim.low), aim.low, 0.0)))
+        return np.asarray(np.maximum(np.maximum(aim.low - values, values - aim.high), 0) / sizes)
 
     def ends(self, z: Array) -> tuple[Array, Array]:
         """Values (m) of the conditions at the end and their Jacobian."""
@@ -151,14 +172,11 @@ class Flight:
     def cost(self, z: Array) -> tuple[float, Array]:
         """J and its gradient."""
         s, aim = self.sensitivities(z), self.aim
-        total, slope = 0.0, np.zeros(len(z))
-        if aim.cost is not ZERO:
-            total, slope = float(s.motion[aim.cost][-1]), s[aim.cost][-1].copy()
+        slope = np.zeros(len(z)) if aim.cost is ZERO else s[aim.cost][-1].copy()
         if aim.integral is not ZERO:
             rows = np.minimum(np.searchsorted(s.motion.t, aim.times), len(s.motion) - 1)
-            total += float(aim.weights @ s.motion[aim.integral][rows])
             slope = slope + aim.weights @ s[aim.integral][rows]
-        return total, slope * self.sizes
+        return aim.value(s.motion), slope * self.sizes
 
 
 @by_keyword
@@ -194,7 +212,7 @@ def shoot(
     end : {name or expression: value, or (low, high)} at the end of the motion
     cost : an expression at the end that is to be least
     integral : an expression whose integral over the motion is to be least, added to it
-    panels : of the quadrature of the integral, four points each
+    panels : of the quadrature of the integral, four points each; more where inputs bend within one
     bounds : {unknown: (low, high)}, None for no bound
     rtol, atol : tolerances of the motions
     tolerance : how near the conditions are to be met, of sizes of one
@@ -213,8 +231,9 @@ def shoot(
     Notes
     -----
     `scipy.optimize.minimize`, method "SLSQP"; `least_squares` without a cost. Betts, J. T. (2010), Practical Methods for Optimal
-    Control and Estimation Using Nonlinear Programming, SIAM, ch. 3. Where small errors grow much over the span, collocation
-    is the better method: export the equations (`kn.emit`), and use CasADi or opty.
+    Control and Estimation Using Nonlinear Programming, SIAM, ch. 3. Where equations have no constraints, contacts and events, and the
+    unknowns are those of inputs of time that are linear in them, as curves are, Newton's steps on many short motions that are joined
+    take their place (Albersmeyer, J., Diehl, M. (2010), The lifted Newton method, SIAM J. Optim. 20).
 
     Examples
     --------
@@ -227,6 +246,9 @@ def shoot(
     first, (low, high) = course.first, course.limits(bounds)
     flight = Flight(course, aim, _sizes(course.by, first))
     with working("Shooting"):
+        found = _joined(flight, first, (low, high), panels, tolerance, max_steps)
+        if found is not None:
+            return _shot(flight, *found, tolerance)
         z, message = first / flight.sizes, ""
         flight.sensitivities(z)
         if aim.ends:
@@ -262,13 +284,49 @@ def _aim(eom: Equations, course: Course, end: Any, cost: Any, integral: Any, pan
     if not ends and all(e is ZERO for e in costs):
         raise SimulationError("Expected something to aim at, got neither end= nor cost= nor integral=.")
     x, w = np.polynomial.legendre.leggauss(_POINTS)
-    t0, length = course.map.t0, course.map.within
-    edges = t0 + length * np.arange(count) / count
-    times = (edges[:, None] + length / count * (x + 1) / 2).reshape(-1)
-    weights = np.tile(w * length / count / 2, count)
+    edges = cut_at_bends(course, count)
+    h = np.diff(edges)[:, None] / 2
+    times, weights = (edges[:-1, None] + h * (x + 1)).reshape(-1), (h * w).reshape(-1)
     if costs[1] is ZERO:
-        times, weights = np.linspace(t0, t0 + length, 2), np.zeros(2)
+        times, weights = edges[[0, -1]], np.zeros(2)
     return Aim(tuple(ends), np.array(low), np.array(high), costs[0], costs[1], times, weights)
+
+
+_REFINED = (1, 2, 4)
+"""Into how many times as many motions the span is cut, until they lead where one motion does."""
+
+
+def _joined(
+    flight: Flight, first: Array, bounds: tuple[Array, Array], panels: int, tolerance: float, most: int
+) -> tuple[Array, str] | None:
+    """The least cost, or else the least change of the unknowns, by joined motions; None where these are not for the equations, or find none."""
+    aim, course = flight.aim, flight.course
+    z = start = first / flight.sizes
+    limits = Limits(*_scaled(bounds, flight), aim.low, aim.high)
+    for share in _REFINED:
+        steps = steps_of(course, (aim.integral, aim.cost, *aim.ends), flight.sizes, share * panels)
+        if steps is None:
+            return None
+        found = least_cost(steps, z, _guessed(flight, z, steps.edges), limits, most, None if aim.costs else start)
+        if found is None:
+            return None
+        z = np.clip(found.z, limits.low, limits.high)
+        flight.steps += found.rounds
+        if flight.missed(z).max(initial=0.0) <= tolerance:
+            return z, f"a minimum of {len(steps.h)} joined motions"
+    return None
+
+
+def _guessed(flight: Flight, z: Array, times: Array) -> Array:
+    """States on the line from the start to where the motion should end, if that is said of all; of the motion at z if not."""
+    course, aim = flight.course, flight.aim
+    start, wanted = course.start, dict(zip(aim.ends, aim.low.tolist(), strict=True))
+    if all(s in wanted for s in course.map.eom.state) and np.array_equal(aim.low, aim.high):
+        end = np.array([wanted[s] for s in course.map.eom.state])
+        share = (times - times[0]) / (times[-1] - times[0])
+        return np.asarray(start + share[:, None] * (end - start))
+    motion = flight.motion(z, times)
+    return motion.states[np.searchsorted(motion.t, np.minimum(times, motion.t[-1]))]
 
 
 def _met(flight: Flight, z: Array, bounds: tuple[Array, Array], most: int) -> tuple[Array, str]:
@@ -327,7 +385,8 @@ def _least(flight: Flight, z: Array, bounds: tuple[Array, Array], tolerance: flo
 
 def _shot(flight: Flight, z: Array, message: str, tolerance: float) -> Shot:
     aim, course = flight.aim, flight.at(z)
-    values, _ = flight.ends(z)
+    at = flight.motion(z, np.unique(np.append(aim.times, course.end)))
+    values = np.array([at[e][-1] for e in aim.ends])
     off = np.maximum(np.maximum(aim.low - values, values - aim.high), 0)
     sizes = np.maximum(1.0, np.abs(np.where(np.isfinite(aim.low), aim.low, 0.0)))
     if len(off) and not (off <= 10 * tolerance * sizes).all():
@@ -339,7 +398,7 @@ def _shot(flight: Flight, z: Array, message: str, tolerance: float) -> Shot:
     motion = course.motion(np.linspace(course.map.t0, course.end, 501))
     return Shot(
         dict(zip(course.by, (z * flight.sizes).tolist(), strict=True)),
-        flight.cost(z)[0] if aim.costs else 0.0,
+        aim.value(at),
         float(off.max(initial=0.0)),
         motion,
         course.parameters,

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The least cost of lifted motions under conditions and bounds, by Newton's steps (sequential quadratic programs).
+
+With the defects c_k = Φ_k(x_k, z) − x_{k+1}, δx_k = S_k δz + s_k makes the whole problem one of δz alone. The curvature is that of
+L_k + λ_{k+1}·Φ_k, λ being the adjoint states. A step is halved until J + μ (|c| + conditions missed) falls, μ above the multipliers.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kane.motion.fitting.lifted import Flow, Steps
+from kane.motion.fitting.quadratic import Step, least
+from kane.numeric.arrays import Array
+from kane.progress import far
+
+_ARRIVED, _SHORT, _FALL, _NEAR = 1e-9, 1e-6, 1e-4, 0.3
+"""How near the states and z are at last, the least share of a step, and of what it should gain; and the largest change of states, of their
+size, after which the curvature of the motion counts: from farther away it misleads."""
+_SHARES = (1.0, 0.5, 0.25, 0.1, 0.02)
+"""How much of the conditions a step is to meet, where bounds leave no more."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """z and the states at the beginnings of steps, and how often the motion was asked for."""
+
+    z: Array
+    x: Array
+    rounds: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Limits:
+    """z between low and high, conditions at the end between `least` and `most`."""
+
+    low: Array
+    high: Array
+    least: Array
+    most: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Here:
+    """Everything at z and x."""
+
+    flow: Flow
+    away: float
+    defects: Array
+    end: Array
+    end_slopes: Array
+
+    def missed(self, limits: Limits) -> Array:
+        e = self.end[1:]
+        return np.maximum(np.maximum(limits.least - e, e - limits.most), 0.0)
+
+    def merit(self, limits: Limits, mu: float) -> float:
+        off = float(np.abs(self.defects).sum() + self.missed(limits).sum())
+        return self.away + float(self.flow.cost.sum()) + float(self.end[0]) + mu * off
+
+
+def least_cost(
+    steps: Steps, z: Array, x: Array, limits: Limits, most: int, near: Array | None
+) -> Found | None:
+    """From z and states (m + 1 × n) on, the first of which stays; None where no minimum is found.
+
+    Where z is to stay `near`, ½ |z − near|² is added to the cost.
+    """
+    weights, mu, close = np.zeros(len(limits.least)), 1.0, False
+    here = _at(steps, z, x, near)
+    for count in range(1, most + 1):
+        size = np.maximum(np.abs(x).max(axis=0), 1e-2 * (np.abs(x).max() or 1.0))
+        far(lambda count=count: f"{count} steps")
+        (H, g, S, s), lam = _reduced(steps, z, x, here, weights, size, close)
+        if near is not None:
+            H, g = H + np.eye(len(z)), (g[0] + z - near, g[1])
+        found = _step(here, (H, *g), (S[-1], s[-1]), limits, z)
+        if found is None:
+            return None
+        step, part = found
+        d = step.d
+        dx = S @ d + part * s
+        new = step.equal
+        if max(np.abs(d).max(), np.abs(dx / size).max(), here.missed(limits).max(initial=0.0)) <= _ARRIVED:
+            return Found(z + d, x + dx, count)
+        mu = max(mu / 2, 2.0 * max(float(np.abs(lam).max()), float(np.abs(new).max(initial=0.0))))
+        now, share = here.merit(limits, mu), 1.0
+        fall = float((g[0] + part * g[1]) @ d) - part * mu * float(np.abs(here.defects).sum() + here.missed(limits).sum())
+        while share > _SHORT:
+            there = _at(steps, z + share * d, x + share * dx, near)
+            value = there.merit(limits, mu)
+            if np.isfinite(value) and value <= now + _FALL * share * min(fall, 0.0) + 1e-13 * abs(now):
+                break
+            share /= 2
+        else:
+            return None
+        z, x, weights, here = z + share * d, x + share * dx, weights + share * (new - weights), there
+        close = part == 1.0 and float(np.abs(dx / size).max()) < _NEAR
+    return None
+
+
+def _at(steps: Steps, z: Array, x: Array, near: Array | None) -> _Here:
+    with np.errstate(over="ignore", invalid="ignore"):
+        return _there(steps, z, x, near)
+
+
+def _there(steps: Steps, z: Array, x: Array, near: Array | None) -> _Here:
+    flow = steps.flow(np.arange(len(steps.h)), x[:-1], z[steps.active])
+    away = 0.0 if near is None else 0.5 * float((z - near) @ (z - near))
+    return _Here(flow, away, flow.x - x[1:], *steps.end(x[-1]))
+
+
+def _reduced(
+    steps: Steps, z: Array, x: Array, here: _Here, weights: Array, size: Array, close: bool
+) -> tuple[tuple[Array, tuple[Array, Array], Array, Array], Array]:
+    """H and g of δz, the second part of g by s, S and s of all states, and the adjoint states."""
+    (m, n), count, flow = (len(steps.h), x.shape[1]), len(z), here.flow
+    a, b = flow.x_slopes[:, :, :n], flow.x_slopes[:, :, n:]
+    end_curvature = steps.end_curvature(x[-1], weights * close, size)
+    lam = np.empty((m + 1, n))
+    lam[-1] = np.append(1.0, weights) @ here.end_slopes
+    S, s = np.zeros((m + 1, n, count)), np.zeros((m + 1, n))
+    for k in range(m):
+        S[k + 1] = a[k] @ S[k]
+        S[k + 1][:, steps.active[k]] += b[k]
+        s[k + 1] = a[k] @ s[k] + here.defects[k]
+    for k in range(m - 1, -1, -1):
+        lam[k] = flow.cost_slopes[k, :n] + a[k].T @ lam[k + 1]
+    curvature = steps.curvature(x[:-1], z[steps.active], flow, lam[1:] * close, size)
+    whole = np.zeros((m, n + b.shape[2], count))
+    whole[:, :n] = S[:-1]
+    np.put_along_axis(whole[:, n:], steps.active[:, :, None], 1.0, axis=2)
+    shift = np.concatenate([s[:-1], np.zeros((m, b.shape[2]))], axis=1)
+    slope = np.einsum("mij,mj->mi", curvature, shift)
+    flat = whole.reshape(-1, count)
+    H = flat.T @ (curvature @ whole).reshape(-1, count) + S[-1].T @ end_curvature @ S[-1]
+    g = flat.T @ flow.cost_slopes.reshape(-1) + S[-1].T @ here.end_slopes[0]
+    by_shift = flat.T @ slope.reshape(-1) + S[-1].T @ (end_curvature @ s[-1])
+    return (H, (g, by_shift), S, s), lam
+
+
+def _step(
+    here: _Here, quadratic: tuple[Array, Array, Array], last: tuple[Array, Array], limits: Limits, z: Array
+) -> tuple[Step, float] | None:
+    """The step, with the multipliers of all conditions as `equal`, and what share of defects and conditions it meets."""
+    H, g, by_shift = quadratic
+    slopes, values = here.end_slopes[1:], here.end[1:]
+    by, now = slopes @ last[0], values + slopes @ last[1]
+    equal = limits.least == limits.most
+    below, above = ~equal & np.isfinite(limits.least), ~equal & np.isfinite(limits.most)
+    low, high, unit = np.isfinite(limits.low), np.isfinite(limits.high), np.eye(len(z))
+    A = np.vstack([by[below], -by[above], unit[low], -unit[high]])
+    fixed = np.concatenate([(limits.low - z)[low], (z - limits.high)[high]])
+    for share in _SHARES:
+        e, asked = -(now - limits.least)[equal], np.concatenate([(limits.least - now)[below], (now - limits.most)[above]])
+        b = np.concatenate([np.where(asked > 0, share * asked, asked), fixed])
+        step = least(H, g + share * by_shift, (by[equal], share * e), (A, b))
+        if step is not None:
+            weights, (p, q) = np.zeros(len(values)), (int(below.sum()), int(above.sum()))
+            weights[equal] = step.equal
+            weights[below] -= step.above[:p]
+            weights[above] += step.above[p : p + q]
+            return Step(step.d, weights, step.above), share
+    return None

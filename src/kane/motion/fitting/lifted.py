@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Motions of inputs that are linear in their unknowns z, in steps that are all taken together, each from a state of its own.
+
+x_{k+1} = Φ_k(x_k, z) by an explicit method of order 9, ∫L dt of each step with it; first derivatives are those of the method, second
+ones differences of these. The states between the steps are unknowns, too, and are eliminated step by step: δx_k = S_k δz + s_k
+(Bock & Plitt 1984; Albersmeyer & Diehl 2010, "lifted Newton").
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from kane.dynamics.readings.quantities import without_unknowns
+from kane.equations.compiled import ports
+from kane.equations.equations import Equations
+from kane.expr.differentiation import gradient, tangent
+from kane.expr.evaluation import evaluate, free_symbols
+from kane.expr.node import ONE, Expr
+from kane.expr.symbols import Parameter, Symbol, time
+from kane.expr.visit import substituted
+from kane.motion.inputs.functions import input_functions
+from kane.motion.derivatives.course import Course
+from kane.motion.derivatives.forcing import symbol_slopes
+from kane.motion.inputs.breakpoints import breakpoints, on_from, up_to
+from kane.motion.inputs.expressions import Formula
+from kane.motion.right_hand_side import Routines, entries, has_jumps, is_long, only, routines
+from kane.motion.steppers.vern9 import VERN9
+from kane.numeric.arrays import Array
+from kane.numeric.scale import ROUNDED_CHAIN
+from kane.program.from_expressions import Bundle, Shaped
+
+_C, _B = np.array(VERN9.c[: len(VERN9.b)]), np.array(VERN9.b)
+_A = [np.zeros(0), *map(np.array, VERN9.a[: len(VERN9.b) - 1])]
+_MOVE = 2.0**-22
+"""Share of the size of a state by which it is moved for second derivatives."""
+
+
+class Flow(NamedTuple):
+    """Ends (b × n) of steps and their costs (b), with derivatives by (x, those z that act on the step)."""
+
+    x: Array
+    x_slopes: Array
+    cost: Array
+    cost_slopes: Array
+
+
+def readings(eom: Equations, *values: Expr) -> Bundle[Array]:
+    """Each expression, its derivatives by the state and those by the inputs, as a row."""
+    wanted = [*eom.state, *eom.inputs]
+    rows = [e for value in without_unknowns(eom.solved, values) for e in (value, *gradient(value, wanted))]
+    return Bundle(
+        "readings", ports(eom.derived), only, {"x": Shaped((len(values), 1 + len(wanted)), tuple(rows))}
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Steps:
+    """Steps of lengths h (m); inputs at the stages are base + gain z (stages × m × inputs …), z by `active` (m × a)."""
+
+    now: Routines
+    values: tuple[Expr, ...]
+    t: Array
+    h: Array
+    base: Array
+    gain: Array
+    active: Array
+
+    @property
+    def edges(self) -> Array:
+        """Where steps begin, and the end."""
+        return np.append(self.t[0, 0] + np.append(0.0, np.cumsum(self.h[:-1])), self.t[0, 0] + self.h.sum())
+
+    def read(self, t: Array, x: Array, r: Array) -> Array:
+        """L, the cost at the end and the conditions there, with derivatives by state and inputs (b × values × 1 + …)."""
+        return self.now.routine(readings, *self.values)(t, x, self.now.p, r)
+
+    def flow(self, k: Array, x: Array, z: Array) -> Flow:
+        """Of the steps k (b) from states (b × n) with z (b × a)."""
+        now, (b, n), a, h = self.now, x.shape, self.active.shape[1], self.h[k]
+        fx, fr = now.routine(entries), now.routine(symbol_slopes, *now.eom.inputs)
+        unit = np.broadcast_to(np.eye(n, n + a), (b, n, n + a))
+        f, df = np.empty((len(_B), b, n)), np.empty((len(_B), b, n, n + a))
+        c, dc = np.empty((len(_B), b)), np.empty((len(_B), b, n + a))
+        for i, row in enumerate(_A):
+            at = x + h[:, None] * np.tensordot(row, f[:i], 1)
+            d = unit + h[:, None, None] * np.tensordot(row, df[:i], 1)
+            t, gain = self.t[i, k], self.gain[i, k]
+            r = self.base[i, k] + np.einsum("bra,ba->br", gain, z)
+            f[i] = now.rates(t, at, now.p, r)[:, :n]
+            df[i] = fx(t, at, now.p, r)[:, :n, :n] @ d
+            df[i, :, :, n:] += fr(t, at, now.p, r) @ gain
+            cost = self.read(t, at, r)[:, 0]
+            c[i], dc[i] = cost[:, 0], np.einsum("bn,bnm->bm", cost[:, 1 : n + 1], d)
+            dc[i, :, n:] += np.einsum("br,bra->ba", cost[:, n + 1 :], gain)
+        return Flow(
+            x + h[:, None] * np.tensordot(_B, f, 1),
+            unit + h[:, None, None] * np.tensordot(_B, df, 1),
+            h * np.tensordot(_B, c, 1),
+            h[:, None] * np.tensordot(_B, dc, 1),
+        )
+
+    def curvature(self, x: Array, z: Array, at: Flow, weights: Array, size: Array) -> Array:
+        """∂²(L_k + λ_{k+1}·Φ_k) by (x, z) of each step (m × n + a × n + a), by differences of first derivatives."""
+        (m, n), a = x.shape, z.shape[1]
+        moves = _MOVE * np.append(size, np.ones(a))
+        k = np.repeat(np.arange(m), n + a)
+        shifts = np.tile(np.diag(moves), (m, 1))
+        near = self.flow(k, x[k] + shifts[:, :n], z[k] + shifts[:, n:])
+
+        def slopes(flow: Flow, rows: Array) -> Array:
+            return flow.cost_slopes + np.einsum("bn,bnm->bm", weights[rows], flow.x_slopes)
+
+        found = (slopes(near, k).reshape(m, n + a, n + a) - slopes(at, np.arange(m))[:, None]) / moves[:, None]
+        return np.asarray((found + found.transpose(0, 2, 1)) / 2)
+
+    def end(self, x: Array) -> tuple[Array, Array]:
+        """Cost and conditions at the end (1 + e), and their derivatives by the state."""
+        (at,) = self.read(self.t[-1, -1:], x[None], np.zeros((1, self.base.shape[2])))
+        return at[1:, 0], at[1:, 1 : len(x) + 1]
+
+    def end_curvature(self, x: Array, weights: Array, size: Array) -> Array:
+        """∂²(cost + weights·conditions) at the end (n × n)."""
+        n, moves = len(x), _MOVE * size
+        near = np.vstack([x, x + np.diag(moves)])
+        at = self.read(np.repeat(self.t[-1, -1:], n + 1), near, np.zeros((n + 1, self.base.shape[2])))
+        slopes = np.append(1.0, weights) @ at[:, 1:, 1 : n + 1]
+        found = (slopes[1:] - slopes[0]) / moves[:, None]
+        return np.asarray((found + found.T) / 2)
+
+
+def steps_of(course: Course, wanted: Sequence[Expr], sizes: Array, count: int) -> Steps | None:
+    """Steps of a course, `count` or more; None where its equations or inputs are not of the kind that is stepped so."""
+    eom, drives = course.map.eom, _drives(course)
+    if drives is None:
+        return None
+    by = tuple(s for s in course.by if isinstance(s, Parameter))
+    known = {s for s in (*eom.state, *eom.parameters, *eom.inputs, time)}
+    given = {law: s for s, law in _given(course).items()}
+    values = tuple(substituted(e, given) for e in wanted)
+    inputs, unknown = set(eom.inputs), set(by)
+    strange = any(not set(free_symbols([e])) <= known for e in values)
+    if strange or any(inputs & set(free_symbols([e])) for e in values[1:]):
+        return None
+    slopes = [[tangent(f.whole, {p: ONE}) for p in by] for f in drives]
+    if any(unknown & set(free_symbols([e])) for row in slopes for e in row):
+        return None
+    edges = cut_at_bends(course, count)
+    h = np.diff(edges)
+    inside = [np.array([side(t) for t in part.tolist()]) for side, part in ((on_from, edges[:-1]), (up_to, edges[1:]))]
+    t = np.clip(edges[:-1] + _C[:, None] * h, *inside)
+    base, gain = np.zeros((*t.shape, len(drives))), np.zeros((*t.shape, len(drives), len(by)))
+    for i, (f, row) in enumerate(zip(drives, slopes, strict=True)):
+        at = {**f.values, **f.gains, **dict.fromkeys(by, 0.0), time: t.reshape(-1)}
+        for place, value in zip((base[..., i], *np.moveaxis(gain[..., i, :], -1, 0)), evaluate([f.whole, *row], at), strict=True):
+            place[...] = np.broadcast_to(value, t.size).reshape(t.shape)
+    gain *= sizes
+    acts = np.any(gain != 0, axis=(0, 2))
+    active = np.argsort(~acts, axis=1, kind="stable")[:, : max(1, int(acts.sum(axis=1).max()))]
+    own = np.take_along_axis(gain, active[None, :, None, :], axis=3)
+    p = np.array([course.parameters[s] for s in eom.parameters])
+    now = routines(eom, p, drives, course.map.settings)
+    return None if is_long(now) else Steps(now, values, t, h, base, own, active)
+
+
+def cut_at_bends(course: Course, count: int) -> Array:
+    """The span of a course in pieces of about one length, `count` and more, so that inputs bend between them only."""
+    span = course.map.t0, course.end
+    drives = input_functions(course.map.eom, course.map.inputs, span, course.parameters).values()
+    timed = [f for f in drives if isinstance(f, Formula) and not f.of_state]
+    found = (t for f in timed for t in breakpoints([f.whole], {**f.values, **f.gains}, span))
+    bends = sorted({*span, *(t for t in found if span[0] < t < span[1])})
+    parts = [max(1, math.ceil(count * (b - a) / (span[1] - span[0]) - ROUNDED_CHAIN)) for a, b in pairwise(bends)]
+    return np.unique(np.concatenate([np.linspace(a, b, 1 + k) for (a, b), k in zip(pairwise(bends), parts, strict=True)]))
+
+
+def _given(course: Course) -> dict[Symbol, Expr]:
+    """The inputs that were given as expressions, as they were written."""
+    names = {s.name: s for s in course.map.eom.inputs}
+    found = dict(course.map.inputs or {})
+    return {names[getattr(s, "name", s)]: e for s, e in found.items() if isinstance(e, Expr)}
+
+
+def _drives(course: Course) -> tuple[Formula, ...] | None:
+    """The inputs, where equations are plain and unknowns stand in inputs of time alone."""
+    eom = course.map.eom
+    system, own = eom.system, set(eom.parameters)
+    plain = not (eom.constraints.constraints or system.euler_parameters or system.contacts or eom.events)
+    if not plain or has_jumps(eom) or course.free or any(s in own for s in course.by):
+        return None
+    span = course.map.t0, course.end
+    drives = input_functions(eom, course.map.inputs, span, course.parameters)
+    found = tuple(drives[s] for s in eom.inputs)
+    timed = all(isinstance(f, Formula) and not f.of_state for f in found)
+    return found if timed and found else None

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Quadratic programs of few unknowns: the least ½ d·H d + g·d with E d = e and A d ≥ b.
+
+On the null space of E, H is made positive by the sizes of its eigenvalues; what is left is a least distance, which non-negative least
+squares give (Lawson & Hanson 1974, ch. 23).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import null_space, solve_triangular
+from scipy.optimize import nnls
+
+from kane.numeric.arrays import Array
+
+_LEAST = 1e-8
+"""Eigenvalues are at least this share of the largest."""
+_NONE = 1e-10
+
+
+class Step(NamedTuple):
+    """d, and the multipliers with H d + g + Eᵀ y − Aᵀ w = 0, w ≥ 0."""
+
+    d: Array
+    equal: Array
+    above: Array
+
+
+def least(H: Array, g: Array, equal: tuple[Array, Array], above: tuple[Array, Array]) -> Step | None:
+    """None where no d meets the conditions."""
+    (E, e), (A, b) = equal, above
+    first = np.linalg.lstsq(E, e)[0] if len(E) else np.zeros(len(g))
+    free = null_space(E) if len(E) else np.eye(len(g))
+    if len(E) and np.abs(E @ first - e).max() > 1e-6 * (1 + np.abs(e).max()):
+        return None
+    values, vectors = np.linalg.eigh(free.T @ H @ free)
+    size = np.maximum(np.abs(values), _LEAST * max(float(np.abs(values).max(initial=0.0)), 1e-300))
+    root = vectors * np.sqrt(size)
+    lower = np.linalg.cholesky(root @ root.T) if len(size) else np.zeros((0, 0))
+    toward = -solve_triangular(lower, free.T @ (g + H @ first), lower=True) if len(size) else np.zeros(0)
+    u, w = toward, np.zeros(len(A))
+    if len(A):
+        C = solve_triangular(lower, (A @ free).T, lower=True).T if len(size) else np.zeros((len(A), 0))
+        need = b - A @ first - C @ toward
+        if need.max() > 0:
+            found = _nearest(C, need)
+            if found is None:
+                return None
+            u, w = toward + found[0], found[1]
+    d = first + (free @ solve_triangular(lower.T, u, lower=False) if len(size) else 0.0)
+    rest = H @ d + g - A.T @ w
+    y = -np.linalg.lstsq(E.T, rest)[0] if len(E) else np.zeros(0)
+    return Step(d, y, w)
+
+
+def _nearest(C: Array, h: Array) -> tuple[Array, Array] | None:
+    """The least |u| with C u ≥ h, and its multipliers."""
+    size = max(float(np.abs(h).max()), 1e-300)
+    E = np.vstack([C.T, h / size])
+    y, left = nnls(E, np.append(np.zeros(C.shape[1]), 1.0), maxiter=30 * len(h))
+    if left <= _NONE:
+        return None
+    r = E @ y
+    r[-1] -= 1.0
+    return size * r[:-1] / -r[-1], size * y / -r[-1]
