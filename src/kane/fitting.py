@@ -3,7 +3,8 @@
 
 from kane.analysis.inertial_regressor import BaseParameters, Regressor, regressor
 from kane.motion.derivatives.sensitivities import Sensitivities
-from kane.motion.fitting.fit import Fit, fit
+from kane.motion.fitting.fit import fit
+from kane.motion.fitting.found import Fit
 from kane.motion.fitting.sensitivities import sensitivities
 from kane.motion.fitting.shoot import Curve, Shot, curve, shoot
 

@@ -67,6 +67,27 @@ def test_a_pendulum_swings_up():
     np.testing.assert_allclose(shot.motion.states[-1], [0, np.pi, 0, 0], atol=1e-7)
 
 
+def test_the_least_effort_that_swings_up():
+    """∇J = Gᵀν with the conditions' Jacobian G by the variational equations of the whole motion; the bound that holds has its sign."""
+    eom = kn.derive(pendulum_on_cart.system(force=True))
+    F = curve("F", np.linspace(0, 2, 11))
+    given = {"q": [0, 0], "u": [0, 0], "inputs": {"F": F.expression}}
+    end, bounds = {"theta": np.pi, "x": 0, "u_x": 0, "u_theta": 0}, dict.fromkeys(F.nodes, (-14, 14))
+    shot = kn.shoot(eom, (0, 2), F.nodes, end=end, integral=F.expression**2, bounds=bounds, **given)
+    values = np.array([*shot.values.values()])
+    h, weights = 0.2, np.diag([2, *[4] * 9, 2]) + np.eye(11, k=1) + np.eye(11, k=-1)
+    assert shot.cost == pytest.approx(h / 6 * values @ weights @ values, rel=1e-9)
+    s = kn.fitting.sensitivities(eom, (0, 2), F.nodes, samples=2, **given, parameters=shot.values)
+    slopes = h / 3 * weights @ values
+    held = np.abs(values) > 14 - 1e-9
+    G = s.states[-1].T
+    nu = np.linalg.lstsq(G[~held], slopes[~held])[0]
+    rest = (slopes - G @ nu) / np.abs(slopes).max()
+    assert 0 < held.sum() < 4
+    assert np.abs(rest[~held]).max() < 1e-6
+    assert (rest[held] * np.sign(values[held]) < 0).all()
+
+
 def test_what_cannot_be_met():
     eom = pushed()
     F = curve("F", [0, 1], 0.0)

@@ -18,15 +18,15 @@ from scipy.optimize import least_squares
 from kane import expect
 from kane.equations.equations import Equations
 from kane.equations.state import State, StateValues, by_keyword, guess, state_of
-from kane.errors import Attributes, KaneError, SimulationError
+from kane.errors import KaneError, SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol
 from kane.motion.derivatives.course import Course
 from kane.motion.derivatives.sensitivities import Sensitivities
 from kane.motion.derivatives.tangents import flow_of
+from kane.motion.fitting.found import Fit, Run
 from kane.motion.fitting.measured import Measured, measured, starts_of
 from kane.motion.solution.phases import Indices
-from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.numeric.scale import SIX_DIGITS
 from kane.program.native.machine import Settings
@@ -42,55 +42,17 @@ _ARRIVED, _LEAST, _FAR = 1e-10, 1e-8, 0.5
 """The last step of segments, the least share of one, and the longest, in sizes of the unknowns."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Fit(Attributes):
-    """What makes a motion pass measured values nearest.
-
-    Attributes
-    ----------
-    values : {symbol: value} of the unknowns
-    errors : {symbol: standard error}
-    covariance : (k × k), in the order of the unknowns
-    sigma : {column: standard deviation of what was measured}, as given or estimated
-    residuals : {column: measured less motion (n)}, NaN in gaps
-    motion : Solution
-        the motion that was found, at the times of the data
-    parameters : all values of parameters, for `kn.simulate(…, parameters=fit.parameters)`
-    start : State
-    gap : what segments leave between each other, the largest share of the size of a state; 0 of one segment
-    steps : evaluations of the motion
-    """
-
-    values: Mapping[Symbol, float]
-    errors: Mapping[Symbol, float]
-    covariance: Array
-    sigma: Mapping[str, float]
-    residuals: Mapping[str, Array]
-    motion: Solution
-    parameters: Mapping[Expr, float]
-    start: State
-    gap: float
-    steps: int
-    data: Measured
-
-    @property
-    def correlation(self) -> Array:
-        """Of the estimates (k × k)."""
-        sizes = np.sqrt(np.diag(self.covariance))
-        return np.asarray(self.covariance / np.outer(sizes, sizes))
-
-    def __repr__(self) -> str:
-        found = ", ".join(f"{s} = {v:.6g} ± {self.errors[s]:.2g}" for s, v in self.values.items())
-        spread = ", ".join(f"{name} {s:.3g}" for name, s in self.sigma.items())
-        return f"Fit({found}; σ {spread}; {self.steps} motions)"
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Segment:
-    """One motion of the fit, by the unknown parameters and by those of its start values that are unknown, and rows of the data."""
+    """One motion of the fit, by the unknown parameters and by those of its start values that are unknown, and rows of the data.
+
+    The first of a set of data is no end of another; `columns` are the places of its columns among those of all sets.
+    """
 
     data: Measured
     course: Course
+    first: bool
+    columns: tuple[int, ...]
 
     @property
     def free(self) -> tuple[Symbol, ...]:
@@ -108,7 +70,7 @@ class Problem:
     def __init__(self, segments: Sequence[Segment], unknown: Sequence[Parameter]) -> None:
         eom = segments[0].course.map.eom
         self.eom, self.segments, self.unknown = eom, tuple(segments), tuple(unknown)
-        self.sigma, self.steps = np.ones(segments[0].data.values.shape[1]), 0
+        self.sigma, self.steps = np.ones(1 + max(k for s in segments for k in s.columns)), 0
         self.scale = np.ones(len(eom.state))
         self._last: tuple[bytes, list[tuple[Sensitivities, Indices]]] | None = None
 
@@ -118,8 +80,8 @@ class Problem:
         ends = np.cumsum([len(self.unknown), *(len(s.free) for s in self.segments)])
         return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
-    def _values(self, k: int, z: Array) -> dict[Symbol, float]:
-        """The unknowns of a segment at z."""
+    def of_segment(self, k: int, z: Array) -> dict[Symbol, float]:
+        """Parameters and the start values of a segment at z."""
         values = [*z[: len(self.unknown)].tolist(), *z[self.places[k]].tolist()]
         return dict(zip((*self.unknown, *self.segments[k].free), values, strict=True))
 
@@ -129,9 +91,26 @@ class Problem:
         starts = [s.course.first[len(self.unknown) :] for s in self.segments]
         return np.concatenate([self.segments[0].course.first[: len(self.unknown)], *starts])
 
-    def of_first(self, z: Array) -> dict[Symbol, float]:
-        """Parameters and the start values of the first segment at z."""
-        return self._values(0, z)
+    @property
+    def heads(self) -> list[int]:
+        """The segments with which sets of data begin."""
+        return [k for k, s in enumerate(self.segments) if s.first]
+
+    @property
+    def leading(self) -> list[tuple[int, Symbol]]:
+        """The unknowns from which all others follow, with the segment whose start values they are: in the order of `at`."""
+        own = [(0, s) for s in self.unknown]
+        return own + [(k, s) for k in self.heads for s in self.segments[k].free]
+
+    @property
+    def at(self) -> list[int]:
+        """Their places in z."""
+        places = [range(len(self.unknown)), *(range(*self.places[k].indices(1 << 62)) for k in self.heads)]
+        return [i for some in places for i in some]
+
+    def meetings(self) -> list[tuple[int, int]]:
+        """The segments of which one begins where the other ends."""
+        return [(k, k + 1) for k in range(len(self.segments) - 1) if not self.segments[k + 1].first]
 
     def _motions(self, z: Array) -> list[tuple[Sensitivities, Indices]]:
         """Of each segment, with the rows of its data and the last."""
@@ -139,7 +118,7 @@ class Problem:
         if self._last is None or self._last[0] != key:
             found = list[tuple[Sensitivities, Indices]]()
             for k, segment in enumerate(self.segments):
-                course = segment.course.at(self._values(k, z))
+                course = segment.course.at(self.of_segment(k, z))
                 times = np.minimum(segment.data.t, course.end)
                 motion = course.motion(np.unique([*times, course.end]))
                 self.steps += 1
@@ -154,19 +133,20 @@ class Problem:
         """Residuals (m) and Jacobian (m × z)."""
         rows, slopes, motions = list[Array](), list[Array](), self._motions(z)
         for k, (s, at) in enumerate(motions):
-            data = self.segments[k].data
+            data, columns = self.segments[k].data, self.segments[k].columns
             for c, expr in enumerate(data.exprs):
-                there = data.there[:, c]
-                rows.append((data.values[there, c] - s.motion[expr][at][there]) / self.sigma[c])
-                own = -s[expr][at][there] / self.sigma[c]
+                there, sigma = data.there[:, c], self.sigma[columns[c]]
+                rows.append((data.values[there, c] - s.motion[expr][at][there]) / sigma)
+                own = -s[expr][at][there] / sigma
                 slopes.append(self._spread(own, k, len(z)))
         return np.concatenate(rows), np.concatenate(slopes)
 
     def joints(self, z: Array) -> tuple[Array, Array]:
         """What segments leave between each other, of the size of each state, and its Jacobian."""
         motions, rows, slopes = self._motions(z), list[Array](), list[Array]()
-        for k, ((before, _), (after, _)) in enumerate(pairwise(motions)):
-            free = set(self.segments[k + 1].free)
+        for k, next_ in self.meetings():
+            (before, _), (after, _) = motions[k], motions[next_]
+            free = set(self.segments[next_].free)
             kept = [i for i, x in enumerate(self.eom.state) if x in free]
             size = self.scale[kept, None]
             rows.append((before.motion.states[-1, kept] - after.motion.states[0, kept]) / size[:, 0])
@@ -175,13 +155,14 @@ class Problem:
         return np.concatenate(rows), np.concatenate(slopes)
 
     def condensed(self, z: Array) -> Array:
-        """The Jacobian by parameters and the first start alone, from which the starts of other segments follow."""
+        """The Jacobian by parameters and the starts of sets of data alone, from which the starts of other segments follow."""
         _, j = self.both(z)
-        first = len(self.unknown) + len(self.segments[0].free)
-        if j.shape[1] == first:
-            return j
+        first = self.at
+        if j.shape[1] == len(first):
+            return j[:, first]
         _, g = self.joints(z)
-        return np.asarray(j[:, :first] - j[:, first:] @ np.linalg.solve(g[:, first:], g[:, :first]))
+        rest = sorted({*range(len(z))} - {*first})
+        return np.asarray(j[:, first] - j[:, rest] @ np.linalg.solve(g[:, rest], g[:, first]))
 
     def _spread(self, own: Array, k: int, width: int) -> Array:
         """Slopes by the unknowns of a segment as slopes by all."""
@@ -198,12 +179,13 @@ class Problem:
 
     @property
     def _gaps(self) -> int:
-        return sum(len(s.free) for s in self.segments[1:])
+        return sum(len(s.free) for s in self.segments if not s.first)
 
     def gap(self, z: Array) -> float:
         """What segments leave between each other, of the size of a state."""
         motions, most = self._motions(z), 0.0
-        for (before, _), (after, _) in pairwise(motions):
+        for k, next_ in self.meetings():
+            (before, _), (after, _) = motions[k], motions[next_]
             apart = np.abs(before.motion.states[-1] - after.motion.states[0]) / self.scale
             most = max(most, float(apart.max(initial=0.0)))
         return most
@@ -214,7 +196,7 @@ def fit(
     eom: Equations,
     data: Any,
     unknown: Any,
-    state: State | None = None,
+    state: State | Sequence[State] | None = None,
     *,
     outputs: Mapping[str, Any] | None = None,
     sigma: Any = None,
@@ -233,9 +215,9 @@ def fit(
     Parameters
     ----------
     eom : Equations
-    data : DataFrame, Dataset, or dict of arrays
+    data : DataFrame, Dataset, or dict of arrays; or a list of these
         times "t" (s), and columns that are names of the equations or of `outputs`; NaN where a value is missing. The motion begins at
-        the first time
+        the first time. Of several sets each is a motion of its own, with the same unknown parameters and start values of its own
     unknown : parameters, of the equations or of inputs that are expressions; coordinates, speeds or states whose start values are
         unknown. `parameters`, `q`, `u` have where the search begins
     outputs : {column: expression}, what was measured where that is no symbol's name
@@ -246,6 +228,7 @@ def fit(
         errors grow a thousandfold along the data
     rtol, atol : tolerances of the motions
     max_steps : evaluations of one least-squares problem at most
+    state : of several sets, one for all or a list with one for each: starts, inputs, and parameters that are known
     q, u, states, parameters, inputs : as `kn.simulate` takes them
 
     Returns
@@ -269,45 +252,52 @@ def fit(
     >>> fit = kn.fit(eom, data, ["k", "c", "x"], q={"x": 0.1}, u=[0], parameters={"k": 1})
     >>> fit.values[k], fit.errors[k], fit.residuals["x"]
     """
-    given = state_of(state, **by_kind)
-    found = measured(eom, data, outputs)
+    sets = list(data) if isinstance(data, list | tuple) else [data]
+    states: Sequence[Any] = list(state) if isinstance(state, list | tuple) else [state] * len(sets)
+    expect.that(len(states) == len(sets) > 0, "one state for each set of data", len(states), error=SimulationError)
+    found = [measured(eom, one, outputs) for one in sets]
     count = expect.whole(segments, "segments= as a whole number above 0", least=1, error=SimulationError)
-    expect.that(
-        count <= len(found.t) // 2, "two rows of data or more a segment", count, "Take fewer.", error=SimulationError
-    )
+    few = min(len(one.t) for one in found)
+    expect.that(count <= few // 2, "two rows of data or more a segment", count, "Take fewer.", error=SimulationError)
     if count > 1 and sigma is None:
         raise SimulationError(
             "Expected sigma= with segments=, got none: how far segments may be apart on the way is weighed against what the data are "
             "known to. Give the standard deviation of each column, sigma={'q1': 0.001}."
         )
-    first = Course.of(eom, (found.t[0], found.t[-1]), unknown, given, (rtol, atol), settings)
-    parameters = [s for s in first.by if isinstance(s, Parameter)]
+    courses = [
+        Course.of(eom, (one.t[0], one.t[-1]), unknown, state_of(own, **by_kind), (rtol, atol), settings)
+        for one, own in zip(found, states, strict=True)
+    ]
+    names = list(dict.fromkeys(name for one in found for name in one.names))
+    parameters = [s for s in courses[0].by if isinstance(s, Parameter)]
     with working("Fitting"):
-        pieces = _segments(first, found, count)
-        return Search(Problem(pieces, parameters), first, found, first.limits(bounds), max_steps).run(
-            _sigma(found, sigma)
-        )
+        pieces = [
+            piece for course, one in zip(courses, found, strict=True) for piece in _segments(course, one, count, names)
+        ]
+        search = Search(Problem(pieces, parameters), courses, found, names, [c.limits(bounds) for c in courses], max_steps)
+        return search.run(_sigma(names, sigma))
 
 
-def _sigma(data: Measured, given: Any) -> Array | None:
+def _sigma(names: Sequence[str], given: Any) -> Array | None:
     if given is None:
         return None
-    own = dict.fromkeys(data.names, given) if expect.is_number(given) else dict(given)
-    missing = [name for name in data.names if name not in own]
+    own = dict.fromkeys(names, given) if expect.is_number(given) else dict(given)
+    missing = [name for name in names if name not in own]
     expect.none(missing, "σ of every column", "none of {}", error=SimulationError)
-    found = np.array([float(own[name]) for name in data.names])
+    found = np.array([float(own[name]) for name in names])
     expect.that(bool((found > 0).all() and np.isfinite(found).all()), "σ above zero", given, error=SimulationError)
     return found
 
 
-def _segments(course: Course, data: Measured, count: int) -> list[Segment]:
+def _segments(course: Course, data: Measured, count: int, names: Sequence[str]) -> list[Segment]:
     """The pieces of the data, and where each begins: behind the first near what was measured, and the motion of the first values.
 
     Behind the first the whole start is unknown: what constraints leave free; the rest is near where it was.
     """
     unknown = [s for s in course.by if isinstance(s, Parameter)]
+    columns = tuple(names.index(name) for name in data.names)
     if count == 1:
-        return [Segment(data, replace(course, by=(*unknown, *course.free)))]
+        return [Segment(data, replace(course, by=(*unknown, *course.free)), True, columns)]
     eom, rows = course.map.eom, [len(data.t) * k // count for k in range(count + 1)]
     ends = [*data.t[rows[1:-1]].tolist(), float(data.t[-1])]
     motion = course.motion(data.t)
@@ -318,7 +308,7 @@ def _segments(course: Course, data: Measured, count: int) -> list[Segment]:
     by = (*unknown, *(s for s in eom.state if s in independent))
     values, rates = starts_of(data, rows[1:-1])
     first = replace(course.over(float(data.t[0]), ends[0]), by=(*unknown, *course.free))
-    found = [Segment(data.between(0, rows[1]), first)]
+    found = [Segment(data.between(0, rows[1]), first, True, columns)]
     for k, row in enumerate(rows[1:-1]):
         at = int(min(np.searchsorted(motion.t, data.t[row]), len(motion) - 1))
         own = course.state(motion.states[at])
@@ -328,7 +318,7 @@ def _segments(course: Course, data: Measured, count: int) -> list[Segment]:
             for kind in ("q", "u", "states")
         }
         piece = replace(course.over(float(data.t[row]), ends[k + 1]), given=replace(course.given, **groups), by=by)
-        found.append(Segment(data.between(row, rows[k + 2]), piece))
+        found.append(Segment(data.between(row, rows[k + 2]), piece, False, columns))
     return found
 
 
@@ -351,15 +341,18 @@ class Search:
     """The least-squares problems, one after the other: σ estimated anew, segments ever closer."""
 
     problem: Problem
-    course: Course
-    data: Measured
-    bounds: tuple[Array, Array]
+    courses: Sequence[Course]
+    data: Sequence[Measured]
+    names: Sequence[str]
+    bounds: Sequence[tuple[Array, Array]]
     most: int
 
     def run(self, sigma: Array | None) -> Fit:
         """The fit."""
         problem = self.problem
-        z, spread = problem.first, np.nanstd(self.data.values, axis=0)
+        z = problem.first
+        columns = [[d.values[:, d.names.index(n)] for d in self.data if n in d.names] for n in self.names]
+        spread = np.array([np.nanstd(np.concatenate(some)) for some in columns])
         problem.sigma = np.where(spread > 0, spread, 1.0) if sigma is None else sigma
         try:
             problem.both(z)
@@ -385,10 +378,11 @@ class Search:
 
     def _solved(self, z: Array) -> Array:
         """The least squares from z on."""
-        problem, place = self.problem, {s: k for k, s in enumerate(self.course.by)}
-        first = [place[s] for s in problem.of_first(z)]
-        low, high = np.full(len(z), -np.inf), np.full(len(z), np.inf)
-        low[: len(first)], high[: len(first)] = self.bounds[0][first], self.bounds[1][first]
+        problem, low, high = self.problem, np.full(len(z), -np.inf), np.full(len(z), np.inf)
+        set_of = {k: i for i, k in enumerate(problem.heads)}
+        for i, (k, s) in zip(problem.at, problem.leading, strict=True):
+            own = {other: n for n, other in enumerate(self.courses[set_of[k]].by)}[s]
+            low[i], high[i] = (end[own] for end in self.bounds[set_of[k]])
         if len(problem.segments) > 1:
             return self._joined(z, (low, high))
         call: Callable[..., Any] = least_squares
@@ -484,9 +478,9 @@ class Search:
         total, values = np.zeros(count), np.zeros(count)
         for (s, at), segment in zip(motions, self.problem.segments, strict=True):
             for c, expr in enumerate(segment.data.exprs):
-                there = segment.data.there[:, c]
-                total[c] += float(np.sum((segment.data.values[there, c] - s.motion[expr][at][there]) ** 2))
-                values[c] += int(there.sum())
+                there, column = segment.data.there[:, c], segment.columns[c]
+                total[column] += float(np.sum((segment.data.values[there, c] - s.motion[expr][at][there]) ** 2))
+                values[column] += int(there.sum())
         free = len(z) - self.problem._gaps
         share = 1 - free / max(values.sum(), free + 1)
         floor = 1e-12 * np.maximum(self.problem.sigma, 1e-300)
@@ -497,35 +491,50 @@ class Search:
         self._check_determined(z)
         j = problem.condensed(z)
         whole: Array = np.asarray(np.linalg.pinv(j.T @ j, hermitian=True), dtype=np.float64)
-        values = problem.of_first(z)
-        place = {s: i for i, s in enumerate(values)}
-        order = [place[s] for s in self.course.by]
-        covariance: Array = whole[np.ix_(order, order)]
-        course, data = self.course.at(values), self.data
+        errors = dict(zip(problem.leading, np.sqrt(np.diag(whole)).tolist(), strict=True))
+        place = {key: i for i, key in enumerate(problem.leading)}
+        order = [place[0, s] for s in self.courses[0].by]
+        order += [i for i in range(len(place)) if i not in set(order)]
+        runs = [self._run(i, k, z, errors) for i, k in enumerate(problem.heads)]
+        first = runs[0]
+        return Fit(
+            first.values,
+            first.errors,
+            whole[np.ix_(order, order)],
+            dict(zip(self.names, problem.sigma.tolist(), strict=True)),
+            first.residuals,
+            first.motion,
+            self.courses[0].at(first.values).parameters,
+            first.start,
+            problem.gap(z),
+            problem.steps,
+            tuple(runs),
+        )
+
+    def _run(self, i: int, k: int, z: Array, errors: Mapping[tuple[int, Symbol], float]) -> Run:
+        """What was found of a set of data, which begins with the segment k."""
+        problem, data, by = self.problem, self.data[i], self.courses[i].by
+        values = problem.of_segment(k, z)
+        course = self.courses[i].at(values)
         motion = course.motion(data.t)
         at = np.minimum(np.searchsorted(motion.t, np.minimum(data.t, course.end)), len(motion) - 1)
         own = [motion[e][at] if motion.status == "finished" else np.full(len(data.t), np.nan) for e in data.exprs]
-        residuals = {name: data.values[:, c] - own[c] for c, name in enumerate(data.names)}
-        return Fit(
-            {s: values[s] for s in self.course.by},
-            {s: float(np.sqrt(covariance[i, i])) for i, s in enumerate(self.course.by)},
-            covariance,
-            dict(zip(data.names, problem.sigma.tolist(), strict=True)),
-            residuals,
+        return Run(
+            {s: values[s] for s in by},
+            {s: errors[(0 if isinstance(s, Parameter) else k), s] for s in by},
+            {name: data.values[:, c] - own[c] for c, name in enumerate(data.names)},
             motion,
-            course.parameters,
             course.state(motion.states[0]),
-            problem.gap(z),
-            problem.steps,
             data,
         )
 
     def _check_determined(self, z: Array) -> None:
         """Refuse unknowns that what was measured does not tell apart, by name."""
         problem = self.problem
-        j, symbols = problem.condensed(z), [*problem.of_first(z)]
+        j, set_of = problem.condensed(z), {k: i for i, k in enumerate(problem.heads)}
+        symbols = [f"{s} of set {set_of[k]}" if k else str(s) for k, s in problem.leading]
         sizes = np.linalg.norm(j, axis=0)
-        dead = [str(s) for s, size in zip(symbols, sizes, strict=True) if not size > 0]
+        dead = [s for s, size in zip(symbols, sizes, strict=True) if not size > 0]
         if dead:
             raise SimulationError(
                 f"Expected unknowns on which the measured columns depend, got {', '.join(dead)}, on which none does. Measure more, or "
@@ -535,7 +544,7 @@ class Search:
         weak = np.flatnonzero(values <= _UNDETERMINED * values[0])
         if len(j) < j.shape[1] or len(weak):
             shares = np.abs(rows[weak]).max(axis=0) if len(weak) else np.ones(j.shape[1])
-            names = dict.fromkeys(str(s) for s, x in zip(symbols, shares, strict=True) if x > 0.1 * shares.max())
+            names = dict.fromkeys(s for s, x in zip(symbols, shares, strict=True) if x > 0.1 * shares.max())
             raise SimulationError(
                 f"Expected data that determine the unknowns, got some that leave {', '.join(names)} undetermined: a change of them "
                 f"together changes nothing that was measured ({max(len(weak), j.shape[1] - len(j))} of {j.shape[1]} directions). Give "

@@ -22,11 +22,11 @@ from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ONE, Expr
 from kane.expr.symbols import Parameter, Symbol, time
 from kane.expr.visit import substituted
-from kane.motion.inputs.functions import input_functions
 from kane.motion.derivatives.course import Course
 from kane.motion.derivatives.forcing import symbol_slopes
 from kane.motion.inputs.breakpoints import breakpoints, on_from, up_to
 from kane.motion.inputs.expressions import Formula
+from kane.motion.inputs.functions import input_functions
 from kane.motion.right_hand_side import Routines, entries, has_jumps, is_long, only, routines
 from kane.motion.steppers.vern9 import VERN9
 from kane.numeric.arrays import Array

@@ -15,6 +15,8 @@ from kane.numeric.arrays import Array
 
 _LEAST = 1e-8
 """Eigenvalues are at least this share of the largest."""
+_FLAT = 1e-6
+"""Where no eigenvalue is above this share of the slope, all are it: the program is linear, and bounds alone say where it ends."""
 _NONE = 1e-10
 
 
@@ -34,7 +36,8 @@ def least(H: Array, g: Array, equal: tuple[Array, Array], above: tuple[Array, Ar
     if len(E) and np.abs(E @ first - e).max() > 1e-6 * (1 + np.abs(e).max()):
         return None
     values, vectors = np.linalg.eigh(free.T @ H @ free)
-    size = np.maximum(np.abs(values), _LEAST * max(float(np.abs(values).max(initial=0.0)), 1e-300))
+    most, slope = float(np.abs(values).max(initial=0.0)), float(np.abs(g).max(initial=0.0))
+    size = np.maximum(np.abs(values), _LEAST * most if most > _FLAT * slope else (_FLAT * slope or 1.0))
     root = vectors * np.sqrt(size)
     lower = np.linalg.cholesky(root @ root.T) if len(size) else np.zeros((0, 0))
     toward = -solve_triangular(lower, free.T @ (g + H @ first), lower=True) if len(size) else np.zeros(0)

@@ -116,6 +116,19 @@ class Aim:
         """Whether anything is to be small."""
         return self.cost is not ZERO or self.integral is not ZERO
 
+    @property
+    def exprs(self) -> tuple[Expr, ...]:
+        """What is read along the motion, then at its end."""
+        return (self.integral, self.cost, *self.ends)
+
+    def apart(self, change: Array) -> Array:
+        """Changes of the conditions, of sizes of one."""
+        return np.asarray(np.abs(change) / np.maximum(1.0, np.abs(np.where(np.isfinite(self.low), self.low, 0.0))))
+
+    def missed(self, values: Array) -> Array:
+        """How far each condition is missed, of sizes of one."""
+        return self.apart(np.maximum(np.maximum(self.low - values, values - self.high), 0.0))
+
     def value(self, motion: Solution) -> float:
         """J of a motion with samples at `times`."""
         total = 0.0 if self.cost is ZERO else float(motion[self.cost][-1])
@@ -154,12 +167,10 @@ class Flight:
             self._last = key, self.at(z).sensitivities(self.motion(z, self.aim.times))
         return self._last[1]
 
-    def missed(self, z: Array) -> Array:
-        """How far each condition is missed, of sizes of one."""
-        motion, aim = self.motion(z, 2), self.aim
-        values = np.array([motion[e][-1] for e in aim.ends])
-        sizes = np.maximum(1.0, np.abs(np.where(np.isfinite(aim.low), aim.low, 0.0)))
-        return np.asarray(np.maximum(np.maximum(aim.low - values, values - aim.high), 0) / sizes)
+    def end(self, z: Array) -> Array:
+        """The values of the conditions at the end."""
+        motion = self.motion(z, 2)
+        return np.array([motion[e][-1] for e in self.aim.ends])
 
     def ends(self, z: Array) -> tuple[Array, Array]:
         """Values (m) of the conditions at the end and their Jacobian."""
@@ -292,28 +303,37 @@ def _aim(eom: Equations, course: Course, end: Any, cost: Any, integral: Any, pan
     return Aim(tuple(ends), np.array(low), np.array(high), costs[0], costs[1], times, weights)
 
 
-_REFINED = (1, 2, 4)
-"""Into how many times as many motions the span is cut, until they lead where one motion does."""
+_ROUNDS = 4
+"""How often joined motions are led to where the one motion ends right, or are cut finer."""
+_COARSE = 1e-5
+"""How far joined motions and the one may end apart, of sizes of one, if they are not to be cut finer."""
 
 
 def _joined(
-    flight: Flight, first: Array, bounds: tuple[Array, Array], panels: int, tolerance: float, most: int
+    flight: Flight, first: Array, bounds: tuple[Array, Array], count: int, tolerance: float, most: int
 ) -> tuple[Array, str] | None:
-    """The least cost, or else the least change of the unknowns, by joined motions; None where these are not for the equations, or find none."""
+    """The least cost, or else the least change of the unknowns, by joined motions; None where these are not for the equations, or find none.
+
+    Where the one motion ends beside them, they are led as far to the other side.
+    """
     aim, course = flight.aim, flight.course
     z = start = first / flight.sizes
-    limits = Limits(*_scaled(bounds, flight), aim.low, aim.high)
-    for share in _REFINED:
-        steps = steps_of(course, (aim.integral, aim.cost, *aim.ends), flight.sizes, share * panels)
-        if steps is None:
-            return None
-        found = least_cost(steps, z, _guessed(flight, z, steps.edges), limits, most, None if aim.costs else start)
+    steps, x, shift = steps_of(course, aim.exprs, flight.sizes, count), None, np.zeros(len(aim.ends))
+    for _ in range(_ROUNDS if steps is not None else 0):
+        limits = Limits(*_scaled(bounds, flight), aim.low - shift, aim.high - shift)
+        x = _guessed(flight, z, steps.edges) if x is None else x
+        found = least_cost(steps, z, x, limits, most, None if aim.costs else start)
         if found is None:
             return None
-        z = np.clip(found.z, limits.low, limits.high)
+        z, x = np.clip(found.z, limits.low, limits.high), found.x
         flight.steps += found.rounds
-        if flight.missed(z).max(initial=0.0) <= tolerance:
+        values = flight.end(z)
+        if aim.missed(values).max(initial=0.0) <= tolerance / 2:
             return z, f"a minimum of {len(steps.h)} joined motions"
+        shift = values - steps.end(x[-1])[0][1:]
+        if aim.apart(shift).max(initial=0.0) > _COARSE:
+            count, shift, x = 2 * count, 0 * shift, None
+            steps = steps_of(course, aim.exprs, flight.sizes, count)
     return None
 
 
@@ -388,9 +408,9 @@ def _shot(flight: Flight, z: Array, message: str, tolerance: float) -> Shot:
     at = flight.motion(z, np.unique(np.append(aim.times, course.end)))
     values = np.array([at[e][-1] for e in aim.ends])
     off = np.maximum(np.maximum(aim.low - values, values - aim.high), 0)
-    sizes = np.maximum(1.0, np.abs(np.where(np.isfinite(aim.low), aim.low, 0.0)))
-    if len(off) and not (off <= 10 * tolerance * sizes).all():
-        k = int(np.argmax(off / sizes))
+    missed = aim.missed(values)
+    if not missed.max(initial=0.0) <= 10 * tolerance:
+        k = int(np.argmax(missed))
         raise SimulationError(
             f"Expected unknowns with which the motion ends as asked, got {aim.ends[k]} = {values[k]:.6g} there, off by {off[k]:.2g}: "
             f"{message.rstrip('.')}. Begin nearer, free more unknowns, or widen bounds and conditions."

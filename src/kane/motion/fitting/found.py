@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`Fit`: what makes motions pass measured values nearest, with what it is known to."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kane.equations.state import State
+from kane.errors import Attributes
+from kane.expr.node import Expr
+from kane.expr.symbols import Symbol
+from kane.motion.fitting.measured import Measured
+from kane.motion.solution.solution import Solution
+from kane.numeric.arrays import Array
+
+
+class Run(NamedTuple):
+    """What was found of one set of data: values and errors of the unknowns, its start values among them."""
+
+    values: Mapping[Symbol, float]
+    errors: Mapping[Symbol, float]
+    residuals: Mapping[str, Array]
+    motion: Solution
+    start: State
+    data: Measured
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(Attributes):
+    """What makes a motion pass measured values nearest; of several sets of data the first, and `runs` all.
+
+    Attributes
+    ----------
+    values : {symbol: value} of the unknowns
+    errors : {symbol: standard error}
+    covariance : (k × k), in the order of the unknowns; then of the start values of further sets
+    sigma : {column: standard deviation of what was measured}, as given or estimated
+    residuals : {column: measured less motion (n)}, NaN in gaps
+    motion : Solution
+        the motion that was found, at the times of the data
+    parameters : all values of parameters, for `kn.simulate(…, parameters=fit.parameters)`
+    start : State
+    gap : what segments leave between each other, the largest share of the size of a state; 0 of one segment
+    steps : evaluations of the motion
+    runs : of each set of data its values, errors, residuals, motion, start and data
+    """
+
+    values: Mapping[Symbol, float]
+    errors: Mapping[Symbol, float]
+    covariance: Array
+    sigma: Mapping[str, float]
+    residuals: Mapping[str, Array]
+    motion: Solution
+    parameters: Mapping[Expr, float]
+    start: State
+    gap: float
+    steps: int
+    runs: tuple[Run, ...]
+
+    @property
+    def correlation(self) -> Array:
+        """Of the estimates (k × k)."""
+        sizes = np.sqrt(np.diag(self.covariance))
+        return np.asarray(self.covariance / np.outer(sizes, sizes))
+
+    def __repr__(self) -> str:
+        found = ", ".join(f"{s} = {v:.6g} ± {self.errors[s]:.2g}" for s, v in self.values.items())
+        spread = ", ".join(f"{name} {s:.3g}" for name, s in self.sigma.items())
+        return f"Fit({found}; σ {spread}; {self.steps} motions)"
+
+    def plot(self, path: Any = None) -> Any:
+        """A figure of what is left of each column over time, of its deviation, and of the correlation of the estimates.
+
+        Residuals that are no noise say that the model is not right; unknowns whose correlation is near ±1 are held apart by little.
+        It is written to `path` where one is given.
+        """
+        from kane.motion.fitting.figure import drawn
+
+        return drawn(self, path)
