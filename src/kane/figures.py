@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from kane.present.balance_figures import cycle_figure, energy_balance
     from kane.present.check_figures import Check
     from kane.present.figure import plot
+    from kane.present.fit_figures import fit_figure
     from kane.present.mode_figures import beam_figure, campbell_diagram, mode_figure, root_locus
     from kane.present.report import report
     from kane.present.scene.gather import scene
@@ -25,6 +26,7 @@ __getattr__ = offered(
         ".present.balance_figures": "cycle_figure energy_balance",
         ".present.check_figures": "Check",
         ".present.figure": "plot",
+        ".present.fit_figures": "fit_figure",
         ".present.mode_figures": "beam_figure campbell_diagram mode_figure root_locus",
         ".present.report": "report",
         ".present.scene.gather": "scene",
@@ -47,6 +49,7 @@ __all__ = [
     "campbell_diagram",
     "cycle_figure",
     "energy_balance",
+    "fit_figure",
     "link_shapes",
     "mode_figure",
     "plot",

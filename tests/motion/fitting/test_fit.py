@@ -70,7 +70,7 @@ def test_a_four_bar_within_its_errors():
     true = kn.simulate(eom, (0, 0.4), samples=17, **given)
     m2 = next(p for p in eom.parameters if p.name == "m2")
     first = {"q": given["q"], "u": {eom.speeds[0]: 4.9}, "parameters": {**given["parameters"], m2: 2.2}}
-    agrees(within(true, [m2, eom.speeds[0]], {"q3": 2e-3}, **first))
+    agrees(within(true, [m2, eom.speeds[0]], {"q3": 2e-3}, **first, sigma=2e-3))
 
 
 @pytest.mark.slow
@@ -118,6 +118,33 @@ def test_a_chaotic_motion_in_segments():
     assert abs(found.values[length] - value) < 1e-9
     assert found.errors[length] < 1e-9
     assert found.gap < 1e-9
+
+
+def test_several_sets_of_data():
+    """Two motions of other starts, inputs and columns: what neither alone tells, both do; their errors are those of all data together."""
+    eom, inputs, (k, c, _, _, x, u) = oscillator()
+    (F,) = eom.inputs
+    t = np.linspace(0, 3, 25)
+    states = [kn.State(q={x: 0.4}, u={u: 0.0}, inputs=inputs), kn.State(q={x: -0.3}, u={u: 0.5}, inputs={F: 0.0})]
+    rng, sigma = np.random.default_rng(4), {"x": 1e-3, "u": 2e-3}
+    columns = (["x"], ["u", "x"])
+    sets = []
+    for state, names in zip(states, columns, strict=True):
+        true = kn.simulate(eom, (0, 3), start=state, samples=t)
+        sets.append({"t": t} | {name: true[name] + sigma[name] * rng.normal(size=len(t)) for name in names})
+    near = [state.replace(parameters={k: 1.8, c: 0.12}) for state in states]
+    both = kn.fit(eom, sets, [k, c, u], near, sigma=sigma)
+    starts = [run.values[u] for run in both.runs]
+    np.testing.assert_allclose(starts, [0.0, 0.5], atol=3e-3)
+    assert both.covariance.shape == (4, 4)
+    known = {k: 2.0, c: 0.1}
+    assert all(abs(both.values[s] - value) < 3 * both.errors[s] for s, value in known.items())
+    alone = [kn.fit(eom, data, [k, c, u], state, sigma=sigma) for data, state in zip(sets, near, strict=True)]
+    information = sum(np.linalg.inv(one.covariance[:2, :2]) for one in alone)
+    np.testing.assert_allclose(np.linalg.inv(both.covariance[:2, :2]), information, rtol=2e-2)
+    joined = kn.fit(eom, sets, [k, c, u], near, sigma=sigma, segments=2)
+    np.testing.assert_allclose([*joined.values.values()], [*both.values.values()], atol=1e-8)
+    assert joined.gap < 1e-9
 
 
 def test_gaps_and_frames():

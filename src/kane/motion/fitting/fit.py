@@ -383,7 +383,7 @@ class Search:
         for i, (k, s) in zip(problem.at, problem.leading, strict=True):
             own = {other: n for n, other in enumerate(self.courses[set_of[k]].by)}[s]
             low[i], high[i] = (end[own] for end in self.bounds[set_of[k]])
-        if len(problem.segments) > 1:
+        if problem._gaps:
             return self._joined(z, (low, high))
         call: Callable[..., Any] = least_squares
         found = call(

@@ -69,13 +69,3 @@ class Fit(Attributes):
         found = ", ".join(f"{s} = {v:.6g} ± {self.errors[s]:.2g}" for s, v in self.values.items())
         spread = ", ".join(f"{name} {s:.3g}" for name, s in self.sigma.items())
         return f"Fit({found}; σ {spread}; {self.steps} motions)"
-
-    def plot(self, path: Any = None) -> Any:
-        """A figure of what is left of each column over time, of its deviation, and of the correlation of the estimates.
-
-        Residuals that are no noise say that the model is not right; unknowns whose correlation is near ±1 are held apart by little.
-        It is written to `path` where one is given.
-        """
-        from kane.motion.fitting.figure import drawn
-
-        return drawn(self, path)

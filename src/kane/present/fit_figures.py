@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The figure of a fit: what is left of each column, and how the estimates hang together."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from kane.errors import ArgumentError, cut
+from kane.motion.fitting.found import Fit
+from kane.present.figure import Picture, place_of, write
+from kane.present.motion_plots import COLOURS, label_of
+from kane.present.plotted_lines import look
+
+_NUMBERS = 12
+"""So many unknowns, at most, have their correlations written in."""
+
+
+def fit_figure(fit: Fit, path: str | Path | None = None) -> Figure:
+    """What is left of each column of the data over time, beside a band of ±2 σ, and the correlation of the estimates.
+
+    Residuals that are no noise say that the model is not right; estimates whose correlation is near ±1 are held apart by little.
+
+    Parameters
+    ----------
+    fit : from `kn.fit`; of several sets of data each has a colour
+    path : file to write, `.png`, `.svg` or `.pdf`
+
+    Raises
+    ------
+    ArgumentError
+        if it is no fit, or the path ends in something else
+    """
+    if not isinstance(fit, Fit):
+        raise ArgumentError(f"Expected a fit from kn.fit, got {cut(repr(fit))}.")
+    place = place_of(path, 'kn.figures.fit_figure(fit, "fit.svg")')
+    names = [*fit.sigma]
+    figure = Picture(figsize=(8.4, 1.0 + 1.7 * max(2, len(names))), layout="constrained")
+    left, right = figure.subfigures(1, 2, width_ratios=(3, 2))
+    axes = list(left.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0])
+    for a, name in zip(axes, names, strict=True):
+        look(a)
+        sigma = fit.sigma[name]
+        a.axhspan(-2 * sigma, 2 * sigma, color=COLOURS[0], alpha=0.12, linewidth=0)
+        for k, run in enumerate(fit.runs):
+            if name in run.residuals:
+                a.plot(run.data.t, run.residuals[name], ".", color=COLOURS[k % len(COLOURS)], markersize=4)
+        a.set_ylabel(f"left of {label_of(name)}")
+    axes[-1].set_xlabel("t [s]")
+    labels = [label_of(s.name) for s in fit.values]
+    count = len(labels)
+    table = fit.correlation[:count, :count]
+    (b,) = right.subplots(1, 1, squeeze=False)[0]
+    b.imshow(table, cmap="RdBu_r", vmin=-1, vmax=1)
+    b.set_xticks(range(count), labels)
+    b.set_yticks(range(count), labels)
+    b.set_title("correlation", fontsize="medium")
+    for (i, j), value in np.ndenumerate(table) if count <= _NUMBERS else ():
+        b.text(j, i, f"{value:.2f}", ha="center", va="center", color="white" if abs(value) > 0.6 else "black", fontsize=8)
+    if place is not None:
+        write(figure, place)
+    return figure
