@@ -50,13 +50,15 @@ def fit_figure(fit: Fit, path: str | Path | None = None) -> Figure:
     labels = [label_of(s.name) for s in fit.values]
     count = len(labels)
     table = fit.correlation[:count, :count]
-    (b,) = right.subplots(1, 1, squeeze=False)[0]
+    b = right.add_subplot()
     b.imshow(table, cmap="RdBu_r", vmin=-1, vmax=1)
     b.set_xticks(range(count), labels)
     b.set_yticks(range(count), labels)
     b.set_title("correlation", fontsize="medium")
     for (i, j), value in np.ndenumerate(table) if count <= _NUMBERS else ():
-        b.text(j, i, f"{value:.2f}", ha="center", va="center", color="white" if abs(value) > 0.6 else "black", fontsize=8)
+        b.text(
+            j, i, f"{value:.2f}", ha="center", va="center", color="white" if abs(value) > 0.6 else "black", fontsize=8
+        )
     if place is not None:
         write(figure, place)
     return figure

@@ -121,7 +121,7 @@ def test_a_chaotic_motion_in_segments():
 
 
 def test_several_sets_of_data():
-    """Two motions of other starts, inputs and columns: what neither alone tells, both do; their errors are those of all data together."""
+    """Two motions of other starts, inputs and columns: the information of both is the sum."""
     eom, inputs, (k, c, _, _, x, u) = oscillator()
     (F,) = eom.inputs
     t = np.linspace(0, 3, 25)

@@ -274,7 +274,9 @@ def fit(
         pieces = [
             piece for course, one in zip(courses, found, strict=True) for piece in _segments(course, one, count, names)
         ]
-        search = Search(Problem(pieces, parameters), courses, found, names, [c.limits(bounds) for c in courses], max_steps)
+        search = Search(
+            Problem(pieces, parameters), courses, found, names, [c.limits(bounds) for c in courses], max_steps
+        )
         return search.run(_sigma(names, sigma))
 
 
@@ -303,8 +305,8 @@ def _segments(course: Course, data: Measured, count: int, names: Sequence[str]) 
     motion = course.motion(data.t)
     independent = set(eom.state)
     if eom.constraints.constraints or eom.system.euler_parameters:
-        names = set(flow_of(course.map.walk(()).side(motion, 0)).states)
-        independent = {s for s in eom.state if s.name in names}
+        free = set(flow_of(course.map.walk(()).side(motion, 0)).states)
+        independent = {s for s in eom.state if s.name in free}
     by = (*unknown, *(s for s in eom.state if s in independent))
     values, rates = starts_of(data, rows[1:-1])
     first = replace(course.over(float(data.t[0]), ends[0]), by=(*unknown, *course.free))

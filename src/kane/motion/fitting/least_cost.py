@@ -6,6 +6,7 @@ L_k + λ_{k+1}·Φ_k, λ being the adjoint states. A step is halved until J + μ
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -15,8 +16,8 @@ from kane.numeric.arrays import Array
 from kane.progress import far
 
 _ARRIVED, _SHORT, _FALL, _NEAR = 1e-9, 1e-6, 1e-4, 0.3
-"""How near the states and z are at last, the least share of a step, and of what it should gain; and the largest change of states, of their
-size, after which the curvature of the motion counts: from farther away it misleads."""
+"""How near the states and z are at last, the least share of a step, and of what it should gain; and the largest change of states,
+of their size, after which the curvature of the motion counts: from farther away it misleads."""
 _SHARES = (1.0, 0.5, 0.25, 0.1, 0.02)
 """How much of the conditions a step is to meet, where bounds leave no more."""
 
@@ -59,9 +60,7 @@ class _Here:
         return self.away + float(self.flow.cost.sum()) + float(self.end[0]) + mu * off
 
 
-def least_cost(
-    steps: Steps, z: Array, x: Array, limits: Limits, most: int, near: Array | None
-) -> Found | None:
+def least_cost(steps: Steps, z: Array, x: Array, limits: Limits, most: int, near: Array | None) -> Found | None:
     """From z and states (m + 1 × n) on, the first of which stays; None where no minimum is found.
 
     Where z is to stay `near`, ½ |z − near|² is added to the cost.
@@ -70,7 +69,7 @@ def least_cost(
     here = _at(steps, z, x, near)
     for count in range(1, most + 1):
         size = np.maximum(np.abs(x).max(axis=0), 1e-2 * (np.abs(x).max() or 1.0))
-        far(lambda count=count: f"{count} steps")
+        far(partial(_told, count))
         (H, g, S, s), lam = _reduced(steps, z, x, here, weights, size, close)
         if near is not None:
             H, g = H + np.eye(len(z)), (g[0] + z - near, g[1])
@@ -85,7 +84,9 @@ def least_cost(
             return Found(z + d, x + dx, count)
         mu = max(mu / 2, 2.0 * max(float(np.abs(lam).max()), float(np.abs(new).max(initial=0.0))))
         now, share = here.merit(limits, mu), 1.0
-        fall = float((g[0] + part * g[1]) @ d) - part * mu * float(np.abs(here.defects).sum() + here.missed(limits).sum())
+        fall = float((g[0] + part * g[1]) @ d) - part * mu * float(
+            np.abs(here.defects).sum() + here.missed(limits).sum()
+        )
         while share > _SHORT:
             there = _at(steps, z + share * d, x + share * dx, near)
             value = there.merit(limits, mu)
@@ -97,6 +98,10 @@ def least_cost(
         z, x, weights, here = z + share * d, x + share * dx, weights + share * (new - weights), there
         close = part == 1.0 and float(np.abs(dx / size).max()) < _NEAR
     return None
+
+
+def _told(count: int) -> str:
+    return f"{count} steps"
 
 
 def _at(steps: Steps, z: Array, x: Array, near: Array | None) -> _Here:
@@ -152,7 +157,10 @@ def _step(
     A = np.vstack([by[below], -by[above], unit[low], -unit[high]])
     fixed = np.concatenate([(limits.low - z)[low], (z - limits.high)[high]])
     for share in _SHARES:
-        e, asked = -(now - limits.least)[equal], np.concatenate([(limits.least - now)[below], (now - limits.most)[above]])
+        e, asked = (
+            -(now - limits.least)[equal],
+            np.concatenate([(limits.least - now)[below], (now - limits.most)[above]]),
+        )
         b = np.concatenate([np.where(asked > 0, share * asked, asked), fixed])
         step = least(H, g + share * by_shift, (by[equal], share * e), (A, b))
         if step is not None:

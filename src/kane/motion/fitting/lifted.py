@@ -28,6 +28,7 @@ from kane.motion.inputs.breakpoints import breakpoints, on_from, up_to
 from kane.motion.inputs.expressions import Formula
 from kane.motion.inputs.functions import input_functions
 from kane.motion.right_hand_side import Routines, entries, has_jumps, is_long, only, routines
+from kane.motion.solution.phases import Indices
 from kane.motion.steppers.vern9 import VERN9
 from kane.numeric.arrays import Array
 from kane.numeric.scale import ROUNDED_CHAIN
@@ -52,9 +53,7 @@ def readings(eom: Equations, *values: Expr) -> Bundle[Array]:
     """Each expression, its derivatives by the state and those by the inputs, as a row."""
     wanted = [*eom.state, *eom.inputs]
     rows = [e for value in without_unknowns(eom.solved, values) for e in (value, *gradient(value, wanted))]
-    return Bundle(
-        "readings", ports(eom.derived), only, {"x": Shaped((len(values), 1 + len(wanted)), tuple(rows))}
-    )
+    return Bundle("readings", ports(eom.derived), only, {"x": Shaped((len(values), 1 + len(wanted)), tuple(rows))})
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +66,7 @@ class Steps:
     h: Array
     base: Array
     gain: Array
-    active: Array
+    active: Indices
 
     @property
     def edges(self) -> Array:
@@ -78,7 +77,7 @@ class Steps:
         """L, the cost at the end and the conditions there, with derivatives by state and inputs (b × values × 1 + …)."""
         return self.now.routine(readings, *self.values)(t, x, self.now.p, r)
 
-    def flow(self, k: Array, x: Array, z: Array) -> Flow:
+    def flow(self, k: Indices, x: Array, z: Array) -> Flow:
         """Of the steps k (b) from states (b × n) with z (b × a)."""
         now, (b, n), a, h = self.now, x.shape, self.active.shape[1], self.h[k]
         fx, fr = now.routine(entries), now.routine(symbol_slopes, *now.eom.inputs)
@@ -111,7 +110,7 @@ class Steps:
         shifts = np.tile(np.diag(moves), (m, 1))
         near = self.flow(k, x[k] + shifts[:, :n], z[k] + shifts[:, n:])
 
-        def slopes(flow: Flow, rows: Array) -> Array:
+        def slopes(flow: Flow, rows: Indices) -> Array:
             return flow.cost_slopes + np.einsum("bn,bnm->bm", weights[rows], flow.x_slopes)
 
         found = (slopes(near, k).reshape(m, n + a, n + a) - slopes(at, np.arange(m))[:, None]) / moves[:, None]
@@ -138,7 +137,7 @@ def steps_of(course: Course, wanted: Sequence[Expr], sizes: Array, count: int) -
     if drives is None:
         return None
     by = tuple(s for s in course.by if isinstance(s, Parameter))
-    known = {s for s in (*eom.state, *eom.parameters, *eom.inputs, time)}
+    known: set[Expr] = {*eom.state, *eom.parameters, *eom.inputs, time}
     given = {law: s for s, law in _given(course).items()}
     values = tuple(substituted(e, given) for e in wanted)
     inputs, unknown = set(eom.inputs), set(by)
@@ -155,7 +154,9 @@ def steps_of(course: Course, wanted: Sequence[Expr], sizes: Array, count: int) -
     base, gain = np.zeros((*t.shape, len(drives))), np.zeros((*t.shape, len(drives), len(by)))
     for i, (f, row) in enumerate(zip(drives, slopes, strict=True)):
         at = {**f.values, **f.gains, **dict.fromkeys(by, 0.0), time: t.reshape(-1)}
-        for place, value in zip((base[..., i], *np.moveaxis(gain[..., i, :], -1, 0)), evaluate([f.whole, *row], at), strict=True):
+        for place, value in zip(
+            (base[..., i], *np.moveaxis(gain[..., i, :], -1, 0)), evaluate([f.whole, *row], at), strict=True
+        ):
             place[...] = np.broadcast_to(value, t.size).reshape(t.shape)
     gain *= sizes
     acts = np.any(gain != 0, axis=(0, 2))
@@ -174,7 +175,9 @@ def cut_at_bends(course: Course, count: int) -> Array:
     found = (t for f in timed for t in breakpoints([f.whole], {**f.values, **f.gains}, span))
     bends = sorted({*span, *(t for t in found if span[0] < t < span[1])})
     parts = [max(1, math.ceil(count * (b - a) / (span[1] - span[0]) - ROUNDED_CHAIN)) for a, b in pairwise(bends)]
-    return np.unique(np.concatenate([np.linspace(a, b, 1 + k) for (a, b), k in zip(pairwise(bends), parts, strict=True)]))
+    return np.unique(
+        np.concatenate([np.linspace(a, b, 1 + k) for (a, b), k in zip(pairwise(bends), parts, strict=True)])
+    )
 
 
 def _given(course: Course) -> dict[Symbol, Expr]:
@@ -193,6 +196,5 @@ def _drives(course: Course) -> tuple[Formula, ...] | None:
         return None
     span = course.map.t0, course.end
     drives = input_functions(eom, course.map.inputs, span, course.parameters)
-    found = tuple(drives[s] for s in eom.inputs)
-    timed = all(isinstance(f, Formula) and not f.of_state for f in found)
-    return found if timed and found else None
+    timed = tuple(f for s in eom.inputs if isinstance(f := drives[s], Formula) and not f.of_state)
+    return timed if timed and len(timed) == len(eom.inputs) else None

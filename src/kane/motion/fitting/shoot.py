@@ -312,14 +312,16 @@ _COARSE = 1e-5
 def _joined(
     flight: Flight, first: Array, bounds: tuple[Array, Array], count: int, tolerance: float, most: int
 ) -> tuple[Array, str] | None:
-    """The least cost, or else the least change of the unknowns, by joined motions; None where these are not for the equations, or find none.
+    """The least cost, or else the least change of the unknowns, by joined motions; None where these do not do or find none.
 
     Where the one motion ends beside them, they are led as far to the other side.
     """
     aim, course = flight.aim, flight.course
     z = start = first / flight.sizes
     steps, x, shift = steps_of(course, aim.exprs, flight.sizes, count), None, np.zeros(len(aim.ends))
-    for _ in range(_ROUNDS if steps is not None else 0):
+    for _ in range(_ROUNDS):
+        if steps is None:
+            return None
         limits = Limits(*_scaled(bounds, flight), aim.low - shift, aim.high - shift)
         x = _guessed(flight, z, steps.edges) if x is None else x
         found = least_cost(steps, z, x, limits, most, None if aim.costs else start)
@@ -346,7 +348,7 @@ def _guessed(flight: Flight, z: Array, times: Array) -> Array:
         share = (times - times[0]) / (times[-1] - times[0])
         return np.asarray(start + share[:, None] * (end - start))
     motion = flight.motion(z, times)
-    return motion.states[np.searchsorted(motion.t, np.minimum(times, motion.t[-1]))]
+    return np.asarray(motion.states[np.searchsorted(motion.t, np.minimum(times, motion.t[-1]))])
 
 
 def _met(flight: Flight, z: Array, bounds: tuple[Array, Array], most: int) -> tuple[Array, str]:
