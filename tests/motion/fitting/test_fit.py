@@ -67,10 +67,10 @@ def test_a_tree_within_its_errors():
 @pytest.mark.slow
 def test_a_four_bar_within_its_errors():
     eom, given = four_bar()
-    true = kn.simulate(eom, (0, 0.4), samples=17, **given)
+    true = kn.simulate(eom, (0, 0.5), samples=26, **given)
     m2 = next(p for p in eom.parameters if p.name == "m2")
     first = {"q": given["q"], "u": {eom.speeds[0]: 4.9}, "parameters": {**given["parameters"], m2: 2.2}}
-    agrees(within(true, [m2, eom.speeds[0]], {"q3": 2e-3}, **first, sigma=2e-3))
+    agrees(within(true, [m2, eom.speeds[0]], {"q1": 1e-3, "q3": 2e-3}, **first))
 
 
 @pytest.mark.slow
