@@ -2,6 +2,7 @@
 """The figure of a fit: what is left of each column, and how the estimates hang together."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -10,7 +11,7 @@ from kane.errors import ArgumentError, cut
 from kane.motion.fitting.found import Fit
 from kane.present.figure import Picture, place_of, write
 from kane.present.motion_plots import COLOURS, label_of
-from kane.present.plotted_lines import look
+from kane.present.plotted.lines import look
 
 _NUMBERS = 12
 """So many unknowns, at most, have their correlations written in."""
@@ -36,7 +37,8 @@ def fit_figure(fit: Fit, path: str | Path | None = None) -> Figure:
     place = place_of(path, 'kn.figures.fit_figure(fit, "fit.svg")')
     names = [*fit.sigma]
     figure = Picture(figsize=(8.4, 1.0 + 1.7 * max(2, len(names))), layout="constrained")
-    left, right = figure.subfigures(1, 2, width_ratios=(3, 2))
+    parts: Any = figure.subfigures(1, 2, width_ratios=(3, 2))
+    left, right = parts
     axes = list(left.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0])
     for a, name in zip(axes, names, strict=True):
         look(a)

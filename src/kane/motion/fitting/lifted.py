@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -111,7 +111,7 @@ class Steps:
         near = self.flow(k, x[k] + shifts[:, :n], z[k] + shifts[:, n:])
 
         def slopes(flow: Flow, rows: Indices) -> Array:
-            return flow.cost_slopes + np.einsum("bn,bnm->bm", weights[rows], flow.x_slopes)
+            return np.asarray(flow.cost_slopes + np.einsum("bn,bnm->bm", weights[rows], flow.x_slopes))
 
         found = (slopes(near, k).reshape(m, n + a, n + a) - slopes(at, np.arange(m))[:, None]) / moves[:, None]
         return np.asarray((found + found.transpose(0, 2, 1)) / 2)
@@ -153,7 +153,7 @@ def steps_of(course: Course, wanted: Sequence[Expr], sizes: Array, count: int) -
     t = np.clip(edges[:-1] + _C[:, None] * h, *inside)
     base, gain = np.zeros((*t.shape, len(drives))), np.zeros((*t.shape, len(drives), len(by)))
     for i, (f, row) in enumerate(zip(drives, slopes, strict=True)):
-        at = {**f.values, **f.gains, **dict.fromkeys(by, 0.0), time: t.reshape(-1)}
+        at: dict[Any, Any] = {**f.values, **f.gains, **dict.fromkeys(by, 0.0), time: t.reshape(-1)}
         for place, value in zip(
             (base[..., i], *np.moveaxis(gain[..., i, :], -1, 0)), evaluate([f.whole, *row], at), strict=True
         ):
@@ -184,7 +184,7 @@ def _given(course: Course) -> dict[Symbol, Expr]:
     """The inputs that were given as expressions, as they were written."""
     names = {s.name: s for s in course.map.eom.inputs}
     found = dict(course.map.inputs or {})
-    return {names[getattr(s, "name", s)]: e for s, e in found.items() if isinstance(e, Expr)}
+    return {names[str(getattr(s, "name", s))]: e for s, e in found.items() if isinstance(e, Expr)}
 
 
 def _drives(course: Course) -> tuple[Formula, ...] | None:

@@ -53,7 +53,7 @@ def least(H: Array, g: Array, equal: tuple[Array, Array], above: tuple[Array, Ar
     d = first + (free @ solve_triangular(lower.T, u, lower=False) if len(size) else 0.0)
     rest = H @ d + g - A.T @ w
     y = -np.linalg.lstsq(E.T, rest)[0] if len(E) else np.zeros(0)
-    return Step(d, y, w)
+    return Step(np.asarray(d), np.asarray(y), w)
 
 
 def _nearest(C: Array, h: Array) -> tuple[Array, Array] | None:
