@@ -105,6 +105,22 @@ def test_every_formula_is_typeset(opened: Opened) -> None:
     assert opened.complaints == []
 
 
+def test_symbols_point_at_each_other(disk: Opened) -> None:
+    """What is pointed at, or has the focus, is marked in the sketch and at sliders; a letter of another symbol is not."""
+    view, marked = (
+        disk.view,
+        "[...document.querySelectorAll('.same')].map((e) => [e.tagName, e.textContent.replace(/[\\u200b\\s]/g, '')])",
+    )
+    view.hover('text[data-s~="q2"]:visible')
+    found = view.evaluate(marked)
+    assert {text for _, text in found} == {"q2"}
+    assert {tag for tag, _ in found} == {"text", "SPAN"}
+    view.locator("label.slider input").first.focus()
+    assert sorted({(tag, text) for tag, text in view.evaluate(marked)}) == [("SPAN", "R"), ("text", "R")]
+    view.hover("h1")
+    assert view.evaluate(marked) == []
+
+
 @pytest.mark.parametrize(("width", "scheme"), [(WIDTHS[0], "light"), (WIDTHS[1], "dark")])
 def test_fits_and_is_legible(opened: Opened, width: int, scheme: str) -> None:
     view = opened.view

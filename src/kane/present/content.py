@@ -9,6 +9,7 @@ import numpy as np
 
 from kane.equations.equations import Equations, check_equations
 from kane.errors import ArgumentError, cut
+from kane.expr.symbols import Symbol
 from kane.motion.solution.solution import Solution
 from kane.present.chapters import Chapter, Costs, chapters, costs
 from kane.present.check_figures import Check, motion_checks
@@ -43,6 +44,12 @@ class Content:
     start: PageTable | None
     changes: PageTable | None
     notes: tuple[Any, ...]
+
+    @property
+    def symbols(self) -> tuple[Symbol, ...]:
+        """What sketch, sliders and formulas have in common."""
+        eom = self.eom
+        return (*eom.state, *eom.parameters, *eom.inputs, *eom.reactions)
 
     @property
     def meanings(self) -> list[tuple[str, str]]:

@@ -18,6 +18,7 @@ from kane.present.overview import Tex
 from kane.present.pages import Document, asset, carried, environment, figure_text, segments
 from kane.present.scene.records import Scene
 from kane.present.sketch.draw import NARROW, WIDE, draw_each
+from kane.write.latex import symbol_latex
 
 if TYPE_CHECKING:
     from kane.present.motion_plots import Plot
@@ -28,13 +29,14 @@ def html(content: Content, name: str) -> Document:
     solution, seen = content.solution, content.seen
     screen = None if solution is None or not seen.drawable else screen_of(solution, seen)
     drawn = () if screen is None else [q.expr for _, _, lines in screen.plots for _, q in lines]
-    scripts = ("report", *(("viewer", "engine", "first_screen") if screen else ()))
+    scripts = ("report", "symbols", *(("viewer", "engine", "first_screen") if screen else ()))
     text = _template().render(
         {name: getattr(content, name) for name in content.__slots__},
         sketches=_sketches(seen, content.title),
         screen=screen,
         shown_notes=list(map(written, content.notes)),
         meanings=content.meanings,
+        symbols=[(s.name, symbol_latex(s)) for s in content.symbols],
         long=LONG,
         plots=[] if solution is None else _plots(solution, drawn),
         version=version("kane"),

@@ -58,7 +58,9 @@ def _lengths(paper: Paper, scene: Scene, posed: Posed, middle: Array) -> None:
             if not any(_within(half, s.points) for s in paper.strokes if s.closed and s.look.startswith("body")):
                 continue
             paper.draw([a, b], "ray", REFERENCE, weight=0.5)
-        paper.label(spans(name), half, _away(across(b - a), half - middle), "length", size=14.5, clearance=3)
+        paper.label(
+            spans(name), half, _away(across(b - a), half - middle), "length", size=14.5, symbols=[name], clearance=3
+        )
 
 
 def _beside(p: Array, line: Array) -> bool:
@@ -219,11 +221,11 @@ def _triad(paper: Paper, t: Triad, posed: Posed, middle: Array) -> None:
 def _force(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
     way, at = paper.way(posed.directions[a.direction]), paper.at(posed.positions[a.at])
     if np.hypot(*way) < 0.2:
-        paper.label(_label(a), at, at - middle, "force-name", size=15)
+        paper.label(_label(a), at, at - middle, "force-name", size=15, symbols=_named(a))
         return
     end = at + way / max(float(np.hypot(*way)), 0.6) * _FORCE * paper.unit
     _arrow(paper, np.array([at, end]), "force", FORCE, 10.0)
-    paper.label(_label(a), end, way, "force-name", size=15)
+    paper.label(_label(a), end, way, "force-name", size=15, symbols=_named(a))
 
 
 def _torque(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
@@ -232,7 +234,7 @@ def _torque(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
         paper, axis if np.linalg.norm(axis) else paper.view.toward, center, (24 + 7 * paper.ring(center)) * paper.unit
     )
     _arrow(paper, flat, "force", FORCE, 9.0)
-    paper.label(_label(a), flat[-1], flat[-1] - center, "force-name", size=15)
+    paper.label(_label(a), flat[-1], flat[-1] - center, "force-name", size=15, symbols=_named(a))
 
 
 def _gravity(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
@@ -249,18 +251,26 @@ def _gravity(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
         paper.draw(ring, "force ring", FORCE, closed=True)
         for s in (1, -1):
             paper.draw([at + 4.9 * np.array([-1, s]), at + 4.9 * np.array([1, -s])], "force thin", FORCE)
-        paper.label(_label(a), at, np.array([-1.0, 0.0]), "force-name", size=15, clearance=8)
+        paper.label(_label(a), at, np.array([-1.0, 0.0]), "force-name", size=15, symbols=_named(a), clearance=8)
         return
     way = way / np.hypot(*way)
     start = at - way * long / 2
     _arrow(paper, np.array([start, start + way * long]), "force", FORCE, 10.0)
     inner = np.array([paper.width / 2, paper.height / 2]) - at
-    paper.label(_label(a), at, _away(across(way), inner), "force-name", size=15, clearance=4)
+    paper.label(_label(a), at, _away(across(way), inner), "force-name", size=15, symbols=_named(a), clearance=4)
+
+
+def _named(a: Action) -> tuple[str, ...]:
+    """The symbol that an arrow is labelled with, if it is one."""
+    return (a.label,) if _is_symbol(a.label) else ()
+
+
+def _is_symbol(label: str) -> bool:
+    return all(c.isalnum() or c in "_*'" for c in label)
 
 
 def _label(a: Action) -> tuple[Span, ...]:
-    plain = all(c.isalnum() or c in "_*'" for c in a.label)
-    return product(a.label) if plain else (Span(a.label, "", False),)
+    return product(a.label) if _is_symbol(a.label) else (Span(a.label, "", False),)
 
 
 _ACTIONS: Mapping[str, Callable[[Paper, Action, Posed, Array], None]] = {
