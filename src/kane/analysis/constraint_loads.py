@@ -28,6 +28,7 @@ from kane.errors import ArgumentError, Attributes, KaneError, SimulationError, c
 from kane.expr.symbols import Reaction, Speed
 from kane.model.constraints import Constraint, check_unit, constraint_of, reaction
 from kane.numeric.arrays import Array
+from kane.numeric.polynomials import zero_of
 from kane.numeric.sampling import finite_number
 from kane.numeric.scale import EQUAL, LAST_DIGIT, ROUNDED_CHAIN, SOLVE_RANK
 from kane.space.frame import Point
@@ -260,12 +261,11 @@ def _impulse(n: Array, before: Array, inverse: Array, e: float, friction: tuple[
 
     if friction[1] == 0:
         return np.asarray(blow(0.0)[0] @ axes), True
-    from scipy.optimize import brentq  # takes its time to import
-
     angles = np.linspace(-np.pi, np.pi, _TURNS)
     values = np.array([turned(a) for a in angles])
     for k in np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:])):
-        angle = float(brentq(turned, angles[k], angles[k + 1], xtol=LAST_DIGIT))
+        a, b = angles[k : k + 2].tolist()
+        angle = zero_of(turned, a, b, float(values[k]), float(values[k + 1]), LAST_DIGIT)
         own, after = blow(angle)
         if after[1] * np.cos(angle) + after[2] * np.sin(angle) >= 0 and own[0] >= 0:
             return np.asarray(own @ axes), True

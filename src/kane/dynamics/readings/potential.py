@@ -40,6 +40,7 @@ from kane.expr.visit import substituted
 from kane.model.loads import Load
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.polynomials import gauss
+from kane.numeric.rank import singular
 from kane.numeric.scale import ROUNDED_CHAIN, ROUNDED_ROOT, STATE_RANK
 
 NODES = 20
@@ -108,7 +109,7 @@ def check_allowed(derived: Derived, forces: Exprs, rows: Rows, names: str) -> No
         turns = [t[k].reshape(n, n) - t[k].reshape(n, n).T for t in tables]
         if not np.isfinite(turns).all() or not np.isfinite(c[k]).all():
             continue
-        free = _null(c[k])
+        free = singular(c[k]).kernel(STATE_RANK).T
         inside = np.triu_indices(free.shape[1], 1)
         within = [(free.T @ t @ free)[inside] for t in turns]
         bound = ROUNDED_ROOT * np.linalg.norm(
@@ -130,12 +131,6 @@ def _not_allowed(names: str, q: Sequence[Coordinate], at: Place) -> str:
         f"about {where} their work depends on the way, whatever forces of constraints are added. Name the other loads, "
         "eom.find_potential([…]); what these do is power."
     )
-
-
-def _null(c: Array) -> Array:
-    _, s, v = np.linalg.svd(c)
-    rank = int((s > STATE_RANK * s.max(initial=0)).sum())
-    return np.asarray(v[rank:].T)
 
 
 def held(forces: Exprs, rows: Rows, q: Sequence[Coordinate], at: Place) -> Iterator[Held]:

@@ -29,6 +29,7 @@ from kane.expr.symbols import Coordinate, Parameter
 from kane.model.beams.shapes import ModeShapes, together
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import Rule, gauss
+from kane.numeric.rank import singular
 from kane.numeric.scale import EQUAL, STATE_RANK, TAKES_PART
 from kane.space.frame import Frame
 from kane.space.vector import Vector
@@ -141,10 +142,10 @@ def check_independent(who: str, shapes: ModeShapes, rule: Rule) -> None:
     zero = [k + 1 for k in np.nonzero(lengths == 0)[0]]
     if zero:
         raise ModelError(f"Expected modes of {who} that bend it, got mode {zero[0]}, which is zero. Leave it out.")
-    _, singular, turned = np.linalg.svd(values / lengths)
-    rank = int((singular > STATE_RANK * singular[0]).sum())
+    found = singular(values / lengths)
+    rank = found.rank(STATE_RANK)
     if rank < shapes.count:
-        parts = np.abs(turned[rank:]).max(axis=0)
+        parts = np.abs(found.kernel(STATE_RANK)).max(axis=0)
         blamed = ", ".join(str(k + 1) for k in np.nonzero(parts > TAKES_PART)[0])
         raise ModelError(
             f"Expected independent modes of {who}, got {shapes.count} of rank {rank}: modes {blamed} depend on each other. Leave out "

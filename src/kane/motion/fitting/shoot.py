@@ -27,6 +27,7 @@ from kane.motion.fitting.least_cost import Limits, least_cost
 from kane.motion.fitting.lifted import cut_at_bends, steps_of
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
+from kane.numeric.polynomials import gauss
 from kane.program.native.machine import Settings
 from kane.progress import far, working
 
@@ -294,10 +295,8 @@ def _aim(eom: Equations, course: Course, end: Any, cost: Any, integral: Any, pan
     costs = [asked(eom.derived, e).roots[0] if isinstance(e, str) else as_expr(e) for e in (cost, integral)]
     if not ends and all(e is ZERO for e in costs):
         raise SimulationError("Expected something to aim at, got neither end= nor cost= nor integral=.")
-    x, w = np.polynomial.legendre.leggauss(_POINTS)
     edges = cut_at_bends(course, count)
-    h = np.diff(edges)[:, None] / 2
-    times, weights = (edges[:-1, None] + h * (x + 1)).reshape(-1), (h * w).reshape(-1)
+    times, weights = gauss(_POINTS, edges.tolist())
     if costs[1] is ZERO:
         times, weights = edges[[0, -1]], np.zeros(2)
     return Aim(tuple(ends), np.array(low), np.array(high), costs[0], costs[1], times, weights)
