@@ -80,6 +80,12 @@ def exchange(
     to_disk(path.parent)
 
 
+def exchange_marked(path: Path, write: Callable[[Path], Any], *marks: bytes) -> None:
+    """`exchange` where a file that bears one of the marks, an empty one, or none may be replaced; missing folders are made."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    exchange(path, write, lambda p: any(mark in p.read_bytes() for mark in marks))
+
+
 def opened(path: Path) -> BinaryIO:
     """An ordinary file to read, links followed; an OSError says what else it is."""
     handle = os.open(path, _READ)

@@ -183,7 +183,7 @@ def test_what_turns_alike_aside_of_the_axis_is_no_shaft():
     turning = [link for link in links_of(system) if link.twists([coordinate(system, "q").dt])]
     assert len(turning) == 2
     with pytest.raises(Unsuited, match="several joints share"):
-        carrying(derived(system), flexible=True)
+        carrying(derived(system))
     agree(system)
 
 

@@ -11,7 +11,7 @@ What an evaluation costs is counted in operations, by tier and by operation.
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence, Set
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -400,20 +400,6 @@ def free_symbols(roots: Expr | Iterable[Expr]) -> Symbols[Symbol]:
             elif isinstance(node, Symbol):
                 found.append(node)
     return Symbols(found)
-
-
-def holds_any(roots: Iterable[Expr], among: Set[Expr]) -> bool:
-    """Whether any of the expressions `among` is below `roots`."""
-    seen: set[Expr] = set()
-    waiting = list(roots)
-    while waiting:
-        node = waiting.pop()
-        if node not in seen:
-            if node in among:
-                return True
-            seen.add(node)
-            waiting.extend(node.args)
-    return False
 
 
 def is_constant_in_time(exprs: Iterable[Expr]) -> bool:

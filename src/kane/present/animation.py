@@ -26,13 +26,15 @@ from kane.present.scene.shapes import BodyShape
 from kane.present.viewer.page import Course, lowest, page_data
 from kane.present.viewer.parts import Model, model
 from kane.space.frame import Point
-from kane.whole import exchange, path_of
+from kane.whole import exchange_marked, path_of
 
 _RATE, _FEWEST, _MOST = 30.0, 200, 1800
 """Instants a second that is played, and how many there are at least and at most."""
 _PLAYED = 8.0
 """Seconds that a motion of less than one, or of many, is played in."""
 _MARK = b'<meta name="generator" content="kane">'
+_MARKS = (_MARK, b'"generator":"kane"', b"Software\0kane", b"made by kane")
+"""By what a page, glTF, a PNG and other pictures that `save` wrote are known."""
 _MODES = {"separated": "#c9ced6", "closed": "#8fbcf2", "stick": "#5b9be6", "roll": "#3f7fd0", "slip": "#f2994a"}
 
 
@@ -108,20 +110,17 @@ class Animation:
         Raises
         ------
         ArgumentError
-            if the path ends in something else, or a page or glTF file of that name was not written by `animate`
+            if the path ends in something else, or a file of that name was not written by `kane`
         """
         place = path_of(path, 'kn.animate(sol, "motion.html")')
-        write, mark = self._format(place)
-        place.parent.mkdir(parents=True, exist_ok=True)
-        exchange(place, partial(write, self), None if mark is None else lambda p: mark in p.read_bytes()[:4000])
+        exchange_marked(place, partial(self._writer(place), self), *_MARKS)
         return place
 
     def write(self, path: Path) -> None:
         """Fill a file, whatever is in it, as its ending says."""
-        write, _ = self._format(path)
-        write(self, path)
+        self._writer(path)(self, path)
 
-    def _format(self, path: Path) -> tuple[Callable[[Animation, Path], object], bytes | None]:
+    def _writer(self, path: Path) -> Callable[[Animation, Path], object]:
         found = FORMATS.get(path.suffix.lower())
         if found is None:
             raise ArgumentError(f"Expected a file that ends in {', '.join(FORMATS)}, got {str(path)!r}.")
@@ -276,9 +275,9 @@ def _write_pictures(animation: Animation, place: Path) -> None:
     write(Shot(animation.model, animation.courses[0], front, camera["azimuth"], camera["height"], low, played), place)
 
 
-FORMATS: dict[str, tuple[Callable[[Animation, Path], object], bytes | None]] = {
-    ".html": (_write_html, _MARK),
-    ".glb": (_write_gltf, b'"generator":"kane"'),
-    **dict.fromkeys((".gif", ".png", ".mp4", ".webp"), (_write_pictures, None)),
+FORMATS: dict[str, Callable[[Animation, Path], object]] = {
+    ".html": _write_html,
+    ".glb": _write_gltf,
+    **dict.fromkeys((".gif", ".png", ".mp4", ".webp"), _write_pictures),
 }
-"""What writes each format, and by what a file that `save` wrote is known; pictures bear no mark, and are replaced."""
+"""What writes each format."""

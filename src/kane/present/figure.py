@@ -17,7 +17,7 @@ from kane.motion.solution.solution import Solution
 from kane.present.plotted.lines import draw, draw_modes, look
 from kane.present.plotted.runs import Run, runs_of
 from kane.present.plotted.traces import Panel, panels
-from kane.whole import exchange, path_of
+from kane.whole import exchange_marked, path_of
 
 FORMATS: dict[str, dict[str, str | None]] = {
     ".png": {"Software": "kane"},
@@ -132,8 +132,7 @@ def place_of(path: str | Path | None, example: str) -> Path | None:
 
 def write(figure: Figure, place: Path) -> None:
     """Write a figure in place of one that `kane` wrote, or of none."""
-    place.parent.mkdir(parents=True, exist_ok=True)
-    exchange(place, partial(save, figure), lambda p: any(mark in p.read_bytes() for mark in _MARKS))
+    exchange_marked(place, partial(save, figure), *_MARKS)
 
 
 def save(figure: Figure, path: Path) -> None:

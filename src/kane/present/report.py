@@ -19,7 +19,7 @@ from kane.present.html_page import html
 from kane.present.pages import Document
 from kane.present.scene.shapes import BodyShape
 from kane.progress import working
-from kane.whole import exchange, path_of
+from kane.whole import exchange_marked, path_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,12 +84,9 @@ def report(
     form = FORMATS[format_of(target, format)]
     told: dict[str, Any] = {"solution": solution, "title": title, "sources": sources, "checks": checks}
     written = document(eom, target, format, **told, shapes=shapes, why=why, notes=notes)
-    target.parent.mkdir(parents=True, exist_ok=True)
     for name, save in written.beside.items():
-        exchange(target.with_name(name), save, lambda p: any(mark in p.read_bytes() for mark in DRAWN))
-    exchange(
-        target, partial(Path.write_text, data=written.text, encoding="utf-8"), lambda p: form.mark in p.read_bytes()
-    )
+        exchange_marked(target.with_name(name), save, *DRAWN)
+    exchange_marked(target, partial(Path.write_text, data=written.text, encoding="utf-8"), form.mark)
     return target
 
 

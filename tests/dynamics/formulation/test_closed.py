@@ -91,7 +91,7 @@ def test_random_loops(planar):
         state = State(m, data.draw(questions(len(m.parts))), seed)
         for route in WAYS:
             try:
-                carried = carrying(state.eom.derived, flexible=True, shared=True)
+                carried = carrying(state.eom.derived, shared=True)
                 found = by_recursion(state.eom.derived, carried, route, state.eom.embedding.partition)
             except Unsuited:
                 return

@@ -36,9 +36,9 @@ from kane.dynamics.solved import Solved
 from kane.errors import KaneError
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.differentiation import affine_forms
-from kane.expr.evaluation import holds_any, is_constant_in_time
+from kane.expr.evaluation import is_constant_in_time
 from kane.expr.matrix import Matrix, determinant, dot
-from kane.expr.node import ONE, ZERO, Expr, constant_value
+from kane.expr.node import ONE, ZERO, Expr, constant_value, nodes
 from kane.expr.symbols import Speed, rate
 from kane.expr.visit import substituted, substituting
 from kane.kinematics.velocities import velocity_form
@@ -163,7 +163,7 @@ class ConstraintRates:
         roots = (*found.accelerations, *found.reactions, *found.pivots, *found.reaction_matrix.entries)
         return (
             found.mapped(self.held)
-            if holds_any((*roots, *found.bare_reaction_matrix.entries), self.vanishing.keys())
+            if nodes((*roots, *found.bare_reaction_matrix.entries)) & self.vanishing.keys()
             else found
         )
 

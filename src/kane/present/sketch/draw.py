@@ -27,7 +27,7 @@ from kane.present.sketch.pose import pose_of
 from kane.present.sketch.signs import draw_signs
 from kane.present.sketch.svg import render
 from kane.units.rules import unit_text
-from kane.whole import exchange, path_of
+from kane.whole import exchange_marked, path_of
 
 WIDE, NARROW = 640, 330
 """Widths at which sketches are read: on a desk, on a phone."""
@@ -61,8 +61,7 @@ class Sketch:
     def save(self, path: str | Path) -> Path:
         """Write it as SVG, or PDF or PNG where the path ends so, to a file that a sketch alone may have before; return the path."""
         target = path_of(path, 'sketch.save("system.svg")')
-        target.parent.mkdir(parents=True, exist_ok=True)
-        exchange(target, partial(save, self), lambda p: any(mark in p.read_bytes() for mark in MARKS))
+        exchange_marked(target, partial(save, self), *MARKS)
         return target
 
     def __repr__(self) -> str:

@@ -14,6 +14,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 from kane.errors import ArgumentError
 from kane.numeric.arrays import Array
@@ -27,6 +28,8 @@ from kane.progress import far, working
 SIZE = (800, 480)
 """Columns and rows of a picture."""
 _RATE = 25
+_MARK = b"made by kane"
+"""By what a GIF, WebP or MP4 is known; a PNG is by its software."""
 _SPREAD = 0.26
 """Half the angle of view, rad."""
 _LINES = 24
@@ -51,12 +54,17 @@ def write(shot: Shot, place: Path) -> None:
     with working("Drawing"):
         pictures = frames(shot, first=end == ".png")
         if end == ".png":
-            next(pictures).save(place)
+            info = PngInfo()
+            info.add_text("Software", "kane")
+            next(pictures).save(place, pnginfo=info)
         elif end == ".mp4":
             _video(pictures, place)
         else:
             own = [p.quantize(128, dither=Image.Dither.NONE) if end == ".gif" else p for p in pictures]
-            own[0].save(place, save_all=True, append_images=own[1:], duration=1000 // _RATE, loop=0, optimize=True)
+            mark = {"comment": _MARK} if end == ".gif" else {"xmp": _MARK}
+            own[0].save(
+                place, save_all=True, append_images=own[1:], duration=1000 // _RATE, loop=0, optimize=True, **mark
+            )
 
 
 def _video(pictures: Iterator[Image.Image], place: Path) -> None:
@@ -66,7 +74,8 @@ def _video(pictures: Iterator[Image.Image], place: Path) -> None:
         raise ArgumentError(
             "Expected imageio-ffmpeg for .mp4, which is not installed: pip install 'kane[video]', or write a .gif."
         ) from None
-    writer = imageio_ffmpeg.write_frames(str(place), SIZE, fps=_RATE, macro_block_size=1)
+    told = ["-metadata", f"comment={_MARK.decode()}"]
+    writer = imageio_ffmpeg.write_frames(str(place), SIZE, fps=_RATE, macro_block_size=1, output_params=told)
     writer.send(None)
     for p in pictures:
         writer.send(np.ascontiguousarray(p))
