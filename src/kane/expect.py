@@ -10,9 +10,13 @@ from collections import Counter
 from collections.abc import Callable, Collection, Hashable, Iterable
 from inspect import Parameter, signature
 from numbers import Integral, Real
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from kane.errors import KaneError, ModelError, cut, none_of
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
 
 F = TypeVar("F", bound=Callable[..., Any])
 T = TypeVar("T")
@@ -135,6 +139,19 @@ def whole(
     right = not isinstance(given, bool) and isinstance(given, Integral) and least <= int(given) <= most
     that(right, expected, given, cure, error=error)
     return int(given)
+
+
+def floats(
+    given: Any, expected: str, cure: str = "", *, came: Words = "", error: Error = ModelError
+) -> "npt.NDArray[np.float64]":
+    """An array of floats of what NumPy makes one of."""
+    import numpy as np  # `import kane` does without
+
+    try:
+        return np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as wrong:
+        told = came if isinstance(came, str) else came()
+        raise refusal(error, expected, told or cut(repr(given)), cure) from wrong
 
 
 def keywords(*names: str) -> Callable[[F], F]:

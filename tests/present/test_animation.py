@@ -238,6 +238,8 @@ def test_what_is_refused(tmp_path):
         kn.figures.animate(sol.equations)
     with pytest.raises(kn.errors.ArgumentError, match="traces of points"):
         kn.figures.animate(sol, traces=[kn.Point("X", fixed_in=N).at("Y", N.x * 7.5)])
-    (tmp_path / "mine.html").write_text("mine")
-    with pytest.raises(kn.KaneError, match=r"mine\.html"):
-        kn.figures.animate(sol, tmp_path / "mine.html")
+    for name in ("mine.html", "mine.png"):
+        (tmp_path / name).write_text("mine")
+        with pytest.raises(kn.KaneError, match=rf"{name}"):
+            kn.figures.animate(sol, tmp_path / name)
+    kn.figures.animate(sol, tmp_path / "own.png").save(tmp_path / "own.png")  # its own is replaced

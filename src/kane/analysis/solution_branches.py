@@ -233,13 +233,10 @@ def continuation(
 
 
 def _values(values: Sequence[float]) -> Array:
-    try:
-        series = np.atleast_1d(np.asarray(values, dtype=float))
-    except (TypeError, ValueError):
-        series = np.empty(0)
+    expected = "two or more increasing or decreasing values to follow"
+    series = np.atleast_1d(expect.floats(values, expected, error=SimulationError))
     step = np.diff(series)
     monotonic = series.ndim == 1 and len(series) > 1 and (np.all(step > 0) or np.all(step < 0))
-    expected = "two or more increasing or decreasing values to follow"
     expect.that(monotonic and np.all(np.isfinite(series)), expected, values, error=SimulationError)
     return series
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from kane.errors import ArgumentError
-from kane.expect import refusal, that
+from kane.expect import floats, refusal, that
 from kane.numeric.arrays import Array, Mask, first_place
 from kane.numeric.scale import DECLARED, GIVEN
 
@@ -150,10 +150,7 @@ def contact_problem(
 
 def numbers(given: Any, expected: str, axes: int, shape: tuple[int, ...] | None = None) -> Array:
     """An array of finite numbers with so many axes, of a shape where one is named."""
-    try:
-        array = np.array(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise refusal(ArgumentError, expected, repr(given)) from None
+    array = floats(given, expected, error=ArgumentError).copy()
     right = array.ndim == axes and (shape is None or array.shape == shape)
     that(right, expected, came=f"an array of the shape {array.shape}", error=ArgumentError)
     _refuse(~np.isfinite(array), f"{expected}, finite", "Look at the state they come from.")

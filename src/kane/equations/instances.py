@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from kane import expect
 from kane.equations.equations import Equations
-from kane.errors import SimulationError, ValueMissingError, cut
+from kane.errors import SimulationError, ValueMissingError
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Input, Parameter, Symbol, time
@@ -142,13 +143,9 @@ def table_of(given: Any) -> Any:
 def _in_order(kind: str, symbols: Sequence[Symbol], given: Any) -> dict[Any, Any]:
     """Values in the order of the symbols, along the last axis."""
     names = ", ".join(s.name for s in symbols)
-    try:
-        table = np.asarray(given, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise SimulationError(
-            f"Expected {kind} as a dict {{name: value}} or an array (instances × {len(symbols)}) of {names}, got {cut(repr(given))}. "
-            "Give a dict, in which numbers and arrays may stand side by side."
-        ) from error
+    expected = f"{kind} as a dict {{name: value}} or an array (instances × {len(symbols)}) of {names}"
+    cure = "Give a dict, in which numbers and arrays may stand side by side."
+    table = expect.floats(given, expected, cure, error=SimulationError)
     if table.ndim not in (1, 2) or table.shape[-1] != len(symbols):
         raise SimulationError(
             f"Expected {kind} as an array (instances × {len(symbols)}) of {names}, or ({len(symbols)}) for all instances, got the "
@@ -194,12 +191,7 @@ def _columns(kind: str, values: Mapping[Any, Any]) -> dict[Any, Array]:
 
 def _column(kind: str, s: Any, value: Any) -> Array:
     """A column of finite numbers."""
-    try:
-        column = np.asarray(value, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise SimulationError(
-            f"Expected numbers for {s} in {kind}, got {cut(repr(value))}. Give one for each instance."
-        ) from error
+    column = expect.floats(value, f"numbers for {s} in {kind}", "Give one for each instance.", error=SimulationError)
     if column.ndim > 1:
         raise SimulationError(
             f"Expected one axis, the instances, for {s} in {kind}, got the shape {column.shape}. Flatten it, or let a design combine "

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kane import expect
 from kane.dynamics.poles import AdmittedSpeeds, SlipEnd
 from kane.equations.equations import Equations, repartition
 from kane.errors import SimulationError, cut
@@ -251,12 +252,8 @@ def sample_times(samples: int | Sequence[float], span: tuple[float, float]) -> A
         if samples < 2:
             raise SimulationError(f"Expected at least 2 samples, got {samples}. Give more, or the times: samples=[…].")
         return np.linspace(t0, t1, int(samples))
-    try:
-        times = np.asarray(samples, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise SimulationError(
-            f"Expected a number of samples or their times, got {cut(repr(samples))}. Give a whole number, or times in s."
-        ) from error
+    cure = "Give a whole number, or times in s."
+    times = expect.floats(samples, "a number of samples or their times", cure, error=SimulationError)
     if not np.all(np.isfinite(times)):
         raise SimulationError(
             f"Expected finite sample times, got {times[~np.isfinite(times)].flat[0]} among them. Leave it out."
@@ -362,12 +359,8 @@ def check_first_step(first: Any, longest: Any, method: str) -> float | None:
 
 def check_breakpoints(times: Any) -> tuple[float, ...]:
     """Times at which steps must end, in order."""
-    try:
-        found = distinct(np.asarray(times, dtype=float).ravel())
-    except (TypeError, ValueError) as error:
-        raise SimulationError(
-            f"Expected breakpoints as times, got {cut(repr(times))}. Give a sequence of times in s."
-        ) from error
+    cure = "Give a sequence of times in s."
+    found = distinct(expect.floats(times, "breakpoints as times", cure, error=SimulationError).ravel())
     if not np.all(np.isfinite(found)):
         raise SimulationError(f"Expected breakpoints at finite times, got {cut(repr(times))}.")
     return tuple(found.tolist())

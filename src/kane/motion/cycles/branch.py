@@ -157,14 +157,11 @@ def follow(cycle: Any, parameter: Any, to: Any, max_points: int, locate: bool, m
     shooting: Shooting = cycle.shooting
     (symbol,) = symbols_named("a parameter to follow", shooting.map.eom.parameters, [parameter])
     begin = float(shooting.constants[symbol])
-    try:
-        values = np.atleast_1d(np.asarray(to, dtype=float))
-    except (TypeError, ValueError):
-        values = np.empty(0)
+    expected = f"to= as another value than {begin:g}, or several that increase or decrease from there"
+    values = np.atleast_1d(expect.floats(to, expected, error=SimulationError))
     values = np.append(begin, values[values != begin])
     step = np.diff(values)
     monotonic = len(values) > 1 and np.isfinite(values).all() and (np.all(step > 0) or np.all(step < 0))
-    expected = f"to= as another value than {begin:g}, or several that increase or decrease from there"
     expect.that(monotonic, expected, to, error=SimulationError)
     places = [s.name for s in shooting.map.eom.state]
     unknown = [n for n in cycle.names if n not in places]

@@ -96,10 +96,7 @@ def _columns(data: Any) -> tuple[dict[str, Any], dict[str, str]]:
 
 
 def _numbers(name: str, given: Any, count: int | None = None) -> Array:
-    try:
-        found = np.asarray(given, dtype=float)
-    except (TypeError, ValueError):
-        raise SimulationError(f"Expected numbers in the column {name!r}, got {cut(repr(given))}.") from None
+    found = expect.floats(given, f"numbers in the column {name!r}", error=SimulationError)
     if found.ndim != 1 or (count is not None and len(found) != count):
         raise SimulationError(
             f"Expected the column {name!r} as a list of {'numbers' if count is None else f'{count} numbers, as many as times'}, got "

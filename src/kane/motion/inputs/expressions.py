@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kane import expect
 from kane.equations.compiled import ports
 from kane.equations.equations import Equations
 from kane.errors import SimulationError, cut
@@ -472,12 +473,13 @@ def asked(function: Callable[..., Any], arguments: tuple[Any, ...], names: tuple
 def numbers(answer: Any, names: tuple[str, ...], t: float) -> Array:
     """A finite number for each of the inputs."""
     who = f"from the function of the state for {', '.join(names)}"
-    try:
-        found = np.asarray(answer, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise SimulationError(
-            f"Expected numbers {who}, got {cut(repr(answer))} at t = {t:.6g}. Return plain numbers."
-        ) from error
+    found = expect.floats(
+        answer,
+        f"numbers {who}",
+        "Return plain numbers.",
+        came=lambda: f"{cut(repr(answer))} at t = {t:.6g}",
+        error=SimulationError,
+    )
     if found.size != len(names):
         raise SimulationError(
             f"Expected {len(names)} number{'s' * (len(names) > 1)} {who}, got an array of shape {found.shape} at t = {t:.6g}. Return "

@@ -12,6 +12,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from kane import expect
 from kane.equations.equations import Equations
 from kane.errors import Attributes, SimulationError, ValueMissingError, cut, warn
 from kane.expr.node import Expr, as_expr
@@ -76,12 +77,8 @@ def signal(t: Sequence[float], y: Sequence[float], *, ends: Ends = "not-a-knot")
     """
     from scipy.interpolate import CubicSpline
 
-    try:
-        times, values = np.asarray(t, dtype=float), np.asarray(y, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise SimulationError(
-            f"Expected numbers as the points of a signal, got {cut(repr(t))} and {cut(repr(y))}."
-        ) from error
+    expected, both = "numbers as the points of a signal", lambda: f"{cut(repr(t))} and {cut(repr(y))}"
+    times, values = (expect.floats(x, expected, came=both, error=SimulationError) for x in (t, y))
     if times.ndim != 1 or times.shape != values.shape or len(times) < 3:
         raise SimulationError(
             f"Expected at least three points (t, y) of a signal, got shapes {times.shape} and {values.shape}."

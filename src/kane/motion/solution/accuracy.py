@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from kane import expect
 from kane.equations.equations import Equations
 from kane.errors import ArgumentError, Attributes, SimulationError, cut, none_of
 from kane.motion.inputs.breakpoints import next_end, on_from
@@ -98,10 +99,7 @@ def between(motion: Any, again: Callable[..., Any] | None, times: Any) -> Any:
             "Expected a motion that this process simulated as a whole, got one that was read from a file or a pickle, of whose inputs "
             "the values at the samples alone are known, or joined. Simulate it here, or ask each part; or take more samples."
         )
-    try:
-        wanted = np.atleast_1d(np.asarray(times, dtype=float))
-    except (TypeError, ValueError) as error:
-        raise SimulationError(f"Expected a time or times of the motion, got {cut(repr(times))}.") from error
+    wanted = np.atleast_1d(expect.floats(times, "a time or times of the motion", error=SimulationError))
     begin, end = float(motion.t[0]), float(motion.t[-1])
     if wanted.ndim != 1 or not wanted.size or np.any(np.diff(wanted) <= 0):
         raise SimulationError(

@@ -61,7 +61,7 @@ def write(shot: Shot, place: Path) -> None:
             _video(pictures, place)
         else:
             own = [p.quantize(128, dither=Image.Dither.NONE) if end == ".gif" else p for p in pictures]
-            mark = {"comment": _MARK} if end == ".gif" else {"xmp": _MARK}
+            mark: dict[str, Any] = {"comment": _MARK} if end == ".gif" else {"xmp": _MARK}
             own[0].save(
                 place, save_all=True, append_images=own[1:], duration=1000 // _RATE, loop=0, optimize=True, **mark
             )
