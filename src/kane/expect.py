@@ -73,9 +73,9 @@ def items(given: Any, expected: str, cure: str = "", *, error: Error = ModelErro
     return tuple(given)
 
 
-def pair(given: Any, expected: str, cure: str = "", *, error: Error = ModelError) -> tuple[Any, Any]:
+def pair(given: Any, expected: str, cure: str = "") -> tuple[Any, Any]:
     """Two items of a tuple or a list."""
-    that(isinstance(given, tuple | list) and len(given) == 2, expected, given, cure, error=error)
+    that(isinstance(given, tuple | list) and len(given) == 2, expected, given, cure)
     first, second = given
     return first, second
 
@@ -109,9 +109,9 @@ def name(given: Any, expected: str, cure: str = "", *, error: Error = ModelError
     return str(given)
 
 
-def flag(given: Any, expected: str, cure: str = "", *, error: Error = ModelError) -> bool:
+def flag(given: Any, expected: str) -> bool:
     """True or False, NumPy's too."""
-    that(isinstance(given, bool) or type(given).__name__ in ("bool", "bool_"), expected, given, cure, error=error)
+    that(isinstance(given, bool) or type(given).__name__ in ("bool", "bool_"), expected, given)
     return bool(given)
 
 

@@ -92,8 +92,8 @@ def _to_be_seen() -> bool:
 
 
 @contextmanager
-def working(doing: str, patience: float | None = None) -> Iterator[None]:
-    """Say on a terminal's stderr what is being done, once it has taken `patience` seconds; within another one, in its place.
+def working(doing: str) -> Iterator[None]:
+    """Say on a terminal's stderr what is being done, once it has taken `PATIENCE` seconds; within another one, in its place.
 
     Of several threads the first has the line.
     """
@@ -106,8 +106,7 @@ def working(doing: str, patience: float | None = None) -> Iterator[None]:
             _line.far.append("")
         if mine and not inner:
             _line.owner, _line.begun, _line.done = me, time.monotonic(), threading.Event()
-            limit = PATIENCE if patience is None else patience
-            threading.Thread(target=_line.watch, args=(_line.done, limit), daemon=True).start()
+            threading.Thread(target=_line.watch, args=(_line.done, PATIENCE), daemon=True).start()
     try:
         yield
     finally:

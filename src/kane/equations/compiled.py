@@ -18,7 +18,7 @@ from kane import expect, show
 from kane.dynamics.derivation import Derived
 from kane.dynamics.lazy import read
 from kane.dynamics.readings.quantities import asked, without_unknowns
-from kane.dynamics.readings.regularity import divided_by, guarded, notes, of_rates, pivot_of, with_regular_rates
+from kane.dynamics.readings.regularity import divided_by, nan_where_more, notes, of_rates, pivot_of, with_regular_rates
 from kane.dynamics.readings.unsolved import forcing, inverse_dynamics, mass_matrix
 from kane.dynamics.slopes import backward, forward, second, slopes
 from kane.dynamics.solved import Solved
@@ -171,7 +171,10 @@ def program(
     if outputs:
         tasks.append(outputs.task)
     tasks += more
-    tasks = [replace(task, roots=with_regular_rates(solved, guarded(solved, task.roots))) for task in tasks]
+    tasks = [
+        replace(task, roots=with_regular_rates(solved, nan_where_more(solved, task.roots, task.roots)))
+        for task in tasks
+    ]
     left_out = {guard: Note(text, zero=False) for guard, text in notes(solved).items()}
 
     def note(guard: Expr) -> Note:

@@ -419,11 +419,6 @@ class ContactModes:
 
 def equations_in(first: Equations, modes: Modes, partition: Partition | None) -> Equations:
     """The equations of modes of the contacts of `first`, or these themselves, with the dependent speeds of a partition."""
-    eom = first.numeric().value(contact_modes).equations(modes) if modes else first
+    eom = first.numeric().value(ContactModes).equations(modes) if modes else first
     present = eom.embedding and eom.embedding.partition
     return eom if partition in (None, present) else repartition(eom, partition)
-
-
-def contact_modes(eom: Equations) -> ContactModes:
-    """The modes of equations, kept with them."""
-    return ContactModes(eom)

@@ -12,6 +12,6 @@ __getattr__ = offered(
         "freedoms": "Unsuited",
         "speeds": "Matching Sample",
         "velocities": "Following Kinematics",
-        "links": "links_of",
+        "links": "tree_of",
     },
 )

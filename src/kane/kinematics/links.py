@@ -15,7 +15,7 @@ from kane.expr.differentiation import affine_forms, time_derivative
 from kane.expr.evaluation import free_symbols, is_constant_in_time
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import QuasiRate, Rate, Symbol
-from kane.kinematics.aligned import Aligned, aligned_bases
+from kane.kinematics.aligned import Aligned
 from kane.model.bodies import Part, deforming, parts_of
 from kane.model.joints.joint import Joint, Twist
 from kane.model.system import System
@@ -158,11 +158,6 @@ class _Links:
             f = f.parent
         if f is not None and f is not frame:
             self.attached(self.aligned.rates(frame)[0], _Place(numbers[self.aligned.rates(f)[0]], Vector()))
-
-
-def links_of(system: System, aligned: Aligned | None = None) -> tuple[Link, ...]:
-    """The links of a system, parents first, the ground first of all."""
-    return tree_of(system, aligned_bases(system.frames) if aligned is None else aligned).links
 
 
 def tree_of(

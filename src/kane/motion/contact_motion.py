@@ -21,7 +21,7 @@ import numpy as np
 
 from kane.contacts import Choice, Count, Law, Mode, Rule, impacts
 from kane.contacts.equations import solve
-from kane.equations.contact_modes import Layout, Touch, contact_modes, contact_numbers, held_together, layout
+from kane.equations.contact_modes import ContactModes, Layout, Touch, contact_numbers, held_together, layout
 from kane.equations.contact_shares import rows_of, shares
 from kane.equations.equations import Equations
 from kane.errors import KaneError, KaneWarning, SimulationError, warn
@@ -75,7 +75,7 @@ class ContactMotion:
         self.eom, self.span = eom, span
         self.atol, self.rtol = (float(options[name]) for name in ("atol", "rtol"))
         self.parameters, self.inputs = given
-        self.modes_of = eom.numeric().value(contact_modes)
+        self.modes_of = eom.numeric().value(ContactModes)
         self.numbers = eom.numeric(options["settings"]).routine(contact_numbers)
         self.layout: Layout = eom.numeric().value(layout)
         self.contacts = eom.system.contacts

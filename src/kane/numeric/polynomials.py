@@ -61,12 +61,12 @@ def left(values: Array) -> float:
     return float(LEFT * np.abs(TO_LAST @ values).max())
 
 
-def passages(of: Callable[[Array], Array], times: Array, values: Array, most: int = MOST) -> list[Bracket]:
+def passages(of: Callable[[Array], Array], times: Array, values: Array) -> list[Bracket]:
     """Brackets of all passages between the first time and the last, in order; `of` gives values at times.
 
-    Where values are not finite, or after `most` halvings, the signs at the places are what there is.
+    Where values are not finite, or after `MOST` halvings, the signs at the places are what there is.
     """
-    found: list[Bracket] = []
+    found, most = list[Bracket](), MOST
     open_ = deque([(times, values)])
     shortest = SAME_TIME * (times[-1] - times[0])
     while open_:

@@ -130,13 +130,8 @@ def concerned(solved: Solved, roots: Sequence[Expr]) -> tuple[int, ...]:
     return tuple(k for k, root in enumerate(roots) if not solved.by_constraints.isdisjoint(postorder([root])))
 
 
-def guarded(solved: Solved, roots: Sequence[Expr]) -> Sequence[Expr]:
-    """`roots` to be compiled: NaN where rows that were left out hold more; where none are, they as they are."""
-    return nan_where_more(solved, roots, roots)
-
-
 def nan_where_more(solved: Solved, roots: Sequence[Expr], found: Sequence[Expr]) -> Sequence[Expr]:
-    """What was `found` of `roots`, one of each: NaN where the root is."""
+    """What was `found` of `roots`, one of each, to be compiled: NaN where rows that were left out hold more of the root."""
     places = concerned(solved, roots)
     if not places or solved.left_out is None:
         return found
@@ -145,7 +140,7 @@ def nan_where_more(solved: Solved, roots: Sequence[Expr], found: Sequence[Expr])
 
 
 def notes(solved: Solved) -> dict[Expr, str]:
-    """What to say of each guard that `guarded` puts in."""
+    """What to say of each guard that `nan_where_more` puts in."""
     if solved.left_out is None:
         return {}
     _, guards = solved.left_out.guarding()

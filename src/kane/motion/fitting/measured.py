@@ -127,8 +127,12 @@ def _check_unit(eom: Equations, name: str, expr: Expr, unit: str | None) -> None
         )
 
 
-def starts_of(measured_: Measured, at: Sequence[int], width: int = 7) -> tuple[dict[Expr, Array], dict[Expr, Array]]:
-    """Values and rates of what was measured at rows, by local quadratic fits through `width` points; by expression."""
+_WIDTH = 7
+"""Points of a local fit."""
+
+
+def starts_of(measured_: Measured, at: Sequence[int]) -> tuple[dict[Expr, Array], dict[Expr, Array]]:
+    """Values and rates of what was measured at rows, by local quadratic fits; by expression."""
     values, rates = dict[Expr, Array](), dict[Expr, Array]()
     for k, expr in enumerate(measured_.exprs):
         there = np.flatnonzero(measured_.there[:, k])
@@ -136,7 +140,7 @@ def starts_of(measured_: Measured, at: Sequence[int], width: int = 7) -> tuple[d
             continue
         found = []
         for row in at:
-            near = there[np.argsort(np.abs(there - row), kind="stable")[:width]]
+            near = there[np.argsort(np.abs(there - row), kind="stable")[:_WIDTH]]
             dt = measured_.t[near] - measured_.t[row]
             found.append(np.polynomial.polynomial.polyfit(dt, measured_.values[near, k], 2)[:2])
         values[expr], rates[expr] = np.array(found).T

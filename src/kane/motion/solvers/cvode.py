@@ -17,16 +17,16 @@ from kane.numeric.arrays import Array, Mask
 
 
 def initial_step(
-    rate: Callable[[float, Array], Array], order: int, tolerances: tuple[float, float], t: float, y: Array, end: float
+    rate: Callable[[float, Array], Array], tolerances: tuple[float, float], t: float, y: Array, end: float
 ) -> float:
-    """Its length, up to `end`, for a method of an order; `tolerances` are the relative one and the absolute one."""
+    """Its length, up to `end`, for a method of order 2; `tolerances` are the relative one and the absolute one."""
     rtol, atol = tolerances
     scale, now = atol + np.abs(y) * rtol, rate(t, y)
     size, speed = np.abs(y / scale).max(), np.abs(now / scale).max()
     tried = min(0.01 * size / speed if min(size, speed) > 1e-5 else 1e-6, end - t)
     change = np.abs((rate(t + tried, y + tried * now) - now) / scale).max() / tried
     most = max(speed, change)
-    step = (0.01 / most) ** (1 / order) if most > 1e-15 else max(1e-6, tried * 1e-3)
+    step = (0.01 / most) ** (1 / 2) if most > 1e-15 else max(1e-6, tried * 1e-3)
     return float(min(100 * tried, step, end - t)) if np.isfinite(step) else float(tried)
 
 
@@ -108,7 +108,7 @@ class CvodeSolver:
             out[:] = found if at is None else found[at]
 
         # its own first step is so short that what begins at an event would not leave it
-        first = first_step or min(initial_step(fun, 2, (rtol, atol), t0, self.y, t_bound), max_step)
+        first = first_step or min(initial_step(fun, (rtol, atol), t0, self.y, t_bound), max_step)
         self.nfev += 2
         at = _places(pattern)  # by columns, as the solver keeps entries
         sparse = {} if at is None or pattern is None else {"linsolver": "sparse", "sparsity": _whole(pattern)}
