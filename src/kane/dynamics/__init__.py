@@ -21,7 +21,7 @@ __getattr__ = offered(
         "readings.energy": "kinetic_energy",
         "readings.potential": "line_integral",
         "readings.unsolved": "mass_matrix unsolved",
-        "readings.regularity": "concerned guarded",
+        "readings.regularity": "concerned nan_where_more",
         "readings.seven_steps": "Kind shown_speeds",
         "formulation.": "candidates table",
         "formulation.candidates": "LARGE TRIED",
