@@ -105,7 +105,7 @@ def test_what_is_no_path(given):
 @pytest.mark.parametrize("thing", ["link", "pipe"])
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
 def test_commands_leave_what_is_no_file(tmp_path, words, thing):
-    place = tmp_path / {"--plot": "x.svg"}.get(words[-1], "x.py")
+    place = tmp_path / ("x.html" if words[0] == "report" else "x.svg" if words[-1] == "--plot" else "x.py")
     _made(thing, place)
     before = place.lstat().st_ino
     for force in ((), ("--force",)):
