@@ -171,7 +171,10 @@ class After:
             of.problem(closed, self.sliding, self.friction, self.doing(_HIT))
             with w.when(self.doing(_FORCE)):
                 self.as_it_was()
-            with w.when((self.task.get() >= _APART) & (self.task.get() <= _LAST)):
+            with w.when(self.doing(_HIT)):
+                self.impacts.ask()
+            chosen = (self.task.get() >= _APART) & (self.task.get() <= _LAST)
+            with w.when((chosen | (self.doing(_HIT) & (self.impacts.together.get() > 0))) & (of.unsure.get() < 1)):
                 of.choose()
 
         of.until_forces_agree(solved)

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Impacts of contacts at one instant in a kernel, one after the other by Routh's process: see `kane.contacts.routh`."""
+"""Impacts of contacts at one instant in a kernel: one after the other by Routh's process, or all at once by Moreau's rule.
+
+See `kane.contacts.routh` and `kane.contacts.several`.
+"""
 
 from kane.model.contacts import LAWS
 from kane.motion.hybrid.contact_decisions import Decisions
@@ -24,20 +27,58 @@ class Impacts:
         self.impulse, self.law = w.array("impulse"), w.array("law")
         names = ("v_n", "v_t", "v_b", "p_n", "work", "p_c", "work_c", "left", "length", "slope", "rate")
         self.put = {name: w.variable(name) for name in names}
-        counted = ("impact", "compressed", "done", "ended", "rebounds")
+        counted = ("impact", "compressed", "done", "ended", "rebounds", "together")
         self.turning, self.way_a, self.way_b = Turning(of), w.variable("way_a"), w.variable("way_b")
-        self.found, self.compressed, self.done, self.ended, self.rebounds = (w.variable(name, INT) for name in counted)
+        self.found, self.compressed, self.done, self.ended, self.rebounds, self.together = (
+            w.variable(name, INT) for name in counted
+        )
+
+    def ask(self) -> None:
+        """By Moreau's rule b becomes what its choice asks: v_n⁺ + e v_n⁻ ≥ 0 of all that touch, none of which leaves; else it is v."""
+        w, of = self.w, self.of
+        room, d = of.room, of.d
+        self.together.put(0)
+        with w.few(of.k) as i, w.when(self.law[i].equals(_MOREAU)):
+            self.together.put(1)
+        with w.when(self.together.get() > 0):
+            with w.few(of.count.get() * d) as c:
+                self.impulse[c] = room[of.b + c]
+            with w.few(of.count.get()) as n:
+                v, e = room[of.b + n * d], of.numbers[of.laws + of.index(of.own + n) * 3 + 2]
+                of.doubt(v > room[of.terms + n * d] * ROUNDED)
+                room[of.b + n * d] = v + e * w.compute("min", v, 0.0)
+            with w.few(of.count.get() * d) as c:
+                room[of.terms + c] = room[of.terms + c] + of.absolute(room[of.b + c])
+
+    def thrown(self, size: Term) -> None:
+        """The impulses that were chosen, and the velocities after them; b and its terms are those of v again."""
+        room, of = self.of.room, self.of
+        with self.w.few(size) as c:
+            v, asked = self.impulse[c], room[of.b + c]
+            room[of.terms + c] = room[of.terms + c] - of.absolute(asked)
+            room[of.a + c] = room[of.a + c] + (v - asked)
+            room[of.b + c] = v
+            self.impulse[c] = room[of.force + c]
 
     def run(self, size: Term) -> None:
         """All impacts of the problem, whose rows are so many."""
+        w, of = self.w, self.of
+        with w.when(self.together.get() > 0):
+            self.thrown(size)
+        with w.otherwise():
+            self.one_by_one(size)
+        energy = of.sum(size, lambda c: self.impulse[c] * (of.room[of.b + c] + of.room[of.a + c]))
+        spent = of.sum(size, lambda c: of.absolute(self.impulse[c]) * of.room[of.terms + c])
+        of.doubt(energy > spent * (2 * ROUNDED_CHAIN))
+
+    def one_by_one(self, size: Term) -> None:
+        """Each that closes, the fastest first, until none does."""
         w, of = self.w, self.of
         room = of.room
         with w.few(size) as c:
             self.impulse[c] = 0.0
             room[of.a + c] = room[of.b + c]
             room[of.a_errors + c] = room[of.terms + c]
-        with w.few(of.k) as i:
-            of.doubt(self.law[i].equals(_MOREAU))  # all at once
         self.rebounds.put(0)
         self.done.put(0)
         limit = of.count.get() * of.count.get() * _MOST
@@ -45,9 +86,6 @@ class Impacts:
             self.one_impact(size)
             self.rebounds.put(self.rebounds.get() + 1)
             of.doubt(self.rebounds.get() > limit)
-        energy = of.sum(size, lambda c: self.impulse[c] * (room[of.b + c] + room[of.a + c]))
-        spent = of.sum(size, lambda c: of.absolute(self.impulse[c]) * room[of.terms + c])
-        of.doubt(energy > spent * (2 * ROUNDED_CHAIN))
 
     def one_impact(self, size: Term) -> None:
         """The one that closes fastest of those that close, by Routh's process in the plane; none is left where it is `done`."""
