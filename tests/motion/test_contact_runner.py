@@ -22,7 +22,7 @@ from tests.oracles.planar_contacts import Plane, Plate, Touch
 from tests.systems.planar_contacts import planes, system
 
 TIGHT = {"rtol": 1e-10, "atol": 1e-11}
-SPANS = {"bouncing_ball": 5, "clutch": 5, "mass_on_belt": 20, "painleve_rod": 1, "skidding_disk": 2, "thrown_disk": 3}
+SPANS = {"bouncing_ball": 5, "clutch": 5, "mass_on_belt": 20, "painleve_rod": 1, "skidding_disk": 2, "thrown_disk": 3, "woodpecker": 1}
 
 
 @pytest.fixture
@@ -98,7 +98,7 @@ def test_what_rebounds_beside_one_that_rests_does_not_hop() -> None:
 
 
 @examples(0.3)
-@given(planes(), st.integers(0, 2**32), st.sampled_from(["stronge", "poisson", "newton"]))
+@given(planes(), st.integers(0, 2**32), st.sampled_from(["stronge", "poisson", "newton", "moreau"]))
 def test_random_motions_are_those_that_python_decides(plane: Any, seed: int, law: str) -> None:
     eom = kn.derive(system(plane, law))
     q, u = started(plane, eom, np.random.default_rng(seed))

@@ -22,6 +22,8 @@ NO_PLACE = -1e6
 """Where a contact has no such row."""
 _TURNS = 60
 """Trials of modes, and of directions of slip, after which Python decides."""
+_ALONE = 20
+"""Trials after which one contact at a time changes, and what closes may slip at once: all together may go round in a ring."""
 _AGREEMENTS = 100
 """Trials until normal forces agree with the couples that they press, after which Python decides."""
 _TURNED = 4 * LAST_DIGIT
@@ -486,8 +488,10 @@ class Decisions:
         with w.repeat(lambda: (self.changed.get() > 0) & (self.trials.get() < _TURNS) & (self.unsure.get() < 1)):
             self.changed.put(0)
             self.solve()
-            with w.few(c.get()) as n, w.when(self.unsure.get() < 1):
-                self._judge(n, n * d)
+            with w.few(c.get()) as n:
+                others = (self.trials.get() <= _ALONE) | (self.changed.get() < 1)
+                with w.when((self.unsure.get() < 1) & others):
+                    self._judge(n, n * d)
             self.trials.put(self.trials.get() + 1)
         self.doubt(self.changed.get() > 0)
 
@@ -505,6 +509,7 @@ class Decisions:
             self.doubt(self.absolute(room[self.a + at]) <= room[self.a_errors + at])
             with w.when(room[self.a + at] < -room[self.a_errors + at]):
                 becomes(w.select(slides, SLIP, STICK))
+                self._slip_on(n, at, slides)
         with w.otherwise():
             self.doubt(self.absolute(pressed) <= error)
             with w.when(pressed < -error):
@@ -521,6 +526,18 @@ class Decisions:
                     self._judge_cone(n, at, self.length(self.force + at + 1), most)
                 with w.when(kind >= FRESH):
                     self._judge_slip(n, at, most)
+
+    def _slip_on(self, n: Term, at: Term, slides: Term) -> None:
+        """A contact whose N was below zero while it stuck slips where it closes again: onward, or back where that has led here."""
+        w, room, d = self.writer, self.room, self.d
+        moves = self.length(self.a + at + 1)
+        with w.when((self.trials.get() > _ALONE) & (room[self.rubs + n] > 0.0) & ~slides & (moves > 0.0)):
+            even = w.compute("float", self.trials.get()) * 0.5
+            back = even.equals(w.compute("float", w.compute("int", even)))
+            with w.few(d - 1) as j:
+                way = room[self.a + at + 1 + j] / moves
+                room[self.dirs + at + j] = w.select(back, -way, way)
+            room[self.kind + n] = FRESH
 
     def _judge_cone(self, n: Term, at: Term, friction: Term, most: Callable[[Term], Term]) -> None:
         """Whether contacts that stick by the rows of n keep to |F| ≤ Σ μ N; else they slip against F."""
