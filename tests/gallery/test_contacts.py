@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
+from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 import kane as kn
@@ -63,6 +63,33 @@ def test_a_thrown_disk_rolls_and_returns(spin: float) -> None:
     rolls = sol.t > t
     np.testing.assert_allclose((sol["u_x"] + 0.05 * sol["u_theta"])[rolls], 0, atol=1e-15)
     assert sol.energy_check.drift < 1e-11
+
+
+def test_a_thrown_disk_beside_an_integration() -> None:
+    """Newton and Euler of (x, θ) by SciPy with rtol 1e-13: from slip to its end, and a second of rolling."""
+    m, R, mu = 0.2, 0.05, 0.1
+    inertia = np.diag([m, m * R * R / 2])
+    slip = np.array([1.0, R])  # the rate of slip is this row by the rates of x and θ
+
+    def slides(_: float, z: Any) -> Any:
+        return [*z[2:], *np.linalg.solve(inertia, -mu * m * g * np.sign(slip @ z[2:]) * slip)]
+
+    def rolls(_: float, z: Any) -> Any:  # F is what keeps the slip at zero
+        left = np.block([[inertia, -slip[:, None]], [slip[None], np.zeros((1, 1))]])
+        return [*z[2:], *np.linalg.solve(left, np.zeros(3))[:2]]
+
+    def ends(_: float, z: Any) -> float:
+        return float(slip @ z[2:])
+
+    ends.terminal = True  # type: ignore[attr-defined]
+    exact: Any = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-15}
+    first = solve_ivp(slides, (0, 5), [0, 0, 1, 60], events=ends, **exact)
+    t = first.t[-1]
+    later = solve_ivp(rolls, (t, t + 1), first.y[:, -1], **exact)
+    sol = motion(thrown_disk, t + 1, **TIGHT)
+    assert changes(sol)[1] == (pytest.approx(t, abs=1e-9), "stick")
+    found = [sol[name][-1] for name in ("x", "theta", "u_x", "u_theta")]
+    np.testing.assert_allclose(found, later.y[:, -1], rtol=0, atol=1e-9)
 
 
 def test_a_mass_on_a_belt_sticks_and_slips() -> None:
