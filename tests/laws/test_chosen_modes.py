@@ -168,7 +168,7 @@ def beside_cones(at: Instant) -> str:
     if choice is None:
         assert at.state.slides.any()
         return "none"
-    a, errors = in_units(choice, at)
+    a, _ = in_units(choice, at)
     forces = choice.forces * at.mobility / at.unit
     kinds = tuple(NAMES[mode] for mode in choice.modes)
     mu = np.where([kind == "begins" for kind in kinds], at.state.kinetic, at.state.static)

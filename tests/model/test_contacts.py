@@ -115,6 +115,13 @@ def test_nothing_presses():
         particle(where=0)
 
 
+def test_bodies_that_never_touch():
+    with pytest.raises(
+        kn.ModelError, match=r"that coordinates change, got 1: these bodies never touch. Leave the contact out"
+    ):
+        particle(where=1)
+
+
 @pytest.mark.parametrize("gap", [1.0, kn.parameter("d", 0.2, "m"), kn.sin(kn.time)])
 def test_a_gap_that_no_coordinate_changes(gap):
     with pytest.raises(
@@ -185,6 +192,34 @@ def test_a_start_in_penetration(gap):
             match=r"Expected a gap of the contact 'floor' at or above zero at the start, got -.*Move one of them",
         ):
             kn.simulate(eom, (0, 1), q=[0, gap], u=[0, v])
+
+
+def test_a_start_that_its_mode_does_not_have():
+    """Stick is asked for at a slip, or at an open gap."""
+    stick = kn.derive(system(*particle()).in_modes({"floor": "stick"}))
+    with pytest.raises(kn.SimulationError, match=r"start speeds that satisfy the constraints .* miss floor 1 by 1"):
+        kn.simulate(stick, (0, 1), q=[0, 0], u=[1, 0])
+    with pytest.raises(
+        kn.SimulationError, match=r"start values that satisfy the constraints, .* miss floor normal by 0.5"
+    ):
+        kn.simulate(stick, (0, 1), q=[0, 0.5], u=[0, 0])
+
+
+@pytest.mark.parametrize("speed", [0, 1])
+def test_a_start_that_pulls_at_a_contact_without_a_gap(speed):
+    """N < 0 from the start on, at rest or slipping."""
+    N, O = ground()
+    x = kn.coordinate("x")
+    P = O.at("P", x * N.x)
+    normal = kn.reaction("N_P", at=P, along=N.y)
+    table = kn.contact(kn.joints.point_on_plane("table", P, O, normal=N.y), 0.3, normal=normal)
+    loads = [kn.gravity(-9.81 * N.y), kn.Force(P, 20 * N.y)]
+    bodies = [kn.Particle("p", P, 1.0)]
+    eom = kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=loads, contacts=[table]))
+    with pytest.raises(
+        kn.SimulationError, match="table opens, which the coordinates do not let it: go on with a model"
+    ):
+        kn.simulate(eom, (0, 1), q=[0], u=[speed])
 
 
 def test_stiction_in_a_joint_without_a_rate_of_its_own():

@@ -379,6 +379,28 @@ def test_an_oscillator_hits_a_wall():
     assert sol["x"].min() > -1e-10
 
 
+def test_a_preloaded_clearance():
+    """P presses a mass to one side of a clearance c: it leaves where F = a t is P, crosses by a t³/6 m, and rebounds with e."""
+    N, O = ground()
+    x = kn.coordinate("x")
+    B = O.at("B", x * N.x)
+    m, c, e, P, a = 2.0, 0.003, 0.6, 40.0, 50.0
+    sides = [kn.joints.stop("left", x, restitution=e), kn.joints.stop("right", c - x, restitution=e)]
+    bodies, loads = [kn.Particle("m", B, m)], [kn.Force(B, (a * kn.time - P) * N.x)]
+    eom = kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=loads, contacts=sides))
+    sol = kn.simulate(eom, (0, 1), q=[0], u=[0], **TIGHT)
+    assert times(sol, "left opens") == [pytest.approx(P / a, abs=1e-12)]
+    crossing = np.cbrt(6 * m * c / a)
+    hits = times(sol, "right closes")
+    assert hits[0] == pytest.approx(P / a + crossing, abs=1e-9)
+    v = a * crossing**2 / (2 * m)
+    assert sol.jumps[0].changes[eom.speeds[0]] == pytest.approx((v, -e * v), abs=1e-9)
+    assert sol.modes["right"][-1] == "closed"
+    np.testing.assert_allclose(sol[sides[0].normal_force], np.maximum(P - a * sol.t, 0), rtol=0, atol=1e-12)
+    last = sol.modes["right"] == "closed"
+    np.testing.assert_allclose(sol[sides[1].normal_force][last], (a * sol.t - P)[last], rtol=0, atol=1e-12)
+
+
 @pytest.mark.parametrize("height", [0.3, 0.4, 0.7, 1.0])
 def test_a_ball_hits_a_ceiling_without_rebound(height):
     """Thrown up with v it stops there after (v − √(v² − 2 g h))/g, and falls from rest at once."""

@@ -22,7 +22,15 @@ from tests.oracles.planar_contacts import Plane, Plate, Touch
 from tests.systems.planar_contacts import planes, system
 
 TIGHT = {"rtol": 1e-10, "atol": 1e-11}
-SPANS = {"bouncing_ball": 5, "clutch": 5, "mass_on_belt": 20, "painleve_rod": 1, "skidding_disk": 2, "thrown_disk": 3, "woodpecker": 1}
+SPANS = {
+    "bouncing_ball": 5,
+    "clutch": 5,
+    "mass_on_belt": 20,
+    "painleve_rod": 1,
+    "skidding_disk": 2,
+    "thrown_disk": 3,
+    "woodpecker": 1,
+}
 
 
 @pytest.fixture

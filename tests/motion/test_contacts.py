@@ -411,6 +411,18 @@ def test_each_mode_can_be_derived():
         eom.system.in_modes({"wall": "stick"})
 
 
+def test_a_mode_is_linearized():
+    """A mass on a spring rides on a belt where it slips, its friction constant: s² = −k/m; a ball that rolls has no such pull."""
+    eom, floor = ball()
+    rolls = kn.linearize(kn.derive(eom.system.in_modes({floor: "stick"})), q=[0, 0.1, 0], u=[1, 0, -10])
+    np.testing.assert_allclose(rolls.eigenvalues, 0, atol=1e-12)
+    eom, table = on_spring(0.1, surface=2.0)
+    slides = kn.derive(eom.system.in_modes({table: "straight"}))
+    linear = kn.linearize(slides, q=[0.1 * G], u=[0], parameters={table.direction[0]: -1.0})
+    np.testing.assert_allclose(np.sort(linear.eigenvalues.imag), [-1, 1], rtol=1e-12)
+    np.testing.assert_allclose(linear.eigenvalues.real, 0, atol=1e-12)
+
+
 def test_programs_in_c_refuse_contacts():
     eom, _ = ball()
     with pytest.raises(kn.KaneError, match="contacts change their modes"):

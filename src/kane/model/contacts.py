@@ -378,9 +378,15 @@ def contact(
     label = name or at.name
     moves = any(isinstance(s, Coordinate | Rate) for s in free_symbols([at.height.expr]))
     if normal is None and not moves:
+        apart = not free_symbols([at.height.expr]) and at.height.expr is not ZERO
+        why = (
+            "these bodies never touch. Leave the contact out"
+            if apart
+            else "they keep it closed, and nothing tells what presses. Bring the normal force into evidence and give it: "
+            "normal=kn.reaction(name, at=…, along=…)"
+        )
         raise ModelError(
-            f"Expected a gap of the contact {label!r} that coordinates change, got {at.height.expr}: they keep it closed, and nothing "
-            "tells what presses. Bring the normal force into evidence and give it: normal=kn.reaction(name, at=…, along=…)."
+            f"Expected a gap of the contact {label!r} that coordinates change, got {at.height.expr}: {why}."
         )
     gap = None if normal is not None else at.height
     return replace(_law(label, gap, at.rolling, normal, Friction(mu, static, viscous), restitution, law), place=at)

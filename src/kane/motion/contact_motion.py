@@ -467,10 +467,10 @@ class ContactMotion:
         for n in closed | below:
             gap, mode = float(touch.numbers.gaps[n]), modes[n]
             if mode is ContactMode.SEPARATED and n in closed:  # without speed
-                self.slack[n] = ROUNDED * touch.numbers.gap_terms[n] + 2 * abs(gap)
                 # of a gap that is one coordinate the terms are none where it is closed
-                far = touch.velocity_terms[n * self.layout.d] * (self.span[1] - self.span[0])
-                if self.slack[n] > EQUAL * (touch.numbers.gap_terms[n] + far):
+                least, far = FLAT * self.atol, touch.velocity_terms[n * self.layout.d] * (self.span[1] - self.span[0])
+                self.slack[n] = max(ROUNDED * touch.numbers.gap_terms[n], least) + 2 * abs(gap)
+                if self.slack[n] > EQUAL * (touch.numbers.gap_terms[n] + far) + least:
                     raise SimulationError(
                         f"Expected a contact that stays closed or opens, got {self.contacts[n].name!r}, which hops: it opens, "
                         "and falls, without end. Give what yields a stiffness, or less friction"

@@ -269,8 +269,9 @@ class After:
                 self.next[i] = w.select((self.slip_count[i] > 1.5) & slides, SLIPS, STRAIGHT)
         with w.few(of.k) as i, w.when((self.touching[i] > 0.0) & ~(self.next[i] > SEPARATED)):  # opens without speed
             gap, terms = of.numbers[of.gaps + i], of.numbers[of.gap_terms + i]
-            self.slack[i] = ROUNDED * terms + 2.0 * of.absolute(gap)
-            of.doubt(self.slack[i] > EQUAL * terms)
+            least = self.tolerances[0] * FLAT
+            self.slack[i] = of.largest(terms * ROUNDED, least) + 2.0 * of.absolute(gap)
+            of.doubt(self.slack[i] > EQUAL * terms + least)
 
         with w.few(of.k) as i, w.when((self.hit.get() < 1) & (of.places[i * d] > -0.5)):  # falls back within rounding
             gap, v, terms = of.numbers[of.gaps + i], of.room[of.velocity + i * d], of.numbers[of.gap_terms + i]
