@@ -152,7 +152,7 @@ class Course:
     """A motion on its way over `span`: `advance()` until it gives an End.
 
     `t` and `rows` are the samples, each with the equations that hold there; `events` those that were met, `jumps` the
-    samples with which phases begin, and by which events. `fresh` are those at whose thresholds it begins.
+    samples with which phases begin, by which events, and from which state. `fresh` are those at whose thresholds it begins.
     """
 
     def __init__(
@@ -165,7 +165,7 @@ class Course:
         self.rows: list[tuple[Array, Equations]] = [(start.copy(), stepper.sample(span[0], start)[1])]
         stepper.reach = reach
         self.events: list[tuple[Event, float]] = []
-        self.jumps: list[tuple[int, tuple[Event, ...]]] = []
+        self.jumps: list[tuple[int, tuple[Event, ...], Array]] = []
         self.pace = Pace(span, method.max_seconds, method.bounded)
 
     @property

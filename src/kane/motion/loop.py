@@ -18,7 +18,7 @@ from kane.errors import KaneError, SimulationError, warn
 from kane.expr.node import Expr
 from kane.model.declarations import Event
 from kane.motion.course import Method
-from kane.motion.hybrid.actions import Instant, acting, after_actions
+from kane.motion.hybrid.actions import Instant, acting, after_actions, phase_after
 from kane.motion.hybrid.contact_starts import check_forces
 from kane.motion.hybrid.events import End, at_start, ended_by, up_to_a_break
 from kane.motion.inputs.breakpoints import bumps_of
@@ -343,7 +343,10 @@ def _solution(course: ScipyCourse | NativeCourse, end: End, phase: Phase) -> Sol
     states = np.array([y for y, _ in course.rows])
     jumps = course.jumps
     begins = np.zeros(len(course.t), dtype=np.int64)
-    begins[[row for row, _ in jumps]] = 1
+    begins[[row for row, *_ in jumps]] = 1
+    phases = [phase]
+    for row, by, before in jumps:
+        phases.append(phase_after(course.stepper.now, phases[-1], course.t[row], before, by))
     return Solution(
         stepper.first,
         np.array(course.t),
@@ -362,6 +365,6 @@ def _solution(course: ScipyCourse | NativeCourse, end: End, phase: Phase) -> Sol
         rtol=method.rtol,
         atol=method.atol,
         method=course.name,
-        phases=(phase, *(replace(phase, by=by) for _, by in jumps)),
+        phases=tuple(phases),
         phase=np.cumsum(begins),
     )

@@ -383,6 +383,8 @@ class NativeCourse(Course):
                 met = [(events[int(k)], float(t)) for t, k in log[done : int(row[1])]]
                 done = int(row[1])
                 self._jumped(float(row[0]), met, *row[2:].copy().reshape(2, n))
+            own = self.stepper.now.p
+            own[:] = self.given["p"][: len(own)]
             self.events += [(events[int(k)], float(t)) for t, k in log[done : int(s[Slot.LOGGED])]]
             s[Slot.LOGGED] = s[Slot.JUMPS] = 0.0
         self._sample_to(math.inf)
@@ -400,7 +402,7 @@ class NativeCourse(Course):
             self.sample(t, before)
         by = tuple(event for event, _ in met if event.then is not None)
         if by:
-            self.jumps.append((len(self.t), by))
+            self.jumps.append((len(self.t), by, before))
             self.t.append(t)
             self.rows.append((after, self.stepper.eom))
 

@@ -27,7 +27,8 @@ from kane.model.declarations import Event
 from kane.motion.arguments import Arguments
 from kane.motion.constraint_kernels import Holding, unheld
 from kane.motion.course import HELD, MANY_STEPS, RECENT, Method
-from kane.motion.hybrid.automaton import asks, evaluated, stands_beside
+from kane.motion.hybrid.actions import phase_after
+from kane.motion.hybrid.automaton import asks, asks_for, evaluated, stands_beside
 from kane.motion.hybrid.events import check_witnesses, ended_by
 from kane.motion.hybrid.sides import on_their_sides, unfit
 from kane.motion.inputs.breakpoints import next_end
@@ -155,7 +156,7 @@ def is_plain(stepper: Stepper, method: Method) -> bool:
         and (not eom.system.contacts or bool(eom.system.modes))
         and not unheld(stepper)
         and not (is_constrained(eom) and INTEGRATORS[method.name].implicit)
-        and not (bool(eom.events) and eom.numeric().value(asks))
+        and not (bool(eom.events) and (eom.numeric().value(asks) or asks_for(stepper.now)))
         and (not switches(eom) or (has_jumps(eom) and not unfit(eom)))
         and not moves_pivots(eom)
         and not any(eom.numeric().value(timed))
@@ -288,7 +289,11 @@ class Runner:
         self.changed.clear()
         if self.now.events is not None and not stands_beside(self.now, self.given, self.span[0], self.y):
             return None, False
+        p = self.given["p"].copy()
         back, stiffness = self._steps(begun)
+        if (p != self.given["p"]).any():  # by actions: what is taken next is hoisted anew
+            self.told = b""
+            self.given["p"][:] = self.given["p"] if back is ReturnCode.LIMIT else p
         if self.holding is not None and (
             back is not ReturnCode.END or self.marks.any() or len(self.t) > len(self.rows) + 1
         ):
@@ -316,7 +321,7 @@ class Runner:
     ) -> Solution:
         """The motion that is at its end, by what the arrays tell of it."""
         if self._jumps(back):
-            return self._with_jumps(eom, phase, again, back)
+            return self._held(self._with_jumps(eom, phase, again, back))
         return self._held(self._finished(eom, phase, again))
 
     def _jumps(self, back: ReturnCode) -> bool:
@@ -381,13 +386,8 @@ class Runner:
         ends = [self.span[1]] if back is ReturnCode.END and not (count and later[-1] == self.span[1]) else []
         t = np.concatenate([self.t[:1], later[kept], ends])
         states = np.concatenate([self.states[:1], self.rows[kept], *([self.y[None]] if ends else [])])
-        places, times, rows, begins, by = (
-            list[int](),
-            list[float](),
-            list[Array](),
-            list[int](),
-            list[tuple[Event, ...]](),
-        )
+        places, times, rows, begins = list[int](), list[float](), list[Array](), list[int]()
+        phases = [phase]
         done = first = 0
         for log, jumps in self.noted:
             for row in jumps:
@@ -399,7 +399,7 @@ class Runner:
                     rows.append(x)
                 if acting:
                     begins.append(at + len(places) - 1)
-                    by.append(acting)
+                    phases.append(phase_after(self.now, phases[-1], float(row[0]), row[2 : n + 2], acting))
             done = first = first + len(log)
         number = np.zeros(len(t) + len(places), dtype=np.int64)
         number[begins] = 1
@@ -414,7 +414,7 @@ class Runner:
             status="event" if ended else "finished",
             message=ended.message if ended else f"reached t = {self.span[1]:g}",
             event=end and end[0],
-            phases=(phase, *(replace(phase, by=acting) for acting in by)),
+            phases=tuple(phases),
             phase=np.cumsum(number),
         )
 

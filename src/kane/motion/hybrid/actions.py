@@ -16,8 +16,10 @@ from kane.errors import KaneError, SimulationError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import Input, Symbol, input_of
 from kane.model.declarations import Event, target
+from kane.motion.hybrid.event_routines import actions, values_set
 from kane.motion.inputs.expressions import value
 from kane.motion.inputs.functions import Function, input_functions
+from kane.motion.right_hand_side import Routines
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.resumed import inherited_inputs
 from kane.motion.start import check_masses
@@ -76,6 +78,20 @@ def acted(before: Instant, events: Sequence[Event], end: float) -> Instant:
     if moved or constants != before.phase.parameters:
         x = _state(Instant(eom, before.now, before.t, x, phase), moved, names)
     return Instant(eom, before.now, before.t, x, phase)
+
+
+def phase_after(now: Routines, phase: Phase, t: float, before: Array, by: tuple[Event, ...]) -> Phase:
+    """The phase that begins with actions that a kernel took at a state: parameters are what the same routine gives."""
+    eom, first = now.eom, len(now.eom.state) + 1
+    acting = [k for k, event in enumerate(eom.events) if event in by]
+    set_ = eom.numeric(now.settings).value(values_set)
+    places = [(i, place - first) for i, (k, place, _) in enumerate(set_) if k in acting and place >= first]
+    if not places:
+        return replace(phase, by=by)
+    own = np.array([phase.parameters[s] for s in eom.parameters])
+    routine, after = now.routine(actions).flat, replace(now, p=np.append(own, now.p[len(own) :]))
+    values = routine(t, before[: now.width], after.parameters(routine), now.inputs(t, before))
+    return replace(phase, parameters={**phase.parameters, **{eom.parameters[j]: float(values[i]) for i, j in places}}, by=by)
 
 
 def _wanted(before: Instant, events: Sequence[Event]) -> dict[Expr, Any]:

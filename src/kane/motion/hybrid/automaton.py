@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Events and switches as a kernel takes them: routines of their quantities, tables of what they do and how they leave thresholds.
 
-A kernel decides what follows from numbers: passages of events that are noted or end the motion, switches, and actions that set the
-state of systems without constraints to expressions. Pivots of W, actions that are functions of Python, set parameters or inputs, or
-act under constraints are asked of Python.
+A kernel decides what follows from numbers: passages of events that are noted or end the motion, switches, and actions that set speeds,
+states and parameters to expressions, and coordinates where no constraints hold them. Pivots of W, actions that are functions of Python,
+set inputs, moments of inertia, or what turns at times or inputs depend on, are asked of Python.
 """
 
 from typing import Any
@@ -16,6 +16,7 @@ from kane.model.declarations import Event
 from kane.motion.hybrid.contact_starts import ends_force
 from kane.motion.hybrid.event_routines import actions, bundles, glance, tendency, values_set
 from kane.motion.hybrid.events import Fresh, Leaves, leaves_row
+from kane.motion.inputs.expressions import Formula
 from kane.motion.right_hand_side import Given, Routines
 from kane.motion.steppers.crossings import KINDS, LEAVES, Kind
 from kane.motion.steppers.crossings import room as zoomed
@@ -67,6 +68,7 @@ def automaton(now: Routines, t: float, y: Array, fresh: Fresh, wide: bool = True
     given |= {"seen": seen, "largest": np.nan_to_num(np.abs(seen)), "sides_at": len(now.eom.parameters)}
     given["watch"] = wide_entry(now.events, PARTS) if wide else entry(now.events)
     begin_at(given, now.eom.events, fresh)
+    given["kinds"][[k * KINDS for k in asks_for(now)]] = float(Kind.ASKED)
     for name, routine in evaluated(now).items():
         own = {} if name == "watch" else {name: entry(routine)}
         h = f"h{name[0]}"
@@ -102,6 +104,14 @@ def asks(eom: Equations) -> bool:
     """Whether Python is asked wherever there is an event: for actions that kernels do not take."""
     acting = {k for k, _, _ in values_set(eom)}
     return any(e.then is not None and k not in acting for k, e in enumerate(eom.events))
+
+
+def asks_for(now: Routines) -> list[int]:
+    """The events for which Python is asked as they set parameters of inputs."""
+    eom, first = now.eom, len(now.eom.state) + 1
+    read = {s for f in now.drives if isinstance(f, Formula) for s in f.values}
+    set_ = eom.numeric(now.settings).value(values_set) if read else []
+    return [k for k, place, _ in set_ if place >= first and eom.parameters[place - first] in read]
 
 
 def stands_beside(now: Routines, given: Given, t: float, y: Array) -> bool:

@@ -15,9 +15,13 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Rate, Reaction
+from kane.expr.visit import substituted
+from kane.model.beams.beam import Beam
+from kane.model.bodies import parts_of
 from kane.model.declarations import Event, target
 from kane.motion.inputs.expressions import law_ports
 from kane.motion.projection import is_constrained
+from kane.motion.right_hand_side import timed
 from kane.motion.start import moves_pivots
 from kane.numeric.arrays import Array
 from kane.program.from_expressions import Bundle
@@ -66,10 +70,13 @@ def _parts(*parts: Array) -> tuple[Array, ...]:
 
 
 def values_set(eom: Equations) -> list[tuple[int, int, Expr]]:
-    """Of the events that act in a kernel: which one, the place in the state that it sets, to what."""
-    if is_constrained(eom) or moves_pivots(eom):
+    """Of the events that act in a kernel: which one, the place that it sets, to what.
+
+    Places of parameters stand behind the components of a motion, (q, u, a) and the work; what has the place −1 is to be above zero.
+    """
+    if moves_pivots(eom) or (is_constrained(eom) and eom.system.contacts):
         return []
-    place, known = {s: k for k, s in enumerate(eom.state)}, {s for port in ports(eom.derived) for s in port.symbols}
+    place, known = _places(eom), {s for port in ports(eom.derived) for s in port.symbols}
     found = []
     for k, event in enumerate(eom.events):
         if not isinstance(event.then, Mapping):
@@ -77,8 +84,29 @@ def values_set(eom: Equations) -> list[tuple[int, int, Expr]]:
         set_ = {target(eom.system, event, key): as_expr(what) for key, what in event.then.items() if _is_value(what)}
         values = without_unknowns(eom.solved, list(set_.values()))
         if len(set_) == len(event.then) and set_.keys() <= place.keys() and known.issuperset(free_symbols(values)):
-            found += [(k, place[s], value) for s, value in zip(set_, values, strict=True)]
+            new = dict(zip(set_, values, strict=True))
+            found += [(k, place[s], value) for s, value in new.items()]
+            found += [(k, -1, substituted(mass, new)) for mass in _masses(eom) if not new.keys().isdisjoint(free_symbols([mass]))]
     return found
+
+
+def _places(eom: Equations) -> dict[Expr, int]:
+    """What kernels set: the state, but for coordinates that constraints hold, and parameters that only rates and masses depend on."""
+    place: dict[Expr, int] = {s: k for k, s in enumerate(eom.state)}
+    if is_constrained(eom):
+        place = {s: k for s, k in place.items() if s not in set(eom.coordinates)}
+    parts, clock = list(parts_of(eom.system.bodies)), timed(eom)
+    if eom.system.contacts:
+        return place
+    judged = [x for part in parts if part.inertia for pair in part.inertia.dyads for v in pair for x in v.scalars()]
+    judged += [*clock.pulses, *(turning.quantity for turning in clock.turning)]
+    judged += [x for body in eom.system.bodies if isinstance(body, Beam) for _, x in body.measures()]
+    fixed, n = free_symbols(judged), len(eom.state) + 1
+    return place | {s: n + k for k, s in enumerate(eom.parameters) if s not in fixed}
+
+
+def _masses(eom: Equations) -> list[Expr]:
+    return list(dict.fromkeys(part.mass for part in parts_of(eom.system.bodies) if not part.momenta))
 
 
 def _is_value(what: object) -> bool:

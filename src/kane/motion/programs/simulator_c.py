@@ -89,6 +89,7 @@ def assembled(
     own = {"rhs": f"{name}_rates"} | {a: f"{name}_{own}" for part in parts for a, own in part.routines.items()}
     called = {a.name: own.get(a.name, "nothing") for a in kernel.arguments if isinstance(a, Callee)}
     called["rhs"] = "rates" if asked["held"] else called["rhs"]
+    called |= {a: f"{name}_hoist" for a in called if a.startswith("hoist_")}
     printed = emit_kernel_c(kernel, called, "static ")
     arrays = _arrays(kernel, parts)
     changing = {a: what for a, what in arrays.items() if not _constant(a, what, printed)}

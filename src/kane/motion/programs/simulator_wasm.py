@@ -59,6 +59,7 @@ def emit_simulator_wasm(compiled: Compiled, method: str = "dop853", samples: int
     memory.give(parts)
     memory.arrays["rows"] = memory.arrays["states"] + 8 * n
     calls = {a: functions[task] for part in parts for a, task in part.routines.items()}
+    calls |= {a.name: functions["hoist"] for a in kernel.arguments if a.name.startswith("hoist_")}
     calls |= {
         "hoist": functions["hoist"],
         "rhs": functions["rates"] if not held else _dispatched(module, functions, memory),

@@ -211,6 +211,24 @@ class Held:
             array[at] = array[at] + room[self.delta + j]
         self.rates_left(array, place)
 
+    def follow(self, t: Term, to: tuple[Array, Term], bound: tuple[Array, Term]) -> None:
+        """The speeds of a state that are not `bound` follow from those that are; `doubt` tells whether constraints are left open."""
+        w, room, (array, place), (kept, first) = self.writer, self.room, to, bound
+        self.numbers(t, array, place)
+        self.doubt.put(0)
+        with w.when(self.is_open(self.dc, self.f, self.terms, _CLOSED)):
+            self.doubt.put(1)
+        self.matrix()
+        with w.few(self.s) as j, w.when(kept[first + j] > 0.5), w.few(self.d) as i:
+            room[self.rows + i * self.s + j] = 0.0
+        self.rates_left(array, place)
+        self.rounds.put(0)
+        with w.repeat(lambda: self.is_open(self.d, self.left, self.sizes, _LEVEL) & (self.rounds.get() < _ROUNDS)):
+            self.move_speeds(array, place)
+            self.rounds.put(self.rounds.get() + 1)
+        with w.few(self.m) as i, w.when(~(w.compute("abs", room[self.left + i]) <= room[self.sizes + i] * ROUNDED_SUM)):
+            self.doubt.put(1)
+
     def regularity(self) -> None:
         """`least`, 1/‖B⁻¹‖, and `share`, ‖Ã‖ over it."""
         w, room, d = self.writer, self.room, self.d

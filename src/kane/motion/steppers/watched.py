@@ -43,7 +43,8 @@ class Watched:
     that are their thresholds. `pivots` are 1 for those that must not come near zero. `values` is room for 9 of each and 24 more.
     Where it is `wide`, their routine takes the eight places at once, else one state; `glance` takes one state and gives the quantities
     and the sizes of their terms, `tendency` the rates of the `own` ones along the motion, and `act` the values that actions set:
-    of each, `actions` says by which event, and at which place of the state.
+    of each, `actions` says by which event, and at which place: of the state, or behind its components of the parameters; at −1 a value is
+    to be above zero. Under constraints the speeds that none is set of follow.
     `dense` is the state along the step, `held` what moves it onto constraints.
 
     Where it is `sided` the quantities behind those of events are of switches, whose sides stand in p from `sides_at` on. `turns` holds
@@ -81,6 +82,9 @@ class Watched:
         self.after_rates = self.before_rates + self.own
         self.was = self.after_rates + self.own
         self.set_at = self.was + self.count * 2
+        self.bound = self.set_at + self.acts  # of each speed whether it stays as it is
+        self.kept_p = self.bound + context.n  # values of the parameters that are set, before
+        self.renews = w.variable("renews", INT)
 
     # ---------------------------------------------------------------------------------------------------- the look
 
@@ -428,6 +432,10 @@ class Watched:
             self.at_once(k, lambda: ends.put(1), c.kinds[w.compute("int", c.met[k * 2 + 1]) * KINDS + 3] > 0.0)
         with w.when(c.get("asked") > 0):
             o.back.put(int(ReturnCode.LOOK))
+            with w.when((acting.get() > 0) & (self.renews.get() > 0)):
+                with w.few(self.acts) as k, w.when(self.sets_parameter(k)):
+                    o.p[self.place(k) - o.n] = self.instant[self.kept_p + k]
+                o.rehoist()
         with w.otherwise():
             o.sample(self.length.get(), lambda: None, sampled, t)
             self.jumps[row] = t
@@ -465,6 +473,9 @@ class Watched:
         with w.count(o.n) as i:
             o.y[i] = self.jumps[after + i]
             o.lag[i] = 0.0
+        if self.held is not None:
+            o.put(Slot.MEASURED, 0.0)
+            o.put(Slot.HELD, 0.0)
         if self.sided and o.turned is not None:
             self.no_end()
             o.turned.put(0)
@@ -495,6 +506,9 @@ class Watched:
 
             self.at_once(k, mark, c.kind(which) < float(Kind.ASKED))
         self.set_values(t, before, after)
+        self.set_parameters()
+        if self.held is not None:
+            self.follow(t, after)
         self.at_state(self.glance, self.glance_h, t, (self.jumps, after), (self.instant, w.integer(0)))
         self.at_state(self.tendency, self.tendency_h, t, (self.jumps, after), (self.instant, self.after_rates))
         with w.few(own) as e:
@@ -516,14 +530,62 @@ class Watched:
             event, slot = (w.compute("int", self.actions[k * 2 + j]) for j in (0, 1))
             value = self.instant[place + k]
             with w.when(self.doubts[event] > 2.5):
-                self.jumps[after + slot] = value
-                with w.when(~(value * 0.0 <= 0.0)):
+                with w.when((slot >= 0) & (slot < self.context.n)):
+                    self.jumps[after + slot] = value
+                with w.when(~(value * 0.0 <= 0.0) | ((slot < 0) & ~(value > 0.0))):
                     c.put("asked", 1)
                 with w.few(self.acts) as j:
                     other, same = (w.compute("int", self.actions[j * 2 + i]) for i in (0, 1))
                     apart = (value < self.instant[place + j]) | (value > self.instant[place + j])
-                    with w.when((self.doubts[other] > 2.5) & same.equals(slot) & apart):
+                    with w.when((self.doubts[other] > 2.5) & same.equals(slot) & (slot >= 0) & apart):
                         c.put("asked", 1)
+
+    def place(self, k: Term) -> Term:
+        """Where the kth value that actions set stands."""
+        return self.writer.compute("int", self.actions[k * 2 + 1])
+
+    def acts_now(self, k: Term) -> Term:
+        """Whether an event of this instant sets the kth value."""
+        return self.doubts[self.writer.compute("int", self.actions[k * 2])] > 2.5
+
+    def sets_parameter(self, k: Term) -> Term:
+        """Whether an event of this instant sets the kth value, of a parameter."""
+        return self.acts_now(k) & (self.place(k) >= self.context.n)
+
+    def set_parameters(self) -> None:
+        """Parameters become what events set them to, and what follows from them with them; what they were is kept."""
+        w, o = self.writer, self.context
+        self.renews.put(0)
+        with w.few(self.acts) as k, w.when(self.sets_parameter(k)):
+            self.instant[self.kept_p + k] = o.p[self.place(k) - o.n]
+            self.renews.put(1)
+        with w.when(self.renews.get() > 0):
+            with w.few(self.acts) as k, w.when(self.sets_parameter(k)):
+                o.p[self.place(k) - o.n] = self.instant[self.set_at + k]
+            o.rehoist()
+
+    def follow(self, t: Term, after: Term) -> None:
+        """Speeds that none is set of follow on the constraints: the dependent ones, or all where as many are set as are independent."""
+        w, held = self.writer, self.held
+        assert held is not None
+        free = w.variable("unset", INT)
+        free.put(held.s - held.d)
+        with w.few(held.s) as j:
+            self.instant[self.bound + j] = 1.0
+        with w.few(held.d) as j:
+            self.instant[self.bound + held.index(held.dependent, j)] = 0.0
+        with w.few(self.acts) as k:
+            j = self.place(k) - held.coordinates
+            with w.when(self.acts_now(k) & (j >= 0) & (j < held.s)):
+                with w.when(self.instant[self.bound + j] < 1.5):
+                    free.put(free.get() - 1)
+                self.instant[self.bound + j] = 2.0
+        with w.when(free.get() < 1), w.few(held.s) as j:
+            now = self.instant[self.bound + j]
+            self.instant[self.bound + j] = w.select(now > 1.5, now, 0.0)
+        held.follow(t, (self.jumps, after), (self.instant, self.bound))
+        with w.when(held.doubt.get() > 0):
+            self.crossings.put("asked", 1)
 
     def leave(self, e: Term, a: Term, t: Term) -> None:
         """How a quantity, over its threshold a before the actions, leaves it after them, or that it is leapt across."""
@@ -604,5 +666,5 @@ def rooms(count: int, own: int, acts: int, n: int) -> dict[str, int]:
         "log": 2 * (LOG + own),
         "jumps": (2 * n + 2) * JUMPS,
         **({"turns": 3 * count} if count > own else {}),
-        "instant": 7 * own + 4 * count + acts + 1,
+        "instant": 7 * own + 4 * count + 2 * acts + n + 1,
     }
