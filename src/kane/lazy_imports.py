@@ -1,9 +1,23 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The names that a package offers, imported when they are first used (PEP 562)."""
 
-from collections.abc import Mapping
+import gc
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
+
+
+@contextmanager
+def _uncollected() -> Iterator[None]:
+    """The collector waits: modules that are read leave no cycles to be found, and hundreds of them would be gone through again and again."""
+    on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if on:
+            gc.enable()
 
 
 class Offered:  # no dataclass: `import kane` would take twice as long
@@ -25,7 +39,8 @@ class Offered:  # no dataclass: `import kane` would take twice as long
 
             raise MissingAttributeError(import_module(self.package), name)
         module, inside = self.places[name]
-        value = import_module(module, self.package)
+        with _uncollected():
+            value = import_module(module, self.package)
         value = getattr(value, inside) if inside else value
         import_module(self.package).__dict__[name] = value
         return value

@@ -122,7 +122,7 @@ class ClosureSearch:
         assert nearest is not None
         return Found((), nearest, turned, starts)
 
-    def _starts(self, rng: np.random.Generator, count: int) -> Array:
+    def _starts(self, rng: "np.random.Generator", count: int) -> Array:
         """The start itself, some around it, and others anywhere within a turn, or within reach (k × free)."""
         first, size, near = self.start.values[self._free], self.level.usual, count // 3
         x = rng.uniform(-np.pi, np.pi, (count, len(first))) * np.where(size.turns, 1.0, size.x / 2)

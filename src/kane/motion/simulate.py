@@ -18,11 +18,10 @@ from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter
 from kane.model.beams.beam import Beam, doubts
-from kane.motion.contact_motion import run_over_time
 from kane.motion.inputs.expressions import Formula, own_parameters
 from kane.motion.inputs.functions import input_functions
 from kane.motion.integrators import AdaptiveStep, FixedStep
-from kane.motion.loop import STEPS_ASKED, breakpoints_of, solver
+from kane.motion.loop import STEPS_ASKED, breakpoints_of, run, solver
 from kane.motion.methods import AUTO, chosen
 from kane.motion.runner import Plan, Runner, Runners, check_values, is_plain
 from kane.motion.solution.accuracy import variational_errors
@@ -140,12 +139,21 @@ def simulate(
         check_fits(eom, start, drives, constants)
         begin = replace(begin, whole=begin.whole and eom.derived is start.equations.derived)
     with working("Simulating"), noted():
-        solution = run_over_time(eom)(
+        solution = _runs(eom)(
             eom, span, begin, (constants, drives), options, bounds, sample_times(samples, span)
         )
     again = repeating(start, _given(values, law, plan.first_step, options))
     check_kept(solution := replace(solution, _again=again, _options=options), check)
     return solution
+
+
+def _runs(eom: Equations) -> Callable[..., Solution]:
+    """What runs motions of the equations; what goes from mode to mode of contacts takes its time to import."""
+    if not eom.system.contacts:
+        return run
+    from kane.motion.contact_motion import run_over_time
+
+    return run_over_time(eom)
 
 
 def _kept(eom: Equations, plan: Plan, inputs: Any, settings: Settings | None) -> Runners | None:

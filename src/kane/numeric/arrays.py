@@ -110,3 +110,10 @@ def distinct(x: npt.ArrayLike) -> npt.NDArray[Any]:
     """The values of an array in order, each once, as np.unique gives them, which first imports numpy.ma."""
     found = np.sort(np.asarray(x), axis=None)
     return found[np.append(True, found[1:] != found[:-1])] if found.size else found
+
+
+def median(x: Array) -> float:
+    """The median of numbers (n), as np.median gives it, which first imports numpy.ma."""
+    found = np.sort(x)
+    middle = len(found) // 2
+    return float(found[-1] if np.isnan(found[-1]) else found[middle] if len(found) % 2 else (found[middle - 1] + found[middle]) / 2)

@@ -77,6 +77,11 @@ def test_constraints_are_held_with_the_same_bits(name, tmp_path):
     assert agree(kernel, given, tmp_path / "k.c") == ReturnCode.LIMIT
 
 
+def nothing_hoisted(code):
+    """What hoists in each language where nothing follows from parameters alone."""
+    return {"numpy": lambda p, h: None, "llvm": code, "c": code.library.address(code.symbol)}
+
+
 def bouncing():
     """A spring's motion with a wall, a level that is noted both ways, and a speed that ends the motion on the way back."""
     N = kn.Frame("N")
@@ -122,6 +127,8 @@ def test_events_are_decided_with_the_same_bits(name, tmp_path):
         out[:24] = np.array(values).T.reshape(-1)
 
     given = languages(given | told, routine)
+    given |= {what: nothing_hoisted(code) for what, code in told.items() if what.startswith("hoist_")}
+    given |= {what: nothing_hoisted(told["hoist_hw"]) for what in ("hoist_h", "hoist_hd", "hoist_hj")}
     for what, code in codes.items():
         own = look if wide and what == "watch" else narrow(routines[what])
         given[what] = {"numpy": own, "llvm": code, "c": code.library.address(code.symbol)}

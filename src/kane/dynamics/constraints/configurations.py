@@ -139,7 +139,7 @@ class _ConfigurationSearch:
     conditions: Manifold
     turning: Sequence[Symbol]
     values: dict[Symbol, float]
-    rng: np.random.Generator
+    rng: "np.random.Generator"  # which takes its time to import
 
     def tried(self, count: int, moment: Mapping[Symbol, float]) -> Configurations:
         """Configurations from so many starts, the first of them at `values`, and from zero; at random ones where none closes."""

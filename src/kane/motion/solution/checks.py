@@ -27,7 +27,7 @@ from kane.expr.ops import Immutable
 from kane.expr.regular import Sizes, size
 from kane.model.loads import Load
 from kane.motion.solution.phases import Indices, leaps
-from kane.numeric.arrays import Array, Mask, distinct
+from kane.numeric.arrays import Array, Mask, distinct, median
 from kane.numeric.scale import EPS
 
 _PARTS = 10
@@ -134,7 +134,7 @@ def _usual(kinetic: Array, potential: Array) -> Array:
     for k, i in enumerate(centers):
         about = slice(max(0, i - half), i + half + 1)
         v = potential[about]
-        sizes[k] = np.median(np.maximum(kinetic[about], np.abs(v - np.median(v))))
+        sizes[k] = median(np.maximum(kinetic[about], np.abs(v - median(v))))
     return np.interp(np.arange(n), centers, sizes)
 
 

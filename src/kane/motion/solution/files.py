@@ -12,7 +12,6 @@ import json
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -354,6 +353,8 @@ def phase_parameters(eom: Equations) -> tuple[Parameter, ...]:
 
 def contents(motion: Any) -> Contents:
     """Of a Solution."""
+    from importlib.metadata import version
+
     eom: Equations = motion.equations
     kept = list(dict.fromkeys([eom, *(s.equations for s in motion.segments), *motion.samples]))
     place = {one: k for k, one in enumerate(kept)}

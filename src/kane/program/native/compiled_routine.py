@@ -475,7 +475,7 @@ def listed(symbols: tuple[Symbol, ...]) -> str:
 
 
 def _real(name: str, value: Any) -> Array:
-    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+    if type(value).__module__.startswith("numpy.ma") and np.ma.is_masked(value):  # which takes its time to import
         raise ArgumentError(f"Expected {name} without masked values, got a masked array: fill or drop them.")
     try:
         array = np.asarray(value)
