@@ -30,17 +30,17 @@ def control(t, x):
     return 9.0 * x[1] + 2.0 * x[3] + 0.3 * x[0] + 0.6 * x[2]
 
 
-def ball():
-    """Events that set the state, one that is noted, and one that ends the motion."""
+def ball(braked=False):
+    """Events that set the state, one that is noted, and one that ends the motion; `braked`, friction switches, and a parameter is set."""
     N = kn.Frame("N")
     y, v, e = kn.coordinate("y"), kn.speed("v"), kn.parameter("e", 0.8)
     events = [
-        kn.Event("bounce", y, direction=-1, then={v: -e * v}),
+        kn.Event("bounce", y, direction=-1, then={v: -e * v, e: 0.99 * e} if braked else {v: -e * v}),
         kn.Event("top", v, direction=-1, terminal=False),
         kn.Event("low", y + v**2 / 2 / 9.81 - 0.1, direction=-1),
     ]
     P = kn.Point("O", fixed_in=N).at("P", y * N.y)
-    loads = [kn.gravity(-9.81 * N.y)]
+    loads = [kn.gravity(-9.81 * N.y), *([kn.Force(P, -kn.sign(v) * N.y)] if braked else [])]
     return kn.System(N, bodies=[kn.Particle("ball", P, 2)], speeds={v: y.dt}, loads=loads, events=events)
 
 
@@ -48,7 +48,7 @@ MODELS = {
     "four_bar": (lambda: load("four_bar").system(), "dop853", None),
     "disk": (rolling_disk.system, "vern9", None),
     "cart": (lambda: pendulum_on_cart.system(force=True), "dop853", PERIOD),
-    "ball": (ball, "tsit5", None),
+    "ball": (lambda: ball(braked=True), "tsit5", None),
 }
 """By name what makes a system, the method, and the period of a sampled controller."""
 

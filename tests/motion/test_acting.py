@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 import kane as kn
 from kane.gallery import four_bar
+from kane.motion import loop, native
 from tests.examples import examples
 
 N = kn.Frame("N")
@@ -231,6 +232,60 @@ def test_an_action_may_end_the_motion_and_set_off_others():
     assert [x.name for x, _ in sol.events] == ["bounce", "upwards"]
     assert sol[g][-1] == pytest.approx(2 * 9.81)
     assert [x.name for x in sol.jumps[0].events] == ["bounce", "upwards"]
+
+
+def asked(monkeypatch):
+    """What Python is asked for from now on: steps that it looks at, actions that it takes."""
+    found = []
+    for module, name in ((native.NativeCourse, "_look"), (loop, "after_actions")):
+        own = getattr(module, name)
+        monkeypatch.setattr(module, name, lambda *args, own=own: (found.append(1), own(*args))[1])
+    return found
+
+
+def test_kernels_set_parameters(monkeypatch):
+    """Also of masses, at one instant with others; Python's solvers, where Python acts, lead to the same; values begin anew in each motion."""
+    k = kn.parameter("k", 3.0, "N/m")
+    stiffer = kn.Event("stiffer", v, then={k: 1.1 * k, v: 0.9 * v})
+    lighter = kn.Event("lighter", y, direction=1, then={m: 0.9 * m})
+    eom, seen = ball(stiffer, lighter, loads=[kn.Force(P, -k * y * N.y)]), asked(monkeypatch)
+    sols = [kn.simulate(eom, (0, 9), q=[1], u=[0.3], rtol=1e-11, atol=1e-11) for _ in range(3)]
+    assert seen == []
+    other = kn.simulate(eom, (0, 9), q=[1], u=[0.3], rtol=1e-11, atol=1e-11, method="DOP853")
+    assert seen
+    for sol in sols:
+        assert sol.states[-1] == pytest.approx(other.states[-1], rel=1e-7)
+        assert [(sol[k][-1], sol[m][-1])] == [(other[k][-1], other[m][-1])]
+        assert [[e.name for e in j.events] for j in sol.jumps] == [[e.name for e in j.events] for j in other.jumps]
+        assert sol.keeps_energy
+    # a mass below zero, and parameters of inputs, are Python's to judge
+    sol = kn.simulate(ball(kn.Event("gone", y, then={m: m - 3 * kn.sqrt(m**2)})), (0, 1), q=[1], u=[0])
+    stopped_by(sol, np.sqrt(2 / 9.81), "mass")
+    driven = ball(stiffer, loads=[kn.Force(P, (F - k * y) * N.y)])
+    sol, other = (
+        kn.simulate(driven, (0, 9), q=[1], u=[0.3], inputs={F: k * kn.parameter("l", 0.1, "m")}, method=how)
+        for how in ("tsit5", "DOP853")
+    )
+    assert sol[F][-1] == pytest.approx(0.1 * sol[k][-1])
+    assert sol.states[-1] == pytest.approx(other.states[-1], rel=1e-5)
+
+
+@pytest.mark.slow
+def test_kernels_act_under_constraints(monkeypatch):
+    """A crank is struck again and again: what depends on it follows in the kernel."""
+    system = four_bar.system()
+    u1, q1 = next(iter(system.speeds)), system.coordinates[0]
+    struck = kn.Event("struck", kn.sin(q1), then={u1: 0.5 * u1})
+    eom, seen = kn.derive(system.replace(events=[struck])), asked(monkeypatch)
+    for method in ("auto", "tsit5"):
+        sol = kn.simulate(eom, (0, 2.0), **four_bar.START, method=method)
+        assert len(sol.jumps) > 0
+        assert max(np.abs(r).max() for r in sol.constraint_residuals.values()) < 1e-9
+        assert sol.keeps_energy
+        assert seen == []
+    other = kn.simulate(eom, (0, 2.0), **four_bar.START, method="DOP853")
+    assert seen
+    assert sol.states[-1] == pytest.approx(other.states[-1], rel=1e-6)
 
 
 @pytest.mark.slow

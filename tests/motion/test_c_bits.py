@@ -61,7 +61,7 @@ def test_the_motion_is_that_of_simulate(tmp_path, name):
     if name == "disk":
         assert sol.event.name == "onset of rolling (friction)"
     if name == "ball":
-        assert len(sol.jumps) == 6
+        assert len(sol.jumps) == 4
 
 
 @pytest.mark.parametrize("method", ["dop853", "tsit5"])

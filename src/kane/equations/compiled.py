@@ -153,6 +153,7 @@ def program(
     outputs: Outputs | None = None,
     *,
     more: Sequence[Task] = (),
+    beside: Sequence[Symbol] = (),
     name: str = "model",
     reciprocals: bool = True,
     optimize: bool = True,
@@ -161,7 +162,7 @@ def program(
     """The Program of the named routines, of "outputs" where there are any, and of `more` that are given.
 
     "rhs" gives ẋ = (q̇, u̇, ȧ), "mass_matrix" M, "forcing" f of M u̇ = f with the reactions at their solved values, "reactions" those
-    values; those of `ON_DEMAND` are asked for by name. `reciprocals` lets divisions by one divisor share its reciprocal, which
+    values; those of `ON_DEMAND` are asked for by name. `beside` stands behind the parameters. `reciprocals` lets divisions by one divisor share its reciprocal, which
     rounds differently, `optimize` rewrites to fewer operations by `rules`.
     """
     own = ", ".join([*ROUTINES, *(["outputs"] if outputs else []), *ON_DEMAND])
@@ -181,6 +182,7 @@ def program(
         return left_out.get(guard) or Note(of_rates(solved, guard) or divided_by(pivot_of(solved, guard)))
 
     t, x, *given = ports(solved.derived)
+    given = [replace(port, symbols=(*port.symbols, *beside)) if port.name == "p" else port for port in given]
     every = (t, x, *direction_ports(solved.derived, routines), *given)
     return build_program(name, every, tasks, reciprocals, SUBJECT, note, optimize, rules)
 

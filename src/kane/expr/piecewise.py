@@ -379,7 +379,7 @@ def side_symbols(quantities: Iterable[Expr]) -> dict[Expr, Symbol]:
 
 def side_symbol(k: int) -> Symbol:
     """The symbol of the kth side."""
-    return Parameter.declare(f"side{k}", description="of a switch")
+    return Parameter.declare(f"side{k}", 1.0, description="of a switch")
 
 
 def on(quantities: Iterable[Expr], sides: Iterable[int]) -> Callable[[Expr], Expr]:

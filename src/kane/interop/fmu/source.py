@@ -11,6 +11,7 @@ from typing import cast
 from kane.dynamics.readings.quantities import without_unknowns
 from kane.equations.compiled import Compiled
 from kane.equations.equations import Equations
+from kane.errors import ProgramError
 from kane.expr.differentiation import tangent
 from kane.expr.node import ONE
 from kane.motion.constraint_kernels import choices, holding, structure
@@ -42,6 +43,7 @@ class Start:
 def source(compiled: Compiled, method: str, start: Start, version: str) -> tuple[str, str]:
     """The text and its token, which a unit is instantiated with: the digest of all the rest."""
     eom, name = cast(Equations, compiled.equations), compiled.name
+    _check_actions(eom)
     tasks = [*([compiled.bundle.task] if compiled.bundle else []), *_output_slopes(compiled)]
     tasks += [tendency(eom).task] * (bool(eom.events) and not values_set(eom))
     ending = _ending(compiled, start, version)
@@ -51,6 +53,16 @@ def source(compiled: Compiled, method: str, start: Start, version: str) -> tuple
     token = sha256(text.encode()).hexdigest()[:32]
     token = "-".join((token[:8], token[8:12], token[12:16], token[16:20], token[20:]))
     return text.replace("@TOKEN@", token), token
+
+
+def _check_actions(eom: Equations) -> None:
+    """Events set what an importer may have changed, the state of systems without constraints, and nothing else."""
+    wrong = {eom.events[k].name for k, place, _ in values_set(eom) if is_constrained(eom) or not 0 <= place < len(eom.state)}
+    if wrong:
+        raise ProgramError(
+            f"Expected events that set the state of a system without constraints in a unit, got {', '.join(sorted(wrong))}, which ask for "
+            "more: parameters are the importer's, and what depends on speeds would follow. Leave them out, or simulate here."
+        )
 
 
 def _head(text: str, name: str) -> str:

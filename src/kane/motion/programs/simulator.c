@@ -100,6 +100,8 @@ static void aim(@NAME@_motion *m)
     m->s[AT_END] = (stop < m->end) ? (stop - (@ULPS@.0 * spacing(stop))) : m->end;
     m->s[AT_STEP] = @FIXED@ ? m->max_step : 0.0;
     m->s[AT_FRESH] = 1.0;
+    m->s[AT_SIDED] = 0.0;
+    m->s[AT_TURNING] = 0.0;
     m->fresh = false;
 }
 
@@ -188,6 +190,8 @@ int @NAME@_go_on(@NAME@_motion *m)
     int said = @CAPS@_LIMIT;
     if (back == @FULL@) {
         said = @CAPS@_NOTED;
+    } else if ((back == @STANDS@) || (back == @RESTS@)) {
+        said = @CAPS@_UNDECIDED;
     } else if (back == @LOOK@) {
         said = @LOOKS@;
     } else if (back == @EVENT@) {

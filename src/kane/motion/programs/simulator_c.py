@@ -18,7 +18,7 @@ from kane.equations.equations import Equations
 from kane.errors import ProgramError
 from kane.expr.node import ZERO, Expr
 from kane.motion.inputs.breakpoints import MOST, PLACES, SHARE, ULPS, Clock, Turning
-from kane.motion.programs.simulator_parts import TAKES, Part, checked, motion_program, parts_of
+from kane.motion.programs.simulator_parts import TAKES, Part, checked, motion_program, parts_of, turning
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import timed
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
@@ -62,8 +62,8 @@ def emit_simulator(compiled: Compiled, method: str = "dop853", period: float | N
     Raises
     ------
     ProgramError
-        if the equations have loads that switch, constraints that may lose what holds them, or events that act through Python, which a
-        motion has to look after, or there is no such method
+        if the equations have loads that switch by tables of steps, constraints that may lose what holds them, or events that act through
+        Python, which a motion has to look after, or there is no such method
     """
     return assembled(compiled, method, period)
 
@@ -81,10 +81,11 @@ def assembled(
 
     Marks such as @NAME@ are filled in the ending too; where it has a motion it calls it m.
     """
-    _check(compiled, method, period)
+    _check(compiled, method, period, switching=ending is None)
     eom, integrator, name = cast(Equations, compiled.equations), INTEGRATORS[method], compiled.name
     clock, parts = timed(eom), parts_of(eom)
-    asked = {"held": is_constrained(eom), "watched": bool(eom.events)}
+    sides = bool(turning(eom))
+    asked = {"held": is_constrained(eom), "watched": sides or bool(eom.events), "sided": sides}
     kernel = integrator.kernel(**{what: True for what, so in asked.items() if so})
     own = {"rhs": f"{name}_rates"} | {a: f"{name}_{own}" for part in parts for a, own in part.routines.items()}
     called = {a.name: own.get(a.name, "nothing") for a in kernel.arguments if isinstance(a, Callee)}
@@ -138,7 +139,7 @@ def _numbers(compiled: Compiled, method: str) -> dict[str, str]:
     }
 
 
-def _check(compiled: Compiled, method: str, period: float | None) -> None:
+def _check(compiled: Compiled, method: str, period: float | None, switching: bool) -> None:
     """A program can look after the motion."""
     if period is not None and not 0 < period < math.inf:
         raise ProgramError(f"Expected a period above zero (s) of a sampled controller, got {period!r}.")
@@ -147,6 +148,7 @@ def _check(compiled: Compiled, method: str, period: float | None) -> None:
         method,
         "a program in C",
         lambda one: f"{one.quantity} turns rates at times that no line gives" if one.slope is None else "",
+        switching,
     )
 
 
@@ -250,7 +252,8 @@ def _arrays(kernel: Kernel, parts: Sequence[Part]) -> dict[str, Array | str]:
         found |= dict.fromkeys(part.hoisted, "@CAPS@_HOISTED + 1")
     known = {*_ARGUMENTS, *found, *(a for part in parts for a in part.given)}
     wanted = [a.name for a in kernel.arguments if not isinstance(a, Callee) and a.name not in known]
-    return found | dict.fromkeys(wanted, np.zeros(1))
+    hoists = {a.name for a in kernel.arguments if isinstance(a, Callee)}
+    return found | {a: "@CAPS@_HOISTED + 1" if f"hoist_{a}" in hoists else np.zeros(1) for a in wanted}
 
 
 def _constant(array: str, what: Array | str, printed: str) -> bool:

@@ -4,25 +4,27 @@
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from kane.equations.compiled import Compiled, program
 from kane.equations.equations import Equations, repartition
 from kane.errors import KaneError, ProgramError
+from kane.expr.node import Expr
+from kane.expr.piecewise import side_symbol
 from kane.motion.constraint_kernels import alike, among, choices, holding, structure
 from kane.motion.hybrid.automaton import tables
-from kane.motion.hybrid.event_routines import bundles
+from kane.motion.hybrid.event_routines import bundles, glance
 from kane.motion.inputs.breakpoints import Turning
 from kane.motion.inputs.smooth import pieces_prescribed
 from kane.motion.methods import needs
 from kane.motion.projection import is_constrained
-from kane.motion.right_hand_side import Given, has_jumps, rates, timed, watched
+from kane.motion.right_hand_side import Given, has_jumps, quantities, rates, sided, timed, watched
 from kane.motion.steppers.crossings import KINDS, Kind
 from kane.motion.steppers.table import INTEGRATORS
 from kane.program.emit.names import c_string
-from kane.program.from_expressions import Task
+from kane.program.from_expressions import Bundle, Task
 from kane.program.program import Program
 
 METHODS = tuple(name for name, i in INTEGRATORS.items() if i.width == 1 and not i.implicit)
@@ -48,10 +50,10 @@ class Part(NamedTuple):
     undecided: Sequence[str] = ()
 
 
-def checked(compiled: Compiled, method: str, what: str, untold: Callable[[Turning], str]) -> None:
+def checked(compiled: Compiled, method: str, what: str, untold: Callable[[Turning], str], switching: bool = False) -> None:
     """A program of another language, `what` in words, can look after the motion.
 
-    Of a time at which rates turn `untold` says what it cannot look after.
+    Of a time at which rates turn `untold` says what it cannot look after; loads may jump where it has the tables of `switching`.
 
     Raises
     ------
@@ -63,7 +65,7 @@ def checked(compiled: Compiled, method: str, what: str, untold: Callable[[Turnin
     eom = cast(Equations, compiled.equations)
     wrong = (
         needs(eom, INTEGRATORS[method])
-        + ["loads or inputs jump"] * has_jumps(eom)
+        + ["loads or inputs jump"] * (has_jumps(eom) and not switching)
         + ["contacts change their modes"] * bool(eom.system.contacts and not eom.system.modes)
         + [text for part in parts_of(eom) for text in part.undecided]
         + [text for one in timed(eom).turning if (text := untold(one))]
@@ -74,6 +76,17 @@ def checked(compiled: Compiled, method: str, what: str, untold: Callable[[Turnin
             f"Expected a motion that {what} can look after, got one in which {' and '.join(wrong)}. Emit the equations alone, "
             "and take an integrator that does; or simulate here."
         )
+
+
+def turning(eom: Equations) -> tuple[Expr, ...]:
+    """The quantities of switches that the kernel decides, whose sides stand behind the parameters."""
+    return quantities(eom) if has_jumps(eom) else ()
+
+
+def _task(eom: Equations, make: Callable[..., Bundle[Any]], *more: Expr) -> Task:
+    """What a bundle evaluates, on the sides of switches."""
+    count = len(turning(eom))
+    return (sided(eom, count, make, *more) if count else make(eom, *more)).task
 
 
 def parts_of(eom: Equations) -> list[Part]:
@@ -91,29 +104,33 @@ def motion_program(
     """The rates, as "rates" where no constraints are held, what the parts evaluate, `more`, and routines of equations by name."""
     eom, settings = cast(Equations, compiled.equations), compiled.settings
     contract = settings.contract if contract is None else contract
-    own = [] if is_constrained(eom) else [replace(rates(eom).task, name="rates")]
+    own = [] if is_constrained(eom) else [replace(_task(eom, rates), name="rates")]
+    beside = tuple(map(side_symbol, range(len(turning(eom)))))
     tasks = [*own, *(task for part in parts for task in part.tasks), *more]
     optimize = contract and settings.optimize
-    return program(eom.solved, routines, more=tasks, name=compiled.name, reciprocals=contract, optimize=optimize)
+    return program(
+        eom.solved, routines, more=tasks, beside=beside, name=compiled.name, reciprocals=contract, optimize=optimize
+    )
 
 
 def events(eom: Equations) -> list[Part]:
-    """Events, and those that Python would have to decide, in words."""
-    if not eom.events:
+    """Events and switches, and those that Python would have to decide, in words."""
+    turns = turning(eom)
+    if not eom.events and not turns:
         return []
-    given = tables(eom, len(eom.state) + 1)
+    given, count = tables(eom, len(eom.state) + 1, len(turns)), len(eom.events) + len(turns)
     kinds = given["kinds"].reshape(-1, KINDS)[:, 0]
-    asked = [e for e, kind in zip(eom.events, kinds, strict=True) if kind >= Kind.ASKED and e.then is not None]
-    made = [watched, *bundles(eom)]
-    names = ", ".join(c_string(e.name) for e in eom.events)
+    asked = [e for e, kind in zip(eom.events, kinds, strict=False) if kind >= Kind.ASKED and e.then is not None]
+    made = [_task(eom, watched, *turns), _task(eom, glance, *turns), *(_task(eom, make) for make in bundles(eom)[1:])]
+    names = ", ".join(c_string(e.name) for e in eom.events) or '""'
     return [
         Part(
             "events",
-            given | {name: np.zeros(len(eom.events)) for name in ("seen", "largest")},
-            [make(eom).task for make in made],
-            dict(zip(("watch", "glance", "tendency", "act"), (make(eom).name for make in made), strict=False)),
+            given | {name: np.zeros(count) for name in ("seen", "largest")} | {"sides_at": len(eom.parameters)},
+            made,
+            dict(zip(("watch", "glance", "tendency", "act"), (task.name for task in made), strict=False)),
             ("hw", "hg", "ht", "ha"),
-            [f"enum {{ EVENTS = {len(eom.events)}, KINDS = {KINDS}, LEAVING = {len(given['leaves'])} }};"],
+            [f"enum {{ EVENTS = {len(eom.events)}, SEEN = {count}, KINDS = {KINDS}, LEAVING = {len(given['leaves'])} }};"],
             f"static const char *const at_names[] = {{{names}}};",
             [f"the event {e.name!r} asks for more than numbers tell" for e in asked],
         )
@@ -126,9 +143,10 @@ def constraints(eom: Equations) -> list[Part]:
         return []
     found = _choices(eom)
     given = structure(eom, len(eom.state) + 1)
-    given |= among([one.embedding.partition for one in found if one.embedding], len(eom.parameters))
+    place = len(eom.parameters) + len(turning(eom))
+    given |= among([one.embedding.partition for one in found if one.embedding], place)
     given["held_ready"][:] = 1.0
-    tasks = [holding(eom).task, *(replace(rates(one).task, name=f"rates_{k}") for k, one in enumerate(found))]
+    tasks = [holding(eom).task, *(replace(_task(one, rates), name=f"rates_{k}") for k, one in enumerate(found))]
     rows = [c.name for c in eom.derived.constraints.constraints]
     return [
         Part(
@@ -155,7 +173,7 @@ def _choices(eom: Equations) -> list[Equations]:
     for choice in choices(eom)[1:]:
         with suppress(KaneError):
             found.append(eom.numeric().value(repartition, choice))
-    return [one for one in found if one is eom or alike(eom, one)]
+    return [one for one in found if one is eom or (alike(eom, one) and turning(one) == turning(eom))]
 
 
 def _dispatched(count: int) -> list[str]:

@@ -150,7 +150,10 @@ def _bind(
     }
     for a in kernel.arguments:
         if isinstance(a, ArrayOf) and a.name not in memory.arrays:
-            memory.put(a.name, np.zeros(1))
+            if f"hoist_{a.name}" in routines:
+                memory.arrays[a.name] = memory.arrays["h"]
+            else:
+                memory.put(a.name, np.zeros(1))
     number = add_kernel(module, kernel, memory.arrays, routines)
     asked = [a for a in kernel.arguments if isinstance(a, Integer)]
     bound = Function([I32] * len(asked), [I32])

@@ -84,6 +84,7 @@ class Watched:
         self.set_at = self.was + self.count * 2
         self.bound = self.set_at + self.acts  # of each speed whether it stays as it is
         self.kept_p = self.bound + context.n  # values of the parameters that are set, before
+        self.kept_sides = self.kept_p + self.acts
         self.renews = w.variable("renews", INT)
 
     # ---------------------------------------------------------------------------------------------------- the look
@@ -435,6 +436,9 @@ class Watched:
             with w.when((acting.get() > 0) & (self.renews.get() > 0)):
                 with w.few(self.acts) as k, w.when(self.sets_parameter(k)):
                     o.p[self.place(k) - o.n] = self.instant[self.kept_p + k]
+                if self.sided:
+                    with w.few(self.count, self.own) as e:
+                        self.p_side(e, self.instant[self.kept_sides + e - self.own])
                 o.rehoist()
         with w.otherwise():
             o.sample(self.length.get(), lambda: None, sampled, t)
@@ -486,7 +490,7 @@ class Watched:
         """The state after the actions, all from the state before; what is not sure is `asked`.
 
         `instant` takes the quantities before and after, with the sizes of their terms, and the rows of `leaves` from then on. Where a
-        switch would turn too it is asked about.
+        switch is left at zero it is asked about.
         """
         w, o, c = self.writer, self.context, self.crossings
         own = self.own
@@ -509,6 +513,8 @@ class Watched:
         self.set_parameters()
         if self.held is not None:
             self.follow(t, after)
+        if self.sided:
+            self.turn_over(t, after)
         self.at_state(self.glance, self.glance_h, t, (self.jumps, after), (self.instant, w.integer(0)))
         self.at_state(self.tendency, self.tendency_h, t, (self.jumps, after), (self.instant, self.after_rates))
         with w.few(own) as e:
@@ -563,6 +569,23 @@ class Watched:
             with w.few(self.acts) as k, w.when(self.sets_parameter(k)):
                 o.p[self.place(k) - o.n] = self.instant[self.set_at + k]
             o.rehoist()
+
+    def turn_over(self, t: Term, after: Term) -> None:
+        """Switches have the sides of the state after the actions."""
+        w, c = self.writer, self.crossings
+        self.at_state(self.glance, self.glance_h, t, (self.jumps, after), (self.instant, w.integer(0)))
+        self.again.put(0)
+        with w.few(self.count, self.own) as e:
+            value, side = self.instant[e], -c.direction(e)
+            self.instant[self.kept_sides + e - self.own] = side
+            with w.when(~(w.compute("abs", value) > ROUNDED_TERMS * self.instant[self.count + e])):
+                c.put("asked", 1)
+            with w.when(value * side < 0.0):
+                self.p_side(e, -side)
+                self.again.put(1)
+        with w.when(self.again.get() > 0):
+            self.renews.put(1)
+            self.context.rehoist()
 
     def follow(self, t: Term, after: Term) -> None:
         """Speeds that none is set of follow on the constraints: the dependent ones, or all where as many are set as are independent."""
@@ -666,5 +689,5 @@ def rooms(count: int, own: int, acts: int, n: int) -> dict[str, int]:
         "log": 2 * (LOG + own),
         "jumps": (2 * n + 2) * JUMPS,
         **({"turns": 3 * count} if count > own else {}),
-        "instant": 7 * own + 4 * count + 2 * acts + n + 1,
+        "instant": 7 * own + 4 * count + 2 * acts + n + count - own + 1,
     }
