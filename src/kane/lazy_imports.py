@@ -10,7 +10,7 @@ from typing import Any
 
 @contextmanager
 def _uncollected() -> Iterator[None]:
-    """The collector waits: modules that are read leave no cycles to be found, and hundreds of them would be gone through again and again."""
+    """The collector waits: modules leave no cycles to be found, and hundreds of them would be gone through again and again."""
     on = gc.isenabled()
     gc.disable()
     try:

@@ -31,7 +31,7 @@ def control(t, x):
 
 
 def ball(braked=False):
-    """Events that set the state, one that is noted, and one that ends the motion; `braked`, friction switches, and a parameter is set."""
+    """Events that set the state, one that is noted, one that ends the motion; `braked`, friction switches, a parameter is set."""
     N = kn.Frame("N")
     y, v, e = kn.coordinate("y"), kn.speed("v"), kn.parameter("e", 0.8)
     events = [

@@ -244,7 +244,7 @@ def asked(monkeypatch):
 
 
 def test_kernels_set_parameters(monkeypatch):
-    """Also of masses, at one instant with others; Python's solvers, where Python acts, lead to the same; values begin anew in each motion."""
+    """Also of masses; where Python acts the motion is the same, and the next one begins with the values that are given."""
     k = kn.parameter("k", 3.0, "N/m")
     stiffer = kn.Event("stiffer", v, then={k: 1.1 * k, v: 0.9 * v})
     lighter = kn.Event("lighter", y, direction=1, then={m: 0.9 * m})

@@ -162,7 +162,8 @@ def program(
     """The Program of the named routines, of "outputs" where there are any, and of `more` that are given.
 
     "rhs" gives ẋ = (q̇, u̇, ȧ), "mass_matrix" M, "forcing" f of M u̇ = f with the reactions at their solved values, "reactions" those
-    values; those of `ON_DEMAND` are asked for by name. `beside` stands behind the parameters. `reciprocals` lets divisions by one divisor share its reciprocal, which
+    values; those of `ON_DEMAND` are asked for by name. `beside` stands behind
+    the parameters. `reciprocals` lets divisions by one divisor share its reciprocal, which
     rounds differently, `optimize` rewrites to fewer operations by `rules`.
     """
     own = ", ".join([*ROUTINES, *(["outputs"] if outputs else []), *ON_DEMAND])

@@ -23,7 +23,6 @@ from kane.expr.build import NODE_BUILDERS, div, mul, sub
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, Expr
 from kane.model.beams.beam import Beam
-from kane.model.declarations import Event
 from kane.motion.arguments import Arguments
 from kane.motion.constraint_kernels import Holding, unheld
 from kane.motion.course import HELD, MANY_STEPS, RECENT, Method

@@ -139,9 +139,7 @@ def simulate(
         check_fits(eom, start, drives, constants)
         begin = replace(begin, whole=begin.whole and eom.derived is start.equations.derived)
     with working("Simulating"), noted():
-        solution = _runs(eom)(
-            eom, span, begin, (constants, drives), options, bounds, sample_times(samples, span)
-        )
+        solution = _runs(eom)(eom, span, begin, (constants, drives), options, bounds, sample_times(samples, span))
     again = repeating(start, _given(values, law, plan.first_step, options))
     check_kept(solution := replace(solution, _again=again, _options=options), check)
     return solution

@@ -116,4 +116,10 @@ def median(x: Array) -> float:
     """The median of numbers (n), as np.median gives it, which first imports numpy.ma."""
     found = np.sort(x)
     middle = len(found) // 2
-    return float(found[-1] if np.isnan(found[-1]) else found[middle] if len(found) % 2 else (found[middle - 1] + found[middle]) / 2)
+    return float(
+        found[-1]
+        if np.isnan(found[-1])
+        else found[middle]
+        if len(found) % 2
+        else (found[middle - 1] + found[middle]) / 2
+    )

@@ -57,11 +57,13 @@ def source(compiled: Compiled, method: str, start: Start, version: str) -> tuple
 
 def _check_actions(eom: Equations) -> None:
     """Events set what an importer may have changed, the state of systems without constraints, and nothing else."""
-    wrong = {eom.events[k].name for k, place, _ in values_set(eom) if is_constrained(eom) or not 0 <= place < len(eom.state)}
+    wrong = {
+        eom.events[k].name for k, place, _ in values_set(eom) if is_constrained(eom) or not 0 <= place < len(eom.state)
+    }
     if wrong:
         raise ProgramError(
-            f"Expected events that set the state of a system without constraints in a unit, got {', '.join(sorted(wrong))}, which ask for "
-            "more: parameters are the importer's, and what depends on speeds would follow. Leave them out, or simulate here."
+            f"Expected events that set the state of a system without constraints in a unit, got {', '.join(sorted(wrong))}, which ask "
+            "for more: parameters are the importer's, and what depends on speeds would follow. Leave them out, or simulate here."
         )
 
 

@@ -91,7 +91,9 @@ def phase_after(now: Routines, phase: Phase, t: float, before: Array, by: tuple[
     own = np.array([phase.parameters[s] for s in eom.parameters])
     routine, after = now.routine(actions).flat, replace(now, p=np.append(own, now.p[len(own) :]))
     values = routine(t, before[: now.width], after.parameters(routine), now.inputs(t, before))
-    return replace(phase, parameters={**phase.parameters, **{eom.parameters[j]: float(values[i]) for i, j in places}}, by=by)
+    return replace(
+        phase, parameters={**phase.parameters, **{eom.parameters[j]: float(values[i]) for i, j in places}}, by=by
+    )
 
 
 def _wanted(before: Instant, events: Sequence[Event]) -> dict[Expr, Any]:

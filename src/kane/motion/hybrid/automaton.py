@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Events and switches as a kernel takes them: routines of their quantities, tables of what they do and how they leave thresholds.
 
-A kernel decides what follows from numbers: passages of events that are noted or end the motion, switches, and actions that set speeds,
-states and parameters to expressions, and coordinates where no constraints hold them. Pivots of W, actions that are functions of Python,
-set inputs, moments of inertia, or what turns at times or inputs depend on, are asked of Python.
+A kernel decides what follows from numbers: passages of events that are noted or end the motion, switches, and actions that set
+speeds, states and parameters to expressions, and coordinates where no constraints hold them. Pivots of W, actions that are functions
+of Python, set inputs, moments of inertia, or what turns at times or inputs depend on, are asked of Python.
 """
 
 from typing import Any

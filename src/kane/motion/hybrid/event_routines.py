@@ -84,9 +84,13 @@ def values_set(eom: Equations) -> list[tuple[int, int, Expr]]:
         set_ = {target(eom.system, event, key): as_expr(what) for key, what in event.then.items() if _is_value(what)}
         values = without_unknowns(eom.solved, list(set_.values()))
         if len(set_) == len(event.then) and set_.keys() <= place.keys() and known.issuperset(free_symbols(values)):
-            new = dict(zip(set_, values, strict=True))
+            new: dict[Expr, Expr] = dict(zip(set_, values, strict=True))
             found += [(k, place[s], value) for s, value in new.items()]
-            found += [(k, -1, substituted(mass, new)) for mass in _masses(eom) if not new.keys().isdisjoint(free_symbols([mass]))]
+            found += [
+                (k, -1, substituted(mass, new))
+                for mass in _masses(eom)
+                if not new.keys().isdisjoint(free_symbols([mass]))
+            ]
     return found
 
 

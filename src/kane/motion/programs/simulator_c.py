@@ -62,8 +62,8 @@ def emit_simulator(compiled: Compiled, method: str = "dop853", period: float | N
     Raises
     ------
     ProgramError
-        if the equations have loads that switch by tables of steps, constraints that may lose what holds them, or events that act through
-        Python, which a motion has to look after, or there is no such method
+        if the equations have loads that switch by tables of steps, constraints that may lose what holds them, or events that act
+        through Python, which a motion has to look after, or there is no such method
     """
     return assembled(compiled, method, period)
 

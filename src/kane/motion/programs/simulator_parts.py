@@ -50,7 +50,9 @@ class Part(NamedTuple):
     undecided: Sequence[str] = ()
 
 
-def checked(compiled: Compiled, method: str, what: str, untold: Callable[[Turning], str], switching: bool = False) -> None:
+def checked(
+    compiled: Compiled, method: str, what: str, untold: Callable[[Turning], str], switching: bool = False
+) -> None:
     """A program of another language, `what` in words, can look after the motion.
 
     Of a time at which rates turn `untold` says what it cannot look after; loads may jump where it has the tables of `switching`.
@@ -130,7 +132,9 @@ def events(eom: Equations) -> list[Part]:
             made,
             dict(zip(("watch", "glance", "tendency", "act"), (task.name for task in made), strict=False)),
             ("hw", "hg", "ht", "ha"),
-            [f"enum {{ EVENTS = {len(eom.events)}, SEEN = {count}, KINDS = {KINDS}, LEAVING = {len(given['leaves'])} }};"],
+            [
+                f"enum {{ EVENTS = {len(eom.events)}, SEEN = {count}, KINDS = {KINDS}, LEAVING = {len(given['leaves'])} }};"
+            ],
             f"static const char *const at_names[] = {{{names}}};",
             [f"the event {e.name!r} asks for more than numbers tell" for e in asked],
         )
@@ -173,7 +177,8 @@ def _choices(eom: Equations) -> list[Equations]:
     for choice in choices(eom)[1:]:
         with suppress(KaneError):
             found.append(eom.numeric().value(repartition, choice))
-    return [one for one in found if one is eom or (alike(eom, one) and turning(one) == turning(eom))]
+    switches = list(map(id, turning(eom)))
+    return [one for one in found if one is eom or (alike(eom, one) and list(map(id, turning(one))) == switches)]
 
 
 def _dispatched(count: int) -> list[str]:

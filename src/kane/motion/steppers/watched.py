@@ -43,8 +43,8 @@ class Watched:
     that are their thresholds. `pivots` are 1 for those that must not come near zero. `values` is room for 9 of each and 24 more.
     Where it is `wide`, their routine takes the eight places at once, else one state; `glance` takes one state and gives the quantities
     and the sizes of their terms, `tendency` the rates of the `own` ones along the motion, and `act` the values that actions set:
-    of each, `actions` says by which event, and at which place: of the state, or behind its components of the parameters; at −1 a value is
-    to be above zero. Under constraints the speeds that none is set of follow.
+    of each, `actions` says by which event, and at which place: of the state, or behind its components of the parameters; at −1 a
+    value is to be above zero. Under constraints the speeds that none is set of follow.
     `dense` is the state along the step, `held` what moves it onto constraints.
 
     Where it is `sided` the quantities behind those of events are of switches, whose sides stand in p from `sides_at` on. `turns` holds
@@ -588,7 +588,7 @@ class Watched:
             self.context.rehoist()
 
     def follow(self, t: Term, after: Term) -> None:
-        """Speeds that none is set of follow on the constraints: the dependent ones, or all where as many are set as are independent."""
+        """Speeds that are not set follow on the constraints: the dependent ones, or all where as many are set as are independent."""
         w, held = self.writer, self.held
         assert held is not None
         free = w.variable("unset", INT)
