@@ -6,6 +6,7 @@ Each tool is imported when it is asked for.
 
 import importlib
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,8 @@ from kane.equations.compiled import ON_DEMAND, ROUTINES
 from kane.equations.compiled import program as program_of
 from kane.errors import ArgumentError
 from kane.expr.ops import GONE
+from kane.interop.native_jax import Evaluate
+from kane.interop.native_jax import native as native_of_jax
 from kane.numeric.arrays import Array
 from kane.program.native.compiled_routine import check_complete, port_defaults, replaced_values
 from kane.program.program import Port, Program, Routine
@@ -23,7 +26,7 @@ from kane.program.program import Port, Program, Routine
 _SAME = ["sqrt", "sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "sign", "floor"]
 
 
-def to_jax(eom: Any, routine: str = "rhs", *, single: bool = False) -> Callable[..., Any]:
+def to_jax(eom: Any, routine: str = "rhs", *, single: bool = False, native: bool = False) -> Callable[..., Any]:
     """A routine of the equations as a pure function `f(t, x, p=None, r=None)` of JAX, for `jit`, `vmap`, `grad` and `jacfwd`.
 
     Parameters
@@ -36,6 +39,9 @@ def to_jax(eom: Any, routine: str = "rhs", *, single: bool = False) -> Callable[
     single
         Take single precision too. Without it JAX must be set to double precision, for a right-hand side in single precision is
         good for few steps of an integrator.
+    native
+        Call our machine code from XLA, on processors alone, where its compiler would take long over thousands of operations. ẋ has
+        compiled derivatives by all arguments; further ones, and those of other routines, are as without it.
 
     Returns
     -------
@@ -46,22 +52,32 @@ def to_jax(eom: Any, routine: str = "rhs", *, single: bool = False) -> Callable[
     Raises
     ------
     ArgumentError
-        if JAX is not installed or not in double precision, or the equations have no such routine; when called, if a vector has
+        if JAX is not installed or not in double precision (which `native` always wants), or the equations have no such routine; when called, if a vector has
         another length, or a parameter no value
     """
     jax, jnp = _module("jax"), _module("jax.numpy")
-    if not (single or jax.config.jax_enable_x64):
+    if not ((single and not native) or jax.config.jax_enable_x64):
         raise ArgumentError(
             "Expected JAX in double precision, got single: call jax.config.update('jax_enable_x64', True) before anything else "
             "of JAX, or to_jax(…, single=True)."
         )
+
+    def number(value: Any) -> Any:
+        return jnp.asarray(value, dtype=float)
 
     def packed(out: Sequence[Any], leading: tuple[int, ...], shape: tuple[int, ...]) -> Any:
         rows = [jnp.broadcast_to(value, leading) for value in out]
         return (jnp.stack(rows, -1) if rows else jnp.zeros((*leading, 0))).reshape((*leading, *shape))
 
     table = _arrays(jnp, jnp.power)
-    return _callable(eom, routine, table, lambda v: jnp.asarray(v, dtype=float), jnp.broadcast_shapes, packed)
+
+    program = cache(lambda name: _program(eom, (name,)))
+
+    def traced(name: str) -> Evaluate:
+        return _traced(program(name), table, number, jnp.broadcast_shapes, packed)
+
+    evaluate = native_of_jax(jax, routine, program, traced) if native else traced(routine)
+    return _callable(eom, program(routine), number, evaluate)
 
 
 def to_torch(eom: Any, routine: str = "rhs") -> Callable[..., Any]:
@@ -85,7 +101,9 @@ def to_torch(eom: Any, routine: str = "rhs") -> Callable[..., Any]:
         empty = torch.zeros((*leading, 0), dtype=torch.float64)
         return (torch.stack(rows, -1) if rows else empty).reshape((*leading, *shape))
 
-    return _callable(eom, routine, _arrays(torch, torch.pow), number, torch.broadcast_shapes, packed)
+    program = _program(eom, (routine,))
+    traced = _traced(program, _arrays(torch, torch.pow), number, torch.broadcast_shapes, packed)
+    return _callable(eom, program, number, traced)
 
 
 def to_casadi(eom: Any, routine: str = "rhs") -> Any:
@@ -221,27 +239,34 @@ def _run(
     return [values[i] for i in routine.results]
 
 
-def _callable(
-    eom: Any,
-    name: str,
+def _traced(
+    program: Program,
     table: Mapping[str, Callable[..., Any]],
     number: Callable[[Any], Any],
     broadcast: Callable[..., Any],
     packed: Callable[..., Any],
-) -> Callable[..., Any]:
-    """A function of the ports of a routine that gives arrays."""
-    program = _program(eom, (name,))
-    routine, ports = program.routine(name), program.ports
-    defaults = {port.name: port_defaults(port) for port in ports if port.hoisted}
+) -> Evaluate:
+    """The one routine of a program operation by operation."""
+    (routine,), ports = program.routines, program.ports
 
-    def function(t: Any, x: Any, *rest: Any, **named: Any) -> Any:
-        given = _given(ports, (t, x, *rest), named)
-        arrays = [_vector(port, given.get(port.name), defaults, number) for port in ports]
+    def evaluate(arrays: Sequence[Any]) -> Any:
         leading = broadcast(*(a.shape if p.scalar else a.shape[:-1] for p, a in zip(ports, arrays, strict=True)))
         values = [
             a if p.scalar else a[..., k] for p, a in zip(ports, arrays, strict=True) for k in range(len(p.symbols))
         ]
         return packed(_run(program, routine, table, values, number), tuple(leading), routine.shape)
+
+    return evaluate
+
+
+def _callable(eom: Any, program: Program, number: Callable[[Any], Any], evaluate: Evaluate) -> Callable[..., Any]:
+    """A function of the ports of a routine that gives arrays."""
+    ports, name = program.ports, program.routines[0].name
+    defaults = {port.name: port_defaults(port) for port in ports if port.hoisted}
+
+    def function(t: Any, x: Any, *rest: Any, **named: Any) -> Any:
+        given = _given(ports, (t, x, *rest), named)
+        return evaluate([_vector(port, given.get(port.name), defaults, number) for port in ports])
 
     function.__name__ = function.__qualname__ = name
     function.__doc__ = f"{name}({program.signature}) of {eom!r}."

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Machine code as functions of JAX: XLA calls it for one state or many, and derivatives are compiled routines of their own.
+
+∂ẋ/∂(t, x, p, r) are routines as ẋ is; the products with them are JAX's, so that forward and reverse mode both go through. Other
+routines, these derivatives among them, are differentiated operation by operation, by JAX's rules.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from typing import Any, TypeAlias
+
+from kane.program.native.entry import Entry
+from kane.program.native.machine import Settings
+from kane.program.native.xla import xla_function
+from kane.program.program import Program
+
+Evaluate: TypeAlias = Callable[[Sequence[Any]], Any]
+"""The results at an array for each port: a number or values on the last axis, behind axes that broadcast."""
+SLOPES: Mapping[str, Mapping[str, str]] = {
+    "rhs": {"t": "jac_time", "x": "jac", "p": "jac_parameters", "r": "jac_inputs"}
+}
+"""Of routines with compiled derivatives, these by port."""
+
+_called: dict[str, Entry] = {}
+"""What XLA may call while this process lives, by name."""
+
+
+def native(
+    jax: Any, name: str, program_of: Callable[[str], Program], traced_of: Callable[[str], Evaluate]
+) -> Evaluate:
+    """A routine in machine code; `traced_of` gives routines as operations of JAX."""
+    ports, function = program_of(name).ports, _of_vectors(jax, name, program_of, traced_of)
+
+    def evaluate(arrays: Sequence[Any]) -> Any:
+        vectors = [a[..., None] if port.scalar else a for port, a in zip(ports, arrays, strict=True)]
+        rank = max(a.ndim for a in vectors)
+        return function(*(a.reshape((1,) * (rank - a.ndim) + a.shape) for a in vectors))
+
+    return evaluate
+
+
+def _of_vectors(
+    jax: Any, name: str, program_of: Callable[[str], Program], traced_of: Callable[[str], Evaluate]
+) -> Callable[..., Any]:
+    """The same of vectors with as many axes each."""
+    jnp, program = jax.numpy, program_of(name)
+    (routine,), ports = program.routines, program.ports
+    target, slopes = _target(jax, program), SLOPES.get(name)
+
+    @jax.custom_jvp
+    def function(*vectors: Any) -> Any:
+        leading = jnp.broadcast_shapes(*(a.shape[:-1] for a in vectors))
+        result = jax.ShapeDtypeStruct((*leading, *routine.shape), jnp.float64)
+        return jax.ffi.ffi_call(target, result, vmap_method="expand_dims")(*vectors)
+
+    def traced(*vectors: Any) -> Any:
+        return traced_of(name)([a[..., 0] if port.scalar else a for port, a in zip(ports, vectors, strict=True)])
+
+    @cache
+    def slope(k: int) -> Callable[..., Any]:
+        return _of_vectors(jax, slopes[ports[k].name], program_of, traced_of)
+
+    def push(given: tuple[Any, ...], changes: tuple[Any, ...]) -> tuple[Any, Any]:
+        if slopes is None:
+            return jax.jvp(traced, given, tuple(_instance(jax, d) for d in changes))
+        found = function(*given)
+        moved = [k for k, d in enumerate(changes) if d.size and not isinstance(d, jax.custom_derivatives.SymbolicZero)]
+        parts = [(slope(k)(*given) @ changes[k][..., None])[..., 0] for k in moved]
+        return found, sum(parts, jnp.zeros_like(found))
+
+    function.defjvp(push, symbolic_zeros=True)
+    return function
+
+
+def _instance(jax: Any, change: Any) -> Any:
+    zero = isinstance(change, jax.custom_derivatives.SymbolicZero)
+    return jax.numpy.zeros(change.shape, change.dtype) if zero else change
+
+
+def _target(jax: Any, program: Program) -> str:
+    """The name by which XLA calls the program's routine."""
+    name, entry = xla_function(program, Settings())
+    if name not in _called:
+        jax.ffi.register_ffi_target(name, jax.ffi.pycapsule(entry.address), platform="cpu")
+        _called[name] = entry
+    return name
