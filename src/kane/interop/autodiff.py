@@ -52,8 +52,8 @@ def to_jax(eom: Any, routine: str = "rhs", *, single: bool = False, native: bool
     Raises
     ------
     ArgumentError
-        if JAX is not installed or not in double precision (which `native` always wants), or the equations have no such routine; when called, if a vector has
-        another length, or a parameter no value
+        if JAX is not installed or not in double precision, which `native` always wants, or the equations have no such
+        routine; when called, if a vector has another length, or a parameter no value
     """
     jax, jnp = _module("jax"), _module("jax.numpy")
     if not ((single and not native) or jax.config.jax_enable_x64):

@@ -45,13 +45,14 @@ def _of_vectors(
     """The same of vectors with as many axes each."""
     jnp, program = jax.numpy, program_of(name)
     (routine,), ports = program.routines, program.ports
-    target, slopes = _target(jax, program), SLOPES.get(name)
+    target, slopes = _target(jax, program), SLOPES.get(name, {})
 
-    @jax.custom_jvp
-    def function(*vectors: Any) -> Any:
+    def run(*vectors: Any) -> Any:
         leading = jnp.broadcast_shapes(*(a.shape[:-1] for a in vectors))
         result = jax.ShapeDtypeStruct((*leading, *routine.shape), jnp.float64)
         return jax.ffi.ffi_call(target, result, vmap_method="expand_dims")(*vectors)
+
+    function: Callable[..., Any] = jax.custom_jvp(run)
 
     def traced(*vectors: Any) -> Any:
         return traced_of(name)([a[..., 0] if port.scalar else a for port, a in zip(ports, vectors, strict=True)])
@@ -61,14 +62,15 @@ def _of_vectors(
         return _of_vectors(jax, slopes[ports[k].name], program_of, traced_of)
 
     def push(given: tuple[Any, ...], changes: tuple[Any, ...]) -> tuple[Any, Any]:
-        if slopes is None:
-            return jax.jvp(traced, given, tuple(_instance(jax, d) for d in changes))
+        if not slopes:
+            plain: tuple[Any, Any] = jax.jvp(traced, given, tuple(_instance(jax, d) for d in changes))
+            return plain
         found = function(*given)
         moved = [k for k, d in enumerate(changes) if d.size and not isinstance(d, jax.custom_derivatives.SymbolicZero)]
         parts = [(slope(k)(*given) @ changes[k][..., None])[..., 0] for k in moved]
         return found, sum(parts, jnp.zeros_like(found))
 
-    function.defjvp(push, symbolic_zeros=True)
+    function.defjvp(push, symbolic_zeros=True)  # type: ignore[attr-defined]  # a custom_jvp
     return function
 
 

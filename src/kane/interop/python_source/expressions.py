@@ -20,6 +20,7 @@ from kane.expr.ops import ADD, CONST, DIV, MUL, NEG, PI, POW, SUB
 from kane.expr.regular import unguarded
 from kane.expr.surd import Surd
 from kane.expr.symbols import QuasiRate, Rate, Symbol, Time
+from kane.program.emit.names import numbered
 from kane.space.vector import Parts, Vector
 
 WORTH = 6
@@ -54,9 +55,7 @@ class Names:
         plain = re.sub(r"\W+", "_", plain, flags=re.ASCII).strip("_") or kind
         if plain[0].isdigit():
             plain = f"{kind}_{plain}"
-        candidates = (plain, f"{plain}_{kind}", *(f"{plain}_{kind}_{k}" for k in range(2, 10_000)))
-        name = next(c for c in candidates if c not in self._taken)
-        self._taken.add(name)
+        name = numbered(f"{plain}_{kind}" if plain in self._taken else plain, self._taken)
         self._by_object[id(item)] = name
         self._kept.append(item)  # an id is an object's as long as it lives
         return name

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 from kane.errors import cut
 from kane.interop.imported import Remark
+from kane.program.emit.names import numbered
 
 LONGEST = 80
 
@@ -23,11 +24,7 @@ class Names:
         stem = re.sub(r"\W+", "_", name, flags=re.ASCII)[:LONGEST].strip("_") or what
         if stem[0].isdigit() or keyword.iskeyword(stem):
             stem = f"{what}_{stem}"
-        found, count = stem, 1
-        while found in self.taken:
-            count += 1
-            found = f"{stem}_{count}"
-        self.taken.add(found)
+        found = numbered(stem, self.taken)
         if found != name:
             self.remarks.append(Remark("inferred", f"{what} {cut(name)!r} is called {found}", where))
         return found

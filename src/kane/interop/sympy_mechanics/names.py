@@ -15,6 +15,7 @@ from kane.expr.symbols import Coordinate, Input, Parameter, Speed, Symbol, time
 from kane.interop.imported import Remarks
 from kane.interop.sympy import from_sympy
 from kane.interop.sympy_mechanics.given import Given
+from kane.program.emit.names import numbered
 
 _ASSUMED = ("positive", "negative", "nonnegative", "nonpositive", "nonzero", "integer")
 """Assumptions worth a word, the stronger first."""
@@ -28,13 +29,7 @@ class Names:
 
     def free(self, wanted: str) -> str:
         """`wanted` without spaces, with a number behind it where it is taken."""
-        base = "".join("_" if c.isspace() else c for c in wanted) or "x"
-        name, k = base, 1
-        while name in self._taken:
-            k += 1
-            name = f"{base}_{k}"
-        self._taken.add(name)
-        return name
+        return numbered("".join("_" if c.isspace() else c for c in wanted) or "x", self._taken)
 
 
 class Translation(Mapping[Any, Expr]):

@@ -132,12 +132,17 @@ def distinct(bases: Iterable[str], is_free: IsFree, taken: Collection[str] = ())
     for base in bases:
         while not is_free(base):
             base = f"kane_{base}"
-        name, k = base, 2
-        while name in used:
-            name, k = f"{base}_{k}", k + 1
-        used.add(name)
-        names.append(name)
+        names.append(numbered(base, used))
     return names
+
+
+def numbered(base: str, used: set[str]) -> str:
+    """`base`, with a number behind it where that is used; it is used from now on."""
+    name, k = base, 2
+    while name in used:
+        name, k = f"{base}_{k}", k + 1
+    used.add(name)
+    return name
 
 
 def made_by(version: str) -> str:

@@ -2,9 +2,9 @@
 """The function through which XLA, the compiler behind JAX, calls a routine's machine code, as LLVM text.
 
 `<name>.xla(frame)` follows XLA's C interface for foreign functions, version 0 (`xla/ffi/api/c_api.h`, for addresses of 64 bits): the
-frame tells where the buffers of the arguments and of the result are, and what their sizes are. Each port is a buffer of doubles with
-its values on the last axis, a scalar too; all have as many axes before it, of which those of size 1 are shared by all rows of the result.
-What is not finite passes on as it is.
+frame tells where the buffers of the arguments and of the result are, and how large they are. Each port is a buffer of doubles with its
+values on the last axis, a scalar too; all have as many axes before it, and what has size 1 along one of them is shared by all that lie
+along it. What is not finite passes on as it is.
 """
 
 from kane.program.emit.llvm import emit_llvm
