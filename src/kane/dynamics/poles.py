@@ -191,7 +191,10 @@ class _Places:
         """
         q = self.system.coordinates
         if pivot is not None:
-            f = (*f, div(pivot, as_expr(sample([pivot], SEED)[0])))
+            size = float(sample([pivot], SEED)[0])
+            if not np.isfinite(size):  # it has no value at numbers at random, as √(a² − b²)
+                return
+            f = (*f, div(pivot, as_expr(size)))
         values = values_of((*free_symbols([*f, *self.rows.exprs]), *q), SEED, self.rows.unit)
         moving = {*q, *self.rows.unit}
         others = {s: v for s, v in values.items() if s not in moving}

@@ -145,6 +145,16 @@ def test_a_wheel_that_is_not_oriented(a: float, b: float, c: float, s: float, to
     assert solved(MODELS["GYROSTAT"], **known) == pytest.approx(expected, rel=1e-10, abs=1e-10)
 
 
+@given(numbers, numbers, angles, angles)
+def test_springs_and_dampers_of_motiongenesis(x: float, y: float, u1: float, u2: float) -> None:
+    k, b, length, m = 7.0, 0.6, 0.4, 1.3
+    known = {"x": x, "y": y, "q": 0.2, "u1": u1, "u2": u2, "u3": 0.3, "k": k, "b": b, "L": length, "m": m, "J": 0.5}
+    r = np.array([x, y])
+    size = np.linalg.norm(r)
+    pull = -(k * (size - length) + b * (r @ [u1, u2]) / size) / size / m * r
+    assert solved(MODELS["GENESIS_SPRING"], **known) == pytest.approx({"u1": pull[0], "u2": pull[1], "u3": 3.0})
+
+
 def test_what_places_nothing_is_a_state() -> None:
     model = MODELS["GYROSTAT"]
     (x,) = model.system.states

@@ -211,3 +211,26 @@ D.SetInertia( Dcm, C, J, I, J )
 System.AddForceGravity( -g*Az> )
 Dynamics = System.GetDynamicsKane()
 """
+
+GENESIS_SPRING = """\
+NewtonianFrame N
+RigidBody B
+Point P(), Q(B)
+Constant k, b, L, J, m
+Variable x', y', q', u{1:3}'
+B.SetMass(m)
+B.SetInertia(Bcm, J*(Bx>*Bx> + By>*By> + 2*Bz>*Bz>))
+SetGeneralizedSpeed(u1, u2, u3)
+x' = u1
+y' = u2
+q' = u3
+B.Rotate(N, BodyZ, q)
+Bcm.Translate(No, x*Nx> + y*Ny>)
+Q.Translate(Bcm, 0>)
+P.Translate(No, 0>)
+Bcm.AddForceSpring(P, k, L)
+Bcm.AddForceDamper(P, b)
+B.AddTorque(3*Nz>)
+partials = Bcm.GetPartialVelocity(N)
+zero = System.GetDynamicsKane()
+"""

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The methods of MotionGenesis: `B.RotateZ(A, q)`, `P.Translate(Q, r>)`, `B.GetAngularVelocity(N)`; a table by name."""
 
+import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -10,9 +11,10 @@ from kane.interop.autolev.commands import kinematics, orient, turn
 from kane.interop.autolev.evaluate import Call, Reading, quantity
 from kane.interop.autolev.functions import center, expression, frame_of, mass, point_of, word
 from kane.interop.autolev.grammar import Line
-from kane.interop.autolev.values import Dyad, Unread, Value, along
+from kane.interop.autolev.values import Dyad, Unread, Value, Vec, along
 
 Args = Sequence[Any]
+_SIMPLE = re.compile("(?:body|space)([xyz])", re.IGNORECASE)
 _DONE = Unread("a method that gives no value")
 
 
@@ -28,7 +30,10 @@ def _rotate(axis: int, sign: int) -> Call:
 
 
 def _rotate_general(r: Reading, args: Args, line: Line) -> Value:
-    """B.Rotate(A, BodyXYZ, q1, q2, q3), B.SetRotationMatrix(A, axis>, q)."""
+    """B.Rotate(A, BodyXYZ, q1, q2, q3), B.Rotate(A, BodyX, q), B.SetRotationMatrix(A, axis>, q)."""
+    simple = _SIMPLE.fullmatch(str(_token(args[2].children[0]))) if len(args) == 4 else None
+    if simple:
+        return _rotate("xyz".index(simple[1].lower()), 1)(r, (args[0], args[1], args[3]), line)
     b, a = frame_of(r, args[0], line), frame_of(r, args[1], line)
     if len(args) == 4:
         axis = r.vector(expression(args[2]), line)
@@ -126,7 +131,7 @@ def _set_mass(r: Reading, args: Args, line: Line) -> Value:
 
 
 def _set_inertia(r: Reading, args: Args, line: Line) -> Value:
-    """B.SetInertia(Bcm, frame, Ixx, Iyy, Izz, Ixy, Iyz, Izx), point and frame left out at will."""
+    """B.SetInertia(Bcm, frame, Ixx, Iyy, Izz, Ixy, Iyz, Izx), point and frame left out at will, or with a dyadic in their place."""
     b, rest = frame_of(r, args[0], line), list(args[1:])
     point, frame = r.sheet.bodies.get(b, f"{b}cm"), b
     for known in (r.sheet.points, r.sheet.frames):
@@ -135,6 +140,10 @@ def _set_inertia(r: Reading, args: Args, line: Line) -> Value:
             name = str(token).lower()
             point, frame = (name, frame) if known is r.sheet.points else (point, name)
             rest = rest[1:]
+    whole = r.value(expression(rest[0]), line) if len(rest) == 1 else None
+    if isinstance(whole, Dyad):
+        r.sheet.inertias[b] = (whole, point, line)
+        return _DONE
     if len(rest) not in (3, 6):
         raise line.refuse("three or six measures of inertia", len(rest))
     values = [_defined(r, x, line) for x in rest]
@@ -178,6 +187,30 @@ def _torque_damper(r: Reading, args: Args, line: Line) -> Value:
     return vector
 
 
+def _force_spring(r: Reading, args: Args, line: Line) -> Value:
+    """P.AddForceSpring(Q, k, length, exponent): −k (|r| − length)^exponent along r from Q to P, and what reacts on Q."""
+    s, p, q = r.sheet, point_of(r, args[0], line), point_of(r, args[1], line)
+    k, length, *power = (r.scalar(expression(x), line) for x in args[2:])
+    apart = s.position(q, p)
+    size = s.magnitude(apart)
+    stretch = size - length
+    return _between(r, p, q, apart.times(-k * (stretch ** power[0] if power else stretch) / size), line)
+
+
+def _force_damper(r: Reading, args: Args, line: Line) -> Value:
+    """P.AddForceDamper(Q, b): −b times the rate of the distance, along the line between them, and what reacts on Q."""
+    s, p, q = r.sheet, point_of(r, args[0], line), point_of(r, args[1], line)
+    apart = s.position(q, p)
+    closing = s.dot(s.velocity(p, s.inertial) - s.velocity(q, s.inertial), apart)
+    vector = apart.times(-r.scalar(expression(args[2]), line) * closing / s.dot(apart, apart))
+    return _between(r, p, q, vector, line)
+
+
+def _between(r: Reading, p: str, q: str, vector: Vec, line: Line) -> Value:
+    r.sheet.forces += [(p, vector, line), (q, vector.times(as_expr(-1)), line)]
+    return vector
+
+
 def _add_gravity(r: Reading, args: Args, line: Line) -> Value:
     on = word(args[0], line)
     names = () if on == "system" else (on,)
@@ -214,7 +247,8 @@ def _output(name: str) -> Call:
 _OUTPUTS = (
     "getdynamicskane getdynamics getstaticskane getstatics getkineticenergy getpower getgeneralizedmomentum "
     "getangularmomentum getmomentum getpotentialenergy getspecialangularmomentum getinertia getresultantforce "
-    "geteffectiveforce getmomentofforce getacceleration getangularacceleration getcmvelocity"
+    "geteffectiveforce getmomentofforce getacceleration getangularacceleration getcmvelocity getpartialvelocity "
+    "getpartialangularvelocity getresultantmoment"
 )
 _AXES: dict[str, Callable[[], Call]] = {
     f"rotate{way}{letter}": lambda axis=axis, sign=sign: _rotate(axis, sign)  # type: ignore[misc]
@@ -229,7 +263,7 @@ MEMBERS: dict[str, Call] = {
     **dict.fromkeys(("setvelocityacceleration", "setvelocity"), _set_velocity),
     "setmass": _set_mass, "setinertia": _set_inertia, "setmassinertia": _set_mass_inertia,
     "addforce": _add_load("force"), "addtorque": _add_load("torque"), "addforcegravity": _add_gravity,
-    "addtorquedamper": _torque_damper,
+    "addtorquedamper": _torque_damper, "addforcespring": _force_spring, "addforcedamper": _force_damper,
     "getangularvelocity": _get_spin, "getvelocity": _get_velocity, "getposition": _get_position,
     "getcmposition": _get_center, "getmass": _get_mass,
     **{name: _output(name) for name in _OUTPUTS.split()},

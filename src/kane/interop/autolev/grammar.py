@@ -18,7 +18,7 @@ MOST_LETTERS, MOST_STATEMENTS, MOST_LONG, MOST_NESTED = 2_000_000, 20_000, 100_0
 GRAMMAR = r"""
 statement: expr [ASSIGN expr [unit]]
 declaration: (item ("," item?)*)?
-item: NAME [ranges] [PRIMES] ["(" NAME ")"] [SIGN] ["=" expr [unit]]
+item: NAME [ranges] [PRIMES] ["(" [NAME] ")"] [SIGN] ["=" expr [unit]]
 ranges: "{" range ("," range)* "}"
 range: expr [":" expr]
 ?expr: term (SIGN term)* -> sum
