@@ -87,6 +87,7 @@ class Target(StrEnum):
     julia = "julia"
     modelica = "modelica"
     javascript = "javascript"
+    sfunction = "sfunction"
     wasm = "wasm"
     fmu = "fmu"
 

@@ -422,8 +422,8 @@ class Compiled(Attributes):
         """Source text, whose head says how to call it.
 
         `target` is "c" (C99), "h" (its header), "numpy", "jax", "torch", "casadi", "sympy" (modules of Python), "cpp", "eigen"
-        (headers of C++17), "rust", "cargo" (src/lib.rs and Cargo.toml), "matlab" (Octave too), "julia", "modelica" or
-        "javascript"; or bytes, "wasm" (a module of WebAssembly).
+        (headers of C++17), "rust", "cargo" (src/lib.rs and Cargo.toml), "matlab" (Octave too), "julia", "modelica",
+        "javascript" or "sfunction" (a C MEX file for Simulink); or bytes, "wasm" (a module of WebAssembly).
 
         `routines` are some of "rhs", "mass_matrix", "forcing", "reactions" and "outputs", all of them unless told, or of
         "jac", "jac_inputs", "jac_parameters", "jac_time", "jvp", "vjp", "vjp_parameters", "sensitivity", "hvp",

@@ -12,6 +12,7 @@ from kane.program.emit.languages.modelica import emit_modelica
 from kane.program.emit.languages.python_arrays import emit_jax, emit_torch
 from kane.program.emit.languages.python_symbols import emit_casadi, emit_sympy
 from kane.program.emit.languages.rust import emit_cargo, emit_rust
+from kane.program.emit.languages.simulink import emit_simulink
 from kane.program.emit.numpy import emit_numpy
 from kane.program.emit.wasm import emit_wasm
 
@@ -31,6 +32,7 @@ EMITTERS: dict[str, Callable[..., str]] = {
     "julia": emit_julia,
     "modelica": emit_modelica,
     "javascript": emit_javascript,
+    "sfunction": emit_simulink,
 }
 """By target: functions of a Program; `contract` allows a·b + c in one rounding, `version` is kane's, for comments."""
 BINARY: dict[str, Callable[..., bytes]] = {"wasm": emit_wasm}
