@@ -25,9 +25,7 @@ _called: dict[str, Entry] = {}
 """What XLA may call while this process lives, by name."""
 
 
-def native(
-    jax: Any, name: str, program_of: Callable[[str], Program], traced_of: Callable[[str], Evaluate]
-) -> Evaluate:
+def native(jax: Any, name: str, program_of: Callable[[str], Program], traced_of: Callable[[str], Evaluate]) -> Evaluate:
     """A routine in machine code; `traced_of` gives routines as operations of JAX."""
     ports, function = program_of(name).ports, _of_vectors(jax, name, program_of, traced_of)
 

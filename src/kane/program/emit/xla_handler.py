@@ -94,30 +94,7 @@ def _handler(program: Program, routine: Routine) -> str:
     return f"""
 
 define ptr @{routine.name}.xla(ptr %frame) nounwind {{
-entry:
-{_field("%asked", "%frame", 8)}
-  %is.asked = icmp ne ptr %asked, null
-  br i1 %is.asked, label %extension, label %stage
-extension:
-{_field("%kind", "%asked", 8, "i32")}
-  %is.metadata = icmp eq i32 %kind, 1
-  br i1 %is.metadata, label %metadata, label %stage
-metadata:
-{_field("%told", "%asked", 24)}
-{_field("%api", "%frame", 16)}
-{_field("%minor", "%api", 36, "i32")}
-  %major.at = getelementptr i8, ptr %told, i64 24
-  store i32 0, ptr %major.at
-  %minor.at = getelementptr i8, ptr %told, i64 28
-  store i32 %minor, ptr %minor.at
-  %traits.at = getelementptr i8, ptr %told, i64 32
-  store i32 0, ptr %traits.at
-  ret ptr null
-stage:
-{_field("%now", "%frame", 32, "i32")}
-  %is.run = icmp eq i32 %now, 3
-  br i1 %is.run, label %run, label %done
-run:
+{_asked()}run:
 {_field("%arguments", "%frame", 72)}
 {_field("%results", "%frame", 112)}
   %result = load ptr, ptr %results
@@ -145,6 +122,34 @@ row.run:
 done:
   ret ptr null
 }}
+"""
+
+
+def _asked() -> str:
+    """The answer to what versions the function follows; a call for another stage than the execution does nothing."""
+    return f"""entry:
+{_field("%asked", "%frame", 8)}
+  %is.asked = icmp ne ptr %asked, null
+  br i1 %is.asked, label %extension, label %stage
+extension:
+{_field("%kind", "%asked", 8, "i32")}
+  %is.metadata = icmp eq i32 %kind, 1
+  br i1 %is.metadata, label %metadata, label %stage
+metadata:
+{_field("%told", "%asked", 24)}
+{_field("%api", "%frame", 16)}
+{_field("%minor", "%api", 36, "i32")}
+  %major.at = getelementptr i8, ptr %told, i64 24
+  store i32 0, ptr %major.at
+  %minor.at = getelementptr i8, ptr %told, i64 28
+  store i32 %minor, ptr %minor.at
+  %traits.at = getelementptr i8, ptr %told, i64 32
+  store i32 0, ptr %traits.at
+  ret ptr null
+stage:
+{_field("%now", "%frame", 32, "i32")}
+  %is.run = icmp eq i32 %now, 3
+  br i1 %is.run, label %run, label %done
 """
 
 

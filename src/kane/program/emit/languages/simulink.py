@@ -111,7 +111,9 @@ def emit_simulink(program: Program, *, contract: bool = True, version: str = "")
     routines = {r.name for r in program.routines}
     if "rhs" not in routines or ports.keys() != {"t", "x", "p", "r"}:
         got = ", ".join(sorted(routines))
-        raise ArgumentError(f'Expected "rhs" with "outputs" at most for an S-function, got {got}. Leave the others out.')
+        raise ArgumentError(
+            f'Expected "rhs" with "outputs" at most for an S-function, got {got}. Leave the others out.'
+        )
     file = c_file(program)
     functions = {f.function.name: f for f in file.functions[1:]}
     shown, hoist = functions.get("outputs"), file.functions[0]
