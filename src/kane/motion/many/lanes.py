@@ -197,11 +197,9 @@ def _in_lanes(array: Array, width: int) -> Array:
 
 def _slots(method: Method, spans: Array) -> Array:
     """What the kernel is told of each instance."""
-    found: dict[bytes, Array] = {}
-    for span in spans:
-        if span.tobytes() not in found:
-            t0, t1 = map(float, span)
-            s = found[span.tobytes()] = np.zeros(SIZE)
-            s[: Slot.FRESH + 1] = first_slots(method, (t0, t1), t0, t1)
-            s[Slot.SPAN], s[Slot.PHASE] = t1 - t0, t0
-    return np.array([found[span.tobytes()] for span in spans])
+    different, which = np.unique(spans, axis=0, return_inverse=True)
+    found = np.zeros((len(different), SIZE))
+    for s, (t0, t1) in zip(found, different.tolist(), strict=True):
+        s[: Slot.FRESH + 1] = first_slots(method, (t0, t1), t0, t1)
+        s[Slot.SPAN], s[Slot.PHASE] = t1 - t0, t0
+    return np.asarray(found[which.reshape(-1)])

@@ -148,7 +148,8 @@ def _in_memory(job: Job, size: int | None, threads: int, client: Any) -> Any:
     """The Dataset of all instances."""
     every = range(job.count)
     if client is None:
-        return job.results(tiles_of(every, threads), threads, _far(job.count)).dataset(job.facts)
+        doubles = len(job.t) * (len(job.family.eom.state) + 1)
+        return job.results(tiles_of(every, threads, doubles), threads, _far(job.count)).dataset(job.facts)
     parts = spread(client, job, cut_into(every, size or job.chunk_size()), None, _far(job.count))
     whole = package("xarray").concat(
         parts, "instance", data_vars="minimal", coords="minimal", compat="override", join="override"

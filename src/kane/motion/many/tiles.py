@@ -37,8 +37,10 @@ T = TypeVar("T")
 
 _PARTS = 8
 """So many tiles a thread at least, so that none waits long for the last one."""
-MOST = 256
-"""Instances of a tile at most: their samples are in memory twice."""
+MOST = 2048
+"""Instances of a tile at most."""
+_BYTES = 2**24
+"""Bytes of the samples of a tile at most, about: they are in memory twice."""
 _ALONE = RLock()
 """Motions that need Python are simulated one after the other, also where several threads of a worker run chunks."""
 FEW = 64
@@ -156,19 +158,15 @@ def run_tile(family: Family, pool: Pool, tile: range, stop: Flag) -> Tile:
 def _in_one_call(family: Family, bound: Bound, batch: Batch, tile: range) -> Tile:
     """What became of a tile by one call; those that did not get to the end in it are run by themselves."""
     runner = batch.runner
-    starts = _starts(family, runner, tile)
-    found = {k: Outcome[Solution](None, one.error, one.told) for k, one in starts.items() if one.found is None}
-    begun = {k: one.found for k, one in starts.items() if one.found is not None}
-    if not begun:
+    begun, found = _begun(family, runner, tile)
+    if not begun.places:
         return Tile(_one_by_one(family, bound, found))
-    places, begins = list(begun), list(begun.values())
-    reach = None if runner.holding is None else np.array([s.reach for s in begins])
-    ran = batch.run(np.array([s.x for s in begins]), np.array([s.p for s in begins]), reach)
+    ran = batch.run(begun.x, begun.p, begun.reach)
     together = ran.done & ran.kept & (not family.check) & (runner.holding is None)
-    for n in np.flatnonzero(~together):
-        k, start = places[n], begins[n]
-        found[k] = decided(_judged, family, batch, ran, int(n), start) if ran.done[n] else Outcome(None)
-    finished = _together(family, batch, ran, np.flatnonzero(together), places, begins) if together.any() else None
+    for n in map(int, np.flatnonzero(~together)):
+        k = begun.places[n]
+        found[k] = decided(_judged, family, batch, ran, n, begun.start(n)) if ran.done[n] else Outcome(None)
+    finished = _together(family, batch, ran, np.flatnonzero(together), begun) if together.any() else None
     return Tile(_one_by_one(family, bound, found), finished)
 
 
@@ -188,17 +186,15 @@ def _judged(family: Family, batch: Batch, ran: Ran, n: int, start: "Start") -> S
     return motion if ran.kept[n] and not family.check else _checked(family, motion)
 
 
-def _together(
-    family: Family, batch: Batch, ran: Ran, which: Indices, places: Sequence[int], begins: Sequence["Start"]
-) -> Finished:
+def _together(family: Family, batch: Batch, ran: Ran, which: Indices, begun: "Begun") -> Finished:
     """Motions of a batch as one table; phases differ where parameters do."""
     runner, eom, (_, m, n) = batch.runner, family.eom, ran.states.shape
-    own = [begins[k] for k in which] if family.instances.columns["parameters"] else [begins[which[0]]]
-    phases = tuple(Phase(start.constants(eom), runner.drives) for start in own)
+    own = which if family.instances.columns["parameters"] else which[:1]
+    phases = tuple(Phase(begun.start(k).constants(eom), runner.drives) for k in own)
     one = runner.motion(eom, phases[0], ran.states[which].reshape(-1, n), ran.told[which[0]])
     phase = np.repeat(np.arange(len(which)) % len(phases), m)
     table = replace(one, t=np.tile(runner.t, len(which)), phases=phases, phase=phase)
-    return Finished([places[k] for k in which], ran.told[which, Slot.STEPS], table)
+    return Finished([begun.places[k] for k in which], ran.told[which, Slot.STEPS], table)
 
 
 class Start(NamedTuple):
@@ -215,22 +211,60 @@ class Start(NamedTuple):
         return {**self.usual, **dict(zip(eom.parameters, self.p.tolist(), strict=True))}
 
 
-def _starts(family: Family, runner: Runner, tile: range) -> dict[int, Outcome[Start]]:
-    """The starts of a tile. Those without constraints differ by columns of finite numbers alone: the first one stands for all."""
+class Begun(NamedTuple):
+    """Starts of some instances as tables, a row each: (q, u, a), parameters, and what entries of A have reached.
+
+    The values by symbol are `usual`, of each or of all; where all start as the first one does there are no steppers.
+    """
+
+    places: Sequence[int]
+    x: Array
+    p: Array
+    reach: Array | None
+    usual: Sequence[Mapping[Expr, float]]
+    steppers: Sequence[Stepper | None] = ()
+
+    def start(self, n: int) -> Start:
+        """The nth of them."""
+        usual = self.usual[n % len(self.usual)]
+        if not self.steppers:
+            return Start(self.x[n], self.p[n], usual)
+        return Start(self.x[n], self.p[n], usual, self.steppers[n], None if self.reach is None else self.reach[n])
+
+
+def _begun(family: Family, runner: Runner, tile: range) -> tuple[Begun, dict[int, Outcome[Solution]]]:
+    """The starts of a tile, and what became of instances that have none.
+
+    Starts without constraints differ by columns of finite numbers alone: the first one stands for all.
+    """
     eom, many = family.eom, family.instances
     first = decided(_unchecked, family, tile[0])
     if runner.holding is not None or first.found is None:
-        return {k: decided(_held_start, family, runner, k) for k in tile}
+        return _one_after_another({k: decided(_held_start, family, runner, k) for k in tile})
     x, p = np.tile(first.found.x, (len(tile), 1)), np.tile(first.found.p, (len(tile), 1))
     places = {s: x[:, i] for i, s in enumerate(eom.state)} | {s: p[:, i] for i, s in enumerate(eom.parameters)}
     for _, s, column in many.varied:
         if s in places:
             places[s][:] = column[tile.start : tile.stop]
-    usual = first.found.usual
-    rows = [Start(*row, usual) for row in zip(x, p, strict=True)]
-    sure = surely_admitted(eom, p)
-    judged = [Outcome[None](None) if so else _admitted(family, runner, row) for so, row in zip(sure, p, strict=True)]
-    return {k: Outcome(None if one.error else row, one.error) for k, row, one in zip(tile, rows, judged, strict=True)}
+    right = surely_admitted(eom, p)
+    failed: dict[int, Outcome[Solution]] = {}
+    for n in map(int, np.flatnonzero(~right)):
+        judged = _admitted(family, runner, p[n])
+        right[n] = not judged.error
+        if judged.error:
+            failed[tile[n]] = Outcome(None, judged.error)
+    begun = np.flatnonzero(right)
+    return Begun([tile[n] for n in begun], x[right], p[right], None, [first.found.usual]), failed
+
+
+def _one_after_another(starts: Mapping[int, Outcome[Start]]) -> tuple[Begun, dict[int, Outcome[Solution]]]:
+    """Starts that were found one by one."""
+    rows = {k: one.found for k, one in starts.items() if one.found is not None}
+    failed = {k: Outcome[Solution](None, one.error, one.told) for k, one in starts.items() if one.found is None}
+    own = [*rows.values()]
+    x, p = np.array([s.x for s in own]), np.array([s.p for s in own])
+    reach = np.array([s.reach for s in own]) if all(s.reach is not None for s in own) else None
+    return Begun([*rows], x, p, reach, [s.usual for s in own], [s.stepper for s in own]), failed
 
 
 def _admitted(family: Family, runner: Runner, p: Array) -> Outcome[None]:
@@ -327,9 +361,9 @@ def _first(family: Family) -> Runner | None:
     return None
 
 
-def tiles_of(rows: range, threads: int) -> list[range]:
-    """Instances cut into tiles."""
-    size = max(1, min(MOST, len(rows) // (_PARTS * threads)))
+def tiles_of(rows: range, threads: int, doubles: int = 1) -> list[range]:
+    """Instances whose samples are so many doubles each, cut into tiles."""
+    size = max(1, min(MOST, _BYTES // (8 * doubles), len(rows) // (_PARTS * threads)))
     return cut_into(rows, size)
 
 
