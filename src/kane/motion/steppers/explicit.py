@@ -17,6 +17,8 @@ from kane.program.kernel.writer import Array, Term, Variable, Writer
 
 _SAFETY, _LEAST, _MOST = 0.9, 0.2, 10.0
 """The next step is so much shorter than the error allows; it changes by these factors at most."""
+_RISING = 0.5
+"""Where the length that the error allows falls from step to step it is taken to fall on, by this factor at most."""
 _STABLE = 4.0
 """h times a rate at which an explicit method comes to the border of its stability."""
 _TINY, _HUGE = 2.0**-1000, 1e300
@@ -89,6 +91,7 @@ class _Explicit:
             if self.tableau.errors:
                 o.first_step(self.tableau.exponent, self.rhs, 0, self.state, o.row(self.tableau.stages))
             o.put(Slot.FRESH, 0.0)
+            o.put(Slot.PACE, 0.0)
 
         def step(h: Term, last: Term) -> None:
             self.stages(h)
@@ -146,10 +149,13 @@ class _Explicit:
         self.count_stiff(h, error)
         power = dyadic_power(w, w.compute("max", w.select(finite, error, 1.0), _TINY), self.tableau.exponent)
         factor = w.select(finite, w.compute("max", _SAFETY / power, _LEAST), _LEAST)
+        pace, before = power / h, o.get(Slot.PACE)
+        rising = w.select(before > 0.0, w.compute("min", w.compute("max", before / pace, _RISING), 1.0), 1.0)
+        ahead = w.compute("max", factor * rising, _LEAST)
         with w.when(error <= 1.0):
             self.look_at(h, last)
-            longer = h * w.compute("min", factor, w.select(shorter.get() > 0, 1.0, _MOST))
-            go_on_or_jump(o, self.watched, self.held, lambda: self.go_on(h, last, longer), self.sampled)
+            longer = h * w.compute("min", ahead, w.select(shorter.get() > 0, 1.0, _MOST))
+            go_on_or_jump(o, self.watched, self.held, lambda: self.go_on(h, last, longer, pace), self.sampled)
             shorter.put(0)
         with w.otherwise():
             shorter.put(1)
@@ -178,12 +184,13 @@ class _Explicit:
         with w.when(k >= PARTS - 1), w.count(o.n) as i:
             o.work[self.state + i] = o.work[self.after + i]
 
-    def go_on(self, h: Term, last: Term, longer: Term) -> None:
-        """y at the end of the step; the next one is to be `longer`."""
+    def go_on(self, h: Term, last: Term, longer: Term, pace: Term) -> None:
+        """y at the end of the step; the next one is to be `longer`, if this one's `pace` goes on as it has come about."""
         w, o, held = self.writer, self.context, self.held
         o.sample(h, lambda: None if o.asks else self.prepare(h), self.sampled)
         if self.watched is not None:
             self.watched.keep()
+        o.put(Slot.PACE, pace)
         o.advance(h, last)
         with w.count(o.n) as i:
             o.y[i] = o.work[self.after + i]
