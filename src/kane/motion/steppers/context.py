@@ -45,8 +45,8 @@ class Slot(IntEnum):
     is the length of the motion, PHASE when an action was last taken, SINCE how long after the one before; LOGGED events
     and JUMPS are noted; `control` may have it STOPPED. SIDED is 0 where the sides of switches are not known, 2 where some turn. Where
     END is a place at which a switch turns, TURNING is 1 and BEYOND the end behind it. CHOICE is which dependent speeds are stepped,
-    MEASURED whether the sizes of constraints are those of this step. BACK is why the instance of a queue has ended. PACE is one over the
-    length that the error of the last step allowed, 0 where there is none.
+    MEASURED whether the sizes of constraints are those of this step. BACK is why the instance of a queue has ended. PACE is one
+    over the length that the error of the last step allowed, 0 where there is none.
     """
 
     TIME = 0
