@@ -10,7 +10,7 @@ import pytest
 
 import kane as kn
 from kane import Check
-from kane.gallery import free_body
+from kane.gallery import free_body, skidding_disk
 from kane.present import motion_checks
 from tests.present.disk import moved
 from tests.systems import quick_return
@@ -46,6 +46,20 @@ def test_a_motion_at_rest_passes() -> None:
     eom = kn.derive(free_body.system())
     sol = kn.simulate(eom, (0, 1), q=[1, 0, 0, 0, 0, 0, 0], u=[0.0] * 6, samples=5)
     assert all(c.passed for c in motion_checks(sol))
+
+
+def test_a_motion_with_contacts_is_checked_in_its_modes() -> None:
+    sol = kn.simulate(kn.derive(skidding_disk.system()), (0, 3), **skidding_disk.START)
+    assert len(sol.mode_history) > 1
+    assert all(c.passed for c in motion_checks(sol)), [str(c) for c in motion_checks(sol)]
+    np.testing.assert_allclose(sol.power, sol[sol.equations.time_derivative(sol.equations.energy)], atol=1e-9)
+    found = {eom: replace(eom, solved=replace(eom.solved, accelerations=_off(eom))) for eom in set(sol.samples)}
+    wrong = motion_checks(replace(sol, samples=tuple(found[eom] for eom in sol.samples)))
+    assert not wrong[RESIDUAL].passed
+
+
+def _off(eom):
+    return tuple(a + 0.001 for a in eom.accelerations)
 
 
 def test_energy_that_is_not_kept_fails() -> None:

@@ -68,7 +68,7 @@ def _balance(run: Run) -> list[Panel]:
     motion = run.motion
     assert isinstance(motion, Solution)
     eom = motion.equations
-    power, rate = motion[[eom.power, eom.time_derivative(eom.energy)]]
+    power, rate = motion.power, motion[eom.time_derivative(eom.energy)]
     scale = motion.energy_check.scale
     least = _LEAST * scale / (float(np.ptp(motion.t)) or 1.0)
     rows = {

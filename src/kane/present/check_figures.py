@@ -15,7 +15,7 @@ from kane.expr.symbols import rate
 from kane.motion.solution.checks import EnergyCheck
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
-from kane.numeric.scale import EQUAL, SIX_DIGITS, SPEEDS_RANK
+from kane.numeric.scale import EQUAL, ROUNDED_CHAIN, SIX_DIGITS, SPEEDS_RANK
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +48,8 @@ def energy_check(solution: Solution, *, of: str = "the loads", limit: float = SI
 _SAMPLES = 101
 """At most as many instants are looked at."""
 _CONDITION = 1e10
+_FAINT = ROUNDED_CHAIN / EQUAL
+"""Share of the largest row below which a row is measured by the largest, whose rounding it may hold."""
 
 
 def motion_checks(solution: Solution, others: Sequence[Check] = ()) -> tuple[Check, ...]:
@@ -57,7 +59,7 @@ def motion_checks(solution: Solution, others: Sequence[Check] = ()) -> tuple[Che
     few = _thinned(solution, np.arange(len(solution)))
     # where the constraints lose rank, reactions have no value
     told = _thinned(solution, np.flatnonzero(~solution.lost))
-    residual = [_residual(told)] if len(told) else []
+    residual = [max(map(_residual, _by_mode(told)), key=lambda c: c.figure)] if len(told) else []
     checks += [_power(few, solution.energy_check), *residual, _mass(few), _kinematical(few)]
     if len(solution.equations.b):
         checks.append(_constraints(solution))
@@ -67,10 +69,20 @@ def motion_checks(solution: Solution, others: Sequence[Check] = ()) -> tuple[Che
 
 
 def _thinned(solution: Solution, places: npt.NDArray[np.int_]) -> Solution:
-    at = places[np.unique(np.linspace(0, len(places) - 1, min(len(places), _SAMPLES)).astype(int))]
+    return _taken(solution, places[np.unique(np.linspace(0, len(places) - 1, min(len(places), _SAMPLES)).astype(int))])
+
+
+def _taken(solution: Solution, at: npt.NDArray[np.int_]) -> Solution:
     equations = tuple(solution.samples[i] for i in at) if solution.samples else ()
     parts: dict[str, Any] = {what: getattr(solution, what)[at] for what in ("t", "states", "work", "phase")}
     return replace(solution, samples=equations, **parts)
+
+
+def _by_mode(solution: Solution) -> list[Solution]:
+    """The parts of a motion in each mode of contacts, of the equations that hold there; all of one that has none."""
+    modes = list(dict.fromkeys(eom for eom in solution.samples if eom.system.modes))
+    at = [np.flatnonzero([own is eom for own in solution.samples]) for eom in modes]
+    return [replace(_taken(solution, k), equations=eom) for eom, k in zip(modes, at, strict=True)] or [solution]
 
 
 def _at(solution: Solution) -> str:
@@ -80,7 +92,7 @@ def _at(solution: Solution) -> str:
 def _power(solution: Solution, energy: EnergyCheck) -> Check:
     eom = solution.equations
     kinetic, potential = (eom.time_derivative(e) for e in (eom.kinetic_energy, eom.potential_energy))
-    k, v, p = solution[[kinetic, potential, eom.power]]
+    (k, v), p = solution[[kinetic, potential]], solution.power
     pace = energy.scale / (np.ptp(solution.t) or 1.0)
     scale = max(pace, *(np.abs(x).max() for x in (k, v, p)))
     detail = f"largest |dE/dt − P| over the largest of |dK/dt|, |dV/dt|, |P|, energy over duration, {_at(solution)}"
@@ -96,7 +108,7 @@ def _residual(solution: Solution) -> Check:
     held, terms = _held(solution, active + inertia)
     size = (np.abs(active) + np.abs(inertia) + terms).T + np.einsum("nij,jn->ni", np.abs(mass), np.abs(u_dot))
     scale = size.max(axis=0)
-    scale = np.maximum(scale, SIX_DIGITS * scale.max())
+    scale = np.maximum(scale, _FAINT * scale.max())
     off = np.abs(active + inertia + held).max(axis=1)
     detail = f"Fᵣ and F*ᵣ from their terms, at the u̇ and reactions that were solved for, {_at(solution)}"
     name = "residual of Fᵣ + F*ᵣ + Aᵀλ = 0" if len(eom.b) else "residual of Fᵣ + F*ᵣ = 0"

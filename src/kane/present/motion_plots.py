@@ -200,7 +200,7 @@ def balance(solution: Solution) -> Plot:
     """Energies; power against dE/dt; what is left of E − E(0) − ∫P dt."""
     eom, t = solution.equations, solution.t
     kinetic, potential, total = solution[[eom.kinetic_energy, eom.potential_energy, eom.energy]]
-    power, rate = solution[[eom.power, eom.time_derivative(eom.energy)]]
+    power, rate = solution.power, solution[eom.time_derivative(eom.energy)]
     figure, axes = panels(3, 1.6, sharex=True)
     for k, (y, label) in enumerate([(kinetic, "K"), (potential, "V"), (total, "E = K + V")]):
         axes[0].plot(t, y, color=SERIES[k], label=label)

@@ -327,6 +327,12 @@ class Solution(Attributes):
         return self._energies(lambda eom: [eom.energy])[0]
 
     @cached_property
+    def power(self) -> Array:
+        """P of what has no potential along the motion, friction of contacts in its mode at each sample included."""
+        own = bool(self.equations.system.contacts)
+        return self.by_sample(lambda eom: [eom.power])[0] if own else self._values([self.equations.power])[0]
+
+    @cached_property
     def energy_check(self) -> EnergyCheck:
         """E − ∫P dt must stay constant; see EnergyCheck."""
 
