@@ -113,6 +113,18 @@ def test_what_is_seen_follows_from_what_is_declared() -> None:
     assert any(kind == "plane" for kind, _ in kinds["pure_rolling_disk"])
 
 
+def test_a_particle_in_the_middle_of_what_rolls_is_no_second_ball() -> None:
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, y, a = kn.coordinates("x y a")
+    B, C = N.rotate("B", a, N.z), O.at("C", x * N.x + y * N.y)
+    ball = kn.RigidBody("ball", frame=B, mass_center=C, mass=1, inertia=kn.inertia(B, 1, 2, 3))
+    floor = kn.contact(kn.joints.sphere_on_plane("floor", B, C, O, radius=1, normal=N.y), 0.5)
+    system = kn.System(N, bodies=[ball, kn.Particle("load", C, 1)], speeds="rates", contacts=[floor])
+    kinds = {i.name: i.kind for i in scene(system).items}
+    assert (kinds["ball"], kinds["load"]) == ("sphere", "particle")
+
+
 def test_a_radius_is_the_one_declared(rng: Any) -> None:
     drawn = seen("whipple_bicycle")
     wheel = next(i for i in drawn.items if i.name == "front wheel")

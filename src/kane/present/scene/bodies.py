@@ -201,8 +201,11 @@ def _particle(system: System, body: Particle, into: Quantities) -> Item:
     """A ball, or a block where something holds it on a straight line."""
     p = body.point
     at = into.position(p)
+    carriers = {b.frame for b in system.rigid_bodies}
     for law in system.contacts:
         place = law.place
+        if place is not None and place.particle.body in carriers and place.particle.parent is p:
+            continue  # what touches is the body about the particle
         for touch in (place.particle, place.ground) if place is not None else ():
             if touch is not None and touch is not p and touch.parent is p and not touch.offset.is_zero and touch.body:
                 sizes = {"radius": into.scalar(touch.offset.magnitude())}
