@@ -27,6 +27,21 @@ def test_no_reactions_no_plot_and_the_plane_is_the_moving_one() -> None:
     assert list(found) == ["paths", "coordinates", "speeds", "energy"]
 
 
+@pytest.mark.parametrize("up", [0, 1, 2])
+def test_what_falls_is_drawn_falling(up) -> None:
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    h = kn.coordinate("h", "m")
+    axis = (N.x, N.y, N.z)[up]
+    ball = kn.Particle("ball", O.at("P", h * axis), 1)
+    eom = kn.derive(kn.System(N, bodies=[ball], speeds="rates", loads=[kn.gravity(-9.81 * axis)]))
+    found = plots(kn.simulate(eom, (0, 1), q=[0], u=[0], samples=3))
+    (drawn,) = (p.figure.axes[0] for p in found if p.name == "paths")
+    assert drawn.get_ylabel().count(f"_{'xyz'[up]}$") == 1
+    (shown,) = (p for p in found if p.name == "speeds")
+    assert shown.figure.axes[0].get_ylabel().endswith("[m/s]")
+
+
 def test_a_system_at_rest_has_no_paths() -> None:
     sol = kn.simulate(kn.derive(chain(1)), (0.0, 0.2), q=[0.0], u=[0.0], samples=5)
     assert "paths" not in [p.name for p in plots(sol)]

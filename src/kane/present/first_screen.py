@@ -155,7 +155,7 @@ def _multiplied(found: Mapping[Symbol, Sequence[Cause]]) -> Iterator[Quantity]:
 def _lines(eom: Equations) -> Iterator[Quantity]:
     for group, symbols in (("coordinates", eom.coordinates), ("speeds", eom.speeds), ("reactions", eom.reactions)):
         for s in symbols:
-            yield Quantity(group, symbol_latex(s), s.unit, s)
+            yield Quantity(group, symbol_latex(s), eom.unit(s), s)
     yield Quantity("energy", "K", "J", eom.kinetic_energy)
     if eom.potential_energy is not ZERO:
         yield Quantity("energy", "V", "J", eom.potential_energy)

@@ -12,10 +12,12 @@ from matplotlib.axes import Axes
 from matplotlib.colors import is_color_like, to_hex
 from matplotlib.figure import Figure
 
-from kane.expr.node import Expr
+from kane.expr.node import ZERO, Expr
 from kane.model.bodies import parts_of
 from kane.model.constraints import cut_of
+from kane.model.system import System
 from kane.motion.solution.solution import Solution
+from kane.present.scene.bodies import upward
 from kane.space.frame import Point
 from kane.units.rules import unit_text
 from kane.write.latex import latex_name, place_latex
@@ -224,6 +226,13 @@ def balance(solution: Solution) -> Plot:
     return Plot("energy", "Energy and power", caption, figure)
 
 
+def _plane(spread: Any, system: System) -> tuple[int, int]:
+    """The axes of largest motion, the earlier ones where none differ, to the right and up; what is vertical goes up."""
+    first, second = sorted(sorted(range(3), key=lambda i: -spread[i])[:2])
+    upright = [c is not ZERO for c in upward(system).components(system.inertial)]
+    return (second, first) if upright == [i == first for i in range(3)] else (first, second)
+
+
 def paths(solution: Solution) -> Plot | None:
     """Paths of all mass centres, and of the points of reactions, in the inertial plane of largest motion."""
     system = solution.equations.system
@@ -236,7 +245,7 @@ def paths(solution: Solution) -> Plot | None:
     spread = np.ptp(np.concatenate([tracks[p] for p, center in points.items() if center]), axis=0)
     if not spread.max() > 0:
         return None
-    first, second = sorted(np.argsort(spread)[-2:])
+    first, second = _plane(spread, system)
     figure, (a,) = panels(1, 4.2)
     for k, (p, center) in enumerate(points.items()):
         x, y = tracks[p][:, first], tracks[p][:, second]
