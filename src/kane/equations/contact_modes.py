@@ -80,7 +80,7 @@ def touching(eom: Equations) -> Derived:
     if any(x is not ZERO for x in d.blocks.coupling.entries):
         raise ModelError(
             "Expected loads without reactions beside contacts, whose modes are chosen by them, got one that holds a reaction. Declare "
-            "friction as a contact: kn.contact(…), kn.stiction(…)."
+            "friction as a contact: kn.contact(…), kn.joints.stiction(…)."
         )
     return d
 

@@ -109,7 +109,7 @@ Modes = tuple[ContactMode, ...]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactLaw(Immutable):
-    """A contact with its laws, from `kn.contact`, `kn.stop`, `kn.rope` or `kn.stiction`.
+    """A contact with its laws, from `kn.contact`, `kn.joints.stop`, `rope` or `stiction`.
 
     Attributes
     ----------
@@ -588,7 +588,9 @@ def stiction(
     name : by default "stiction in <joint>"
     """
     kind = getattr(joint, "kind", None)
-    expect.that(kind in ("pin", "slider"), "stiction in a pin or slider joint", joint, "Use kn.clutch for two frames.")
+    expect.that(
+        kind in ("pin", "slider"), "stiction in a pin or slider joint", joint, "Use kn.joints.clutch for two frames."
+    )
     label = name or f"stiction in {joint.name}"
     if kind == "pin":
         return clutch(label, joint.frame, joint.parent, joint.axis, size, static=static, viscous=viscous, normal=normal)
@@ -623,7 +625,8 @@ def clutch(
 
 def listed_contacts(given: Any) -> tuple[ContactLaw, ...]:
     """Contacts of different names and places."""
-    contacts: tuple[ContactLaw, ...] = listed("contacts", given, ContactLaw, "kn.contact, kn.stop, …", named=True)
+    made_by = "kn.contact(place, mu), kn.joints.stop, …"
+    contacts: tuple[ContactLaw, ...] = listed("contacts", given, ContactLaw, made_by, named=True)
     gaps: dict[Expr, str] = {}
     for c in contacts:
         if c.gap is None:

@@ -92,7 +92,7 @@ class System(Declarations):
         one otherwise, these definitions take their place
     states : further states with their rates, {a: (e - a)/tau}: an activation, a current, the integral of a controller. Loads and
         events may depend on them; rates may hold coordinates, their rates, speeds, states, parameters, inputs and time
-    contacts : contacts with friction and impacts, from `kn.contact`, `kn.stop`, `kn.rope`, …. The system itself is that in which
+    contacts : contacts with friction and impacts, from `kn.contact`, `kn.joints.stop`, …. The system itself is that in which
         none of them acts; `system.in_modes(…)` is that of other modes
     """
 

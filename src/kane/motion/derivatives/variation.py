@@ -268,5 +268,5 @@ def _check(now: Routines) -> None:
     if told:
         raise SimulationError(
             f"Expected equations whose rates are smooth between events for the derivative of a motion, got {' and '.join(told)}. "
-            "Declare dry friction as a contact, kn.contact or kn.stiction, and what switches by events that set a further state."
+            "Declare dry friction as kn.contact or kn.joints.stiction, and what switches by events that set a further state."
         )
