@@ -508,3 +508,31 @@ def test_resistances_that_cannot_be():
         kn.ModelError, match=r"Expected the contact that presses 'rolling of floor' listed, too, got .*floor"
     ):
         kn.System(eom.system.inertial, bodies=eom.system.bodies, speeds="rates", contacts=[roll])
+
+
+@pytest.mark.slow
+def test_a_coin_that_drills_begins_to_slip_while_its_friction_turns():
+    """With μ_s = μ no direction is that of the force before, which is said; with μ_s above it the coin slips again and again."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    R, mu, static = 0.01163, kn.parameter("mu", 0.2), kn.parameter("mu_s", 0.2)
+    free = kn.free("coin", O, N, orientation="angles", sequence="zxz", velocity="parent", child="B")
+    B, tilt = free.frame, np.pi / 2 - 0.02
+    inertia = kn.inertia(B, *[0.0075 * R**2 / 4] * 2, 0.0075 * R**2 / 2)
+    coin = kn.RigidBody("coin", frame=B, mass_center=free.point, mass=0.0075, inertia=inertia)
+    edge = kn.joints.disk_on_plane("table", B, free.point, O, axis=B.z, radius=R, normal=N.z)
+    table = kn.contact(edge, mu, static=static)
+    contacts = [table, kn.joints.drilling_resistance(table, 2e-4)]
+    loads = [kn.gravity(-9.81 * N.z)]
+    eom = kn.derive(kn.System(N, bodies=[coin], joints=[free], loads=loads, contacts=contacts))
+    start = {
+        "q": [0, tilt, 0, 0, 0, R * np.sin(tilt)],
+        "u": [0, 100 * np.sin(tilt), 100 * np.cos(tilt), 0, 0, 0],
+    }
+    stopped = kn.simulate(eom, (0, 2), **start)
+    assert stopped.status == "stopped"
+    assert "static= a little above" in stopped.message
+    sol = kn.simulate(eom, (0, 2), parameters={static: 0.202}, **start)
+    assert sol.status == "finished"
+    assert sol.energy_check.relative < 1e-9
+    assert words(sol, "table").count("slip") > 2

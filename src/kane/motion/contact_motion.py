@@ -512,13 +512,13 @@ class ContactMotion:
         return bool(a[self.layout.d * i] >= -share * terms[self.layout.d * i])
 
     def _forces_at_most(self, now: Decided, t: float, x: Array) -> Array:
-        """N and F of all contacts (k × d) where the friction of some has reached its most."""
+        """N and F of all contacts (k × d) where the friction of some has reached its most, and, sticking, may be above by rounding."""
         closed = [n for n, m in enumerate(now.modes) if m is not ContactMode.SEPARATED]
         touch, d = self.touch(t, x), self.layout.d
         slides = {n for n in closed if now.modes[n].slips}
         sliding = self._still(touch, slides, now.directions)
         found = np.zeros((len(self.contacts), d))
-        found[closed] = touch.choose(closed, sliding, touch.numbers.laws[:, 0] * (1 + ENDS)).forces.reshape(-1, d)
+        found[closed] = touch.choose(closed, sliding, touch.numbers.laws[:, 0] * (1 + SIX_DIGITS)).forces.reshape(-1, d)
         return found
 
     def _begins_to_slip(self, now: Decided, i: int, t: float, x: Array, friction: Array, sliding: Array) -> None:

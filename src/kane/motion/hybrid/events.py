@@ -188,6 +188,15 @@ def crossings(
     if hook.raised is not None:
         raise hook.raised
     if found < 0:
+        back = [
+            e.name for e, v, at in zip(events, values.T, least, strict=False) if _returns(fresh.get(e.name), v - at)
+        ]
+        if back:
+            raise SimulationError(
+                f"Expected a quantity that leaves its threshold, got that of {back[0]!r}, which goes back through it at once: where slip "
+                "begins, friction turns faster than it grows, and the slip's direction is none that the forces before it tell. Give "
+                "the contact static= a little above its mu=: then slip begins with an acceleration of its own."
+            )
         raise SimulationError(
             f"Expected at most {MET} events in a step, got more in the one of {h:.3g} s from t = {start:.6g}. Give max_step= of a "
             "tenth of that, or leave out the events that come so often."
@@ -202,6 +211,11 @@ def crossings(
     early = [SAME_TIME * isinstance(e, KinematicsEnd) for e in events]
     met = [(int(k), share) for share, k in given["met"][: 2 * found].reshape(-1, 2).tolist()]
     return [(events[k], start + max(share - early[k], 0.0) * h) for k, share in met]
+
+
+def _returns(leaves: Leaves | None, beyond: Array) -> bool:
+    """Whether a quantity that is to leave its threshold to a side is never on it along a step."""
+    return leaves is not None and leaves.side != 0.0 and bool((leaves.side * beyond[1:] < 0.0).all())
 
 
 def steps_since(times: Array, since: float, end: float) -> float:
