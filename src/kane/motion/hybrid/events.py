@@ -193,9 +193,9 @@ def crossings(
         ]
         if back:
             raise SimulationError(
-                f"Expected a quantity that leaves its threshold, got that of {back[0]!r}, which goes back through it at once: where slip "
-                "begins, friction turns faster than it grows, and the slip's direction is none that the forces before it tell. Give "
-                "the contact static= a little above its mu=: then slip begins with an acceleration of its own."
+                f"Expected a quantity that leaves its threshold, got that of {back[0]!r}, which goes back through it at once: where "
+                "slip begins, friction turns faster than it grows, and forces before it do not tell its direction. Give the contact "
+                "static= a little above its mu=: then slip begins with an acceleration of its own."
             )
         raise SimulationError(
             f"Expected at most {MET} events in a step, got more in the one of {h:.3g} s from t = {start:.6g}. Give max_step= of a "
