@@ -282,6 +282,7 @@ def report(
         str | None,
         typer.Option("--format", help="html, latex or markdown.", show_default="by the ending of --out, else html"),
     ] = None,
+    language: Annotated[str, typer.Option("--language", help="en or ko.")] = "en",
     t1: End = None,
     q: Q = None,
     u: U = None,
@@ -291,11 +292,12 @@ def report(
     force: Force = False,
 ) -> None:
     """Write the derivation of MODEL, and a motion where START is known, as --out ends: HTML, LaTeX (.tex), Markdown (.md)."""
-    from kane.present.report import FORMATS, document, format_of  # jinja2 only here
+    from kane.present.report import FORMATS, document, format_of, spoken_in  # jinja2 only here
 
     model = model_of(name)
     try:
         known = format_of(out or Path(), form)
+        spoken_in(known, language)
     except ArgumentError as error:
         raise Misuse(str(error)) from error
     place = screen.target(out or Path(f"{model.name}{FORMATS[known].endings[0]}"), model.path, force)
@@ -307,7 +309,7 @@ def report(
         screen.say(f"Without a motion: START does not say {' '.join(begin.missing)}.", err=True)
     checks = [energy_check(sol)] if sol is not None else []
     told = {"title": model.title, "sources": model.sources, "checks": checks, "shapes": model.shapes}
-    written = document(eom, place, known, solution=sol, **told)
+    written = document(eom, place, known, language=language, solution=sol, **told)
     figures = {screen.target(place.with_name(n), model.path, force): save for n, save in written.beside.items()}
     for path, save in figures.items():
         screen.put(path, save, force)

@@ -19,6 +19,7 @@ from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
+from kane.present.languages.catalogue import N_, tr
 from kane.present.pages import as_json, asset, carried, environment
 from kane.present.scene.gather import scene as scene_of
 from kane.present.scene.records import Posed, Scene
@@ -35,7 +36,9 @@ _PLAYED = 8.0
 _MARK = b'<meta name="generator" content="kane">'
 _MARKS = (_MARK, b'"generator":"kane"', b"Software\0kane", b"made by kane")
 """By what a page, glTF, a PNG and other pictures that `save` wrote are known."""
-_MODES = {"separated": "#c9ced6", "closed": "#8fbcf2", "stick": "#5b9be6", "roll": "#3f7fd0", "slip": "#f2994a"}
+_MODES = {
+    N_("separated"): "#c9ced6", N_("closed"): "#8fbcf2", N_("stick"): "#5b9be6", N_("roll"): "#3f7fd0", N_("slip"): "#f2994a",
+}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +81,7 @@ class Animation:
         return Markup(
             environment().get_template("viewer.html").render(
                 label=_label(self.scene), picture=Markup(""), forces=bool(self.model.arrows), traces=bool(self.traces),
-                strips=strips, key=[(m, _MODES[m]) for m in seen], data=Markup(as_json(data)), autoplay=self.autoplay,
+                strips=strips, key=[(tr(m), _MODES[m]) for m in seen], data=Markup(as_json(data)), autoplay=self.autoplay,
             )
         )  # fmt: skip
 
@@ -245,7 +248,7 @@ def _front(scene: Scene, course: Course, up: Array) -> Array:
 
 def _label(scene: Scene) -> str:
     names = [b.name for b in scene.system.bodies]
-    return f"Motion of {', '.join(names[:4])}{' …' if len(names) > 4 else ''}"
+    return tr("Motion of %(bodies)s", bodies=f"{', '.join(names[:4])}{' …' if len(names) > 4 else ''}")
 
 
 def _gradient(runs: Sequence[tuple[float, str]], times: Array) -> str:

@@ -5,12 +5,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from kane.dynamics.readings.contributions import Contributions
-from kane.dynamics.readings.seven_steps import STATES, Kind, Quantity, Result, Step, moving_places, shown_speeds
+from kane.dynamics.readings.seven_steps import Kind, Quantity, Result, Step, moving_places, shown_speeds
 from kane.equations.equations import Equations
 from kane.expr.evaluation import count_operations
 from kane.expr.node import Expr, postorder
 from kane.expr.symbols import Parameter, Symbol, rate
 from kane.present.formula_list import DisplayedFormula, formulas, quantity_latex, result_formulas
+from kane.present.languages.catalogue import N_, tr
 from kane.present.overview import DECLARED, PageTable, Tex, page_table
 from kane.present.provenance import Provenance, force_provenance, mass_provenance, noncontributing
 from kane.space.frame import Frame, Point
@@ -98,7 +99,7 @@ def _surveyable(eom: Equations) -> bool:
 def _chapter(eom: Equations, step: Step, terms: list[Contributions]) -> Chapter:
     if step.number == 1:
         coordinates = page_table("", DECLARED["coordinates"](eom.system), "coordinate", "unit", "meaning")
-        return Chapter(step.number, step.title, _prose(eom, step), tables=(coordinates,))
+        return Chapter(step.number, tr(step.title), _prose(eom, step), tables=(coordinates,))
     of_independent = [(q, value) for q, value in step.results if q.kind in _OF_INDEPENDENT]
     of_all = [(q, value) for q, value in step.results if q.kind not in _OF_INDEPENDENT]
     own, others = (of_independent, of_all) if of_independent else (of_all, [])
@@ -109,7 +110,7 @@ def _chapter(eom: Equations, step: Step, terms: list[Contributions]) -> Chapter:
     origins = _PROVENANCE[step.number](eom, terms) if step.number in _PROVENANCE and terms else None
     partials, by_all = tuple(_partials(eom, shown, *parts) for parts in tables), _block(eom, step.number, others)[0]
     prose = _prose(eom, step)
-    return Chapter(step.number, step.title, prose, block, partials, solution, by_all, note, origins)
+    return Chapter(step.number, tr(step.title), prose, block, partials, solution, by_all, note, origins)
 
 
 def _block(eom: Equations, number: int, results: Sequence[Result]) -> tuple[Block, Mapping[Quantity, DisplayedFormula]]:
@@ -139,41 +140,48 @@ _PROVENANCE: dict[int, Callable[[Equations, list[Contributions]], Provenance | N
     7: lambda eom, _: mass_provenance(eom),
 }
 
-_REACTIONS = "; the auxiliary equations give the reactions"
 _PROSE = {
-    3: r"$u = Y\dot{q} + z$, chosen so that these velocities become short; solved, $\dot{q} = W u + X$.",
-    4: "Angular velocities, velocities, their partial velocities, and accelerations.",
-    5: r"$F_r = \sum \mathbf{v}_r \cdot \mathbf{F} + \sum \boldsymbol{\omega}_r \cdot \mathbf{T}$ over all loads.",
-    6: r"$F^{*}_r = \sum \mathbf{v}_r \cdot (-m\,\mathbf{a}) + \sum \boldsymbol{\omega}_r \cdot (-\mathbf{I}\cdot"
-    r"\boldsymbol{\alpha} - \boldsymbol{\omega}\times\mathbf{I}\cdot\boldsymbol{\omega})$ over all bodies.",
-    7: r"$F_r + F^{*}_r = 0$, ordered as $M\dot{u} = f$" + f"{_REACTIONS}.",
+    3: N_(r"$u = Y\dot{q} + z$, chosen so that these velocities become short; solved, $\dot{q} = W u + X$."),
+    4: N_("Angular velocities, velocities, their partial velocities, and accelerations."),
+    5: N_(r"$F_r = \sum \mathbf{v}_r \cdot \mathbf{F} + \sum \boldsymbol{\omega}_r \cdot \mathbf{T}$ over all loads."),
+    6: N_(
+        r"$F^{*}_r = \sum \mathbf{v}_r \cdot (-m\,\mathbf{a}) + \sum \boldsymbol{\omega}_r \cdot (-\mathbf{I}\cdot"
+        r"\boldsymbol{\alpha} - \boldsymbol{\omega}\times\mathbf{I}\cdot\boldsymbol{\omega})$ over all bodies."
+    ),
+    7: N_(r"$F_r + F^{*}_r = 0$, ordered as $M\dot{u} = f$."),
 }
 
 
 def _prose(eom: Equations, step: Step) -> str:
-    plain = _PROSE.get(step.number, step.text)
-    text = _EMBEDDED.get(step.number, plain) if eom.embedding else plain
-    text = text if eom.reactions else text.replace(_REACTIONS, "")
-    return text + STATES if eom.states and step.number == 7 else text
+    said = [tr(_PROSE.get(step.number, step.text))]
+    if eom.embedding and step.number in _EMBEDDED:
+        said = [*said, tr(_EMBEDDED[step.number])] if step.number < 7 else [tr(_EMBEDDED[step.number])]
+    if eom.reactions and step.number == 7:
+        said.append(tr("The auxiliary equations give the reactions."))
+    if eom.states and step.number == 7:
+        said.append(tr("The further states have rates of their own."))
+    return " ".join(said)
 
 
 _EMBEDDED = {
-    4: _PROSE[4]
-    + r" The constraints $A u + b = 0$ give the dependent speeds, $u_D = A_n u_I + b_n$, and with them the "
-    r"nonholonomic partial velocities $\tilde{\mathbf{v}}_r = \mathbf{v}_r + \sum_D \mathbf{v}_D A_{n,Dr}$ of the others.",
-    5: _PROSE[5] + r" Of the independent speeds, $\tilde F_r = F_r + \sum_D A_{n,Dr} F_D$ over the dependent ones $D$.",
-    7: r"$\tilde F_r + \tilde F^{*}_r = 0$, ordered as $\tilde M\dot{u}_I = \tilde f$, "
-    r"or $M\dot{u} = f + A^{T} \lambda$ with $A u + b = 0$"
-    f"{_REACTIONS}.",
+    4: N_(
+        r"The constraints $A u + b = 0$ give the dependent speeds, $u_D = A_n u_I + b_n$, and with them the "
+        r"nonholonomic partial velocities $\tilde{\mathbf{v}}_r = \mathbf{v}_r + \sum_D \mathbf{v}_D A_{n,Dr}$ of the others."
+    ),
+    5: N_(r"Of the independent speeds, $\tilde F_r = F_r + \sum_D A_{n,Dr} F_D$ over the dependent ones $D$."),
+    7: N_(
+        r"$\tilde F_r + \tilde F^{*}_r = 0$, ordered as $\tilde M\dot{u}_I = \tilde f$, "
+        r"or $M\dot{u} = f + A^{T} \lambda$ with $A u + b = 0$."
+    ),
 }
-"""Of a system with constraints."""
+"""Of a system with constraints: what is said besides, of step 7 instead."""
 
 
-_ALL = ("Partial angular velocities and partial velocities", Kind.PARTIAL_ANGULAR_VELOCITY, Kind.PARTIAL_VELOCITY)
+_ALL = (N_("Partial angular velocities and partial velocities"), Kind.PARTIAL_ANGULAR_VELOCITY, Kind.PARTIAL_VELOCITY)
 _OF_INDEPENDENT = (Kind.NONHOLONOMIC_INERTIA_FORCE, Kind.NONHOLONOMIC_MASS, Kind.NONHOLONOMIC_FORCING)
 """What stands before, and apart from, the like of all speeds."""
 _INDEPENDENT = (
-    "Nonholonomic partial angular velocities and partial velocities",
+    N_("Nonholonomic partial angular velocities and partial velocities"),
     Kind.NONHOLONOMIC_PARTIAL_ANGULAR_VELOCITY,
     Kind.NONHOLONOMIC_PARTIAL_VELOCITY,
 )
@@ -193,7 +201,7 @@ def _partials(
     ]
     heads = (quantity_latex(Quantity(kind, place), eom.system.inertial) for kind, _, place in columns)
     head = (r"$u_r$", *(f"${latex}_r$" for latex in heads))
-    return PageTable(title, head, tuple(rows))
+    return PageTable(tr(title), head, tuple(rows))
 
 
 def _matrix(
@@ -215,12 +223,12 @@ def _solution(eom: Equations) -> tuple[Block, str]:
     values = zip((*map(rate, eom.speeds), *eom.reactions), (*eom.accelerations, *eom.reaction_values), strict=True)
     between, shown = formulas([(symbol.name, e) for symbol, e in values])
     if len(between) > _MOST:
-        return Block(), f"The solution takes {len(between)} intermediates and is left out here."
+        return Block(), tr("The solution takes %(n)s intermediates and is left out here.", n=len(between))
     return Block(tuple(between), tuple(shown)), ""
 
 
 # + − × ÷ √ first, then the functions by name
-_SIGNS = {"add": "+", "sub": "−", "mul": "×", "div": "÷", "sqrt": "√", "pow": "power"}
+_SIGNS = {"add": "+", "sub": "−", "mul": "×", "div": "÷", "sqrt": "√", "pow": N_("power")}
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,7 +246,7 @@ def costs(eom: Equations) -> Costs:
     hoisted = dict(count_operations(_of_parameters(roots)).by_operation)
     counts = dict(eom.operations.by_operation)
     kinds = [(k, hoisted.get(k, 0), counts[k]) for k in dict.fromkeys((*_SIGNS, *counts)) if k in counts]
-    lines = tuple((_SIGNS.get(k, k), alone, both - alone, both) for k, alone, both in kinds)
+    lines = tuple((tr(_SIGNS.get(k, k)), alone, both - alone, both) for k, alone, both in kinds)
     whole = eom.operations
     return Costs(lines, (whole.parameter, whole.state, whole.total), tuple(_groups(eom, roots)))
 
@@ -254,13 +262,13 @@ def _of_parameters(roots: Iterable[Expr]) -> list[Expr]:
 def _groups(eom: Equations, roots: Iterable[Expr]) -> Iterator[tuple[str, int, int]]:
     """Only nodes that the whole evaluation has count as added, so that the additions sum to its total."""
     whole = set(postorder(list(roots)))
-    solved = ((r"$\dot{u}$, solved", eom.solved.accelerations), ("reactions, solved", eom.solved.reactions))
+    solved = ((tr(r"$\dot{u}$, solved"), eom.solved.accelerations), (tr("reactions, solved"), eom.solved.reactions))
     if eom.operations.total == count_operations(eom.right_hand_side).total:  # u̇ is found by way of the reactions
         solved = solved[::-1]
     parts: tuple[tuple[str, tuple[Expr, ...]], ...] = (
         (r"$\dot{q} = W u + X$", eom.rates),
-        ("$M$, the mass matrix", eom.mass_matrix.entries),
-        ("$f$, the right side", eom.forcing),
+        (tr("$M$, the mass matrix"), eom.mass_matrix.entries),
+        (tr("$f$, the right side"), eom.forcing),
         *solved,
     )
     reached: dict[Expr, None] = {}
@@ -272,3 +280,29 @@ def _groups(eom: Equations, roots: Iterable[Expr]) -> Iterator[tuple[str, int, i
         after = count_operations(list(reached)).total
         yield title, count_operations(list(exprs)).total, after - before
         before = after
+
+
+# Sentences that each format has -----------------------------------------------------------------------------------------
+
+
+def solved_text(reactions: bool) -> str:
+    """The heading of the solution."""
+    return tr(r"Solved for $\dot{u}$ and the reactions") if reactions else tr(r"Solved for $\dot{u}$")
+
+
+def by_all_text(number: int) -> str:
+    """The heading of forces and equations of all speeds, where constraints make some dependent."""
+    return tr("By all speeds, with the forces of the constraints") if number == 7 else tr("By all speeds")
+
+
+def operations_text(reactions: bool) -> str:
+    """What is counted as operations."""
+    head = (
+        tr(r"What one evaluation of $\dot{q}$, $\dot{u}$ and the reactions takes, solution included.")
+        if reactions
+        else tr(r"What one evaluation of $\dot{q}$, $\dot{u}$ takes, solution included.")
+    )
+    return f"{head} " + tr(
+        "An operation is one +, −, ×, ÷, √, power or transcendental function; a change of sign is none, and what several "
+        "formulas share counts once. Operations on parameters alone are done once, before a motion begins; those with the state at every instant."
+    )

@@ -16,6 +16,7 @@ from kane.motion.solution.checks import EnergyCheck
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EQUAL, ROUNDED_CHAIN, SIX_DIGITS, SPEEDS_RANK
+from kane.present.languages.catalogue import N_, tr
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +46,18 @@ def energy_check(solution: Solution, *, of: str = "the loads", limit: float = SI
     return Check(f"energy less the work of {of}, along the motion", energy.relative, limit, str(energy))
 
 
+BY_LOADS = N_("energy less the work of the loads, along the motion")
+"""The name of that check where nothing else is said."""
+
+
+def energy_text(energy: EnergyCheck) -> str:
+    """What `str` says of it, in the language of a report."""
+    return tr(
+        "energy minus work constant to %(drift)s J (%(relative)s of the energy present at t = %(at)s s)",
+        drift=f"{energy.drift:.2e}", relative=f"{energy.relative:.1e}", at=f"{energy.at:.4g}",
+    )  # fmt: skip
+
+
 _SAMPLES = 101
 """At most as many instants are looked at."""
 _CONDITION = 1e10
@@ -54,7 +67,7 @@ _FAINT = ROUNDED_CHAIN / EQUAL
 
 def motion_checks(solution: Solution, others: Sequence[Check] = ()) -> tuple[Check, ...]:
     """The checks of a motion; that of the energy is left out where `others` has it already."""
-    energy = energy_check(solution)
+    energy = replace(energy_check(solution), name=tr(BY_LOADS), detail=energy_text(solution.energy_check))
     checks = [] if any(c.detail == energy.detail for c in others) else [energy]
     few = _thinned(solution, np.arange(len(solution)))
     # where the constraints lose rank, reactions have no value
@@ -86,7 +99,7 @@ def _by_mode(solution: Solution) -> list[Solution]:
 
 
 def _at(solution: Solution) -> str:
-    return f"at {len(solution)} instants of the motion"
+    return tr("at %(n)s instants of the motion", n=len(solution))
 
 
 def _power(solution: Solution, energy: EnergyCheck) -> Check:
@@ -95,8 +108,10 @@ def _power(solution: Solution, energy: EnergyCheck) -> Check:
     (k, v), p = solution[[kinetic, potential]], solution.power
     pace = energy.scale / (np.ptp(solution.t) or 1.0)
     scale = max(pace, *(np.abs(x).max() for x in (k, v, p)))
-    detail = f"largest |dE/dt − P| over the largest of |dK/dt|, |dV/dt|, |P|, energy over duration, {_at(solution)}"
-    return Check("dE/dt less the power P", _ratio(np.abs(k + v - p).max(), scale), EQUAL, detail)
+    detail = tr(
+        "largest |dE/dt − P| over the largest of |dK/dt|, |dV/dt|, |P|, energy over duration, %(at)s", at=_at(solution)
+    )
+    return Check(tr("dE/dt less the power P"), _ratio(np.abs(k + v - p).max(), scale), EQUAL, detail)
 
 
 def _residual(solution: Solution) -> Check:
@@ -110,8 +125,8 @@ def _residual(solution: Solution) -> Check:
     scale = size.max(axis=0)
     scale = np.maximum(scale, _FAINT * scale.max())
     off = np.abs(active + inertia + held).max(axis=1)
-    detail = f"Fᵣ and F*ᵣ from their terms, at the u̇ and reactions that were solved for, {_at(solution)}"
-    name = "residual of Fᵣ + F*ᵣ + Aᵀλ = 0" if len(eom.b) else "residual of Fᵣ + F*ᵣ = 0"
+    detail = tr("Fᵣ and F*ᵣ from their terms, at the u̇ and reactions that were solved for, %(at)s", at=_at(solution))
+    name = tr("residual of Fᵣ + F*ᵣ + Aᵀλ = 0") if len(eom.b) else tr("residual of Fᵣ + F*ᵣ = 0")
     return Check(name, max(map(_ratio, off, scale)), EQUAL, detail)
 
 
@@ -137,9 +152,15 @@ def _mass(solution: Solution) -> Check:
     values = np.linalg.eigvalsh(scaled) if regular else np.full((1, 1), np.nan)
     least, most = float(values.min()), float(values.max())
     condition = float((values[:, -1] / values[:, 0]).max()) if least > 0 else np.inf
-    detail = f"scaled to a unit diagonal; eigenvalues {least:.3g} to {most:.3g}, {_at(solution)}"
-    what = "BᵀMB of the motions that the constraints permit" if len(solution.equations.b) else "M"
-    return Check(f"{what} is positive definite; its condition number", condition, _CONDITION, detail)
+    detail = tr(
+        "scaled to a unit diagonal; eigenvalues %(least)s to %(most)s, %(at)s",
+        least=f"{least:.3g}",
+        most=f"{most:.3g}",
+        at=_at(solution),
+    )
+    held = tr("BᵀMB of the motions that the constraints permit is positive definite; its condition number")
+    name = held if len(solution.equations.b) else tr("M is positive definite; its condition number")
+    return Check(name, condition, _CONDITION, detail)
 
 
 def _permitted(solution: Solution, mass: Array) -> Array:
@@ -156,21 +177,26 @@ def _kinematical(solution: Solution) -> Check:
     y = _matrix(solution, solution.equations.Y)
     with np.errstate(divide="ignore", invalid="ignore"):
         scaled = y / np.linalg.norm(y, axis=2, keepdims=True)
-    detail = f"of Y, its inverse, with rows of unit length, {_at(solution)}"
-    return Check("condition number of W in q̇ = W u + X", _condition(scaled), _CONDITION, detail)
+    detail = tr("of Y, its inverse, with rows of unit length, %(at)s", at=_at(solution))
+    return Check(tr("condition number of W in q̇ = W u + X"), _condition(scaled), _CONDITION, detail)
 
 
 def _constraints(solution: Solution) -> Check:
     left = {c.name: float(np.abs(r).max()) for c, r in solution.constraint_residuals.items()}
     worst = max(left, key=left.__getitem__)
-    return Check("what is left of the constraints", left[worst], EQUAL, f"largest at {worst!r}")
+    return Check(
+        tr("what is left of the constraints"),
+        left[worst],
+        EQUAL,
+        tr("largest at %(constraint)s", constraint=repr(worst)),
+    )
 
 
 def _reactions(solution: Solution) -> Check:
     # it holds the dependent speeds eliminated, and these change
     size = len(solution.equations.reactions)
     matrix = stacked(solution.by_sample(lambda eom: eom.solved.reaction_matrix.entries), (size, size))
-    return Check("condition number of the reactions' equations", _condition(matrix), _CONDITION, _at(solution))
+    return Check(tr("condition number of the reactions' equations"), _condition(matrix), _CONDITION, _at(solution))
 
 
 def _condition(matrices: Array) -> float:

@@ -2,7 +2,7 @@
 """All that a report says, whatever its format: what was declared, the chapters, checks, and tables of a motion."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,10 +12,12 @@ from kane.errors import ArgumentError, cut
 from kane.expr.symbols import Symbol
 from kane.motion.solution.solution import Solution
 from kane.present.chapters import Chapter, Costs, chapters, costs
-from kane.present.check_figures import Check, motion_checks
+from kane.present.check_figures import Check, energy_text, motion_checks
+from kane.present.languages.catalogue import tr, trn
 from kane.present.notes import checked
 from kane.present.other_methods import WhyKane, is_small, why_kane
 from kane.present.overview import PageTable, Tex, declared_tables
+from kane.present.pages import plain
 from kane.present.scene.gather import scene
 from kane.present.scene.records import Scene
 from kane.present.scene.shapes import BodyShape
@@ -76,9 +78,9 @@ def content_of(
         raise ArgumentError(
             "Expected a solution of the equations reported, got one of others: pass solution.equations as eom."
         )
-    told = list(checks)
+    told = [_in_language(check, solution) for check in checks]
     return Content(
-        title=title or f"Equations of motion: {', '.join(b.name for b in eom.system.bodies)}",
+        title=title or tr("Equations of motion: %(bodies)s", bodies=", ".join(b.name for b in eom.system.bodies)),
         eom=eom,
         seen=scene(eom, shapes),
         summary=_summary(eom),
@@ -96,16 +98,26 @@ def content_of(
 
 
 def _summary(eom: Equations) -> list[tuple[int, str]]:
-    counts: list[tuple[Sequence[Any], str, str]] = [
-        (eom.system.bodies, "body", "bodies"),
-        (eom.coordinates, "coordinate", "coordinates"),
-        (eom.speeds, "generalized speed", "generalized speeds"),
-        (eom.independent_speeds if eom.embedding else (), "degree of freedom", "degrees of freedom"),
-        (eom.states, "further state", "further states"),
-        (eom.reactions, "reaction", "reactions"),
-    ]
-    sizes = [(len(some), one if len(some) == 1 else many) for some, one, many in counts if some]
-    return [*sizes, (eom.operations.total, "operations")]
+    sizes = {of: len(some) for of, some in (
+        ("bodies", eom.system.bodies), ("coordinates", eom.coordinates), ("speeds", eom.speeds), ("states", eom.states),
+        ("freedoms", eom.independent_speeds if eom.embedding else ()), ("reactions", eom.reactions),
+    )}  # fmt: skip
+    told = {
+        "bodies": trn("body", "bodies", sizes["bodies"]),
+        "coordinates": trn("coordinate", "coordinates", sizes["coordinates"]),
+        "speeds": trn("generalized speed", "generalized speeds", sizes["speeds"]),
+        "freedoms": trn("degree of freedom", "degrees of freedom", sizes["freedoms"]),
+        "states": trn("further state", "further states", sizes["states"]),
+        "reactions": trn("reaction", "reactions", sizes["reactions"]),
+    }
+    return [*((sizes[of], what) for of, what in told.items() if sizes[of]), (eom.operations.total, tr("operations"))]
+
+
+def _in_language(check: Check, solution: Solution | None) -> Check:
+    """A check with its texts in the language of the report, where they are none of the user's."""
+    energy = None if solution is None else solution.energy_check
+    detail = energy_text(energy) if energy is not None and check.detail == str(energy) else check.detail
+    return replace(check, name=tr(check.name), detail=detail)
 
 
 def _start(solution: Solution) -> PageTable:
@@ -113,8 +125,8 @@ def _start(solution: Solution) -> PageTable:
     eom = solution.equations
     ends = zip(eom.state, solution.states[0], solution.states[-1], strict=True)
     rows = tuple((Tex(symbol_latex(s)), f"{a:.6g}", f"{b:.6g}", unit_text(eom.unit(s))) for s, a, b in ends)
-    head = ("", f"t = {solution.t[0]:g} s", f"t = {solution.t[-1]:.6g} s", "unit")
-    return PageTable("Start and end", head, rows, unfolded=False)
+    head = ("", f"t = {solution.t[0]:g} s", f"t = {solution.t[-1]:.6g} s", tr("unit"))
+    return PageTable(tr("Start and end"), head, rows, unfolded=False)
 
 
 _SHOWN = 100
@@ -133,9 +145,26 @@ def _changes(solution: Solution) -> PageTable | None:
     for k in begins[:_SHOWN]:
         by = ", ".join(e.name for e in solution.phases[solution.phase[k]].by)
         pairs = ((name, str(words[k - 1]), str(words[k])) for name, words in solution.modes.items())
-        told = ", ".join(f"{name}: {a} → {b}" for name, a, b in pairs if a != b)
+        told = ", ".join(f"{name}: {tr(a)} → {tr(b)}" for name, a, b in pairs if a != b)
         energy = float(energies[k] - energies[k - 1])
         rows.append((f"{solution.t[k]:.9g}", by, told, f"{energy:+.4g}" if abs(energy) > least else "0"))
     if len(begins) > _SHOWN:
-        rows.append(("…", f"{len(begins) - _SHOWN} more", "", ""))
-    return PageTable("What happens on the way", ("t (s)", "event", "contacts", "energy (J)"), tuple(rows))
+        rows.append(("…", tr("%(n)s more", n=len(begins) - _SHOWN), "", ""))
+    head = ("t (s)", tr("event"), tr("contacts"), tr("energy (J)"))
+    return PageTable(tr("What happens on the way"), head, tuple(rows))
+
+
+def run_text(solution: Solution) -> str:
+    """How a motion was run, as a sentence: from when to when, in what, why it ended, how well it keeps its energy."""
+    run = {
+        "begin": f"{solution.t[0]:g}",
+        "end": f"{solution.t[-1]:.6g}",
+        "steps": solution.steps,
+        "evaluations": solution.evaluations,
+    }
+    message = tr("reached t = %(end)s", end=f"{solution.t[-1]:g}")
+    told = message if solution.status == "finished" else solution.message
+    return tr(
+        "From %(begin)s s to %(end)s s, in %(steps)s steps and %(evaluations)s evaluations: %(message)s; %(energy)s.",
+        **run, message=plain(told), energy=plain(energy_text(solution.energy_check)),
+    )  # fmt: skip

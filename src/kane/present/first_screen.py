@@ -30,6 +30,7 @@ from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.present.animation import Animation, animation_of
 from kane.present.causes import Cause, multiplied_out
+from kane.present.languages.catalogue import N_, tr
 from kane.present.pages import as_json, deflated
 from kane.present.scene.gather import scene
 from kane.present.scene.records import Scene
@@ -142,21 +143,22 @@ def terms(eom: Equations) -> Iterator[Quantity]:
             for name, parts in by_source.items():
                 yield Quantity(f"why {u.name}", name, "", sum_of(parts), kind)
         if eom.system.contacts:  # whose forces are those of the modes, and balance the rest
-            yield Quantity(f"why {u.name}", "contacts", "", -sum_of(every), "active")
+            yield Quantity(f"why {u.name}", tr("contacts"), "", -sum_of(every), "active")
 
 
 def _multiplied(found: Mapping[Symbol, Sequence[Cause]]) -> Iterator[Quantity]:
     for u, own in found.items():
         for c in own:
-            source = f"inertia of {c.source}" if c.kind == "inertia" else c.source
+            source = tr("inertia of %(body)s", body=c.source) if c.kind == "inertia" else c.source
             yield Quantity(f"why {u.name}", c.latex, "", c.term, c.kind, source)
 
 
 def _lines(eom: Equations) -> Iterator[Quantity]:
-    for group, symbols in (("coordinates", eom.coordinates), ("speeds", eom.speeds), ("reactions", eom.reactions)):
+    of = ((N_("coordinates"), eom.coordinates), (N_("speeds"), eom.speeds), (N_("reactions"), eom.reactions))
+    for group, symbols in of:
         for s in symbols:
             yield Quantity(group, symbol_latex(s), eom.unit(s), s)
-    yield Quantity("energy", "K", "J", eom.kinetic_energy)
+    yield Quantity(N_("energy"), "K", "J", eom.kinetic_energy)
     if eom.potential_energy is not ZERO:
         yield Quantity("energy", "V", "J", eom.potential_energy)
 
@@ -222,7 +224,7 @@ def _plots(numbered: Sequence[tuple[int, Quantity]]) -> Iterator[tuple[str, str,
         if q.kind == "line":
             groups.setdefault((q.group, q.unit), []).append((k, q))
     for (group, unit), lines in groups.items():
-        yield group, _unit(unit), tuple(lines)
+        yield tr(group), _unit(unit), tuple(lines)
 
 
 # What runs in the page --------------------------------------------------------------------------------------------------
@@ -235,13 +237,13 @@ def _live(
     eom = solution.equations
     inputs = {s: constant(solution.inputs[s]) for s in eom.inputs if s in solution.inputs}
     if any(v is None for v in inputs.values()):
-        return None, (), "Its inputs change with time."
+        return None, (), tr("Its inputs change with time.")
     if eom.system.contacts:
-        return None, (), "Contacts change its modes."
+        return None, (), tr("Contacts change its modes.")
     if float(solution.t[0]) != 0.0:
-        return None, (), "It does not begin at t = 0."
+        return None, (), tr("It does not begin at t = 0.")
     if eom.operations.total > _LONGEST:
-        return None, (), "Its equations are long."
+        return None, (), tr("Its equations are long.")
     exprs = [*animation.scene.row, *(q.expr for q in values)]
     try:
         run = emit_simulator_wasm(eom.compile(), METHOD, samples=SAMPLES)

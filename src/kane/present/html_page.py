@@ -10,8 +10,8 @@ from markupsafe import Markup
 
 from kane.expr.node import Expr
 from kane.motion.solution.solution import Solution
-from kane.present.chapters import LONG
-from kane.present.content import Content
+from kane.present.chapters import LONG, by_all_text, operations_text, solved_text
+from kane.present.content import Content, run_text
 from kane.present.first_screen import screen_of
 from kane.present.notes import written
 from kane.present.overview import Tex
@@ -35,6 +35,12 @@ def html(content: Content, name: str) -> Document:
         sketches=_sketches(seen, content.title),
         screen=screen,
         shown_notes=list(map(written, content.notes)),
+        texts={
+            "solved": solved_text(bool(content.eom.reactions)),
+            "operations": operations_text(bool(content.eom.reactions)),
+            "run": None if solution is None else run_text(solution),
+        },
+        by_all_text=by_all_text,
         meanings=content.meanings,
         symbols=[(s.name, symbol_latex(s)) for s in content.symbols],
         long=LONG,

@@ -17,6 +17,7 @@ from kane.model.bodies import parts_of
 from kane.model.constraints import cut_of
 from kane.model.system import System
 from kane.motion.solution.solution import Solution
+from kane.present.languages.catalogue import N_, tr
 from kane.present.scene.bodies import upward
 from kane.space.frame import Point
 from kane.units.rules import unit_text
@@ -159,10 +160,10 @@ def plots(solution: Solution, drawn: Iterable[Expr] = ()) -> list[Plot]:
     """The plots that apply to the motion, but those of quantities that are all `drawn` elsewhere."""
     eom, elsewhere = solution.equations, set(drawn)
     traced: list[tuple[str, str, Sequence[Any], Any]] = [
-        ("coordinates", "Generalized coordinates", eom.coordinates, solution.q.T),
-        ("speeds", "Generalized speeds", eom.speeds, solution.u.T),
-        ("states", "Further states", eom.states, solution.a.T),
-        ("reactions", "Reactions brought into evidence", eom.reactions, solution[list(eom.reactions)]),
+        ("coordinates", N_("Generalized coordinates"), eom.coordinates, solution.q.T),
+        ("speeds", N_("Generalized speeds"), eom.speeds, solution.u.T),
+        ("states", N_("Further states"), eom.states, solution.a.T),
+        ("reactions", N_("Reactions brought into evidence"), eom.reactions, solution[list(eom.reactions)]),
     ]
     traces = [_traces(*of, solution) for of in traced if not elsewhere.issuperset(of[2])]
     return [p for p in (paths(solution), *traces, balance(solution)) if p is not None]
@@ -188,8 +189,8 @@ def _traces(name: str, title: str, symbols: Sequence[Any], values: Any, solution
     axes[-1].set_xlabel("t [s]")
     meanings = [f"{s.name}: {s.description}" for s in symbols if s.description]
     if not all(units):
-        meanings.append("[–]: no unit declared")
-    return Plot(name, title, "; ".join(meanings), figure)
+        meanings.append(tr("[–]: no unit declared"))
+    return Plot(name, tr(title), "; ".join(meanings), figure)
 
 
 def level(axes: Any, values: Sequence[Any], solution: Solution) -> None:
@@ -207,11 +208,11 @@ def balance(solution: Solution) -> Plot:
     for k, (y, label) in enumerate([(kinetic, "K"), (potential, "V"), (total, "E = K + V")]):
         axes[0].plot(t, y, color=SERIES[k], label=label)
     axes[0].plot(t, total - solution.work, color=INK, linewidth=1, linestyle="--", label="E − ∫P dt")
-    axes[0].set_ylabel("energy [J]")
+    axes[0].set_ylabel(tr("energy [J]"))
     legend(axes[0], ncols=2, loc="best")
     axes[1].plot(t, power, color=SERIES[3], label="P")
     axes[1].plot(t, rate, color=INK, linewidth=1, linestyle="--", label="dE/dt")
-    axes[1].set_ylabel("power [W]")
+    axes[1].set_ylabel(tr("power [W]"))
     least = 1e-6 * solution.energy_check.scale / np.ptp(t)
     if max(np.abs(power).max(), np.abs(rate).max()) < least:  # rounding errors are not to fill the panel
         axes[1].set_ylim(-least, least)
@@ -219,11 +220,11 @@ def balance(solution: Solution) -> Plot:
     axes[2].plot(t, solution.energy_drift, color=SERIES[4])
     axes[2].set_ylabel("E − E(0) − ∫P dt [J]", fontsize=8)
     axes[2].set_xlabel("t [s]")
-    caption = (
+    caption = tr(
         "Kinetic energy K, potential energy V, and their sum E; P is the power of the loads that have no potential. Below, the "
         "difference that must vanish."
     )
-    return Plot("energy", "Energy and power", caption, figure)
+    return Plot("energy", tr("Energy and power"), caption, figure)
 
 
 def _plane(spread: Any, system: System) -> tuple[int, int]:
@@ -259,9 +260,10 @@ def paths(solution: Solution) -> Plot | None:
     a.set_aspect("equal", adjustable="datalim")
     inertial = system.inertial.name.lower()
     for label, i in ((a.set_xlabel, first), (a.set_ylabel, second)):
-        label(f"along $\\hat{{{inertial}}}_{'xyz'[i]}$ [m]" if len(inertial) == 1 else f"{'xyz'[i]} [m]")
+        along = tr("along %(axis)s [m]", axis=f"$\\hat{{{inertial}}}_{'xyz'[i]}$")
+        label(along if len(inertial) == 1 else f"{'xyz'[i]} [m]")
     if len(points) <= _LABELS:
         legend(a, loc="best")
     a.axhline(0, color=FAINT, linewidth=0.6)
-    caption = "Paths of the mass centres (full) and of the points where reactions act (dashed); start ○, end ●."
-    return Plot("paths", "Paths", caption, figure)
+    caption = tr("Paths of the mass centres (full) and of the points where reactions act (dashed); start ○, end ●.")
+    return Plot("paths", tr("Paths"), caption, figure)

@@ -25,6 +25,7 @@ from kane.model.bodies import deforming, parts_of
 from kane.numeric.rank import least_squares
 from kane.numeric.scale import ROUNDED_SUM
 from kane.present.first_screen import terms
+from kane.present.languages.catalogue import N_, tr, trn
 from kane.present.overview import PageTable
 from kane.program.from_expressions import Task, build_program, receipt
 
@@ -38,20 +39,29 @@ class WhyKane:
 
     table: PageTable
     found: tuple[str, ...]
-    text: str = (
-        r"By Newton and Euler each body has $m\mathbf{a} = \mathbf{F} + \mathbf{R}$ and "
-        r"$\mathbf{I}\cdot\boldsymbol{\alpha} + \boldsymbol{\omega}\times\mathbf{I}\cdot\boldsymbol{\omega} = \mathbf{T} "
-        r"+ \mathbf{S}$, and the constraint forces $\mathbf{R}$, $\mathbf{S}$ are unknowns beside its accelerations. They "
-        r"do no work in motions that the constraints admit, $\sum \mathbf{R}\cdot\mathbf{v}_r + \sum "
-        r"\mathbf{S}\cdot\boldsymbol{\omega}_r = 0$: multiplied by the partial velocities and added up, the same "
-        r"equations are $F_r + F^*_r = \sum (\mathbf{F} - m\mathbf{a})\cdot\mathbf{v}_r + \dots = 0$, and hold none of "
-        r"them. Lagrange's equations hold none either, but differentiate the kinetic energy, and have a multiplier for "
-        r"each constraint of the coordinates."
-    )
-    note: str = (
-        "Operations: rates of the state, accelerations and multipliers solved for, by the same expressions, eliminations and count; "
-        "as compiled, after the rewriting that all compiled code has. Newton's and Euler's equations are counted, not solved."
-    )
+    text: str
+    note: str
+
+
+_TEXT = N_(
+    r"By Newton and Euler each body has $m\mathbf{a} = \mathbf{F} + \mathbf{R}$ and "
+    r"$\mathbf{I}\cdot\boldsymbol{\alpha} + \boldsymbol{\omega}\times\mathbf{I}\cdot\boldsymbol{\omega} = \mathbf{T} "
+    r"+ \mathbf{S}$, and the constraint forces $\mathbf{R}$, $\mathbf{S}$ are unknowns beside its accelerations. They "
+    r"do no work in motions that the constraints admit, $\sum \mathbf{R}\cdot\mathbf{v}_r + \sum "
+    r"\mathbf{S}\cdot\boldsymbol{\omega}_r = 0$: multiplied by the partial velocities and added up, the same "
+    r"equations are $F_r + F^*_r = \sum (\mathbf{F} - m\mathbf{a})\cdot\mathbf{v}_r + \dots = 0$, and hold none of "
+    r"them. Lagrange's equations hold none either, but differentiate the kinetic energy, and have a multiplier for "
+    r"each constraint of the coordinates."
+)
+_NOTE = N_(
+    "Operations: rates of the state, accelerations and multipliers solved for, by the same expressions, eliminations and count; "
+    "as compiled, after the rewriting that all compiled code has. Newton's and Euler's equations are counted, not solved."
+)
+
+
+_HEAD = (
+    N_("method"), N_("accelerations"), N_("constraint forces"), N_("equations"), N_("operations"), N_("as compiled"),
+)  # fmt: skip
 
 
 def is_small(eom: Equations) -> bool:
@@ -61,17 +71,17 @@ def is_small(eom: Equations) -> bool:
 
 def why_kane(eom: Equations) -> WhyKane:
     """The chapter of these equations."""
-    rows = [_row(eom, "Kane", len(eom.independent_speeds), 0, eom.right_hand_side, eom.derived.state)]
+    rows = [_row(eom, tr("Kane"), len(eom.independent_speeds), 0, eom.right_hand_side, eom.derived.state)]
     try:
         other = eom.by("lagrange first kind")
         held = len(other.unknowns) - len(eom.coordinates)
-        name = "Lagrange, with multipliers" if held else "Lagrange"
+        name = tr("Lagrange, with multipliers") if held else tr("Lagrange")
         rows.append(_row(eom, name, len(eom.coordinates), held, other.right_hand_side, other.state))
         found = tuple(_found(eom, other))
     except ModelError as error:
-        found = (f"Lagrange's equations do not take this system: {cut(str(error), 300)}",)
-    head = ("method", "accelerations", "constraint forces", "equations", "operations", "as compiled")
-    return WhyKane(PageTable("", head, (*rows, *_newton_euler(eom))), found)
+        found = (tr("Lagrange's equations do not take this system: %(error)s", error=cut(str(error), 300)),)
+    head = tuple(map(tr, _HEAD))
+    return WhyKane(PageTable("", head, (*rows, *_newton_euler(eom))), found, tr(_TEXT), tr(_NOTE))
 
 
 def _row(
@@ -92,7 +102,9 @@ def _newton_euler(eom: Equations) -> list[tuple[str, ...]]:
     free = sum(3 if part.frame is None or part.inertia is None else 6 for part in parts_of(eom.system.bodies))
     forces = free - len(eom.independent_speeds)
     return (
-        [("Newton and Euler, body by body", *map(str, (free, forces, free + forces)), "–", "–")] if forces >= 0 else []
+        [(tr("Newton and Euler, body by body"), *map(str, (free, forces, free + forces)), "–", "–")]
+        if forces >= 0
+        else []
     )
 
 
@@ -121,9 +133,13 @@ def _found(eom: Equations, other: Formulation) -> Iterator[str]:
     at = [at[k] | dict(zip(u_dot, row, strict=True)) for k, row in zip(kept.tolist(), others.tolist(), strict=True)]
     size = np.maximum(np.abs(own).max(axis=1), 1.0)
     off = float((np.abs(others - own).max(axis=1) / size).max())
-    yield (
-        f"At {_count(len(at), 'state')} drawn at random $\\dot{{u}}$ by Lagrange's equations, which know no partial velocity, "
-        f"differs from that by Kane's by at most {off:.1e} of its size."
+    yield trn(
+        r"At %(n)s state drawn at random $\dot{u}$ by Lagrange's equations, which know no partial velocity, differs from that by "
+        "Kane's by at most %(off)s of its size.",
+        r"At %(n)s states drawn at random $\dot{u}$ by Lagrange's equations, which know no partial velocity, differs from that by "
+        "Kane's by at most %(off)s of its size.",
+        len(at),
+        off=f"{off:.1e}",
     )
     balances = _newton_euler(eom)
     if balances and balances[0][2] == "0":
@@ -131,21 +147,22 @@ def _found(eom: Equations, other: Formulation) -> Iterator[str]:
     values = measured([q.expr for q in shares], at)
     groups = [q.group for q in shares]
     left = max(float(np.abs(values[:, [g == group for g in groups]].sum(axis=1)).max()) for group in set(groups))
-    words = " and ".join(_largest(forces, at))
-    acting = f"There the constraints act on the bodies by {words}. " if words else ""
-    yield (
-        f"{acting}In $F_r + F^*_r$ with Lagrange's $\\dot{{u}}$ they leave {left / float(np.abs(values).max()):.1e} of the "
-        "largest term: the partial velocities take them out before anything is solved."
+    words = tr(" and ").join(_largest(forces, at))
+    acting = tr("There the constraints act on the bodies by %(forces)s.", forces=words) + " " if words else ""
+    yield acting + tr(
+        r"In $F_r + F^*_r$ with Lagrange's $\dot{u}$ they leave %(left)s of the largest term: the partial velocities take them out "
+        "before anything is solved.",
+        left=f"{left / float(np.abs(values).max()):.1e}",
     )
 
 
 def _largest(forces: Mapping[str, Expr], at: Sequence[Place]) -> Iterator[str]:
     """The largest of the forces R and of the torques S, where there are any."""
-    for sign, what, unit in (("R", "forces", "N"), ("S", "torques", "N·m")):
+    for sign, what, unit in (("R", N_("forces of up to %(most)s"), "N"), ("S", N_("torques of up to %(most)s"), "N·m")):
         own = [e for name, e in forces.items() if name[0] == sign]
         most = float(np.nanmax(np.abs(measured(own, at)), initial=0.0))
         if most > ROUNDED_SUM:
-            yield f"{what} of up to {most:.3g} {unit}"
+            yield tr(what, most=f"{most:.3g} {unit}")
 
 
 def _held(eom: Equations, place: Place) -> Place:
@@ -167,7 +184,3 @@ def _constraint_forces(eom: Equations) -> Iterator[tuple[str, Expr]]:
     places = {p for part in parts_of(eom.system.bodies) for p in (part.mass_center, part.inertia and part.frame) if p}
     if len(names) == 3 * len(places):
         yield from zip(names, other.right_hand_side[2 * n :], strict=True)
-
-
-def _count(n: int, what: str) -> str:
-    return f"{n} {what}{'s' * (n != 1)}"

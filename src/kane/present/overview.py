@@ -18,6 +18,7 @@ from kane.model.constraints import Constraint, constraint_of, cut_of
 from kane.model.loads import Load
 from kane.model.system import System
 from kane.present.formula_list import formulas
+from kane.present.languages.catalogue import N_, tr
 from kane.space.frame import Frame, Point
 from kane.space.rotation import Orientation
 from kane.space.vector import Vector
@@ -32,10 +33,10 @@ def _part(part: Part) -> Row:
     """The cell of the central inertia is the part: along which frame it is read depends on the part's own."""
     return {
         "body": part.name,
-        "kind": "particle" if part.frame is None else "rigid body",
+        "kind": N_("particle") if part.frame is None else N_("rigid body"),
         "mass": part.mass,
         "mass centre": part.mass_center,
-        "frame": part.frame or "particle",
+        "frame": part.frame or N_("particle"),
         "central inertia": "" if part.inertia is None else part,
     }
 
@@ -50,9 +51,9 @@ def _bodies(system: System) -> Iterable[Row]:
 def _deforming(body: Deforming) -> Row:
     return {
         "body": body.name,
-        "kind": "flexible body",
+        "kind": N_("flexible body"),
         "mass": body.mass,
-        "mass centre": "a moving point",
+        "mass centre": N_("a moving point"),
         "frame": body.parts()[0].frame or "",
         "central inertia": body.coordinates,
     }
@@ -165,7 +166,7 @@ def declared_tables(eom: Equations, values: Mapping[Any, float] | None = None) -
     used = {p: v for p, v in (values or {}).items() if p.default is None or v != p.default}
     rows: dict[str, Iterable[Row]] = {group: DECLARED[group](system) for group in DECLARED}
     rows["reactions"] = reactions(system, eom.auxiliary_speeds)
-    simulated = ["simulated with"] if used else []
+    simulated = [N_("simulated with")] if used else []
     if used:
         rows["parameters"] = ({**row, "simulated with": used.get(row["parameter"], "")} for row in rows["parameters"])
     tables = [
@@ -185,7 +186,31 @@ def declared_tables(eom: Equations, values: Mapping[Any, float] | None = None) -
 
 def page_table(title: str, rows: Iterable[Row], *head: str, unfolded: bool = True) -> PageTable:
     """A table of the columns `head` of what was declared."""
-    return PageTable(title, head, tuple(tuple(_cell(row, column) for column in head) for row in rows), unfolded)
+    return PageTable(
+        tr(title) if title else "",
+        tuple(map(tr, head)),
+        tuple(tuple(_cell(row, column) for column in head) for row in rows),
+        unfolded,
+    )
+
+
+_FIXED = {"kind", "frame", "mass centre"}
+"""Columns whose words are the table's own."""
+KINDS = (
+    *(
+        N_("pin"),
+        N_("slider"),
+        N_("cylindrical"),
+        N_("ball"),
+        N_("universal"),
+        N_("planar"),
+        N_("free"),
+        N_("screw"),
+        N_("weld"),
+    ),
+    *(N_("configuration"), N_("motion")),
+)
+"""Words for the kinds of joints and constraints."""
 
 
 def _cell(row: Row, column: str) -> Cell:
@@ -194,7 +219,7 @@ def _cell(row: Row, column: str) -> Cell:
     if column in _COLUMNS:
         return _COLUMNS[column](row)
     if isinstance(value, str):
-        return value
+        return tr(value) if column in _FIXED else value
     if isinstance(value, Expr):
         return Tex(to_latex(value))
     if isinstance(value, Point | Frame):
@@ -208,25 +233,27 @@ def _vector(value: Vector | Expr) -> Tex:
     """A vector or an expression in LaTeX, with its intermediates."""
     between, (shown,) = formulas([("", value)])
     where = ",\\; ".join(z.latex for z in between)
-    return Tex(shown.right + (rf"\quad\text{{where}}\quad {where}" if where else ""))
+    return Tex(shown.right + (tr(r"\quad\text{where}\quad %(formulas)s", formulas=where) if where else ""))
 
 
 def _acting(load: Load | Constraint, inner: Mapping[Point | Frame, Deforming] = MappingProxyType({})) -> Tex:
-    told = [("force", p) for p, _ in load.forces] + [("torque", f) for f, _ in load.torques]
-    places = list(dict.fromkeys(_place(what, at, inner) for what, at in told))
+    told = [(False, p) for p, _ in load.forces] + [(True, f) for f, _ in load.torques]
+    places = list(dict.fromkeys(_place(turns, at, inner) for turns, at in told))
     return Tex(r",\; ".join(places[:_FEW]) + (r",\; \dots" if len(places) > _FEW else ""))
 
 
-def _place(what: str, at: Point | Frame, inner: Mapping[Point | Frame, Deforming]) -> str:
+def _place(turns: bool, at: Point | Frame, inner: Mapping[Point | Frame, Deforming]) -> str:
+    place = place_latex(inner[at].name if at in inner else at.name)
     if at in inner:
-        return rf"\text{{{what} along }} {place_latex(inner[at].name)}"
-    return rf"\text{{{what} on }} {place_latex(at.name)}"
+        along = (tr(r"\text{force along }%(place)s", place=place), tr(r"\text{torque along }%(place)s", place=place))
+        return along[turns]
+    return (tr(r"\text{force on }%(place)s", place=place), tr(r"\text{torque on }%(place)s", place=place))[turns]
 
 
 def _inertia(part: Part | tuple[Coordinate, ...]) -> Tex:
     """Of a part; of a flexible body what it deforms by."""
     if not isinstance(part, Part):
-        return Tex(rf"\text{{flexible, by }} {_names(part)}")
+        return Tex(tr(r"\text{flexible, by }%(coordinates)s", coordinates=_names(part)))
     assert part.frame is not None
     assert part.inertia is not None
     used = part.inertia.frames()
@@ -263,33 +290,34 @@ def _names(symbols: Iterable[Any]) -> str:
 
 def _orientation(o: Orientation | None) -> Cell:
     if o is None:
-        return "inertial"
+        return tr("inertial")
     if o.axis is not None and o.angle is not None:
-        return Tex(
-            rf"\text{{turned about }} {unit_vector_latex(o.base.name, 'xyz'[o.axis])} \text{{ by }} {to_latex(o.angle)}"
-        )
+        axis = unit_vector_latex(o.base.name, "xyz"[o.axis])
+        return Tex(tr(r"\text{turned about }%(axis)s\text{ by }%(angle)s", axis=axis, angle=to_latex(o.angle)))
     if o.parameters:
-        return Tex(r"\text{Euler parameters } " + _names(o.parameters))
-    return "direction cosines" if o.angle is None else Tex(rf"\text{{turned by }} {to_latex(o.angle)}")
+        return Tex(tr(r"\text{Euler parameters }%(parameters)s", parameters=_names(o.parameters)))
+    return (
+        tr("direction cosines") if o.angle is None else Tex(tr(r"\text{turned by }%(angle)s", angle=to_latex(o.angle)))
+    )
 
 
 def _position(point: Point, within: Deforming | None) -> Tex:
     if point.parent is None:
-        return Tex(rf"\text{{fixed in }} {place_latex(point.frame.name)}")
+        return Tex(tr(r"\text{fixed in }%(frame)s", frame=place_latex(point.frame.name)))
     here = _vector(point.offset)
+    body = within or point.body
+    told = {} if body is None else {"offset": here.source, "body": place_latex(body.name)}
     if within is not None:
-        return Tex(rf"{here.source} \quad\text{{(shares the mass of }} {place_latex(within.name)}\text{{)}}")
-    if point.body is None:
-        return here
-    return Tex(rf"{here.source} \quad\text{{(particle of }} {place_latex(point.body.name)}\text{{)}}")
+        return Tex(tr(r"%(offset)s\quad\text{(shares the mass of }%(body)s\text{)}", **told))
+    return Tex(tr(r"%(offset)s\quad\text{(particle of }%(body)s\text{)}", **told)) if told else here
 
 
 _COLUMNS: dict[str, Callable[[Row], Cell]] = {
     "central inertia": lambda row: _inertia(row["central inertia"]) if row["central inertia"] else "",
     "acts": lambda row: _acting(row["acts"], row["within"]),
-    "potential": lambda row: Tex(to_latex(row["potential"])) if row["potential"] is not None else "none",
-    "coordinates": lambda row: Tex(_names(row["coordinates"])) if row["coordinates"] else "none",
-    "held by": lambda row: _acting(row["held by"]) if row["held by"] is not None else "not told",
+    "potential": lambda row: Tex(to_latex(row["potential"])) if row["potential"] is not None else tr("none"),
+    "coordinates": lambda row: Tex(_names(row["coordinates"])) if row["coordinates"] else tr("none"),
+    "held by": lambda row: _acting(row["held by"]) if row["held by"] is not None else tr("not told"),
     "vanishes": lambda row: _vector(row["vanishes"]),
     "at": _at,
     "along": _along,

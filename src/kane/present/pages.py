@@ -11,10 +11,12 @@ from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
+
+from kane.present.languages.catalogue import language, plural, tr
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +62,10 @@ def deflated(data: bytes) -> str:
 def environment(**options: Any) -> Environment:
     """What fills the templates: what they insert is escaped for HTML, and what they lack is an error."""
     told: dict[str, Any] = {"autoescape": True, "undefined": StrictUndefined, **options}
-    return Environment(loader=PackageLoader("kane.present"), **told)
+    made: Any = Environment(loader=PackageLoader("kane.present"), extensions=["jinja2.ext.i18n"], **told)
+    made.install_gettext_callables(tr, plural, newstyle=True)
+    made.globals["language"] = language
+    return cast(Environment, made)
 
 
 def as_json(data: Any) -> str:

@@ -15,6 +15,7 @@ from kane.expr.symbols import Symbol
 from kane.model.bodies import Body
 from kane.model.loads import Load
 from kane.present.formula_list import DisplayedFormula, formulas, quantity_latex
+from kane.present.languages.catalogue import tr, trn
 from kane.present.overview import Cell, PageTable, Tex
 from kane.program.native import machine, store
 from kane.space.frame import Point
@@ -99,8 +100,8 @@ def mass_provenance(eom: Equations) -> Provenance | None:
     rows = tuple((Tex(_left(eom, Kind.MASS, r, s)), c.body.name, next(shares), next(shares)) for r, s, c in entries)
     translation = r"$m\,\mathbf{v}_r\cdot\mathbf{v}_s$"
     rotation = r"$\boldsymbol{\omega}_r\cdot\mathbf{I}\cdot\boldsymbol{\omega}_s$"
-    table = PageTable("", ("entry", "body", translation, rotation), rows)
-    return Provenance("The mass matrix, body by body", (Origin("M", _terms(len(rows)), table),), tuple(between))
+    table = PageTable("", (tr("entry"), tr("body"), translation, rotation), rows)
+    return Provenance(tr("The mass matrix, body by body"), (Origin("M", _terms(len(rows)), table),), tuple(between))
 
 
 def noncontributing(eom: Equations, contributions: Sequence[Contributions]) -> str:
@@ -109,18 +110,22 @@ def noncontributing(eom: Equations, contributions: Sequence[Contributions]) -> s
     names = [load.name for load in eom.loads if all(load in some for some in idle)]
     if not names:
         return ""
-    enter = "enters" if len(names) == 1 else "enter"
-    return f"{', '.join(names)} {enter} no generalized active force: noncontributing."
+    return trn(
+        "%(names)s enters no generalized active force: noncontributing.",
+        "%(names)s enter no generalized active force: noncontributing.",
+        len(names),
+        names=", ".join(names),
+    )
 
 
 def force_provenance(eom: Equations, kind: Kind, contributions: Sequence[Contributions]) -> Provenance | None:
     """For each F_r the forces and torques that it is summed from; for each F*_r the bodies' inertia forces and torques."""
     if kind is Kind.ACTIVE_FORCE:
-        head = "load", "on", "force or torque"
-        quantities = [(c.speed, c.active, _idle(c.noncontributing_loads, "load", "loads")) for c in contributions]
+        head = tr("load"), tr("on"), tr("force or torque")
+        quantities = [(c.speed, c.active, _idle_loads(c.noncontributing_loads)) for c in contributions]
     else:
-        head = "body", "of", "inertia force or torque"
-        quantities = [(c.speed, c.inertia, _idle(c.noncontributing_bodies, "body", "bodies")) for c in contributions]
+        head = tr("body"), tr("of"), tr("inertia force or torque")
+        quantities = [(c.speed, c.inertia, _idle_bodies(c.noncontributing_bodies)) for c in contributions]
     terms = [c for _, some, _ in quantities for c in some]
     if len(terms) > _MOST or not (terms or any(idle for *_, idle in quantities)):
         return None
@@ -135,9 +140,9 @@ def force_provenance(eom: Equations, kind: Kind, contributions: Sequence[Contrib
             met = Tex(f"{_left(eom, velocity, c.place, speed)} = {partial.source}")
             source = Tex(symbol_latex(c.source)) if isinstance(c.source, Symbol) else c.source.name
             rows.append((source, Tex(place_latex(c.place.name)), vector, met, term))
-        table = PageTable("", (*head, "partial velocity", "term"), tuple(rows))
+        table = PageTable("", (*head, tr("partial velocity"), tr("term")), tuple(rows))
         origins.append(Origin(_left(eom, kind, speed), _terms(len(some)), table, idle))
-    return Provenance("Where the terms come from", tuple(origins), tuple(between))
+    return Provenance(tr("Where the terms come from"), tuple(origins), tuple(between))
 
 
 def _left(eom: Equations, kind: Kind, place: Any, speed: Any = None) -> str:
@@ -145,11 +150,30 @@ def _left(eom: Equations, kind: Kind, place: Any, speed: Any = None) -> str:
 
 
 def _terms(n: int) -> str:
-    return "no terms" if n == 0 else "1 term" if n == 1 else f"{n} terms"
+    return tr("no terms") if n == 0 else trn("%(n)s term", "%(n)s terms", n)
 
 
-def _idle(some: Sequence[Load | Body], one: str, many: str) -> str:
-    names = ", ".join(x.name for x in some)
-    if len(some) == 1:
-        return f"1 {one} contributes nothing: {names}."
-    return f"{len(some)} {many} contribute nothing: {names}." if some else ""
+def _idle_loads(some: Sequence[Load]) -> str:
+    if not some:
+        return ""
+    return trn(
+        "%(n)s load contributes nothing: %(names)s.",
+        "%(n)s loads contribute nothing: %(names)s.",
+        len(some),
+        names=_names(some),
+    )
+
+
+def _idle_bodies(some: Sequence[Body]) -> str:
+    if not some:
+        return ""
+    return trn(
+        "%(n)s body contributes nothing: %(names)s.",
+        "%(n)s bodies contribute nothing: %(names)s.",
+        len(some),
+        names=_names(some),
+    )
+
+
+def _names(some: Sequence[Load | Body]) -> str:
+    return ", ".join(x.name for x in some)

@@ -16,6 +16,7 @@ from kane.present.document.latex import latex
 from kane.present.document.markdown import markdown
 from kane.present.document.pictures import DRAWN
 from kane.present.html_page import html
+from kane.present.languages.catalogue import checked, spoken
 from kane.present.pages import Document
 from kane.present.scene.shapes import BodyShape
 from kane.progress import working
@@ -51,6 +52,7 @@ def report(
     shapes: Iterable[BodyShape] = (),
     why: bool | None = None,
     notes: Sequence[Any] = (),
+    language: str = "en",
 ) -> Path:
     """Write the report of a derivation to `path` and return it; a report that has that name is replaced, nothing else.
 
@@ -73,17 +75,18 @@ def report(
         takes no time to speak of
     notes : what else the reader is told, at the end: Markdown as text, with LaTeX between dollar signs; figures of matplotlib;
         Paths of pictures, .svg or .png. HTML in the text is shown as text
+    language : "en" or "ko", of all texts but what is given; LaTeX is written in English alone
 
     Raises
     ------
     ArgumentError
-        if there are no equations, the solution is one of other equations, the format is none of these, something else than a
+        if there are no equations, the solution is one of other equations, the format or language is none of these, something else than a
         report, or a figure of one, has that name, or a note is no text, figure or picture
     """
     target = path_of(path, 'kn.report(eom, "report.html")')
     form = FORMATS[format_of(target, format)]
     told: dict[str, Any] = {"solution": solution, "title": title, "sources": sources, "checks": checks}
-    written = document(eom, target, format, **told, shapes=shapes, why=why, notes=notes)
+    written = document(eom, target, format, **told, shapes=shapes, why=why, notes=notes, language=language)
     for name, save in written.beside.items():
         exchange_marked(target.with_name(name), save, *DRAWN)
     exchange_marked(target, partial(Path.write_text, data=written.text, encoding="utf-8"), form.mark)
@@ -109,8 +112,16 @@ def format_of(path: Path, format: str | None = None) -> str:
     return found
 
 
-def document(eom: Equations, path: Path, format: str | None = None, **told: Any) -> Document:
+def spoken_in(format: str, language: str) -> None:
+    """Refuse a language that reports are not written in, or not in this format: Korean in LaTeX takes another engine."""
+    if checked(language) != "en" and format == "latex":
+        raise ArgumentError(f'Expected language="en" for LaTeX, got {language!r}. Write the report as .html or .md.')
+
+
+def document(eom: Equations, path: Path, format: str | None = None, *, language: str = "en", **told: Any) -> Document:
     """The text of the report for a path, and the figures beside it; `told` is what else `report` takes."""
-    write = FORMATS[format_of(path, format)].write
-    with working("Writing the report"):
+    form = format_of(path, format)
+    write = FORMATS[form].write
+    spoken_in(form, language)
+    with working("Writing the report"), spoken(language):
         return write(content_of(eom, **told), path.stem)

@@ -9,6 +9,7 @@ from typing import Any
 from kane.present.content import Content
 from kane.present.document.pictures import Picture, file_name
 from kane.present.document.pieces import Formulas, Heading, Listed, Note, Words, pieces
+from kane.present.languages.catalogue import tr
 from kane.present.overview import Cell, PageTable, Tex
 from kane.present.pages import Document, segments
 
@@ -24,7 +25,7 @@ def markdown(content: Content, name: str) -> Document:
         f"<!-- A report of kane {version('kane')} -->",
         f"# {_text(content.title)}",
         *(_WRITERS[type(piece)](piece, name) for piece in told),
-        f"Derived by Kane's method with kane {version('kane')}.",
+        tr("Derived by Kane's method with kane %(version)s.", version=version("kane")),
     ]
     beside = {file_name(name, p, _ENDING): p.save for p in told if isinstance(p, Picture)}
     return Document("\n\n".join(parts) + "\n", beside)

@@ -10,11 +10,12 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate
 
-from kane.present.chapters import Block, Chapter, MatrixEquation
-from kane.present.content import Content
+from kane.present.chapters import Block, Chapter, MatrixEquation, by_all_text, operations_text, solved_text
+from kane.present.content import Content, run_text
 from kane.present.document.lines import broken_lines, em_width
 from kane.present.document.pictures import Picture, picture_of, plots_of, sketch_of
 from kane.present.formula_list import DisplayedFormula
+from kane.present.languages.catalogue import tr
 from kane.present.overview import Cell, PageTable, Tex
 from kane.present.pages import figure_text, plain, segments
 from kane.present.provenance import Provenance
@@ -72,7 +73,7 @@ def pieces(content: Content) -> Iterator[Piece]:
     """All of a report but its title."""
     yield Words(", ".join(f"{n} {what}" for n, what in content.summary) + ".")
     yield from sketch_of(content)
-    yield Heading(1, "The system")
+    yield Heading(1, tr("The system"))
     for table in content.declared:
         yield from _table(table)
     parts = [part for c in content.chapters for part in _blocks(c)]
@@ -86,16 +87,16 @@ def pieces(content: Content) -> Iterator[Piece]:
     yield from _other_methods(content)
     yield from _operations(content)
     if content.checks:
-        yield Heading(1, "Checks")
+        yield Heading(1, tr("Checks"))
         yield _checks(content)
     if content.solution is not None:
         yield from _motion(content)
     if content.notes:
-        yield Heading(1, "Notes")
+        yield Heading(1, tr("Notes"))
         for k, note in enumerate(content.notes, 1):
             yield Note(note) if isinstance(note, str) else picture_of(note, f"note{k}")
     if content.sources:
-        yield Heading(1, "Sources")
+        yield Heading(1, tr("Sources"))
         yield Listed(content.sources)
 
 
@@ -127,10 +128,10 @@ def _chapter(content: Content, chapter: Chapter, renames: Sequence[_Rename]) -> 
     for table in chapter.tables:
         yield from _table(table, own)
     if chapter.solution.formulas:
-        yield Heading(2, r"Solved for $\dot{u}$" + (" and the reactions" if eom.reactions else ""))
+        yield Heading(2, solved_text(bool(eom.reactions)))
         yield from _block(chapter.solution, solved)
     if chapter.by_all_speeds.formulas:
-        yield Heading(2, "By all speeds" + (", with the forces of the constraints" if chapter.number == 7 else ""))
+        yield Heading(2, by_all_text(chapter.number))
         yield from _unless_long(_length(chapter.by_all_speeds), _block(chapter.by_all_speeds, every))
     if chapter.note:
         yield Words(plain(chapter.note))
@@ -142,7 +143,7 @@ def _chapter(content: Content, chapter: Chapter, renames: Sequence[_Rename]) -> 
 
 def _unless_long(count: int, some: Iterable[Piece]) -> Iterator[Piece]:
     if count > _LONG:
-        yield Words(f"The {count} lines are left out here; the HTML report has them.")
+        yield Words(tr("The %(n)s lines are left out here; the HTML report has them.", n=count))
     else:
         yield from some
 
@@ -158,7 +159,7 @@ def _provenance(told: Provenance, rename: _Rename) -> Iterator[Piece]:
 
 def _block(block: Block, rename: _Rename) -> Iterator[Piece]:
     if block.between and block.formulas:
-        yield Words("With the shared intermediates")
+        yield Words(tr("With the shared intermediates"))
     yield from _equations(block.between, rename)
     for display in block.displays:
         yield from _display(display, rename)
@@ -172,7 +173,7 @@ def _display(display: MatrixEquation, rename: _Rename) -> Iterator[Piece]:
         yield Formulas(((latex,),))
         return
     equation = display.head.partition(r", \qquad")[0]
-    yield Words(f"${equation}$, with the entries on and above the diagonal that are not zero:")
+    yield Words(tr("$%(equation)s$, with the entries on and above the diagonal that are not zero:", equation=equation))
     yield from _equations(display.entries, rename)
 
 
@@ -192,7 +193,7 @@ def _table(table: PageTable, rename: _Rename = str) -> Iterator[Piece]:
 def _other_methods(content: Content) -> Iterator[Piece]:
     others = content.other_methods
     if others is not None:
-        yield Heading(1, "Why Kane's method")
+        yield Heading(1, tr("Why Kane's method"))
         yield Words(others.text)
         yield others.table
         yield from map(Words, others.found)
@@ -201,20 +202,15 @@ def _other_methods(content: Content) -> Iterator[Piece]:
 
 def _operations(content: Content) -> Iterator[Piece]:
     receipt = content.receipt
-    yield Heading(1, "Operations")
-    reactions = " and the reactions" if content.eom.reactions else ""
-    yield Words(
-        rf"What one evaluation of $\dot{{q}}$, $\dot{{u}}${reactions} takes, solution included. An operation is one +, −, ×, ÷, √, "
-        "power or transcendental function; a change of sign is none, and what several formulas share counts once. Operations on "
-        "parameters alone are done once, before a motion begins; those with the state at every instant."
-    )
+    yield Heading(1, tr("Operations"))
+    yield Words(operations_text(bool(content.eom.reactions)))
     rows = [(kind, *(str(n or "–") for n in counts)) for kind, *counts in receipt.lines]
-    total = ("total", *map(str, receipt.total))
-    yield PageTable("", ("operation", "parameters", "state", "both"), (*rows, total))
+    total = (tr("total"), *map(str, receipt.total))
+    head = tr("operation"), tr("parameters"), tr("state"), tr("both")
+    yield PageTable("", head, (*rows, total))
     groups = [(cell_of(what), str(alone), str(added)) for what, alone, added in receipt.groups]
-    yield PageTable(
-        "", ("result", "on its own", "added to those above"), (*groups, ("total", "", str(receipt.total[2])))
-    )
+    head_of_groups = tr("result"), tr("on its own"), tr("added to those above")
+    yield PageTable("", head_of_groups, (*groups, (tr("total"), "", str(receipt.total[2]))))
 
 
 def cell_of(sentence: str) -> Cell:
@@ -231,21 +227,18 @@ def _checks(content: Content) -> PageTable:
             f"{check.name}: {check.detail}" if check.detail else check.name,
             figure_text(check.figure),
             f"{check.limit:.0e}",
-            "passed" if check.passed else "failed",
+            tr("passed") if check.passed else tr("failed"),
         )
         for check in content.checks
     )
-    return PageTable("", ("check", "figure", "limit", "result"), rows)
+    return PageTable("", (tr("check"), tr("figure"), tr("limit"), tr("result")), rows)
 
 
 def _motion(content: Content) -> Iterator[Piece]:
     sol = content.solution
     assert sol is not None
-    yield Heading(1, "Motion")
-    yield Words(
-        f"From {sol.t[0]:g} s to {sol.t[-1]:.6g} s, in {sol.steps} steps and {sol.evaluations} evaluations: "
-        f"{plain(sol.message)}; {plain(str(sol.energy_check))}."
-    )
+    yield Heading(1, tr("Motion"))
+    yield Words(run_text(sol))
     for table in (content.start, content.changes):
         if table is not None:
             yield from _table(table)

@@ -15,6 +15,7 @@ from kane import expect
 from kane.equations.equations import Equations
 from kane.model.system import System
 from kane.numeric.arrays import Array
+from kane.present.languages.catalogue import N_, tr
 from kane.present.scene.gather import scene as scene_of
 from kane.present.scene.records import Item, Posed, Scene
 from kane.present.scene.shapes import BodyShape
@@ -125,7 +126,7 @@ def draw_each(scene: Scene, widths: Iterable[int], q: Any = None, title: str | N
     """A scene drawn at several widths in one pose, from one place."""
     pose = pose_of(scene, q)
     view = view_of(scene, pose)
-    head = title or f"Sketch of {', '.join(b.name for b in scene.system.bodies)}"
+    head = title or tr("Sketch of %(bodies)s", bodies=", ".join(b.name for b in scene.system.bodies))
     made = []
     for width in widths:
         paper = _drawn(_paper(scene, pose.posed, view, width, pose.size), scene, pose.posed)
@@ -195,23 +196,27 @@ def describe(scene: Scene, view: View) -> str:
     """What is drawn, in words."""
     system = scene.system
     bodies = ", ".join(b.name for b in system.bodies)
-    said = [f"{'Drawing in the plane of motion' if view.plane else 'Drawing in space'} of {bodies}."]
+    flat, spatial = (
+        tr("Drawing in the plane of motion: %(bodies)s.", bodies=bodies),
+        tr("Drawing in space: %(bodies)s.", bodies=bodies),
+    )
+    said = [flat if view.plane else spatial]
     named = {q.name: q for q in system.coordinates}
     for m in scene.movements:
         for name in m.symbols:
             q = named[name]
-            unit = f" in {unit_text(q.unit)}" if q.unit else ""
-            said.append(f"{name}: {q.description or _WORDS[m.kind].format(m.frame)}{unit}.")
+            unit = f" [{unit_text(q.unit)}]" if q.unit else ""
+            said.append(f"{name}: {q.description or tr(_WORDS[m.kind], frame=m.frame)}{unit}.")
     acting = [a.name for a in scene.actions]
     if acting:
-        said.append(f"Loads: {', '.join(acting)}.")
+        said.append(tr("Loads: %(loads)s.", loads=", ".join(acting)))
     return " ".join(said)
 
 
 _WORDS = {
-    "turn": "angle of {}",
-    "shift": "displacement of {}",
-    "attitude": "orientation of {}",
-    "deflection": "deformation of {}",
-    "none": "without a place",
+    "turn": N_("angle of %(frame)s"),
+    "shift": N_("displacement of %(frame)s"),
+    "attitude": N_("orientation of %(frame)s"),
+    "deflection": N_("deformation of %(frame)s"),
+    "none": N_("without a place"),
 }

@@ -126,7 +126,8 @@ class First {
     const { Sampled } = window.KaneViewer, source = new Sampled(motion.times, rows, live.count);
     this.motion = motion; this.viewer.sources[0] = source;
     this.took = performance.now() - before;
-    this.say(motion.code === "DONE" || motion.code === "END" ? `run anew in ${this.took.toFixed(0)} ms` : `ends at t = ${short(motion.times[count - 1])} s${motion.events.length ? `: ${motion.events[motion.events.length - 1].name}` : ""} (${this.took.toFixed(0)} ms)`);
+    const { anew, ends } = root.querySelector(".status").dataset;
+    this.say(motion.code === "DONE" || motion.code === "END" ? `${anew}: ${this.took.toFixed(0)} ms` : `${ends} t = ${short(motion.times[count - 1])} s${motion.events.length ? `: ${motion.events[motion.events.length - 1].name}` : ""} (${this.took.toFixed(0)} ms)`);
     this.draw(); this.viewer.seek(Math.min(this.viewer.t, source.end));
   }
   arguments(t) {

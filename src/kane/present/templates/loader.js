@@ -17,7 +17,7 @@
   } catch (error) {
     await whole;
     const said = document.createElement("p");
-    said.textContent = `This page needs a browser of 2023 or later to set its formulas and show motions (${error.message}).`;
+    said.textContent = `${root.dataset.old} (${error.message})`;
     document.body.prepend(said);
   }
   root.classList.remove("loading");

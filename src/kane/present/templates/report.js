@@ -40,7 +40,7 @@ function typeset(place, source) {
     z.tabIndex = 0;
     z.setAttribute("role", "button");
     z.setAttribute("aria-expanded", "false");
-    z.setAttribute("aria-label", `definition of Z${z.dataset.of}`);
+    z.setAttribute("aria-label", `${document.documentElement.dataset.definition} Z${z.dataset.of}`);
   }
   hideRest(place.querySelector(".katex-html"));
 }
@@ -165,13 +165,14 @@ async function copied(text) {
 
 for (const button of document.querySelectorAll("button.copy")) {
   const group = button.closest(".group");
+  const name = button.textContent;
   button.hidden = false;
   button.addEventListener("click", async () => {
     const lines = [...sources].filter(([m]) => m.parentElement.matches(".formula") && m.closest(".group") === group);
     const text = lines.map(([, source]) => "  " + source.replace(" = ", " &= ")).join(" \\\\\n");
     await copied(`\\begin{align*}\n${text}\n\\end{align*}\n`);
-    button.textContent = "Copied";
-    setTimeout(() => (button.textContent = "Copy LaTeX"), 2000);
+    button.textContent = button.dataset.done;
+    setTimeout(() => (button.textContent = name), 2000);
   });
 }
 

@@ -263,7 +263,7 @@ class Viewer {
   }
   play(on) {
     this.playing = on; this.begun = undefined;
-    if (this.button) { this.button.textContent = on ? "❚❚" : "▶"; this.button.setAttribute("aria-label", on ? "pause" : "play"); }
+    if (this.button) { this.button.textContent = on ? "❚❚" : "▶"; this.button.setAttribute("aria-label", on ? this.button.dataset.pause : this.button.dataset.play); }
     if (on && this.t >= this.sources[0].end) this.seek(this.sources[0].start);
     const step = (now) => {
       if (!this.playing) return;
