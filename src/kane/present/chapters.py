@@ -304,5 +304,6 @@ def operations_text(reactions: bool) -> str:
     )
     return f"{head} " + tr(
         "An operation is one +, −, ×, ÷, √, power or transcendental function; a change of sign is none, and what several "
-        "formulas share counts once. Operations on parameters alone are done once, before a motion begins; those with the state at every instant."
+        "formulas share counts once. Operations on parameters alone are done once, before a motion begins; those with the "
+        "state at every instant."
     )

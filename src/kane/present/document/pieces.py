@@ -71,7 +71,7 @@ _Rename = Callable[[str], str]
 
 def pieces(content: Content) -> Iterator[Piece]:
     """All of a report but its title."""
-    yield Words(", ".join(f"{n} {what}" for n, what in content.summary) + ".")
+    yield Words(", ".join(tr("%(n)s %(what)s", n=n, what=what) for n, what in content.summary) + ".")
     yield from sketch_of(content)
     yield Heading(1, tr("The system"))
     for table in content.declared:
