@@ -141,3 +141,61 @@ def test_what_has_no_regressor():
     r = regressor(pendulums()[0])
     with pytest.raises(kn.SimulationError, match="got none of u1'"):
         r.at([0, 0], [0, 0], {"u2": 0.0})
+
+
+def plate():
+    """A thin plate on a ball joint at its centre, with torques: its moments of inertia are at the edge of what bodies have."""
+    N, q, u = kn.Frame("N"), kn.coordinates("q1:4"), kn.speeds("u1:4")
+    T = [kn.input(f"T{i}") for i in "123"]
+    O = kn.Point("O", fixed_in=N)
+    A = N.rotate("A", q[0], N.x)
+    B = A.rotate("B", q[1], A.y)
+    C = B.rotate("C", q[2], B.z)
+    moments = [kn.parameter(name, value) for name, value in (("I1", 0.02), ("I2", 0.03), ("I3", 0.05))]
+    P = O
+    body = kn.RigidBody("plate", frame=C, mass_center=P, mass=kn.parameter("m", 2.0), inertia=kn.inertia(C, *moments))
+    loads = [kn.gravity(-9.81 * N.z), *(kn.Torque(C, t * e) for t, e in zip(T, (C.x, C.y, C.z), strict=True))]
+    return kn.derive(kn.System(N, bodies=[body], speeds=dict(zip(u, (x.dt for x in q), strict=True)), loads=loads)), T
+
+
+def test_bodies_that_there_can_be():
+    """Forces with noise give a plate whose least squares no mass has; without noise, and where these are possible, they are the same."""
+    eom, T = plate()
+    laws = {t: 0.3 * kn.sin(w * kn.time) for t, w in zip(T, (7.1, 5.3, 6.2), strict=True)}
+    sol = kn.simulate(eom, (0, 2), q=[0.3, 0.2, 0], u=[1, 0, 2], inputs=laws, samples=41)
+    r, given = regressor(eom), {"inputs": {s: sol[s] for s in T}}
+    state = (list(sol.q.T), list(sol.u.T), list(sol.rates()[:, 3:6].T))
+    y, f = r.at(*state, **given), r.forces(*state, **given)
+    np.testing.assert_allclose(r.possible(y, f), r.numbers(), atol=2e-5)  # the plate of the model is at the edge, and made thicker
+    rng, told = np.random.default_rng(1), [i for i, name in enumerate(r.names) if name != "plate: m"]
+    kinds = set()
+    for _ in range(3):
+        noisy = f + 0.03 * rng.normal(size=f.shape)
+        found = r.possible(y, noisy)
+        free = r.numbers()
+        free[told] = np.linalg.lstsq(y[..., told].reshape(-1, 9), noisy.reshape(-1))[0]
+        least = [np.linalg.eigvalsh(pseudo(pi))[0] for pi in (found, free)]
+        assert least[0] > 0
+        worse = np.sum((y @ found - noisy) ** 2) - np.sum((y @ free - noisy) ** 2)
+        if least[1] < -1e-4:
+            kinds.add("impossible")
+            assert 0 < worse < 0.1 * np.sum((y @ free - noisy) ** 2)
+            assert least[0] < 1e-4  # at the edge
+            # no possible body is nearer: the slope of the squares rises towards every other
+            slope = (y[..., told].reshape(-1, 9).T @ (y @ found - noisy).reshape(-1)) / 0.03**2
+            for other in r.numbers() * np.linspace(0.5, 2, 7)[:, None]:
+                assert slope @ (other - found)[told] > -1e-3
+        elif least[1] > 1e-4:
+            kinds.add("possible")
+            np.testing.assert_allclose(found[told], free[told], atol=1e-5)
+    assert kinds == {"impossible", "possible"}
+    with pytest.raises(kn.SimulationError, match="masses above zero"):
+        r.possible(y, f, parameters={"m": 0.0})
+
+
+def pseudo(pi):
+    """∫ (r, 1)(r, 1)ᵀ dm of the ten parameters."""
+    m, x, y, z, xx, yy, zz, xy, yz, zx = pi
+    I = np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]])
+    h = np.array([[x], [y], [z]])
+    return np.block([[np.trace(I) / 2 * np.eye(3) - I, h], [h.T, np.array([[m]])]])

@@ -11,6 +11,7 @@ linear in π = (m, h, I) of all bodies: Y(q, u, u̇) π = F̃, the generalized f
 and closed loops are as good as trees. Base parameters are the combinations that Y can tell (Gautier & Khalil 1990), here by rank.
 """
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
@@ -19,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from kane.analysis.assembly import assemble
+from kane.analysis.possible_bodies import possible
 from kane.dynamics.motions import Motions
 from kane.dynamics.readings.contributions import vanish
 from kane.dynamics.readings.quantities import parameter_values
@@ -120,6 +122,22 @@ class Regressor(Attributes):
         return np.stack(
             [np.broadcast_to(np.asarray(x, dtype=float), count) for x in evaluate(self.loads, values)], axis=-1
         )
+
+    def possible(self, y: Any, forces: Any, parameters: Mapping[Any, float] | None = None) -> Array:
+        """π (k) that bodies can have, nearest to Y π = F̃: masses above zero, moments of inertia of some distribution of mass.
+
+        Least squares give no such bodies where noise is large beside what a motion tells. What it does not tell stays near the model's
+        values, at `parameters`. Rows of Y (… × p × k) and F̃ (… × p) are to be of one deviation; divide them by it where it differs.
+
+        Raises
+        ------
+        SimulationError
+            if masses of the model are not above zero
+        """
+        rows = np.asarray(y, dtype=float).reshape(-1, len(self.names))
+        right = np.broadcast_to(np.asarray(forces, dtype=float), np.shape(y)[:-1]).reshape(-1)
+        sizes = list(Counter(name.rpartition(": ")[0] for name in self.names).values())
+        return possible(rows, right, sizes, self.numbers(parameters))
 
     def _values(
         self, q: Any, u: Any, accelerations: Any, *, t: Any = 0.0, parameters: Any = None, inputs: Any = None
@@ -225,7 +243,8 @@ def regressor(eom: Equations) -> Regressor:
 
     Of each rigid body π are the mass m, the first moments m c (3) about the point that the model declares as its mass centre, and the
     central inertia (6) there, all along the axes of the body; of a particle its mass. Measured motions and forces give π by linear
-    least squares: `np.linalg.lstsq(Y, F)`, for the combinations of `regressor.base()`.
+    least squares: `np.linalg.lstsq(Y, F)`, for the combinations of `regressor.base()`; `regressor.possible(Y, F)` are π of bodies that
+    there can be.
 
     Parameters
     ----------

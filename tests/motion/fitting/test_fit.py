@@ -233,3 +233,32 @@ def test_bounds_hold():
         kn.fit(eom, data, [k], q={x: 0.4}, u={u: 0}, inputs=inputs, parameters={k: 1.0}, bounds={k: (1.5, 2.5)})
     with pytest.raises(kn.SimulationError, match="bounds of k"):
         kn.fit(eom, data, [k], q={x: 0.4}, u={u: 0}, inputs=inputs, parameters={k: 1.0}, bounds={k: (2, 1)})
+
+
+def test_bodies_stay_possible():
+    """A thin plate that turns freely: noise makes I3 > I1 + I2, which no mass has, unless it is forbidden; where it does not, none notices."""
+    eom = plate()
+    own = {p.name: p for p in eom.parameters}
+    true = {"I1": 0.02, "I2": 0.03, "I3": 0.05}
+    t = np.linspace(0, 2, 21)
+    start = {"q": [0.1, 0.2, 0.3], "u": [1.0, 4.0, 2.0]}
+    exact = kn.simulate(eom, (0, 2), **start, parameters=true, samples=t)
+    rng, first, kinds = np.random.default_rng(3), {own["I1"]: 0.025, own["I2"]: 0.03, own["I3"]: 0.05}, set()
+    for _ in range(4):
+        data = {"t": t} | {name: exact[name] + 0.02 * rng.normal(size=len(t)) for name in ("u1", "u2", "u3")}
+        free, held = (
+            kn.fit(eom, data, ["I1", "I3"], **start, parameters=first, sigma=0.02, physical=physical, rtol=1e-8)
+            for physical in (False, True)
+        )
+        room = [found.values[own["I1"]] + 0.03 - found.values[own["I3"]] for found in (free, held)]
+        assert room[1] > 0
+        if room[0] < 0:
+            kinds.add("impossible")
+            assert room[1] < 1e-3
+        elif room[0] > 1e-3:
+            kinds.add("possible")
+            for s, value in free.values.items():
+                assert abs(held.values[s] - value) < 0.02 * free.errors[s]
+    assert kinds == {"impossible", "possible"}
+    with pytest.raises(kn.SimulationError, match="'plate' is a body that there can be"):
+        kn.fit(eom, data, ["I1"], **start, parameters={"I1": 0.01, "I2": 0.03, "I3": 0.05}, physical=True)

@@ -26,6 +26,7 @@ from kane.motion.derivatives.sensitivities import Sensitivities
 from kane.motion.derivatives.tangents import flow_of
 from kane.motion.fitting.found import Fit, Run
 from kane.motion.fitting.measured import Measured, measured, starts_of
+from kane.motion.fitting.possible import Possible, possible_bodies
 from kane.motion.solution.phases import Indices
 from kane.numeric.arrays import Array
 from kane.numeric.scale import SIX_DIGITS
@@ -67,9 +68,11 @@ class _Failed(Exception):
 class Problem:
     """Residuals and their Jacobian over z: unknown parameters, then the unknown start values of each segment."""
 
-    def __init__(self, segments: Sequence[Segment], unknown: Sequence[Parameter]) -> None:
+    def __init__(
+        self, segments: Sequence[Segment], unknown: Sequence[Parameter], bodies: Sequence[Possible] = ()
+    ) -> None:
         eom = segments[0].course.map.eom
-        self.eom, self.segments, self.unknown = eom, tuple(segments), tuple(unknown)
+        self.eom, self.segments, self.unknown, self.bodies = eom, tuple(segments), tuple(unknown), tuple(bodies)
         self.sigma, self.steps = np.ones(1 + max(k for s in segments for k in s.columns)), 0
         self.scale = np.ones(len(eom.state))
         self._last: tuple[bytes, list[tuple[Sensitivities, Indices]]] | None = None
@@ -141,6 +144,18 @@ class Problem:
                 slopes.append(self._spread(own, k, len(z)))
         return np.concatenate(rows), np.concatenate(slopes)
 
+    def with_bodies(self, z: Array) -> tuple[Array, Array]:
+        """The same, and how far bodies are from the first ones, where they are to stay possible."""
+        if not self.bodies:
+            return self.both(z)
+        values: dict[Expr, Any] = {**self.segments[0].course.parameters, **self.of_segment(0, z)}
+        parts = [body.rows(values) for body in self.bodies]
+        if not all(np.isfinite(r).all() for r, _ in parts):
+            raise _Failed("no such body")
+        r, j = self.both(z)
+        spread = [self._spread(np.pad(own, ((0, 0), (0, len(self.segments[0].free)))), 0, len(z)) for _, own in parts]
+        return np.concatenate([r, *(own for own, _ in parts)]), np.vstack([j, *spread])
+
     def joints(self, z: Array) -> tuple[Array, Array]:
         """What segments leave between each other, of the size of each state, and its Jacobian."""
         motions, rows, slopes = self._motions(z), list[Array](), list[Array]()
@@ -173,9 +188,10 @@ class Problem:
     def residuals(self, z: Array) -> Array:
         """They are infinite where a motion does not reach its end."""
         try:
-            return self.both(z)[0]
+            return self.with_bodies(z)[0]
         except (_Failed, KaneError):
-            return np.full(sum(int(s.data.there.sum()) for s in self.segments), np.inf)
+            rows = sum(int(s.data.there.sum()) for s in self.segments) + sum(len(body.first) for body in self.bodies)
+            return np.full(rows, np.inf)
 
     @property
     def _gaps(self) -> int:
@@ -201,6 +217,7 @@ def fit(
     outputs: Mapping[str, Any] | None = None,
     sigma: Any = None,
     bounds: Mapping[Any, tuple[float | None, float | None]] | None = None,
+    physical: bool = False,
     segments: int = 1,
     rtol: float = 1e-10,
     atol: float = 1e-10,
@@ -224,6 +241,8 @@ def fit(
     sigma : standard deviation of each column, {column: σ}, or a number for all. Unless told it is estimated from what is left;
         with several segments it must be told
     bounds : {unknown: (low, high)}, None for no bound
+    physical : whether bodies stay possible: masses above zero, moments of inertia of some distribution of mass. Standard errors are those
+        of the data alone; where noise would lead outside, the estimate stays at the edge, and is nearer than they say
     segments : into how many pieces the motion is cut, each with a start of its own, where small errors grow: more than one where
         errors grow a thousandfold along the data
     rtol, atol : tolerances of the motions
@@ -274,10 +293,17 @@ def fit(
         pieces = [
             piece for course, one in zip(courses, found, strict=True) for piece in _segments(course, one, count, names)
         ]
+        bodies = possible_bodies(eom, parameters, _first(courses[0], parameters)) if physical else ()
         search = Search(
-            Problem(pieces, parameters), courses, found, names, [c.limits(bounds) for c in courses], max_steps
+            Problem(pieces, parameters, bodies), courses, found, names, [c.limits(bounds) for c in courses], max_steps
         )
         return search.run(_sigma(names, sigma))
+
+
+def _first(course: Course, unknown: Sequence[Parameter]) -> dict[Expr, Any]:
+    """Values of all parameters where the search begins."""
+    own = dict(zip(course.by, course.first.tolist(), strict=True))
+    return {**course.parameters, **{s: own[s] for s in unknown}}
 
 
 def _sigma(names: Sequence[str], given: Any) -> Array | None:
@@ -369,7 +395,7 @@ class Search:
             before, problem.sigma = problem.sigma, self._left(z)
             if np.all(np.abs(problem.sigma / before - 1) < _SETTLED):
                 break
-            z = self._solved(z) if len(before) > 1 else z
+            z = self._solved(z) if len(before) > 1 or problem.bodies else z
         return self._found(z)
 
     def _sizes(self, z: Array) -> Array:
@@ -389,7 +415,7 @@ class Search:
             return self._joined(z, (low, high))
         call: Callable[..., Any] = least_squares
         found = call(
-            problem.residuals, z, jac=lambda at: problem.both(at)[1], bounds=(low, high), x_scale="jac", method="trf",
+            problem.residuals, z, jac=lambda at: problem.with_bodies(at)[1], bounds=(low, high), x_scale="jac", method="trf",
             xtol=1e-12, ftol=1e-12, gtol=1e-13, max_nfev=self.most,
         )  # fmt: skip
         if found.status <= 0:
@@ -406,7 +432,7 @@ class Search:
         size = np.concatenate([np.abs(z[: len(problem.unknown)]), *map(self._sizes_of, range(len(problem.segments)))])
         size = np.where(size > 0, size, 1.0)
         for _ in range(self.most):
-            (r, j), (c, g) = problem.both(z), problem.joints(z)
+            (r, j), (c, g) = problem.with_bodies(z), problem.joints(z)
             j, g = j * size, g * size
             back = -np.linalg.lstsq(g, c)[0]
             free = null_space(g)
@@ -434,13 +460,13 @@ class Search:
         """Gaps count as if measured, ten times more each time: from far away they need not close at once."""
         problem = self.problem
         call: Callable[..., Any] = least_squares
-        (r, _), (c, _) = problem.both(z), problem.joints(z)
+        (r, _), (c, _) = problem.with_bodies(z), problem.joints(z)
         if float(np.abs(c).max()) <= SIX_DIGITS:
             return z
         weight = float(np.linalg.norm(r)) / float(np.linalg.norm(c))
 
         def both(at: Array, share: float) -> tuple[Array, Array]:
-            (r, j), (c, g) = problem.both(at), problem.joints(at)
+            (r, j), (c, g) = problem.with_bodies(at), problem.joints(at)
             return np.concatenate([r, share * c]), np.vstack([j, share * g])
 
         def residuals(at: Array, share: float) -> Array:
@@ -459,7 +485,7 @@ class Search:
 
     def _merit(self, z: Array, mu: float) -> float:
         try:
-            r, c = self.problem.both(z)[0], self.problem.joints(z)[0]
+            r, c = self.problem.with_bodies(z)[0], self.problem.joints(z)[0]
         except (_Failed, KaneError):
             return float("inf")
         return 0.5 * float(r @ r) + mu * float(np.abs(c).sum())

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Unknowns that leave bodies possible: masses above zero, moments of inertia of some distribution of mass.
+
+The distance of each body from the first one (`numeric.pseudo_inertia`) is a sum of squares, and stands beside the residuals of the data
+with a small weight: little where bodies are possible anyhow, without bound where they cease to be.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kane.equations.equations import Equations
+from kane.errors import SimulationError
+from kane.expr.differentiation import gradient
+from kane.expr.evaluation import evaluate, free_symbols
+from kane.expr.node import ZERO, Expr
+from kane.expr.symbols import Parameter
+from kane.model.bodies import Particle, RigidBody
+from kane.numeric import pseudo_inertia
+from kane.numeric.arrays import Array
+from kane.numeric.scale import DECLARED
+
+_MOMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Possible:
+    """One body: its mass and central moments with their slopes by the unknowns, and J₀ in the directions in which it has extent."""
+
+    values: tuple[Expr, ...]
+    slopes: tuple[tuple[Expr, ...], ...]
+    units: Array
+    first: Array
+
+    def rows(self, values: Mapping[Expr, Any]) -> tuple[Array, Array]:
+        """Residuals and their Jacobian by the unknown parameters; they are infinite where the body is not possible."""
+        pi = np.array(evaluate(list(self.values), values), dtype=float)
+        by = np.array([evaluate(list(row), values) for row in self.slopes], dtype=float)
+        j, slopes = np.tensordot(pi, self.units, 1), np.tensordot(by.T, self.units, 1)
+        found = pseudo_inertia.apart(j, slopes, self.first)
+        if found is None:
+            return np.full(len(j), np.inf), np.zeros((len(j), by.shape[1]))
+        root = pseudo_inertia.WEIGHT**0.5
+        return root * found[0], root * found[1]
+
+
+def possible_bodies(eom: Equations, unknown: Sequence[Parameter], values: Mapping[Expr, Any]) -> tuple[Possible, ...]:
+    """The bodies of whose mass or moments of inertia some is unknown.
+
+    A rod has no extent across it, and a body of a plane model no moments about axes within the plane: what a first body has none of is
+    not asked for.
+
+    Raises
+    ------
+    SimulationError
+        if a first body is impossible
+    """
+    found = list[Possible]()
+    for body in eom.system.bodies:
+        if not isinstance(body, RigidBody | Particle):
+            continue
+        own = _parameters(body)
+        if not {*free_symbols(own)} & {*unknown}:
+            continue
+        pi = np.array(evaluate(own, values), dtype=float)
+        j, plane = pseudo_inertia.of(pi), sum(e is not ZERO for e in own[4:7]) == 1
+        size = np.array([*[max(abs(float(j[i, i])) for i in range(3)) or 1.0] * 3, pi[0] if pi[0] > 0 else 1.0]) ** 0.5
+        sizes, axes = np.linalg.eigh(j / np.outer(size, size))
+        extent = sizes > DECLARED
+        if not pi[0] > 0 or (sizes[0] < -DECLARED and not plane):
+            raise SimulationError(
+                f"Expected first values with which {body.name!r} is a body that there can be, got mass {pi[0]:g} and moments of inertia "
+                f"{', '.join(f'{x:g}' for x in pi[4:7])}, which are to be above zero, none above the sum of the others. Begin with others: "
+                "parameters=."
+            )
+        across = size[:, None] ** -1 * axes[:, extent]
+        units = np.einsum("ia,kij,jb->kab", across, pseudo_inertia.UNITS, across)
+        slopes = tuple(gradient(e, unknown) for e in own)
+        found.append(Possible(tuple(own), slopes, units, np.tensordot(pi, units, 1)))
+    return tuple(found)
+
+
+def _parameters(body: RigidBody | Particle) -> list[Expr]:
+    moments = [ZERO] * 6
+    if isinstance(body, RigidBody):
+        table = body.inertia.components(body.frame)
+        moments = [table[i, j] for i, j in _MOMENTS]
+    return [body.mass, ZERO, ZERO, ZERO, *moments]
