@@ -17,6 +17,7 @@ from tests.examples import examples
 from tests.oracles import kane_tree
 from tests.oracles.tree import random_states, random_tree
 from tests.peer import require
+from tests.systems.plate import plate
 
 pin = require("pinocchio")
 from tests.oracles import pinocchio_tree  # noqa: E402
@@ -141,21 +142,6 @@ def test_what_has_no_regressor():
     r = regressor(pendulums()[0])
     with pytest.raises(kn.SimulationError, match="got none of u1'"):
         r.at([0, 0], [0, 0], {"u2": 0.0})
-
-
-def plate():
-    """A thin plate on a ball joint at its centre, with torques: its moments of inertia are at the edge of what bodies have."""
-    N, q, u = kn.Frame("N"), kn.coordinates("q1:4"), kn.speeds("u1:4")
-    T = [kn.input(f"T{i}") for i in "123"]
-    O = kn.Point("O", fixed_in=N)
-    A = N.rotate("A", q[0], N.x)
-    B = A.rotate("B", q[1], A.y)
-    C = B.rotate("C", q[2], B.z)
-    moments = [kn.parameter(name, value) for name, value in (("I1", 0.02), ("I2", 0.03), ("I3", 0.05))]
-    P = O
-    body = kn.RigidBody("plate", frame=C, mass_center=P, mass=kn.parameter("m", 2.0), inertia=kn.inertia(C, *moments))
-    loads = [kn.gravity(-9.81 * N.z), *(kn.Torque(C, t * e) for t, e in zip(T, (C.x, C.y, C.z), strict=True))]
-    return kn.derive(kn.System(N, bodies=[body], speeds=dict(zip(u, (x.dt for x in q), strict=True)), loads=loads)), T
 
 
 def test_bodies_that_there_can_be():

@@ -3,18 +3,16 @@
 
 Of Y π = F the sum of squares ½ |Y π − F|²/σ² + μ Σ D(J, J₀) is least, with the pseudo-inertia J(π) of each body and its distance D to
 that of the model, which is infinite outside of J ≻ 0 and small beside the noise of F within. It says, too, what the forces do not tell.
-Newton's steps are least squares themselves: with J = L Lᵀ the curvature of D is CᵀC, C = L⁻¹ J_i L⁻ᵀ, its slope Cᵀ(Lᵀ J₀⁻¹ L − 1).
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from kane.errors import SimulationError
 from kane.numeric.arrays import Array
-from kane.numeric.pseudo_inertia import UNITS, WEIGHT, made_positive
+from kane.numeric.pseudo_inertia import UNITS, WEIGHT, distance, made_positive, root_of, step_rows
 
 _ROUNDS, _SHORT, _FEWER = 200, 1e-12, 10.0
 _ARRIVED, _ROUNDED = 1e-8, 1e-2
@@ -34,23 +32,7 @@ class _Body:
 
     def lower(self, pi: Array) -> Array | None:
         """L of J = L Lᵀ; None outside."""
-        try:
-            return np.asarray(np.linalg.cholesky(np.tensordot(pi[self.at], self.units, 1)))
-        except np.linalg.LinAlgError:
-            return None
-
-    def far(self, lower: Array) -> float:
-        """D, without what is constant."""
-        back = np.linalg.solve(self.first, lower @ lower.T)
-        return float(np.trace(back)) - 2 * float(np.log(np.diag(lower)).sum())
-
-    def rows(self, lower: Array) -> tuple[Array, Array]:
-        """C (n² × k), and what a step is to take from it."""
-        half = solve_triangular(lower, np.moveaxis(self.units, 0, -1).reshape(len(lower), -1), lower=True)
-        half = half.reshape(*lower.shape, -1)
-        c = np.stack([solve_triangular(lower, half[:, :, k].T, lower=True) for k in range(half.shape[2])], axis=-1)
-        slope = lower.T @ np.linalg.solve(self.first, lower) - np.eye(len(lower))
-        return c.reshape(-1, half.shape[2]), slope.reshape(-1)
+        return root_of(np.tensordot(pi[self.at], self.units, 1))
 
 
 def possible(y: Array, forces: Array, sizes: Sequence[int], model: Array) -> Array:
@@ -92,7 +74,7 @@ def _newton(y: Array, forces: Array, bodies: Sequence[_Body], pi: Array, weight:
     for _ in range(_ROUNDS):
         rows, right = [y], [forces - y @ pi]
         for body, lower in zip(bodies, lowers, strict=True):
-            c, slope = body.rows(lower)
+            c, slope = step_rows(lower, body.units, body.first)
             rows.append(np.zeros((len(c), len(pi))))
             rows[-1][:, body.at] = root * c
             right.append(-root * slope)
@@ -125,5 +107,5 @@ def _value(
     there = [lower for lower in lowers if lower is not None]
     if len(there) < len(bodies):
         return float("inf"), []
-    far = sum(body.far(lower) for body, lower in zip(bodies, there, strict=True))
+    far = sum(distance(lower, body.first) for body, lower in zip(bodies, there, strict=True))
     return 0.5 * float(np.sum((y @ pi - forces) ** 2)) + weight * far, there

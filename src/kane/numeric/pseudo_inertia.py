@@ -13,7 +13,7 @@ Geometric robot dynamic identification, IEEE Transactions on Robotics 36(2), 348
 """
 
 import numpy as np
-from scipy.linalg import eigh
+from scipy.linalg import solve_triangular
 
 from kane.numeric.arrays import Array
 
@@ -51,14 +51,25 @@ def made_positive(j: Array) -> Array:
     return np.asarray((vectors * np.maximum(values, _INSIDE * max(float(values[-1]), 1e-300))) @ vectors.T)
 
 
-def apart(j: Array, slopes: Array, first: Array) -> tuple[Array, Array] | None:
-    """s (n) with ½ s² = Σ (λ − 1 − log λ) between J and the first, and its slopes (n × k) by those of J (k × n × n); None outside."""
-    values, vectors = eigh(j, first)
-    if not values[0] > 0:
+def root_of(j: Array) -> Array | None:
+    """L of J = L Lᵀ; None where J is not positive."""
+    try:
+        return np.asarray(np.linalg.cholesky(j))
+    except np.linalg.LinAlgError:
         return None
-    rise = values - 1
-    s = np.sign(rise) * np.sqrt(2 * np.maximum(rise - np.log(values), 0.0))
-    near = np.abs(rise) < 1e-4  # the root of a difference of equal numbers
-    s = np.where(near, rise * (1 - rise / 3), s)
-    steep = np.where(near, 1 - 2 * rise / 3, (rise / values) / np.where(near, 1.0, s))
-    return s, steep[:, None] * np.einsum("ia,kij,ja->ak", vectors, slopes, vectors)
+
+
+def distance(lower: Array, first: Array) -> float:
+    """Between J = L Lᵀ and J₀."""
+    back = np.linalg.solve(first, lower @ lower.T)
+    return float(np.trace(back)) - float(np.linalg.slogdet(back)[1]) - len(first)
+
+
+def step_rows(lower: Array, slopes: Array, first: Array) -> tuple[Array, Array]:
+    """C (n² × k) and c of the distance's slope Cᵀ c and curvature Cᵀ C along slopes of J (k × n × n): Newton's step is least squares.
+
+    With J = L Lᵀ, C is L⁻¹ ∂J L⁻ᵀ and c is Lᵀ J₀⁻¹ L − 1.
+    """
+    half = [solve_triangular(lower, own, lower=True) for own in slopes]
+    own = [solve_triangular(lower, one.T, lower=True).reshape(-1) for one in half]
+    return np.stack(own, axis=-1), (lower.T @ np.linalg.solve(first, lower) - np.eye(len(lower))).reshape(-1)

@@ -11,6 +11,7 @@ from kane.fitting import sensitivities
 from kane.gallery import load
 from tests.motion.derivatives.test_sensitivities import four_bar, oscillator
 from tests.peer import require
+from tests.systems.plate import plate
 
 
 def named(fit):
@@ -69,8 +70,9 @@ def test_a_four_bar_within_its_errors():
     eom, given = four_bar()
     true = kn.simulate(eom, (0, 0.5), samples=26, **given)
     m2 = next(p for p in eom.parameters if p.name == "m2")
-    first = {"q": given["q"], "u": {eom.speeds[0]: 4.9}, "parameters": {**given["parameters"], m2: 2.2}}
-    agrees(within(true, [m2, eom.speeds[0]], {"q1": 1e-3, "q3": 2e-3}, **first))
+    first = {"q": given["q"], "u": {eom.speeds[0]: 4.98}, "parameters": {**given["parameters"], m2: 2.03}}
+    sigma = {"q1": 1e-3, "q3": 2e-3}  # told: what is estimated anew takes twice the time
+    agrees(within(true, [m2, eom.speeds[0]], sigma, **first, sigma=sigma))
 
 
 @pytest.mark.slow
@@ -235,30 +237,25 @@ def test_bounds_hold():
         kn.fit(eom, data, [k], q={x: 0.4}, u={u: 0}, inputs=inputs, parameters={k: 1.0}, bounds={k: (2, 1)})
 
 
-def test_bodies_stay_possible():
-    """A thin plate that turns freely: noise makes I3 > I1 + I2, which no mass has, unless it is forbidden; where it does not, none notices."""
-    eom = plate()
-    own = {p.name: p for p in eom.parameters}
-    true = {"I1": 0.02, "I2": 0.03, "I3": 0.05}
+@pytest.mark.parametrize(("seed", "edge"), [(0, True), (3, False)])
+def test_bodies_stay_possible(seed, edge):
+    """A thin plate that turns: noise makes I3 > I1 + I2, which no mass has, unless it is forbidden; where it does not, little changes."""
+    eom, T = plate()
+    I1, I2, I3 = (next(p for p in eom.parameters if p.name == name) for name in ("I1", "I2", "I3"))
     t = np.linspace(0, 2, 21)
-    start = {"q": [0.1, 0.2, 0.3], "u": [1.0, 4.0, 2.0]}
-    exact = kn.simulate(eom, (0, 2), **start, parameters=true, samples=t)
-    rng, first, kinds = np.random.default_rng(3), {own["I1"]: 0.025, own["I2"]: 0.03, own["I3"]: 0.05}, set()
-    for _ in range(4):
-        data = {"t": t} | {name: exact[name] + 0.02 * rng.normal(size=len(t)) for name in ("u1", "u2", "u3")}
-        free, held = (
-            kn.fit(eom, data, ["I1", "I3"], **start, parameters=first, sigma=0.02, physical=physical, rtol=1e-8)
-            for physical in (False, True)
-        )
-        room = [found.values[own["I1"]] + 0.03 - found.values[own["I3"]] for found in (free, held)]
-        assert room[1] > 0
-        if room[0] < 0:
-            kinds.add("impossible")
-            assert room[1] < 1e-3
-        elif room[0] > 1e-3:
-            kinds.add("possible")
-            for s, value in free.values.items():
-                assert abs(held.values[s] - value) < 0.02 * free.errors[s]
-    assert kinds == {"impossible", "possible"}
-    with pytest.raises(kn.SimulationError, match="'plate' is a body that there can be"):
-        kn.fit(eom, data, ["I1"], **start, parameters={"I1": 0.01, "I2": 0.03, "I3": 0.05}, physical=True)
+    start = {"q": [0.1, 0.2, 0.3], "u": [1.0, 4.0, 2.0], "inputs": dict.fromkeys(T, 0.0)}
+    exact = kn.simulate(eom, (0, 2), **start, samples=t)  # on the edge
+    rng = np.random.default_rng(seed)
+    data = {"t": t} | {name: exact[name] + 0.02 * rng.normal(size=len(t)) for name in ("u1", "u2", "u3")}
+    given = {**start, "parameters": {I1: 0.025, I2: 0.03, I3: 0.05}, "sigma": 0.02, "rtol": 1e-8}
+    free, held = (kn.fit(eom, data, [I1, I3], **given, physical=physical) for physical in (False, True))
+    room, room_held = (found.values[I1] + 0.03 - found.values[I3] for found in (free, held))
+    assert (room < 0) is edge
+    assert room_held > 0
+    for s, value in free.values.items():
+        assert abs(held.values[s] - value) < (0.5 if edge else 0.01) * free.errors[s]
+    if edge:
+        assert room_held < 1e-6 < -room
+        impossible = {**given, "parameters": {I1: 0.01, I2: 0.03, I3: 0.05}}
+        with pytest.raises(kn.SimulationError, match="'plate' is a body that there can be"):
+            kn.fit(eom, data, [I1], **impossible, physical=True)

@@ -26,10 +26,11 @@ from kane.motion.derivatives.sensitivities import Sensitivities
 from kane.motion.derivatives.tangents import flow_of
 from kane.motion.fitting.found import Fit, Run
 from kane.motion.fitting.measured import Measured, measured, starts_of
-from kane.motion.fitting.possible import Possible, possible_bodies
+from kane.motion.fitting.possible import Here, Possible, possible_bodies
 from kane.motion.solution.phases import Indices
 from kane.numeric.arrays import Array
-from kane.numeric.scale import SIX_DIGITS
+from kane.numeric.pseudo_inertia import WEIGHT
+from kane.numeric.scale import ROUNDED, SIX_DIGITS
 from kane.program.native.machine import Settings
 from kane.progress import far, working
 
@@ -39,6 +40,9 @@ _NEAR = 1e-4
 _ROUNDS = 8
 """Times that the deviations of columns are estimated anew."""
 _SETTLED = 0.01
+_WEIGHTS = (1.0, 1e-2, WEIGHT)
+_PROMISED = 1e-6
+"""What a step promises at last, of the weight of the distances of bodies."""
 _ARRIVED, _LEAST, _FAR = 1e-10, 1e-8, 0.5
 """The last step of segments, the least share of one, and the longest, in sizes of the unknowns."""
 
@@ -144,17 +148,13 @@ class Problem:
                 slopes.append(self._spread(own, k, len(z)))
         return np.concatenate(rows), np.concatenate(slopes)
 
-    def with_bodies(self, z: Array) -> tuple[Array, Array]:
-        """The same, and how far bodies are from the first ones, where they are to stay possible."""
-        if not self.bodies:
-            return self.both(z)
+    def bodies_at(self, z: Array) -> list[Here]:
+        """How far bodies are from the first ones, where they are to stay possible."""
         values: dict[Expr, Any] = {**self.segments[0].course.parameters, **self.of_segment(0, z)}
-        parts = [body.rows(values) for body in self.bodies]
-        if not all(np.isfinite(r).all() for r, _ in parts):
+        found = [here for body in self.bodies if (here := body.at(values)) is not None]
+        if len(found) < len(self.bodies):
             raise _Failed("no such body")
-        r, j = self.both(z)
-        spread = [self._spread(np.pad(own, ((0, 0), (0, len(self.segments[0].free)))), 0, len(z)) for _, own in parts]
-        return np.concatenate([r, *(own for own, _ in parts)]), np.vstack([j, *spread])
+        return found
 
     def joints(self, z: Array) -> tuple[Array, Array]:
         """What segments leave between each other, of the size of each state, and its Jacobian."""
@@ -188,10 +188,9 @@ class Problem:
     def residuals(self, z: Array) -> Array:
         """They are infinite where a motion does not reach its end."""
         try:
-            return self.with_bodies(z)[0]
+            return self.both(z)[0]
         except (_Failed, KaneError):
-            rows = sum(int(s.data.there.sum()) for s in self.segments) + sum(len(body.first) for body in self.bodies)
-            return np.full(rows, np.inf)
+            return np.full(sum(int(s.data.there.sum()) for s in self.segments), np.inf)
 
     @property
     def _gaps(self) -> int:
@@ -278,6 +277,8 @@ def fit(
     count = expect.whole(segments, "segments= as a whole number above 0", least=1, error=SimulationError)
     few = min(len(one.t) for one in found)
     expect.that(count <= few // 2, "two rows of data or more a segment", count, "Take fewer.", error=SimulationError)
+    if count > 1 and physical:
+        raise SimulationError("Expected physical=True with one segment, got several. Give bounds= instead, or take segments=1.")
     if count > 1 and sigma is None:
         raise SimulationError(
             "Expected sigma= with segments=, got none: how far segments may be apart on the way is weighed against what the data are "
@@ -413,9 +414,13 @@ class Search:
             low[i], high[i] = (end[own] for end in self.bounds[set_of[k]])
         if problem._gaps:
             return self._joined(z, (low, high))
+        for weight in _WEIGHTS if problem.bodies else ():
+            z = self._possible(z, (low, high), weight)
+        if problem.bodies:
+            return z
         call: Callable[..., Any] = least_squares
         found = call(
-            problem.residuals, z, jac=lambda at: problem.with_bodies(at)[1], bounds=(low, high), x_scale="jac", method="trf",
+            problem.residuals, z, jac=lambda at: problem.both(at)[1], bounds=(low, high), x_scale="jac", method="trf",
             xtol=1e-12, ftol=1e-12, gtol=1e-13, max_nfev=self.most,
         )  # fmt: skip
         if found.status <= 0:
@@ -432,7 +437,7 @@ class Search:
         size = np.concatenate([np.abs(z[: len(problem.unknown)]), *map(self._sizes_of, range(len(problem.segments)))])
         size = np.where(size > 0, size, 1.0)
         for _ in range(self.most):
-            (r, j), (c, g) = problem.with_bodies(z), problem.joints(z)
+            (r, j), (c, g) = problem.both(z), problem.joints(z)
             j, g = j * size, g * size
             back = -np.linalg.lstsq(g, c)[0]
             free = null_space(g)
@@ -456,17 +461,52 @@ class Search:
             z = z + share * size * d
         raise self._none("all steps were taken")
 
+    def _possible(self, z: Array, bounds: tuple[Array, Array], weight: float) -> Array:
+        """The least ½ r² and `weight` times the distances of bodies, by Gauss' and Newton's steps, each halved until it falls."""
+        problem, width = self.problem, len(self.problem.unknown)
+
+        def value(at: Array) -> float:
+            try:
+                far = sum(here.distance for here in problem.bodies_at(at))
+                return 0.5 * float(np.sum(problem.both(at)[0] ** 2)) + weight * far
+            except (_Failed, KaneError):
+                return float("inf")
+
+        for _ in range(self.most):
+            r, j = problem.both(z)
+            rows, rest = [j], [r]
+            for here in problem.bodies_at(z):
+                rows.append(weight**0.5 * np.pad(here.slopes, ((0, 0), (0, len(z) - width))))
+                rest.append(weight**0.5 * here.rest)
+            whole = np.vstack(rows)
+            sizes = np.linalg.norm(whole, axis=0)
+            d = -np.linalg.lstsq(whole / sizes, np.concatenate(rest))[0] / sizes
+            fall, now = float(np.sum((whole @ d) ** 2)), value(z)
+            if fall <= _PROMISED * max(weight, ROUNDED * now):
+                return z
+            with np.errstate(divide="ignore", invalid="ignore"):
+                room = np.where(d > 0, (bounds[1] - z) / d, np.where(d < 0, (bounds[0] - z) / d, np.inf))
+            share = min(1.0, 0.99 * float(room.min()))
+            while share > _LEAST and not value(z + share * d) <= now - 1e-4 * share * fall + ROUNDED * abs(now):
+                share /= 2
+            if share <= _LEAST:
+                if fall <= SIX_DIGITS:
+                    return z
+                raise self._none("no step makes it less")
+            z = z + share * d
+        raise self._none("all steps were taken")
+
     def _nearer(self, z: Array, bounds: tuple[Array, Array]) -> Array:
         """Gaps count as if measured, ten times more each time: from far away they need not close at once."""
         problem = self.problem
         call: Callable[..., Any] = least_squares
-        (r, _), (c, _) = problem.with_bodies(z), problem.joints(z)
+        (r, _), (c, _) = problem.both(z), problem.joints(z)
         if float(np.abs(c).max()) <= SIX_DIGITS:
             return z
         weight = float(np.linalg.norm(r)) / float(np.linalg.norm(c))
 
         def both(at: Array, share: float) -> tuple[Array, Array]:
-            (r, j), (c, g) = problem.with_bodies(at), problem.joints(at)
+            (r, j), (c, g) = problem.both(at), problem.joints(at)
             return np.concatenate([r, share * c]), np.vstack([j, share * g])
 
         def residuals(at: Array, share: float) -> Array:
@@ -485,7 +525,7 @@ class Search:
 
     def _merit(self, z: Array, mu: float) -> float:
         try:
-            r, c = self.problem.with_bodies(z)[0], self.problem.joints(z)[0]
+            r, c = self.problem.both(z)[0], self.problem.joints(z)[0]
         except (_Failed, KaneError):
             return float("inf")
         return 0.5 * float(r @ r) + mu * float(np.abs(c).sum())

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Unknowns that leave bodies possible: masses above zero, moments of inertia of some distribution of mass.
 
-The distance of each body from the first one (`numeric.pseudo_inertia`) is a sum of squares, and stands beside the residuals of the data
-with a small weight: little where bodies are possible anyhow, without bound where they cease to be.
+The distance of each body from the first one (`numeric.pseudo_inertia`) stands beside half the squares of residuals with a small weight:
+little where bodies are possible anyhow, without bound where they cease to be.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,9 +20,18 @@ from kane.expr.symbols import Parameter
 from kane.model.bodies import Particle, RigidBody
 from kane.numeric import pseudo_inertia
 from kane.numeric.arrays import Array
+from kane.numeric.pseudo_inertia import distance, root_of, step_rows
 from kane.numeric.scale import DECLARED
 
 _MOMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
+
+
+class Here(NamedTuple):
+    """The distance from the first body, and C and c of its slope Cᵀ c and curvature Cᵀ C."""
+
+    distance: float
+    slopes: Array
+    rest: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,16 +43,14 @@ class Possible:
     units: Array
     first: Array
 
-    def rows(self, values: Mapping[Expr, Any]) -> tuple[Array, Array]:
-        """Residuals and their Jacobian by the unknown parameters; they are infinite where the body is not possible."""
+    def at(self, values: Mapping[Expr, Any]) -> Here | None:
+        """The distance and its rows, by the unknown parameters; None where the body is not possible."""
         pi = np.array(evaluate(list(self.values), values), dtype=float)
+        lower = root_of(np.tensordot(pi, self.units, 1))
+        if lower is None:
+            return None
         by = np.array([evaluate(list(row), values) for row in self.slopes], dtype=float)
-        j, slopes = np.tensordot(pi, self.units, 1), np.tensordot(by.T, self.units, 1)
-        found = pseudo_inertia.apart(j, slopes, self.first)
-        if found is None:
-            return np.full(len(j), np.inf), np.zeros((len(j), by.shape[1]))
-        root = pseudo_inertia.WEIGHT**0.5
-        return root * found[0], root * found[1]
+        return Here(distance(lower, self.first), *step_rows(lower, np.tensordot(by.T, self.units, 1), self.first))
 
 
 def possible_bodies(eom: Equations, unknown: Sequence[Parameter], values: Mapping[Expr, Any]) -> tuple[Possible, ...]:
