@@ -31,6 +31,8 @@ STATIC = DOCS / "_static"
 TUTORIALS = ("pendulum", "cart", "four_bar", "engine", "disk", "quadcopter", "stick_slip", "chain")
 PLOTS = ("phase", "runs", "section", "cycles", "energy")
 """Figures of `howto/plotting.md` that are kept."""
+STUDIES = ("basins", "damping", "throws")
+"""Figures of `howto/studies.md`."""
 GROUPS = {
     "": "Pendulums, tops and linkages",
     "rolling": "Rolling and skating",
@@ -99,10 +101,11 @@ def tutorials() -> Iterator[tuple[str, Any]]:
 
 
 def plotting() -> None:
-    """The pictures of the page on plots."""
-    pictures, _ = _run(DOCS / "howto" / "plotting.md")
-    for name in PLOTS:
-        (STATIC / f"plot_{name}.svg").write_text(pictures[f"{name}.svg"], encoding="utf-8")
+    """The pictures of the pages on plots and on studies."""
+    for page, kind, names in (("plotting", "plot", PLOTS), ("studies", "study", STUDIES)):
+        pictures, _ = _run(DOCS / "howto" / f"{page}.md")
+        for name in names:
+            (STATIC / f"{kind}_{name}.svg").write_text(pictures[f"{name}.svg"], encoding="utf-8")
 
 
 def _run(page: Path) -> tuple[dict[str, str], dict[str, Any]]:

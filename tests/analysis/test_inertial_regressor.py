@@ -145,14 +145,16 @@ def test_what_has_no_regressor():
 
 
 def test_bodies_that_there_can_be():
-    """Forces with noise give a plate whose least squares no mass has; without noise, and where these are possible, they are the same."""
+    """Forces with noise give a plate whose least squares no mass has; where these are possible they are what is found."""
     eom, T = plate()
     laws = {t: 0.3 * kn.sin(w * kn.time) for t, w in zip(T, (7.1, 5.3, 6.2), strict=True)}
     sol = kn.simulate(eom, (0, 2), q=[0.3, 0.2, 0], u=[1, 0, 2], inputs=laws, samples=41)
     r, given = regressor(eom), {"inputs": {s: sol[s] for s in T}}
     state = (list(sol.q.T), list(sol.u.T), list(sol.rates()[:, 3:6].T))
     y, f = r.at(*state, **given), r.forces(*state, **given)
-    np.testing.assert_allclose(r.possible(y, f), r.numbers(), atol=2e-5)  # the plate of the model is at the edge, and made thicker
+    np.testing.assert_allclose(
+        r.possible(y, f), r.numbers(), atol=2e-5
+    )  # the plate of the model is at the edge, and made thicker
     rng, told = np.random.default_rng(1), [i for i, name in enumerate(r.names) if name != "plate: m"]
     kinds = set()
     for _ in range(3):

@@ -2,7 +2,7 @@
 """Inertial parameters that bodies can have, nearest to measured forces: a convex problem.
 
 Of Y π = F the sum of squares ½ |Y π − F|²/σ² + μ Σ D(J, J₀) is least, with the pseudo-inertia J(π) of each body and its distance D to
-that of the model, which is infinite outside of J ≻ 0 and small beside the noise of F within. It says, too, what the forces do not tell.
+that of the model, infinite outside of J ≻ 0 and small beside the noise of F within. It says, too, what the forces do not tell.
 """
 
 from collections.abc import Sequence
@@ -95,14 +95,12 @@ def _newton(y: Array, forces: Array, bodies: Sequence[_Body], pi: Array, weight:
     if fall <= _ROUNDED * weight:
         return pi
     raise SimulationError(
-        f"Expected forces to which possible bodies come nearest, got no minimum in {_ROUNDS} steps. Scale Y and F̃ so that deviations of "
+        f"Expected forces to which possible bodies come nearest, got none in {_ROUNDS} steps. Scale Y and F̃ so that deviations of "
         "rows are alike, or begin nearer: parameters= have the model's values."
     )
 
 
-def _value(
-    y: Array, forces: Array, bodies: Sequence[_Body], pi: Array, weight: float
-) -> tuple[float, list[Array]]:
+def _value(y: Array, forces: Array, bodies: Sequence[_Body], pi: Array, weight: float) -> tuple[float, list[Array]]:
     lowers = [body.lower(pi) for body in bodies]
     there = [lower for lower in lowers if lower is not None]
     if len(there) < len(bodies):

@@ -6,9 +6,9 @@ With m, h = ∫ r dm and I about a point, and Σ = ∫ r rᵀ dm = ½ tr(I) 1 �
     J = ⎡Σ  h⎤ ⪰ 0
         ⎣hᵀ m⎦
 
-(Wensing, Kim, Slotine 2018, Linear matrix inequalities for physically consistent inertial parameter identification, IEEE Robotics and
-Automation Letters 3(1), 60–67). How far J is from J₀ is told by tr(J₀⁻¹ J) − log det(J₀⁻¹ J) − 4 = Σ (λ − 1 − log λ) ≥ 0 with the
-eigenvalues λ of J by J₀, which no choice of units changes and which is infinite where J ceases to be positive (Lee, Wensing, Park 2020,
+(Wensing, Kim, Slotine 2018, Linear matrix inequalities for physically consistent inertial parameter identification, IEEE Robotics
+and Automation Letters 3(1), 60–67). How far J is from J₀ is told by tr(J₀⁻¹ J) − log det(J₀⁻¹ J) − 4 = Σ (λ − 1 − log λ) ≥ 0 with the
+eigenvalues λ of J by J₀, which no choice of units changes, and is infinite where J ceases to be positive (Lee, Wensing, Park 2020,
 Geometric robot dynamic identification, IEEE Transactions on Robotics 36(2), 348–365).
 """
 

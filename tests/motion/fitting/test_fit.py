@@ -239,7 +239,7 @@ def test_bounds_hold():
 
 @pytest.mark.parametrize(("seed", "edge"), [(0, True), (3, False)])
 def test_bodies_stay_possible(seed, edge):
-    """A thin plate that turns: noise makes I3 > I1 + I2, which no mass has, unless it is forbidden; where it does not, little changes."""
+    """A thin plate that turns: noise makes I3 > I1 + I2, which no mass has, unless it is forbidden; else little changes."""
     eom, T = plate()
     I1, I2, I3 = (next(p for p in eom.parameters if p.name == name) for name in ("I1", "I2", "I3"))
     t = np.linspace(0, 2, 21)

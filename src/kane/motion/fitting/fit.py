@@ -150,7 +150,8 @@ class Problem:
 
     def bodies_at(self, z: Array) -> list[Here]:
         """How far bodies are from the first ones, where they are to stay possible."""
-        values: dict[Expr, Any] = {**self.segments[0].course.parameters, **self.of_segment(0, z)}
+        values = dict[Expr, Any](self.segments[0].course.parameters)
+        values.update(self.of_segment(0, z).items())
         found = [here for body in self.bodies if (here := body.at(values)) is not None]
         if len(found) < len(self.bodies):
             raise _Failed("no such body")
@@ -240,8 +241,8 @@ def fit(
     sigma : standard deviation of each column, {column: σ}, or a number for all. Unless told it is estimated from what is left;
         with several segments it must be told
     bounds : {unknown: (low, high)}, None for no bound
-    physical : whether bodies stay possible: masses above zero, moments of inertia of some distribution of mass. Standard errors are those
-        of the data alone; where noise would lead outside, the estimate stays at the edge, and is nearer than they say
+    physical : whether bodies stay possible: masses above zero, moments of inertia of some distribution of mass. Errors are those of
+        the data alone; where noise would lead outside, the estimate stays at the edge, and is nearer than they say
     segments : into how many pieces the motion is cut, each with a start of its own, where small errors grow: more than one where
         errors grow a thousandfold along the data
     rtol, atol : tolerances of the motions
@@ -278,7 +279,9 @@ def fit(
     few = min(len(one.t) for one in found)
     expect.that(count <= few // 2, "two rows of data or more a segment", count, "Take fewer.", error=SimulationError)
     if count > 1 and physical:
-        raise SimulationError("Expected physical=True with one segment, got several. Give bounds= instead, or take segments=1.")
+        raise SimulationError(
+            "Expected physical=True with one segment, got several. Give bounds= instead, or take segments=1."
+        )
     if count > 1 and sigma is None:
         raise SimulationError(
             "Expected sigma= with segments=, got none: how far segments may be apart on the way is weighed against what the data are "

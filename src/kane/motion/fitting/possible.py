@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Unknowns that leave bodies possible: masses above zero, moments of inertia of some distribution of mass.
 
-The distance of each body from the first one (`numeric.pseudo_inertia`) stands beside half the squares of residuals with a small weight:
+The distance of each body from the first one (`numeric.pseudo_inertia`) stands beside half the squares of residuals, with a weight:
 little where bodies are possible anyhow, without bound where they cease to be.
 """
 
@@ -78,9 +78,9 @@ def possible_bodies(eom: Equations, unknown: Sequence[Parameter], values: Mappin
         extent = sizes > DECLARED
         if not pi[0] > 0 or (sizes[0] < -DECLARED and not plane):
             raise SimulationError(
-                f"Expected first values with which {body.name!r} is a body that there can be, got mass {pi[0]:g} and moments of inertia "
-                f"{', '.join(f'{x:g}' for x in pi[4:7])}, which are to be above zero, none above the sum of the others. Begin with others: "
-                "parameters=."
+                f"Expected first values with which {body.name!r} is a body that there can be, got mass {pi[0]:g} and moments of "
+                f"inertia {', '.join(f'{x:g}' for x in pi[4:7])}, which are to be above zero, none above the sum of the others. Begin with "
+                "others: parameters=."
             )
         across = size[:, None] ** -1 * axes[:, extent]
         units = np.einsum("ia,kij,jb->kab", across, pseudo_inertia.UNITS, across)
