@@ -83,6 +83,7 @@ def test_random_modes_that_cannot_be(plane: Any, data: st.DataObject) -> None:
     oracle = frictionless(plane, modes)
     state = admitted(plane, oracle, rng, 0.0)
     assume(state is not None and not any(m in ("straight", "slip") for m in modes))
+    assert state is not None
     q, u = state
     eom = kn.derive(system(plane).in_modes({f"c{i}": m for i, m in enumerate(modes)}))
     _, normal, tangential = solved(plane, q, u, oracle, [1.0] * len(modes), 0.0)

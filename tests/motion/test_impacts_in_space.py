@@ -56,7 +56,12 @@ def test_beside_the_hodograph(bodies: Any, seed: int, law: str) -> None:
     with warnings.catch_warnings(), pytest.MonkeyPatch.context() as patch:
         warnings.filterwarnings("ignore", "An impact gains", kn.KaneWarning)
         own = ContactMotion.hit
-        patch.setattr(ContactMotion, "hit", lambda *args: asked.append("hit") or own(*args))
+
+        def hit(*args: Any) -> Any:
+            asked.append("hit")
+            return own(*args)
+
+        patch.setattr(ContactMotion, "hit", hit)
         sol = kn.simulate(bodies[law], SPAN, q=at[:6], u=at[6:], parameters=values, rtol=1e-12, atol=1e-13)
     when = next(t for e, t in sol.events if e.name == "floor closes")
     before, after = sol.states[np.flatnonzero(sol.t == when)[[0, -1]]]

@@ -57,9 +57,10 @@ def test_is_light(text: str) -> None:
 def test_only_the_scripts_that_it_carries_run(text: str) -> None:
     """The policy names each by its hash, that of the loader too, and no others."""
     policy = re.search(r"script-src ([^;]*);", text)
-    packed, loader = re.search(
-        r'<script type="text/plain">(.*?)</script>\n<script>(.*?)</script>', text, re.DOTALL
-    ).groups()
+    found = re.search(r'<script type="text/plain">(.*?)</script>\n<script>(.*?)</script>', text, re.DOTALL)
+    assert policy is not None
+    assert found is not None
+    packed, loader = found.groups()
     _, *scripts = json.loads(zlib.decompress(base64.b64decode(packed)))
     hashes = [base64.b64encode(hashlib.sha256(s.encode()).digest()).decode() for s in (loader, *scripts)]
     assert policy[1].split() == [*(f"'sha256-{h}'" for h in hashes), "'wasm-unsafe-eval'"]

@@ -4,6 +4,7 @@
 import re
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -62,7 +63,7 @@ class Shown(HTMLParser):
 def given(eom: kn.Equations, title: str) -> set[str]:
     """The words of names, descriptions, messages and units that a report takes as they are."""
     system = eom.system
-    named = (
+    named: tuple[Any, ...] = (
         *system.bodies,
         *eom.loads,
         *system.joints,

@@ -65,12 +65,10 @@ def rolling() -> dict[str, Any]:
     """A system with a reaction and friction, and what it is made of."""
     eom = kn.derive(load("rolling_disk").system())
     system = eom.system
-    frame, point, body, held = (
-        system.frames[-1],
-        system.points[-1],
-        system.bodies[0],
-        kn.distance(*system.points[:2], 1),
-    )
+    frame, point, body = system.frames[-1], system.points[-1], system.bodies[0]
+    first, second = system.points[:2]
+    held = kn.distance(first, second, 1)
+    assert isinstance(body, kn.RigidBody)
     return {
         **{"eom": eom, "system": system, "frame": frame, "root": system.inertial, "point": point, "body": body},
         **{"load": system.loads[0], "gravity": system.gravities[0], "constraint": held, "inertia": body.inertia},
