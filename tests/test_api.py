@@ -110,6 +110,17 @@ def test_names_are_imported_for_type_checkers_from_where_they_come():
         assert getattr(family, name) is getattr(kn, name), name
 
 
+@pytest.mark.parametrize(
+    ("family", "name", "meant"),
+    [("solids", "disk", "thin_disk"), ("joints", "hinge", "pin"), ("loads", "sprng", "linear_spring")],
+)
+def test_misspelt_names_of_families(family, name, meant):
+    with pytest.raises(
+        AttributeError, match=f"Expected an attribute of module kane.{family}, got '{name}'. Did you mean {meant}"
+    ):
+        getattr(getattr(kn, family), name)
+
+
 def test_families_list_each_name_once():
     """A name stands in one family; `dir` shows what it lists."""
     names = [name for family in FAMILIES for name in getattr(kn, family).__all__]

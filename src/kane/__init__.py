@@ -208,6 +208,7 @@ _NAMES = {
     "present.mode_figures": "beam_figure mode_figure campbell_diagram root_locus",
     "present.animation": "Animation animate",
     "present.check_figures": "Check",
+    "present.fit_figures": "fit_figure",
     "present.figure": "plot",
     "present.provenance": "show_versions",
     "present.report": "report",
@@ -226,7 +227,8 @@ _NAMES = {
 }  # fmt: skip
 """The public names of each module, and families, which are modules themselves."""
 
-__getattr__ = _offered(__name__, _NAMES)
+if not TYPE_CHECKING:  # checkers of types know the names
+    __getattr__ = _offered(__name__, _NAMES)
 
 
 def __dir__() -> list[str]:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Models and equations of other tools, and equations for them."""
 
+from typing import TYPE_CHECKING
+
 from kane.interop.autodiff import to_casadi, to_jax, to_torch
 from kane.interop.autolev import from_autolev
 from kane.interop.fmu.archive import FMU, to_fmu
@@ -11,6 +13,7 @@ from kane.interop.robots.records import LinkShape
 from kane.interop.robots.urdf import from_urdf
 from kane.interop.sympy import from_sympy, to_sympy
 from kane.interop.sympy_mechanics.importing import from_sympy_mechanics
+from kane.lazy_imports import offered as _offered
 
 __all__ = [
     "FMU",
@@ -29,3 +32,6 @@ __all__ = [
     "to_sympy",
     "to_torch",
 ]
+
+if not TYPE_CHECKING:  # checkers of types know the names; what is misspelt is answered with what resembles it
+    __getattr__ = _offered(__name__, {})

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Derivatives of motions, and what follows from them."""
 
+from typing import TYPE_CHECKING
+
 from kane.analysis.inertial_regressor import BaseParameters, Regressor, regressor
+from kane.lazy_imports import offered as _offered
 from kane.motion.derivatives.sensitivities import Sensitivities
 from kane.motion.fitting.fit import fit
 from kane.motion.fitting.found import Fit
@@ -11,3 +14,6 @@ from kane.motion.fitting.shoot import Curve, Shot, curve, shoot
 __all__ = [
     "BaseParameters", "Curve", "Fit", "Regressor", "Sensitivities", "Shot", "curve", "fit", "regressor", "sensitivities", "shoot",
 ]  # fmt: skip
+
+if not TYPE_CHECKING:  # checkers of types know the names; what is misspelt is answered with what resembles it
+    __getattr__ = _offered(__name__, {})

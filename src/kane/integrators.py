@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Integrators with their options: `method=kn.Gauss16(rtol=1e-10)` in the place of a name and keywords."""
 
+from typing import TYPE_CHECKING
+
+from kane.lazy_imports import offered as _offered
 from kane.motion.integrators import (
     AdaptiveStep,
     Auto,
@@ -42,3 +45,6 @@ __all__ = [
     "Tsitpap8",
     "Vern9",
 ]
+
+if not TYPE_CHECKING:  # checkers of types know the names; what is misspelt is answered with what resembles it
+    __getattr__ = _offered(__name__, {})

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Joints as functions over frames and points, loops closed by the same joints, contacts, stops, ropes and clutches, and gears."""
 
+from typing import TYPE_CHECKING
+
 from kane.dynamics.readings.joint_reactions import JointReaction
+from kane.lazy_imports import offered as _offered
 from kane.model.contacts import (
     ContactLaw,
     ContactMode,
@@ -74,3 +77,6 @@ __all__ = [
     "weld",
     "worm_pair",
 ]
+
+if not TYPE_CHECKING:  # checkers of types know the names; what is misspelt is answered with what resembles it
+    __getattr__ = _offered(__name__, {})

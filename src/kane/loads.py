@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Forces and torques, springs, dampers, drag, gravitation, friction, and systems of forces."""
 
+from typing import TYPE_CHECKING
+
 from kane.dynamics.readings.contributions import Noncontributing
+from kane.lazy_imports import offered as _offered
 from kane.model.field_loads import (
     buoyancy,
     gravitation,
@@ -55,3 +58,6 @@ __all__ = [
     "torsional_damper",
     "torsional_spring",
 ]
+
+if not TYPE_CHECKING:  # checkers of types know the names; what is misspelt is answered with what resembles it
+    __getattr__ = _offered(__name__, {})

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Inertia of uniform solids, shells, plates and wires, and mass properties of what is composed of them."""
 
+from typing import TYPE_CHECKING
+
+from kane.lazy_imports import offered as _offered
 from kane.model.mass import (
     Principal,
     composite,
@@ -72,3 +75,6 @@ __all__ = [
     "torus",
     "triangular_plate",
 ]
+
+if not TYPE_CHECKING:  # checkers of types know the names; what is misspelt is answered with what resembles it
+    __getattr__ = _offered(__name__, {})

@@ -54,18 +54,18 @@ def _beside(place: Place, r: Sequence[object]) -> kn.Point:
     return place.point.at(f"beside {place.point.name}", r[0] * x + r[1] * y + r[2] * z)
 
 
-def _path(h: Held) -> kn.Constraints:
+def _path(h: Held) -> tuple[kn.Constraint, ...]:
     t, (_, N) = kn.time, h.at_end
     to = _beside(h.at_end, (0.1 * kn.sin(t), 0.1 * kn.cos(2 * t) - 0.1, -0.1 * kn.sin(2 * t)))
     return kn.coincident(h.end.point, to, along=(N.x, N.y, N.z))
 
 
-def _blade(h: Held) -> kn.Constraints:
+def _blade(h: Held) -> tuple[kn.Constraint, ...]:
     point, frame = h.end
     return kn.no_slip(point.fixed_in(frame, "blade", 0.1 * frame.y), along=frame.x)
 
 
-HOLDS: dict[str, Callable[[Held], kn.Constraints]] = {
+HOLDS: dict[str, Callable[[Held], tuple[kn.Constraint, ...]]] = {
     "distance": lambda h: (kn.distance(h.end.point, _beside(h.at_end, (0.3, 0.4, 0.0)), 0.5),),
     "driven distance": lambda h: (
         kn.distance(h.end.point, _beside(h.at_end, (0.3, 0.4, 0.0)), 0.5 + 0.1 * kn.sin(kn.time)),
