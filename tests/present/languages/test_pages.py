@@ -97,8 +97,17 @@ def test_a_korean_report_says_what_the_english_one_says(name: str, tmp_path: Pat
     assert len(english.words - known) > 100
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", [n for n in GALLERY if n not in SIX])
+OFTEN = (
+    "spherical_pendulum", "spinning_top", "gimbal_gyroscope", "slider_crank", "knife_edge", "pure_rolling_disk", "car_with_trailer",
+    "muscle_arm", "rotating_beam", "bouncing_ball", "mass_on_belt", "clutch",
+)  # fmt: skip
+"""One of each kind; the others take their time, and are asked for with all pages."""
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.slow if n in OFTEN else pytest.mark.page) for n in GALLERY if n not in SIX],
+)
 def test_a_korean_derivation_of_the_gallery(name: str, tmp_path: Path) -> None:
     model = model_of(name)
     eom = kn.derive(model.system)
