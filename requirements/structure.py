@@ -89,7 +89,23 @@ def deep_imports() -> Iterator[str]:
                     yield f"{path.relative_to(ROOT)}:{node.lineno}: {name}"
 
 
+def shadowed_names() -> Iterator[str]:
+    """Names that a package offers lazily and that one of its modules has, too: once that is imported, it takes the name's place."""
+    for path in sorted((ROOT / "src/kane").rglob("__init__.py")):
+        if path.parent == ROOT / "src/kane":
+            continue  # tests/test_api.py asks kane itself
+        tables = [n for n in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(n, ast.Dict)]
+        pairs = [pair for table in tables for pair in zip(table.keys, table.values, strict=True)]
+        texts = [
+            v.value for k, v in pairs if isinstance(k, ast.Constant) and k.value and isinstance(v, ast.Constant)
+        ]  # "" is for modules
+        modules = {p.stem for p in path.parent.iterdir()}
+        for name in sorted(modules.intersection(" ".join(map(str, texts)).split())):
+            yield f"{path.relative_to(ROOT)}: {name}"
+
+
 CHECKS = {
+    "Names of packages that are names of their modules": shadowed_names,
     f"Functions of more than {LONGEST} lines, docstring apart": long_functions,
     "Over the budget": over_budget,
     "Imports in tests of modules within a package": deep_imports,

@@ -1,5 +1,5 @@
 /*
- * disk: equations of motion. Made by kane 0.1.0.dev0: derive and emit again instead of editing.
+ * disk: equations of motion. Made by kane 0.2.0: derive and emit again instead of editing.
  *
  * Compile:  cc -std=c99 -O2 -fno-math-errno -c disk.c   and link with -lm
  *           Options such as -march=native -ffp-contract=fast give fused multiply-adds: faster, other last digits.

@@ -19,7 +19,7 @@ from kane.dynamics import shown_speeds
 from kane.gallery import double_pendulum, four_bar, pure_rolling_disk
 from kane.gallery.contacts import bouncing_ball
 from kane.gallery.pendulums import system as chain
-from kane.present import Tex, chapters, declared_tables, motion_checks
+from kane.present import Tex, chapters_of, declared_tables, motion_checks
 from kane.write import latex_name
 from tests.present.disk import derived, moved
 from tests.present.page import Page
@@ -109,7 +109,7 @@ def test_short_formulas_take_the_names_of_long_ones(page: Page) -> None:
 
 def test_formulas_are_read_by_two_angles() -> None:
     """f of a double pendulum in absolute angles as in textbooks."""
-    shown = {f.name: f.text for f in chapters(kn.derive(double_pendulum.system()))[6].formulas}
+    shown = {f.name: f.text for f in chapters_of(kn.derive(double_pendulum.system()))[6].formulas}
     assert shown["f[u2]"] == "-m2*l2*(g*sin(q2) - l1*u1^2*sin(q1 - q2))/2"
 
 
@@ -214,15 +214,15 @@ def test_terms_stand_with_load_place_and_partial_velocity(page: Page) -> None:
 @pytest.mark.slow
 def test_dependent_speeds_and_auxiliary_ones_are_laid_out() -> None:
     eom = kn.derive(four_bar.system())
-    step = chapters(eom)[3]
+    step = chapters_of(eom)[3]
     every, own = step.tables
     assert [str(row[0]) for row in every.rows] == [str(Tex(latex_name(str(s)))) for s in shown_speeds(eom.derived)]
     assert [str(row[0]) for row in own.rows] == [str(Tex(latex_name(str(s)))) for s in eom.independent_speeds]
-    mass, *_ = chapters(eom)[6].block.displays
+    mass, *_ = chapters_of(eom)[6].block.displays
     assert mass.startswith(r"\tilde M \dot{u}_I = \tilde f")
-    by_all = chapters(eom)[6].by_all_speeds
+    by_all = chapters_of(eom)[6].by_all_speeds
     assert [d.startswith(r"M \dot{u} = f + A^{T} \lambda") for d in by_all.displays] == [True]
-    assert not {f.name for f in by_all.formulas} & {f.name for f in chapters(eom)[6].block.formulas}
+    assert not {f.name for f in by_all.formulas} & {f.name for f in chapters_of(eom)[6].block.formulas}
     shown = {f.name: f.text for f in step.formulas}
     assert [u.name for u in eom.dependent_speeds] == [name for name in shown if name.startswith("u")] == ["u1", "u3"]
     at = {"q": {"q1": 0.7, "q2": -0.3, "q3": 1.9}, "u": {"u2": 2.0}}
@@ -255,7 +255,7 @@ def test_a_motion_is_checked_without_being_asked(page: Page, text: str) -> None:
 
 
 def test_provenance_is_left_out_where_there_are_too_many_speeds() -> None:
-    assert [c.provenance for c in chapters(kn.derive(chain(11)))] == [None] * 7
+    assert [c.provenance for c in chapters_of(kn.derive(chain(11)))] == [None] * 7
 
 
 def test_a_motion_through_another_choice_of_speeds_is_checked() -> None:
@@ -298,7 +298,7 @@ def test_a_report_lists_each_part(tmp_path):
 def test_auxiliary_equations_are_spoken_of_where_there_are_reactions() -> None:
     with_reaction, without = derived()[1], kn.derive(pure_rolling_disk.system())
     for eom in (with_reaction, without):
-        said = [chapters(eom)[6].text, eom.steps[6].text]
+        said = [chapters_of(eom)[6].text, eom.steps[6].text]
         assert all(("auxiliary equations give" in text) == bool(eom.reactions) for text in said)
         assert all(text.endswith(".") for text in said)
 

@@ -7,7 +7,7 @@ import pytest
 
 import kane as kn
 from kane.gallery import muscle_arm
-from kane.present import chapters, plots
+from kane.present import chapters_of, plots
 from tests.cli.command import kane
 
 EOM = kn.derive(muscle_arm.system())
@@ -19,7 +19,7 @@ def test_the_last_step_holds_their_rates():
     assert name == "a'"
     assert value is EOM.state_rates[0]
     assert step.text.endswith("The further states have rates of their own.")
-    last = chapters(EOM)[6]
+    last = chapters_of(EOM)[6]
     assert last.text.endswith("The further states have rates of their own.")
     assert r"\dot{a}" in [f.left for f in last.formulas]
 

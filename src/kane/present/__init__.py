@@ -19,7 +19,7 @@ __getattr__ = offered(
         "pages": "asset environment",
         "languages.catalogue": "LANGUAGES tr spoken",
         "provenance": "versions",
-        "chapters": "chapters",
+        "chapters": "chapters_of",
         "document.latex_text": "math_latex text_latex",
         "document.lines": "broken_lines em_width",
         "other_methods": "why_kane",

@@ -86,7 +86,7 @@ class Chapter:
         return (*self.block.formulas, *self.by_all_speeds.formulas)
 
 
-def chapters(eom: Equations) -> list[Chapter]:
+def chapters_of(eom: Equations) -> list[Chapter]:
     """One chapter for each of `eom.steps`."""
     terms = [eom.contributions(s) for s in shown_speeds(eom.derived)] if _surveyable(eom) else []
     return [_chapter(eom, step, terms) for step in eom.steps]

@@ -11,7 +11,7 @@ from kane.equations.equations import Equations, check_equations
 from kane.errors import ArgumentError, cut
 from kane.expr.symbols import Symbol
 from kane.motion.solution.solution import Solution
-from kane.present.chapters import Chapter, Costs, chapters, costs
+from kane.present.chapters import Chapter, Costs, chapters_of, costs
 from kane.present.check_figures import Check, energy_text, motion_checks
 from kane.present.languages.catalogue import tr, trn
 from kane.present.notes import checked
@@ -85,7 +85,7 @@ def content_of(
         seen=scene(eom, shapes),
         summary=_summary(eom),
         declared=declared_tables(eom, solution.parameters if solution is not None else None),
-        chapters=chapters(eom),
+        chapters=chapters_of(eom),
         other_methods=why_kane(eom) if (is_small(eom) if why is None else why) else None,
         receipt=costs(eom),
         checks=told if solution is None else [*told, *motion_checks(solution, told)],

@@ -9,7 +9,7 @@ import pytest
 
 import kane as kn
 from kane.gallery import four_bar
-from kane.present import broken_lines, chapters, em_width
+from kane.present import broken_lines, chapters_of, em_width
 from tests.present.disk import derived
 
 WIDTH = 30.0
@@ -29,7 +29,7 @@ def joined(lines: list[str]) -> str:
     ],
 )
 def test_formulas_of_a_report_fit_and_stay_what_they_are(system):
-    parts = [b for c in chapters(system()) for b in (c.block, c.solution, c.by_all_speeds)]
+    parts = [b for c in chapters_of(system()) for b in (c.block, c.solution, c.by_all_speeds)]
     latex = [f.latex for b in parts for f in (*b.between, *b.formulas)]
     broken = 0
     for formula in latex:
