@@ -219,9 +219,9 @@ def test_dependent_speeds_and_auxiliary_ones_are_laid_out() -> None:
     assert [str(row[0]) for row in every.rows] == [str(Tex(latex_name(str(s)))) for s in shown_speeds(eom.derived)]
     assert [str(row[0]) for row in own.rows] == [str(Tex(latex_name(str(s)))) for s in eom.independent_speeds]
     mass, *_ = chapters_of(eom)[6].block.displays
-    assert mass.startswith(r"\tilde M \dot{u}_I = \tilde f")
+    assert mass.latex.startswith(r"\tilde M \dot{u}_I = \tilde f")
     by_all = chapters_of(eom)[6].by_all_speeds
-    assert [d.startswith(r"M \dot{u} = f + A^{T} \lambda") for d in by_all.displays] == [True]
+    assert [d.latex.startswith(r"M \dot{u} = f + A^{T} \lambda") for d in by_all.displays] == [True]
     assert not {f.name for f in by_all.formulas} & {f.name for f in chapters_of(eom)[6].block.formulas}
     shown = {f.name: f.text for f in step.formulas}
     assert [u.name for u in eom.dependent_speeds] == [name for name in shown if name.startswith("u")] == ["u1", "u3"]

@@ -16,7 +16,7 @@ SIX = ("pendulum", "rolling_disk", "four_bar", "skidding_disk", "whipple_bicycle
 """Their reports have, together, every part."""
 SAME = {"kane", "LaTeX"}
 """Words that are the same in Korean."""
-FORMULAS = {"dE", "dK", "dV", "dt", "MB", "ms", "sin", "cos", "if", "otherwise", "where"}
+FORMULAS = {"dE", "dK", "dV", "dt", "MB", "ms", "sin", "cos", "exp", "tanh", "if", "otherwise", "where"}
 """What formulas in the text of checks are made of, a unit of the page's own, and words within formulas of choices."""
 
 
