@@ -154,7 +154,9 @@ def test_simulate_draws_the_motion(tmp_path):
 )
 def test_nothing_is_written_over(words, tmp_path):
     model = [] if words[0] == "new" else ["pendulum"]
-    place = tmp_path / ("x.html" if words[0] == "report" else {"--csv": "x.csv", "--plot": "x.svg"}.get(words[-1], "x.py"))
+    place = tmp_path / (
+        "x.html" if words[0] == "report" else {"--csv": "x.csv", "--plot": "x.svg"}.get(words[-1], "x.py")
+    )
     place.write_text("mine")
     told = kane(words[0], *model, *words[1:], place, code=2)
     assert "Expected a new file, got" in line(told.stderr)
