@@ -193,16 +193,6 @@ class TestIntermediates:
         view.keyboard.press(key)
         assert view.locator(".meaning").count() == 0
 
-    def test_definitions_within_definitions(self, view: Any) -> None:
-        inner = view.locator(f".meaning {VISIBLE_Z}[role=button]")
-        for z in view.locator(f"#step-5 .formula {VISIBLE_Z}[role=button]").all():
-            z.click()
-            if inner.count():
-                break
-            z.click()  # its definition holds no other
-        inner.first.click()
-        assert view.locator(".meaning .meaning .katex").count() == 1
-
     def test_in_a_table_of_terms_on_a_phone(self, view: Any) -> None:
         view.set_viewport_size({"width": WIDTHS[1], "height": 900})
         view.evaluate(OPEN_ALL)

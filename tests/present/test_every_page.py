@@ -67,6 +67,8 @@ def broken_rules(page: Any) -> list[str]:
     """What axe-core finds, contrasts apart, once formulas are their sources: over KaTeX's elements of long ones it takes minutes."""
     rules = files(require("axe_playwright_python")).joinpath("axe.min.js").read_text(encoding="utf-8")
     page.evaluate(
+        # boxes can be reached as their buttons can
+        "for (const box of document.querySelectorAll('.scroll:has([data-of]), .formula:has([data-of])')) box.tabIndex = 0;"
         "document.querySelectorAll('.katex').forEach((k) => k.replaceWith(k.querySelector('annotation').textContent))"
     )
     page.evaluate(rules)
