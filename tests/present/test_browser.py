@@ -193,6 +193,12 @@ class TestIntermediates:
         view.keyboard.press(key)
         assert view.locator(".meaning").count() == 0
 
+    def test_definitions_within_definitions(self, view: Any) -> None:
+        z = '#step-5 .formula [data-of="3"]:visible[role=button]'  # Z₃ = √(Z₁² + Z₂²)
+        view.locator(z).last.click()
+        view.locator(f".meaning {VISIBLE_Z}[role=button]").first.click()
+        assert view.locator(".meaning .meaning .katex").count() == 1
+
     def test_in_a_table_of_terms_on_a_phone(self, view: Any) -> None:
         view.set_viewport_size({"width": WIDTHS[1], "height": 900})
         view.evaluate(OPEN_ALL)
