@@ -12,8 +12,6 @@ from kane.cli.models import Force, Name, model_of
 from kane.cli.screen import Misuse
 from kane.progress import working
 
-_ENDINGS = (".svg", ".pdf", ".png")
-
 
 def sketch(
     name: Name,
@@ -25,11 +23,11 @@ def sketch(
     force: Force = False,
 ) -> None:
     """Draw MODEL: bodies, frames, loads, coordinates with their symbols."""
-    from kane.present.sketch.draw import save  # not before it is asked for
+    from kane.present.sketch.draw import FORMATS, save  # not before it is asked for
     from kane.present.sketch.draw import sketch as drawn
 
-    if out is not None and out.suffix.lower() not in _ENDINGS:
-        raise Misuse(f"Expected --out FILE that ends in {', '.join(_ENDINGS)}, got {out}.")
+    if out is not None and out.suffix.lower() not in FORMATS:
+        raise Misuse(f"Expected --out FILE that ends in {', '.join(FORMATS)}, got {out}.")
     model = model_of(name)
     place = screen.target(out or Path(f"{model.name}.svg"), model.path, force)
     with working("Drawing"):

@@ -78,6 +78,7 @@ def content_of(
         raise ArgumentError(
             "Expected a solution of the equations reported, got one of others: pass solution.equations as eom."
         )
+    kept = checked(notes)  # before all that takes time
     told = [_in_language(check, solution) for check in checks]
     return Content(
         title=title or tr("Equations of motion: %(bodies)s", bodies=", ".join(b.name for b in eom.system.bodies)),
@@ -93,7 +94,7 @@ def content_of(
         solution=solution,
         start=None if solution is None else _start(solution),
         changes=None if solution is None else _changes(solution),
-        notes=checked(notes),
+        notes=kept,
     )
 
 

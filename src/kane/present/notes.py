@@ -8,6 +8,7 @@ it loads nothing. Pictures stand in `<img>`, in which no script runs.
 import base64
 import io
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,8 +25,17 @@ _BEGINS = {".svg": (b"<svg", b"<?xml", b"<!--", b"<!DOCTYPE svg"), ".png": (b"\x
 _WANTED = 'notes= as a list of Markdown, figures of matplotlib and Paths of .svg or .png files: notes=["# Result", Path("a.svg")]'
 
 
+@dataclass(frozen=True, slots=True)
+class Image:
+    """A picture that was read from a file: what it is called, its ending, its bytes."""
+
+    name: str
+    ending: str
+    data: bytes
+
+
 def checked(notes: Iterable[Any]) -> tuple[Any, ...]:
-    """The notes as they were given.
+    """The notes: Markdown and figures as they were given, an Image for the Path of one.
 
     Raises
     ------
@@ -34,21 +44,23 @@ def checked(notes: Iterable[Any]) -> tuple[Any, ...]:
     """
     if isinstance(notes, str | Path) or not isinstance(notes, Iterable):
         raise ArgumentError(f"Expected {_WANTED}, got {cut(repr(notes))}.")
-    kept = tuple(notes)
-    for note in kept:
-        if isinstance(note, Path):
-            read(note)
-        elif not isinstance(note, str) and not (hasattr(note, "savefig") and hasattr(note, "axes")):
-            raise ArgumentError(f"Expected {_WANTED}, got {cut(repr(note))} in it.")
-    return kept
+    return tuple(map(_checked, notes))
+
+
+def _checked(note: Any) -> Any:
+    if isinstance(note, Path):
+        return Image(note.stem, note.suffix.lower(), _read(note))
+    if not isinstance(note, str) and not (hasattr(note, "savefig") and hasattr(note, "axes")):
+        raise ArgumentError(f"Expected {_WANTED}, got {cut(repr(note))} in it.")
+    return note
 
 
 def written(note: Any) -> Markup:
     """HTML of a note."""
     if isinstance(note, str):
         return Markup(parser().render(note))
-    if isinstance(note, Path):
-        return _image(read(note), note.suffix.lower(), note.stem)
+    if isinstance(note, Image):
+        return _image(note.data, note.ending, note.name)
     return _image(_drawn(note), ".svg", title_of(note))
 
 
@@ -63,7 +75,7 @@ def _image(data: bytes, ending: str, told: str) -> Markup:
     return Markup(f'<figure><img alt="{escape(told)}" src="{source}"></figure>\n')
 
 
-def read(path: Path) -> bytes:
+def _read(path: Path) -> bytes:
     """The bytes of a picture of a kind that its first ones show."""
     ending = path.suffix.lower()
     if ending not in _KINDS:
@@ -144,4 +156,4 @@ def _ends(text: str, begin: int, mark: str) -> Iterator[int]:
         at = text.find(mark, at + 1)
 
 
-__all__ = ["checked", "parser", "read", "title_of", "written"]
+__all__ = ["Image", "checked", "parser", "title_of", "written"]

@@ -85,8 +85,10 @@ def report(
     """
     target = path_of(path, 'kn.report(eom, "report.html")')
     form = FORMATS[format_of(target, format)]
-    told: dict[str, Any] = {"solution": solution, "title": title, "sources": sources, "checks": checks}
-    written = document(eom, target, format, **told, shapes=shapes, why=why, notes=notes, language=language)
+    written = document(
+        eom, target, format, language=language, solution=solution, title=title, sources=sources, checks=checks, shapes=shapes,
+        why=why, notes=notes,
+    )  # fmt: skip
     for name, save in written.beside.items():
         exchange_marked(target.with_name(name), save, *DRAWN)
     exchange_marked(target, partial(Path.write_text, data=written.text, encoding="utf-8"), form.mark)

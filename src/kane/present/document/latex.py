@@ -11,7 +11,7 @@ from kane.present.content import Content
 from kane.present.document.latex_text import math_latex, prose, text_latex
 from kane.present.document.lines import broken_lines, em_width
 from kane.present.document.noted import parts_of
-from kane.present.document.pictures import Picture, file_name
+from kane.present.document.pictures import Picture, beside, file_name
 from kane.present.document.pieces import WIDTH, Formulas, Heading, Listed, Note, Words, pieces
 from kane.present.overview import Cell, PageTable, Tex
 from kane.present.pages import Document, environment, segments
@@ -50,8 +50,7 @@ def latex(content: Content, name: str) -> Document:
     page = frame.get_template("report.tex").render(
         title=title, pdf_title=re.sub(r"[^\w .,:;()'-]", "", content.title), body=body, version=version("kane")
     )
-    beside = {file_name(name, p, _ENDING): p.save for p in told if isinstance(p, Picture)}
-    return Document(page + "\n", beside)
+    return Document(page + "\n", beside(told, name, _ENDING))
 
 
 def _heading(piece: Heading, _: str) -> str:

@@ -7,7 +7,7 @@ from importlib.metadata import version
 from typing import Any
 
 from kane.present.content import Content
-from kane.present.document.pictures import Picture, file_name
+from kane.present.document.pictures import Picture, beside, file_name
 from kane.present.document.pieces import Formulas, Heading, Listed, Note, Words, pieces
 from kane.present.languages.catalogue import tr
 from kane.present.overview import Cell, PageTable, Tex
@@ -27,8 +27,7 @@ def markdown(content: Content, name: str) -> Document:
         *(_WRITERS[type(piece)](piece, name) for piece in told),
         tr("Derived by Kane's method with kane %(version)s.", version=version("kane")),
     ]
-    beside = {file_name(name, p, _ENDING): p.save for p in told if isinstance(p, Picture)}
-    return Document("\n\n".join(parts) + "\n", beside)
+    return Document("\n\n".join(parts) + "\n", beside(told, name, _ENDING))
 
 
 def _text(plain: str) -> str:

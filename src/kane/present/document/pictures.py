@@ -3,14 +3,14 @@
 
 import io
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from kane.present.content import Content
-from kane.present.notes import read, title_of
+from kane.present.notes import Image, title_of
 from kane.present.pages import plain
 from kane.present.sketch.draw import MARKS, WIDE, draw_each
 from kane.present.sketch.draw import save as save_sketch
@@ -54,9 +54,9 @@ def plots_of(content: Content) -> Iterator[Picture]:
 
 
 def picture_of(note: Any, name: str) -> Picture:
-    """A figure of matplotlib's, or a picture as a file, among the notes."""
-    if isinstance(note, Path):
-        return Picture(name, "", "", partial(_copy, read(note)), note.suffix.lower())
+    """A figure of matplotlib's, or a picture that was read, among the notes."""
+    if isinstance(note, Image):
+        return Picture(name, "", "", partial(_copy, note.data), note.ending)
     from kane.present.figure import save
 
     return Picture(name, "", plain(title_of(note)), partial(save, note))
@@ -67,12 +67,17 @@ def _copy(data: bytes, path: Path) -> None:
     if path.suffix == ".svg":
         path.write_bytes(data.rstrip() + b"\n" + _COPIED + b"\n")
         return
-    from PIL import Image
+    from PIL import Image as Pixels
     from PIL.PngImagePlugin import PngInfo
 
     told = PngInfo()
     told.add_text("Software", "kane")
-    Image.open(io.BytesIO(data)).save(path, pnginfo=told)
+    Pixels.open(io.BytesIO(data)).save(path, pnginfo=told)
+
+
+def beside(pieces: Iterable[object], report: str, ending: str) -> dict[str, Callable[[Path], object]]:
+    """What writes each figure among the pieces, by its file's name."""
+    return {file_name(report, p, ending): p.save for p in pieces if isinstance(p, Picture)}
 
 
 def file_name(report: str, picture: Picture, ending: str) -> str:

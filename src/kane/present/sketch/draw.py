@@ -69,9 +69,13 @@ class Sketch:
         return f"Sketch({', '.join(b.name for b in self.scene.system.bodies)}; {self.width} × {self.height})"
 
 
+FORMATS = (".svg", ".pdf", ".png")
+"""Endings of files that a sketch is written to."""
+
+
 def save(drawn: Sketch, path: Path) -> None:
     """Write a sketch as the path's ending says."""
-    if path.suffix.lower() not in (".pdf", ".png"):
+    if path.suffix.lower() not in FORMATS[1:]:
         path.write_text(drawn.svg, encoding="utf-8")
         return
     from kane.present.sketch.printed import printed  # matplotlib only here
