@@ -186,7 +186,7 @@ def _judged(family: Family, batch: Batch, ran: Ran, n: int, start: "Start") -> S
     return motion if ran.kept[n] and not family.check else _checked(family, motion)
 
 
-def _together(family: Family, batch: Batch, ran: Ran, which: Indices, begun: "Begun") -> Finished:
+def _together(family: Family, batch: Batch, ran: Ran, which: Indices, begun: "Starts") -> Finished:
     """Motions of a batch as one table; phases differ where parameters do."""
     runner, eom, (_, m, n) = batch.runner, family.eom, ran.states.shape
     own = which if family.instances.columns["parameters"] else which[:1]
@@ -211,7 +211,7 @@ class Start(NamedTuple):
         return {**self.usual, **dict(zip(eom.parameters, self.p.tolist(), strict=True))}
 
 
-class Begun(NamedTuple):
+class Starts(NamedTuple):
     """Starts of some instances as tables, a row each: (q, u, a), parameters, and what entries of A have reached.
 
     The values by symbol are `usual`, of each or of all; where all start as the first one does there are no steppers.
@@ -232,7 +232,7 @@ class Begun(NamedTuple):
         return Start(self.x[n], self.p[n], usual, self.steppers[n], None if self.reach is None else self.reach[n])
 
 
-def _begun(family: Family, runner: Runner, tile: range) -> tuple[Begun, dict[int, Outcome[Solution]]]:
+def _begun(family: Family, runner: Runner, tile: range) -> tuple[Starts, dict[int, Outcome[Solution]]]:
     """The starts of a tile, and what became of instances that have none.
 
     Starts without constraints differ by columns of finite numbers alone: the first one stands for all.
@@ -254,17 +254,17 @@ def _begun(family: Family, runner: Runner, tile: range) -> tuple[Begun, dict[int
         if judged.error:
             failed[tile[n]] = Outcome(None, judged.error)
     begun = np.flatnonzero(right)
-    return Begun([tile[n] for n in begun], x[right], p[right], None, [first.found.usual]), failed
+    return Starts([tile[n] for n in begun], x[right], p[right], None, [first.found.usual]), failed
 
 
-def _one_after_another(starts: Mapping[int, Outcome[Start]]) -> tuple[Begun, dict[int, Outcome[Solution]]]:
+def _one_after_another(starts: Mapping[int, Outcome[Start]]) -> tuple[Starts, dict[int, Outcome[Solution]]]:
     """Starts that were found one by one."""
     rows = {k: one.found for k, one in starts.items() if one.found is not None}
     failed = {k: Outcome[Solution](None, one.error, one.told) for k, one in starts.items() if one.found is None}
     own = [*rows.values()]
     x, p = np.array([s.x for s in own]), np.array([s.p for s in own])
     reach = np.array([s.reach for s in own]) if all(s.reach is not None for s in own) else None
-    return Begun([*rows], x, p, reach, [s.usual for s in own], [s.stepper for s in own]), failed
+    return Starts([*rows], x, p, reach, [s.usual for s in own], [s.stepper for s in own]), failed
 
 
 def _admitted(family: Family, runner: Runner, p: Array) -> Outcome[None]:

@@ -12,7 +12,7 @@ from kane.present.document.latex_text import math_latex, prose, text_latex
 from kane.present.document.lines import broken_lines, em_width
 from kane.present.document.noted import parts_of
 from kane.present.document.pictures import Picture, beside, file_name
-from kane.present.document.pieces import WIDTH, Formulas, Heading, Listed, Note, Words, pieces
+from kane.present.document.pieces import WIDTH, Formulas, Heading, Listed, MarkdownText, Words, pieces
 from kane.present.overview import Cell, PageTable, Tex
 from kane.present.pages import Document, environment, segments
 
@@ -170,5 +170,5 @@ _WRITERS: dict[type, Callable[[Any, str], str]] = {
     Listed: _listed,
     PageTable: _table,
     Picture: _picture,
-    Note: lambda piece, name: "\n\n".join(_WRITERS[type(p)](p, name) for p in parts_of(piece)),
+    MarkdownText: lambda piece, name: "\n\n".join(_WRITERS[type(p)](p, name) for p in parts_of(piece)),
 }

@@ -8,7 +8,7 @@ from typing import Any
 
 from kane.present.content import Content
 from kane.present.document.pictures import Picture, beside, file_name
-from kane.present.document.pieces import Formulas, Heading, Listed, Note, Words, pieces
+from kane.present.document.pieces import Formulas, Heading, Listed, MarkdownText, Words, pieces
 from kane.present.languages.catalogue import tr
 from kane.present.overview import Cell, PageTable, Tex
 from kane.present.pages import Document, segments
@@ -79,5 +79,5 @@ _WRITERS: dict[type, Callable[[Any, str], str]] = {
     Listed: lambda piece, _: "\n".join(f"- {_text(item)}" for item in piece.items),
     PageTable: _table,
     Picture: _picture,
-    Note: lambda piece, _: piece.text.strip(),
+    MarkdownText: lambda piece, _: piece.text.strip(),
 }

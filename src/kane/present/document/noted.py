@@ -4,13 +4,13 @@
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from kane.present.document.pieces import Formulas, Heading, Note, Piece, Words, cell_of
+from kane.present.document.pieces import Formulas, Heading, MarkdownText, Piece, Words, cell_of
 from kane.present.notes import parser
 from kane.present.overview import PageTable
 from kane.present.pages import plain
 
 
-def parts_of(note: Note) -> Iterator[Piece]:
+def parts_of(note: MarkdownText) -> Iterator[Piece]:
     """The pieces of a note."""
     points: list[str] = []
     rows: list[list[str]] = []

@@ -59,13 +59,13 @@ class Listed:
 
 
 @dataclass(frozen=True, slots=True)
-class Note:
+class MarkdownText:
     """Markdown of the author's, LaTeX between dollar signs."""
 
     text: str
 
 
-Piece = Heading | Words | Formulas | Listed | PageTable | Picture | Note
+Piece = Heading | Words | Formulas | Listed | PageTable | Picture | MarkdownText
 _Rename = Callable[[str], str]
 
 
@@ -94,7 +94,7 @@ def pieces(content: Content) -> Iterator[Piece]:
     if content.notes:
         yield Heading(1, tr("Notes"))
         for k, note in enumerate(content.notes, 1):
-            yield Note(note) if isinstance(note, str) else picture_of(note, f"note{k}")
+            yield MarkdownText(note) if isinstance(note, str) else picture_of(note, f"note{k}")
     if content.sources:
         yield Heading(1, tr("Sources"))
         yield Listed(content.sources)
