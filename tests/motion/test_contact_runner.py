@@ -77,7 +77,7 @@ def test_the_gallerys_motions_are_those_that_python_decides(name: str, decisions
     again = kn.simulate(eom, (0, SPANS[name]), **options)
     assert decisions == []
     agree(first, wanted, 1e-9)
-    agree(again, first, 1e-12)
+    agree(again, first, 1e-9)  # a step that Python resumes after a new mode is another step
     agree(kn.simulate(eom, (0, SPANS[name]), **options), again, 0.0)
 
 
@@ -120,7 +120,7 @@ def test_random_motions_are_those_that_python_decides(plane: Any, seed: int, law
 def test_a_belt_for_a_thousand_seconds(decisions: list[str]) -> None:
     """1,248 changes of mode by the closed form, of which Python has decided the first alone."""
     eom = kn.derive(mass_on_belt.system())
-    sol = kn.simulate(eom, (0, 1000), **mass_on_belt.START, **TIGHT)
+    sol = kn.simulate(eom, (0, 1000), **mass_on_belt.START, rtol=1e-12, atol=1e-13)
     assert decisions == ["belt slips"]
     k, m, g, v = 25.0, 1.0, 9.81, 0.2
     delta, w = (0.4 - 0.2) * m * g / k, np.sqrt(k / m)
