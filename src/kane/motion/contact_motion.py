@@ -588,8 +588,8 @@ def run_with_contacts(
     at = ContactMotion(eom, span, given, options)
     p = np.array([given[0][s] for s in eom.parameters])
     stepper = Stepper(eom, p, tuple(given[1].values()), options["settings"])
-    x, now = at.begin(span[0], admitted_start(stepper, begin, given[0], span[0])[:-1])
-    way = _Way(at, span, (options, bounds, times), (span[0], x, begin.work), now, begin.fresh)
+    x = admitted_start(stepper, begin, given[0], span[0])[:-1]
+    way = _Way(at, span, (options, bounds, times), (span[0], x, begin.work), begin.fresh)
     try:
         with collecting_seldom():  # of each mode a few records are kept
             return _to_its_end(way, eom, given)
@@ -631,10 +631,9 @@ class _Way:
         span: tuple[float, float],
         solver_: tuple[Mapping[str, Any], Mapping[str, Any], Array],
         start: tuple[float, Array, float],
-        now: Decided,
         fresh: Mapping[str, float],
     ) -> None:
-        self.at, self.span, self.now, self.before, self.fresh = at, span, now, now.modes, fresh
+        self.at, self.span, self.fresh = at, span, fresh
         self.options, self.bounds, self.times = solver_
         self.t, self.x, self.work = start
         self.pieces, self.by, self.still, self.count = list[Solution](), tuple[Event, ...](), 0, 0
@@ -642,6 +641,10 @@ class _Way:
         self.pace = Pace(span, self.method.max_seconds, self.method.bounded)
         self.free = list[ContactRunner]()
         self.runner = self._runner()
+        self.went = None if fresh or self.runner is None else self.runner.start(start)
+        if self.went is None:
+            self.x, self.now = at.begin(self.t, self.x)
+            self.before = self.now.modes
 
     def _runner(self) -> ContactRunner | None:
         """None where Python leads the whole motion: see `_refused`."""
@@ -663,6 +666,9 @@ class _Way:
 
     def goes(self) -> Event | None:
         """The event that the motion comes to, past those that kernels decide."""
+        went, self.went = self.went, None
+        if went is not None:
+            return self._led(went)
         at = self.at
         numbers: Mapping[Expr, float] = at.constants(self.now, self.t, self.x)
         mode = at.mode(self.now.modes, numbers, self.x)
@@ -676,14 +682,7 @@ class _Way:
                 went = self.runner.go(
                     m, (self.t, self.x, self.work), self.now.directions, numbers, sorted(upward), self.by
                 )
-                if went.motion is not None:
-                    self._take(went.motion)
-                if went.back is not Back.TAKE or went.t >= self.span[1]:
-                    return self._led(went)
-                self.now = Decided(went.modes, went.directions)
-                self.t, self.x, self.work, self.by = went.t, went.x, went.work, went.by
-                mode, leaves = at.modes_of.equations(went.modes), dict(went.leaves)
-                numbers = {**at.parameters, **went.numbers}
+                return self._led(went)
         return self._by_python(mode, numbers, leaves)
 
     def _by_python(self, mode: Equations, numbers: Mapping[Expr, float], leaves: dict[str, float]) -> Event | None:
@@ -715,8 +714,16 @@ class _Way:
         self.t, self.x, self.work = t, x, work
 
     def _led(self, went: Went) -> Event | None:
-        """Where the kernel has led, and the event there that Python is to follow."""
+        """The event that Python is to follow where the kernel has led, or that ends the mode which it is to take."""
+        at = self.at
+        if went.motion is not None:
+            self._take(went.motion)
         self.now = Decided(went.modes, went.directions)
+        if went.back is Back.TAKE and went.t < self.span[1]:
+            self.t, self.x, self.work, self.by = went.t, went.x, went.work, went.by
+            return self._by_python(
+                at.modes_of.equations(went.modes), {**at.parameters, **went.numbers}, dict(went.leaves)
+            )
         self._arrives(went.t, went.x, went.work)
         met = [] if went.event is None else [(went.event, went.t)]
         end = ended_by([e for e, _ in met], met, acted=True) or End("finished", f"reached t = {self.span[1]:g}")

@@ -295,35 +295,52 @@ class ContactRunner:
         by: Any,
     ) -> Went:
         """From a mode on, at t, x and the work done; contacts of `leaves` leave the threshold of their event upward."""
-        t, x, work = at
-        arrays, method, pieces = self.arrays, self.method, list[Solution]()
-        self.s[: int(Slot.FRESH) + 1] = first_slots(
-            replace(method, name=self.made[m].method, first=None), self.span, t, self.span[1]
-        )
-        self.s[Slot.SPAN], self.s[Slot.TIME], self.s[Slot.SAMPLE] = (
-            self.span[1] - self.span[0],
-            t,
-            np.searchsorted(self.times[:-1], t, side="right"),
-        )
-        self.s[[Slot.STEPS, Slot.RATES]] = 0.0
-        self.y[:] = np.append(x, work)
-        self.held_log[0] = 0.0
+        arrays = self.arrays
+        self._sets_out(at, self.made[m].method)
         self.calls.table[0] = m
         arrays["modes"][:] = self.made[m].modes
         arrays["directions"][:] = directions
         arrays["extra"][:] = [[0.0 if s is None else numbers.get(s, 0.0) for s in row] for row in self.symbols]
         arrays["leaving"][:] = 0.0
         arrays["leaving"][list(leaves)] = 1.0
+        back, motion, by = self._led(by)
+        return self._went(back, motion, by)
+
+    def start(self, at: tuple[float, Array, float]) -> Went | None:
+        """From the start of a motion on, t, x and the work done; None where the kernel leaves to Python how it begins."""
+        if not self.made:
+            return None
+        self._sets_out(at, self.made[0].method)
+        self.given["r"][:-1] = [constant(f) or 0.0 for f in self.inputs.values()]
+        back, motion, by = self._led((), enter=2)
+        return None if back is Back.DECIDE and motion is None else self._went(back, motion, by)
+
+    def _sets_out(self, at: tuple[float, Array, float], name: str) -> None:
+        """The kernel is to set out from t, x and the work done, by a method."""
+        t, x, work = at
+        method, s = replace(self.method, name=name, first=None), self.s
+        s[: int(Slot.FRESH) + 1] = first_slots(method, self.span, t, self.span[1])
+        s[Slot.SPAN], s[Slot.TIME] = self.span[1] - self.span[0], t
+        s[Slot.SAMPLE] = np.searchsorted(self.times[:-1], t, side="right")
+        s[[Slot.STEPS, Slot.RATES]] = 0.0
+        self.y[:] = np.append(x, work)
+        self.held_log[0] = 0.0
+
+    def _led(self, by: tuple[Event, ...], enter: int = 1) -> tuple[Back, Solution | None, tuple[Event, ...]]:
+        """Why the kernel has come back, the completed modes, and what has ended the last one; `enter` is 2 at a start."""
+        pieces = list[Solution]()
         while True:
             # one that is broken off is led into its next mode, which Python ends at once
-            back = Back(self.kernel(known=len(self.made), enter=1, most=-1 if is_noted() else method.max_steps))
+            most = -1 if is_noted() else self.method.max_steps
+            back = Back(self.kernel(known=len(self.made), enter=enter, most=most))
             far(lambda: f"t = {self.s[Slot.TIME]:.4g} of {self.span[1]:.4g} s")
             piece, by = self._collect(by)
             pieces += piece
             asked = self.calls.table[RESULT] == ReturnCode.LOOK and self.s[Slot.HELD] == POORER
             self.poor = (int(self.calls.table[0]), 1.25 * self.s[Slot.SHARE]) if asked else (-1, 0.0)
             if back is not Back.FULL:
-                return self._went(back, whole(pieces) if pieces else None, by)
+                return back, whole(pieces) if pieces else None, by
+            enter = 1
 
     def admit(self) -> None:
         """Where the kernel has asked for better dependent speeds, Python has found none: it is not to ask again up to that quality."""

@@ -8,6 +8,7 @@ end or an event, it returns: Python decides, or takes that one mode from its beg
 from enum import IntEnum
 
 from kane.motion.hybrid.contact_events import (
+    BEGINS,
     ENDS,
     NOTHING,
     OPENS,
@@ -22,7 +23,7 @@ from kane.motion.hybrid.contact_events import (
 )
 from kane.motion.steppers.context import ReturnCode, Slot
 from kane.motion.steppers.crossings import LEAVES
-from kane.numeric.scale import ROUNDED_TERMS, SAME_TIME, SOON
+from kane.numeric.scale import GIVEN, ROUNDED_TERMS, SAME_TIME, SOON
 from kane.program.kernel.language import Kernel
 from kane.program.kernel.writer import Term, Writer
 from kane.program.native.calls import RESULT
@@ -79,8 +80,8 @@ class _Automaton(After):
         )
         self.make, self.hoist = (w.callee(name, "array") for name in ("make", "hoist"))
         self.look = w.callee("look", "float", "array", "array", "array", "array")
-        self.back, self.mode, self.rows, self.noted_count, self.begins = self._cells(
-            "back", "mode", "row_count", "noted_count", "begins"
+        self.back, self.mode, self.rows, self.noted_count, self.begins, self.decides = self._cells(
+            "back", "mode", "row_count", "noted_count", "begins", "decides"
         )
         self.code = w.variable("code")
 
@@ -90,18 +91,31 @@ class _Automaton(After):
         self.mode.put(w.compute("int", self.calls[0]))
         self.t.put(self.s[int(Slot.TIME)])
         self.begins.put(self.enter)
+        self.decides.put(0)
+        with w.when(self.enter > 1):
+            self.meets(w.constant(float(BEGINS)), w.constant(-1.0))
+            self.still.put(0)
         with w.repeat(lambda: self.back.get() < 1):
-            with w.when(self.begins.get() > 0):
+            with w.when((self.begins.get() > 0) & (self.decides.get() < 1)):
                 self.begin()
-            with w.when(self.back.get() < 1):
+            with w.when((self.back.get() < 1) & (self.decides.get() < 1)):
                 self.one_mode()
+            with w.when(self.decides.get() > 0):
+                self.follow()
         self.records[0] = w.compute("float", self.rows.get())
         self.records[1] = w.compute("float", self.noted_count.get())
         return w.finished(self.back)
 
-    def row(self) -> Term:
-        """Where the present row of `records` begins: two numbers stand before the first."""
-        return self.rows.get() * (self.extra_count() + self.n * 2 + int(Row.MORE)) + 2
+    def meets(self, kind: Term, contact: Term) -> None:
+        """What the motion has come to is to be decided: an event of a contact, or its start."""
+        self.t.put(self.s[int(Slot.TIME)])
+        self.kind.put(self.w.compute("int", kind))
+        self.which.put(self.w.compute("int", contact))
+        self.decides.put(1)
+
+    def row(self, which: Term | None = None) -> Term:
+        """Where a row of `records`, the present one unless told, begins: two numbers stand before the first."""
+        return (self.rows.get() if which is None else which) * (self.extra_count() + self.n * 2 + int(Row.MORE)) + 2
 
     def extra_count(self) -> Term:
         """How many numbers of a mode stand in p: directions, slack and slowest slips."""
@@ -142,35 +156,39 @@ class _Automaton(After):
             with w.when(ends):
                 self.back.put(int(Back.END))
             with w.otherwise():
-                self.follow(row)
+                self.arrive(row)
 
-    def follow(self, row: Term) -> None:
-        """What follows an event."""
+    def arrive(self, row: Term) -> None:
+        """At an event of the mode of a row, contacts' or another one."""
         w = self.w
         at = (self.mode.get() * self.e + self.which.get()) * 2
         contact, kind = self.meaning[at], self.meaning[at + 1]
         with w.when(contact < 0.0):
             self.back.put(int(Back.EVENT))
         with w.otherwise():
-            self.of.unsure.put(0)
-            self.t.put(self.s[int(Slot.TIME)])
+            self.meets(kind, contact)
             self.still.put(w.select(self.t.get() > self.records[row], w.integer(0), self.still.get() + 1))
-            self.of.doubt(self.still.get() > AT_ONCE)
-            self.kind.put(w.compute("int", kind))
-            self.which.put(w.compute("int", contact))
-            self.over.put(self.t.get())
-            self.keep(back=False)
-            self.decide_after()
-            with w.when(self.of.unsure.get() < 1):
-                self.go_over()
-            with w.when(self.of.unsure.get() > 0):
-                self.keep(back=True)
-                self.back.put(int(Back.DECIDE))
-            with w.otherwise():
-                self.records[row + int(Row.OVER)] = self.over.get()
-                with w.when(self.rows.get() >= self.room_for):
-                    self.back.put(int(Back.FULL))
-                self.begins.put(1)
+
+    def follow(self) -> None:
+        """What follows an event, or the start: the next mode, or Python's decision."""
+        w, of = self.w, self.of
+        self.decides.put(0)
+        of.unsure.put(0)
+        of.doubt(self.still.get() > AT_ONCE)
+        self.over.put(self.t.get())
+        self.keep(back=False)
+        self.decide_after()
+        with w.when(of.unsure.get() < 1):
+            self.go_over()
+        with w.when(of.unsure.get() > 0):
+            self.keep(back=True)
+            self.back.put(int(Back.DECIDE))
+        with w.otherwise():
+            with w.when(self.rows.get() > 0):
+                self.records[self.row(self.rows.get() - 1) + int(Row.OVER)] = self.over.get()
+            with w.when(self.rows.get() >= self.room_for):
+                self.back.put(int(Back.FULL))
+            self.begins.put(1)
 
     def go_over(self) -> None:
         """The numbers of the next mode, and which it is."""
@@ -181,7 +199,8 @@ class _Automaton(After):
             self.code.put(self.code.get() * 5.0 + self.next[i])
             at = i * (d + 1)
             parted, hit = self.modes[i] > SEPARATED, (self.hits[i] > 0.0) & self.is_(*range(4))
-            fresh = (self.next[i] <= SEPARATED) & (parted | hit)
+            at_zero = self.is_(BEGINS) & (of.numbers[of.gaps + i] <= of.numbers[of.gap_terms + i] * GIVEN)
+            fresh = (self.next[i] <= SEPARATED) & (parted | hit | at_zero)
             begins = self.next[i].equals(STRAIGHT) & ~self.is_(TURNS, SLOWS)
             begins = begins & ~(self.slip(i) > self.slip_terms(i) * NOTHING)
             self.leaving[i] = w.select(fresh | begins, 1.0, 0.0)

@@ -7,7 +7,7 @@ from kane.motion.hybrid.contact_decisions import SLIP, STICK, Decisions
 from kane.motion.hybrid.contact_impacts import Impacts
 from kane.motion.steppers.context import Slot
 from kane.motion.steppers.dense import factor, solve
-from kane.numeric.scale import EQUAL, ROUNDED, ROUNDED_SUM, ROUNDED_TERMS, SAME_TIME
+from kane.numeric.scale import EQUAL, GIVEN, ROUNDED, ROUNDED_SUM, ROUNDED_TERMS, SAME_TIME
 from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Array, Term, Variable, Writer
 
@@ -21,7 +21,8 @@ KINDS = ("closes", "opens", "slips", "sticks", "turns", "slows")
 """How an event ends the mode of a contact."""
 SEPARATED, STICKS, STRAIGHT, SLIPS, HELD = 0.0, 1.0, 2.0, 3.0, 4.0
 """`ContactMode`."""
-CLOSES, OPENS, SLIPPING, STICKING, TURNS, SLOWS = range(6)
+CLOSES, OPENS, SLIPPING, STICKING, TURNS, SLOWS, BEGINS = range(7)
+"""The same as numbers, and the start of a motion, at which numbers decide what is closed."""
 _FIRST, _HIT, _FORCE, _APART, _REST, _LAST, _DONE = range(7)
 """What is to be done after an event: to find that out; impacts; the force that slip begins against; the choice without the contact
 that opens, that of those that stay closed for those that rest, and of all."""
@@ -117,6 +118,8 @@ class After:
         w, of = self.w, self.of
         k, d = of.k, of.d
         self.hit.put(0)
+        with w.when(self.is_(BEGINS)):
+            self.begin_closed()
         with w.few(k) as i:
             self.next[i] = self.modes[i]
             with w.few(d - 1) as j:
@@ -124,11 +127,16 @@ class After:
             self.touching[i] = w.select(self.modes[i] > SEPARATED, 1.0, 0.0)
             self.friction[i] = of.numbers[of.laws + i * 3]
             self.hits[i] = 0.0
-            with w.when((self.here(i) & self.is_(CLOSES)) | self.closes(i)):
+            begins = self.is_(BEGINS) & (self.touching[i] > 0.0) & (self.approach(i) < -GIVEN)
+            closes = (self.here(i) & self.is_(CLOSES)) | (self.closes(i) & ~self.is_(BEGINS))
+            with w.when(begins | closes):
                 self.hits[i] = 1.0
                 self.hit.put(1)
                 of.doubt(of.room[of.velocity + i * d] > 0.0)  # below zero, though it opens
-        self.find_slips(lambda i: self.slipping(i) & ~(self.here(i) & self.is_(STICKING)))
+        slips = w.select(self.is_(BEGINS), w.integer(1), w.integer(0))
+        self.find_slips(
+            lambda i: ((slips > 0) & (self.touching[i] > 0.0)) | (self.slipping(i) & ~(self.here(i) & self.is_(STICKING)))
+        )
         self.task.put(_LAST)
         i = self.which.get()
         with w.when(self.is_(TURNS, SLOWS)):
@@ -157,6 +165,25 @@ class After:
                 with w.when(self.hits[i] > 0.0):
                     self.slack[i] = 0.0
                     self.touching[i] = 1.0
+
+    def begin_closed(self) -> None:
+        """What is closed at the start of a motion, as if it stuck; unsure where bodies penetrate or coefficients are none."""
+        w, of = self.w, self.of
+        with w.few(of.k) as i:
+            static, kinetic, e = (of.numbers[of.laws + i * 3 + j] for j in range(3))
+            of.doubt((static < 0.0) | (kinetic < 0.0) | (kinetic > static) | (e < 0.0) | (e > 1.0))
+            gap, near = of.numbers[of.gaps + i], of.numbers[of.gap_terms + i] * GIVEN
+            has_gap = of.places[i * of.d] > -0.5
+            of.doubt(has_gap & (gap < -near))
+            closed = ~has_gap | ((gap <= near) & (self.approach(i) <= GIVEN))
+            self.modes[i] = w.select(closed, STICKS, SEPARATED)
+        with w.few(of.k) as i, w.when(of.pressed_by[i] > -0.5):
+            self.modes[i] = self.modes[w.compute("int", of.pressed_by[i])]
+
+    def approach(self, i: Term) -> Term:
+        """The rate of a gap beside its terms: below zero where it closes."""
+        terms = self.of.room[self.of.velocity_terms + i * self.of.d]
+        return self.w.select(terms > 0.0, self.of.room[self.of.velocity + i * self.of.d] / terms, 0.0)
 
     def decide_on(self) -> None:
         """One task, and which is next."""
