@@ -29,10 +29,11 @@ from kane.expr.node import ZERO, Expr
 from kane.model.contact_modes import groups, stands
 from kane.model.contacts import ContactMode, Modes, check_numbers, law_of
 from kane.model.declarations import Event
-from kane.motion.contact_runner import KNOWN, ContactRunner, Went, rests, runner
+from kane.motion.contact_runner import ContactRunner, Went, rests, runner
 from kane.motion.course import Method, Pace
 from kane.motion.hybrid.contact_automaton import AT_ONCE, Back
-from kane.motion.hybrid.contact_events import ENDS, FLAT, KINDS, LOW, NOTHING, STARTS
+from kane.motion.hybrid.contact_events import ENDS, FLAT, LOW, NOTHING, STARTS
+from kane.motion.hybrid.contact_tables import KNOWN, end_of
 from kane.motion.hybrid.events import End, ended_by
 from kane.motion.inputs.expressions import Formula, value
 from kane.motion.inputs.functions import constant
@@ -539,11 +540,7 @@ class ContactMotion:
 
     def ends(self, event: Event) -> tuple[int, str] | None:
         """The contact whose mode an event ends, and how; None of any other event."""
-        for i, c in enumerate(self.contacts):
-            name, _, kind = event.name.rpartition(" ")
-            if name == c.name and kind in KINDS:
-                return i, kind
-        return None
+        return end_of(self.contacts, event)
 
 
 def _ways(touch: Touch, now: Decided) -> Array:
@@ -676,7 +673,7 @@ class _Way:
         leaves = {**first, **at.leaves(self.now, self.before, self.t, self.x, self.by)}
         opens = any(own and own[1] == "opens" for own in map(at.ends, [e for e in mode.events if e.name in leaves]))
         if self.runner is not None and not first and not opens and self.runner.parameters == at.parameters:
-            m = self.runner.place(self.now.modes, mode, at.ends)
+            m = self.runner.place(self.now.modes, mode)
             if m is not None:
                 upward = {own[0] for own in map(at.ends, [e for e in mode.events if e.name in leaves]) if own}
                 went = self.runner.go(

@@ -13,18 +13,26 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane.equations.compiled import Kept
-from kane.equations.contact_modes import contact_numbers, layout
+from kane.equations.contact_modes import contact_numbers
 from kane.equations.equations import Equations
 from kane.expr.node import Expr
-from kane.model.contacts import LAWS, ContactMode, Modes
+from kane.model.contacts import ContactMode, Modes
 from kane.model.declarations import Event
 from kane.motion.arguments import Arguments
 from kane.motion.constraint_kernels import Holding, unheld
 from kane.motion.course import Method
 from kane.motion.hybrid.contact_automaton import Back, Row, automaton_kernel
-from kane.motion.hybrid.contact_decisions import NO_PLACE, room
-from kane.motion.hybrid.contact_events import KINDS
-from kane.motion.hybrid.contact_turning import ROOM
+from kane.motion.hybrid.contact_tables import (
+    KNOWN,
+    LIMIT,
+    MODES,
+    code_of,
+    of_modes,
+    put_mode,
+    row_of,
+    structure,
+    symbols,
+)
 from kane.motion.hybrid.event_routines import glance
 from kane.motion.inputs.functions import constant
 from kane.motion.loop import whole
@@ -35,7 +43,6 @@ from kane.motion.right_hand_side import Given, has_jumps, timed
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.solution import Segment, Solution
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
-from kane.motion.steppers.crossings import LEAVES
 from kane.motion.steppers.held import CHANGES, POORER
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steppers.watched import rooms
@@ -45,11 +52,6 @@ from kane.program.native.calls import RESULT, KeptCalls
 from kane.program.native.entry import CompiledKernel, entry, hoisted
 from kane.program.native.machine import Settings
 from kane.progress import far, is_noted
-
-KNOWN = ("slack", "fastest", "highest", "rebound")
-"""What is known of each contact, a number each, as `kane.motion.contact_motion` has it."""
-_MODES, _ROWS, _NOTED, _LIMIT = 32, 1024, 4096, 10_000
-"""Modes that are known at once; modes and events until Python collects them; steps of a mode after which Python takes it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,43 +103,31 @@ class ContactRunner:
     ) -> None:
         self.eom, self.method, self.span, self.settings = eom, method, span, settings
         self.parameters, self.inputs = given
-        self.layout, self.contacts = eom.numeric().value(layout), eom.system.contacts
-        self.k, self.d, n = len(self.contacts), self.layout.d, len(eom.state) + 1
+        self.contacts, n = eom.system.contacts, len(eom.state) + 1
         later = times[times > span[0]]
-        self.s, self.y, self.lag = np.zeros(SIZE), np.zeros(n), np.zeros(n)
+        self.s, self.y = np.zeros(SIZE), np.zeros(n)
         self.times, self.rows = np.append(later, np.inf), np.zeros((len(later) + 1, n))
         self.made: list[ModeKernel] = []
         self.left: set[Modes] = set()
         self.poor = -1, 0.0
-        count = len(eom.system.events) + 4 * self.k + 16
-        self.width = int(Row.MORE) + self.k * (self.d + 1) + 2 * n
+        told = structure(eom)
+        self.k, self.d, self.lag, count = told["contacts"], told["dimension"], told["lag"], told["event_count"]
+        self.counts = {name: told[name] for name in ("event_count", "p_count")}
+        self.width = row_of(self.k, self.d, n)
         lengths = rooms(count, count, 0, n)
         self.shared: Given = {name: np.zeros(lengths[name] + 2 * count) for name in ("log", "jumps")}
         self.marks, self.held_log = np.zeros(len(later) + 1), np.zeros(2 * CHANGES + 3)
-        self.calls = KeptCalls(_MODES, settings or Settings())
-        self.codes = np.full(_MODES, -1.0)
-        extra, parameters = self.k * (self.d + 1), len(eom.parameters) + self.k * (self.d + 1) + 8
-        self.counts = {"event_count": count, "p_count": parameters}
+        self.calls = KeptCalls(MODES, settings or Settings())
+        self.codes = np.full(MODES, -1.0)
         self.arrays = {
-            "ps": np.zeros((_MODES, parameters)),
-            **{name: np.zeros((_MODES, count)) for name in ("seen", "largest", "least", "begun")},
-            "leaves": np.zeros((_MODES, count * LEAVES)),
-            "meaning": np.full((_MODES, count, 2), -1.0),
-            "p_at": np.full((_MODES, extra), -1.0),
-            "own_events": np.zeros(_MODES),
-            **{name: np.zeros(self.k) for name in KNOWN},
-            "modes": np.zeros(self.k),
-            "directions": np.zeros((self.k, self.d - 1)),
-            "extra": np.zeros((self.k, self.d + 1)),
-            "leaving": np.zeros(self.k),
-            "records": np.zeros(2 + self.width * (_ROWS + 1)),
-            "noted": np.zeros(2 * (_NOTED + 1)),
+            **of_modes(told, MODES),
+            **{name: told[name] for name in (*KNOWN, "modes", "leaving", "records", "noted")},
+            "directions": told["directions"].reshape(self.k, self.d - 1),
+            "extra": told["extra"].reshape(self.k, self.d + 1),
         }
-        self.given = self._bound(n)
+        self.given = self._bound(told)
         self.kernel = _automaton(settings or Settings()).bound(self.given)
-        self.symbols = [
-            [*c.direction, *[None] * (self.d - 1 - len(c.direction)), c.slowest, c.slack] for c in self.contacts
-        ]
+        self.symbols = symbols(eom)
         self.flat = [s for own in self.symbols for s in own]
 
     def take(self, given: tuple[Mapping[Expr, float], Mapping[Expr, Any]]) -> None:
@@ -153,52 +143,31 @@ class ContactRunner:
             self.arrays["ps"][m, : len(own)] = [self.parameters.get(s, 0.0) for s in own]
             self._admit(m)
 
-    def _bound(self, n: int) -> Given:
+    def _bound(self, told: Given) -> Given:
         """What the automaton is given."""
-        eom, k, d = self.eom, self.k, self.d
-        numbers = eom.numeric(self.settings).routine(contact_numbers)
-        routine = self.routine = numbers.flat
+        eom = self.eom
+        routine = self.routine = eom.numeric(self.settings).routine(contact_numbers).flat
         ports = routine.program.ports
         self.own_p, p = ports[2].symbols, np.array([self.parameters[s] for s in ports[2].symbols] + [0.0])
         r = np.array([constant(self.inputs[s]) or 0.0 for s in ports[3].symbols] + [0.0], dtype=float)
-        x = np.zeros(len(eom.state))
-        places = [NO_PLACE if p is None else float(p) for own in self.layout.places for p in own]
-        sizes = numbers(self.span[0], x, p[:-1], r[:-1])
-        width, m, always = len(sizes.forcing), len(sizes.rest), len(self.layout.always)
-        ints = {
-            "contacts": k, "dimension": d, "width": width, "rows": m, "always_count": always, "speeds": len(eom.speeds),
-            "coordinates": len(eom.coordinates), "n": n, "known": 0, "most": self.method.max_steps, "room_for": _ROWS, "enter": 1,
-        }  # fmt: skip
-        small = {name: np.zeros(k) for name in ("next_modes", "friction", "touching", "hits")}
-        wide = {name: np.zeros(k * d) for name in ("next_ways", "sliding", "impulse")}
         return {
-            **ints,
-            **self.counts,
+            **told,
+            "known": 0,
+            "most": self.method.max_steps,
+            "enter": 1,
             **{name: array.reshape(-1) for name, array in self.arrays.items()},
-            **small,
-            **wide,
-            "kept": np.zeros(4 * k),
-            "turning": np.zeros(ROOM),
             "touch": entry(routine),
-            "h": hoisted(routine, self.span[0], x, p[:-1], r[:-1]),
+            "h": hoisted(routine, self.span[0], np.zeros(len(eom.state)), p[:-1], r[:-1]),
             "p": p,
             "r": r,
             "numbers": np.zeros(len(routine.routine.results) + 1),
-            "places": np.array(places),
-            "always": np.array([*self.layout.always, 0.0], dtype=float),
-            "pressed_by": np.array([-1.0 if m is None else float(m) for m in self.layout.pressed_by]),
-            "room": np.zeros(room(k, d, width, always)),
             "s": self.s,
             "y": self.y,
-            "lag": self.lag,
             "log": self.shared["log"],
             "held_log": self.held_log,
-            "glanced": np.zeros(2 * self.counts["event_count"]),
             "calls": self.calls.table,
             "codes": self.codes,
             "tolerances": np.array([self.method.atol, self.method.rtol]),
-            "slip_count": np.array([float(len(c.slips)) for c in self.contacts]),
-            "law": np.array([float(LAWS.index(c.law)) for c in self.contacts]),
             "make": self.calls.make,
             "hoist": self.calls.hoist,
             "look": self.calls.look,
@@ -208,19 +177,19 @@ class ContactRunner:
 
     # Modes ------------------------------------------------------------------------------------------------------------------
 
-    def place(self, modes: Modes, mode: Equations, ends: Any) -> int | None:
-        """The place of a mode among those that are known; None where it is left to Python. `ends` says what events mean."""
+    def place(self, modes: Modes, mode: Equations) -> int | None:
+        """The place of a mode among those that are known; None where it is left to Python."""
         for m, one in enumerate(self.made):
             if one.modes == modes:
                 return m if self.codes[m] >= 0 else None
-        if modes in self.left or len(self.made) == _MODES or max(modes) >= ContactMode.ACROSS:
+        if modes in self.left or len(self.made) == MODES or max(modes) >= ContactMode.ACROSS:
             return None
-        if not self._make(modes, mode, ends):
+        if not self._make(modes, mode):
             self.left.add(modes)
             return None
-        return self.place(modes, mode, ends)
+        return self.place(modes, mode)
 
-    def _make(self, modes: Modes, mode: Equations, ends: Any) -> bool:
+    def _make(self, modes: Modes, mode: Equations) -> bool:
         """Whether a mode has become one of those that are known."""
         m, numbers = len(self.made), dict(self.parameters)
         numbers |= {s: 0.0 for s in self.flat if s is not None}
@@ -234,7 +203,7 @@ class ContactRunner:
             "times": self.times,
             "rows": self.rows,
             "samples": len(self.times) - 1,
-            "limit": _LIMIT,
+            "limit": LIMIT,
         }
         holding: Holding | None = None
         if is_constrained(mode):
@@ -243,8 +212,7 @@ class ContactRunner:
             holding = Holding(stepper, arguments, self.span[0], self.y)
             holding.begin(self.s)
             given |= holding.given | {"held_marks": self.marks, "held_log": self.held_log}
-        count, own = len(mode.events), {e.name for e in mode.system.events}
-        if count >= self.counts["event_count"] or len(given["p"]) > self.counts["p_count"]:
+        if len(mode.events) >= self.counts["event_count"] or len(given["p"]) > self.counts["p_count"]:
             return False
         arrays = self.arrays
         for name_, to in (
@@ -257,14 +225,7 @@ class ContactRunner:
             view = arrays[to][m, : len(given[name_])]
             view[:] = given[name_][: len(view)]
             given[name_] = view
-        for e, event in enumerate(mode.events):
-            meant = ends(event)
-            arrays["begun"][m, e] = -1.0 if event.name not in own else float(meant is not None and meant[1] in _BEGIN)
-            if meant is not None:
-                arrays["meaning"][m, e] = meant[0], KINDS.index(meant[1])
-        at = {s: k for k, s in enumerate(mode.parameters)}
-        arrays["p_at"][m] = [-1.0 if s is None else float(at.get(s, -1)) for s in self.flat]
-        arrays["own_events"][m] = count
+        put_mode(arrays, m, self.eom, mode)
         given |= self.shared | {"lag": self.lag}
         hoists = [(given[f"hoist_{name_}"], given[name_]) for name_ in given if f"hoist_{name_}" in given]
         looked = arguments.now.routine(glance, *arguments.now.turning).flat
@@ -281,7 +242,7 @@ class ContactRunner:
         one = self.made[m]
         turns = one.equations.numeric().value(timed)
         breaks = any(turns) and turns.breakpoints(self.parameters, self.span)
-        self.codes[m] = -1.0 if breaks else _code(one.modes)
+        self.codes[m] = -1.0 if breaks else code_of(one.modes)
 
     # The motion -------------------------------------------------------------------------------------------------------------
 
@@ -311,7 +272,6 @@ class ContactRunner:
         if not self.made:
             return None
         self._sets_out(at, self.made[0].method)
-        self.given["r"][:-1] = [constant(f) or 0.0 for f in self.inputs.values()]
         back, motion, by = self._led((), enter=2)
         return None if back is Back.DECIDE and motion is None else self._went(back, motion, by)
 
@@ -480,17 +440,6 @@ def _fits(stepper: Stepper, name: str) -> bool:
     )
 
 
-_BEGIN = ("closes", "sticks")
-"""Events whose quantities may leave their thresholds upward where the mode begins."""
-
-
 def rests(closes: Event) -> Event:
     """What is noted where rebounds are over that begin with an event."""
     return Event(f"{closes.name.removesuffix(' closes')} rests", closes.quantity, terminal=False)
-
-
-def _code(modes: Modes) -> float:
-    code = 0.0
-    for m in modes:
-        code = code * 5 + int(m)
-    return code

@@ -135,7 +135,9 @@ class After:
                 of.doubt(of.room[of.velocity + i * d] > 0.0)  # below zero, though it opens
         slips = w.select(self.is_(BEGINS), w.integer(1), w.integer(0))
         self.find_slips(
-            lambda i: ((slips > 0) & (self.touching[i] > 0.0)) | (self.slipping(i) & ~(self.here(i) & self.is_(STICKING)))
+            lambda i: (
+                ((slips > 0) & (self.touching[i] > 0.0)) | (self.slipping(i) & ~(self.here(i) & self.is_(STICKING)))
+            )
         )
         self.task.put(_LAST)
         i = self.which.get()
