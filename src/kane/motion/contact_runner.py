@@ -119,7 +119,7 @@ class ContactRunner:
         self.marks, self.held_log = np.zeros(len(later) + 1), np.zeros(2 * CHANGES + 3)
         self.calls = KeptCalls(MODES, settings or Settings())
         self.codes = np.full(MODES, -1.0)
-        self.arrays = {
+        self.arrays: dict[str, Array] = {
             **of_modes(told, MODES),
             **{name: told[name] for name in (*KNOWN, "modes", "leaving", "records", "noted")},
             "directions": told["directions"].reshape(self.k, self.d - 1),

@@ -9,6 +9,7 @@ import numpy as np
 from kane.equations.contact_modes import layout, touching
 from kane.equations.equations import Equations
 from kane.expr.node import Expr
+from kane.expr.symbols import Symbol
 from kane.model.contacts import LAWS, ContactLaw, ContactMode, Modes
 from kane.model.declarations import Event
 from kane.motion.hybrid.contact_automaton import Row
@@ -62,7 +63,7 @@ def possible(contacts: Sequence[ContactLaw]) -> list[Modes]:
     ]
 
 
-def symbols(eom: Equations) -> list[list[Expr | None]]:
+def symbols(eom: Equations) -> list[list[Symbol | None]]:
     """Of each contact the numbers in p that its mode sets: the direction of its slip, its slowest slip, its slack."""
     d = eom.numeric().value(layout).d
     return [[*c.direction, *[None] * (d - 1 - len(c.direction)), c.slowest, c.slack] for c in eom.system.contacts]
@@ -127,7 +128,7 @@ def put_mode(arrays: dict[str, Array], m: int, eom: Equations, mode: Equations) 
         arrays["begun"][m, e] = -1.0 if event.name not in own else float(meant is not None and meant[1] in _BEGIN)
         if meant is not None:
             arrays["meaning"][m, e] = meant[0], KINDS.index(meant[1])
-    at = {s: k for k, s in enumerate(mode.parameters)}
+    at: dict[Expr, int] = {s: k for k, s in enumerate(mode.parameters)}
     flat = [s for row in symbols(eom) for s in row]
     arrays["p_at"][m] = [-1.0 if s is None else float(at.get(s, -1)) for s in flat]
     arrays["own_events"][m] = len(mode.events)

@@ -1,0 +1,238 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A motion with contacts as one module of WebAssembly: the kernels of its modes, and the one that leads from one to the next.
+
+They are those of `simulate`, without contraction. A host writes what is given, calls `begin`, then `run` as long as what went on is to
+be collected. A mode that the module does not have, and what Python would decide, end the motion there.
+"""
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from typing import NamedTuple, cast
+
+import numpy as np
+
+from kane.equations.compiled import Compiled
+from kane.equations.contact_modes import ContactModes, contact_numbers
+from kane.equations.equations import Equations
+from kane.errors import KaneError, ProgramError
+from kane.model.contacts import ContactMode, Modes
+from kane.motion.hybrid.contact_automaton import Back, Row, automaton_kernel
+from kane.motion.hybrid.contact_tables import (
+    KNOWN,
+    LIMIT,
+    MODES,
+    code_of,
+    of_modes,
+    possible,
+    put_mode,
+    row_of,
+    structure,
+    symbols,
+)
+from kane.motion.programs.simulator_parts import checked, motion_program, parts_of
+from kane.motion.programs.wasm_memory import Memory, bind, call, load, one_of, rates_of, tells
+from kane.motion.projection import is_constrained
+from kane.motion.right_hand_side import Given, timed
+from kane.motion.steppers.begin import begin_kernel
+from kane.motion.steppers.context import SIZE, Slot
+from kane.motion.steppers.held import CHANGES
+from kane.motion.steppers.table import INTEGRATORS
+from kane.motion.steppers.watched import rooms
+from kane.numeric.arrays import Array
+from kane.program.emit.wasm import add_program, library
+from kane.program.emit.wasm_module import F64, I32, Function, Module, leb, place, read
+from kane.program.kernel.language import INT, Kernel
+from kane.program.kernel.writer import Writer
+from kane.program.native.calls import RESULT
+from kane.program.program import Program
+
+_SAMPLES = 2
+"""Where behind the mode and what its kernel returned stands how many samples are asked for."""
+
+
+class Mode(NamedTuple):
+    """A mode of contacts, and its equations."""
+
+    modes: Modes
+    compiled: Compiled
+
+    @property
+    def equations(self) -> Equations:
+        """Its equations."""
+        return cast(Equations, self.compiled.equations)
+
+
+def modes_of(compiled: Compiled, method: str, wanted: Sequence[Modes] = ()) -> list[Mode]:
+    """The modes that a module has: those wanted, and, where these are few, all in which contacts hold by rows of their own.
+
+    Raises
+    ------
+    ProgramError
+        if there is none that a module can look after
+    """
+    eom, said = cast(Equations, compiled.equations), ""
+    every, found = possible(eom.system.contacts), list[Mode]()
+    for modes in dict.fromkeys([*wanted, *(every if len(every) <= MODES else ())]):
+        if max(modes) >= ContactMode.ACROSS:
+            said = said or "contacts of one body that hold together"
+            continue
+        with suppress(KaneError):  # none that there is
+            mode = Mode(modes, eom.numeric().value(ContactModes).equations(modes).compile(contract=False))
+            try:
+                checked(mode.compiled, method, "a module of WebAssembly", lambda one: f"{one.quantity} turns rates")
+            except ProgramError as error:
+                said = said or str(error)
+                continue
+            if tuple(map(id, mode.equations.inputs)) == tuple(map(id, eom.inputs)) and not any(timed(mode.equations)):
+                found.append(mode)
+    if not found:
+        many = f"{len(every)} modes of contacts, too many to have all" if len(every) > MODES else "none"
+        raise ProgramError(f"Expected modes of contacts that a module of WebAssembly can run, got {said or many}.")
+    return found[:MODES]
+
+
+def contacts_module(compiled: Compiled, method: str, samples: int, wanted: Sequence[Modes] = ()) -> bytes:
+    """The module."""
+    eom = cast(Equations, compiled.equations)
+    if any(e.then is not None for e in eom.system.events):
+        raise ProgramError("Expected contacts beside which no event acts, got one that does: simulate here.")
+    modes = modes_of(compiled, method, wanted)
+    touch = eom.numeric(compiled.settings).routine(contact_numbers).flat.program
+    programs = [motion_program(one.compiled, parts_of(one.equations), contract=False) for one in modes]
+    module, tables = Module(library([touch, *programs])), structure(eom)
+    memory = _shared(module, touch, eom, tables, samples, INTEGRATORS[method].work(tables["n"]))
+    own = of_modes(tables, len(modes))
+    for m, one in enumerate(modes):
+        put_mode(own, m, eom, one.equations)
+        own["least"][m] = _padded(_least(one), tables["event_count"])
+    for name, array in {**own, "codes": np.array([code_of(one.modes) for one in modes])}.items():
+        memory.put(name, array.reshape(-1))
+    pairs = zip(modes, programs, strict=True)
+    functions = [_mode(memory, own, m, one, program, method) for m, (one, program) in enumerate(pairs)]
+    touching = add_program(module, touch, exported=False)["functions"]
+    calls = {
+        name: one_of(module, takes, [f[k] for f in functions], memory.arrays["calls"])
+        for k, (name, takes) in enumerate(_CALLS.items())
+    }
+    integers = {**memory.integers, "known": len(modes), "driven": 0}
+    _, asked = bind(memory, automaton_kernel(), {**calls, "touch": touching["contacts"]}, integers, "run")
+    _begin(memory, [one.equations for one in modes], touch, touching["hoist"], INTEGRATORS[method].fixed)
+    contacts = {
+        "names": [c.name for c in eom.system.contacts],
+        "words": [_words(eom, one.modes) for one in modes],
+        "events": [[e.name for e in one.equations.events] for one in modes],
+        "numbers": [None if s is None else s.name for row in symbols(eom) for s in row],
+        "row": {place_.name: int(place_) for place_ in Row},
+        "width": row_of(tables["contacts"], tables["dimension"], tables["n"]),
+        "back": {back.name: int(back) for back in Back},
+        "asked": asked,
+    }
+    return module.raw(
+        tells(memory, compiled, method, samples) | {"events": [], "constraints": [], "contacts": contacts}
+    )
+
+
+def _words(eom: Equations, modes: Modes) -> list[str]:
+    """What each contact does, in a word."""
+    return [m.word(c) for m, c in zip(modes, eom.system.contacts, strict=True)]
+
+
+def _padded(values: Array, count: int) -> Array:
+    return np.append(values, np.zeros(count - len(values)))
+
+
+def _least(mode: Mode) -> Array:
+    """The thresholds of the events of a mode."""
+    return np.concatenate(
+        [np.zeros(0), *(part.given["least"] for part in parts_of(mode.equations) if "least" in part.given)]
+    )
+
+
+def _shared(module: Module, touch: Program, eom: Equations, tables: Given, samples: int, work: int) -> Memory:
+    """Where stands what all modes have in common."""
+    n, count = tables["n"], tables["event_count"]
+    lengths = rooms(count, count, 0, n)
+    memory = Memory(module, touch, {
+        "s": SIZE, "y": n, "p": len(touch.ports[2].symbols) + 1, "r": len(eom.inputs) + 1, "h": len(touch.kept) + 1,
+        "numbers": len(touch.routines[0].results) + 1, "told": 3, "times": samples + 1, "states": samples * n,
+        "held_marks": samples + 1, "held_log": 2 * CHANGES + 3, "log": lengths["log"] + 2 * count,
+        "jumps": lengths["jumps"] + 2 * count, "calls": 3, "tolerances": 2, "work": work,
+    })  # fmt: skip
+    memory.arrays["rows"] = memory.arrays["states"] + 8 * n
+    for name, what in tables.items():
+        if isinstance(what, int):
+            memory.integers[name] = what
+        else:
+            memory.put(name, cast(Array, what))
+    return memory
+
+
+_SHARED = ("s", "y", "lag", "times", "rows", "states", "held_marks", "held_log", "log", "jumps", "r", "work")
+_CALLS = {"make": (I32,), "hoist": (I32,), "look": (F64, I32, I32, I32, I32)}
+"""What the kernel that leads from mode to mode calls of each, and what that takes."""
+
+
+def _mode(
+    whole: Memory, own: Mapping[str, Array], m: int, mode: Mode, program: Program, method: str
+) -> tuple[int, int, int]:
+    """The functions of a mode: its kernel, what hoists for it, its events' quantities."""
+    eom, integrator, parts, module = mode.equations, INTEGRATORS[method], parts_of(mode.equations), whole.module
+    shared = {name: whole.arrays[name] for name in _SHARED}
+    for name, to in (("p", "ps"), *((name, name) for name in ("seen", "largest", "least", "leaves"))):
+        shared[name] = whole.arrays[to] + 8 * m * own[to][0].size
+    functions = add_program(module, program, exported=False)["functions"]
+    memory = Memory(module, program, {"h": len(program.kept) + 1}, shared)
+    memory.give(parts)
+    held, watched = is_constrained(eom), bool(eom.events)
+    calls = {a: functions[task] for part in parts for a, task in part.routines.items()}
+    kernel = integrator.kernel(**({"held": True} if held else {}), **({"watched": True} if watched else {}))
+    calls |= {a.name: functions["hoist"] for a in kernel.arguments if a.name.startswith("hoist_")}
+    calls["rhs"] = rates_of(memory, functions, held)
+    integers = {"n": whole.integers["n"], "driven": 0, "breakpoints": 0, "limit": LIMIT} | memory.integers
+    run, asked = bind(memory, kernel, calls, integers)
+    assert asked == ["samples"]
+    made, hoisted, looked = (Function(takes) for takes in _CALLS.values())
+    at = whole.arrays["calls"]
+    made.code += place(0) + load(at + 8 * _SAMPLES) + b"\xfc\x02" + call(run) + b"\xb7\x39\x03" + leb(at + 8 * RESULT)
+    p, h = place(memory.arrays["p"]), place(memory.arrays["h"])
+    hoisted.code += p + h + call(functions["hoist"])
+    if "glance" in calls:
+        looked.code += read(0) + read(1) + p + read(2) + h + read(4) + call(calls["glance"])
+    one, two, three = (module.add(f) for f in (made, hoisted, looked))
+    return one, two, three
+
+
+def _begin(memory: Memory, modes: Sequence[Equations], touch: Program, hoist: int, fixed: bool) -> None:
+    """`begin`, of any motion, after which all modes have the parameters."""
+    module, symbols_ = memory.module, list(touch.ports[2].symbols)
+    place_of = {s: k for k, s in enumerate(symbols_)}
+    count = memory.integers["p_count"]
+    rows = [[float(place_of.get(s, -1)) for s in eom.parameters] for eom in modes]
+    memory.put("p_from", np.array([[*row, *[-1.0] * (count - len(row))] for row in rows]).reshape(-1))
+    integers = {**memory.integers, "known": len(modes), "parameters": len(symbols_)}
+    begin, asked = bind(memory, begin_kernel(fixed, False, False), {"hoist": hoist}, integers)
+    spread, also = bind(memory, _spread(), {}, integers)
+    assert asked == also == ["samples"]
+    both = Function([I32], [I32])
+    both.code += read(0) + call(spread) + b"\x1a" + read(0) + call(begin)
+    module.add(both, "begin")
+
+
+def _spread() -> Kernel:
+    """The parameters for each mode, what is known of contacts at a start, and how many samples there are."""
+    w = Writer("spread")
+    known, count, contacts, samples = (w.number(name) for name in ("known", "p_count", "contacts", "samples"))
+    p, ps, at, s, tolerances, calls, log = (
+        w.array(name) for name in ("p", "ps", "p_from", "s", "tolerances", "calls", "held_log")
+    )
+    back = w.variable("done", INT)
+    with w.count(known * count) as k, w.when(at[k] > -0.5):
+        ps[k] = p[w.compute("int", at[k])]
+    for name in KNOWN:
+        array = w.array(name)
+        with w.count(contacts) as i:
+            array[i] = 0.0
+    tolerances[0], tolerances[1] = s[int(Slot.ATOL)], s[int(Slot.RTOL)]
+    calls[0], calls[_SAMPLES], log[0] = 0.0, w.compute("float", samples - 1), 0.0
+    back.put(0)
+    return w.finished(back)
