@@ -29,6 +29,7 @@ from kane.motion.hybrid.contact_tables import (
     code_of,
     of_modes,
     put_mode,
+    reach_of,
     row_of,
     structure,
     symbols,
@@ -141,6 +142,9 @@ class ContactRunner:
         for m, one in enumerate(self.made):
             own = one.equations.parameters
             self.arrays["ps"][m, : len(own)] = [self.parameters.get(s, 0.0) for s in own]
+            holding = one.owners[1]
+            if holding is not None:  # no motion follows from those before it
+                holding.begin(self.s)
             self._admit(m)
 
     def _bound(self, told: Given) -> Given:
@@ -207,8 +211,7 @@ class ContactRunner:
         }
         holding: Holding | None = None
         if is_constrained(mode):
-            if mode.embedding is not None:
-                stepper.reach = np.abs(mode.derived.compared.a).max(axis=0)
+            stepper.reach = reach_of(mode)
             holding = Holding(stepper, arguments, self.span[0], self.y)
             holding.begin(self.s)
             given |= holding.given | {"held_marks": self.marks, "held_log": self.held_log}

@@ -120,6 +120,14 @@ def of_modes(given: Given, count: int) -> dict[str, Array]:
     }
 
 
+def reach_of(mode: Equations) -> Array:
+    """How large entries of A become: where a mode begins one may be all but zero."""
+    if mode.embedding is None:
+        return np.zeros((0, len(mode.speeds)))
+    reach: Array = np.abs(mode.derived.compared.a).max(axis=0)
+    return reach
+
+
 def put_mode(arrays: dict[str, Array], m: int, eom: Equations, mode: Equations) -> None:
     """What the events of a mode of `eom` mean, and where in its parameters the numbers of contacts stand."""
     own = {e.name for e in mode.system.events}

@@ -7,6 +7,7 @@ be collected. A mode that the module does not have, and what Python would decide
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from functools import cache
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -16,6 +17,7 @@ from kane.equations.contact_modes import ContactModes, contact_numbers
 from kane.equations.equations import Equations
 from kane.errors import KaneError, ProgramError
 from kane.model.contacts import ContactMode, Modes
+from kane.motion.constraint_kernels import entries
 from kane.motion.hybrid.contact_automaton import Back, Row, automaton_kernel
 from kane.motion.hybrid.contact_tables import (
     KNOWN,
@@ -25,6 +27,7 @@ from kane.motion.hybrid.contact_tables import (
     of_modes,
     possible,
     put_mode,
+    reach_of,
     row_of,
     structure,
     symbols,
@@ -32,7 +35,7 @@ from kane.motion.hybrid.contact_tables import (
 from kane.motion.programs.simulator_parts import checked, motion_program, parts_of
 from kane.motion.programs.wasm_memory import Memory, bind, call, load, one_of, rates_of, tells
 from kane.motion.projection import is_constrained
-from kane.motion.right_hand_side import Given, timed
+from kane.motion.right_hand_side import Given
 from kane.motion.steppers.begin import begin_kernel
 from kane.motion.steppers.context import SIZE, Slot
 from kane.motion.steppers.held import CHANGES
@@ -83,7 +86,7 @@ def modes_of(compiled: Compiled, method: str, wanted: Sequence[Modes] = ()) -> l
             except ProgramError as error:
                 said = said or str(error)
                 continue
-            if tuple(map(id, mode.equations.inputs)) == tuple(map(id, eom.inputs)) and not any(timed(mode.equations)):
+            if tuple(map(id, mode.equations.inputs)) == tuple(map(id, eom.inputs)):
                 found.append(mode)
     if not found:
         many = f"{len(every)} modes of contacts, too many to have all" if len(every) > MODES else "none"
@@ -102,9 +105,12 @@ def contacts_module(compiled: Compiled, method: str, samples: int, wanted: Seque
     module, tables = Module(library([touch, *programs])), structure(eom)
     memory = _shared(module, touch, eom, tables, samples, INTEGRATORS[method].work(tables["n"]))
     own = of_modes(tables, len(modes))
+    most = max(len(_reach(one.equations)) for one in modes) + 1
     for m, one in enumerate(modes):
         put_mode(own, m, eom, one.equations)
         own["least"][m] = _padded(_least(one), tables["event_count"])
+    own["held_first"] = np.array([_padded(_reach(one.equations), most) for one in modes])
+    own["held_reach"] = np.zeros_like(own["held_first"])
     for name, array in {**own, "codes": np.array([code_of(one.modes) for one in modes])}.items():
         memory.put(name, array.reshape(-1))
     pairs = zip(modes, programs, strict=True)
@@ -116,7 +122,7 @@ def contacts_module(compiled: Compiled, method: str, samples: int, wanted: Seque
     }
     integers = {**memory.integers, "known": len(modes), "driven": 0}
     _, asked = bind(memory, automaton_kernel(), {**calls, "touch": touching["contacts"]}, integers, "run")
-    _begin(memory, [one.equations for one in modes], touch, touching["hoist"], INTEGRATORS[method].fixed)
+    _begin(memory, [one.equations for one in modes], touch, touching["hoist"], INTEGRATORS[method].fixed, most)
     contacts = {
         "names": [c.name for c in eom.system.contacts],
         "words": [_words(eom, one.modes) for one in modes],
@@ -148,6 +154,15 @@ def _least(mode: Mode) -> Array:
     )
 
 
+def _reach(eom: Equations) -> Array:
+    """How large the entries of A become that are not zero."""
+    if not is_constrained(eom):
+        return np.zeros(0)
+    rows, columns = np.array(entries(eom), dtype=int).reshape(-1, 2).T
+    reach: Array = reach_of(eom)[rows, columns]
+    return reach
+
+
 def _shared(module: Module, touch: Program, eom: Equations, tables: Given, samples: int, work: int) -> Memory:
     """Where stands what all modes have in common."""
     n, count = tables["n"], tables["event_count"]
@@ -176,16 +191,16 @@ def _mode(
     whole: Memory, own: Mapping[str, Array], m: int, mode: Mode, program: Program, method: str
 ) -> tuple[int, int, int]:
     """The functions of a mode: its kernel, what hoists for it, its events' quantities."""
-    eom, integrator, parts, module = mode.equations, INTEGRATORS[method], parts_of(mode.equations), whole.module
+    eom, parts, module = mode.equations, parts_of(mode.equations), whole.module
     shared = {name: whole.arrays[name] for name in _SHARED}
-    for name, to in (("p", "ps"), *((name, name) for name in ("seen", "largest", "least", "leaves"))):
+    for name, to in (("p", "ps"), *((name, name) for name in ("seen", "largest", "least", "leaves", "held_reach"))):
         shared[name] = whole.arrays[to] + 8 * m * own[to][0].size
     functions = add_program(module, program, exported=False)["functions"]
     memory = Memory(module, program, {"h": len(program.kept) + 1}, shared)
     memory.give(parts)
     held, watched = is_constrained(eom), bool(eom.events)
     calls = {a: functions[task] for part in parts for a, task in part.routines.items()}
-    kernel = integrator.kernel(**({"held": True} if held else {}), **({"watched": True} if watched else {}))
+    kernel = _kernel(method, held, watched)
     calls |= {a.name: functions["hoist"] for a in kernel.arguments if a.name.startswith("hoist_")}
     calls["rhs"] = rates_of(memory, functions, held)
     integers = {"n": whole.integers["n"], "driven": 0, "breakpoints": 0, "limit": LIMIT} | memory.integers
@@ -202,14 +217,20 @@ def _mode(
     return one, two, three
 
 
-def _begin(memory: Memory, modes: Sequence[Equations], touch: Program, hoist: int, fixed: bool) -> None:
+@cache
+def _kernel(method: str, held: bool, watched: bool) -> Kernel:
+    asked = {"held": held, "watched": watched}
+    return INTEGRATORS[method].kernel(**{what: True for what, so in asked.items() if so})
+
+
+def _begin(memory: Memory, modes: Sequence[Equations], touch: Program, hoist: int, fixed: bool, entries_: int) -> None:
     """`begin`, of any motion, after which all modes have the parameters."""
     module, symbols_ = memory.module, list(touch.ports[2].symbols)
     place_of = {s: k for k, s in enumerate(symbols_)}
     count = memory.integers["p_count"]
     rows = [[float(place_of.get(s, -1)) for s in eom.parameters] for eom in modes]
     memory.put("p_from", np.array([[*row, *[-1.0] * (count - len(row))] for row in rows]).reshape(-1))
-    integers = {**memory.integers, "known": len(modes), "parameters": len(symbols_)}
+    integers = {**memory.integers, "known": len(modes), "parameters": len(symbols_), "entries": entries_}
     begin, asked = bind(memory, begin_kernel(fixed, False, False), {"hoist": hoist}, integers)
     spread, also = bind(memory, _spread(), {}, integers)
     assert asked == also == ["samples"]
@@ -222,12 +243,16 @@ def _spread() -> Kernel:
     """The parameters for each mode, what is known of contacts at a start, and how many samples there are."""
     w = Writer("spread")
     known, count, contacts, samples = (w.number(name) for name in ("known", "p_count", "contacts", "samples"))
-    p, ps, at, s, tolerances, calls, log = (
-        w.array(name) for name in ("p", "ps", "p_from", "s", "tolerances", "calls", "held_log")
+    entries_ = w.number("entries")
+    p, ps, at, s, tolerances, calls, log, reach, first = (
+        w.array(name)
+        for name in ("p", "ps", "p_from", "s", "tolerances", "calls", "held_log", "held_reach", "held_first")
     )
     back = w.variable("done", INT)
     with w.count(known * count) as k, w.when(at[k] > -0.5):
         ps[k] = p[w.compute("int", at[k])]
+    with w.count(known * entries_) as k:
+        reach[k] = first[k]
     for name in KNOWN:
         array = w.array(name)
         with w.count(contacts) as i:
