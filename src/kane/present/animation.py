@@ -36,7 +36,7 @@ _PLAYED = 8.0
 _MARK = b'<meta name="generator" content="kane">'
 _MARKS = (_MARK, b'"generator":"kane"', b"Software\0kane", b"made by kane")
 """By what a page, glTF, a PNG and other pictures that `save` wrote are known."""
-_MODES = {
+MODE_COLOURS = {
     N_("separated"): "#c9ced6", N_("closed"): "#8fbcf2", N_("stick"): "#5b9be6", N_("roll"): "#3f7fd0", N_("slip"): "#f2994a",
 }  # fmt: skip
 
@@ -72,16 +72,20 @@ class Animation:
         """Seconds in which it is played."""
         return _played(float(self.courses[0].times[-1] - self.courses[0].times[0]))
 
-    def part(self, extra: Array | None = None) -> Markup:
-        """The markup of the viewer, without its style and script; `extra` are further columns of the first motion's rows."""
+    def part(self, extra: Array | None = None, words: Iterable[str] = ()) -> Markup:
+        """The markup of the viewer, without its style and script; `extra` are further columns of the first motion's rows.
+
+        `words` are what contacts may do beside what they do in this motion.
+        """
         courses = self.courses if extra is None else (replace(self.courses[0], extra=extra), *self.courses[1:])
         data = page_data(self.scene, self.model, courses, self.traces, self.camera)
         strips = [(name, _gradient(runs, self.courses[0].times)) for name, runs in self._modes().items()]
-        seen = [m for m in _MODES if any(m == mode for runs in self._modes().values() for _, mode in runs)]
+        known = {mode for runs in self._modes().values() for _, mode in runs}.union(words)
+        seen = [m for m in MODE_COLOURS if m in known]
         return Markup(
             environment().get_template("viewer.html").render(
                 label=_label(self.scene), picture=Markup(""), forces=bool(self.model.arrows), traces=bool(self.traces),
-                strips=strips, key=[(tr(m), _MODES[m]) for m in seen], data=Markup(as_json(data)), autoplay=self.autoplay,
+                strips=strips, key=[(tr(m), MODE_COLOURS[m]) for m in seen], data=Markup(as_json(data)), autoplay=self.autoplay,
             )
         )  # fmt: skip
 
@@ -256,7 +260,7 @@ def _gradient(runs: Sequence[tuple[float, str]], times: Array) -> str:
     stops = []
     for (t, mode), after in zip(runs, [*(t for t, _ in runs[1:]), end], strict=True):
         a, b = (100 * (x - begin) / ((end - begin) or 1.0) for x in (t, after))
-        stops.append(f"{_MODES.get(mode, '#999')} {max(a, 0):.3f}% {min(b, 100):.3f}%")
+        stops.append(f"{MODE_COLOURS.get(mode, '#999')} {max(a, 0):.3f}% {min(b, 100):.3f}%")
     return f"linear-gradient(to right, {', '.join(stops)})"
 
 

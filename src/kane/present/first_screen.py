@@ -24,17 +24,20 @@ from kane.expr.build import sum_of
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Input, Parameter, Symbol, rate
+from kane.model.contact_modes import in_mode
 from kane.motion.inputs.functions import constant
+from kane.motion.programs.contacts_wasm import modes_of
 from kane.motion.programs.simulator_wasm import emit_simulator_wasm
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
-from kane.present.animation import Animation, animation_of
+from kane.present.animation import MODE_COLOURS, Animation, animation_of
 from kane.present.causes import Cause, multiplied_out
 from kane.present.languages.catalogue import N_, tr
 from kane.present.pages import as_json, deflated
 from kane.present.scene.gather import scene
 from kane.present.scene.records import Scene
-from kane.program.emit.wasm import emit_wasm
+from kane.program.emit.wasm import emit_wasm, emit_wasms
+from kane.program.program import Program
 from kane.units.rules import unit_text
 from kane.write.latex import symbol_latex
 
@@ -48,6 +51,8 @@ _NOTHING = 1e-11
 """Share of the energy that is nothing."""
 _SLIDERS = 6
 """Sliders of parameters, and of the start, at most."""
+_MODES = 9
+"""Modes of contacts up to which a page has all that there are; else it has those of the motion."""
 _LONGEST = 4000
 """Operations of an evaluation beyond which a page is not live."""
 
@@ -120,7 +125,8 @@ def screen_of(solution: Solution, drawn: Scene | None = None) -> FirstScreen:
     numbered = list(enumerate(values))
     shown_rows, folded = _rows(animation.courses[0].motion, shown, found is not None)
     plots = tuple(_plots(numbered))
-    part, packed = animation.part(extra=row), Markup(as_json(data))
+    words = live["colours"] if live and "colours" in live else ()
+    part, packed = animation.part(extra=row, words=words), Markup(as_json(data))
     return FirstScreen(part, found is not None, shown_rows, folded, plots, sliders, packed, still)
 
 
@@ -238,17 +244,13 @@ def _live(
     inputs = {s: constant(solution.inputs[s]) for s in eom.inputs if s in solution.inputs}
     if any(v is None for v in inputs.values()):
         return None, (), tr("Its inputs change with time.")
-    if eom.system.contacts:
-        return None, (), tr("Contacts change its modes.")
     if float(solution.t[0]) != 0.0:
         return None, (), tr("It does not begin at t = 0.")
     if eom.operations.total > _LONGEST:
         return None, (), tr("Its equations are long.")
     exprs = [*animation.scene.row, *(q.expr for q in values)]
     try:
-        run = emit_simulator_wasm(eom.compile(), METHOD, samples=SAMPLES)
-        bundle = output_bundle(eom.solved, {f"{k}": e for k, e in enumerate(exprs)})
-        read = emit_wasm(program(eom.solved, (), bundle, reciprocals=False))
+        run, read, more = _modules(solution, exprs)
     except KaneError as error:
         return None, (), str(error)
     start = dict(zip([s.name for s in eom.state], map(float, solution.states[0]), strict=False))
@@ -262,8 +264,28 @@ def _live(
         "inputs": {s.name: float(v) for s, v in inputs.items() if isinstance(s, Input) and v is not None},
         "count": len(exprs),
         "tolerances": [solution.rtol, solution.atol or 1e-9],
+        **more,
     }
     return live, sliders, ""
+
+
+def _modules(solution: Solution, exprs: Sequence[Expr]) -> tuple[bytes, bytes, dict[str, Any]]:
+    """What runs the motion, what reads expressions along it, and of contacts the colours of what they do."""
+    eom, compiled = solution.equations, solution.equations.compile()
+    if not eom.system.contacts or eom.system.modes:
+        return emit_simulator_wasm(compiled, METHOD, samples=SAMPLES), emit_wasm(_reader(eom, exprs)), {}
+    own = tuple(dict.fromkeys(one.system.modes for one in solution.samples))
+    modes = modes_of(compiled, METHOD, own, _MODES)
+    run = emit_simulator_wasm(compiled, METHOD, SAMPLES, [one.modes for one in modes])
+    readers = [_reader(one.equations, in_mode(eom.system.contacts, one.modes, exprs)) for one in modes]
+    words = {m.word(c) for one in modes for m, c in zip(one.modes, eom.system.contacts, strict=True)}
+    return run, emit_wasms(readers), {"colours": {word: colour for word, colour in MODE_COLOURS.items() if word in words}}
+
+
+def _reader(eom: Equations, exprs: Sequence[Expr]) -> Program:
+    """What evaluates expressions."""
+    bundle = output_bundle(eom.solved, {f"{k}": e for k, e in enumerate(exprs)})
+    return program(eom.solved, (), bundle, reciprocals=False)
 
 
 def _sliders(eom: Equations, given: Mapping[str, float], start: Mapping[str, float]) -> Iterator[Slider]:

@@ -65,8 +65,8 @@ class Mode(NamedTuple):
         return cast(Equations, self.compiled.equations)
 
 
-def modes_of(compiled: Compiled, method: str, wanted: Sequence[Modes] = ()) -> list[Mode]:
-    """The modes that a module has: those wanted, and, where these are few, all in which contacts hold by rows of their own.
+def modes_of(compiled: Compiled, method: str, wanted: Sequence[Modes] = (), most: int = MODES) -> list[Mode]:
+    """The modes that a module has: those wanted, and all in which contacts hold by rows of their own where these are `most`.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def modes_of(compiled: Compiled, method: str, wanted: Sequence[Modes] = ()) -> l
     """
     eom, said = cast(Equations, compiled.equations), ""
     every, found = possible(eom.system.contacts), list[Mode]()
-    for modes in dict.fromkeys([*wanted, *(every if len(every) <= MODES else ())]):
+    for modes in dict.fromkeys([*wanted, *(every if len(every) <= most else ())]):
         if max(modes) >= ContactMode.ACROSS:
             said = said or "contacts of one body that hold together"
             continue
@@ -99,7 +99,7 @@ def contacts_module(compiled: Compiled, method: str, samples: int, wanted: Seque
     eom = cast(Equations, compiled.equations)
     if any(e.then is not None for e in eom.system.events):
         raise ProgramError("Expected contacts beside which no event acts, got one that does: simulate here.")
-    modes = modes_of(compiled, method, wanted)
+    modes = modes_of(compiled, method, wanted, 0 if wanted else MODES)
     touch = eom.numeric(compiled.settings).routine(contact_numbers).flat.program
     programs = [motion_program(one.compiled, parts_of(one.equations), contract=False) for one in modes]
     module, tables = Module(library([touch, *programs])), structure(eom)

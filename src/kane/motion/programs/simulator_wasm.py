@@ -32,7 +32,7 @@ def emit_simulator_wasm(
 
     Its section "kane" says in JSON where in memory what stands. Up to `samples` of them may be asked for. Of functions other than
     sin, cos and √ the last digits are those of the engine's `Math`. Of contacts it has
-    these `modes`, and all where they are few.
+    these `modes`; of these all, unless told, where they are few.
 
     Raises
     ------

@@ -67,6 +67,9 @@ class KaneEngine {
     }
     const motion = { n, events: [], jumps: [] };
     const until = performance.now() + 1000 * maxSeconds;
+    if (this.tells.contacts) {
+      return this.led(motion, s, maxSteps, until);
+    }
     let back = codes.LIMIT;
     for (let goesOn = true; goesOn; ) {
       back = this.run.run(Math.min(1000, maxSteps - s[slots.STEPS]), samples - 1);
@@ -81,6 +84,50 @@ class KaneEngine {
     motion.time = s[slots.TIME];
     motion.steps = s[slots.STEPS];
     return motion;
+  }
+
+  // From mode to mode of contacts: `modes` of the motion say when each begins, which one it is, and what numbers it has.
+  led(motion, s, maxSteps, until) {
+    const { n, slots, contacts } = this.tells;
+    const { back, asked } = contacts;
+    motion.modes = [];
+    let said = back.FULL;
+    for (let enter = 2; said === back.FULL && performance.now() < until; enter = 1) {
+      said = this.run.run(...asked.map((name) => ({ enter, most: maxSteps })[name]));
+      this.collectModes(motion, said === back.TAKE);
+    }
+    const count = s[slots.SAMPLE] + 1;
+    motion.times = Float64Array.of(0, ...this.array("times", count - 1));
+    motion.states = this.array("states", count * n).slice();
+    motion.states.set(motion.modes.length ? motion.modes[0].first : []);
+    motion.code = Object.keys(back).find((name) => back[name] === said);
+    motion.time = motion.modes.length ? s[slots.TIME] : 0;
+    motion.steps = s[slots.STEPS];
+    return motion;
+  }
+
+  // The modes that were completed, with the events that ended them, and, if asked for, the one that was broken off.
+  collectModes(motion, broken) {
+    const { n, contacts } = this.tells;
+    const { row, width, words, events, numbers } = contacts;
+    const [count, noted] = this.array("records", 2);
+    const rows = this.array("records", 2 + (count + 1) * width).subarray(2);
+    const met = this.array("noted", 2 * noted);
+    let done = 0;
+    for (let k = 0; k < count + (broken ? 1 : 0); k++) {
+      const own = rows.subarray(k * width, (k + 1) * width);
+      const first = own.slice(row.MORE + numbers.length, row.MORE + numbers.length + n);
+      const before = motion.modes[motion.modes.length - 1];
+      if (before && first.some((x, i) => x !== before.last[i])) {
+        motion.jumps.push({ t: own[row.BEGIN], before: before.last, after: first });
+      }
+      const given = Object.fromEntries(numbers.map((name, i) => [name, own[row.MORE + i]]).filter(([name]) => name !== null));
+      const mode = own[row.MODE];
+      motion.modes.push({ t: own[row.BEGIN], mode, words: words[mode], numbers: given, first, last: own.slice(width - n, width) });
+      for (; k < count && done < own[row.NOTED]; done++) {
+        motion.events.push({ t: met[2 * done], name: events[mode][met[2 * done + 1]] });
+      }
+    }
   }
 
   // What was noted of events, and of what they changed, since this was last asked.

@@ -88,7 +88,8 @@ class First {
     this.engine = await KaneEngine.from(run);
     const module = await WebAssembly.compile(bytes);
     this.reader = (await WebAssembly.instantiate(module, { Math })).exports;
-    this.places = JSON.parse(new TextDecoder().decode(WebAssembly.Module.customSections(module, "kane")[0]));
+    const places = JSON.parse(new TextDecoder().decode(WebAssembly.Module.customSections(module, "kane")[0]));
+    this.readers = places.programs || [places];
     this.numbers = new Float64Array(this.reader.memory.buffer);
     this.state = { ...live.state }; this.parameters = { ...live.parameters };
     root.querySelectorAll(".slider input").forEach((input) => {
@@ -114,25 +115,38 @@ class First {
     let motion;
     try { motion = this.engine.simulate({ state, parameters, inputs: live.inputs, end: told.end, samples: told.samples, rtol, atol, maxSeconds: 2 }); }
     catch (e) { this.say(e.message); return; }
-    const { ports, h, out, symbols } = this.places, put = (at, values) => this.numbers.set(values, at / 8);
-    put(ports.p, symbols.p.map(([name]) => parameters[name])); put(ports.r, (symbols.r || []).map(([name]) => live.inputs[name] ?? 0));
-    this.reader.hoist(ports.p, h);
-    const count = motion.times.length, rows = new Float64Array(count * live.count), n = symbols.x.length;
+    if (motion.modes && !motion.modes.length) { this.say(root.querySelector(".status").dataset.begins); return; }
+    const put = (at, values) => this.numbers.set(values, at / 8), modes = motion.modes || [{ t: 0, mode: 0, numbers: {} }];
+    const count = motion.times.length, rows = new Float64Array(count * live.count);
+    let which = -1, read;
     for (let i = 0; i < count; i++) {
-      put(ports.x, motion.states.subarray(i * motion.n, i * motion.n + n));
-      this.reader.outputs(...this.arguments(motion.times[i]));
+      for (; which < modes.length - 1 && (which < 0 || modes[which + 1].t <= motion.times[i]); read = null) which++;
+      const { mode, numbers } = modes[which], { ports, h, out, symbols, prefix = "" } = this.readers[mode];
+      if (!read) {
+        put(ports.p, symbols.p.map(([name]) => numbers[name] ?? parameters[name] ?? 0)); put(ports.r, (symbols.r || []).map(([name]) => live.inputs[name] ?? 0));
+        this.reader[`${prefix}hoist`](ports.p, h);
+        read = this.reader[`${prefix}outputs`];
+      }
+      put(ports.x, motion.states.subarray(i * motion.n, i * motion.n + symbols.x.length));
+      read(...Object.keys(symbols).map((name) => (name === "t" ? motion.times[i] : ports[name])), h, out.outputs);
       rows.set(this.numbers.subarray(out.outputs / 8, out.outputs / 8 + live.count), i * live.count);
     }
     const { Sampled } = window.KaneViewer, source = new Sampled(motion.times, rows, live.count);
     this.motion = motion; this.viewer.sources[0] = source;
     this.took = performance.now() - before;
-    const { anew, ends } = root.querySelector(".status").dataset;
-    this.say(motion.code === "DONE" || motion.code === "END" ? `${anew}: ${this.took.toFixed(0)} ms` : `${ends} t = ${short(motion.times[count - 1])} s${motion.events.length ? `: ${motion.events[motion.events.length - 1].name}` : ""} (${this.took.toFixed(0)} ms)`);
+    const { anew, ends, undecided } = root.querySelector(".status").dataset, last = motion.events[motion.events.length - 1];
+    const by = motion.code === "DECIDE" || motion.code === "TAKE" ? `: ${undecided}` : last ? `: ${last.name}` : "";
+    this.say(motion.code === "DONE" || motion.code === "END" ? `${anew}: ${this.took.toFixed(0)} ms` : `${ends} t = ${short(motion.time)} s${by} (${this.took.toFixed(0)} ms)`);
+    if (motion.modes) this.strips(motion);
     this.draw(); this.viewer.seek(Math.min(this.viewer.t, source.end));
   }
-  arguments(t) {
-    const { ports, h, out, symbols } = this.places, given = Object.keys(symbols).map((name) => (name === "t" ? t : ports[name]));
-    return [...given, h, out.outputs];
+  /** What each contact does over time. */
+  strips({ modes, times }) {
+    const { colours } = told.live, end = times[times.length - 1] || 1;
+    root.querySelectorAll(".modes .strip").forEach((strip, c) => {
+      const stops = modes.map(({ t, words }, k) => `${colours[words[c]]} ${((100 * t) / end).toFixed(3)}% ${((100 * (k + 1 < modes.length ? modes[k + 1].t : end)) / end).toFixed(3)}%`);
+      strip.style.background = `linear-gradient(to right, ${stops.join(", ")})`;
+    });
   }
 }
 const start = () => { if (view.viewer) new First(view.viewer); };

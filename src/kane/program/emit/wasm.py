@@ -26,9 +26,25 @@ def emit_wasm(program: Program, *, contract: bool = False, version: str = "") ->
     module = Module(library([program]))
     tells = _tells(program, version)
     tells |= add_program(module, program)
+    return module.raw(tells | _room(module, program))
+
+
+def emit_wasms(programs: Sequence[Program]) -> bytes:
+    """The module of several Programs that have functions of the same names: those of the kth begin with `k.`."""
+    module = Module(library(programs))
+    told = []
+    for k, program in enumerate(programs):
+        prefix = f"{k}."
+        add_program(module, program, prefix)
+        told.append({**_tells(program, ""), **_room(module, program), "prefix": prefix})
+    return module.raw({"programs": told})
+
+
+def _room(module: Module, program: Program) -> dict[str, Any]:
+    """Where ports, what is hoisted and results of a Program stand."""
     ports = {port.name: module.room(max(1, len(port.symbols)), 64) for port in program.ports if not port.scalar}
     outs = {r.name: module.room(max(1, len(r.results)), 64) for r in program.routines}
-    return module.raw(tells | {"ports": ports, "h": module.room(len(program.kept) + 1, 64), "out": outs})
+    return {"ports": ports, "h": module.room(len(program.kept) + 1, 64), "out": outs}
 
 
 def library(programs: Iterable[Program]) -> dict[str, int]:
