@@ -29,12 +29,16 @@ from kane.write.latex import symbol_latex
 class Content:
     """What every writer of reports takes; `start` and `changes` are tables of the solution, where there is one.
 
+    Of a motion with contacts `eom` are the equations of its first `mode`, and what is drawn is that; `moving` has no mode.
+
     `other_methods` is the chapter on other methods, where there is one, `notes` what `report` was given.
     """
 
     title: str
     eom: Equations
     seen: Scene
+    moving: Scene
+    mode: str
     summary: list[tuple[int, str]]
     declared: list[PageTable]
     chapters: list[Chapter]
@@ -80,10 +84,16 @@ def content_of(
         )
     kept = checked(notes)  # before all that takes time
     told = [_in_language(check, solution) for check in checks]
+    shapes, whole = tuple(shapes), eom
+    if solution is not None and eom.system.contacts and not eom.system.modes:
+        eom = solution.samples[0]
+    seen = scene(eom, shapes)
     return Content(
         title=title or tr("Equations of motion: %(bodies)s", bodies=", ".join(b.name for b in eom.system.bodies)),
         eom=eom,
-        seen=scene(eom, shapes),
+        seen=seen,
+        moving=seen if eom is whole else scene(whole, shapes),
+        mode=_mode(whole, eom) if eom is not whole else "",
         summary=_summary(eom),
         declared=declared_tables(eom, solution.parameters if solution is not None else None),
         chapters=chapters_of(eom),
@@ -96,6 +106,13 @@ def content_of(
         changes=None if solution is None else _changes(solution),
         notes=kept,
     )
+
+
+def _mode(whole: Equations, eom: Equations) -> str:
+    """The mode of contacts that is derived, in words."""
+    pairs = zip(whole.system.contacts, eom.system.modes, strict=True)
+    told = ", ".join(f"{c.name} {tr(m.word(c))}" for c, m in pairs)
+    return tr("The contacts change what holds. Derived here is the mode in which the motion begins: %(modes)s.", modes=told)
 
 
 def _summary(eom: Equations) -> list[tuple[int, str]]:

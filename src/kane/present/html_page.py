@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 def html(content: Content, name: str) -> Document:
     """The page; the file's name is of no account."""
     solution, seen = content.solution, content.seen
-    screen = None if solution is None or not seen.drawable else screen_of(solution, seen)
+    screen = None if solution is None or not seen.drawable else screen_of(solution, content.moving)
     drawn = () if screen is None else [q.expr for _, _, lines in screen.plots for _, q in lines]
     scripts = ("report", "symbols", *(("viewer", "engine", "first_screen") if screen else ()))
     text = _template().render(

@@ -72,6 +72,8 @@ _Rename = Callable[[str], str]
 def pieces(content: Content) -> Iterator[Piece]:
     """All of a report but its title."""
     yield Words(", ".join(tr("%(n)s %(what)s", n=n, what=what) for n, what in content.summary) + ".")
+    if content.mode:
+        yield Words(content.mode)
     yield from sketch_of(content)
     yield Heading(1, tr("The system"))
     for table in content.declared:
