@@ -57,6 +57,38 @@ class Engine(Hosted):
         found.states = self.named("states", count * n).reshape(count, n)[:, :-1].copy()
         return found
 
+    def contacts(self, x, p, r, end, samples, **more):
+        """The motion from mode to mode: times and states at both ends of each mode and at samples within, why it ended."""
+        begun, _ = self.begin(x, p, r, end, samples, **more)
+        assert begun == "BEGUN"
+        told, n = self.told["contacts"], self.told["n"]
+        back, row, width = told["back"], told["row"], told["width"]
+        times, states = (self.named(name, count) for name, count in (("times", samples), ("states", samples * n)))
+        states = states.reshape(samples, n)[1:]
+        found, parts, said, enter = Motion(np.zeros(0), np.zeros(0), ""), [], back["FULL"], 2
+        found.modes = []
+        while said == back["FULL"]:
+            given = {"enter": enter, "most": 1_000_000}
+            said, enter = self.call("run", *(given[name] for name in told["asked"])), 1
+            count, noted = map(int, self.named("records", 2))
+            rows = self.named("records", 2 + count * width)[2:].reshape(count, width).copy()
+            met, done = self.named("noted", 2 * noted).reshape(noted, 2), 0
+            for own in rows:
+                t0, t1, mode, first, last = (
+                    own[row[name]] for name in ("BEGIN", "END", "MODE", "FIRST_SAMPLE", "SAMPLE")
+                )
+                within = [k for k in range(int(first), int(last)) if t0 < times[k] < t1]
+                parts.append((np.r_[t0, times[within], t1], np.vstack([own[-2 * n : -n], states[within], own[-n:]])))
+                found.modes.append((t0, told["words"][int(mode)]))
+                until = int(own[row["NOTED"]])
+                found.events += [(float(t), told["events"][int(mode)][int(k)]) for t, k in met[done:until]]
+                done = until
+        found.code = next(name for name, code in back.items() if code == said)
+        if parts:
+            found.t = np.concatenate([t for t, _ in parts])
+            found.states = np.vstack([y for _, y in parts])[:, :-1]
+        return found
+
     def collect(self, found):
         """What was noted of events."""
         slots, n = self.told["slots"], self.told["n"]

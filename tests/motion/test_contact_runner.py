@@ -53,6 +53,16 @@ def by_python(eom: kn.Equations, *args: Any, **options: Any) -> kn.Solution:
         return kn.simulate(eom, *args, **options)
 
 
+def begun(own: Any, starts: list[float]) -> Any:
+    """`begin` of a motion that notes that it was asked."""
+
+    def begin(self: Any, t: float, x: Any) -> Any:
+        starts.append(t)
+        return own(self, t, x)
+
+    return begin
+
+
 def agree(one: kn.Solution, other: kn.Solution, exact: float) -> None:
     """The same modes at the same times, events, samples and states."""
     assert (one.status, one.message) == (other.status, other.message)
@@ -64,18 +74,23 @@ def agree(one: kn.Solution, other: kn.Solution, exact: float) -> None:
 
 
 @pytest.mark.parametrize("name", SPANS)
-def test_the_gallerys_motions_are_those_that_python_decides(name: str, decisions: list[str]) -> None:
+def test_the_gallerys_motions_are_those_that_python_decides(
+    name: str, decisions: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     module = importlib.import_module(f"kane.gallery.contacts.{name}")
     eom = kn.derive(module.system())
     options: dict[str, Any] = {**module.START, **TIGHT}
     wanted = by_python(eom, (0, SPANS[name]), **options)
     changes = len(decisions)
     decisions.clear()
+    starts: list[float] = []
+    monkeypatch.setattr(ContactMotion, "begin", begun(ContactMotion.begin, starts))
     first = kn.simulate(eom, (0, SPANS[name]), **options)
     assert len(decisions) <= min(changes, 3)  # of modes that were not known
     decisions.clear()
     again = kn.simulate(eom, (0, SPANS[name]), **options)
     assert decisions == []
+    assert len(starts) == 1  # of the first call
     agree(first, wanted, 1e-9)
     agree(again, first, 1e-9)  # a step that Python resumes after a new mode is another step
     agree(kn.simulate(eom, (0, SPANS[name]), **options), again, 0.0)

@@ -147,6 +147,72 @@ def test_bounces(rng):
         assert compared(eom, run, 9.0, 61, {"q": [height], "u": [0.5]}, {}, "tsit5")
 
 
+BRIEF = {"woodpecker": 0.3, "newtons_cradle": 0.3}
+"""Ends of motions (s) with contacts that have many modes."""
+OWN_MODES = {"skidding_bicycle": "wheels hold one body together", "slider_crank_with_clearance": "81 modes"}
+"""Those of the gallery of which a module has some modes at most: those that are told."""
+
+
+def contact_positions(name, eom, count, rng):
+    """Starts and parameters near those of the gallery from which a motion sets out."""
+    start = load(name).START
+    for k in range(10 * count):
+        width = 0.0 if k == 0 else 0.05
+        speeds = {s: v * rng.uniform(1 - width, 1 + width) for s, v in start["u"].items()}
+        change = rng.uniform(1 - width, 1 + width, len(eom.parameters))
+        given = {**start, "u": speeds} | {
+            "parameters": {
+                s: min(float(s.default) * x, 1.0) if s.name.startswith("e") else float(s.default) * x
+                for s, x in zip(eom.parameters, change, strict=True)
+            }
+            if k % 2 == 0
+            else {}
+        }
+        yield given
+
+
+@pytest.mark.grows
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=() if n == "mass_on_belt" else pytest.mark.slow) for n in sorted(CONTACTS - set(OWN_MODES))],
+)
+def test_contacts_of_the_gallery_are_those_of_simulate(name, rng):
+    """From mode to mode, with impacts: events, modes and bits are those of kernels that know the modes."""
+    eom = kn.derive(load(name).system())
+    run, same, asked = engine(eom, "dop853"), 0, 0
+    given = {"settings": EXACT, "method": "dop853", "rtol": 1e-9, "atol": 1e-9, "samples": 31}
+    end = BRIEF.get(name, 1.0)
+    for start in contact_positions(name, eom, POSITIONS, rng):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            try:
+                kn.simulate(eom, (0, end), **start, **given)
+                sol = kn.simulate(eom, (0, end), **start, **given)
+            except kn.KaneError:
+                continue
+        values = {s.name: v for s, v in sol.parameters.items()}
+        p = [float(values[s]) for s, *_ in run.told["symbols"]["p"]]
+        r = [float(sol.inputs[s](0.0)) for s in eom.inputs]
+        found = run.contacts(sol_start(eom, start), p, r, end, 31)
+        if found.code not in ("END", "EVENT"):
+            asked += 1
+            continue
+        same += 1
+        assert found.events == [(t, e.name) for e, t in sol.events if not e.name.endswith(" rests")]
+        assert np.array_equal(found.t, sol.t)
+        assert np.array_equal(bits(found.states), bits(sol.states))
+        if same + asked == POSITIONS:
+            break
+    assert same + asked == POSITIONS
+    assert asked <= 0.25 * POSITIONS
+
+
+def sol_start(eom, start):
+    """The state that is given, before impacts at its instant."""
+    q, u = ({str(s): float(v) for s, v in start[which].items()} for which in ("q", "u"))
+    return [*(q[s.name] for s in eom.coordinates), *(u[s.name] for s in eom.speeds)]
+
+
 def test_starts_that_are_none():
     """Off the constraints, at the threshold of an event, without time: `begin` says which."""
     four_bar = kn.derive(load("four_bar").system())
@@ -165,9 +231,9 @@ def test_starts_that_are_none():
 
 
 def test_what_is_refused():
-    """Contacts whose modes change, methods of many stages at once, loads that jump."""
-    with pytest.raises(kn.KaneError, match="contacts change their modes"):
-        emit_simulator_wasm(kn.derive(load("bouncing_ball").system()).compile())
+    """Contacts that hold one body together, methods of many stages at once."""
+    with pytest.raises(kn.KaneError, match="contacts of one body that hold together"):
+        emit_simulator_wasm(kn.derive(load("bouncing_ball").system()).compile(), modes=[(5,)])
     with pytest.raises(kn.KaneError, match=r"for a module of WebAssembly, got 'gauss16'"):
         emit_simulator_wasm(kn.derive(load("pendulum").system()).compile(), "gauss16")
 
@@ -208,6 +274,7 @@ def test_chromium_gives_the_same_bits_in_time(rng):
         "disk": (load("pure_rolling_disk").system(), load("pure_rolling_disk").START, 10.0),
         "ten rods": (load("pendulums").system(10), {"q": [0.5] * 10, "u": [0.0] * 10}, 40.0),
         "four-bar": (load("four_bar").system(), load("four_bar").START, 10.0),
+        "belt": (load("mass_on_belt").system(), load("mass_on_belt").START, 10.0),
         "ball": (ball(), {"q": [1.0], "u": [0.5]}, 10.0),
     }
     script = files("kane.present").joinpath("templates/engine.js").read_text(encoding="utf-8")

@@ -60,7 +60,6 @@ def test_rows_that_do_most_work_are_unfolded():
 
 
 def test_what_a_page_does_not_run():
-    assert screen_of(simulated("skidding_disk", 0.2)).still == "Contacts change its modes."
     assert "begin at t = 0" in screen_of(_later()).still
 
 

@@ -19,7 +19,7 @@ from kane.present.report import report
 
 FRICTION = 0.1
 ENERGY_LIMIT = 1e-8
-SPAN = 4.0
+SPAN = 3.6
 _DOES = {"slip": "slides", "stick": "rolls"}
 
 

@@ -112,7 +112,9 @@ def _mode(whole: Equations, eom: Equations) -> str:
     """The mode of contacts that is derived, in words."""
     pairs = zip(whole.system.contacts, eom.system.modes, strict=True)
     told = ", ".join(f"{c.name} {tr(m.word(c))}" for c, m in pairs)
-    return tr("The contacts change what holds. Derived here is the mode in which the motion begins: %(modes)s.", modes=told)
+    return tr(
+        "The contacts change what holds. Derived here is the mode in which the motion begins: %(modes)s.", modes=told
+    )
 
 
 def _summary(eom: Equations) -> list[tuple[int, str]]:

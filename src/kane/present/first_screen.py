@@ -279,7 +279,11 @@ def _modules(solution: Solution, exprs: Sequence[Expr]) -> tuple[bytes, bytes, d
     run = emit_simulator_wasm(compiled, METHOD, SAMPLES, [one.modes for one in modes])
     readers = [_reader(one.equations, in_mode(eom.system.contacts, one.modes, exprs)) for one in modes]
     words = {m.word(c) for one in modes for m, c in zip(one.modes, eom.system.contacts, strict=True)}
-    return run, emit_wasms(readers), {"colours": {word: colour for word, colour in MODE_COLOURS.items() if word in words}}
+    return (
+        run,
+        emit_wasms(readers),
+        {"colours": {word: colour for word, colour in MODE_COLOURS.items() if word in words}},
+    )
 
 
 def _reader(eom: Equations, exprs: Sequence[Expr]) -> Program:
