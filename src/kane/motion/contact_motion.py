@@ -55,12 +55,13 @@ _LAWS: dict[str, dict[str, Any]] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Decided:
-    """What contacts do from an instant on: modes, the directions of slip (k × d − 1); `choice` is of those that were `closed`."""
+    """What contacts do from an instant on: modes, the directions of slip (k × d − 1); `choice` is of those that were `closed`; `hits` met before."""
 
     modes: Modes
     directions: Array
     closed: Sequence[int] = ()
     choice: Choice | None = None
+    hits: frozenset[int] = frozenset()
 
     @property
     def forces(self) -> Array:
@@ -326,14 +327,13 @@ class ContactMotion:
     def leaves(self, now: Decided, before: Modes, t: float, x: Array, by: tuple[Event, ...]) -> dict[str, float]:
         """The events whose thresholds a mode leaves upward at its beginning: a gap that opens or has rebounded, a slip."""
         found: dict[str, float] = {}
-        hit = {own[0] for own in map(self.ends, by) if own and own[1] == "closes"}
         decided = all(own is None or own[1] not in ("turns", "slows") for own in map(self.ends, by))
         touch: Touch | None = None
         for i, (c, mode) in enumerate(zip(self.contacts, now.modes, strict=True)):
             if (
                 mode is ContactMode.SEPARATED
                 and c.gap is not None
-                and (i in hit or before[i] is not ContactMode.SEPARATED)
+                and (i in now.hits or before[i] is not ContactMode.SEPARATED)
             ):
                 found[f"{c.name} closes"] = 1.0
             elif mode.straight and decided:
@@ -369,7 +369,7 @@ class ContactMotion:
         begins = t
         if kind == "turns":
             modes = tuple(m.slipping(straight=False) if n == i else m for n, m in enumerate(now.modes))
-            return x, replace(now, modes=modes), t
+            return x, replace(now, modes=modes, hits=frozenset()), t
         if kind == "slows":
             touch, directions = self.touch(t, x), now.directions.copy()
             directions[i] = touch.slips[i] / np.linalg.norm(touch.slips[i])
@@ -393,7 +393,7 @@ class ContactMotion:
         friction = touch.numbers.laws[:, 0].copy()
         stand = next((s.members for s in stands(self.contacts, now.modes) if i in s.members), ())
         if stand and kind in ("opens", "slips") and not hits:
-            same = replace(now, closed=(), choice=None)
+            same = replace(now, closed=(), choice=None, hits=frozenset())
             if self._shares(same, t, x)[1][i] > GIVEN:  # enough for an event to show
                 return x, same, t
         if kind == "opens" and not hits:
@@ -419,7 +419,7 @@ class ContactMotion:
             closed, touch = self.layout.together(closed | back), self.touch(t, x)
             decided = self.decide(t, x, closed, sliding, friction, now.modes)
         self._opens(touch, closed, below, decided.modes)
-        return x, decided, begins
+        return x, replace(decided, hits=frozenset(hits)), begins
 
     def _consistent(self, t: float, x: Array, closed: set[int], sliding: Array) -> tuple[Array, Array]:
         """The state where what has no direction of `sliding` does not slip at all, and directions of what slips then.

@@ -169,8 +169,8 @@ class ContactRunner:
             "contacts": k, "dimension": d, "width": width, "rows": m, "always_count": always, "speeds": len(eom.speeds),
             "coordinates": len(eom.coordinates), "n": n, "known": 0, "most": self.method.max_steps, "room_for": _ROWS, "enter": 1,
         }  # fmt: skip
-        small = {name: np.zeros(k) for name in ("next_modes", "friction", "touching", "hits")}
-        wide = {name: np.zeros(k * d) for name in ("next_ways", "sliding", "impulse")}
+        small = {name: np.zeros(k) for name in ("next_modes", "friction", "touching", "hits", "off", "part")}
+        wide = {name: np.zeros(k * d) for name in ("next_ways", "sliding", "impulse", "grown")}
         return {
             **ints,
             **self.counts,
