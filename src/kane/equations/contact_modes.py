@@ -280,12 +280,14 @@ class Touch:
             f"Expected couples of {names} that agree with the normal force that they change, found none."
         )
 
-    def held(self, closed: Sequence[int], stuck: Sequence[int]) -> Array:
-        """Δu, the least, after which the gaps of these contacts have no rates, and those that are stuck no slip."""
+    def held(self, closed: Sequence[int], stuck: Sequence[int], slips: Array | None = None) -> Array:
+        """Δu, the least, after which the gaps of these contacts have no rates, and those that are stuck no slip, or these (k × d − 1)."""
         d = self.layout.d
         rows = [d * i for i in closed] + [d * i + j for i in stuck for j in range(1, d)]
-        w = self.mobility[np.ix_(rows, rows)]
-        return self.change(rows, -np.linalg.pinv(w, rcond=ROUNDED_SUM, hermitian=True) @ self.velocity[rows])
+        w, missing = self.mobility[np.ix_(rows, rows)], -self.velocity[rows]
+        if slips is not None:
+            missing[len(closed) :] += slips[list(stuck)].ravel()
+        return self.change(rows, np.linalg.pinv(w, rcond=ROUNDED_SUM, hermitian=True) @ missing)
 
     def change(self, rows: Sequence[int], impulses: Array) -> Array:
         """Δu by impulses of these rows."""
