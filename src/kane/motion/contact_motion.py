@@ -77,6 +77,7 @@ class ContactMotion:
     def __init__(self, eom: Equations, span: tuple[float, float], given: Any, options: Mapping[str, Any]) -> None:
         self.eom, self.span = eom, span
         self.atol, self.rtol = (float(options[name]) for name in ("atol", "rtol"))
+        self.slow = max(ENDS, self.rtol)  # see `ENDS`
         self.parameters, self.inputs = given
         self.modes_of = eom.numeric().value(ContactModes)
         self.numbers = eom.numeric(options["settings"]).routine(contact_numbers)
@@ -251,7 +252,7 @@ class ContactMotion:
             v = float(np.linalg.norm(touch.slips[i]))
             gained = STARTS * (self.span[1] - self.span[0]) * self._gains(now, i)
             self.fastest[i] = max(self.fastest[i], v, touch.slip_terms[i].max(), gained)
-            level = ENDS * self.fastest[i]
+            level = self.slow * self.fastest[i]
             found[c.slowest] = max(2 * level, gained, v * (1 + ENDS)) if now.modes[i].straight else level
         return found | self._shares(now, t, x)[0]
 
@@ -535,7 +536,7 @@ class ContactMotion:
         slips, modes = self.none.copy(), list(decided.modes)
         for n in begun:
             gained = STARTS * (self.span[1] - self.span[0]) * self._gains(decided, n)
-            slips[n] = 2 * ENDS * max(self.fastest[n], touch.slip_terms[n].max(), gained) * decided.directions[n]
+            slips[n] = 2 * self.slow * max(self.fastest[n], touch.slip_terms[n].max(), gained) * decided.directions[n]
             modes[n] = modes[n].slipping(straight=False)
         closed = [n for n, m in enumerate(modes) if m is not ContactMode.SEPARATED]
         stuck = [n for n in closed if n in begun or not modes[n].slips]
