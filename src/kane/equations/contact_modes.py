@@ -388,6 +388,11 @@ def _check_stands(touch: Touch, i: int, following: Sequence[_Follows]) -> None:
     d, contacts = touch.layout.d, touch.layout.contacts
     others = {place // d for _, shares in following for place in shares} - {i}
     c = contacts[i]
+    if not others:
+        raise SimulationError(
+            f"Expected a contact whose normal force and friction rigid bodies tell apart, got {c.name!r}, which cannot slip but by "
+            "opening: its friction may jam it, and by how much depends on what yields. Give that a stiffness, or the contact mu=0"
+        )
     if c.between is None or any(contacts[n].between != c.between for n in others):
         raise undetermined(c, *(contacts[n] for n in sorted(others)))
 
