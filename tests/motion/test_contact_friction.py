@@ -535,9 +535,11 @@ def spun(lean: float, rate: float) -> dict[str, list[float]]:
 
 @pytest.mark.slow
 def test_a_coin_that_drills_begins_to_slip_while_its_friction_turns():
-    """With μ_s = μ slip begins without acceleration, against the friction before, again and again; a little more static is hardly else."""
+    """With μ_s = μ slip begins without acceleration, against the friction before, again and again."""
     eom = coin(2e-4)
-    sol, other = (kn.simulate(eom, (0, 2), parameters={"mu_s": static}, **spun(0.02, 100.0)) for static in (0.2, 0.2 + 1e-7))
+    sol, other = (
+        kn.simulate(eom, (0, 2), parameters={"mu_s": static}, **spun(0.02, 100.0)) for static in (0.2, 0.2 + 1e-7)
+    )
     for one in (sol, other):
         assert one.status == "finished"
         assert one.energy_check.relative < 1e-9

@@ -60,9 +60,7 @@ def rod(mu: float = 0.0) -> kn.Equations:
     I = kn.parameter("I", 1 / 12, "kg*m^2")
     body = kn.RigidBody("rod", frame=A, mass_center=O.at("C", L / 2 * A.x), mass=m, inertia=kn.inertia(A, I, I, I))
     wall = kn.joints.point_on_plane("wall", O.at("tip", L * A.x), O.at("W", h * N.y), normal=-N.y)
-    return kn.derive(
-        kn.System(N, bodies=[body], speeds="rates", contacts=[kn.contact(wall, mu, restitution=0.5)])
-    )
+    return kn.derive(kn.System(N, bodies=[body], speeds="rates", contacts=[kn.contact(wall, mu, restitution=0.5)]))
 
 
 def test_a_rod_whose_tip_grazes_a_wall() -> None:

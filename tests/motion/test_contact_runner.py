@@ -118,7 +118,7 @@ def test_random_motions_are_those_that_python_decides(plane: Any, seed: int, law
 
 
 def test_what_lands_lies_and_leaves_flat_is_decided_in_the_kernel(decisions: list[str]) -> None:
-    """Two corners of a slider hit, rest and open at one instant; at a dead centre rigid bodies do not tell N and F, and Python is asked."""
+    """Two corners of a slider hit, rest and open at one instant; at a dead centre N and F are not determined, and Python is asked."""
     module = slider_crank_with_clearance
     eom = kn.derive(module.system())
     options: dict[str, Any] = {**module.START, **TIGHT}

@@ -125,7 +125,11 @@ def test_what_contacts_do_stands_as_a_strip_below_the_plots():
     sol = kn.simulate(kn.derive(mass_on_belt.system()), (0, 3), **mass_on_belt.START, samples=7)
     figure = kn.plot(sol, "x")
     above, strip = figure.axes
-    spans = [(box.x0, box.x1, tuple(c.get_facecolor()[0])) for c in strip.collections for box in [c.get_datalim(strip.transData)]]
+    spans = [
+        (box.x0, box.x1, tuple(c.get_facecolor()[0]))
+        for c in strip.collections
+        for box in [c.get_datalim(strip.transData)]
+    ]
     slip = 0.4 * 9.81 / 25 / 0.2
     stick = slip + (np.pi + 2 * np.arctan(0.2 / (5 * 0.2 * 9.81 / 25))) / 5
     expected = [0, slip, stick, stick + 2 * 0.2 * 9.81 / 25 / 0.2, 3]

@@ -315,7 +315,7 @@ def _possible(names: tuple[str, ...], y: Array, z: Array, c: Array, rest: Array)
     )
 
 
-_IN_A_MODE = "A contact that sticks has no slip: take a mode in which it slips, or simulate the system itself, which chooses its modes."
+_IN_A_MODE = "A contact that sticks has no slip: take a mode in which it slips, or simulate the system itself, which chooses modes."
 _LEAVE_OUT = "Leave some out, or mark them with kn.guess(…), to have them solved for."
 _BESIDE = "The coordinates, or lengths, are singular there: give other values, or other coordinates (another sequence of angles)."
 

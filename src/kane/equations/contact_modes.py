@@ -281,7 +281,7 @@ class Touch:
         )
 
     def held(self, closed: Sequence[int], stuck: Sequence[int], slips: Array | None = None) -> Array:
-        """Δu, the least, after which the gaps of these contacts have no rates, and those that are stuck no slip, or these (k × d − 1)."""
+        """The least Δu after which the gaps of these contacts have no rates, and those that are stuck no slip, or this (k × d − 1)."""
         d = self.layout.d
         rows = [d * i for i in closed] + [d * i + j for i in stuck for j in range(1, d)]
         w, missing = self.mobility[np.ix_(rows, rows)], -self.velocity[rows]

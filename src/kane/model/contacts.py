@@ -258,7 +258,9 @@ def _coefficient(name: str, what: str, given: Any) -> Expr:
         return as_expr(given)
     except ExpressionError as error:
         cure = "Give a finite number, a parameter or an expression of these."
-        raise expect.refusal(ExpressionError, f"a coefficient as {what} of the contact {name!r}", cut(repr(given)), cure) from error
+        raise expect.refusal(
+            ExpressionError, f"a coefficient as {what} of the contact {name!r}", cut(repr(given)), cure
+        ) from error
 
 
 def _law(

@@ -55,8 +55,10 @@ _LAWS: dict[str, dict[str, Any]] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Decided:
-    """What contacts do from an instant on: modes, the directions of slip (k × d − 1); `choice` is of those that were `closed`; `hits` met before; it is `stiff` where slip
-    begins that turns at once."""
+    """What contacts do from an instant on: modes and directions of slip (k × d − 1).
+
+    `choice` is of those that were `closed`, `hits` met before; it is `stiff` where slip begins that turns at once.
+    """
 
     modes: Modes
     directions: Array
@@ -407,9 +409,8 @@ class ContactMotion:
                 if all((self.brief and n == i) or self._parts(touch, n, apart, share) for n in off):
                     self._opens(touch, closed, set(), apart.modes)
                     return x, apart, t
-        begun = list[int]()
-        if kind == "slips" and not hits:
-            begun = self._begins_to_slip(now, i, t, x, friction, sliding)
+        slips = kind == "slips" and not hits
+        begun = self._begins_to_slip(now, i, t, x, friction, sliding) if slips else []
         decided = self.decide(t, x, closed, sliding, friction, now.modes)
         if begun := [n for n in begun if decided.modes[n].straight and len(self.contacts[n].slips) > 1]:
             return *self._under_way(touch, x, decided, begun), t

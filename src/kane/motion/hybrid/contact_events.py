@@ -367,7 +367,9 @@ class After:
                 with w.few(of.count.get()) as m, w.when(of.leads(m, n)):
                     laws = of.laws + of.index(of.own + m) * 3
                     with w.when(of.numbers[laws + 1] >= of.numbers[laws] * (1 - ENDS)):
-                        of.doubt(self.slip_count[of.index(of.own + m)] > 1.5)  # it turns at once: steps are to be implicit
+                        of.doubt(
+                            self.slip_count[of.index(of.own + m)] > 1.5
+                        )  # it turns at once: steps are to be implicit
                         with w.few(d - 1) as j:
                             self.sliding[of.index(of.own + m) * (d - 1) + j] = -room[of.force + row + 1 + j] / size
 

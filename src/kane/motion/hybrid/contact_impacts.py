@@ -24,9 +24,7 @@ class Impacts:
     def __init__(self, of: Decisions) -> None:
         self.of, self.w = of, of.writer
         w = self.w
-        self.impulse, self.law, self.part, self.grown = (
-            w.array(name) for name in ("impulse", "law", "part", "grown")
-        )
+        self.impulse, self.law, self.part, self.grown = (w.array(name) for name in ("impulse", "law", "part", "grown"))
         names = ("v_n", "v_t", "v_b", "p_n", "work", "p_c", "work_c", "left", "length", "slope", "rate")
         self.put = {name: w.variable(name) for name in names}
         counted = ("impact", "compressed", "done", "ended", "rebounds", "together", "over_impacts", "impact_rounds")
