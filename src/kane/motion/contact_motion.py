@@ -370,8 +370,7 @@ class ContactMotion:
         k = len(self.contacts)
         closed = {i for i in range(k) if now.modes[i] is not ContactMode.SEPARATED}
         slides = {i for i in closed if now.modes[i].slips}
-        i, kind = self.ends(event) or (-1, "")
-        begins = t
+        (i, kind), begins = self.ends(event) or (-1, ""), t
         if kind == "turns":
             modes = tuple(m.slipping(straight=False) if n == i else m for n, m in enumerate(now.modes))
             return x, replace(now, modes=modes, hits=frozenset(), stiff=False), t
