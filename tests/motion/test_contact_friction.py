@@ -510,29 +510,74 @@ def test_resistances_that_cannot_be():
         kn.System(eom.system.inertial, bodies=eom.system.bodies, speeds="rates", contacts=[roll])
 
 
+COIN = 0.01163
+
+
+def coin(drilling: float = 0.0) -> kn.Equations:
+    """One cent on its edge; friction 0.2 unless told."""
+    N, O = ground()
+    mu, static = kn.parameter("mu", 0.2), kn.parameter("mu_s", 0.2)
+    free = kn.free("coin", O, N, orientation="angles", sequence="zxz", velocity="parent", child="B")
+    B, m = free.frame, 0.0075
+    inertia = kn.inertia(B, *[m * COIN**2 / 4] * 2, m * COIN**2 / 2)
+    body = kn.RigidBody("coin", frame=B, mass_center=free.point, mass=m, inertia=inertia)
+    edge = kn.joints.disk_on_plane("table", B, free.point, O, axis=B.z, radius=COIN, normal=N.z)
+    contacts = [kn.contact(edge, mu, static=static)]
+    contacts += [kn.joints.drilling_resistance(contacts[0], drilling)] if drilling else []
+    return kn.derive(kn.System(N, bodies=[body], joints=[free], loads=[kn.gravity(-G * N.z)], contacts=contacts))
+
+
+def spun(lean: float, rate: float) -> dict[str, list[float]]:
+    """About the vertical through its centre, which is at rest."""
+    s, c = np.cos(lean), np.sin(lean)
+    return {"q": [0, np.pi / 2 - lean, 0, 0, 0, COIN * s], "u": [0, rate * s, rate * c, 0, 0, 0]}
+
+
 @pytest.mark.slow
 def test_a_coin_that_drills_begins_to_slip_while_its_friction_turns():
-    """With μ_s = μ no direction is that of the force before, which is said; with μ_s above it the coin slips again and again."""
-    N = kn.Frame("N")
-    O = kn.Point("O", fixed_in=N)
-    R, mu, static = 0.01163, kn.parameter("mu", 0.2), kn.parameter("mu_s", 0.2)
-    free = kn.free("coin", O, N, orientation="angles", sequence="zxz", velocity="parent", child="B")
-    B, tilt = free.frame, np.pi / 2 - 0.02
-    inertia = kn.inertia(B, *[0.0075 * R**2 / 4] * 2, 0.0075 * R**2 / 2)
-    coin = kn.RigidBody("coin", frame=B, mass_center=free.point, mass=0.0075, inertia=inertia)
-    edge = kn.joints.disk_on_plane("table", B, free.point, O, axis=B.z, radius=R, normal=N.z)
-    table = kn.contact(edge, mu, static=static)
-    contacts = [table, kn.joints.drilling_resistance(table, 2e-4)]
-    loads = [kn.gravity(-9.81 * N.z)]
-    eom = kn.derive(kn.System(N, bodies=[coin], joints=[free], loads=loads, contacts=contacts))
-    start = {
-        "q": [0, tilt, 0, 0, 0, R * np.sin(tilt)],
-        "u": [0, 100 * np.sin(tilt), 100 * np.cos(tilt), 0, 0, 0],
-    }
-    stopped = kn.simulate(eom, (0, 2), **start)
-    assert stopped.status == "stopped"
-    assert "static= a little above" in stopped.message
-    sol = kn.simulate(eom, (0, 2), parameters={static: 0.202}, **start)
-    assert sol.status == "finished"
-    assert sol.energy_check.relative < 1e-9
-    assert words(sol, "table").count("slip") > 2
+    """With μ_s = μ slip begins without acceleration, against the friction before, again and again."""
+    eom = coin(2e-4)
+    sol, other = (
+        kn.simulate(eom, (0, 2), parameters={"mu_s": static}, **spun(0.02, 100.0)) for static in (0.2, 0.2 + 1e-7)
+    )
+    for one in (sol, other):
+        assert one.status == "finished"
+        assert one.energy_check.relative < 1e-9
+        assert words(one, "table").count("slip") == 4
+    assert sol.steps < 5000
+    begins = [[t for t, _ in one.mode_history] for one in (sol, other)]
+    np.testing.assert_allclose(*begins, rtol=0, atol=1e-6)
+
+
+def test_slip_that_begins_against_a_friction_it_keeps_turns_with_it():
+    """M s' = P(t) − μ m g s/|s| of a block on a cross slide from |P| = μ m g on, s ~ t² along P there, beside SciPy's Radau.
+
+    The slide carries 20 times the block's mass in x: P, which turns, accelerates the block mostly in y, away from where P leads.
+    """
+    N, O = ground()
+    x, z = kn.coordinates("x z", "m")
+    P = O.at("P", x * N.x + z * N.z)
+    mu, turns, grows = 0.3, 4.0, 2.0
+    normal = kn.reaction("N_P", at=P, along=N.y)
+    floor = kn.contact(kn.joints.point_on_plane("floor", P, O, normal=N.y), mu, normal=normal)
+    pull, t = mu * G * 0.9 + grows * kn.time, kn.time
+    loads = [kn.gravity(-G * N.y), kn.Force(P, pull * (kn.cos(turns * t) * N.x + kn.sin(turns * t) * N.z))]
+    bodies = [kn.Particle("block", P, 1.0), kn.Particle("slide", O.at("S", x * N.x + N.y), 20.0)]
+    eom = kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=loads, contacts=[floor]))
+    begins, masses = 0.1 * mu * G / grows, np.array([21.0, 1.0])
+
+    def pulled(t):
+        return (mu * G * 0.9 + grows * t) * np.array([np.cos(turns * t), np.sin(turns * t)])
+
+    def rates(t, y):
+        return [*y[2:], *(pulled(t) - mu * G * y[2:] / np.hypot(*y[2:])) / masses]
+
+    e = pulled(begins) / (mu * G)
+    start = [0, 0, *1e-9 * e]
+    sol = kn.simulate(eom, (0, 0.5), q=[0, 0], u=[0, 0], **TIGHT)
+    again = kn.simulate(eom, (0, 0.5), q=[0, 0], u=[0, 0], **TIGHT)
+    second = solve_ivp(rates, (begins, 0.5), start, method="Radau", rtol=1e-9, atol=1e-13)
+    for one in (sol, again):
+        assert words(one, "floor") == ["stick", "slip"]
+        assert times(one, "floor slips") == [pytest.approx(begins, abs=1e-11)]
+        np.testing.assert_allclose(one.states[-1], second.y[:, -1], rtol=0, atol=1e-8)

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.gallery.contacts import bouncing_ball, mass_on_belt
+from kane.gallery.contacts import bouncing_ball, mass_on_belt, slider_crank_with_clearance
 from kane.motion import ContactMotion, ContactRunner
 from tests.examples import examples
 from tests.laws.test_contacts import started
@@ -130,6 +130,26 @@ def test_random_motions_are_those_that_python_decides(plane: Any, seed: int, law
         one, other = (run(eom, (0, 1.0), q=q, u=u, **TIGHT) for run in (kn.simulate, by_python))
     assert [m for _, m in one.mode_history] == [m for _, m in other.mode_history]
     np.testing.assert_allclose(one.states[-1], other.states[-1], rtol=0, atol=1e-6)
+
+
+def test_what_lands_lies_and_leaves_flat_is_decided_in_the_kernel(decisions: list[str]) -> None:
+    """Two corners of a slider hit, rest and open at one instant; at a dead centre N and F are not determined, and Python is asked."""
+    module = slider_crank_with_clearance
+    eom = kn.derive(module.system())
+    options: dict[str, Any] = {**module.START, **TIGHT}
+    wanted = by_python(eom, (0, 0.05), **options)
+    assert len(decisions) > 25
+    kn.simulate(eom, (0, 0.05), **options)
+    decisions.clear()
+    sol = kn.simulate(eom, (0, 0.05), **options)
+    assert decisions == ["bottom 2 sticks"]
+    (t,) = (t for e, t in sol.events if e.name == "bottom 2 sticks")
+    k = int(np.searchsorted(sol.t, t))
+    assert np.sin(sol["theta_1"][k] - sol["theta_2"][k]) == pytest.approx(0, abs=1e-9)  # crank and rod are in line
+    assert len(sol.events) > 30
+    assert [m for _, m in sol.mode_history] == [m for _, m in wanted.mode_history]
+    np.testing.assert_allclose([t for t, _ in sol.mode_history], [t for t, _ in wanted.mode_history], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(sol.states[-1], wanted.states[-1], rtol=0, atol=1e-6)
 
 
 def test_a_belt_for_a_thousand_seconds(decisions: list[str]) -> None:

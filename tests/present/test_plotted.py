@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
 import kane as kn
-from kane.gallery.contacts import bouncing_ball, simplest_walker
+from kane.gallery.contacts import bouncing_ball, mass_on_belt, simplest_walker
 from kane.present import COLOURS, asset, bend, size_of_terms, spread
 
 A, B, OMEGA = 0.3, 0.2, 4.0
@@ -118,6 +118,28 @@ def test_a_path_has_a_gap_where_the_motion_jumps():
     (ax,) = kn.plot(sol, (q, u)).axes
     line = next(line for line in ax.lines if line.get_label() not in ("_start", "_end"))
     assert np.isnan(line.get_xdata()).sum() == len(np.flatnonzero(np.diff(sol.phase))) > 0
+
+
+def test_what_contacts_do_stands_as_a_strip_below_the_plots():
+    """It begins and ends where modes do: sticks to μ_s m g/(k v), then slips by the closed form."""
+    sol = kn.simulate(kn.derive(mass_on_belt.system()), (0, 3), **mass_on_belt.START, samples=7)
+    figure = kn.plot(sol, "x")
+    above, strip = figure.axes
+    spans = [
+        (box.x0, box.x1, tuple(c.get_facecolor()[0]))
+        for c in strip.collections
+        for box in [c.get_datalim(strip.transData)]
+    ]
+    slip = 0.4 * 9.81 / 25 / 0.2
+    stick = slip + (np.pi + 2 * np.arctan(0.2 / (5 * 0.2 * 9.81 / 25))) / 5
+    expected = [0, slip, stick, stick + 2 * 0.2 * 9.81 / 25 / 0.2, 3]
+    np.testing.assert_allclose([a for a, _, _ in spans], expected[:-1], rtol=0, atol=1e-7)
+    np.testing.assert_allclose([b for _, b, _ in spans], expected[1:], rtol=0, atol=1e-7)
+    assert len({c for *_, c in spans}) == 2
+    assert spans[0][2] == spans[2][2]
+    assert [t.get_text() for t in strip.get_legend().get_texts()] == ["stick", "slip"]
+    assert [t.get_text() for t in strip.texts] == ["belt"]
+    assert above.get_shared_x_axes().joined(above, strip)
 
 
 # Several motions -------------------------------------------------------------------------------------------------------------

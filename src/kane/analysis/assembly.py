@@ -315,6 +315,7 @@ def _possible(names: tuple[str, ...], y: Array, z: Array, c: Array, rest: Array)
     )
 
 
+_IN_A_MODE = "A contact that sticks has no slip: take a mode in which it slips, or simulate the system itself, which chooses modes."
 _LEAVE_OUT = "Leave some out, or mark them with kn.guess(…), to have them solved for."
 _BESIDE = "The coordinates, or lengths, are singular there: give other values, or other coordinates (another sequence of angles)."
 
@@ -574,5 +575,6 @@ def _motion(eom: Equations, start: GivenEntries, at: Mapping[Expr, Any], by_rate
     limit = GIVEN * max(np.abs(x).max(initial=0), np.abs(rest / scale).max(initial=0))
     bad, what = misses(held.names, rows @ x + rest, left, limit), "rates" if by_rates else "speeds"
     expected = f"start {what} that satisfy the constraints A u + b = 0"
-    expect.none(bad, expected, "values that miss {}", _LEAVE_OUT, error=SimulationError)
+    cure = f"{_IN_A_MODE} {_LEAVE_OUT}" if eom.system.modes else _LEAVE_OUT
+    expect.none(bad, expected, "values that miss {}", cure, error=SimulationError)
     return held.to_speeds @ (x / pace) + held.added, float(left.max(initial=0))

@@ -280,12 +280,14 @@ class Touch:
             f"Expected couples of {names} that agree with the normal force that they change, found none."
         )
 
-    def held(self, closed: Sequence[int], stuck: Sequence[int]) -> Array:
-        """Δu, the least, after which the gaps of these contacts have no rates, and those that are stuck no slip."""
+    def held(self, closed: Sequence[int], stuck: Sequence[int], slips: Array | None = None) -> Array:
+        """The least Δu after which the gaps of these contacts have no rates, and those that are stuck no slip, or this (k × d − 1)."""
         d = self.layout.d
         rows = [d * i for i in closed] + [d * i + j for i in stuck for j in range(1, d)]
-        w = self.mobility[np.ix_(rows, rows)]
-        return self.change(rows, -np.linalg.pinv(w, rcond=ROUNDED_SUM, hermitian=True) @ self.velocity[rows])
+        w, missing = self.mobility[np.ix_(rows, rows)], -self.velocity[rows]
+        if slips is not None:
+            missing[len(closed) :] += slips[list(stuck)].ravel()
+        return self.change(rows, np.linalg.pinv(w, rcond=ROUNDED_SUM, hermitian=True) @ missing)
 
     def change(self, rows: Sequence[int], impulses: Array) -> Array:
         """Δu by impulses of these rows."""
@@ -386,6 +388,11 @@ def _check_stands(touch: Touch, i: int, following: Sequence[_Follows]) -> None:
     d, contacts = touch.layout.d, touch.layout.contacts
     others = {place // d for _, shares in following for place in shares} - {i}
     c = contacts[i]
+    if not others:
+        raise SimulationError(
+            f"Expected a contact whose normal force and friction rigid bodies tell apart, got {c.name!r}, which cannot slip but by "
+            "opening: its friction may jam it, and by how much depends on what yields. Give that a stiffness, or the contact mu=0"
+        )
     if c.between is None or any(contacts[n].between != c.between for n in others):
         raise undetermined(c, *(contacts[n] for n in sorted(others)))
 

@@ -31,7 +31,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from kane import expect
-from kane.errors import ModelError
+from kane.errors import ExpressionError, ModelError, cut
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sqrt, sub, sum_of
 from kane.expr.differentiation import time_derivative
 from kane.expr.evaluation import free_symbols
@@ -252,6 +252,17 @@ def stribeck(kinetic: Any, static: Any, speed: Any) -> Callable[[Any], Expr]:
     return mu
 
 
+def _coefficient(name: str, what: str, given: Any) -> Expr:
+    """A number or an expression that a contact is given."""
+    try:
+        return as_expr(given)
+    except ExpressionError as error:
+        cure = "Give a finite number, a parameter or an expression of these."
+        raise expect.refusal(
+            ExpressionError, f"a coefficient as {what} of the contact {name!r}", cut(repr(given)), cure
+        ) from error
+
+
 def _law(
     name: str,
     gap: Constraint | None,
@@ -266,9 +277,12 @@ def _law(
     expect.that(name, "a name of a contact", name)
     label = word(name)
     speed = Parameter.declare(f"s_{label}", 0.0, "", f"speed of the slip of {name}")
-    kinetic = as_expr(friction.kinetic(speed) if callable(friction.kinetic) else friction.kinetic)
-    static = substituted(kinetic, {speed: ZERO}) if friction.static is None else as_expr(friction.static)
-    e, viscous = as_expr(restitution), as_expr(friction.viscous)
+    given = friction.kinetic(speed) if callable(friction.kinetic) else friction.kinetic
+    kinetic = _coefficient(name, "friction", given)
+    static = substituted(kinetic, {speed: ZERO})
+    if friction.static is not None:
+        static = _coefficient(name, "static=", friction.static)
+    e, viscous = _coefficient(name, "restitution=", restitution), _coefficient(name, "viscous=", friction.viscous)
     check_numbers(name, *(_default(x) for x in (static, kinetic, e)), sized=gap is None and normal is None)
     drag = _default(viscous)
     expect.that(drag is None or drag >= 0, f"viscous= of {name!r} at or above zero", came=f"{drag}")

@@ -41,7 +41,8 @@ def listed(what: str, given: Any, kind: type = object, made_by: str = "", named:
     items = expect.items(given, f"{what}= to be a list", f"Write {what}=[…] around it.")
     expect.instances(items, kind, f"{what}= made by {made_by}")
     if named:
-        expect.different((item.name for item in items), f"{what} of different names")
+        cure = "Leave one out, or say name=… for each."
+        expect.different((item.name for item in items), f"{what} of different names", cure)
     return Listing(items)
 
 

@@ -56,12 +56,17 @@ _LAWS: dict[str, dict[str, Any]] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Decided:
-    """What contacts do from an instant on: modes, the directions of slip (k × d − 1); `choice` is of those that were `closed`."""
+    """What contacts do from an instant on: modes and directions of slip (k × d − 1).
+
+    `choice` is of those that were `closed`, `hits` met before; it is `stiff` where slip begins that turns at once.
+    """
 
     modes: Modes
     directions: Array
     closed: Sequence[int] = ()
     choice: Choice | None = None
+    hits: frozenset[int] = frozenset()
+    stiff: bool = False
 
     @property
     def forces(self) -> Array:
@@ -75,6 +80,7 @@ class ContactMotion:
     def __init__(self, eom: Equations, span: tuple[float, float], given: Any, options: Mapping[str, Any]) -> None:
         self.eom, self.span = eom, span
         self.atol, self.rtol = (float(options[name]) for name in ("atol", "rtol"))
+        self.slow = max(ENDS, self.rtol)  # see `ENDS`
         self.parameters, self.inputs = given
         self.modes_of = eom.numeric().value(ContactModes)
         self.numbers = eom.numeric(options["settings"]).routine(contact_numbers)
@@ -249,7 +255,7 @@ class ContactMotion:
             v = float(np.linalg.norm(touch.slips[i]))
             gained = STARTS * (self.span[1] - self.span[0]) * self._gains(now, i)
             self.fastest[i] = max(self.fastest[i], v, touch.slip_terms[i].max(), gained)
-            level = ENDS * self.fastest[i]
+            level = self.slow * self.fastest[i]
             found[c.slowest] = max(2 * level, gained, v * (1 + ENDS)) if now.modes[i].straight else level
         return found | self._shares(now, t, x)[0]
 
@@ -327,14 +333,13 @@ class ContactMotion:
     def leaves(self, now: Decided, before: Modes, t: float, x: Array, by: tuple[Event, ...]) -> dict[str, float]:
         """The events whose thresholds a mode leaves upward at its beginning: a gap that opens or has rebounded, a slip."""
         found: dict[str, float] = {}
-        hit = {own[0] for own in map(self.ends, by) if own and own[1] == "closes"}
         decided = all(own is None or own[1] not in ("turns", "slows") for own in map(self.ends, by))
         touch: Touch | None = None
         for i, (c, mode) in enumerate(zip(self.contacts, now.modes, strict=True)):
             if (
                 mode is ContactMode.SEPARATED
                 and c.gap is not None
-                and (i in hit or before[i] is not ContactMode.SEPARATED)
+                and (i in now.hits or before[i] is not ContactMode.SEPARATED)
             ):
                 found[f"{c.name} closes"] = 1.0
             elif mode.straight and decided:
@@ -366,11 +371,10 @@ class ContactMotion:
         k = len(self.contacts)
         closed = {i for i in range(k) if now.modes[i] is not ContactMode.SEPARATED}
         slides = {i for i in closed if now.modes[i].slips}
-        i, kind = self.ends(event) or (-1, "")
-        begins = t
+        (i, kind), begins = self.ends(event) or (-1, ""), t
         if kind == "turns":
             modes = tuple(m.slipping(straight=False) if n == i else m for n, m in enumerate(now.modes))
-            return x, replace(now, modes=modes), t
+            return x, replace(now, modes=modes, hits=frozenset(), stiff=False), t
         if kind == "slows":
             touch, directions = self.touch(t, x), now.directions.copy()
             directions[i] = touch.slips[i] / np.linalg.norm(touch.slips[i])
@@ -394,7 +398,7 @@ class ContactMotion:
         friction = touch.numbers.laws[:, 0].copy()
         stand = next((s.members for s in stands(self.contacts, now.modes) if i in s.members), ())
         if stand and kind in ("opens", "slips") and not hits:
-            same = replace(now, closed=(), choice=None)
+            same = replace(now, closed=(), choice=None, hits=frozenset(), stiff=False)
             if self._shares(same, t, x)[1][i] > GIVEN:  # enough for an event to show
                 return x, same, t
         if kind == "opens" and not hits:
@@ -405,9 +409,11 @@ class ContactMotion:
                 if all((self.brief and n == i) or self._parts(touch, n, apart, share) for n in off):
                     self._opens(touch, closed, set(), apart.modes)
                     return x, apart, t
-        if kind == "slips" and not hits:
-            self._begins_to_slip(now, i, t, x, friction, sliding)
+        slips = kind == "slips" and not hits
+        begun = self._begins_to_slip(now, i, t, x, friction, sliding) if slips else []
         decided = self.decide(t, x, closed, sliding, friction, now.modes)
+        if begun := [n for n in begun if decided.modes[n].straight and len(self.contacts[n].slips) > 1]:
+            return *self._under_way(touch, x, decided, begun), t
         if kind == "sticks" and not hits and not decided.modes[i].slips and sliding.any():
             x, sliding = self._consistent(t, x, closed, sliding)
             touch = self.touch(t, x)
@@ -420,7 +426,7 @@ class ContactMotion:
             closed, touch = self.layout.together(closed | back), self.touch(t, x)
             decided = self.decide(t, x, closed, sliding, friction, now.modes)
         self._opens(touch, closed, below, decided.modes)
-        return x, decided, begins
+        return x, replace(decided, hits=frozenset(hits)), begins
 
     def _consistent(self, t: float, x: Array, closed: set[int], sliding: Array) -> tuple[Array, Array]:
         """The state where what has no direction of `sliding` does not slip at all, and directions of what slips then.
@@ -522,10 +528,28 @@ class ContactMotion:
         found[closed] = touch.choose(closed, sliding, touch.numbers.laws[:, 0] * (1 + SIX_DIGITS)).forces.reshape(-1, d)
         return found
 
-    def _begins_to_slip(self, now: Decided, i: int, t: float, x: Array, friction: Array, sliding: Array) -> None:
+    def _under_way(self, touch: Touch, x: Array, decided: Decided, begun: Sequence[int]) -> tuple[Array, Decided]:
+        """The least slip of contacts that begin to slip against a force of friction that they keep, and their modes with it.
+
+        From zero on it grows as t², its acceleration being none, and turns with the friction before, A (F − F₀) = s': against F to the
+        first order in t, whatever A is. Along a straight line with an F that does not turn it might go back.
+        """
+        slips, modes = self.none.copy(), list(decided.modes)
+        for n in begun:
+            gained = STARTS * (self.span[1] - self.span[0]) * self._gains(decided, n)
+            slips[n] = 2 * self.slow * max(self.fastest[n], touch.slip_terms[n].max(), gained) * decided.directions[n]
+            modes[n] = modes[n].slipping(straight=False)
+        closed = [n for n, m in enumerate(modes) if m is not ContactMode.SEPARATED]
+        stuck = [n for n in closed if n in begun or not modes[n].slips]
+        after = x.copy()
+        after[self.q : self.q + touch.width] += touch.held(closed, stuck, slips)
+        return after, replace(decided, modes=tuple(modes), stiff=True)
+
+    def _begins_to_slip(self, now: Decided, i: int, t: float, x: Array, friction: Array, sliding: Array) -> list[int]:
         """Contact i, whose friction is at its most, begins to slip: `friction` and `sliding` of it and of those that do with it.
 
-        Of a stand these are others whose friction is at its most, too: the body may turn about the rest.
+        Of a stand these are others whose friction is at its most, too: the body may turn about the rest. Returned are those whose
+        friction remains what it is.
         """
         forces, kinetic = self._forces_at_most(now, t, x), self.touch(t, x).numbers.laws[:, 1]
         stand = next((s.members for s in stands(self.contacts, now.modes) if i in s.members), ())
@@ -537,6 +561,8 @@ class ContactMotion:
         if friction[i] >= static[0] * (1 - ENDS):
             also = [n for n, most in zip(together, static, strict=True) if friction[n] >= most * (1 - ENDS)]
             sliding[also] = _against(forces[also, 1:])
+            return also
+        return []
 
     def ends(self, event: Event) -> tuple[int, str] | None:
         """The contact whose mode an event ends, and how; None of any other event."""
@@ -672,7 +698,8 @@ class _Way:
         first, self.fresh = self.fresh, {}
         leaves = {**first, **at.leaves(self.now, self.before, self.t, self.x, self.by)}
         opens = any(own and own[1] == "opens" for own in map(at.ends, [e for e in mode.events if e.name in leaves]))
-        if self.runner is not None and not first and not opens and self.runner.parameters == at.parameters:
+        led = not (first or opens or self.now.stiff)
+        if self.runner is not None and led and self.runner.parameters == at.parameters:
             m = self.runner.place(self.now.modes, mode)
             if m is not None:
                 upward = {own[0] for own in map(at.ends, [e for e in mode.events if e.name in leaves]) if own}

@@ -57,6 +57,10 @@ class Switch(NamedTuple):
 
 def switches(eom: Equations, laws: Sequence[Expr] = ()) -> tuple[Switch, ...]:
     """Signs, comparisons and directions v/|v| that the loads, and the `laws` of inputs, hold, each once."""
+    return eom.numeric().value(_switches, *laws)
+
+
+def _switches(eom: Equations, *laws: Expr) -> tuple[Switch, ...]:
     found: dict[Expr, Switch] = {}
     loads = {
         load.name: [x for _, v in (*load.forces, *load.torques) for x in v.scalars()]

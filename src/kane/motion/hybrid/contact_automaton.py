@@ -235,7 +235,7 @@ class _Automaton(After):
             gains.put(of.length(of.a + n * d + 1))
         v, gained = self.slip(i), gains.get() * self.s[int(Slot.SPAN)] * STARTS
         self.fastest[i] = of.largest(self.slip_terms(i), v, gained)
-        level = self.fastest[i] * ENDS
+        level = self.fastest[i] * of.largest(self.tolerances[1], ENDS)
         straight = of.largest(level * 2.0, gained, v * (1 + ENDS))
         self.extra[at + d - 1] = w.select(self.next[i] <= STRAIGHT, straight, level)
 

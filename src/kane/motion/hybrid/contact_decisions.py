@@ -12,7 +12,7 @@ from typing import Any
 
 from kane.contacts.equations import MET, U
 from kane.motion.steppers.dense import factor, invert, total, unit
-from kane.numeric.scale import INVERSE_RANK, LAST_DIGIT, ROUNDED, ROUNDED_SUM, SIX_DIGITS
+from kane.numeric.scale import EQUAL, INVERSE_RANK, LAST_DIGIT, ROUNDED, ROUNDED_SUM, SIX_DIGITS
 from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Array, Term, Writer
 
@@ -332,7 +332,7 @@ class Decisions:
                     a, b = n * d + 1 + j, m * d + 1 + j
                     apart = self.absolute(room[self.W + a * kd + i] - room[self.W + b * kd + i])
                     size = w.compute("sqrt", room[self.W + a * kd + a] * room[self.W + i * kd + i])
-                    self.cell.put(self.largest(self.cell.get(), w.select(apart > size * ROUNDED_SUM, 1.0, 0.0)))
+                    self.cell.put(self.largest(self.cell.get(), w.select(apart > size * EQUAL, 1.0, 0.0)))
                 same = (self.cell.get() < 0.5) & (room[self.rubs + m] > 0.0)
                 earlier = room[self.first + n] >= w.compute("float", n)
                 with w.when(same & earlier):
@@ -561,9 +561,13 @@ class Decisions:
         """Whether a contact that begins to slip does so against its friction; else it sticks. Its direction follows."""
         w, room, d = self.writer, self.room, self.d
         onward = self.sum(d - 1, lambda j: room[self.dirs + at + j] * room[self.a + at + 1 + j])
-        slack = most(self.a_errors)
-        self.doubt(self.absolute(onward) <= slack)
-        with w.when(onward < -slack):
+        slack, held = most(self.a_errors), self.other
+        held.put(0.0)
+        with w.few(self.count.get()) as m:  # by one that sticks by its rows
+            one = room[self.kind + m].equals(STICK) & room[self.first + m].equals(room[self.first + n])
+            held.put(w.select(one & (room[self.rubs + m] > 0.0), 1.0, held.get()))
+        self.doubt((held.get() < 0.5) & (self.absolute(onward) <= slack))
+        with w.when((onward < -slack) | (held.get() > 0.5)):
             with w.few(d - 1) as j:
                 room[self.dirs + at + j] = 0.0
             room[self.kind + n] = STICK

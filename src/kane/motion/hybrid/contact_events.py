@@ -14,7 +14,8 @@ from kane.program.kernel.writer import Array, Term, Variable, Writer
 NOTHING = 1e-10
 """Share of the terms of a velocity that is nothing: what is left where a slip or an approach ends."""
 STARTS, ENDS = 1e-8, 1e-10
-"""A slip goes straight on over this share of the span from its beginning, and below this share of its terms before its end."""
+"""A slip goes straight on over this share of the span from its beginning, and below this share of its terms before its end, or below
+that which tolerances leave open, where it would go to and fro about its end."""
 FLAT, LOW = 1e-3, 1e-10
 """Shares of what tolerances leave open of a gap, and of the highest rebound, up to which rebounds are followed."""
 KINDS = ("closes", "opens", "slips", "sticks", "turns", "slows")
@@ -46,6 +47,7 @@ class After:
             "next_modes", "next_ways", "sliding", "friction"
         )
         self.touching, self.hits, self.leaving, self.kept = self._arrays("touching", "hits", "leaving", "kept")
+        self.off, self.others = w.array("off"), w.variable("others", INT)
         self.drives = w.callee("drive", "float", "array", "array", "array", "array")
         self.driven = w.number("driven")
         self.which, self.kind, self.hit, self.found, self.last, self.task, self.next_task, self.still = self._cells(
@@ -104,6 +106,12 @@ class After:
             of.touch(self.t.get(), self.y)
             with w.when(self.doing(_FIRST)):
                 self.first()
+                self.impacts.begin()
+            with w.when(self.doing(_HIT)):
+                self.impacts.meet(self.touching)
+                with w.when(self.impacts.over.get() > 0):
+                    self.thrown()
+                    self.task.put(_REST)
             with w.when(self.doing(_REST) | (self.doing(_LAST) & (self.hit.get() > 0))):
                 self.find_slips(lambda i: self.touching[i] > 0.0)
             with w.when(self.task.get() < _DONE):
@@ -122,6 +130,7 @@ class After:
             self.begin_closed()
         with w.few(k) as i:
             self.next[i] = self.modes[i]
+            self.off[i] = w.select(self.here(i), 1.0, 0.0)
             with w.few(d - 1) as j:
                 self.next_ways[i * (d - 1) + j] = self.ways[i * (d - 1) + j]
             self.touching[i] = w.select(self.modes[i] > SEPARATED, 1.0, 0.0)
@@ -190,12 +199,13 @@ class After:
     def decide_on(self) -> None:
         """One task, and which is next."""
         w, of = self.w, self.of
-        apart = self.doing(_APART)
+        apart, hit = self.doing(_APART), self.doing(_HIT)
 
         def solved(may: Which) -> None:
             def closed(i: Term) -> Term:
-                off = self.here(i) | of.pressed_by[i].equals(w.compute("float", self.which.get()))
-                return (self.touching[i] > 0.0) & ~(apart & off) & may(i)
+                by = w.select(of.pressed_by[i] < 0.0, i, w.compute("int", of.pressed_by[i]))
+                off = apart & (self.off[by] > 0.0)
+                return (self.touching[i] > 0.0) & ~off & ~(hit & (self.impacts.part[i] < 0.5)) & may(i)
 
             of.problem(closed, self.sliding, self.friction, self.doing(_HIT))
             with w.when(self.doing(_FORCE)):
@@ -208,11 +218,9 @@ class After:
 
         of.until_forces_agree(solved)
         self.next_task.put(_LAST)
-        with w.when(self.doing(_HIT)):
+        with w.when(hit):
             self.impact()
-            self.next_task.put(_REST)
-            with w.few(of.k) as i:
-                self.friction[i] = of.numbers[of.laws + i * 3]
+            self.next_task.put(_HIT)
         with w.when(self.doing(_FORCE)):
             self.press()
             with w.when(self.is_(OPENS)):
@@ -220,7 +228,7 @@ class After:
         with w.when((self.task.get() >= _APART) & (self.task.get() <= _LAST)):
             self.found.put(0)
             with w.when(apart):
-                self.parts()
+                self.part()
             with w.when(self.doing(_REST)):
                 self.flat()
             with w.when(self.doing(_LAST) | (apart & (self.found.get() > 0))):
@@ -318,13 +326,36 @@ class After:
 
         return of.sum(of.count.get() * of.d, pushed) + of.unforced(i * of.d)[0]
 
-    def parts(self) -> None:
-        """Whether the gap of the event does not close again, its contact taken for open: then that is what follows.
+    def part(self) -> None:
+        """Whether the gaps of those taken for open do not close again: `found`, then that is what follows.
 
-        So it is where the mode lasted no time: its force, above zero where it began, has fallen through zero since.
+        Else that of the event alone is taken for open where others were, too.
         """
         w, of = self.w, self.of
-        i, kd = self.which.get(), of.k * of.d
+        count, others = self.last, self.others  # of those that close again, of those beside that of the event
+        for cell in (count, others):
+            cell.put(0)
+        with w.few(of.k) as i, w.when(self.off[i] > 0.0):
+            self.found.put(0)
+            self.parts(i)
+            count.put(count.get() + 1 - self.found.get())
+            with w.when(~self.here(i)):
+                others.put(1)
+        self.found.put(0)
+        with w.when(count.get() < 1):
+            self.found.put(1)
+        with w.otherwise(), w.when(others.get() > 0):
+            self.next_task.put(_APART)
+            with w.few(of.k) as i:
+                self.off[i] = w.select(self.here(i), 1.0, 0.0)
+
+    def parts(self, i: Term) -> None:
+        """Whether the gap of contact i, taken for open, does not close again: `found`.
+
+        So it is where the mode lasted no time: the force of the event, above zero where it began, has fallen through zero since.
+        """
+        w, of = self.w, self.of
+        kd = of.k * of.d
         row = i * of.d
         a, terms = self.rate, self.terms
         for place, free in zip((a, terms), of.unforced(row), strict=True):
@@ -334,7 +365,8 @@ class After:
             part = of.room[of.mobility + row * kd + other] * of.room[of.force + c]
             a.put(a.get() + part)
             terms.put(terms.get() + of.absolute(part))
-        with w.when((of.places[row] > -0.5) & ((a.get() >= -(terms.get() * NOTHING)) | (self.still.get() > 0))):
+        brief = (self.still.get() > 0) & self.here(i)
+        with w.when((of.places[row] > -0.5) & ((a.get() >= -(terms.get() * NOTHING)) | brief)):
             self.found.put(1)
         with w.when(self.found.get() < 1), w.few(of.k) as n:  # forces turn with directions of slow slips
             slow = self.slip(n) * NOTHING < self.slip_terms(n) * ROUNDED_TERMS
@@ -350,21 +382,25 @@ class After:
         of.solve()
 
     def press(self) -> None:
-        """Against the forces in the modes at hand slip begins; unsure where others vanish with the one that opens."""
+        """Against the forces in the modes at hand slip begins; `off` become those that vanish with the one that opens."""
         w, of = self.w, self.of
         room, d = of.room, of.d
         with w.few(of.count.get()) as n:
             i, row = of.index(of.own + n), n * d
-            with w.when(self.is_(OPENS) & ~self.here(i)):
+            with w.when(self.is_(OPENS) & ~of.no_place(i, 0) & (of.pressed_by[i] < 0.0)):
                 most = room[of.terms + row] / room[of.W + row * of.k * d + row]
-                of.doubt(room[of.force + row] <= most * NOTHING)
+                self.off[i] = w.select(room[of.force + row] <= most * NOTHING, 1.0, self.off[i])
             with w.when(self.is_(SLIPPING) & self.here(i)):
                 size = of.length(of.force + row + 1)
                 of.doubt(~(size > 0.0))
                 with w.few(of.count.get()) as m, w.when(of.leads(m, n)):
                     laws = of.laws + of.index(of.own + m) * 3
-                    with w.when(of.numbers[laws + 1] >= of.numbers[laws] * (1 - ENDS)), w.few(d - 1) as j:
-                        self.sliding[of.index(of.own + m) * (d - 1) + j] = -room[of.force + row + 1 + j] / size
+                    with w.when(of.numbers[laws + 1] >= of.numbers[laws] * (1 - ENDS)):
+                        of.doubt(
+                            self.slip_count[of.index(of.own + m)] > 1.5
+                        )  # it turns at once: steps are to be implicit
+                        with w.few(d - 1) as j:
+                            self.sliding[of.index(of.own + m) * (d - 1) + j] = -room[of.force + row + 1 + j] / size
 
     def together(self) -> None:
         """Contacts that others press are closed where these are."""
@@ -373,26 +409,24 @@ class After:
             self.touching[i] = self.touching[w.compute("int", by[i])]
 
     def impact(self) -> None:
-        """y after the impacts of those that touch, and which of them stay closed: `touching`."""
-        w, of = self.w, self.of
-        room, d = of.room, of.d
-        size = of.count.get() * d
+        """y after the impacts of those that take part: all at once, or all one after the other."""
+        size = self.of.count.get() * self.of.d
         self.impacts.run(size)
-        impulse = self.impacts.impulse
-        self.change(size, lambda c: impulse[c])
+        self.change(size, lambda c: self.impacts.impulse[c])
+        self.impacts.grow(size)
+
+    def thrown(self) -> None:
+        """Which of those that touch stay closed after all impacts: `touching`."""
+        w, of, d = self.w, self.of, self.of.d
         with w.few(of.k) as i:
+            self.friction[i] = of.numbers[of.laws + i * 3]
             self.leaving[i] = 0.0
-        with w.few(size) as c:  # what rounding leaves of velocities after the impacts is beside these
-            room[of.force + c] = impulse[c]
-        with w.few(size) as c:
-            room[of.a_errors + c] = room[of.terms + c] + of.sized(c, size, of.force)
-        with w.few(of.count.get()) as n:
-            i, v, terms = of.index(of.own + n), room[of.a + n * d], room[of.a_errors + n * d]
-            with w.few(d, 1) as j:
-                self.fastest[i] = of.largest(self.fastest[i], room[of.a_errors + n * d + j])
-            with w.when(v > terms * NOTHING):
-                self.leaving[of.index(of.own + n)] = 1.0
-                self.touching[of.index(of.own + n)] = 0.0
+            with w.when(self.touching[i] > 0.0):
+                with w.few(d, 1) as j:
+                    self.fastest[i] = of.largest(self.fastest[i], self.impacts.terms(i * d + j))
+                with w.when(of.room[of.velocity + i * d] > self.impacts.terms(i * d) * NOTHING):
+                    self.leaving[i] = 1.0
+                    self.touching[i] = 0.0
         self.together()
 
     def change(self, size: Term, impulse: Callable[[Term], Term]) -> None:

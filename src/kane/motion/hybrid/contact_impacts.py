@@ -9,7 +9,7 @@ from kane.motion.hybrid.contact_decisions import Decisions
 from kane.motion.hybrid.contact_turning import Mobility, Turning, mobility
 from kane.numeric.scale import LAST_DIGIT, ROUNDED, ROUNDED_CHAIN, ROUNDED_SUM
 from kane.program.kernel.language import INT
-from kane.program.kernel.writer import Term
+from kane.program.kernel.writer import Array, Term
 
 _POISSON, _NEWTON, _MOREAU = (float(LAWS.index(law)) for law in ("poisson", "newton", "moreau"))
 _ENDLESS = 1e301
@@ -24,28 +24,74 @@ class Impacts:
     def __init__(self, of: Decisions) -> None:
         self.of, self.w = of, of.writer
         w = self.w
-        self.impulse, self.law = w.array("impulse"), w.array("law")
+        self.impulse, self.law, self.part, self.grown = (w.array(name) for name in ("impulse", "law", "part", "grown"))
         names = ("v_n", "v_t", "v_b", "p_n", "work", "p_c", "work_c", "left", "length", "slope", "rate")
         self.put = {name: w.variable(name) for name in names}
-        counted = ("impact", "compressed", "done", "ended", "rebounds", "together")
+        counted = ("impact", "compressed", "done", "ended", "rebounds", "together", "over_impacts", "impact_rounds")
         self.turning, self.way_a, self.way_b = Turning(of), w.variable("way_a"), w.variable("way_b")
-        self.found, self.compressed, self.done, self.ended, self.rebounds, self.together = (
+        self.found, self.compressed, self.done, self.ended, self.rebounds, self.together, self.over, self.rounds = (
             w.variable(name, INT) for name in counted
         )
 
-    def ask(self) -> None:
-        """By Moreau's rule b becomes what its choice asks: v_n⁺ + e v_n⁻ ≥ 0 of all that touch, none of which leaves; else it is v."""
+    def begin(self) -> None:
+        """By which rule, and nothing that earlier impacts have left."""
         w, of = self.w, self.of
-        room, d = of.room, of.d
         self.together.put(0)
         with w.few(of.k) as i, w.when(self.law[i].equals(_MOREAU)):
             self.together.put(1)
+        self.rounds.put(0)
+        with w.few(of.k * of.d) as i:
+            self.grown[i] = 0.0
+
+    def meet(self, touching: Array) -> None:
+        """`part`, who takes part in impacts, or that these are `over`.
+
+        By Moreau's rule those take part that touch and do not leave, again until none closes; else all, once.
+        """
+        w, of = self.w, self.of
+        d, close = of.d, self.found
+        close.put(0)
+        with w.few(of.k) as i:
+            v, nothing = of.room[of.velocity + i * d], self.terms(i * d) * ROUNDED
+            touches = touching[i] > 0.0
+            with w.when(touches & (v < -w.select(self.rounds.get() < 1, nothing, self.terms(i * d) * ROUNDED_SUM))):
+                close.put(1)
+            self.part[i] = w.select(touches & ((v <= nothing) | (self.together.get() < 1)), 1.0, 0.0)
+        alone = self.together.get() < 1
+        self.over.put(1)
+        with w.when((alone & (self.rounds.get() < 1)) | (~alone & (close.get() > 0))):
+            self.over.put(0)
+        self.rounds.put(self.rounds.get() + 1)
+        of.doubt(self.rounds.get() > of.k * of.k * _MOST)
+
+    def terms(self, row: Term) -> Term:
+        """The terms of a velocity, with those of the impulses that have led to it."""
+        return self.of.room[self.of.velocity_terms + row] + self.grown[row]
+
+    def grow(self, size: Term) -> None:
+        """Terms of all velocities, by the impulses of the problem, whose rows are so many."""
+        w, of = self.w, self.of
+        room, kd = of.room, of.k * of.d
+
+        def root(at: Term) -> Term:
+            return w.compute("sqrt", room[at])
+
+        self.put["work"].put(of.sum(size, lambda c: root(of.W + c * kd + c) * of.absolute(self.impulse[c])))
+        with w.few(kd) as i:
+            self.grown[i] = self.grown[i] + root(of.mobility + i * kd + i) * self.put["work"].get()
+
+    def ask(self) -> None:
+        """By Moreau's rule b becomes what its choice asks, v_n⁺ + e v_n⁻ ≥ 0; else it is v."""
+        w, of = self.w, self.of
+        room, d = of.room, of.d
         with w.when(self.together.get() > 0):
             with w.few(of.count.get() * d) as c:
                 self.impulse[c] = room[of.b + c]
             with w.few(of.count.get()) as n:
-                v, e = room[of.b + n * d], of.numbers[of.laws + of.index(of.own + n) * 3 + 2]
-                of.doubt(v > room[of.terms + n * d] * ROUNDED)
+                i, v = of.index(of.own + n), room[of.b + n * d]
+                e = of.numbers[of.laws + i * 3 + 2]
+                with w.few(d) as j:
+                    room[of.terms + n * d + j] = self.terms(i * d + j)
                 room[of.b + n * d] = v + e * w.compute("min", v, 0.0)
             with w.few(of.count.get() * d) as c:
                 room[of.terms + c] = room[of.terms + c] + of.absolute(room[of.b + c])

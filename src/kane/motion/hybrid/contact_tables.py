@@ -79,8 +79,11 @@ def structure(eom: Equations) -> Given:
         "speeds": len(eom.speeds), "coordinates": len(eom.coordinates), "n": n, "room_for": ROWS,
         "event_count": len(eom.system.events) + 4 * k + 16, "p_count": len(eom.parameters) + k * (d + 1) + 8,
     }  # fmt: skip
-    small = {name: np.zeros(k) for name in (*KNOWN, "modes", "leaving", "next_modes", "friction", "touching", "hits")}
-    wide = {name: np.zeros(k * d) for name in ("next_ways", "sliding", "impulse")}
+    small = {
+        name: np.zeros(k)
+        for name in (*KNOWN, "modes", "leaving", "next_modes", "friction", "touching", "hits", "off", "part")
+    }
+    wide = {name: np.zeros(k * d) for name in ("next_ways", "sliding", "impulse", "grown")}
     return {
         **ints,
         **small,
