@@ -44,9 +44,11 @@ html_title = "kane"
 html_theme_options = {
     "show_toc_level": 2,
     "navigation_with_keys": False,
+    "header_links_before_dropdown": 6,
     "footer_start": ["copyright"],
     "footer_end": [],
 }
+html_context = {"default_mode": "auto"}
 html_sidebars = {"index": [], "gallery": [], "tutorial/*": []}
 html_show_sourcelink = False
 html_copy_source = False
