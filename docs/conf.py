@@ -6,6 +6,8 @@ import sys
 from importlib.metadata import version as installed
 from pathlib import Path
 
+from sphinx.ext import autosummary
+
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 
 project = "kane"
@@ -29,6 +31,7 @@ suppress_warnings = ["ref.python"]  # words of types, such as "coordinates", are
 default_role = "code"  # single backticks in docstrings
 toc_object_entries_show_parents = "hide"
 autosummary_generate = False
+autosummary.WELL_KNOWN_ABBREVIATIONS += ("sec.", "ch.", "eq.")  # a point there does not end a summary
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 napoleon_google_docstring = False
