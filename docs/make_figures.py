@@ -182,7 +182,7 @@ def partial_velocities(path: Path) -> None:
                 ax.annotate("", end, point, arrowprops=arrow)
             shift = (0.05, 0.02) if moves else (0.13, -0.02)
             ax.text(*(end + shift), rf"$\mathbf{{v}}^{name}_{k} = {value}$", color="#0d7333", fontsize=10)
-            ax.text(*(point + (-0.2, -0.06)), f"${name}$", fontsize=11)
+            ax.text(*(point - np.array([0.2, 0.06])), f"${name}$", fontsize=11)
         ax.set_title(f"for $u_{k}$", fontsize=11)
         ax.set_xlim(-0.2, 2.6)
         ax.set_ylim(-1.65, 0.1)
