@@ -6,6 +6,8 @@ import sys
 from importlib.metadata import version as installed
 from pathlib import Path
 
+from sphinx.ext import autosummary
+
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 
 project = "kane"
@@ -29,6 +31,7 @@ suppress_warnings = ["ref.python"]  # words of types, such as "coordinates", are
 default_role = "code"  # single backticks in docstrings
 toc_object_entries_show_parents = "hide"
 autosummary_generate = False
+autosummary.WELL_KNOWN_ABBREVIATIONS += ("sec.", "ch.", "eq.")  # a point there does not end a summary
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 napoleon_google_docstring = False
@@ -44,9 +47,11 @@ html_title = "kane"
 html_theme_options = {
     "show_toc_level": 2,
     "navigation_with_keys": False,
+    "header_links_before_dropdown": 6,
     "footer_start": ["copyright"],
     "footer_end": [],
 }
+html_context = {"default_mode": "auto"}
 html_sidebars = {"index": [], "gallery": [], "tutorial/*": []}
 html_show_sourcelink = False
 html_copy_source = False

@@ -161,6 +161,36 @@ def partial_velocity(path: Path) -> None:
     page.savefig(path, metadata={"Date": None})
 
 
+def partial_velocities(path: Path) -> None:
+    """Two bobs one below the other, and the partial velocities of both for each speed."""
+    page = Figure(figsize=(6.4, 3.4), layout="constrained")
+    angles = np.array([0.5, 0.95])
+    across = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    along = np.stack([np.sin(angles), -np.cos(angles)], axis=1)
+    P, Q = along[0], along[0] + along[1]
+    for k, ax in enumerate(page.subplots(1, 2), 1):
+        ax.plot(*np.stack([np.zeros(2), P, Q]).T, color="0.4", lw=2)
+        ax.plot(0, 0, "o", ms=6, mfc="white", mec="0.2")
+        for point, name in ((P, "P"), (Q, "Q")):
+            ax.plot(*point, "o", ms=10, color="#33475b")
+            moves = k == 1 or name == "Q"
+            unit = r"\hat{\mathbf{b}}_x" if k == 1 else r"\hat{\mathbf{c}}_x"
+            value = rf"L\,{unit}" if moves else "0"
+            end = point + (0.6 * across[k - 1] if moves else 0)
+            if moves:
+                arrow = {"arrowstyle": "-|>", "color": "#0d7333", "lw": 2, "shrinkA": 0, "shrinkB": 0}
+                ax.annotate("", end, point, arrowprops=arrow)
+            shift = (0.05, 0.02) if moves else (0.13, -0.02)
+            ax.text(*(end + shift), rf"$\mathbf{{v}}^{name}_{k} = {value}$", color="#0d7333", fontsize=10)
+            ax.text(*(point - np.array([0.2, 0.06])), f"${name}$", fontsize=11)
+        ax.set_title(f"for $u_{k}$", fontsize=11)
+        ax.set_xlim(-0.2, 2.6)
+        ax.set_ylim(-1.65, 0.1)
+        ax.set_aspect("equal")
+        ax.axis("off")
+    page.savefig(path, metadata={"Date": None})
+
+
 def _shapes(name: str, system: kn.System) -> tuple[Any, ...]:
     """The shapes that a system of the gallery declares beside it."""
     made = getattr(load(name), "shapes", None) if name in GALLERY else None
@@ -174,6 +204,7 @@ def main() -> None:
         (STATIC / folder).mkdir(exist_ok=True)
     plotting()
     partial_velocity(STATIC / "tutorial" / "partial_velocity.svg")
+    partial_velocities(STATIC / "tutorial" / "partial_velocities.svg")
     moving.front(STATIC / "disk.webp")
     for name, system in [*tutorials(), *((name, load(name).system()) for name in GALLERY)]:
         kn.sketch(system, STATIC / "sketches" / f"{name}.svg", shapes=_shapes(name, system))

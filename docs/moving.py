@@ -17,8 +17,10 @@ from kane.present.viewer.raster import Shot, frames
 
 CARD = (280, 168)
 """Columns and rows of a picture of the gallery."""
-FRONT = (560, 336)
+FRONT = (640, 272)
 """Columns and rows of the picture of the front page."""
+_BAND = (0, 70, 800, 410)
+"""What is kept of a frame there: the band of the floor that the disk crosses."""
 _FAR = 13.0
 """A system that goes farther than so many times its size is followed."""
 _COUNT, _PAUSE = 36, 90
@@ -39,13 +41,8 @@ def card(name: str, folder: Path) -> None:
 
 def front(place: Path) -> None:
     """The disk thrown forward with backspin, which slides, turns aside, and rolls."""
-    _save(
-        list(frames(_shot("skidding_disk", 5.0, azimuth=0.15, height=0.34, near=0.26)))[::2],
-        FRONT,
-        place,
-        pause=80,
-        quality=60,
-    )
+    drawn = list(frames(_shot("skidding_disk", 5.0, azimuth=0.0, height=0.3, near=0.34)))[::2]
+    _save([p.crop(_BAND) for p in drawn], FRONT, place, pause=80, quality=60)
 
 
 def _shot(name: str, seconds: float, azimuth: float = 0.3, height: float = 0.3, near: float = 0.42) -> Shot:

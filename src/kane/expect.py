@@ -48,7 +48,7 @@ def instance(
     return given
 
 
-_WHERE = {"System": ("system",), "Equations": ("eom", "equations")}
+_WHERE = {"System": ("system",), "Equations": ("eom", "equations"), "State": ("state",)}
 """Attributes by what they hold."""
 
 

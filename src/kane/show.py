@@ -62,6 +62,12 @@ class Named(Listing[V]):
     _repr_latex_ = latex
 
 
+def counts(**numbers: int) -> str:
+    """How many of what, named by the plural: "1 body, 2 speeds"."""
+    one = {name: name.removesuffix("ies") + "y" if name.endswith("ies") else name.removesuffix("s") for name in numbers}
+    return ", ".join(f"{n} {one[name] if n == 1 else name}" for name, n in numbers.items())
+
+
 def columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A table as text, its columns as wide as they need to be."""
     wide = [max(map(len, column)) for column in zip(head, *rows, strict=True)]

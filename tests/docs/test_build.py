@@ -11,6 +11,10 @@ from tests.docs.snippets import ROOT
 
 _LOADED = re.compile(r"""<(?:script|img|iframe)[^>]*\ssrc=["']([^"']+)|<link[^>]*rel="stylesheet"[^>]*href="([^"]+)""")
 
+_SUMMARY = re.compile(
+    r'<tr class="row-(?:odd|even)"><td><p><a class="reference internal".*?</td>\s*<td><p>(.*?)</p></td>', re.DOTALL
+)
+
 
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory):
@@ -52,6 +56,15 @@ def test_pages_load_only_their_own_files(pages):
     for name, found in loaded:
         assert not re.match(r"\w+:|//", found), (name, found)
         assert (pages[name].parent / found.partition("?")[0]).is_file(), (name, found)
+
+
+@pytest.mark.slow
+def test_summaries_of_names_are_whole(pages):
+    """A summary is a sentence: none ends at the point of an abbreviation, with a bracket open."""
+    own = sorted(name for name in pages if name.startswith("api/") and name != "api/index.html")
+    rows = [row for name in own for row in _SUMMARY.findall(pages[name].read_text(encoding="utf-8"))]
+    assert len(rows) > 300
+    assert [row for row in rows if row.count("(") != row.count(")") or not row.endswith(".")] == []
 
 
 @pytest.mark.slow

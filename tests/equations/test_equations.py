@@ -87,7 +87,7 @@ def test_frozen():
 
 
 def test_repr():
-    assert repr(EOM).startswith("Equations(bob: 1 coordinates, 1 speeds, 1 reactions, ")
+    assert repr(EOM).startswith("Equations(bob: 1 coordinate, 1 speed, 1 reaction, ")
 
 
 def test_the_seven_steps():

@@ -208,3 +208,10 @@ def test_what_follows_the_speeds_is_named():
     with pytest.raises(TypeError):
         kn.State({"q": 0.3}, [0.7], {"m": 2.0})
     assert kn.analysis.OperatingPoint is kn.OperatingPoint is kn.State
+
+
+def test_what_has_a_state_says_so():
+    found = kn.assemble(CLOSED, q={x: 0.6, y: kn.guess(0.8)})
+    with pytest.raises(kn.errors.ArgumentError, match=r"Pass its \.state\.$"):
+        CLOSED.evaluate(CLOSED.kinetic_energy, found)
+    assert CLOSED.evaluate(x + y, found.state) == pytest.approx(1.4)

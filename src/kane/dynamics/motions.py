@@ -194,7 +194,7 @@ class Motions(Immutable):
 
     def __repr__(self) -> str:
         return (
-            f"Motions({len(self.coordinates)} coordinates, speeds {', '.join(map(str, self.speeds))}, "
+            f"Motions({show.counts(coordinates=len(self.coordinates))}, speeds {', '.join(map(str, self.speeds))}, "
             f"{self.degrees_of_freedom} degrees of freedom)"
         )
 

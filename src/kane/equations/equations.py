@@ -380,10 +380,13 @@ class Equations(Energies, Immutable):
     _repr_html_ = show.html
 
     def __repr__(self) -> str:
-        return (
-            f"Equations({', '.join(b.name for b in self.system.bodies)}: {len(self.coordinates)} coordinates, "
-            f"{len(self.speeds)} speeds, {len(self.reactions)} reactions, {self.operations.total} operations)"
+        size = show.counts(
+            coordinates=len(self.coordinates),
+            speeds=len(self.speeds),
+            reactions=len(self.reactions),
+            operations=self.operations.total,
         )
+        return f"Equations({', '.join(b.name for b in self.system.bodies)}: {size})"
 
 
 compile = Equations.compile

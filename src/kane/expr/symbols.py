@@ -28,7 +28,7 @@ def _is_text(x: object) -> bool:
 
 
 class Symbol(Expr):
-    """A named leaf. `place` is what the declaration belongs to (a Rate's coordinate, a Reaction's point)."""
+    """A named leaf of expressions. `place` is what the declaration belongs to (a Rate's coordinate, a Reaction's point)."""
 
     __slots__ = ("default", "description", "name", "place", "unit")
 

@@ -8,6 +8,7 @@ from html import escape
 from types import MappingProxyType
 from typing import Any, Literal
 
+from kane import show
 from kane.equations.equations import Equations, derive
 from kane.errors import Attributes
 from kane.expr.node import Expr
@@ -80,13 +81,17 @@ class Imported(Attributes):
         return f"<p><b>Imported</b>: {self._size()}</p><table><tr><th></th><th>remark</th><th>where</th></tr>{rows}</table>"
 
     def _size(self) -> str:
-        s = self.system
-        counts = {"bodies": s.bodies, "coordinates": s.coordinates, "speeds": s.speeds, "constraints": s.constraints}
-        return ", ".join(f"{len(x)} {name}" for name, x in counts.items())
+        return size_of(self.system)
 
     def _sorted(self) -> list[Remark]:
         order = list(KINDS)
         return sorted(self.remarks, key=lambda r: order.index(r.kind))
+
+
+def size_of(system: System) -> str:
+    """How many bodies, coordinates, speeds and constraints."""
+    counted = ("bodies", "coordinates", "speeds", "constraints")
+    return show.counts(**{name: len(getattr(system, name)) for name in counted})
 
 
 class Remarks:

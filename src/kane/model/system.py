@@ -235,7 +235,7 @@ class System(Declarations):
 
     def __repr__(self) -> str:
         bodies = ", ".join(b.name for b in self.bodies)
-        return f"System({bodies}; {len(self.coordinates)} coordinates, {len(self.speeds)} speeds)"
+        return f"System({bodies}; {show.counts(coordinates=len(self.coordinates), speeds=len(self.speeds))})"
 
 
 def _check_whole(system: System, symbols: Sequence[Symbol]) -> None:

@@ -352,7 +352,9 @@ def _check_orthogonal(columns: Cosines) -> None:
 
 
 class Point(Immutable):
-    """A point. `Point("O", fixed_in=N)` is fixed in a root frame; every other one is born from a point.
+    """A point, fixed in a frame or placed from another point.
+
+    `Point("O", fixed_in=N)` is fixed in a root frame; every other one is born from a point.
 
     `O.at("P", r)` is a geometric point at r from O. `X.fixed_in(B, "Q", r)` is the particle of B that is at X + r now.
     """

@@ -118,7 +118,7 @@ def test_a_support_that_is_moved(q: float, u: float, t: float) -> None:
     [
         ("ignored", "code: no part of the model"),
         ("ignored", "autoz: no part of the model"),
-        ("read", "1 bodies, 1 coordinates, 1 speeds"),
+        ("read", "1 body, 1 coordinate, 1 speed"),
     ],
 )
 def test_remarks_say_what_became_of_a_line(kind: Any, expected: str) -> None:

@@ -14,7 +14,7 @@ from kane.interop.autolev.sheet import Sheet
 from kane.interop.autolev.space import Space
 from kane.interop.autolev.speeds import Kinematics, kinematics
 from kane.interop.autolev.values import Vec
-from kane.interop.imported import Imported
+from kane.interop.imported import Imported, size_of
 from kane.model.bodies import Particle, RigidBody
 from kane.model.constraints import Constraint, motion_constraint
 from kane.model.loads import Force, Gravity, Load, Torque, gravity
@@ -198,11 +198,7 @@ def _imported(sheet: Sheet, names: Names, system: System) -> Imported:
         symbol = low.get(name, low.get(f"{name.rstrip(chr(39))}p"))
         if isinstance(symbol, Coordinate | Speed):
             start[type(symbol)][symbol] = value
-    counts = (
-        f"{len(system.bodies)} bodies, {len(system.coordinates)} coordinates, {len(system.speeds)} speeds, "
-        f"{len(system.constraints)} constraints"
-    )
-    sheet.remarks.say("read", counts)
+    sheet.remarks.say("read", size_of(system))
     q, u = ({s.name: s for s in system.coordinates}, {s.name: s for s in system.speeds})
     parameters = {s.name: s for s in system.parameters}
     extras = {"start": State(q=start[Coordinate], u=start[Speed])}
