@@ -292,14 +292,12 @@ class Sample:
             return [fold(e, self.values, self._value) for e in exprs]
 
     def _value(self, node: Expr) -> Any:
+        if node.args:
+            return node.op.numpy(*[self.values[a] for a in node.args])
         if node.op is SYMBOL:
             e = self.speeds.euler_rates.get(node)
             return np.float64(draw(self.seed, node)) if e is None else fold(e, self.values, self._value)
-        if node.op is CONST:
-            return np.float64(constant_value(node) or 0)
-        if node.op is PI:
-            return np.float64(math.pi)
-        return node.op.numpy(*[self.values[a] for a in node.args])
+        return np.float64(math.pi) if node.op is PI else np.float64(constant_value(node) or 0)
 
     def turn(self, frame: Basis) -> Array:
         """Direction cosines of the frame in the root."""

@@ -25,7 +25,7 @@ from kane.kinematics.speeds import Sample
 from kane.kinematics.velocities import ContactPoint, Kinematics
 from kane.model.constraints import ClosureBranch, Constraint
 from kane.model.system import System
-from kane.numeric.arrays import Array, Mask
+from kane.numeric.arrays import Array, Mask, spread
 from kane.numeric.newton import Closed, ClosedMany, Indices, NaturalSizes, close, close_many, close_most, sizes
 from kane.numeric.sampling import ASSEMBLY_SEED, SEEDS
 from kane.numeric.scale import CLOSED, CLOSED_NEARLY, LAST_DIGIT, ROUNDED_CHAIN, bounded
@@ -137,7 +137,7 @@ class LevelSet:
         """How far rounding may carry f (k × m) there."""
         own = {s: v if np.ndim(v) == 0 else np.asarray(v)[starts] for s, v in self.values.items()}
         own |= zip(self.manifold.system.coordinates, self.whole(x).T, strict=True)
-        return np.stack([np.broadcast_to(e, len(x)) for _, e in bounded(self.manifold.f, own)], axis=1)
+        return spread([e for _, e in bounded(self.manifold.f, own)], (len(x),)).T
 
     def sizes(self, x: Array) -> NaturalSizes:
         """How large what is free, and the terms of f, are by their nature, from places drawn (k × free)."""
