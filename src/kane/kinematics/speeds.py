@@ -25,7 +25,7 @@ from kane.expr.differentiation import Affine, affine_forms, combined
 from kane.expr.evaluation import price
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr, constant_value
-from kane.expr.ops import CONST, DIV, MUL, NEG, PI, SYMBOL
+from kane.expr.ops import DIV, MUL, NEG, PI, SYMBOL
 from kane.expr.symbols import Coordinate, Speed, Symbols, rate
 from kane.expr.visit import fold, substituted
 from kane.model.system import System
