@@ -29,7 +29,7 @@ from kane.expr.ops import DIV, MUL, NEG, PI, SYMBOL
 from kane.expr.symbols import Coordinate, Speed, Symbols, rate
 from kane.expr.visit import fold, substituted
 from kane.model.system import System
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, spread
 from kane.numeric.sampling import SEED, draw
 from kane.numeric.scale import SIX_DIGITS
 from kane.space.frame import Point
@@ -337,8 +337,7 @@ class Sample:
             width = len(self.speeds.rates) + 1
             total = np.zeros((3, width))
             for frame, triple in v.parts:
-                parts = [np.broadcast_to(x, (width,)) for x in self.numbers(triple)]
-                total = total + self.turn(frame) @ np.array(parts)
+                total = total + self.turn(frame) @ spread(self.numbers(triple), (width,))
             self.rooted[v.parts] = total
         return self.rooted[v.parts]
 
@@ -350,7 +349,8 @@ class Sample:
         along = np.array([self.turn(f).T for f in frames]).reshape(-1, 3, 3) @ coefficients
         finite = np.asarray(np.isfinite(along).all(axis=(1, 2)))
         with np.errstate(invalid="ignore"):
-            near = np.abs(along - np.clip(np.round(along), -1, 1)).max(axis=2, initial=0) < SIX_DIGITS
+            whole = np.minimum(np.maximum(np.rint(along), -1.0), 1.0)
+            near = np.abs(along - whole).max(axis=2, initial=0) < SIX_DIGITS
             present = np.abs(along).max(axis=2, initial=0) > SIX_DIGITS
         counts, full = (near & present).sum(axis=1), np.asarray(near.all(axis=1) & present.any(axis=1))
         told = zip(counts, full, finite, strict=True)

@@ -54,7 +54,7 @@ class Configurations:
 
     def at(self, k: int) -> dict[Symbol, float]:
         """The values at one of them."""
-        return {s: float(np.broadcast_to(v, self.count)[k]) for s, v in self.values.items()}
+        return {s: float(v[k] if np.ndim(v) else v) for s, v in self.values.items()}
 
     def only(self, kept: Indices) -> "Configurations":
         """Some of them."""

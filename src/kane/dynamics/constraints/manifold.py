@@ -65,6 +65,17 @@ class Manifold:
         """What the constraints depend on."""
         return tuple(free_symbols(self.f))
 
+    @cached_property
+    def _references(self) -> dict[tuple[tuple[Expr, ...], tuple[Any, ...]], Reference]:
+        return {}
+
+    def reference(self, exprs: Sequence[Expr], leaves: Sequence[Any]) -> Reference:
+        """`compile_reference`, once for all values at which the manifold is looked at."""
+        key = tuple(exprs), tuple(leaves)
+        if key not in self._references:
+            self._references[key] = compile_reference(*key)
+        return self._references[key]
+
     def at(self, values: Mapping[Any, Any]) -> "LevelSet":
         """The manifold where all symbols but the coordinates have `values`: numbers, or arrays with one for each start."""
         n = len(self.system.coordinates)
@@ -106,7 +117,7 @@ class LevelSet:
         """Expressions (k × …) at q (k × n) of starts by number."""
         q, read = self.manifold.system.coordinates, set(free_symbols(exprs))
         rest = [s for s in self.values if s in read and s not in set(q)]
-        run = compile_reference(exprs, [*q, *rest])
+        run = self.manifold.reference(exprs, [*q, *rest])
         given = [self.values[s] for s in rest]
         return lambda x, starts: in_rows(run, x, [v if np.ndim(v) == 0 else v[starts] for v in given])
 
