@@ -122,8 +122,7 @@ def medians(x: Array, axis: int = 0) -> Array:
     """The medians along an axis, NaN where a number is."""
     found = np.moveaxis(np.sort(x, axis=axis), axis, 0)
     middle = len(found) // 2
-    usual = found[middle] if len(found) % 2 else (found[middle - 1] + found[middle]) / 2
-    return np.asarray(np.where(np.isnan(found[-1]), found[-1], usual))
+    return np.asarray(np.where(np.isnan(found[-1]), found[-1], (found[middle] + found[~middle]) / 2))
 
 
 def spread(values: Sequence[Any], shape: tuple[int, ...]) -> Array:
