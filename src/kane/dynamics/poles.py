@@ -29,7 +29,7 @@ from kane.expr.visit import substituted
 from kane.kinematics.speeds import Speeds
 from kane.model.declarations import Event, constraint_rate
 from kane.model.loads import Load
-from kane.numeric.arrays import Array, Mask
+from kane.numeric.arrays import Array, Mask, median, medians, spread
 from kane.numeric.rank import balance, balanced, level, singular
 from kane.numeric.sampling import SEED, sample, values_of
 from kane.numeric.scale import BETTER, CLOSED, CLOSED_FULLY, DERIVE_RANK, NEAR_SINGULAR, POOR, bounded
@@ -104,8 +104,7 @@ class RateRows:
         """[Y; A_q] at several places (count × (n + m) × n); `values` are numbers, or columns (count × 1)."""
         n = self.count
         with np.errstate(all="ignore"):
-            wide = [np.broadcast_to(x, (count, n + 1)) for x in evaluate(self.exprs, {**values, **self.unit})]
-        numbers = np.array(wide, dtype=float).swapaxes(0, 1)
+            numbers = spread(evaluate(self.exprs, {**values, **self.unit}), (count, n + 1)).swapaxes(0, 1)
         return np.asarray(numbers[..., :n] - numbers[..., n:])
 
     def told(self, values: Mapping[Expr, Any], every: Array) -> Mask:
@@ -116,8 +115,8 @@ class RateRows:
         n = self.count
         scales = balance(every)
         with np.errstate(all="ignore"):
-            errors = [np.broadcast_to(e, (len(every), n + 1)) for _, e in bounded(self.exprs, {**values, **self.unit})]
-            wide = np.array(errors, dtype=float).swapaxes(0, 1)
+            errors = [e for _, e in bounded(self.exprs, {**values, **self.unit})]
+            wide = spread(errors, (len(every), n + 1)).swapaxes(0, 1)
             shares = (wide[..., :n] + wide[..., n:]) / (scales.rows * scales.columns)
         return np.asarray((shares <= NEAR_SINGULAR).all(axis=(1, 2)))
 
@@ -143,7 +142,7 @@ class AdmittedSpeeds:
         drawn = np.random.default_rng(SEED).uniform(-np.pi, np.pi, (_SAMPLES, len(q)))
         both = self.rows.at({**values, **dict(zip(q, drawn.T[:, :, None], strict=True))}, _SAMPLES)
         usual = [np.abs(x[n:] @ np.linalg.pinv(x[:n])) for x in both if np.isfinite(x).all()]
-        self.sizes = balance(np.median(usual, axis=0), order=(1, 0)).columns if usual else np.ones((1, n))
+        self.sizes = balance(medians(np.array(usual)), order=(1, 0)).columns if usual else np.ones((1, n))
 
     def others(self, values: Mapping[Expr, Any], dependent: Sequence[int]) -> tuple[int, ...] | None:
         """Speeds that follow from the others at a state much better than the `dependent` ones, which follow poorly; None else."""
@@ -208,9 +207,10 @@ class _Places:
         places = np.array(closed).reshape(-1, len(q), 1)
         there = values | {x: places[:, k] for k, x in enumerate(q)}
         every = self.rows.at(there, len(places))
-        if pivot is not None:
-            every = every[self.rows.told(there, every)]
-        yield from (b for b in map(self.rows.admitted, every) if b is not None)
+        found = [self.rows.admitted(both) for both in every]
+        if pivot is not None and any(b is not None for b in found):
+            found = [b for b, told in zip(found, self.rows.told(there, every), strict=True) if told]
+        yield from (b for b in found if b is not None)
 
     def _starts(self, values: Mapping[Expr, Any], pivot: Expr | None) -> Array:
         """Configurations drawn at random; those at which the pivot is smallest, none where it is nowhere small."""
@@ -227,7 +227,7 @@ class _Places:
             (x,) = evaluate([pivot], {**values, **{c: drawn[:, k] for k, c in enumerate(q)}})
         size = np.abs(np.broadcast_to(x, _DRAWN))
         nearest = np.argsort(size)[:_STARTS]
-        return drawn[nearest] if size[nearest[0]] < _SMALL * np.median(size) else drawn[:0]
+        return drawn[nearest] if size[nearest[0]] < _SMALL * median(size) else drawn[:0]
 
 
 SLIPS = 1e-4

@@ -392,13 +392,16 @@ def free_symbols(roots: Expr | Iterable[Expr]) -> Symbols[Symbol]:
     waiting = [roots] if isinstance(roots, Expr) else list(as_exprs("what holds symbols", roots))[::-1]
     while waiting:
         node = waiting.pop()
-        if node not in seen:
+        while node not in seen:  # down along first arguments
             seen.add(node)
             args = node.args
-            if args:
-                waiting += args[::-1]
-            elif isinstance(node, Symbol):
-                found.append(node)
+            if not args:
+                if isinstance(node, Symbol):
+                    found.append(node)
+                break
+            if len(args) > 1:
+                waiting += args[:0:-1]
+            node = args[0]
     return Symbols(found)
 
 

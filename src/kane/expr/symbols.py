@@ -45,6 +45,10 @@ class Symbol(Expr):
         cls, name: str, default: float | None = None, unit: str = "", description: str = "", place: Hashable = None
     ) -> Self:
         """The one symbol with this declaration."""
+        if type(name) is type(unit) is type(description) is str and (default is None or type(default) is float):
+            known = _table.get((SYMBOL, cls, name, default, unit, description, place))
+            if known is not None:  # it has been checked then
+                return cast(Self, known)
         if not _is_text(name) or not name.strip() or any(c.isspace() for c in name):
             raise ExpressionError(f"Expected a name without spaces for a {cls.__name__}, got {name!r}.")
         if isinstance(default, str):

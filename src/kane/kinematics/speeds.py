@@ -25,11 +25,11 @@ from kane.expr.differentiation import Affine, affine_forms, combined
 from kane.expr.evaluation import price
 from kane.expr.matrix import Matrix
 from kane.expr.node import ONE, ZERO, Expr, constant_value
-from kane.expr.ops import CONST, DIV, MUL, NEG, PI, SYMBOL
+from kane.expr.ops import DIV, MUL, NEG, PI, SYMBOL
 from kane.expr.symbols import Coordinate, Speed, Symbols, rate
 from kane.expr.visit import fold, substituted
 from kane.model.system import System
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, spread
 from kane.numeric.sampling import SEED, draw
 from kane.numeric.scale import SIX_DIGITS
 from kane.space.frame import Point
@@ -292,14 +292,12 @@ class Sample:
             return [fold(e, self.values, self._value) for e in exprs]
 
     def _value(self, node: Expr) -> Any:
+        if node.args:
+            return node.op.numpy(*[self.values[a] for a in node.args])
         if node.op is SYMBOL:
             e = self.speeds.euler_rates.get(node)
             return np.float64(draw(self.seed, node)) if e is None else fold(e, self.values, self._value)
-        if node.op is CONST:
-            return np.float64(constant_value(node) or 0)
-        if node.op is PI:
-            return np.float64(math.pi)
-        return node.op.numpy(*[self.values[a] for a in node.args])
+        return np.float64(math.pi) if node.op is PI else np.float64(constant_value(node) or 0)
 
     def turn(self, frame: Basis) -> Array:
         """Direction cosines of the frame in the root."""
@@ -339,8 +337,7 @@ class Sample:
             width = len(self.speeds.rates) + 1
             total = np.zeros((3, width))
             for frame, triple in v.parts:
-                parts = [np.broadcast_to(x, (width,)) for x in self.numbers(triple)]
-                total = total + self.turn(frame) @ np.array(parts)
+                total = total + self.turn(frame) @ spread(self.numbers(triple), (width,))
             self.rooted[v.parts] = total
         return self.rooted[v.parts]
 
@@ -352,7 +349,8 @@ class Sample:
         along = np.array([self.turn(f).T for f in frames]).reshape(-1, 3, 3) @ coefficients
         finite = np.asarray(np.isfinite(along).all(axis=(1, 2)))
         with np.errstate(invalid="ignore"):
-            near = np.abs(along - np.clip(np.round(along), -1, 1)).max(axis=2, initial=0) < SIX_DIGITS
+            whole = np.minimum(np.maximum(np.rint(along), -1.0), 1.0)
+            near = np.abs(along - whole).max(axis=2, initial=0) < SIX_DIGITS
             present = np.abs(along).max(axis=2, initial=0) > SIX_DIGITS
         counts, full = (near & present).sum(axis=1), np.asarray(near.all(axis=1) & present.any(axis=1))
         told = zip(counts, full, finite, strict=True)

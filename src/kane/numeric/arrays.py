@@ -7,6 +7,7 @@ How fast what is left to itself changes, read off ẋ = A x: the same in any uni
 """
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -112,14 +113,21 @@ def distinct(x: npt.ArrayLike) -> npt.NDArray[Any]:
     return found[np.append(True, found[1:] != found[:-1])] if found.size else found
 
 
-def median(x: Array) -> float:
+def median(x: npt.ArrayLike) -> float:
     """The median of numbers (n), as np.median gives it, which first imports numpy.ma."""
-    found = np.sort(x)
+    return float(medians(np.asarray(x, dtype=float)))
+
+
+def medians(x: Array, axis: int = 0) -> Array:
+    """The medians along an axis, NaN where a number is."""
+    found = np.moveaxis(np.sort(x, axis=axis), axis, 0)
     middle = len(found) // 2
-    return float(
-        found[-1]
-        if np.isnan(found[-1])
-        else found[middle]
-        if len(found) % 2
-        else (found[middle - 1] + found[middle]) / 2
-    )
+    return np.asarray(np.where(np.isnan(found[-1]), found[-1], (found[middle] + found[~middle]) / 2))
+
+
+def spread(values: Sequence[Any], shape: tuple[int, ...]) -> Array:
+    """Numbers and arrays, each broadcast to one shape: values × shape."""
+    found = np.empty((len(values), *shape))
+    for k, x in enumerate(values):
+        found[k] = x
+    return found

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from kane.numeric.arrays import Array, Mask
+from kane.numeric.arrays import Array, Mask, medians
 from kane.numeric.rank import least_squares
 from kane.numeric.scale import CLOSED, CLOSED_FULLY, FIXED_SHARE, ROUNDED, ROUNDED_CHAIN
 
@@ -195,7 +195,7 @@ def sizes(function: Residuals, x: Array, unit: Sequence[int] = (), rounding: Rou
         f, g, error = _values(function, x, rounding)
         g, usable = np.abs(g), _finite(f, g)
     left = error[usable].max(axis=0)
-    typical, slope = np.median(np.abs(f[usable]), axis=0), g[usable].max(axis=0)
+    typical, slope = medians(np.abs(f[usable])), g[usable].max(axis=0)
     typical = np.where(typical > left, typical, 0.0)
     slope = np.where(slope * np.abs(x).max(axis=0) > left[:, None], slope, 0.0)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -245,7 +245,7 @@ def _extent(function: Residuals, x: Array, turning: Mask, rounding: Rounding) ->
     with np.errstate(all="ignore"):
         f = function(every, np.tile(np.arange(k), len(shares)))[0].reshape(len(shares), k, -1)
         error = _error(every[:k], f[0], rounding)
-        without, moved = np.median(np.abs(f[0]), axis=0), np.median(np.abs(f[1:] - f[0]), axis=1)
+        without, moved = medians(np.abs(f[0])), medians(np.abs(f[1:] - f[0]), 1)
         enough = (moved >= without) & (without > error.max(axis=0)) & np.isfinite(moved)
     first = np.where(enough.any(axis=0), np.log10(_EXTENTS)[np.argmax(enough, axis=0)], np.nan)
     for i in np.flatnonzero(free):

@@ -18,7 +18,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol, input_of, time
 from kane.model.system import System
-from kane.numeric.arrays import Array, Mask
+from kane.numeric.arrays import Array, Mask, spread
 from kane.numeric.newton import Indices
 from kane.numeric.sampling import HIGH, LOW, SEED, finite_number, named_values, values_of
 from kane.numeric.scale import CLOSED_NEARLY
@@ -54,7 +54,7 @@ class Configurations:
 
     def at(self, k: int) -> dict[Symbol, float]:
         """The values at one of them."""
-        return {s: float(np.broadcast_to(v, self.count)[k]) for s, v in self.values.items()}
+        return {s: float(v[k] if np.ndim(v) else v) for s, v in self.values.items()}
 
     def only(self, kept: Indices) -> "Configurations":
         """Some of them."""
@@ -77,8 +77,8 @@ class Configurations:
         """A matrix in numbers at each (count × m × n)."""
         symbols = free_symbols(matrix.entries)
         run = compile_reference(matrix.entries, list(symbols))
-        entries = [np.broadcast_to(x, self.count) for x in run([self.values[s] for s in symbols])]
-        return np.reshape(entries, (len(entries), self.count)).T.reshape(self.count, *matrix.shape)
+        entries = spread(run([self.values[s] for s in symbols]), (self.count,))
+        return entries.T.reshape(self.count, *matrix.shape)
 
 
 def configurations(

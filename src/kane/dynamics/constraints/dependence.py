@@ -124,12 +124,12 @@ def _least_varying(a: Array, now: Set, kept: Collection[int]) -> tuple[Set, floa
         others = [] if least <= EQUAL else _exchanged(now, a.shape[2], kept)
         if not others:
             break
-        spreads = np.round(_spreads(a, others), 6)  # what only rounding tells apart is a tie, which the order decides
-        place = int(np.argmin(spreads))
-        if not spreads[place] < least:
+        spreads = _spreads(a, others)
+        rounded = np.round(spreads, 6)  # what only rounding tells apart is a tie, which the order decides
+        place = int(np.argmin(rounded))
+        if not rounded[place] < least:
             break
-        now = others[place]
-        least = float(_spreads(a, [now])[0])
+        now, least = others[place], float(spreads[place])
     return now, least
 
 

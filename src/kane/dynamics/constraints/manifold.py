@@ -25,7 +25,7 @@ from kane.kinematics.speeds import Sample
 from kane.kinematics.velocities import ContactPoint, Kinematics
 from kane.model.constraints import ClosureBranch, Constraint
 from kane.model.system import System
-from kane.numeric.arrays import Array, Mask
+from kane.numeric.arrays import Array, Mask, spread
 from kane.numeric.newton import Closed, ClosedMany, Indices, NaturalSizes, close, close_many, close_most, sizes
 from kane.numeric.sampling import ASSEMBLY_SEED, SEEDS
 from kane.numeric.scale import CLOSED, CLOSED_NEARLY, LAST_DIGIT, ROUNDED_CHAIN, bounded
@@ -64,6 +64,17 @@ class Manifold:
     def symbols(self) -> tuple[Symbol, ...]:
         """What the constraints depend on."""
         return tuple(free_symbols(self.f))
+
+    @cached_property
+    def _references(self) -> dict[tuple[tuple[Expr, ...], tuple[Any, ...]], Reference]:
+        return {}
+
+    def reference(self, exprs: Sequence[Expr], leaves: Sequence[Any]) -> Reference:
+        """`compile_reference`, once for all values at which the manifold is looked at."""
+        key = tuple(exprs), tuple(leaves)
+        if key not in self._references:
+            self._references[key] = compile_reference(*key)
+        return self._references[key]
 
     def at(self, values: Mapping[Any, Any]) -> "LevelSet":
         """The manifold where all symbols but the coordinates have `values`: numbers, or arrays with one for each start."""
@@ -106,7 +117,7 @@ class LevelSet:
         """Expressions (k × …) at q (k × n) of starts by number."""
         q, read = self.manifold.system.coordinates, set(free_symbols(exprs))
         rest = [s for s in self.values if s in read and s not in set(q)]
-        run = compile_reference(exprs, [*q, *rest])
+        run = self.manifold.reference(exprs, [*q, *rest])
         given = [self.values[s] for s in rest]
         return lambda x, starts: in_rows(run, x, [v if np.ndim(v) == 0 else v[starts] for v in given])
 
@@ -137,7 +148,7 @@ class LevelSet:
         """How far rounding may carry f (k × m) there."""
         own = {s: v if np.ndim(v) == 0 else np.asarray(v)[starts] for s, v in self.values.items()}
         own |= zip(self.manifold.system.coordinates, self.whole(x).T, strict=True)
-        return np.stack([np.broadcast_to(e, len(x)) for _, e in bounded(self.manifold.f, own)], axis=1)
+        return spread([e for _, e in bounded(self.manifold.f, own)], (len(x),)).T
 
     def sizes(self, x: Array) -> NaturalSizes:
         """How large what is free, and the terms of f, are by their nature, from places drawn (k × free)."""

@@ -25,7 +25,7 @@ from kane.expr.regular import size
 from kane.expr.symbols import Symbol
 from kane.kinematics.velocity_constraints import ConstraintRows
 from kane.model.system import System
-from kane.numeric.arrays import Array, Mask
+from kane.numeric.arrays import Array, Mask, median
 from kane.numeric.rank import balanced
 from kane.numeric.scale import BETTER, DERIVE_RANK, NEAR_SINGULAR, PIVOT, POOR
 
@@ -233,7 +233,7 @@ def compared(
         return first.of_rank(every[0])
     around = [at(first.of_rank(r).at.at(0)) for r in every]
     # that of a branch is the rank beside the place, which may be a singular one itself
-    beside = [round(float(np.median(x.ranks[1:] if len(x.ranks) > 1 else x.ranks))) for x in around]
+    beside = [round(median(x.ranks[1:] if len(x.ranks) > 1 else x.ranks)) for x in around]
     moving = [r for r, x in zip(beside, around, strict=True) if len(x.ranks) > 1 and r < len(system.speeds)]
     rank = max(moving or beside)
     for r, x in zip(beside, around, strict=True):

@@ -212,7 +212,8 @@ class Printer:
     def __init__(self, depth: int = 1) -> None:
         self.lines: list[str] = []
         self.depth = depth
-        self._print = {kind: getattr(self, name, None) for kind, name in self.methods.items()}
+        # of the class, as methods of this printer would hold it in a cycle, with all that it has printed
+        self._print = {kind: getattr(type(self), name, None) for kind, name in self.methods.items()}
 
     def add(self, *lines: str) -> None:
         """Lines of the block at hand."""
@@ -223,7 +224,7 @@ class Printer:
         """The lines of statements in order."""
         printers: Mapping[type[Any], Any] = self._print
         for s in block:
-            printers[type(s)](s)
+            printers[type(s)](self, s)
 
     def indented(self, *blocks: Iterable[language.Statement]) -> None:
         """Blocks one step to the right."""

@@ -206,6 +206,7 @@ def _rewritten(graph: Graph, rules: Rules) -> Graph:
         if not sweep(graph, price, rules.rows):
             break
         search.run()
+    graph.listener = None  # else each holds the other
     return graph
 
 
