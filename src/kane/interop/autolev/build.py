@@ -69,7 +69,7 @@ def _bodies(sheet: Sheet, names: Names, space: Space) -> list[Body]:
         if dyad is None:
             sheet.remarks.say("inferred", f"{shown} has no inertia: it is taken for zero")
         else:
-            inertia = Dyadic((space.vector(a), space.vector(b)) for a, b in dyad.terms)
+            inertia = space.inertia(dyad, name)
         center, frame = space.points[sheet.bodies[name]], space.turning[name]
         place = inertia if about == sheet.bodies[name] else (inertia, space.points[about])
         try:
@@ -202,6 +202,11 @@ def _imported(sheet: Sheet, names: Names, system: System) -> Imported:
         f"{len(system.bodies)} bodies, {len(system.coordinates)} coordinates, {len(system.speeds)} speeds, "
         f"{len(system.constraints)} constraints"
     )
+    held = set(system.inputs)
+    for name in sheet.prescribed:
+        if sheet.symbols[name.lower()] in held:
+            text = f"{name} is no generalized speed's coordinate and no equation gives it: it is an input"
+            sheet.remarks.say("inferred", text)
     sheet.remarks.say("read", counts)
     q, u = ({s.name: s for s in system.coordinates}, {s.name: s for s in system.speeds})
     parameters = {s.name: s for s in system.parameters}

@@ -8,7 +8,7 @@ from kane.errors import KaneError
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Rate, Speed, rate
-from kane.interop.autolev.evaluate import Reading
+from kane.interop.autolev.evaluate import Reading, quantity
 from kane.interop.autolev.functions import expression, frame_of, pair_of, point_of, solve, where, word
 from kane.interop.autolev.grammar import Line
 from kane.interop.autolev.sheet import Sheet, of_euler, simple
@@ -248,6 +248,16 @@ def _known(s: Sheet, unknown: Expr, answer: Expr) -> None:
         s.late[unknown] = answer
 
 
+def start_by(r: Reading, args: Args, line: Line) -> None:
+    """SolveSetInput(equations = 0, x = 1): where the search begins; the start is assembled when a motion is asked for."""
+    for a in args[1:]:
+        name = word(a.children[0], line) if a.data == "named" else ""
+        value = quantity(r, a.children[2], a.children[3], line) if name else None
+        if isinstance(value, Expr) and (name in r.sheet.symbols or name.rstrip("'") in r.sheet.symbols):
+            r.sheet.inputs[name] = value
+    r.sheet.remarks.say("ignored", "equations of a start: assembly finds it when a motion is asked for", where(line))
+
+
 def kane(r: Reading, args: Args, line: Line) -> None:
     """Kane(F1, F2): these unknowns are brought into evidence."""
     r.sheet.unknown += [word(a, line) for a in args]
@@ -258,6 +268,7 @@ COMMANDS: dict[str, Command] = {
     "v2pts": v2pts, "v1pt": v1pt, "v1pts": v1pt,
     **dict.fromkeys(("a2pts", "a1pt", "a1pts", "angacc", "alf"), _nothing),
     "gravity": gravity, "force": force, "torque": torque,
-    "constrain": constrain, "solve": solved, "solvedt": solved, "kane": kane,
+    "constrain": constrain, "solve": solved, "solvedt": solved,
+    **dict.fromkeys(("solvesetinput", "solvesetinputdt"), start_by), "kane": kane,
 }  # fmt: skip
 """What each command does."""

@@ -5,6 +5,7 @@ A variable whose derivative is assigned somewhere is a coordinate (or a further 
 is a generalized speed, one with two primes a coordinate whose rate is a generalized speed unless it is given.
 """
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import product
@@ -17,7 +18,12 @@ from kane.interop.autolev.grammar import Line
 from kane.interop.autolev.sheet import Sheet
 
 MOST_NAMES = 2_000
-FORMING = {"fr", "frstar", "getdynamicskane", "getdynamics", "getstaticskane"}
+_PLACING = re.compile(
+    r"(?i)simprot|dircos|[pr]_\w+>\s*=|\w+\.(rotate|setrotationmatrix\s*\(|translate|setposition)"
+)
+FORMING = {
+    "fr", "frstar", "getdynamicskane", "getdynamics", "getstaticskane", "geteffectiveforce", "getgeneralizedeffectiveforce",
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,17 +37,26 @@ class Statement:
 
 @dataclass(slots=True)
 class Outlook:
-    """What the whole file assigns: derivatives, names, and what the equations of motion are called."""
+    """What the whole file assigns: derivatives, names, what the equations of motion are called; and what places or orients."""
 
     rated: set[str] = field(default_factory=set)
     assigned: set[str] = field(default_factory=set)
     equations: set[str] = field(default_factory=set)
+    placing: set[str] = field(default_factory=set)
+    solved: set[str] = field(default_factory=set)
+    chosen: set[str] = field(default_factory=set)
+
+    def prescribed(self, low: str) -> bool:
+        """Whether speeds are chosen, and a variable that no equation gives has no rate among them: its motion is a given one."""
+        return bool(self.chosen) and low not in self.chosen | self.solved | self.rated
 
 
 def outlook(statements: Sequence[Statement]) -> Outlook:
     """One look at all statements before the first is read."""
     seen = Outlook()
     for s in statements:
+        if _PLACING.match(s.line.text):
+            seen.placing |= set(_words(s.tree))
         if s.tree.data == "statement":
             target = s.tree.children[0]
             if s.tree.children[1] is not None:
@@ -69,13 +84,17 @@ def _note(seen: Outlook, name: str) -> None:
 def _called(seen: Outlook, tree: Any) -> None:
     """KinDiffs, Solve and SetDt give derivatives, too; those of the equations of motion are not known yet."""
     words = _words(tree)
-    if not words or words[0] not in ("kindiffs", "solve", "solvedt"):
+    if words and words[0].startswith("setgeneralizedspeed"):
+        seen.chosen |= {w.rstrip("'") for w in words[1:]}
+    if not words or words[0] not in ("kindiffs", "solve", "solvedt", "constrain"):
         if "setrotationmatrixode" in words:
             seen.rated |= set(words)
         return
     if words[0] == "kindiffs":
         seen.rated |= set(words[1:])
-    elif words[0] == "solve" and words[1:2] and words[1] not in seen.equations:
+        return
+    seen.solved |= {w.rstrip("'") for w in words[1:]}
+    if words[0] == "solve" and not (seen.equations | FORMING) & set(words[1:]):
         seen.rated |= {w.rstrip("'") for w in words if w.endswith("'")}
 
 
@@ -168,13 +187,16 @@ def _specified(s: Sheet, o: Outlook, name: str, primes: int, line: Line) -> None
 def _variable(s: Sheet, o: Outlook, name: str, primes: int, line: Line) -> None:
     low = name.lower()
     symbol: Symbol
-    if not primes or low in o.assigned:
+    if not primes or low in o.assigned or o.prescribed(low):
         symbol = Input.declare(name, None, "", "")
-    elif primes == 1 and low not in o.rated:
+        if primes and low not in o.assigned:
+            s.given.add(low)
+            s.prescribed.append(name)
+    elif primes == 1 and low not in o.rated | o.placing:
         symbol = Speed.declare(name, None, "", "")
     else:
         symbol = Coordinate.declare(name, None, "", "")
-        if primes > 1 and low not in o.rated:
+        if low not in o.rated:
             s.kinematic[rate(symbol)] = Speed.declare(f"{name}p", None, "", "")
     _enter(s, name, symbol, primes)
 
@@ -193,7 +215,7 @@ _TABLE: dict[str, tuple[Declare, str]] = {
     "particle": (_particle, "particle particles"),
     "point": (_point, "point points"),
     "constant": (_constant, "constant constants"),
-    "specified": (_specified, "specified"),
+    "specified": (_specified, "specified specifieds"),
     "variable": (_variable, "variable variables motionvariable motionvariables"),
     "imaginary": (lambda *_: None, "imaginary"),
 }

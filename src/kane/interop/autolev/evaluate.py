@@ -142,6 +142,8 @@ class Reading:
             table = self.named(name, line, 1)
         if isinstance(table, Unread):
             return table
+        if table is None and self.sheet.formed:
+            return Unread(f"{parts[0]}[…], which is given elsewhere")
         if not isinstance(table, Table):
             raise line.refuse("the name of a matrix before “[”", str(parts[0]), alike(name, self.tables()).strip())
         at = [self.number(x.children[0], line) for x in parts[1].children]
@@ -350,6 +352,8 @@ def _called(calls: dict[str, Call], token: Any, what: str, line: Line) -> Call:
     """What a name stands for, in letters of either case."""
     name = str(token)
     call = calls.get(name.lower())
+    if call is None and name.lower().startswith("get"):  # a method that asks changes nothing in a model
+        return lambda r, args, line: Unread(f"what {name}(…) gives")
     if call is None:
         cure = alike(name.lower(), calls).strip()
         raise line.refuse(what, f"{name} at column {_column(token, line)}", cure)

@@ -70,6 +70,7 @@ class Sheet:
     auxiliary: list[Speed] = field(default_factory=list)
     unknown: list[str] = field(default_factory=list)
     given: set[str] = field(default_factory=set)
+    prescribed: list[str] = field(default_factory=list)
     outputs: dict[Expr, tuple[str, Line]] = field(default_factory=dict)
     _paths: dict[Pair, Rows] = field(default_factory=dict)
 

@@ -11,14 +11,14 @@ from dataclasses import dataclass
 
 from kane.errors import ModelError
 from kane.expr.evaluation import free_symbols
-from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import Coordinate, QuasiRate, rate
+from kane.expr.node import ONE, ZERO, Expr, constant_value
+from kane.expr.symbols import Coordinate, Parameter, QuasiRate, rate
 from kane.expr.visit import substituting
 from kane.interop.autolev.model import Names, agree
 from kane.interop.autolev.sheet import Sheet, Turn, way
-from kane.interop.autolev.values import Vec
+from kane.interop.autolev.values import Dyad, Vec
 from kane.space.frame import Frame, Point
-from kane.space.vector import Vector
+from kane.space.vector import Dyadic, Vector
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,6 +73,42 @@ class Space:
             f = self.frames[frame]
             total = total + (f.x, f.y, f.z)[k] * x
         return total
+
+    def inertia(self, dyad: Dyad, body: str) -> Dyadic:
+        """A dyadic of a body, along the axes of the frame in which the body turns as it does.
+
+        Axes of another frame, in which the body turns about one of them, serve as well where the moments about the others are equal.
+        """
+        own, told = self.turning[body], self.frames.get(body)
+        whole = Dyadic((self._turned(a, told, own), self._turned(b, told, own)) for a, b in dyad.terms)
+        others = [f for f in whole.frames() if f is not own]
+        if len(others) != 1 or len(whole.frames()) > 1:
+            return whole
+        rows = whole.components(others[0]).rows
+        if any(x is not ZERO for i, row in enumerate(rows) for j, x in enumerate(row) if i != j):
+            return whole
+        axes = [a.components(others[0])[k] for k, a in enumerate((own.x, own.y, own.z))]
+        for k in range(3):
+            first, second = rows[k - 2][k - 2], rows[k - 1][k - 1]
+            if axes[k] is ONE and self._one_value(first, second, body):
+                diagonal = [rows[k][k] if i == k else first for i in range(3)]
+                return Dyadic.of(own, [[diagonal[i] if i == j else ZERO for j in range(3)] for i in range(3)])
+        same = rows[0][0] is rows[1][1] is rows[2][2]
+        return Dyadic.of(own, rows) if same else whole
+
+    def _turned(self, v: Vec, told: Frame | None, own: Frame) -> Vector:
+        """A vector with the axes of one frame in the place of another's."""
+        return Vector((own if f is told else f, xyz) for f, xyz in self.vector(v).parts)
+
+    def _one_value(self, a: Expr, b: Expr, body: str) -> bool:
+        """Whether two moments of inertia are one, or constants of one value."""
+        if a is b:
+            return True
+        if isinstance(a, Parameter) and isinstance(b, Parameter) and a.default is not None and a.default == b.default:
+            text = f"{b.name} is {a.name}: {self.sheet.say(body)} turns in the frame that its inertia is given in"
+            self.sheet.remarks.say("changed", text)
+            return True
+        return False
 
     def components(self, v: Vector) -> list[Expr]:
         """Measure numbers along the inertial axes, rates by speeds."""
@@ -148,8 +184,10 @@ class Space:
         """A frame that turns in its parent with an angular velocity, by coordinates that the file does not have."""
         base, spin = self.frames[parent], self.names.vector(told)
         others = [f for f in spin.frames() if f != child and f not in self.frames]
-        if not others and child not in spin.frames():
-            x = self.vector(told).components(base)
+        alone = set(spin.frames()) == {child} and len(spin.parts) == 1  # about its own axis, which then is one of the parent, too
+        if not others and (alone or child not in spin.frames()):
+            ahead = Vec({(parent, k): x for (_, k), x in spin.parts.items()}) if alone else told
+            x = self.vector(ahead).components(base)
             turning = [k for k in range(3) if x[k] is not ZERO]
             if not turning:
                 return base.rotate(shown, 0, base.z)
@@ -226,7 +264,7 @@ class Space:
             if not open_:
                 return
             made = next((p for p in open_ if self._near(p, edges)), None)
-            if made is None and not self._by_velocity(open_, edges):
+            if made is None and not self._by_velocity(open_, edges) and not self._massless(open_):
                 name, base = s.say(open_[0]), s.say(n)
                 raise ModelError(
                     f"Expected a position of {name} from {base}O or from a point fixed in {base}, or its velocity in {base}, got none "
@@ -274,6 +312,17 @@ class Space:
                     self.points[p] = particle
                     return True
         return False
+
+    def _massless(self, open_: Iterable[str]) -> bool:
+        """The centre of a body without mass may be anywhere: at the origin of the body, or at that of the inertial frame."""
+        s = self.sheet
+        bodies = {s.bodies[b]: b for b, m in s.masses.items() if b in s.bodies and constant_value(self.names.final(m)) == 0}
+        p = next((p for p in open_ if p in bodies), None)
+        if p is None:
+            return False
+        self.points[p] = self.points.get(f"{bodies[p]}o", self.origin).at(s.say(p), 0)
+        s.remarks.say("inferred", f"{s.say(p)} has no place; {s.say(bodies[p])} has no mass, so that none is needed")
+        return True
 
     def _by_velocity(self, open_: Iterable[str], edges: dict[tuple[str, str], Vec]) -> bool:
         """Give the first point that has a velocity a place of its own, which moves so."""
