@@ -7,6 +7,7 @@ is not that of its position gets one that moves so, by three lengths. Rows say w
 """
 
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 
 from kane.errors import ModelError
@@ -47,6 +48,7 @@ class Space:
         self._turn_as_told()
         self.origin = Point(f"{sheet.say(sheet.inertial)}O", fixed_in=root)
         self.points: dict[str, Point] = {f"{sheet.inertial}o": self.origin}
+        self._told = self._velocities()
         self._place()
 
     @property
@@ -223,8 +225,22 @@ class Space:
             self.turning[body] = frame
             if self.same(mine, told):
                 continue
+            if mine.is_zero and set(told.frames()) == {body} and not any(p == body for p, _ in self.sheet.turns):
+                self.turning[body] = self.frames[body] = self._from_start(body, frame, told)
+                continue
             extra = self.vector(told) - mine.map(self.by_speeds)
             self.turning[body] = self._extra(body, frame, extra)
+
+    def _from_start(self, body: str, start: Frame, told: Vec) -> Frame:
+        """A body whose orientation stands still and whose angular velocity is written along its axes: it begins there and turns."""
+        e = tuple(self._new(f"{self.sheet.say(body)}_e{k}") for k in range(4))
+        self.groups.append(e)
+        made = start.rotate_euler_parameters(f"{self.sheet.say(body)}_turning", e)
+        self.frames[body] = made
+        self._set_quasi(made, start, self.vector(told))
+        text = f"{self.sheet.say(body)} has an angular velocity, and an orientation that does not change: it turns from there"
+        self.sheet.remarks.say("inferred", text)
+        return made
 
     def _extra(self, body: str, frame: Frame, extra: Vector) -> Frame:
         shown = self.sheet.say(body)
@@ -254,6 +270,15 @@ class Space:
         s = self.sheet
         about = [point for body, (_, point, _) in s.inertias.items() if body in s.masses]
         return list(dict.fromkeys([*self._centers(), *about, *(p for p, _, _ in s.forces)]))
+
+    def _velocities(self) -> dict[str, Vec]:
+        """The inertial velocities of points: those of the file, and those that follow from them for points that the model needs."""
+        s, n = self.sheet, self.sheet.inertial
+        told = {p: v for (p, f), v in s.velocities.items() if f == n}
+        for p in self.needed():
+            with suppress(ModelError):  # such a point has a position from one at rest, or none at all
+                told.setdefault(p, s.velocity(p, n))
+        return told
 
     def _place(self) -> None:
         s, n = self.sheet, self.sheet.inertial
@@ -291,7 +316,7 @@ class Space:
     def _near(self, p: str, edges: dict[tuple[str, str], Vec]) -> bool:
         """Place a point beside one that has its place, if it then moves as the file says."""
         s = self.sheet
-        told = s.velocities.get((p, s.inertial))
+        told = self._told.get(p)
         if told is not None and not told.parts and not any(b == p and a in self.points for a, b in edges):
             self.points[p] = self.origin.at(s.say(p), 0)
             return True
@@ -327,7 +352,7 @@ class Space:
     def _by_velocity(self, open_: Iterable[str], edges: dict[tuple[str, str], Vec]) -> bool:
         """Give the first point that has a velocity a place of its own, which moves so."""
         s = self.sheet
-        told = next(((p, v) for (p, f), v in s.velocities.items() if f == s.inertial and p in set(open_)), None)
+        told = next(((p, v) for p, v in self._told.items() if p in set(open_)), None)
         if told is None:
             return False
         p, v = told
