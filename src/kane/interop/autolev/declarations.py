@@ -6,18 +6,17 @@ is a generalized speed, one with two primes a coordinate whose rate is a general
 """
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from itertools import product
 from typing import Any
 
 from kane.expr.node import Expr, constant_value
 from kane.expr.symbols import Coordinate, Input, Parameter, Speed, Symbol, rate
 from kane.interop.autolev.evaluate import Reading, quantity
 from kane.interop.autolev.grammar import Line
+from kane.interop.autolev.ranges import names_of
 from kane.interop.autolev.sheet import Sheet
 
-MOST_NAMES = 2_000
 _PLACING = re.compile(
     r"(?i)simprot|dircos|[pr]_\w+>\s*=|\w+\.(rotate|setrotationmatrix\s*\(|translate|setposition)"
 )
@@ -108,36 +107,6 @@ def _words(tree: Any) -> list[str]:
         elif getattr(node, "type", "") == "NAME":
             found.append(str(node).lower())
     return found
-
-
-def names_of(item: Any, r: Reading, line: Line) -> Iterator[tuple[str, int]]:
-    """The names that an item of a declaration stands for, Q{3}' for q1, q2, q3, and their primes."""
-    name, ranges, primes = str(item.children[0]), item.children[1], item.children[2]
-    base = name.rstrip("'")
-    count = len(name) - len(base) + len(primes or "")
-    if ranges is None:
-        yield base, count
-        return
-    spans = [_span(x, r, line) for x in ranges.children]
-    if len(spans) > 1 and all(x.children[1] is None for x in ranges.children):
-        spans = [range(1, span[-1] + 1) for span in spans]
-    total = 1
-    for span in spans:
-        total *= len(span)
-    if total > MOST_NAMES:
-        raise line.refuse(f"at most {MOST_NAMES} names of one declaration", total)
-    for indices in product(*spans):
-        yield base + "".join(map(str, indices)), count
-
-
-def _span(tree: Any, r: Reading, line: Line) -> range:
-    first = r.number(tree.children[0], line)
-    if tree.children[1] is None:
-        return range(1, first + 1)
-    last = r.number(tree.children[1], line)
-    if not 0 <= last - first < MOST_NAMES:
-        raise line.refuse(f"a range of at most {MOST_NAMES} that goes up", f"{first}:{last}")
-    return range(first, last + 1)
 
 
 # What declares what --------------------------------------------------------------------------------------------------
@@ -232,7 +201,7 @@ def declare(r: Reading, seen: Outlook, statement: Statement, assign: Assign) -> 
         if item is None:
             continue
         parts = item.children
-        for name, primes in names_of(item, r, line):
+        for name, primes in names_of(parts, r.number, line):
             DECLARED[statement.keyword](r.sheet, seen, name, primes, line)
             if parts[3] is not None:
                 r.sheet.fixed[name.lower()] = str(parts[3]).lower()

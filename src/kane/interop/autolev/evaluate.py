@@ -10,6 +10,7 @@ from kane.errors import ModelError, alike
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value, pi
 from kane.expr.symbols import Coordinate, Speed, rate, time
 from kane.interop.autolev.grammar import Line
+from kane.interop.autolev.ranges import names_of
 from kane.interop.autolev.sheet import Sheet
 from kane.interop.autolev.units import factor_of
 from kane.interop.autolev.values import Dyad, Table, Unread, Value, Vec
@@ -116,6 +117,12 @@ class Reading:
 
     def _name(self, parts: list[Any], line: Line) -> Value:
         return self.named(str(parts[0]), line, getattr(parts[0], "column", 1))
+
+    def _names(self, parts: list[Any], line: Line) -> Value:
+        """U{1:3}' stands for a list."""
+        column = getattr(parts[0], "column", 1)
+        named = [self.named(name + "'" * primes, line, column) for name, primes in names_of(parts, self.number, line)]
+        return next((x for x in named if isinstance(x, Unread)), Table((tuple(named),)))
 
     def _function(self, parts: list[Any], line: Line) -> Value:
         call = _called(self.functions, parts[0], "a function of Autolev", line)

@@ -19,7 +19,7 @@ GRAMMAR = r"""
 statement: expr [ASSIGN expr [unit]]
 declaration: (item ("," item?)*)?
 item: NAME [ranges] [PRIMES] ["(" [NAME] ")"] [SIGN] ["=" expr [unit]]
-ranges: "{" range ("," range)* "}"
+ranges: ("{" range ("," range)* "}")+
 range: expr [":" expr]
 ?expr: term (SIGN term)* -> sum
 ?term: unary (OVER unary)* -> term
@@ -33,6 +33,7 @@ range: expr [":" expr]
      | NAME -> name
      | NAME "(" args ")" -> function
      | NAME "[" args "]" -> element
+     | NAME ranges [PRIMES] -> names
      | "(" expr ")"
      | "[" row (";" row)* ";"? "]" -> matrix
      | atom "." NAME "(" args ")" -> member
@@ -41,7 +42,7 @@ args: (argument ("," argument)* ","?)?
 argument: expr [unit]
         | expr ASSIGN expr [unit] -> named
         | expr ASSIGN NAME ASSIGN expr [unit] -> chained
-        | expr ":" expr (":" expr)? -> span
+        | expr [ASSIGN expr] ":" expr (":" expr)? -> span
 unit: NAME (UNIT_SIGN (NAME | [SIGN] NUMBER))*
 NAME: /[A-Za-z_][A-Za-z0-9_]*'*(>>|>)?/
 CONSTANT.2: /[01]>>?/

@@ -10,7 +10,7 @@ import numpy as np
 from kane.errors import ModelError
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import Coordinate, Input, Parameter, Rate, Speed, rate
+from kane.expr.symbols import Coordinate, Input, Parameter, Rate, Speed, Symbol, rate
 from kane.expr.visit import substituting
 from kane.interop.autolev.sheet import Sheet
 from kane.interop.autolev.values import Vec
@@ -34,6 +34,7 @@ class Names:
     def __init__(self, sheet: Sheet) -> None:
         self.sheet = sheet
         self.numbers = numbers_of(sheet)
+        self._drop_flat_inertias()
         self.constants: dict[Expr, Expr] = {}
         self._given_values()
         self._drop_contradictions()
@@ -59,6 +60,27 @@ class Names:
             if constant or (free and (low in s.inputs or symbol in held)):
                 self.constants[symbol] = Parameter.declare(symbol.name, self.numbers.get(low), "", "")
         s.late |= self.constants
+
+    def _drop_flat_inertias(self) -> None:
+        """Values of Input that make the inertia of a body singular, as one for all of them, are placeholders: the body has none."""
+        s = self.sheet
+        for name, (dyad, _, _) in s.inertias.items():
+            parts = [x for a, b in dyad.terms for v in (a, b) for x in v.parts.values()]
+            held = {x.name.lower(): x for x in free_symbols(parts) if isinstance(x, Symbol)}
+            if not held or not held.keys() <= self.numbers.keys() or len({f for a, _ in dyad.terms for f in a.frames()}) != 1:
+                continue
+            values = {x: self.numbers[low] for low, x in held.items()}
+            rows = np.zeros((3, 3))
+            for a, b in dyad.terms:
+                for (_, i), x in a.parts.items():
+                    for (_, j), y in b.parts.items():
+                        rows[i, j] += float(evaluate(x, values)) * float(evaluate(y, values))
+            least, *_, largest = np.linalg.eigvalsh(rows)
+            if np.all(np.diag(rows) > 0) and least <= UNRELATED * largest:
+                for low in held:
+                    self.numbers.pop(low)
+                names = ", ".join(x.name for x in held.values())
+                s.remarks.say("changed", f"the values of {names} are no body's: {s.say(name)} has none for them")
 
     def _drop_contradictions(self) -> None:
         """Values of specified variables that are not each other's derivatives stand for functions given elsewhere."""

@@ -31,6 +31,7 @@ _SETTINGS = frozenset(
 _ENDS = {"quit", "exit", "stop", "quitexit", "exitquit"}
 _ARGUED = {"mass", "inertia", "input"}
 _GENESIS = re.compile(r"(?im)^\s*(newtonianframe|rigidbody|rigidframe)\s|\.(set|rotate|translate)\w*\s*\(")
+_ODE = re.compile(r"(?i)ode\s*\(.*[^\s(].*\)")
 _MACROS = 4
 
 
@@ -107,12 +108,15 @@ def _parsed(line: Line, sheet: Sheet) -> Statement | None:
     head = re.match(r"([A-Za-z_]+)('{0,3})(\s+(?![:+*/=^-]=?\s|=)|\s*$|(?=\())", line.text)
     word, rest = (head[1].lower(), line.text[head.end() :]) if head else ("", line.text)
     spaced = bool(head) and line.text[head.end() : head.end() + 1] != "(" if head else False
-    if word in _SETTINGS | {"unitsystem", "setunitsystem", "degrees"} and not rest.lstrip().startswith(
+    if not _ODE.match(line.text) and word in _SETTINGS | {"unitsystem", "setunitsystem", "degrees"} and not rest.lstrip().startswith(
         ("=", ":=")
     ):
         _setting(word, rest, line, sheet)
         return None
     start, text, offset = "statement", line.text, 0
+    solving = _ODE.match(text)
+    if solving:
+        text = solving[0]  # without the name of a file
     if spaced and word in DECLARED:
         start, text, offset = "declaration", rest, len(line.text) - len(rest)
     elif spaced and word in _ARGUED:

@@ -274,7 +274,8 @@ class Space:
     def _velocities(self) -> dict[str, Vec]:
         """The inertial velocities of points: those of the file, and those that follow from them for points that the model needs."""
         s, n = self.sheet, self.sheet.inertial
-        told = {p: v for (p, f), v in s.velocities.items() if f == n}
+        told = {p: Vec() for (p, f), (a, _) in s.accelerations.items() if f == n and not a.parts and p in s.points}
+        told |= {p: v for (p, f), v in s.velocities.items() if f == n}
         for p in self.needed():
             with suppress(ModelError):  # such a point has a position from one at rest, or none at all
                 told.setdefault(p, s.velocity(p, n))
