@@ -87,9 +87,7 @@ def _parted(derived: Derived, tree: Tree) -> tuple[Tree, list[int | None] | None
     return tree._replace(places=places), found
 
 
-def _reaches_out(
-    derived: Derived, a: AuxiliarySpeed, root: int, links: Sequence[Link], places: Places
-) -> bool:
+def _reaches_out(derived: Derived, a: AuxiliarySpeed, root: int, links: Sequence[Link], places: Places) -> bool:
     """Whether the auxiliary speed of a frame moves what does not hang on the link, as a mass centre of several bodies."""
     inside, motion = _subtree(root, links), derived.kinematics.point
     outside = [p for p, (link, _) in places.items() if not inside[link]]

@@ -155,9 +155,7 @@ def _system(
     )
 
 
-def _relieved(
-    sheet: Sheet, whole: Callable[[list[Load | Gravity]], System], loads: list[Load | Gravity]
-) -> System:
+def _relieved(sheet: Sheet, whole: Callable[[list[Load | Gravity]], System], loads: list[Load | Gravity]) -> System:
     """The system without the forces that a file solves for beside accelerations, where these are those of its constraints."""
     system = whole(loads)
     sought = [x for x in system.inputs if x.name in sheet.sought]

@@ -240,6 +240,22 @@ def solved(r: Reading, args: Args, line: Line) -> None:
         _known(r.sheet, u, answer)
 
 
+def solved_with_rates(r: Reading, args: Args, line: Line) -> None:
+    """SolveDt(equations, unknowns): as Solve; equations that are solved for coordinates are constraints of the configuration."""
+    value = r.value(args[0].children[0], line)
+    listed = [r.value(expression(a), line) for a in args[1:]]
+    unknown = [x for v in listed for x in (v.flat() if isinstance(v, Table) else [v])]
+    equations = value.flat() if isinstance(value, Table) else [value]
+    scalars = [e for e in equations if isinstance(e, Expr)]
+    placed = [x for x in unknown if isinstance(x, Coordinate)]
+    if not placed or len(scalars) != len(equations) or r.sheet.formed:
+        solved(r, args, line)
+        return
+    rates = [r.sheet.rate(q) for q in placed]
+    r.sheet.constraints += [(r.sheet.rate(e), line) for e in scalars]
+    r.sheet.dependent += [u for u in rates if isinstance(u, Speed)]
+
+
 def closed(r: Reading, args: Args, line: Line) -> None:
     """ODE([Dynamics; Constraint] = 0, q'', F): those that are derivatives of equations in speeds are constraints, F their forces.
 
@@ -308,7 +324,7 @@ COMMANDS: dict[str, Command] = {
     "v2pts": v2pts, "v1pt": v1pt, "v1pts": v1pt,
     **dict.fromkeys(("a2pts", "a1pt", "a1pts", "angacc", "alf"), _nothing),
     "gravity": gravity, "force": force, "torque": torque,
-    "constrain": constrain, "solve": solved, "ode": closed, "solvedt": solved,
+    "constrain": constrain, "solve": solved, "ode": closed, "solvedt": solved_with_rates,
     **dict.fromkeys(("solvesetinput", "solvesetinputdt"), start_by), "kane": kane,
 }  # fmt: skip
 """What each command does."""

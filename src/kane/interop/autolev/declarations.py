@@ -17,9 +17,7 @@ from kane.interop.autolev.grammar import Line
 from kane.interop.autolev.ranges import names_of
 from kane.interop.autolev.sheet import Sheet
 
-_PLACING = re.compile(
-    r"(?i)simprot|dircos|[pr]_\w+>\s*=|\w+\.(rotate|setrotationmatrix\s*\(|translate|setposition)"
-)
+_PLACING = re.compile(r"(?i)simprot|dircos|[pr]_\w+>\s*=|\w+\.(rotate|setrotationmatrix\s*\(|translate|setposition)")
 FORMING = {
     "fr", "frstar", "getdynamicskane", "getdynamics", "getstaticskane", "geteffectiveforce", "getgeneralizedeffectiveforce",
 }  # fmt: skip

@@ -19,20 +19,22 @@ from kane.interop.autolev.values import Dyad, Rows, Table, Unread, Value, Vec, a
 _PLAIN: dict[str, Callable[..., Expr]] = {
     "tanh": ops.tanh, "sinh": ops.sinh, "cosh": ops.cosh, "acos": ops.acos, "asin": ops.asin, "atan": ops.atan,
     "exp": ops.exp, "log": ops.log, "ln": ops.log, "sqrt": ops.sqrt, "abs": ops.abs, "sign": ops.sign,
-    "atan2": ops.atan2, "atan2degrees": lambda y, x: ops.atan2(y, x) * 180 / pi, "max": ops.max, "min": ops.min,
+    "atan2": ops.atan2, "max": ops.max, "min": ops.min,
     "sqr": lambda x: x * x, "log10": lambda x: ops.log(x) / ops.log(as_expr(10)),
 }  # fmt: skip
 _TURNING: dict[str, Callable[[Expr], Expr]] = {"sin": ops.sin, "cos": ops.cos, "tan": ops.tan}
-_PLAIN |= {f"{name}degrees": lambda x, f=f: f(x * pi / 180) for name, f in _TURNING.items()}  # type: ignore[misc]
-_PLAIN |= {f"{f}degrees": lambda x, f=_PLAIN[f]: f(x) * 180 / pi for f in ("asin", "acos", "atan")}  # type: ignore[misc]
+_DEGREE = pi / 180
+_PLAIN |= {f"{name}degrees": lambda x, f=f: f(x * _DEGREE) for name, f in _TURNING.items()}
+_PLAIN |= {f"{name}degrees": lambda x, f=_PLAIN[name]: f(x) / _DEGREE for name in ("asin", "acos", "atan")}
 _SAME = (
     "expand factor explicit arrange factorlinear factorquadratic rhs fulldot simplify "
     "collect combine decompose zee simplifysqrt"
 )
 _OUTPUTS = (
-    "fr frstar ke pe momentum angmom taylor coef getcoefficient include exclude polynomial roots eig diagmat "
-    "partials nicheck round int ceil floor factorial inertia laplace evaluateatinput linearize rows cols fstar "
-    "evaluatetonumber evaluatenumber evaluateinput getstateequations constraintforces getlinearunits conserved power work kane lagrange jacobian"
+    "fr frstar ke pe momentum angmom taylor coef getcoefficient include exclude polynomial roots eig diagmat partials "
+    "nicheck round int ceil floor factorial inertia laplace evaluateatinput linearize rows cols fstar evaluatetonumber "
+    "evaluatenumber evaluateinput getstateequations constraintforces getlinearunits conserved power work kane lagrange "
+    "jacobian"
 )
 
 

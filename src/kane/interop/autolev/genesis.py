@@ -247,7 +247,8 @@ def _get_position(r: Reading, args: Args, line: Line) -> Value:
 
 def _get_rotation(r: Reading, args: Args, line: Line) -> Value:
     """B.GetRotationMatrix(A): the elements b_i · a_j."""
-    return Table(r.sheet.cosines(frame_of(r, args[0], line), frame_of(r, args[1], line)))
+    b, a = frame_of(r, args[0], line), frame_of(r, args[1], line)
+    return Table(r.sheet.cosines(b, a)) if r.sheet.connected(a, b) else Unread("the orientation of a frame without one")
 
 
 def _get_center(r: Reading, args: Args, line: Line) -> Value:

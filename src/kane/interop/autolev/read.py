@@ -19,15 +19,16 @@ from kane.interop.autolev.statements import Statements
 from kane.interop.autolev.units import base_units
 from kane.interop.imported import Remarks
 
-_SETTINGS = frozenset(
-    "autoz autorhs autoepsilon autoexpress autoassign overwrite beepsound pause digits factoring complex units output outputplot "
-    "encode code save ode animate animake plot title zee format nicheck run checkifnumbers echo help load clear clearinput "
-    "clearoutput outputencode encodeoutput plotoutput getunitsystem setautozee setautoz setdigits setdefaultparenthesis "
-    "setautoexpress setimaginarynumber setautodifferentiate setautoepsilon setautofactor setautooverwrite setautorhs "
-    "setautosimplify setautotaylor setautotaylorseries setautolinearize setbasissubscripts setbasissubscript setbeepsound "
-    "setbeepsoundonerror setcmsymbol setcomplex setdefaults setlinespacing setlinestepping setpauseonwarning setscreendisplay "
-    "setworkingdirectory setscratchdirectory setdirectory setworkingfolder setfolder setnozee setnozeesymbol resetnozee".split()
-)
+_SETTINGS = """
+    autoz autorhs autoepsilon autoexpress autoassign overwrite beepsound pause digits factoring complex units output outputplot
+    encode code save ode animate animake plot title zee format nicheck run checkifnumbers echo help load clear clearinput
+    clearoutput outputencode encodeoutput plotoutput getunitsystem setautozee setautoz setdigits setdefaultparenthesis
+    setautoexpress setimaginarynumber setautodifferentiate setautoepsilon setautofactor setautooverwrite setautorhs
+    setautosimplify setautotaylor setautotaylorseries setautolinearize setbasissubscripts setbasissubscript setbeepsound
+    setbeepsoundonerror setcmsymbol setcomplex setdefaults setlinespacing setlinestepping setpauseonwarning setscreendisplay
+    setworkingdirectory setscratchdirectory setdirectory setworkingfolder setfolder setnozee setnozeesymbol resetnozee
+"""
+_SET = frozenset(_SETTINGS.split())
 _ENDS = {"quit", "exit", "stop", "quitexit", "exitquit"}
 _ARGUED = {"mass", "inertia", "input"}
 _GENESIS = re.compile(r"(?im)^\s*(newtonianframe|rigidbody|rigidframe)\s|\.(set|rotate|translate)\w*\s*\(")
@@ -82,7 +83,7 @@ def _unfolded(line: Line, folder: Path | None, deep: int) -> Iterator[Line]:
     """A line, or the lines of the command file that it calls, arguments in the place of #1#, #2# and so on."""
     match = re.fullmatch(r"([A-Za-z]\w*)\s*\((.*)\)", line.text)
     name = match[1].lower() if match else ""
-    known = name in COMMANDS or name in FUNCTIONS or name in _SETTINGS
+    known = name in COMMANDS or name in FUNCTIONS or name in _SET
     file = _command_file(folder, name) if match and folder and not known else None
     if match is None or file is None:
         yield line
@@ -108,8 +109,10 @@ def _parsed(line: Line, sheet: Sheet) -> Statement | None:
     head = re.match(r"([A-Za-z_]+)('{0,3})(\s+(?![:+*/=^-]=?\s|=)|\s*$|(?=\())", line.text)
     word, rest = (head[1].lower(), line.text[head.end() :]) if head else ("", line.text)
     spaced = bool(head) and line.text[head.end() : head.end() + 1] != "(" if head else False
-    if not _ODE.match(line.text) and word in _SETTINGS | {"unitsystem", "setunitsystem", "degrees"} and not rest.lstrip().startswith(
-        ("=", ":=")
+    if (
+        not _ODE.match(line.text)
+        and word in _SET | {"unitsystem", "setunitsystem", "degrees"}
+        and not rest.lstrip().startswith(("=", ":="))
     ):
         _setting(word, rest, line, sheet)
         return None
@@ -125,7 +128,7 @@ def _parsed(line: Line, sheet: Sheet) -> Statement | None:
         tree = parser().parse(text, start=start)
     except lark.exceptions.UnexpectedInput as error:
         column = offset + (error.column if isinstance(error.column, int) and error.column > 0 else len(text) + 1)
-        known = (*DECLARED, *COMMANDS, *_ARGUED, *_SETTINGS)
+        known = (*DECLARED, *COMMANDS, *_ARGUED, *_SET)
         cure = alike(word, known).strip() if spaced and word and word not in known else ""
         raise line.refuse(
             "a statement of Autolev or MotionGenesis", f"a fault at column {line.column + column - 1}", cure

@@ -171,9 +171,10 @@ class Space:
 
     def _next_spin(self) -> bool:
         """A frame that has an angular velocity in a frame that is there, and no orientation."""
+        used = self._used()
         for (b, a), v in self.sheet.spins.items():
             for child, parent, told in ((b, a, v), (a, b, v.times(-ONE))):
-                if parent in self.frames and child not in self.frames:
+                if parent in self.frames and child not in self.frames and child in used:
                     self.frames[child] = self._spinning(child, parent, told, self.sheet.say(child))
                     self.sheet.remarks.say(
                         "inferred", f"{self.sheet.say(child)} has an angular velocity in {self.sheet.say(parent)} and no orientation: "
@@ -182,11 +183,23 @@ class Space:
                     return True
         return False
 
+    def _used(self) -> set[str]:
+        """The frames of bodies, those that vectors are written along, and those that others are turned from."""
+        s = self.sheet
+        loads = [v for _, v, _ in (*s.forces, *s.torques)]
+        dyads = [v for dyad, _, _ in s.inertias.values() for pair in dyad.terms for v in pair]
+        vectors = [*s.positions.values(), *s.velocities.values(), *s.spins.values(), *loads, *dyads]
+        between = [f for pair in (*s.turns, *s.spins) for f in pair]
+        named = [f for f in s.frames if between.count(f) > 1]
+        return {*s.bodies, *named, *(f for v in vectors for f in v.frames()), *(f for f, _, _ in s.torques)}
+
     def _spinning(self, child: str, parent: str, told: Vec, shown: str) -> Frame:
         """A frame that turns in its parent with an angular velocity, by coordinates that the file does not have."""
         base, spin = self.frames[parent], self.names.vector(told)
         others = [f for f in spin.frames() if f != child and f not in self.frames]
-        alone = set(spin.frames()) == {child} and len(spin.parts) == 1  # about its own axis, which then is one of the parent, too
+        alone = (
+            set(spin.frames()) == {child} and len(spin.parts) == 1
+        )  # about its own axis, which then is one of the parent, too
         if not others and (alone or child not in spin.frames()):
             ahead = Vec({(parent, k): x for (_, k), x in spin.parts.items()}) if alone else told
             x = self.vector(ahead).components(base)
@@ -342,7 +355,9 @@ class Space:
     def _massless(self, open_: Iterable[str]) -> bool:
         """The centre of a body without mass may be anywhere: at the origin of the body, or at that of the inertial frame."""
         s = self.sheet
-        bodies = {s.bodies[b]: b for b, m in s.masses.items() if b in s.bodies and constant_value(self.names.final(m)) == 0}
+        bodies = {
+            s.bodies[b]: b for b, m in s.masses.items() if b in s.bodies and constant_value(self.names.final(m)) == 0
+        }
         p = next((p for p in open_ if p in bodies), None)
         if p is None:
             return False
