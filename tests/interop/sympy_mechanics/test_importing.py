@@ -20,6 +20,7 @@ WAYS = {
     "quaternion, three speeds": lambda: models.quaternion(False),
     "quaternion, four speeds": lambda: models.quaternion(True),
     "rotor": models.rotor,
+    "spun": models.spun,
     "tumbling": models.tumbling,
     "knife edge": models.knife_edge,
     "four-bar": models.four_bar,
