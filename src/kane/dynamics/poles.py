@@ -23,7 +23,7 @@ from kane.dynamics.solved import Solved
 from kane.expr.build import div
 from kane.expr.evaluation import evaluate, free_symbols, is_constant_in_time
 from kane.expr.matrix import determinant, dot
-from kane.expr.node import ONE, Expr, as_expr
+from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Reaction, Speed
 from kane.expr.visit import substituted
 from kane.kinematics.speeds import Speeds
@@ -336,7 +336,10 @@ def painleve_events(solved: Solved) -> tuple[Event, ...]:
     count = matrix.shape[0]
     if not 1 <= count <= _LARGEST_WATCHED:
         return ()
-    ratio = div(determinant(matrix.rows), determinant(bare.rows))
+    base = determinant(bare.rows)
+    if base is ZERO:  # reactions that loads alone name cannot be told from those that loads depend on
+        return ()
+    ratio = div(determinant(matrix.rows), base)
     if ratio is ONE:
         return ()
     return (Event("Painlevé's case", ratio, PAINLEVE_THRESHOLD, -1, message=_HAS_NO_REACTIONS),)

@@ -86,3 +86,33 @@ def test_a_cut_of_a_frame_that_others_do_not_follow_is_left_to_the_classical_rou
     eoms = [kn.derive(system), kn.derive(system, route="classical")]
     values = [np.array(e.evaluate([*e.accelerations, held], **at_state)) for e in eoms]
     assert np.abs(values[0] - values[1]).max() < 1e-10 * np.abs(values[1]).max()
+
+
+def test_a_load_that_moves_with_a_cut_frame_from_outside():
+    """The mass centre of two bodies hangs on neither: what turns the second moves it."""
+    N = kn.Frame("N")
+    q, u = kn.coordinate("q"), kn.speed("u")
+    length, m, moment, lift = kn.parameters("L m J P")
+    A = N.rotate("A", q, N.z)
+    B = A.rotate("B", kn.input("s"), A.z)
+    torque, turning = kn.reaction("R"), kn.auxiliary_speed("a", frame=B, along=B.z)
+    O = kn.Point("O", fixed_in=N)
+    first, knee = O.at("C1", length * A.x), O.at("K", 2 * length * A.x)
+    second = knee.at("C2", length * B.x)
+    center = O.at("C", (3 * length * A.x + length * B.x) / 2)
+    system = kn.System(
+        N,
+        bodies=[
+            kn.RigidBody("A", frame=A, mass_center=first, mass=m, inertia=kn.inertia(A, 0, 0, moment)),
+            kn.RigidBody("B", frame=B, mass_center=second, mass=m, inertia=kn.inertia(B, 0, 0, moment)),
+        ],
+        loads=[kn.loads.Force(center, lift * N.y), kn.loads.torque_pair(B, A, torque * N.z)],
+        speeds={u: q.dt},
+        auxiliary_speeds=[turning],
+        reactions=[torque],
+    )
+    with pytest.raises(
+        kn.ModelError, match="got loads that hold reactions"
+    ):  # none of the way tells what is transmitted
+        kn.derive(system, route="recursive")
+    assert "P" in {x.name for x in kn.free_symbols(kn.derive(system).reaction_values)}

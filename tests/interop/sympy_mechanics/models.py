@@ -105,6 +105,35 @@ def rotor() -> Any:
     return _method(N, q, u, [body], [(C, -c * u[1] * A.x)])
 
 
+def spun() -> Any:
+    """A rotor oriented by an angle that nobody gives, with a constant angular velocity in its carrier."""
+    q, u, s = me.dynamicsymbols("q u s")
+    N, O = _base()
+    A = N.orientnew("A", "Axis", [q, N.z])
+    A.set_ang_vel(N, u * N.z)
+    C = A.orientnew("C", "Axis", [s, A.z])
+    C.set_ang_vel(A, k * A.z)
+    P = O.locatenew("P", l * A.x)
+    P.v2pt_theory(O, N, A)
+    body = me.RigidBody("rotor", P, C, m, (me.inertia(C, I1, I2, I3), P))
+    return _method(N, [q], [u], [body], [(P, m * g * N.x)])
+
+
+def pushed() -> Any:
+    """A pendulum on a pin that is moved: its velocity and its acceleration are functions of their own names."""
+    q, u, v, f = me.dynamicsymbols("q u v f")
+    N, O = _base()
+    A = N.orientnew("A", "Axis", [q, N.z])
+    A.set_ang_vel(N, u * N.z)
+    J = O.locatenew("J", 0 * N.x)
+    J.set_vel(N, v * N.x)
+    J.set_acc(N, f * N.x)
+    P = J.locatenew("P", l * A.x)
+    P.v2pt_theory(J, N, A)
+    P.a2pt_theory(J, N, A)
+    return _method(N, [q], [u], [me.Particle("p", P, m)], [(P, m * g * N.x)])
+
+
 def tumbling() -> Any:
     """A body without orientation: Euler's equations, with a coordinate that no kinematical equation needs."""
     q, u = me.dynamicsymbols("q"), me.dynamicsymbols("u1:4")

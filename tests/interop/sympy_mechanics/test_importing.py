@@ -20,6 +20,8 @@ WAYS = {
     "quaternion, three speeds": lambda: models.quaternion(False),
     "quaternion, four speeds": lambda: models.quaternion(True),
     "rotor": models.rotor,
+    "spun": models.spun,
+    "pushed": models.pushed,
     "tumbling": models.tumbling,
     "knife edge": models.knife_edge,
     "four-bar": models.four_bar,
@@ -120,6 +122,11 @@ def test_bodies_and_loads_alone():
     P.v2pt_theory(O, N, B)
     found = kn.from_sympy_mechanics([me.Particle("p", P, models.m)], [(P, models.m * models.g * N.x)], frame=N)
     assert str(found.eom.accelerations[0]) == "-g*sin(q)/l"
+
+
+def test_an_acceleration_of_another_name_is_told():
+    found = kn.from_sympy_mechanics(models.pushed())
+    assert "f is the rate of v, in an acceleration given by hand" in found.of_kind("inferred")
 
 
 @pytest.mark.filterwarnings("ignore::sympy.utilities.exceptions.SymPyDeprecationWarning")

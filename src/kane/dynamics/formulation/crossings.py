@@ -13,6 +13,7 @@ from kane.dynamics.derivation import Derived
 from kane.expr.build import sub
 from kane.expr.matrix import dot
 from kane.expr.node import Expr
+from kane.expr.symbols import AuxiliarySpeed
 from kane.kinematics.aligned import Aligned
 from kane.kinematics.links import Link, Tree, tree_of
 from kane.kinematics.segments import Segments
@@ -73,7 +74,10 @@ def _parted(derived: Derived, tree: Tree) -> tuple[Tree, list[int | None] | None
         if cut is None:
             return tree, None
         for root in _roots(cut, tree.links, derived.kinematics.aligned):
-            moved = places if isinstance(cut.at, Frame) else _moved(cut.at, root, tree.links, places)
+            if isinstance(cut.at, Frame):
+                moved = None if _reaches_out(derived, a, root, tree.links, places) else places
+            else:
+                moved = _moved(cut.at, root, tree.links, places)
             if moved is not None:
                 places = moved
                 found.append(root)
@@ -81,6 +85,14 @@ def _parted(derived: Derived, tree: Tree) -> tuple[Tree, list[int | None] | None
         else:
             return tree, None
     return tree._replace(places=places), found
+
+
+def _reaches_out(derived: Derived, a: AuxiliarySpeed, root: int, links: Sequence[Link], places: Places) -> bool:
+    """Whether the auxiliary speed of a frame moves what does not hang on the link, as a mass centre of several bodies."""
+    inside, motion = _subtree(root, links), derived.kinematics.point
+    outside = [p for p, (link, _) in places.items() if not inside[link]]
+    outside += [part.mass_center for k, link in enumerate(links) if not inside[k] for part, _ in link.parts]
+    return any(a in motion(p).partials for p in outside)
 
 
 def _moved(at: Point, root: int, links: Sequence[Link], places: Places) -> Places | None:

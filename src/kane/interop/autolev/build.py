@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """From a sheet to a system: bodies, loads, speeds, constraints, values."""
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
+from kane.equations.equations import derive
 from kane.equations.state import State
 from kane.errors import KaneError, ModelError
 from kane.expr.evaluation import free_symbols
-from kane.expr.node import ONE, Expr
+from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Coordinate, Speed, StateVariable, Symbol, rate
 from kane.interop.autolev.auxiliary import Evidence, evidence
 from kane.interop.autolev.model import Names, agree, no_accelerations, replacing, speeds_in
@@ -40,7 +43,8 @@ def build(sheet: Sheet) -> Imported:
     moving = [*_moving(space), *laws]
     speeds = _speeds(sheet, names, space, moving)
     kin = kinematics(space, names, speeds, moving)
-    system = _system(sheet, names, space, kin, bodies, loads, laws, shown)
+    whole = partial(_system, sheet, names, space, kin, bodies, laws, shown)
+    system = _relieved(sheet, whole, loads)
     _check_outputs(sheet, system)
     return _imported(sheet, names, system)
 
@@ -69,7 +73,7 @@ def _bodies(sheet: Sheet, names: Names, space: Space) -> list[Body]:
         if dyad is None:
             sheet.remarks.say("inferred", f"{shown} has no inertia: it is taken for zero")
         else:
-            inertia = Dyadic((space.vector(a), space.vector(b)) for a, b in dyad.terms)
+            inertia = space.inertia(dyad, name)
         center, frame = space.points[sheet.bodies[name]], space.turning[name]
         place = inertia if about == sheet.bodies[name] else (inertia, space.points[about])
         try:
@@ -125,8 +129,8 @@ def _moving(space: Space) -> list[Expr]:
 
 
 def _system(
-    sheet: Sheet, names: Names, space: Space, kin: Kinematics, bodies: list[Body], loads: list[Load | Gravity],
-    laws: list[Expr], shown: Evidence,
+    sheet: Sheet, names: Names, space: Space, kin: Kinematics, bodies: list[Body], laws: list[Expr], shown: Evidence,
+    loads: list[Load | Gravity],
 ) -> System:  # fmt: skip
     by_rates = replacing(kin.speeds)
     states = {q: StateVariable.declare(q.name, names.numbers.get(q.name.lower(), 0.0), "", "") for q in kin.states}
@@ -149,6 +153,28 @@ def _system(
         auxiliary_speeds=shown.speeds,
         reactions=shown.reactions,
     )
+
+
+def _relieved(sheet: Sheet, whole: Callable[[list[Load | Gravity]], System], loads: list[Load | Gravity]) -> System:
+    """The system without the forces that a file solves for beside accelerations, where these are those of its constraints."""
+    system = whole(loads)
+    sought = [x for x in system.inputs if x.name in sheet.sought]
+    if not sought:
+        return system
+    change = replacing(dict.fromkeys(sought, ZERO))
+    accelerations = derive(system).accelerations
+    names, line = ", ".join(x.name for x in sought), sheet.sought[sought[0].name]
+    if agree(accelerations, map(change, accelerations), [e.coordinates for e in system.euler_parameters]):
+        text = f"{names} are the forces of constraints, whose multipliers have them: they are left out"
+        sheet.remarks.say("changed", text, f"line {line.number}")
+        return whole([x for load in loads if (x := _changed(load, change)) is load or not _vanishes(x)])
+    text = f"{names}, which the file solves for beside accelerations, do work on the constraints: they are inputs here"
+    sheet.remarks.say("changed", text, f"line {line.number}")
+    return system
+
+
+def _vanishes(load: Load | Gravity) -> bool:
+    return isinstance(load, Load) and all(v.is_zero for _, v in (*load.forces, *load.torques))
 
 
 def _compare_accelerations(sheet: Sheet, names: Names, space: Space) -> None:
@@ -198,6 +224,11 @@ def _imported(sheet: Sheet, names: Names, system: System) -> Imported:
         symbol = low.get(name, low.get(f"{name.rstrip(chr(39))}p"))
         if isinstance(symbol, Coordinate | Speed):
             start[type(symbol)][symbol] = value
+    held = set(system.inputs)
+    for name in sheet.prescribed:
+        if sheet.symbols[name.lower()] in held:
+            text = f"{name} is no generalized speed's coordinate and no equation gives it: it is an input"
+            sheet.remarks.say("inferred", text)
     sheet.remarks.say("read", size_of(system))
     q, u = ({s.name: s for s in system.coordinates}, {s.name: s for s in system.speeds})
     parameters = {s.name: s for s in system.parameters}

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The commands that make a model: orientations, velocities, loads, constraints, kinematical equations; a table by name."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from kane.errors import KaneError
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, ZERO, Expr, as_expr
-from kane.expr.symbols import Coordinate, Rate, Speed, rate
-from kane.interop.autolev.evaluate import Reading
+from kane.expr.symbols import Coordinate, Input, Rate, Speed, rate
+from kane.interop.autolev.evaluate import Reading, quantity
 from kane.interop.autolev.functions import expression, frame_of, pair_of, point_of, solve, where, word
 from kane.interop.autolev.grammar import Line
 from kane.interop.autolev.sheet import Sheet, of_euler, simple
@@ -211,6 +211,8 @@ def hold(r: Reading, name: str, unknown: Sequence[Expr], line: Line, *, auxiliar
 def solved(r: Reading, args: Args, line: Line) -> None:
     """Solve(equations, unknowns): those of motion are not solved here; rates become kinematical equations, speeds constrained."""
     tree = args[0].children[0]
+    if r.sheet.formed:
+        closed(r, args, line)
     value = r.value(tree, line)
     if isinstance(value, Unread):
         return
@@ -238,6 +240,60 @@ def solved(r: Reading, args: Args, line: Line) -> None:
         _known(r.sheet, u, answer)
 
 
+def solved_with_rates(r: Reading, args: Args, line: Line) -> None:
+    """SolveDt(equations, unknowns): as Solve; equations that are solved for coordinates are constraints of the configuration."""
+    value = r.value(args[0].children[0], line)
+    listed = [r.value(expression(a), line) for a in args[1:]]
+    unknown = [x for v in listed for x in (v.flat() if isinstance(v, Table) else [v])]
+    equations = value.flat() if isinstance(value, Table) else [value]
+    scalars = [e for e in equations if isinstance(e, Expr)]
+    placed = [x for x in unknown if isinstance(x, Coordinate)]
+    if not placed or len(scalars) != len(equations) or r.sheet.formed:
+        solved(r, args, line)
+        return
+    rates = [r.sheet.rate(q) for q in placed]
+    r.sheet.constraints += [(r.sheet.rate(e), line) for e in scalars]
+    r.sheet.dependent += [u for u in rates if isinstance(u, Speed)]
+
+
+def closed(r: Reading, args: Args, line: Line) -> None:
+    """ODE([Dynamics; Constraint] = 0, q'', F): those that are derivatives of equations in speeds are constraints, F their forces.
+
+    Of an equation of motion nothing is read: these follow from the model.
+    """
+    s, found = r.sheet, False
+    for e in _parts(r, args[0].children[0] if args else None, line):
+        told = e
+        while told in s.before and any(_is_acceleration(x) for x in free_symbols([told])):
+            told = s.before[told]
+        symbols = set(free_symbols([told]))
+        if told is not e and any(isinstance(x, Speed) for x in symbols) and not any(map(_is_acceleration, symbols)):
+            found = True
+            if all(told is not law for law, _ in s.constraints):
+                s.constraints.append((told, line))
+    for a in args[1:]:
+        value = r.value(expression(a), line)
+        for x in value.flat() if isinstance(value, Table) else [value]:
+            if isinstance(x, Input) and (found or s.constraints):
+                s.sought.setdefault(x.name, line)
+
+
+def _parts(r: Reading, tree: Any, line: Line) -> Iterator[Expr]:
+    """The scalars of blocks of equations; outputs among them are passed over."""
+    while tree is not None and tree.data in ("sum", "term", "power") and all(x is None for x in tree.children[1:]):
+        tree = tree.children[0]
+    if tree is None:
+        return
+    blocks = [x for row in tree.children for x in row.children] if tree.data == "matrix" else [tree]
+    for block in blocks:
+        value = r.value(block, line)
+        yield from (x for x in (value.flat() if isinstance(value, Table) else [value]) if isinstance(x, Expr))
+
+
+def _is_acceleration(x: Expr) -> bool:
+    return isinstance(x, Rate) and isinstance(x.place, Speed)
+
+
 def _known(s: Sheet, unknown: Expr, answer: Expr) -> None:
     if isinstance(unknown, Rate):
         s.kinematic[unknown] = answer
@@ -246,6 +302,16 @@ def _known(s: Sheet, unknown: Expr, answer: Expr) -> None:
                 s.kinematic[key] = s.by_speeds(value)
     elif not isinstance(unknown, Speed | Coordinate):
         s.late[unknown] = answer
+
+
+def start_by(r: Reading, args: Args, line: Line) -> None:
+    """SolveSetInput(equations = 0, x = 1): where the search begins; the start is assembled when a motion is asked for."""
+    for a in args[1:]:
+        name = word(a.children[0], line) if a.data == "named" else ""
+        value = quantity(r, a.children[2], a.children[3], line) if name else None
+        if isinstance(value, Expr) and (name in r.sheet.symbols or name.rstrip("'") in r.sheet.symbols):
+            r.sheet.inputs[name] = value
+    r.sheet.remarks.say("ignored", "equations of a start: assembly finds it when a motion is asked for", where(line))
 
 
 def kane(r: Reading, args: Args, line: Line) -> None:
@@ -258,6 +324,7 @@ COMMANDS: dict[str, Command] = {
     "v2pts": v2pts, "v1pt": v1pt, "v1pts": v1pt,
     **dict.fromkeys(("a2pts", "a1pt", "a1pts", "angacc", "alf"), _nothing),
     "gravity": gravity, "force": force, "torque": torque,
-    "constrain": constrain, "solve": solved, "solvedt": solved, "kane": kane,
+    "constrain": constrain, "solve": solved, "ode": closed, "solvedt": solved_with_rates,
+    **dict.fromkeys(("solvesetinput", "solvesetinputdt"), start_by), "kane": kane,
 }  # fmt: skip
 """What each command does."""

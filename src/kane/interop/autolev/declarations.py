@@ -5,19 +5,22 @@ A variable whose derivative is assigned somewhere is a coordinate (or a further 
 is a generalized speed, one with two primes a coordinate whose rate is a generalized speed unless it is given.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import re
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from itertools import product
 from typing import Any
 
 from kane.expr.node import Expr, constant_value
 from kane.expr.symbols import Coordinate, Input, Parameter, Speed, Symbol, rate
 from kane.interop.autolev.evaluate import Reading, quantity
 from kane.interop.autolev.grammar import Line
+from kane.interop.autolev.ranges import names_of
 from kane.interop.autolev.sheet import Sheet
 
-MOST_NAMES = 2_000
-FORMING = {"fr", "frstar", "getdynamicskane", "getdynamics", "getstaticskane"}
+_PLACING = re.compile(r"(?i)simprot|dircos|[pr]_\w+>\s*=|\w+\.(rotate|setrotationmatrix\s*\(|translate|setposition)")
+FORMING = {
+    "fr", "frstar", "getdynamicskane", "getdynamics", "getstaticskane", "geteffectiveforce", "getgeneralizedeffectiveforce",
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,17 +34,26 @@ class Statement:
 
 @dataclass(slots=True)
 class Outlook:
-    """What the whole file assigns: derivatives, names, and what the equations of motion are called."""
+    """What the whole file assigns: derivatives, names, what the equations of motion are called; and what places or orients."""
 
     rated: set[str] = field(default_factory=set)
     assigned: set[str] = field(default_factory=set)
     equations: set[str] = field(default_factory=set)
+    placing: set[str] = field(default_factory=set)
+    solved: set[str] = field(default_factory=set)
+    chosen: set[str] = field(default_factory=set)
+
+    def prescribed(self, low: str) -> bool:
+        """Whether speeds are chosen, and a variable that no equation gives has no rate among them: its motion is a given one."""
+        return bool(self.chosen) and low not in self.chosen | self.solved | self.rated
 
 
 def outlook(statements: Sequence[Statement]) -> Outlook:
     """One look at all statements before the first is read."""
     seen = Outlook()
     for s in statements:
+        if _PLACING.match(s.line.text):
+            seen.placing |= set(_words(s.tree))
         if s.tree.data == "statement":
             target = s.tree.children[0]
             if s.tree.children[1] is not None:
@@ -69,13 +81,17 @@ def _note(seen: Outlook, name: str) -> None:
 def _called(seen: Outlook, tree: Any) -> None:
     """KinDiffs, Solve and SetDt give derivatives, too; those of the equations of motion are not known yet."""
     words = _words(tree)
-    if not words or words[0] not in ("kindiffs", "solve", "solvedt"):
+    if words and words[0].startswith("setgeneralizedspeed"):
+        seen.chosen |= {w.rstrip("'") for w in words[1:]}
+    if not words or words[0] not in ("kindiffs", "solve", "solvedt", "constrain"):
         if "setrotationmatrixode" in words:
             seen.rated |= set(words)
         return
     if words[0] == "kindiffs":
         seen.rated |= set(words[1:])
-    elif words[0] == "solve" and words[1:2] and words[1] not in seen.equations:
+        return
+    seen.solved |= {w.rstrip("'") for w in words[1:]}
+    if words[0] == "solve" and not (seen.equations | FORMING) & set(words[1:]):
         seen.rated |= {w.rstrip("'") for w in words if w.endswith("'")}
 
 
@@ -89,36 +105,6 @@ def _words(tree: Any) -> list[str]:
         elif getattr(node, "type", "") == "NAME":
             found.append(str(node).lower())
     return found
-
-
-def names_of(item: Any, r: Reading, line: Line) -> Iterator[tuple[str, int]]:
-    """The names that an item of a declaration stands for, Q{3}' for q1, q2, q3, and their primes."""
-    name, ranges, primes = str(item.children[0]), item.children[1], item.children[2]
-    base = name.rstrip("'")
-    count = len(name) - len(base) + len(primes or "")
-    if ranges is None:
-        yield base, count
-        return
-    spans = [_span(x, r, line) for x in ranges.children]
-    if len(spans) > 1 and all(x.children[1] is None for x in ranges.children):
-        spans = [range(1, span[-1] + 1) for span in spans]
-    total = 1
-    for span in spans:
-        total *= len(span)
-    if total > MOST_NAMES:
-        raise line.refuse(f"at most {MOST_NAMES} names of one declaration", total)
-    for indices in product(*spans):
-        yield base + "".join(map(str, indices)), count
-
-
-def _span(tree: Any, r: Reading, line: Line) -> range:
-    first = r.number(tree.children[0], line)
-    if tree.children[1] is None:
-        return range(1, first + 1)
-    last = r.number(tree.children[1], line)
-    if not 0 <= last - first < MOST_NAMES:
-        raise line.refuse(f"a range of at most {MOST_NAMES} that goes up", f"{first}:{last}")
-    return range(first, last + 1)
 
 
 # What declares what --------------------------------------------------------------------------------------------------
@@ -168,13 +154,16 @@ def _specified(s: Sheet, o: Outlook, name: str, primes: int, line: Line) -> None
 def _variable(s: Sheet, o: Outlook, name: str, primes: int, line: Line) -> None:
     low = name.lower()
     symbol: Symbol
-    if not primes or low in o.assigned:
+    if not primes or low in o.assigned or o.prescribed(low):
         symbol = Input.declare(name, None, "", "")
-    elif primes == 1 and low not in o.rated:
+        if primes and low not in o.assigned:
+            s.given.add(low)
+            s.prescribed.append(name)
+    elif primes == 1 and low not in o.rated | o.placing:
         symbol = Speed.declare(name, None, "", "")
     else:
         symbol = Coordinate.declare(name, None, "", "")
-        if primes > 1 and low not in o.rated:
+        if low not in o.rated:
             s.kinematic[rate(symbol)] = Speed.declare(f"{name}p", None, "", "")
     _enter(s, name, symbol, primes)
 
@@ -193,7 +182,7 @@ _TABLE: dict[str, tuple[Declare, str]] = {
     "particle": (_particle, "particle particles"),
     "point": (_point, "point points"),
     "constant": (_constant, "constant constants"),
-    "specified": (_specified, "specified"),
+    "specified": (_specified, "specified specifieds"),
     "variable": (_variable, "variable variables motionvariable motionvariables"),
     "imaginary": (lambda *_: None, "imaginary"),
 }
@@ -210,7 +199,7 @@ def declare(r: Reading, seen: Outlook, statement: Statement, assign: Assign) -> 
         if item is None:
             continue
         parts = item.children
-        for name, primes in names_of(item, r, line):
+        for name, primes in names_of(parts, r.number, line):
             DECLARED[statement.keyword](r.sheet, seen, name, primes, line)
             if parts[3] is not None:
                 r.sheet.fixed[name.lower()] = str(parts[3]).lower()

@@ -10,6 +10,7 @@ from kane.errors import ModelError, alike
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value, pi
 from kane.expr.symbols import Coordinate, Speed, rate, time
 from kane.interop.autolev.grammar import Line
+from kane.interop.autolev.ranges import names_of
 from kane.interop.autolev.sheet import Sheet
 from kane.interop.autolev.units import factor_of
 from kane.interop.autolev.values import Dyad, Table, Unread, Value, Vec
@@ -117,6 +118,12 @@ class Reading:
     def _name(self, parts: list[Any], line: Line) -> Value:
         return self.named(str(parts[0]), line, getattr(parts[0], "column", 1))
 
+    def _names(self, parts: list[Any], line: Line) -> Value:
+        """U{1:3}' stands for a list."""
+        column = getattr(parts[0], "column", 1)
+        named = [self.named(name + "'" * primes, line, column) for name, primes in names_of(parts, self.number, line)]
+        return next((x for x in named if isinstance(x, Unread)), Table((tuple(named),)))
+
     def _function(self, parts: list[Any], line: Line) -> Value:
         call = _called(self.functions, parts[0], "a function of Autolev", line)
         return call(self, parts[1].children, line)
@@ -142,6 +149,8 @@ class Reading:
             table = self.named(name, line, 1)
         if isinstance(table, Unread):
             return table
+        if table is None and self.sheet.formed:
+            return Unread(f"{parts[0]}[…], which is given elsewhere")
         if not isinstance(table, Table):
             raise line.refuse("the name of a matrix before “[”", str(parts[0]), alike(name, self.tables()).strip())
         at = [self.number(x.children[0], line) for x in parts[1].children]
@@ -350,6 +359,8 @@ def _called(calls: dict[str, Call], token: Any, what: str, line: Line) -> Call:
     """What a name stands for, in letters of either case."""
     name = str(token)
     call = calls.get(name.lower())
+    if call is None and name.lower().startswith("get"):  # a method that asks changes nothing in a model
+        return lambda r, args, line: Unread(f"what {name}(…) gives")
     if call is None:
         cure = alike(name.lower(), calls).strip()
         raise line.refuse(what, f"{name} at column {_column(token, line)}", cure)

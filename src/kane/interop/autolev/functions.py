@@ -23,14 +23,18 @@ _PLAIN: dict[str, Callable[..., Expr]] = {
     "sqr": lambda x: x * x, "log10": lambda x: ops.log(x) / ops.log(as_expr(10)),
 }  # fmt: skip
 _TURNING: dict[str, Callable[[Expr], Expr]] = {"sin": ops.sin, "cos": ops.cos, "tan": ops.tan}
+_DEGREE = pi / 180
+_PLAIN |= {f"{name}degrees": lambda x, f=f: f(x * _DEGREE) for name, f in _TURNING.items()}
+_PLAIN |= {f"{name}degrees": lambda x, f=_PLAIN[name]: f(x) / _DEGREE for name in ("asin", "acos", "atan")}
 _SAME = (
     "expand factor explicit arrange factorlinear factorquadratic rhs fulldot simplify "
     "collect combine decompose zee simplifysqrt"
 )
 _OUTPUTS = (
-    "fr frstar ke pe momentum angmom taylor coef getcoefficient include exclude polynomial roots eig diagmat "
-    "partials nicheck round int ceil floor factorial inertia laplace evaluateatinput linearize rows cols fstar "
-    "getstateequations constraintforces getlinearunits conserved power work kane lagrange jacobian"
+    "fr frstar ke pe momentum angmom taylor coef getcoefficient include exclude polynomial roots eig diagmat partials "
+    "nicheck round int ceil floor factorial inertia laplace evaluateatinput linearize rows cols fstar evaluatetonumber "
+    "evaluatenumber evaluateinput getstateequations constraintforces getlinearunits conserved power work kane lagrange "
+    "jacobian"
 )
 
 
@@ -319,5 +323,5 @@ def center(sheet: Sheet, origin: str, names: Sequence[str]) -> Vec:
 
 
 __all__ = [
-    "FUNCTIONS", "center", "derived", "expression", "frame_of", "mass", "pair_of", "point_of", "solve", "where", "word",
+    "FUNCTIONS", "center", "derived", "expression", "frame_of", "mass", "pair_of", "point_of", "scalars", "solve", "where", "word",
 ]  # fmt: skip

@@ -9,9 +9,10 @@ from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value
 from kane.expr.symbols import Parameter
 from kane.interop.autolev.commands import kinematics, orient, turn
 from kane.interop.autolev.evaluate import Call, Reading, quantity
-from kane.interop.autolev.functions import center, expression, frame_of, mass, point_of, word
+from kane.interop.autolev.functions import center, expression, frame_of, mass, point_of, scalars, word
 from kane.interop.autolev.grammar import Line
-from kane.interop.autolev.values import Dyad, Unread, Value, Vec, along
+from kane.interop.autolev.sheet import Turn
+from kane.interop.autolev.values import Dyad, Table, Unread, Value, Vec, along, transposed
 
 Args = Sequence[Any]
 _SIMPLE = re.compile("(?:body|space)([xyz])", re.IGNORECASE)
@@ -30,12 +31,17 @@ def _rotate(axis: int, sign: int) -> Call:
 
 
 def _rotate_general(r: Reading, args: Args, line: Line) -> Value:
-    """B.Rotate(A, BodyXYZ, q1, q2, q3), B.Rotate(A, BodyX, q), B.SetRotationMatrix(A, axis>, q)."""
+    """B.Rotate(A, BodyXYZ, q1, q2, q3), B.Rotate(A, BodyX, q), B.SetRotationMatrix(A, axis>, q), B.SetRotationMatrix(A, matrix)."""
     simple = _SIMPLE.fullmatch(str(_token(args[2].children[0]))) if len(args) == 4 else None
     if simple:
         return _rotate("xyz".index(simple[1].lower()), 1)(r, (args[0], args[1], args[3]), line)
     b, a = frame_of(r, args[0], line), frame_of(r, args[1], line)
-    if len(args) == 4:
+    if len(args) == 3:
+        table = r.value(expression(args[2]), line)
+        if not isinstance(table, Table) or [len(row) for row in table.rows] != [3, 3, 3]:
+            raise line.refuse("a 3 × 3 matrix that orients", "another value")
+        r.sheet.orient(Turn(a, b, transposed(scalars(table, line))))
+    elif len(args) == 4:
         axis = r.vector(expression(args[2]), line)
         frame = b if axis.frames() == (b,) else a
         turn(
@@ -100,11 +106,20 @@ def _defined(r: Reading, arg: Any, line: Line) -> Expr:
         tree = arg.children[0]
         value = quantity(r, tree, arg.children[1], line) if _known(r, tree, line) else _new(r, tree, line)
         return value if isinstance(value, Expr) else r.scalar(tree, line)
-    value = quantity(r, arg.children[2], arg.children[3], line)
-    number = constant_value(value) if isinstance(value, Expr) else None
-    if number is None:
-        raise line.refuse("a number for a constant that is defined in a call", "an expression")
-    return r.sheet.parameter(str(_token(arg.children[0])), float(number))
+    return defined(r, str(_token(arg.children[0])), arg.children[2], arg.children[3], line)
+
+
+def defined(r: Reading, name: str, tree: Any, unit: Any, line: Line) -> Expr:
+    """A constant with its value, or a name for an expression, which a call defines on the way: mA = 10 kg, IA = mA*L^2/12."""
+    value = quantity(r, tree, unit, line)
+    if not isinstance(value, Expr):
+        raise line.refuse("a scalar for a constant that is defined in a call", "another value")
+    number = constant_value(value)
+    symbol = r.sheet.parameter(name, None if number is None else float(number))
+    if number is not None:
+        return symbol
+    r.sheet.late[symbol] = r.sheet.values[name.lower()] = value
+    return value
 
 
 def _known(r: Reading, tree: Any, line: Line) -> bool:
@@ -230,6 +245,12 @@ def _get_position(r: Reading, args: Args, line: Line) -> Value:
     return r.sheet.position(point_of(r, args[1], line), point_of(r, args[0], line))
 
 
+def _get_rotation(r: Reading, args: Args, line: Line) -> Value:
+    """B.GetRotationMatrix(A): the elements b_i · a_j."""
+    b, a = frame_of(r, args[0], line), frame_of(r, args[1], line)
+    return Table(r.sheet.cosines(b, a)) if r.sheet.connected(a, b) else Unread("the orientation of a frame without one")
+
+
 def _get_center(r: Reading, args: Args, line: Line) -> Value:
     """System.GetCMPosition(P)."""
     return center(r.sheet, point_of(r, args[1], line), ())
@@ -250,6 +271,7 @@ _OUTPUTS = (
     "geteffectiveforce getmomentofforce getacceleration getangularacceleration getcmvelocity getpartialvelocity "
     "getpartialangularvelocity getresultantmoment"
 )
+_PLACING = ("translate", "setpositionvelocity", "setpositionvelocityacceleration")
 _AXES: dict[str, Callable[[], Call]] = {
     f"rotate{way}{letter}": lambda axis=axis, sign=sign: _rotate(axis, sign)  # type: ignore[misc]
     for axis, letter in enumerate("xyz")
@@ -259,13 +281,14 @@ MEMBERS: dict[str, Call] = {
     **{name: make() for name, make in _AXES.items()},
     "rotate": _rotate_general, "setrotationmatrix": _rotate_general, "setrotationmatrixode": _rotation_ode,
     **dict.fromkeys(("setangularvelocityacceleration", "setangularvelocity"), _set_spin),
-    "setposition": _set_position, **dict.fromkeys(("translate", "setpositionvelocity"), _translate),
+    "setposition": _set_position, **dict.fromkeys(_PLACING, _translate),
     **dict.fromkeys(("setvelocityacceleration", "setvelocity"), _set_velocity),
     "setmass": _set_mass, "setinertia": _set_inertia, "setmassinertia": _set_mass_inertia,
     "addforce": _add_load("force"), "addtorque": _add_load("torque"), "addforcegravity": _add_gravity,
     "addtorquedamper": _torque_damper, "addforcespring": _force_spring, "addforcedamper": _force_damper,
     "getangularvelocity": _get_spin, "getvelocity": _get_velocity, "getposition": _get_position,
     "getcmposition": _get_center, "getmass": _get_mass,
+    **dict.fromkeys(("getrotationmatrix", "getrotation"), _get_rotation),
     **{name: _output(name) for name in _OUTPUTS.split()},
 }  # fmt: skip
 """How each method is read."""

@@ -19,7 +19,7 @@ GRAMMAR = r"""
 statement: expr [ASSIGN expr [unit]]
 declaration: (item ("," item?)*)?
 item: NAME [ranges] [PRIMES] ["(" [NAME] ")"] [SIGN] ["=" expr [unit]]
-ranges: "{" range ("," range)* "}"
+ranges: ("{" range ("," range)* "}")+
 range: expr [":" expr]
 ?expr: term (SIGN term)* -> sum
 ?term: unary (OVER unary)* -> term
@@ -33,6 +33,7 @@ range: expr [":" expr]
      | NAME -> name
      | NAME "(" args ")" -> function
      | NAME "[" args "]" -> element
+     | NAME ranges [PRIMES] -> names
      | "(" expr ")"
      | "[" row (";" row)* ";"? "]" -> matrix
      | atom "." NAME "(" args ")" -> member
@@ -40,8 +41,9 @@ row: expr ("," expr)*
 args: (argument ("," argument)* ","?)?
 argument: expr [unit]
         | expr ASSIGN expr [unit] -> named
-        | expr ":" expr (":" expr)? -> span
-unit: NAME (UNIT_SIGN (NAME | NUMBER))*
+        | expr ASSIGN NAME ASSIGN expr [unit] -> chained
+        | expr [ASSIGN expr] ":" expr (":" expr)? -> span
+unit: NAME (UNIT_SIGN (NAME | [SIGN] NUMBER))*
 NAME: /[A-Za-z_][A-Za-z0-9_]*'*(>>|>)?/
 CONSTANT.2: /[01]>>?/
 NUMBER: /(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?/
@@ -76,9 +78,8 @@ def lines_of(text: str) -> Iterator[Line]:
     for number, raw in enumerate(text.splitlines(), 1):
         line = re.split(r"%|//", raw, maxsplit=1)[0].rstrip()
         first = first if held else number
-        held += line.removesuffix("&")
+        held += (line.lstrip() if held else line).removesuffix("&")  # words may be cut there
         if line.endswith("&"):
-            held += " "
             continue
         for at, piece in _pieces(held, first):
             count += 1

@@ -10,10 +10,10 @@ import numpy as np
 from kane.errors import ModelError
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ZERO, Expr
-from kane.expr.symbols import Coordinate, Input, Parameter, Rate, Speed, rate
+from kane.expr.symbols import Coordinate, Input, Parameter, Rate, Speed, Symbol, rate
 from kane.expr.visit import substituting
 from kane.interop.autolev.sheet import Sheet
-from kane.interop.autolev.values import Vec
+from kane.interop.autolev.values import Dyad, Vec
 from kane.numeric.sampling import SEEDS, sample
 from kane.numeric.scale import UNRELATED
 
@@ -34,6 +34,7 @@ class Names:
     def __init__(self, sheet: Sheet) -> None:
         self.sheet = sheet
         self.numbers = numbers_of(sheet)
+        self._drop_flat_inertias()
         self.constants: dict[Expr, Expr] = {}
         self._given_values()
         self._drop_contradictions()
@@ -59,6 +60,18 @@ class Names:
             if constant or (free and (low in s.inputs or symbol in held)):
                 self.constants[symbol] = Parameter.declare(symbol.name, self.numbers.get(low), "", "")
         s.late |= self.constants
+
+    def _drop_flat_inertias(self) -> None:
+        """Values of Input that make the inertia of a body singular, as one for all of them, are placeholders: the body has none."""
+        s = self.sheet
+        for name, (dyad, _, _) in s.inertias.items():
+            held = free_symbols(x for pair in dyad.terms for v in pair for x in v.parts.values())
+            values = {x: self.numbers[x.name.lower()] for x in held if x.name.lower() in self.numbers}
+            if len(values) == len(held) > 0 and _is_flat(dyad, values):
+                for x in held:
+                    self.numbers.pop(x.name.lower())
+                names = ", ".join(x.name for x in held)
+                s.remarks.say("changed", f"the values of {names} are no body's: {s.say(name)} has none for them")
 
     def _drop_contradictions(self) -> None:
         """Values of specified variables that are not each other's derivatives stand for functions given elsewhere."""
@@ -131,6 +144,22 @@ def numbers_of(sheet: Sheet) -> dict[str, float]:
     for name in sheet.inputs.keys() - found.keys():
         sheet.remarks.say("ignored", f"the start value of {name}, which other values are missing for")
     return found
+
+
+def _is_flat(dyad: Dyad, values: Mapping[Symbol, float]) -> bool:
+    """Whether moments of inertia are positive and the dyadic, along the axes of one frame, is singular with these values."""
+    frames = dict.fromkeys(f for pair in dyad.terms for v in pair for f in v.frames())
+    if len(frames) != 1:
+        return False
+    rows = np.zeros((3, 3))
+    for pair in dyad.terms:
+        a, b = (np.zeros(3) for _ in pair)
+        for column, v in zip((a, b), pair, strict=True):
+            for (_, k), x in v.parts.items():
+                column[k] = evaluate(x, {y: values[y] for y in free_symbols([x])})
+        rows += np.outer(a, b)
+    sizes = np.linalg.eigvalsh(rows)
+    return bool(np.all(np.diag(rows) > 0) and sizes[0] <= UNRELATED * sizes[-1])
 
 
 def _fixed(s: Sheet) -> list[Expr]:

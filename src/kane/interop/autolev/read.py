@@ -2,8 +2,9 @@
 """From a text to a sheet: statements parsed, then read one after the other."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from importlib import import_module
+from itertools import takewhile
 from pathlib import Path
 
 from kane.errors import KaneError, ModelError, alike
@@ -18,44 +19,20 @@ from kane.interop.autolev.statements import Statements
 from kane.interop.autolev.units import base_units
 from kane.interop.imported import Remarks
 
-_SETTINGS = frozenset(
-    [
-        "autoz",
-        "autorhs",
-        "autoepsilon",
-        "overwrite",
-        "beepsound",
-        "pause",
-        "digits",
-        "factoring",
-        "complex",
-        "units",
-        "output",
-        "outputplot",
-        "encode",
-        "code",
-        "save",
-        "ode",
-        "animate",
-        "plot",
-        "setautozee",
-        "setdigits",
-        "title",
-        "zee",
-        "autoassign",
-        "format",
-        "setdefaultparenthesis",
-        "nicheck",
-        "autoexpress",
-        "setautoexpress",
-        "run",
-        "setimaginarynumber",
-        "checkifnumbers",
-    ]
-)
-_ENDS = {"quit", "exit", "stop"}
+_SETTINGS = """
+    autoz autorhs autoepsilon autoexpress autoassign overwrite beepsound pause digits factoring complex units output outputplot
+    encode code save ode animate animake plot title zee format nicheck run checkifnumbers echo help load clear clearinput
+    clearoutput outputencode encodeoutput plotoutput getunitsystem setautozee setautoz setdigits setdefaultparenthesis
+    setautoexpress setimaginarynumber setautodifferentiate setautoepsilon setautofactor setautooverwrite setautorhs
+    setautosimplify setautotaylor setautotaylorseries setautolinearize setbasissubscripts setbasissubscript setbeepsound
+    setbeepsoundonerror setcmsymbol setcomplex setdefaults setlinespacing setlinestepping setpauseonwarning setscreendisplay
+    setworkingdirectory setscratchdirectory setdirectory setworkingfolder setfolder setnozee setnozeesymbol resetnozee
+"""
+_SET = frozenset(_SETTINGS.split())
+_ENDS = {"quit", "exit", "stop", "quitexit", "exitquit"}
 _ARGUED = {"mass", "inertia", "input"}
 _GENESIS = re.compile(r"(?im)^\s*(newtonianframe|rigidbody|rigidframe)\s|\.(set|rotate|translate)\w*\s*\(")
+_ODE = re.compile(r"(?i)ode\s*\(.*[^\s(].*\)")
 _MACROS = 4
 
 
@@ -63,7 +40,7 @@ def read(text: str, folder: Path | None) -> Sheet:
     """Read a text; command files (.a) that it calls are looked for in its folder."""
     sheet = Sheet(Remarks(), genesis=bool(_GENESIS.search(text)))
     reading = Reading(sheet, FUNCTIONS, MEMBERS)
-    lines = [x for line in lines_of(text) for x in _unfolded(line, folder, _MACROS)]
+    lines = [x for line in _to_the_end(lines_of(text)) for x in _unfolded(line, folder, _MACROS)]
     statements = [s for line in lines if (s := _parsed(line, sheet)) is not None]
     if not statements:
         raise ModelError("Expected a model of Autolev or MotionGenesis, got a text without a statement.")
@@ -79,6 +56,11 @@ def read(text: str, folder: Path | None) -> Sheet:
                 raise
             raise ModelError(f"{error} This was found in line {s.line.number}, “{s.line.text}”.") from error
     return sheet
+
+
+def _to_the_end(lines: Iterable[Line]) -> Iterator[Line]:
+    """The lines before the first that ends the program, as Quit does: what follows is never run, and need not make sense."""
+    return takewhile(lambda line: line.text.lower() not in _ENDS, lines)
 
 
 def _first(error: KaneError) -> str:
@@ -101,7 +83,7 @@ def _unfolded(line: Line, folder: Path | None, deep: int) -> Iterator[Line]:
     """A line, or the lines of the command file that it calls, arguments in the place of #1#, #2# and so on."""
     match = re.fullmatch(r"([A-Za-z]\w*)\s*\((.*)\)", line.text)
     name = match[1].lower() if match else ""
-    known = name in COMMANDS or name in FUNCTIONS or name in _SETTINGS
+    known = name in COMMANDS or name in FUNCTIONS or name in _SET
     file = _command_file(folder, name) if match and folder and not known else None
     if match is None or file is None:
         yield line
@@ -127,12 +109,17 @@ def _parsed(line: Line, sheet: Sheet) -> Statement | None:
     head = re.match(r"([A-Za-z_]+)('{0,3})(\s+(?![:+*/=^-]=?\s|=)|\s*$|(?=\())", line.text)
     word, rest = (head[1].lower(), line.text[head.end() :]) if head else ("", line.text)
     spaced = bool(head) and line.text[head.end() : head.end() + 1] != "(" if head else False
-    if word in _SETTINGS | _ENDS | {"unitsystem", "setunitsystem", "degrees"} and not rest.lstrip().startswith(
-        ("=", ":=")
+    if (
+        not _ODE.match(line.text)
+        and word in _SET | {"unitsystem", "setunitsystem", "degrees"}
+        and not rest.lstrip().startswith(("=", ":="))
     ):
         _setting(word, rest, line, sheet)
         return None
     start, text, offset = "statement", line.text, 0
+    solving = _ODE.match(text)
+    if solving:
+        text = solving[0]  # without the name of a file
     if spaced and word in DECLARED:
         start, text, offset = "declaration", rest, len(line.text) - len(rest)
     elif spaced and word in _ARGUED:
@@ -141,7 +128,7 @@ def _parsed(line: Line, sheet: Sheet) -> Statement | None:
         tree = parser().parse(text, start=start)
     except lark.exceptions.UnexpectedInput as error:
         column = offset + (error.column if isinstance(error.column, int) and error.column > 0 else len(text) + 1)
-        known = (*DECLARED, *COMMANDS, *_ARGUED, *_SETTINGS)
+        known = (*DECLARED, *COMMANDS, *_ARGUED, *_SET)
         cure = alike(word, known).strip() if spaced and word and word not in known else ""
         raise line.refuse(
             "a statement of Autolev or MotionGenesis", f"a fault at column {line.column + column - 1}", cure

@@ -70,7 +70,10 @@ class Sheet:
     auxiliary: list[Speed] = field(default_factory=list)
     unknown: list[str] = field(default_factory=list)
     given: set[str] = field(default_factory=set)
+    prescribed: list[str] = field(default_factory=list)
     outputs: dict[Expr, tuple[str, Line]] = field(default_factory=dict)
+    before: dict[Expr, Expr] = field(default_factory=dict)
+    sought: dict[str, Line] = field(default_factory=dict)
     _paths: dict[Pair, Rows] = field(default_factory=dict)
 
     # Scalars ---------------------------------------------------------------------------------------------------------
@@ -85,7 +88,9 @@ class Sheet:
 
     def rate(self, e: Expr) -> Expr:
         """The derivative by time, rates of coordinates by the kinematical equations that stand so far."""
-        return self.by_speeds(time_derivative(e))
+        found = self.by_speeds(time_derivative(e))
+        self.before[found] = e  # an equation in accelerations may be the derivative of one in speeds
+        return found
 
     def by_speeds(self, e: Expr) -> Expr:
         """An expression with rates replaced by what the kinematical equations say."""

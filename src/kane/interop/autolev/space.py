@@ -7,18 +7,19 @@ is not that of its position gets one that moves so, by three lengths. Rows say w
 """
 
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 
 from kane.errors import ModelError
 from kane.expr.evaluation import free_symbols
-from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import Coordinate, QuasiRate, rate
+from kane.expr.node import ONE, ZERO, Expr, constant_value
+from kane.expr.symbols import Coordinate, Parameter, QuasiRate, rate
 from kane.expr.visit import substituting
 from kane.interop.autolev.model import Names, agree
 from kane.interop.autolev.sheet import Sheet, Turn, way
-from kane.interop.autolev.values import Vec
+from kane.interop.autolev.values import Dyad, Vec
 from kane.space.frame import Frame, Point
-from kane.space.vector import Vector
+from kane.space.vector import Dyadic, Vector
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,6 +48,7 @@ class Space:
         self._turn_as_told()
         self.origin = Point(f"{sheet.say(sheet.inertial)}O", fixed_in=root)
         self.points: dict[str, Point] = {f"{sheet.inertial}o": self.origin}
+        self._told = self._velocities()
         self._place()
 
     @property
@@ -73,6 +75,42 @@ class Space:
             f = self.frames[frame]
             total = total + (f.x, f.y, f.z)[k] * x
         return total
+
+    def inertia(self, dyad: Dyad, body: str) -> Dyadic:
+        """A dyadic of a body, along the axes of the frame in which the body turns as it does.
+
+        Axes of another frame, in which the body turns about one of them, serve as well where the moments about the others are equal.
+        """
+        own, told = self.turning[body], self.frames.get(body)
+        whole = Dyadic((self._turned(a, told, own), self._turned(b, told, own)) for a, b in dyad.terms)
+        others = [f for f in whole.frames() if f is not own]
+        if len(others) != 1 or len(whole.frames()) > 1:
+            return whole
+        rows = whole.components(others[0]).rows
+        if any(x is not ZERO for i, row in enumerate(rows) for j, x in enumerate(row) if i != j):
+            return whole
+        axes = [a.components(others[0])[k] for k, a in enumerate((own.x, own.y, own.z))]
+        for k in range(3):
+            first, second = rows[k - 2][k - 2], rows[k - 1][k - 1]
+            if axes[k] is ONE and self._one_value(first, second, body):
+                diagonal = [rows[k][k] if i == k else first for i in range(3)]
+                return Dyadic.of(own, [[diagonal[i] if i == j else ZERO for j in range(3)] for i in range(3)])
+        same = rows[0][0] is rows[1][1] is rows[2][2]
+        return Dyadic.of(own, rows) if same else whole
+
+    def _turned(self, v: Vec, told: Frame | None, own: Frame) -> Vector:
+        """A vector with the axes of one frame in the place of another's."""
+        return Vector((own if f is told else f, xyz) for f, xyz in self.vector(v).parts)
+
+    def _one_value(self, a: Expr, b: Expr, body: str) -> bool:
+        """Whether two moments of inertia are one, or constants of one value."""
+        if a is b:
+            return True
+        if isinstance(a, Parameter) and isinstance(b, Parameter) and a.default is not None and a.default == b.default:
+            text = f"{b.name} is {a.name}: {self.sheet.say(body)} turns in the frame that its inertia is given in"
+            self.sheet.remarks.say("changed", text)
+            return True
+        return False
 
     def components(self, v: Vector) -> list[Expr]:
         """Measure numbers along the inertial axes, rates by speeds."""
@@ -133,9 +171,10 @@ class Space:
 
     def _next_spin(self) -> bool:
         """A frame that has an angular velocity in a frame that is there, and no orientation."""
+        used = self._used()
         for (b, a), v in self.sheet.spins.items():
             for child, parent, told in ((b, a, v), (a, b, v.times(-ONE))):
-                if parent in self.frames and child not in self.frames:
+                if parent in self.frames and child not in self.frames and child in used:
                     self.frames[child] = self._spinning(child, parent, told, self.sheet.say(child))
                     self.sheet.remarks.say(
                         "inferred", f"{self.sheet.say(child)} has an angular velocity in {self.sheet.say(parent)} and no orientation: "
@@ -144,12 +183,26 @@ class Space:
                     return True
         return False
 
+    def _used(self) -> set[str]:
+        """The frames of bodies, those that vectors are written along, and those that others are turned from."""
+        s = self.sheet
+        loads = [v for _, v, _ in (*s.forces, *s.torques)]
+        dyads = [v for dyad, _, _ in s.inertias.values() for pair in dyad.terms for v in pair]
+        vectors = [*s.positions.values(), *s.velocities.values(), *s.spins.values(), *loads, *dyads]
+        between = [f for pair in (*s.turns, *s.spins) for f in pair]
+        named = [f for f in s.frames if between.count(f) > 1]
+        return {*s.bodies, *named, *(f for v in vectors for f in v.frames()), *(f for f, _, _ in s.torques)}
+
     def _spinning(self, child: str, parent: str, told: Vec, shown: str) -> Frame:
         """A frame that turns in its parent with an angular velocity, by coordinates that the file does not have."""
         base, spin = self.frames[parent], self.names.vector(told)
         others = [f for f in spin.frames() if f != child and f not in self.frames]
-        if not others and child not in spin.frames():
-            x = self.vector(told).components(base)
+        alone = (
+            set(spin.frames()) == {child} and len(spin.parts) == 1
+        )  # about its own axis, which then is one of the parent, too
+        if not others and (alone or child not in spin.frames()):
+            ahead = Vec({(parent, k): x for (_, k), x in spin.parts.items()}) if alone else told
+            x = self.vector(ahead).components(base)
             turning = [k for k in range(3) if x[k] is not ZERO]
             if not turning:
                 return base.rotate(shown, 0, base.z)
@@ -185,8 +238,22 @@ class Space:
             self.turning[body] = frame
             if self.same(mine, told):
                 continue
+            if mine.is_zero and set(told.frames()) == {body} and not any(p == body for p, _ in self.sheet.turns):
+                self.turning[body] = self.frames[body] = self._from_start(body, frame, told)
+                continue
             extra = self.vector(told) - mine.map(self.by_speeds)
             self.turning[body] = self._extra(body, frame, extra)
+
+    def _from_start(self, body: str, start: Frame, told: Vec) -> Frame:
+        """A body whose orientation stands still and whose angular velocity is written along its axes: it begins there and turns."""
+        e = tuple(self._new(f"{self.sheet.say(body)}_e{k}") for k in range(4))
+        self.groups.append(e)
+        made = start.rotate_euler_parameters(f"{self.sheet.say(body)}_turning", e)
+        self.frames[body] = made
+        self._set_quasi(made, start, self.vector(told))
+        text = f"{self.sheet.say(body)} has an angular velocity, and an orientation that does not change: it turns from there"
+        self.sheet.remarks.say("inferred", text)
+        return made
 
     def _extra(self, body: str, frame: Frame, extra: Vector) -> Frame:
         shown = self.sheet.say(body)
@@ -217,6 +284,16 @@ class Space:
         about = [point for body, (_, point, _) in s.inertias.items() if body in s.masses]
         return list(dict.fromkeys([*self._centers(), *about, *(p for p, _, _ in s.forces)]))
 
+    def _velocities(self) -> dict[str, Vec]:
+        """The inertial velocities of points: those of the file, and those that follow from them for points that the model needs."""
+        s, n = self.sheet, self.sheet.inertial
+        told = {p: Vec() for (p, f), (a, _) in s.accelerations.items() if f == n and not a.parts and p in s.points}
+        told |= {p: v for (p, f), v in s.velocities.items() if f == n}
+        for p in self.needed():
+            with suppress(ModelError):  # such a point has a position from one at rest, or none at all
+                told.setdefault(p, s.velocity(p, n))
+        return told
+
     def _place(self) -> None:
         s, n = self.sheet, self.sheet.inertial
         edges = {(b, a): v.times(-ONE) for (a, b), v in s.positions.items()} | s.positions
@@ -226,7 +303,7 @@ class Space:
             if not open_:
                 return
             made = next((p for p in open_ if self._near(p, edges)), None)
-            if made is None and not self._by_velocity(open_, edges):
+            if made is None and not self._by_velocity(open_, edges) and not self._massless(open_):
                 name, base = s.say(open_[0]), s.say(n)
                 raise ModelError(
                     f"Expected a position of {name} from {base}O or from a point fixed in {base}, or its velocity in {base}, got none "
@@ -253,7 +330,7 @@ class Space:
     def _near(self, p: str, edges: dict[tuple[str, str], Vec]) -> bool:
         """Place a point beside one that has its place, if it then moves as the file says."""
         s = self.sheet
-        told = s.velocities.get((p, s.inertial))
+        told = self._told.get(p)
         if told is not None and not told.parts and not any(b == p and a in self.points for a, b in edges):
             self.points[p] = self.origin.at(s.say(p), 0)
             return True
@@ -275,10 +352,23 @@ class Space:
                     return True
         return False
 
+    def _massless(self, open_: Iterable[str]) -> bool:
+        """The centre of a body without mass may be anywhere: at the origin of the body, or at that of the inertial frame."""
+        s = self.sheet
+        bodies = {
+            s.bodies[b]: b for b, m in s.masses.items() if b in s.bodies and constant_value(self.names.final(m)) == 0
+        }
+        p = next((p for p in open_ if p in bodies), None)
+        if p is None:
+            return False
+        self.points[p] = self.points.get(f"{bodies[p]}o", self.origin).at(s.say(p), 0)
+        s.remarks.say("inferred", f"{s.say(p)} has no place; {s.say(bodies[p])} has no mass, so that none is needed")
+        return True
+
     def _by_velocity(self, open_: Iterable[str], edges: dict[tuple[str, str], Vec]) -> bool:
         """Give the first point that has a velocity a place of its own, which moves so."""
         s = self.sheet
-        told = next(((p, v) for (p, f), v in s.velocities.items() if f == s.inertial and p in set(open_)), None)
+        told = next(((p, v) for p, v in self._told.items() if p in set(open_)), None)
         if told is None:
             return False
         p, v = told

@@ -12,7 +12,7 @@ from kane.interop.autolev.commands import COMMANDS
 from kane.interop.autolev.declarations import FORMING, Outlook, Statement, declare, words_of
 from kane.interop.autolev.evaluate import Reading, over, plus, quantity, splits, times
 from kane.interop.autolev.functions import FUNCTIONS, where
-from kane.interop.autolev.genesis import tensor
+from kane.interop.autolev.genesis import defined, tensor
 from kane.interop.autolev.grammar import Line
 from kane.interop.autolev.sheet import Turn
 from kane.interop.autolev.values import Dyad, Table, Unread, Value, Vec
@@ -74,14 +74,18 @@ class Statements:
 
     def _mass(self, args: Sequence[Any], line: Line) -> None:
         for a in args:
-            if a.data != "named":
+            if a.data not in ("named", "chained"):
                 raise line.refuse("Mass body = expression", "no “=”")
             name = _only(a.children[0], line).lower()
             if name not in self.sheet.bodies and name not in self.sheet.particles:
                 known = [self.sheet.say(x) for x in (*self.sheet.bodies, *self.sheet.particles)]
                 raise line.refuse("a body or particle that has a mass", name, alike(name, known).strip())
-            self._constants_of(a.children[2])
-            self.sheet.masses[name] = self.r.scalar(a.children[2], line)
+            if a.data == "chained":  # Mass A = mA = 10: a constant with its value
+                mass: Expr = defined(self.r, str(a.children[2]), a.children[4], a.children[5], line)
+            else:
+                self._constants_of(a.children[2])
+                mass = self.r.scalar(a.children[2], line)
+            self.sheet.masses[name] = mass
 
     def _constants_of(self, tree: Any) -> None:
         """Names that are new in Mass and Inertia are constants."""
@@ -106,10 +110,15 @@ class Statements:
             body, point = pairs[0]
         if len(rest) not in (3, 6):
             raise line.refuse("three or six measures of inertia", len(rest))
-        for a in rest:
-            self._constants_of(a.children[0])
-        values = [self.r.scalar(a.children[0], line) for a in rest]
+        values = [self._measure(a, line) for a in rest]
         self.sheet.inertias[body] = (tensor(frame or body, values), point, line)
+
+    def _measure(self, a: Any, line: Line) -> Expr:
+        """A measure of inertia, which may be named on the way: IA = 5."""
+        if a.data == "named":
+            return defined(self.r, _only(a.children[0], line), a.children[2], a.children[3], line)
+        self._constants_of(a.children[0])
+        return self.r.scalar(a.children[0], line)
 
     def _input(self, args: Sequence[Any], line: Line) -> None:
         for a in args:

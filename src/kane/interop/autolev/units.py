@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Units behind numbers: each word's factor to m, kg, s, rad, and how it is measured in the units of a file."""
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -40,6 +41,7 @@ _ROWS: tuple[tuple[float, Powers, str], ...] = (
 )
 UNITS = {word: (factor, powers) for factor, powers, words in _ROWS for word in words.split()}
 """The factor of each word for a unit, and its powers of mass, length and time."""
+_FACTOR = re.compile(r"([*/]?)(\w+)(?:\^([+-]?[\d.]+))?")
 SI = (1.0, 1.0, 1.0)
 """The units of mass, length and time of a file that does not say any."""
 
@@ -56,19 +58,16 @@ def base_units(words: Sequence[str], line: Line) -> tuple[float, float, float]:
 
 def factor_of(unit: Any, base: tuple[float, float, float], line: Line) -> float:
     """What a number is multiplied by; words with powers are multiplied and divided from left to right."""
-    words = [str(x).lower() for x in unit.children]
-    total, sign, power = 1.0, "*", 1.0
-    for k in range(0, len(words), 2):
-        sign = words[k - 1] if k else "*"
-        if sign == "^":
-            continue
-        factor, powers = _unit(words[k], line)
-        power = float(words[k + 2]) if words[k + 1 : k + 2] == ["^"] else 1.0
+    text = "".join(str(x).lower() for x in unit.children if x is not None)
+    total = 1.0
+    for sign, word, raised in _FACTOR.findall(text):
+        factor, powers = _unit(word, line)
+        power = float(raised or 1)
         if abs(power) > 12:
             raise line.refuse("a power of a unit of at most 12", power)
         for size, exponent in zip(base, powers, strict=True):
             factor /= size**exponent
-        total *= factor ** (power if sign == "*" else -power)
+        total *= factor ** (-power if sign == "/" else power)
     return total
 
 

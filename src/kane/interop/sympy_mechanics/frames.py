@@ -17,7 +17,7 @@ from kane.errors import ModelError
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ONE, ZERO, Expr, constant_value, nodes
 from kane.expr.ops import COS, SIN
-from kane.expr.symbols import Coordinate, Parameter, rate
+from kane.expr.symbols import Coordinate, Input, Parameter, Rate, rate
 from kane.interop.imported import Remarks
 from kane.interop.sympy_mechanics.names import Names, Translation
 from kane.interop.sympy_mechanics.states import COUNT, States
@@ -139,9 +139,18 @@ class Frames:
         for child in reversed(line[:-1]):
             parent, oriented = self._parents[child]
             name = self._names.free(child.name)
-            made = self._oriented if oriented else self._spun
+            made = self._oriented if oriented and not self._only_spun(parent, child) else self._spun
             self._made[child] = made(name, self._made[parent], parent, child)
         return self._made[theirs]
+
+    def _only_spun(self, parent: Any, child: Any) -> bool:
+        """Whether a frame is oriented by functions that nobody gives, and has an angular velocity without their rates."""
+        spin = child._ang_vel_dict.get(parent)
+        functions = {s for s in free_symbols(map(self._known.scalar, parent._dcm_dict[child])) if isinstance(s, Input)}
+        if spin is None or not functions:
+            return False
+        told = free_symbols(self._known.scalar(x) for m, _ in spin.args for x in m)
+        return not any(isinstance(s, Rate) and s.place in functions for s in told)
 
     def vector(self, theirs: Any) -> Vector:
         """Our vector for one of SymPy's."""

@@ -3,6 +3,7 @@
 
 import warnings
 from collections.abc import Mapping, Sequence
+from itertools import permutations
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -11,9 +12,10 @@ import numpy as np
 from kane.equations.equations import derive
 from kane.errors import KaneWarning, ModelError, ReactionError, cut
 from kane.expr.differentiation import gradient, time_derivative
+from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import solve_linear
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import Coordinate, Parameter, Speed, rate
+from kane.expr.symbols import Coordinate, Input, Parameter, Rate, Speed, Symbol, rate
 from kane.expr.visit import substituted
 from kane.interop.imported import Imported, Remarks
 from kane.interop.sympy_mechanics import checking
@@ -32,6 +34,8 @@ from kane.numeric.arrays import Array
 from kane.numeric.rank import balanced, singular
 from kane.numeric.scale import EQUAL, SPEEDS_RANK
 
+_MOST_TIED = 4
+"""Rates of functions of time among which those are looked for that accelerations hold by other names."""
 T = TypeVar("T", Coordinate, Speed, Parameter)
 
 
@@ -71,6 +75,7 @@ def from_sympy_mechanics(
     made, system = _made(given, values)
     remarks, known = made.remarks, made.known
     if check:
+        made.tie(system.inputs)
         checking.check(given, derive(system), known, made.states, remarks, made.auxiliary, made.cause)
     else:
         remarks.say("ignored", "the comparison of accelerations with SymPy's: check=False")
@@ -151,6 +156,32 @@ class _Import:
                 dependent_speeds=dependent, reactions=self.auxiliary.reactions, auxiliary_speeds=self.auxiliary.speeds,
             )  # fmt: skip
 
+    def tie(self, inputs: Sequence[Symbol]) -> None:
+        """Functions of time that accelerations alone hold are rates of those that the velocities hold, where these then agree."""
+        held = set(inputs)
+        for b in self._given.bodies:
+            given = b.masscenter._acc_dict.get(self._given.frame)
+            told = [] if given is None else self._frames.vector(given).components(self._frames.inertial)
+            alone = [s for s in free_symbols(told) if isinstance(s, Input) and s not in held]
+            if not alone:
+                continue
+            gap = self._gap(b)
+            rates = [s for s in free_symbols(gap) if isinstance(s, Rate) and isinstance(s.place, Input)]
+            for chosen in permutations(rates, len(alone)) if len(rates) <= _MOST_TIED else ():
+                if self.states.vanish([substituted(x, dict(zip(alone, chosen, strict=True))) for x in gap]):
+                    for s, r in zip(alone, chosen, strict=True):
+                        self.states.values[s] = self.states.of([r])[0]
+                        self.remarks.say(
+                            "inferred", f"{s.name} is the rate of {r.place}, in an acceleration given by hand"
+                        )
+                    break
+
+    def _gap(self, body: Any) -> list[Expr]:
+        """The rate of a mass centre's velocity less its acceleration, along the inertial axes."""
+        inertial = self._frames.inertial
+        v, a = (self._frames.vector(x(self._given.frame)) for x in (body.masscenter.vel, body.masscenter.acc))
+        return [self._at_rates(x) for x in (v.dt(inertial) - a).components(inertial)]
+
     def cause(self) -> str:
         """Why SymPy's equations may be other ones, in a sentence; "" where that is not known."""
         if self._given.lagrangian is not None and self._frames.further:
@@ -160,9 +191,8 @@ class _Import:
             )
         inertial, named = self._frames.inertial, []
         for b in self._given.bodies:
-            v, a = (self._frames.vector(x(self._given.frame)) for x in (b.masscenter.vel, b.masscenter.acc))
-            difference = [self._at_rates(x) for x in (v.dt(inertial) - a).components(inertial)]
-            if not self.states.vanish(difference, map(self._at_rates, a.components(inertial))):
+            a = self._frames.vector(b.masscenter.acc(self._given.frame))
+            if not self.states.vanish(self._gap(b), map(self._at_rates, a.components(inertial))):
                 named.append(str(b.masscenter))
         held = [self._slopes(f, self.known.speeds) for f in self._motion]
         if any(not _follows(self._by_speeds(time_derivative(f)), held) for f in self._holonomic):

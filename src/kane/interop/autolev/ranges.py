@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Names that are numbered: Q{3} for q1, q2, q3, in declarations and in lists of unknowns."""
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import product
+from typing import Any
+
+from kane.interop.autolev.grammar import Line
+
+MOST_NAMES = 2_000
+Number = Callable[[Any, Line], int]
+"""How a whole number is read."""
+
+
+def names_of(item: Sequence[Any], number: Number, line: Line) -> Iterator[tuple[str, int]]:
+    """The names that a name with ranges and primes stands for, Q{3}' for q1, q2, q3, and how many primes each has."""
+    name, ranges, primes = str(item[0]), item[1], item[2]
+    base = name.rstrip("'")
+    count = len(name) - len(base) + len(primes or "")
+    if ranges is None:
+        yield base, count
+        return
+    spans = [_span(x, number, line) for x in ranges.children]
+    if len(spans) > 1 and all(x.children[1] is None for x in ranges.children):
+        spans = [range(1, span[-1] + 1) for span in spans]
+    total = 1
+    for span in spans:
+        total *= len(span)
+    if total > MOST_NAMES:
+        raise line.refuse(f"at most {MOST_NAMES} names of one declaration", total)
+    for indices in product(*spans):
+        yield base + "".join(map(str, indices)), count
+
+
+def _span(tree: Any, number: Number, line: Line) -> range:
+    first = number(tree.children[0], line)
+    if tree.children[1] is None:
+        return range(1, first + 1)
+    last = number(tree.children[1], line)
+    if not 0 <= last - first < MOST_NAMES:
+        raise line.refuse(f"a range of at most {MOST_NAMES} that goes up", f"{first}:{last}")
+    return range(first, last + 1)
