@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from kane.analysis.linear import Linear
+from kane.analysis.solution_branches import Branch
 from kane.equations.equations import Equations, check_equations
 from kane.errors import ArgumentError, cut
 from kane.expr.symbols import Symbol
@@ -14,6 +16,9 @@ from kane.motion.solution.solution import Solution
 from kane.present.chapters import Chapter, Costs, chapters_of, costs
 from kane.present.check_figures import Check, energy_text, motion_checks
 from kane.present.languages.catalogue import tr, trn
+from kane.present.linearized.chapters import check as check_linearized
+from kane.present.linearized.chapters import sections
+from kane.present.linearized.section import Section
 from kane.present.notes import checked
 from kane.present.other_methods import WhyKane, is_small, why_kane
 from kane.present.overview import PageTable, Tex, declared_tables
@@ -31,7 +36,8 @@ class Content:
 
     Of a motion with contacts `eom` are the equations of its first `mode`, and what is drawn is that; `moving` has no mode.
 
-    `other_methods` is the chapter on other methods, where there is one, `notes` what `report` was given.
+    `other_methods` is the chapter on other methods, where there is one, `sections` are those on small motions, `notes` what `report`
+    was given.
     """
 
     title: str
@@ -49,6 +55,7 @@ class Content:
     solution: Solution | None
     start: PageTable | None
     changes: PageTable | None
+    sections: tuple[Section, ...]
     notes: tuple[Any, ...]
 
     @property
@@ -72,6 +79,8 @@ def content_of(
     checks: Iterable[Check] = (),
     shapes: Iterable[BodyShape] = (),
     why: bool | None = None,
+    linearization: Linear | None = None,
+    root_locus: Branch | None = None,
     notes: Sequence[Any] = (),
 ) -> Content:
     """The content of a report; arguments are those of `report`."""
@@ -83,6 +92,7 @@ def content_of(
             "Expected a solution of the equations reported, got one of others: pass solution.equations as eom."
         )
     kept = checked(notes)  # before all that takes time
+    check_linearized(eom, linearization, root_locus)
     told = [_in_language(check, solution) for check in checks]
     shapes, whole = tuple(shapes), eom
     if solution is not None and eom.system.contacts and not eom.system.modes:
@@ -104,6 +114,7 @@ def content_of(
         solution=solution,
         start=None if solution is None else _start(solution),
         changes=None if solution is None else _changes(solution),
+        sections=tuple(sections(eom, linearization, root_locus)),
         notes=kept,
     )
 
