@@ -33,7 +33,7 @@ def _parts(eom: Equations, linear: Linear) -> Iterator[Part]:
     rows = (_row(eom, mode, len(linear.coordinates), least) for mode in linear.modes)
     yield PageTable("", head, tuple(rows))
     yield tr(
-        r"The frequency is $|\mathrm{Im}\\,\\lambda|/2\\pi$, the damping $-\\mathrm{Re}\\,\\lambda/|\\lambda|$. Of each mode stand the "
+        r"The frequency is $|\mathrm{Im}\,\lambda|/2\pi$, the damping $-\mathrm{Re}\,\lambda/|\lambda|$. Of each mode stand the "
         "coordinates that take part most, compared by their numbers, with their phases; speeds, where no coordinate does."
     )
 
