@@ -13,6 +13,7 @@ from PIL import Image
 import kane as kn
 from kane.gallery import GALLERY, load
 from kane.present import SIZED, UNIT, read, transforms
+from tests.peer import require
 from tests.present.browser import chromium
 
 QUICK = ("four_bar", "flyball_governor", "rolling_disk", "flexible_pendulum", "rocking_block")
@@ -210,6 +211,26 @@ def test_pictures(tmp_path):
     kn.figures.animate(sol, tmp_path / "a.gif")
     with Image.open(tmp_path / "a.gif") as moving:
         assert 20 <= moving.n_frames <= 30
+
+
+@pytest.mark.slow
+def test_a_video_plays(tmp_path):
+    """Decoded again: size, rate, duration and number of pictures, and the pictures that were drawn."""
+    ffmpeg = require("imageio_ffmpeg")
+    sol = motion("pendulum", 1.2)
+    path = kn.figures.animate(sol, tmp_path / "a.mp4") and tmp_path / "a.mp4"
+    kn.figures.animate(sol, tmp_path / "a.png")
+    told, *pictures = ffmpeg.read_frames(str(path))
+    assert (told["codec"], told["size"], told["fps"]) == ("h264", (800, 480), 25.0)
+    assert told["pix_fmt"].startswith("yuv420p")  # which browsers and presentations play
+    assert told["duration"] == pytest.approx(1.2, abs=0.05)
+    assert len(pictures) == 30
+    shown = [np.frombuffer(p, np.uint8).reshape(480, 800, 3).astype(int) for p in pictures]
+    still = np.asarray(Image.open(tmp_path / "a.png").convert("RGB"), int)
+    off = [np.abs(p - still).mean() for p in shown]
+    assert off[0] < 2
+    assert max(off) > off[0] + 1
+    assert path.read_bytes().index(b"moov") < path.read_bytes().index(b"mdat")
 
 
 @pytest.mark.parametrize("end", ["stl", "obj"])

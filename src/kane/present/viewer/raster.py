@@ -69,12 +69,12 @@ def write(shot: Shot, place: Path) -> None:
 
 def _video(pictures: Iterator[Image.Image], place: Path) -> None:
     try:
-        import imageio_ffmpeg  # type: ignore[import-not-found]
+        import imageio_ffmpeg
     except ImportError:
         raise ArgumentError(
             "Expected imageio-ffmpeg for .mp4, which is not installed: pip install 'kane[video]', or write a .gif."
         ) from None
-    told = ["-metadata", f"comment={_MARK.decode()}"]
+    told = ["-metadata", f"comment={_MARK.decode()}", "-movflags", "+faststart"]  # pages play it while it loads
     writer = imageio_ffmpeg.write_frames(str(place), SIZE, fps=_RATE, macro_block_size=1, output_params=told)
     writer.send(None)
     for p in pictures:
