@@ -288,6 +288,27 @@ def test_constraints_are_held_by_reactions_with_a_direction_and_a_formula() -> N
     assert [str(row[2]) for row in table.rows] == [str(Tex(rf"\hat{{n}}_{{{a}}}")) for a in "zxy"]
 
 
+def test_primes_in_names_are_no_dots(tmp_path) -> None:
+    """x' and w' are names; dots stand for derivatives alone, in formulas, tables, notebooks and plots."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, w = kn.coordinate("x'"), kn.speed("w'")
+    P = O.at("P'", x * N.x)
+    push, hold = kn.Force(P, -w * N.x), kn.reaction("R'", at=P, along=N.y)
+    bodies = [kn.Particle("A", P, 1.0)]
+    eom = kn.derive(kn.System(N, bodies=bodies, speeds={w: 2 * x.dt}, loads=[push], reactions=[hold]))
+    sol = kn.simulate(eom, (0, 1), q=[0], u=[1])
+    page = Page(kn.report(eom, tmp_path / "r.html", solution=sol, why=False).read_text(encoding="utf-8"))
+    formulas = [f for some in page.math.values() for f in some]
+    formulas += [e._repr_html_() for e in (eom, eom.system)] + [
+        e._repr_latex_() for e in (eom.accelerations, eom.rates)
+    ]
+    bare = [f for f in formulas if re.search(r"dot\{[xwR]\}(?!\^\{\\prime\})", f)]
+    assert bare == []
+    assert r"{\dot{w}^{\prime}}" in " ".join(formulas)
+    assert r"x^{\prime}" in kn.plot(sol, x).axes[0].get_ylabel()
+
+
 def test_a_report_lists_each_part(tmp_path):
     page = kn.report(DUMBBELL, tmp_path / "dumbbell.html").read_text()
     assert page.count("<td>dumb-bell</td>") >= 2

@@ -86,8 +86,8 @@ def report(
     Raises
     ------
     ArgumentError
-        if there are no equations, the solution, linearization or branch is one of other equations, format or language is none of these, something else than
-        a report, or a figure of one, has that name, or a note is no text, figure or picture
+        if there are no equations, the solution, linearization or branch is one of other equations, format or language is none of
+        these, something else than a report, or a figure of one, has that name, or a note is no text, figure or picture
     """
     target = path_of(path, 'kn.report(eom, "report.html")')
     form = FORMATS[format_of(target, format)]

@@ -70,7 +70,10 @@ def test_a_growing_mode_is_counted_and_a_state_between_said(eom: kn.Equations, t
     linear = kn.linearize(eom, q=[0.1, 0], u=[0, 0], steady=False, parameters={"c": -0.4})
     text = kn.report(eom, tmp_path / "r.md", linearization=linear).read_text(encoding="utf-8")
     assert "2 modes grow: unstable." in text
-    assert r"A state of a motion that is not steady: deviations are those from the motion through it, $\dot{u} = -20" in text
+    assert (
+        r"A state of a motion that is not steady: deviations are those from the motion through it, $\dot{u} = -20"
+        in text
+    )
     assert "| $c$ | -0.4 |" in text  # a parameter that is not at its default
 
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +24,7 @@ SHOWN = {
 
 
 @pytest.fixture(scope="module")
-def cells(tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[Any]]:
+def cells(tmp_path_factory: pytest.TempPathFactory) -> list[Any]:
     client, formats = require("nbclient"), require("nbformat")
     require("ipykernel")
     folder = tmp_path_factory.mktemp("jupyter")
@@ -34,7 +33,7 @@ def cells(tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[Any]]:
             patch.setenv(name, str(folder / name.lower()))
         notebook = formats.read(NOTEBOOK, as_version=4)
         client.NotebookClient(notebook, timeout=120, kernel_name="python3").execute()
-    yield [cell for cell in notebook.cells if cell.cell_type == "code"]
+    return [cell for cell in notebook.cells if cell.cell_type == "code"]
 
 
 @pytest.mark.slow

@@ -145,15 +145,13 @@ def label_along(branch: Any) -> str:
     if not isinstance(branch, Branch | CycleBranch):
         raise SimulationError(f"Expected a branch from kn.continuation or cycle.follow, got {type(branch).__name__}.")
     unit = unit_text(branch.symbol.unit)
-    return label_of(branch.symbol.name) + (f" [{unit}]" if unit else "")
+    return label_of(branch.symbol) + (f" [{unit}]" if unit else "")
 
 
 # Axes ------------------------------------------------------------------------------------------------------------------------
 
 
-def against(
-    a: Axes, branch: Branch | CycleBranch, values: Array, parts: Array, label: str, inks: Inks = _INKS
-) -> None:
+def against(a: Axes, branch: Branch | CycleBranch, values: Array, parts: Array, label: str, inks: Inks = _INKS) -> None:
     """Real or imaginary parts over the value that changes, and where the branch turns back."""
     a.axhline(0, color=inks.guide, linewidth=0.8)
     a.plot(values, parts, color=inks.line, linewidth=1.4)
@@ -214,10 +212,10 @@ def campbell_diagram(
     figure = Figure(figsize=(6.4, 4.6), layout="constrained")
     axes: Any = figure.add_subplot()
     rows = branch.frequencies[:, :count]
-    axes.plot(branch.values, rows, color=_LINE, linewidth=1.4)
+    axes.plot(branch.values, rows, color=_INKS.line, linewidth=1.4)
     top = 1.05 * float(np.max(rows, initial=0.0)) or 1.0
     for k in orders:
-        axes.plot(branch.values, k * branch.values, color=_GUIDE, linewidth=0.8, linestyle=(0, (4, 2)))
+        axes.plot(branch.values, k * branch.values, color=_INKS.guide, linewidth=0.8, linestyle=(0, (4, 2)))
         _name(axes, k, float(branch.values[-1]), top)
     axes.set_ylim(0, top)
     axes.set_xlabel(label)

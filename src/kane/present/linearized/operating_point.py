@@ -67,7 +67,10 @@ def _values(eom: Equations, linear: Linear) -> PageTable:
     head = ("", tr("value"), tr("unit"), tr("meaning"))
     told = [k for k, column in enumerate(zip(*cells, strict=True)) if any(column)]
     return PageTable(
-        tr("Values"), tuple(head[k] for k in told), tuple(tuple(row[k] for k in told) for row in cells), len(cells) <= _MANY
+        tr("Values"),
+        tuple(head[k] for k in told),
+        tuple(tuple(row[k] for k in told) for row in cells),
+        len(cells) <= _MANY,
     )
 
 

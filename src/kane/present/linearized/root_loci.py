@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The chapter on root loci: eigenvalues of steady motions as a value changes, where modes begin to grow, and where the branch turns."""
+"""The chapter on root loci: eigenvalues of steady motions as a value changes, where modes come to grow, where the branch turns."""
 
 from collections.abc import Iterator
 
@@ -42,7 +42,9 @@ def _parts(branch: Branch) -> Iterator[Part]:
 
 def _crossed(crossing: Crossing) -> str:
     real, imaginary = crossing.eigenvalue.real, abs(crossing.eigenvalue.imag)
-    return (number(real) if real or not imaginary else "") + (rf" \pm {number(imaginary)}\,\mathrm{{i}}" if imaginary else "")
+    return (number(real) if real or not imaginary else "") + (
+        rf" \pm {number(imaginary)}\,\mathrm{{i}}" if imaginary else ""
+    )
 
 
 def _change(crossing: Crossing) -> str:
@@ -59,7 +61,12 @@ def _plots(branch: Branch) -> Iterator[Plot]:
     grow(above, values, roots, _INKS)
     below.set_xlabel(label_along(branch))
     title = tr("Eigenvalues over the value")
-    yield Plot("loci", title, tr("Real parts above zero are drawn twice as thick: there a mode grows. Dashed: turning points."), figure)
+    yield Plot(
+        "loci",
+        title,
+        tr("Real parts above zero are drawn twice as thick: there a mode grows. Dashed: turning points."),
+        figure,
+    )
     figure, (whole,) = panels(1, 3.4)
     plane(whole, branch, roots, _INKS)
     yield Plot("plane", tr("In the complex plane"), tr("Start ○, end ●."), figure)

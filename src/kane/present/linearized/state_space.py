@@ -40,7 +40,12 @@ def _parts(eom: Equations, linear: Linear) -> Iterator[Part]:
             continue
         if max(values.shape) > _WIDE:
             rows, columns = values.shape
-            yield tr("$%(name)s$ has %(rows)s × %(columns)s entries and is left out here.", name=name, rows=rows, columns=columns)
+            yield tr(
+                "$%(name)s$ has %(rows)s × %(columns)s entries and is left out here.",
+                name=name,
+                rows=rows,
+                columns=columns,
+            )
         else:
             yield Tex(f"{name} = {matrix(values)}")
 

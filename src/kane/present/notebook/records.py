@@ -129,7 +129,9 @@ def _matrix(name: str, a: npt.NDArray[np.float64], rows: Sequence[str], columns:
     if a.size > 400:
         return paragraph(f"{name}: {a.shape[0]} × {a.shape[1]}")
     head = (name, *(math(latex_name(c)) for c in columns))
-    return table(head, [(math(latex_name(r)), *(f"{v + 0.0:.6g}" for v in row)) for r, row in zip(rows, a, strict=True)])
+    return table(
+        head, [(math(latex_name(r)), *(f"{v + 0.0:.6g}" for v in row)) for r, row in zip(rows, a, strict=True)]
+    )
 
 
 _FEW = 12

@@ -143,8 +143,12 @@ def _picture(shot: Shot, places: Array) -> Image.Image:
     shaded: Any = np.concatenate(shadows)
     faces: Any = np.concatenate(shapes)[order]
     shown = np.concatenate(colours)[order]
-    ax.add_collection(PolyCollection(shaded, facecolors=SHADOW, edgecolors=SHADOW, linewidths=0.4, zorder=2), autolim=False)
-    ax.add_collection(PolyCollection(faces, facecolors=shown, edgecolors=shown, linewidths=0.4, zorder=3), autolim=False)
+    ax.add_collection(
+        PolyCollection(shaded, facecolors=SHADOW, edgecolors=SHADOW, linewidths=0.4, zorder=2), autolim=False
+    )
+    ax.add_collection(
+        PolyCollection(faces, facecolors=shown, edgecolors=shown, linewidths=0.4, zorder=3), autolim=False
+    )
     canvas.draw()  # type: ignore[no-untyped-call]
     drawn = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
     return Image.fromarray(drawn[..., :3].copy())
