@@ -78,7 +78,7 @@ def report(
     why : whether there is a chapter on the same system by Lagrange's and by Newton's and Euler's equations; by default where that
         takes no time to speak of
     linearization : from `kn.linearize`, for chapters on its operating point with the reactions there, its matrices and its eigenvalues
-    root_locus : from `kn.continuation`, for a chapter on its eigenvalues as the value changes
+    root_locus : from `kn.analysis.continuation`, for a chapter on its eigenvalues as the value changes
     notes : what else the reader is told, at the end: Markdown as text, with LaTeX between dollar signs; figures of matplotlib;
         Paths of pictures, .svg or .png. HTML in the text is shown as text
     language : "en" or "ko", of all texts but what is given; LaTeX is written in English alone

@@ -114,7 +114,7 @@ def test_latex_compiles_and_figures_lie_beside(disk: Any, tmp_path: Path) -> Non
 def test_others_are_refused(disk: Any, eom: kn.Equations, tmp_path: Path) -> None:
     with pytest.raises(kn.ArgumentError, match=r"linearization= as kn\.linearize.* of others"):
         kn.report(eom, tmp_path / "r.html", linearization=disk[1]["linearization"])
-    with pytest.raises(kn.ArgumentError, match=r"root_locus= as kn\.continuation.*, got 'u3'"):
+    with pytest.raises(kn.ArgumentError, match=r"root_locus= as kn\.analysis\.continuation.*, got 'u3'"):
         kn.report(eom, tmp_path / "r.html", root_locus="u3")
     assert list(tmp_path.iterdir()) == []
 

@@ -18,7 +18,7 @@ from kane.present.linearized.state_space import state_space
 def check(eom: Equations, linearization: Any, root_locus: Any) -> None:
     """Refuse what is no linearization, or no branch, of these equations."""
     _of(eom, linearization, Linear, "linearization= as kn.linearize(eom, …) returns it", lambda x: [x.point])
-    _of(eom, root_locus, Branch, "root_locus= as kn.continuation(eom, …) returns it", lambda x: x.points)
+    _of(eom, root_locus, Branch, "root_locus= as kn.analysis.continuation(eom, …) returns it", lambda x: x.points)
 
 
 def _of(eom: Equations, given: Any, kind: type, expected: str, points: Any) -> None:
