@@ -147,6 +147,14 @@ def test_parameters_show_default_and_value_used(page: Page) -> None:
     assert ["g", "9.81", "", "m/s²", "acceleration of free fall"] in page.rows
 
 
+def test_reactions_show_their_extremes(page: Page) -> None:
+    sol = moved()
+    (force,) = sol.equations.reactions
+    values = sol[force]
+    wanted = [f"{x:.5g}" for k in (values.argmin(), values.argmax()) for x in (values[k], sol.t[k])]
+    assert [latex_name(force.name), *wanted, "N"] in page.rows
+
+
 def test_plots_follow_the_theme(page: Page, text: str) -> None:
     assert page.tags.count("svg") == 2 + 2 + text.count('<div class="plot" ')
     assert "currentColor" in text

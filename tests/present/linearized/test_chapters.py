@@ -12,9 +12,13 @@ import numpy as np
 import pytest
 
 import kane as kn
+from tests.present.browser import chromium
 from tests.present.document.test_latex import compiled, complaints
 from tests.present.document.test_markdown import check
+from tests.present.languages.test_pages import FORMULAS, SAME, Shown, given
 from tests.present.page import Page
+from tests.present.test_animation import GL
+from tests.present.test_every_page import FACES, look
 from tests.systems.steady import driven_pendulum, rolling_disk
 
 CHAPTERS = ["point", "linearization", "eigenvalues", "loci"]
@@ -89,8 +93,8 @@ def disk() -> tuple[kn.Equations, dict[str, Any]]:
 
 
 def test_a_page_has_the_chapters_and_nothing_else_changes(disk: Any, tmp_path: Path) -> None:
-    eom, given = disk
-    page = Page(kn.report(eom, tmp_path / "r.html", **given).read_text(encoding="utf-8"))
+    eom, options = disk
+    page = Page(kn.report(eom, tmp_path / "r.html", **options).read_text(encoding="utf-8"))
     assert [s for s in page.sections if s in CHAPTERS] == CHAPTERS
     assert page.loads == []
     assert {f"#{c}" for c in CHAPTERS} <= set(page.references)
@@ -105,10 +109,30 @@ def test_a_page_has_the_chapters_and_nothing_else_changes(disk: Any, tmp_path: P
 
 
 def test_latex_compiles_and_figures_lie_beside(disk: Any, tmp_path: Path) -> None:
-    eom, given = disk
-    path = kn.report(eom, tmp_path / "r.tex", **given)
+    eom, options = disk
+    path = kn.report(eom, tmp_path / "r.tex", **options)
     assert complaints(compiled(path)) == []
     assert {"r-loci.pdf", "r-plane.pdf"} <= {p.name for p in tmp_path.iterdir()}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("width", "scheme"), FACES)
+def test_a_page_is_legible_and_within_the_screen(disk: Any, tmp_path: Path, width: int, scheme: str) -> None:
+    eom, options = disk
+    path = kn.report(eom, tmp_path / "r.html", why=False, **options)
+    with chromium(*GL) as browser:
+        look(browser, path, width, scheme, rules=scheme == "light")
+
+
+def test_korean_chapters_say_the_same(disk: Any, tmp_path: Path) -> None:
+    eom, options = disk
+    english, korean = (
+        Shown(kn.report(eom, tmp_path / f"{x}.html", language=x, title="R", why=False, **options).read_text("utf-8"))
+        for x in ("en", "ko")
+    )
+    assert korean.numbers == english.numbers
+    assert korean.plain_formulas == english.plain_formulas
+    assert korean.words - given(eom, "R push rad Hz") - SAME - FORMULAS == set()
 
 
 def test_others_are_refused(disk: Any, eom: kn.Equations, tmp_path: Path) -> None:

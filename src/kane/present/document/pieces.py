@@ -254,7 +254,6 @@ def _motion(content: Content) -> Iterator[Piece]:
     assert sol is not None
     yield Heading(1, tr("Motion"))
     yield Words(run_text(sol))
-    for table in (content.start, content.changes):
-        if table is not None:
-            yield from _table(table)
+    for table in content.tables:
+        yield from _table(table)
     yield from plots_of(content)

@@ -177,7 +177,9 @@ def plane(a: Axes, branch: Branch | CycleBranch, lines: Complex, inks: Inks = _I
     a.axvline(0, color=inks.guide, linewidth=0.8)
     values = branch.eigenvalues
     shown = None
-    a.plot(lines.real, lines.imag, color=inks.plane, linewidth=0.8 if inks.scale else 1.4, zorder=1)
+    a.plot(
+        lines.real, lines.imag, color=inks.plane, linewidth=0.8 if inks.scale else 1.4, zorder=1 if inks.scale else 2.1
+    )
     for column in values.T if inks.scale else ():
         colours = mpl.colormaps[inks.scale]
         shown = a.scatter(column.real, column.imag, c=branch.values, cmap=colours, s=9, zorder=2, linewidths=0)
