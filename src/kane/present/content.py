@@ -17,8 +17,7 @@ from kane.numeric.scale import ROUNDED_SUM
 from kane.present.chapters import Chapter, Costs, chapters_of, costs
 from kane.present.check_figures import Check, energy_text, motion_checks
 from kane.present.languages.catalogue import tr, trn
-from kane.present.linearized.chapters import check as check_linearized
-from kane.present.linearized.chapters import sections
+from kane.present.linearized.chapters import check_small_motions, sections
 from kane.present.linearized.section import Section
 from kane.present.notes import checked
 from kane.present.other_methods import WhyKane, is_small, why_kane
@@ -92,7 +91,7 @@ def content_of(
             "Expected a solution of the equations reported, got one of others: pass solution.equations as eom."
         )
     kept = checked(notes)  # before all that takes time
-    check_linearized(eom, linearization, root_locus)
+    check_small_motions(eom, linearization, root_locus)
     told = [_in_language(check, solution) for check in checks]
     shapes, whole = tuple(shapes), eom
     if solution is not None and eom.system.contacts and not eom.system.modes:

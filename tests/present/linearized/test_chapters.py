@@ -148,6 +148,6 @@ def test_the_branch_turns_back_where_it_is_said(tmp_path: Path) -> None:
     eom = driven_pendulum()
     branch = kn.continuation(eom, "tau", [0, 5, 9, 12], q={"q1": kn.guess(0)}, u={"u1": 0})
     text = kn.report(eom, tmp_path / "r.md", root_locus=branch).read_text(encoding="utf-8")
-    said = re.search(r"The branch turns back at \$\\tau = ([\d.]+)", text)
+    said = re.search(r"The branch turns back at \$\\tau\$ = ([\d.]+) N·m", text)
     assert said is not None
     assert float(said[1]) == pytest.approx(branch.turning_points[0], rel=1e-4)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Which chapters on steady motions a report has, by what it is given."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 from kane.analysis.linear import Linear
@@ -15,7 +15,7 @@ from kane.present.linearized.section import Section
 from kane.present.linearized.state_space import state_space
 
 
-def check(eom: Equations, linearization: Any, root_locus: Any) -> None:
+def check_small_motions(eom: Equations, linearization: Any, root_locus: Any) -> None:
     """Refuse what is no linearization, or no branch, of these equations."""
     _of(eom, linearization, Linear, "linearization= as kn.linearize(eom, …) returns it", lambda x: [x.point])
     _of(eom, root_locus, Branch, "root_locus= as kn.analysis.continuation(eom, …) returns it", lambda x: x.points)
@@ -31,9 +31,8 @@ def _of(eom: Equations, given: Any, kind: type, expected: str, points: Any) -> N
 
 
 def _belongs(eom: Equations, point: State) -> bool:
-    own: Iterable[Any] = (*eom.state, *eom.inputs, *eom.parameters)
     groups: tuple[Any, ...] = (point.q, point.u, point.states, point.inputs, point.parameters)
-    return set(own) == {s for group in groups for s in group or ()}
+    return {*eom.state, *eom.inputs, *eom.parameters} == {s for group in groups for s in group or ()}
 
 
 def sections(eom: Equations, linearization: Linear | None, root_locus: Branch | None) -> Iterator[Section]:

@@ -58,8 +58,7 @@ def _row(eom: Equations, mode: Mode, coordinates: int, least: float) -> tuple[Ce
     told = rf"{number(real) if real else ''} \pm {number(imaginary)}\,\mathrm{{i}}" if swings else number(real)
     return (
         Tex(told.strip()), "0" if still else f"{mode.frequency:.5g}", f"{imaginary / (2 * math.pi):.5g}" if swings else _NONE,
-        _NONE if still else f"{-real / mode.frequency + 0.0:.4g}",
-        Tex(_shape(eom, mode, coordinates)),
+        _NONE if still else f"{-real / mode.frequency + 0.0:.4g}", Tex(_shape(eom, mode, coordinates)),
     )  # fmt: skip
 
 

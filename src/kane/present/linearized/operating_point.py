@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The chapter on what was linearized about: an equilibrium or a steady motion, its values, and the reactions there."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from kane.analysis.linear import Linear
 from kane.equations.equations import Equations
-from kane.expr.symbols import Symbol, rate
+from kane.expr.symbols import rate
 from kane.numeric.scale import EQUAL, ROUNDED_CHAIN, SIX_DIGITS
 from kane.present.languages.catalogue import tr
 from kane.present.linearized.section import Part, Section, latex_of
@@ -40,18 +40,14 @@ def _what(eom: Equations, linear: Linear) -> str:
             "A state of a motion that is not steady: deviations are those from the motion through it, $%(rates)s$.",
             rates=told,
         )
-    moving = [q for q, x in _rates(eom, linear) if abs(x) > EQUAL]
+    q_dot = eom.evaluate([rate(q) for q in eom.coordinates], linear.point)
+    moving = [q for q, x in zip(eom.coordinates, q_dot, strict=True) if abs(float(x)) > EQUAL]
     if not moving:
         return tr("An equilibrium: nothing moves.")
     return tr(
         "A steady motion: the speeds are constant, and of the coordinates only $%(moving)s$ change, on which no speed depends.",
         moving=r",\, ".join(map(symbol_latex, moving)),
     )
-
-
-def _rates(eom: Equations, linear: Linear) -> Iterable[tuple[Symbol, float]]:
-    rates = eom.evaluate([rate(q) for q in eom.coordinates], linear.point)
-    return zip(eom.coordinates, map(float, rates), strict=True)
 
 
 def _values(eom: Equations, linear: Linear) -> PageTable:

@@ -23,15 +23,15 @@ def root_loci(branch: Branch) -> Section:
 
 def _parts(branch: Branch) -> Iterator[Part]:
     symbol, unit = symbol_latex(branch.symbol), unit_text(branch.symbol.unit)
-    shown = rf"\;\text{{{unit}}}" if unit else ""
-    begin, end = (f"{number(float(x))}{shown}" for x in (branch.values[0], branch.values[-1]))
+    begin, *turns, end = (
+        f"{x:.5g} {unit}".rstrip() for x in (branch.values[0], *branch.turning_points, branch.values[-1])
+    )
     yield tr(
-        "Eigenvalues of %(n)s steady motions as $%(symbol)s$ goes from $%(begin)s$ to $%(end)s$.",
+        "Eigenvalues of %(n)s steady motions as $%(symbol)s$ goes from %(begin)s to %(end)s.",
         n=len(branch), symbol=symbol, begin=begin, end=end,
     )  # fmt: skip
-    if branch.turning:
-        values = r",\; ".join(f"{number(x)}{shown}" for x in branch.turning_points)
-        yield tr("The branch turns back at $%(symbol)s = %(values)s$.", symbol=symbol, values=values)
+    if turns:
+        yield tr("The branch turns back at $%(symbol)s$ = %(values)s.", symbol=symbol, values=", ".join(turns))
     if branch.crossings:
         rows = ((Tex(number(c.value, 7)), Tex(_crossed(c)), _change(c)) for c in branch.crossings)
         head = (f"${symbol}$" + (f" ({unit})" if unit else ""), r"$\lambda$ (1/s)", tr("from there on"))

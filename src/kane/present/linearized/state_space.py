@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 
 from kane.analysis.linear import Linear
 from kane.equations.equations import Equations
-from kane.present.languages.catalogue import tr, trn
+from kane.present.languages.catalogue import tr
 from kane.present.linearized.section import Part, Section, latex_of, matrix
 from kane.present.overview import Tex
 
@@ -29,8 +29,7 @@ def _parts(eom: Equations, linear: Linear) -> Iterator[Part]:
     )
     yield from _vector("x", latex_of(eom, linear.states))
     yield from _vector("r", latex_of(eom, linear.inputs))
-    outputs = tuple(rf"\text{{{name}}}" for name in map(str, linear.outputs))
-    yield from _vector("y", outputs)
+    yield from _vector("y", latex_of(eom, linear.outputs))
     if linear.cyclic:
         names = latex_of(eom, linear.cyclic)
         yield tr("No speed depends on $%(names)s$.", names=r",\, ".join(names))
@@ -39,13 +38,8 @@ def _parts(eom: Equations, linear: Linear) -> Iterator[Part]:
         if not values.size:
             continue
         if max(values.shape) > _WIDE:
-            rows, columns = values.shape
-            yield tr(
-                "$%(name)s$ has %(rows)s × %(columns)s entries and is left out here.",
-                name=name,
-                rows=rows,
-                columns=columns,
-            )
+            size = " × ".join(map(str, values.shape))
+            yield tr("$%(name)s$ has %(size)s entries and is left out here.", name=name, size=size)
         else:
             yield Tex(f"{name} = {matrix(values)}")
 
@@ -55,5 +49,3 @@ def _vector(name: str, entries: Sequence[str]) -> Iterator[Part]:
     if 0 < len(entries) <= _WIDE:
         within = " & ".join(rf"\delta {e}" for e in entries)
         yield Tex(rf"{name} = \begin{{bmatrix}} {within} \end{{bmatrix}}^{{T}}")
-    elif entries:
-        yield trn("$%(name)s$ has %(n)s entry.", "$%(name)s$ has %(n)s entries.", len(entries), name=name)
