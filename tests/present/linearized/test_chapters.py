@@ -70,6 +70,14 @@ def test_modes_are_those_by_hand(eom: kn.Equations, tmp_path: Path) -> None:
     np.testing.assert_array_equal(entries, linear.A)
 
 
+def test_modes_without_damping_stand_by_frequency(eom: kn.Equations, tmp_path: Path) -> None:
+    """Rounding in their real parts orders nothing."""
+    linear = kn.linearize(eom, q=[0, 0], u=[0, 0], parameters={"c": 0})
+    path = kn.report(eom, tmp_path / "r.md", linearization=linear, why=False)
+    assert [float(r[1]) for r in rows_of(path) if "mathrm{i}" in r[0]] == [10, pytest.approx(300**0.5, rel=1e-4)]
+    assert "No mode grows; 2 neither grow nor decay." in path.read_text(encoding="utf-8")
+
+
 def test_a_growing_mode_is_counted_and_a_state_between_said(eom: kn.Equations, tmp_path: Path) -> None:
     linear = kn.linearize(eom, q=[0.1, 0], u=[0, 0], steady=False, parameters={"c": -0.4})
     text = kn.report(eom, tmp_path / "r.md", linearization=linear).read_text(encoding="utf-8")

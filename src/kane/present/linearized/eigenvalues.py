@@ -21,7 +21,7 @@ _NONE = "–"
 
 
 def eigenvalues(eom: Equations, linear: Linear) -> Section:
-    """A row for each mode, of pairs one."""
+    """A row for each mode, of pairs one, by falling real part and rising frequency."""
     return Section("eigenvalues", tr("Eigenvalues"), tuple(_parts(eom, linear)))
 
 
@@ -30,8 +30,8 @@ def _parts(eom: Equations, linear: Linear) -> Iterator[Part]:
     least = SIX_DIGITS * size  # zeros that are several have fewer digits
     yield _verdict(linear, least)
     head = (r"$\lambda$ (1/s)", r"$|\lambda|$ (rad/s)", tr("frequency (Hz)"), tr("damping"), tr("mode"))
-    rows = (_row(eom, mode, len(linear.coordinates), least) for mode in linear.modes)
-    yield PageTable("", head, tuple(rows))
+    ordered = sorted(linear.modes, key=lambda m: (-m.eigenvalue.real * (abs(m.eigenvalue.real) > least), m.frequency))
+    yield PageTable("", head, tuple(_row(eom, m, len(linear.coordinates), least) for m in ordered))
     yield tr(
         r"The frequency is $|\mathrm{Im}\,\lambda|/2\pi$, the damping $-\mathrm{Re}\,\lambda/|\lambda|$. Of each mode stand the "
         "coordinates that take part most, compared by their numbers, with their phases; speeds, where no coordinate does."
