@@ -112,7 +112,7 @@ def content_of(
         sources=tuple(sources),
         solution=solution,
         tables=() if solution is None else (_start(solution), *_reactions(solution), *_changes(solution)),
-        sections=tuple(sections(eom, linearization, root_locus)),
+        sections=tuple(sections(whole, linearization, root_locus)),
         notes=kept,
     )
 
