@@ -11,7 +11,8 @@ if TYPE_CHECKING:
     from kane.present.check_figures import Check
     from kane.present.figure import plot
     from kane.present.fit_figures import fit_figure
-    from kane.present.mode_figures import beam_figure, campbell_diagram, mode_figure, root_locus
+    from kane.present.linearized.branch_figures import campbell_diagram, root_locus
+    from kane.present.mode_figures import beam_figure, mode_figure
     from kane.present.report import report
     from kane.present.scene.gather import scene
     from kane.present.scene.links import link_shapes
@@ -27,7 +28,8 @@ __getattr__ = offered(
         ".present.check_figures": "Check",
         ".present.figure": "plot",
         ".present.fit_figures": "fit_figure",
-        ".present.mode_figures": "beam_figure campbell_diagram mode_figure root_locus",
+        ".present.linearized.branch_figures": "campbell_diagram root_locus",
+        ".present.mode_figures": "beam_figure mode_figure",
         ".present.report": "report",
         ".present.scene.gather": "scene",
         ".present.scene.links": "link_shapes",

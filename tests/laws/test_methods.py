@@ -125,6 +125,25 @@ def test_equations_vanish_along_the_motion(method):
         assert np.abs(left).max() <= 1e-9, module.__name__
 
 
+def test_loads_may_hold_declared_speeds():
+    """A damper by the speed that was declared for its ends: right sides hold nothing but what each method has as its state."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    (x, y), (v, apart), c = kn.coordinates("x y"), kn.speeds("v apart"), kn.parameter("c", 0.7)
+    P = O.at("P", x * N.x)
+    Q = P.at("Q", y * y * N.x)
+    damper = [kn.Force(P, c * apart * N.x, name="left"), kn.Force(Q, -c * apart * N.x, name="right")]
+    speeds = {v: x.dt, apart: 2 * y * y.dt}
+    bodies = [kn.Particle("A", P, 1.5), kn.Particle("B", Q, 0.8)]
+    eom = kn.derive(kn.System(N, bodies=bodies, speeds=speeds, loads=damper))
+    at = {x: 0.3, y: 0.9, v: -0.4, apart: 1.1, c: 0.7}
+    wanted = [0.7 * 1.1 / 1.5, -0.7 * 1.1 * (1 / 0.8 + 1 / 1.5)]
+    for method in METHODS:
+        f = eom.by(method)
+        assert kn.evaluate(list(f.accelerations), at) == pytest.approx(wanted, rel=1e-13), method
+        assert set(free_symbols(f.right_hand_side)) <= {*f.state, c}, method
+
+
 def test_hamilton_has_momenta_and_keeps_the_energy():
     """Ḣ = Q·q̇: along the motion that (q̇, ṗ) give, H of the kinetic energy grows as forces work."""
     eom = kn.derive(spinning_top.system())

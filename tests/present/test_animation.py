@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import json
+import re
 import struct
+import subprocess
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from PIL import Image
 import kane as kn
 from kane.gallery import GALLERY, load
 from kane.present import SIZED, UNIT, read, transforms
+from tests.peer import require
 from tests.present.browser import chromium
 
 QUICK = ("four_bar", "flyball_governor", "rolling_disk", "flexible_pendulum", "rocking_block")
@@ -210,6 +213,28 @@ def test_pictures(tmp_path):
     kn.figures.animate(sol, tmp_path / "a.gif")
     with Image.open(tmp_path / "a.gif") as moving:
         assert 20 <= moving.n_frames <= 30
+
+
+@pytest.mark.slow
+def test_a_video_plays(tmp_path):
+    """Decoded again: size, rate, duration and number of pictures, and the pictures that were drawn."""
+    ffmpeg = require("imageio_ffmpeg")
+    sol = motion("pendulum", 1.2)
+    path = kn.figures.animate(sol, tmp_path / "a.mp4") and tmp_path / "a.mp4"
+    kn.figures.animate(sol, tmp_path / "a.png")
+    call = [ffmpeg.get_ffmpeg_exe(), "-i", str(path), "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
+    done = subprocess.run(call, capture_output=True, check=True)
+    told = done.stderr.decode()
+    # H.264 in yuv420p is what browsers and presentations play
+    assert re.search(r"Video: h264 .*yuv420p.* 800x480.* 25 fps", told), told
+    assert "Duration: 00:00:01.20" in told
+    pictures = np.frombuffer(done.stdout, np.uint8).reshape(-1, 480, 800, 3).astype(int)
+    assert len(pictures) == 30
+    still = np.asarray(Image.open(tmp_path / "a.png").convert("RGB"), int)
+    off = [np.abs(p - still).mean() for p in pictures]
+    assert off[0] < 2
+    assert max(off) > off[0] + 1
+    assert path.read_bytes().index(b"moov") < path.read_bytes().index(b"mdat")
 
 
 @pytest.mark.parametrize("end", ["stl", "obj"])

@@ -147,6 +147,14 @@ def test_parameters_show_default_and_value_used(page: Page) -> None:
     assert ["g", "9.81", "", "m/s²", "acceleration of free fall"] in page.rows
 
 
+def test_reactions_show_their_extremes(page: Page) -> None:
+    sol = moved()
+    (force,) = sol.equations.reactions
+    values = sol[force]
+    wanted = [f"{x:.5g}" for k in (values.argmin(), values.argmax()) for x in (values[k], sol.t[k])]
+    assert [latex_name(force.name), *wanted, "N"] in page.rows
+
+
 def test_plots_follow_the_theme(page: Page, text: str) -> None:
     assert page.tags.count("svg") == 2 + 2 + text.count('<div class="plot" ')
     assert "currentColor" in text
@@ -286,6 +294,27 @@ def test_constraints_are_held_by_reactions_with_a_direction_and_a_formula() -> N
         assert eom.evaluate(items[name], q=at.q, u=at.u) == pytest.approx(expected[name], rel=1e-12)
     (table,) = [t for t in declared_tables(eom) if t.title.startswith("Reactions")]
     assert [str(row[2]) for row in table.rows] == [str(Tex(rf"\hat{{n}}_{{{a}}}")) for a in "zxy"]
+
+
+def test_primes_in_names_are_no_dots(tmp_path) -> None:
+    """x' and w' are names; dots stand for derivatives alone, in formulas, tables, notebooks and plots."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, w = kn.coordinate("x'"), kn.speed("w'")
+    P = O.at("P'", x * N.x)
+    push, hold = kn.Force(P, -w * N.x), kn.reaction("R'", at=P, along=N.y)
+    bodies = [kn.Particle("A", P, 1.0)]
+    eom = kn.derive(kn.System(N, bodies=bodies, speeds={w: 2 * x.dt}, loads=[push], reactions=[hold]))
+    sol = kn.simulate(eom, (0, 1), q=[0], u=[1])
+    page = Page(kn.report(eom, tmp_path / "r.html", solution=sol, why=False).read_text(encoding="utf-8"))
+    formulas = [f for some in page.math.values() for f in some]
+    formulas += [e._repr_html_() for e in (eom, eom.system)] + [
+        e._repr_latex_() for e in (eom.accelerations, eom.rates)
+    ]
+    bare = [f for f in formulas if re.search(r"dot\{[xwR]\}(?!\^\{\\prime\})", f)]
+    assert bare == []
+    assert r"{\dot{w}^{\prime}}" in " ".join(formulas)
+    assert r"x^{\prime}" in kn.plot(sol, x).axes[0].get_ylabel()
 
 
 def test_a_report_lists_each_part(tmp_path):

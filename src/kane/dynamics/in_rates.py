@@ -80,9 +80,15 @@ class InRates(Immutable):
                 found[w], found[rate(w)] = total, time_derivative(total)
         return found
 
+    @read
+    def by_rates(self) -> dict[Expr, Expr]:
+        """The same, and declared speeds by their definitions: loads may be given in these."""
+        defined = self.derived.system.speeds.items()
+        return {**self.quasi, **{u: substituted(e, self.quasi) for u, e in defined}}
+
     def own(self, e: Expr) -> Expr:
-        """An expression without quasi-rates."""
-        return substituted(e, self.quasi) if self.quasi else e
+        """An expression in q and q̇."""
+        return substituted(e, self.by_rates)
 
     # Motions -------------------------------------------------------------------------------------------------------------
 

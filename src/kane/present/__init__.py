@@ -7,7 +7,7 @@ __getattr__ = offered(
     __name__,
     {
         "first_screen": "screen_of terms",
-        "mode_figures": "through_meetings",
+        "linearized.branch_figures": "through_meetings",
         "plotted.lines": "spread",
         "plotted.runs": "bend",
         "plotted.traces": "size_of_terms",

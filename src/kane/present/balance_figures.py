@@ -124,7 +124,7 @@ def cycle_figure(branch: CycleBranch, *quantities: Any, path: str | Path | None 
         _marks(a, branch)
         a.set_ylabel(label)
     unit = unit_text(branch.symbol.unit)
-    axes[-1].set_xlabel(label_of(branch.symbol.name) + (f" [{unit}]" if unit else ""))
+    axes[-1].set_xlabel(label_of(branch.symbol) + (f" [{unit}]" if unit else ""))
     handles, labels = axes[0].get_legend_handles_labels()
     named = dict(zip(labels, handles, strict=True))
     axes[0].legend(

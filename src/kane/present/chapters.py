@@ -221,7 +221,7 @@ def _right(shown: Mapping[Quantity, DisplayedFormula], quantity: Quantity) -> st
 
 def _solution(eom: Equations) -> tuple[Block, str]:
     values = zip((*map(rate, eom.speeds), *eom.reactions), (*eom.accelerations, *eom.reaction_values), strict=True)
-    between, shown = formulas([(symbol.name, e) for symbol, e in values])
+    between, shown = formulas(list(values), symbol_latex)
     if len(between) > _MOST:
         return Block(), tr("The solution takes %(n)s intermediates and is left out here.", n=len(between))
     return Block(tuple(between), tuple(shown)), ""

@@ -1,22 +1,27 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """All that a report says, whatever its format: what was declared, the chapters, checks, and tables of a motion."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from kane.analysis.linear import Linear
+from kane.analysis.solution_branches import Branch
 from kane.equations.equations import Equations, check_equations
 from kane.errors import ArgumentError, cut
 from kane.expr.symbols import Symbol
 from kane.motion.solution.solution import Solution
+from kane.numeric.scale import ROUNDED_SUM
 from kane.present.chapters import Chapter, Costs, chapters_of, costs
 from kane.present.check_figures import Check, energy_text, motion_checks
 from kane.present.languages.catalogue import tr, trn
+from kane.present.linearized.chapters import check_small_motions, sections
+from kane.present.linearized.section import Section
 from kane.present.notes import checked
 from kane.present.other_methods import WhyKane, is_small, why_kane
-from kane.present.overview import PageTable, Tex, declared_tables
+from kane.present.overview import Cell, PageTable, Tex, declared_tables
 from kane.present.pages import plain
 from kane.present.scene.gather import scene
 from kane.present.scene.records import Scene
@@ -27,11 +32,12 @@ from kane.write.latex import symbol_latex
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Content:
-    """What every writer of reports takes; `start` and `changes` are tables of the solution, where there is one.
+    """What every writer of reports takes; `tables` are those of the solution, where there is one.
 
     Of a motion with contacts `eom` are the equations of its first `mode`, and what is drawn is that; `moving` has no mode.
 
-    `other_methods` is the chapter on other methods, where there is one, `notes` what `report` was given.
+    `other_methods` is the chapter on other methods, where there is one, `sections` are those on small motions, `notes` what `report`
+    was given.
     """
 
     title: str
@@ -47,8 +53,8 @@ class Content:
     checks: list[Check]
     sources: tuple[str, ...]
     solution: Solution | None
-    start: PageTable | None
-    changes: PageTable | None
+    tables: tuple[PageTable, ...]
+    sections: tuple[Section, ...]
     notes: tuple[Any, ...]
 
     @property
@@ -72,6 +78,8 @@ def content_of(
     checks: Iterable[Check] = (),
     shapes: Iterable[BodyShape] = (),
     why: bool | None = None,
+    linearization: Linear | None = None,
+    root_locus: Branch | None = None,
     notes: Sequence[Any] = (),
 ) -> Content:
     """The content of a report; arguments are those of `report`."""
@@ -83,6 +91,7 @@ def content_of(
             "Expected a solution of the equations reported, got one of others: pass solution.equations as eom."
         )
     kept = checked(notes)  # before all that takes time
+    check_small_motions(eom, linearization, root_locus)
     told = [_in_language(check, solution) for check in checks]
     shapes, whole = tuple(shapes), eom
     if solution is not None and eom.system.contacts and not eom.system.modes:
@@ -102,8 +111,8 @@ def content_of(
         checks=told if solution is None else [*told, *motion_checks(solution, told)],
         sources=tuple(sources),
         solution=solution,
-        start=None if solution is None else _start(solution),
-        changes=None if solution is None else _changes(solution),
+        tables=() if solution is None else (_start(solution), *_reactions(solution), *_changes(solution)),
+        sections=tuple(sections(whole, linearization, root_locus)),
         notes=kept,
     )
 
@@ -149,17 +158,33 @@ def _start(solution: Solution) -> PageTable:
     return PageTable(tr("Start and end"), head, rows, unfolded=False)
 
 
+def _reactions(solution: Solution) -> Iterator[PageTable]:
+    """The least and the greatest value of each reaction, and when; where constraints lose rank, reactions have none."""
+    symbols = solution.equations.reactions
+    rows: list[tuple[Cell, ...]] = []
+    every = np.array(solution[list(symbols)])
+    least = ROUNDED_SUM * np.nanmax(np.abs(every), initial=0.0)
+    for s, values in zip(symbols, np.where(np.abs(every) > least, every, every * 0 + 0.0), strict=True):
+        if np.isfinite(values).any():
+            ends = ((values[k], solution.t[k]) for k in (np.nanargmin(values), np.nanargmax(values)))
+            told = (f"{x:.5g}" for pair in ends for x in pair)
+            rows.append((Tex(symbol_latex(s)), *told, unit_text(solution.equations.unit(s))))
+    if rows:
+        head = (tr("reaction"), tr("least"), tr("at t (s)"), tr("greatest"), tr("at t (s)"), tr("unit"))
+        yield PageTable(tr("Reactions on the way"), head, tuple(rows))
+
+
 _SHOWN = 100
 """As many changes of a motion are listed."""
 _NO_ENERGY = 1e-9
 """Share of the largest energy below which a change is none."""
 
 
-def _changes(solution: Solution) -> PageTable | None:
-    """When a motion was changed, by which events, what contacts do from then on, and what energy that took; None without changes."""
+def _changes(solution: Solution) -> Iterator[PageTable]:
+    """When a motion was changed, by which events, what contacts do from then on, and what energy that took."""
     begins = solution.begins.tolist()
     if not begins:
-        return None
+        return
     rows, energies = [], solution.energy
     least = _NO_ENERGY * float(np.abs(energies).max())
     for k in begins[:_SHOWN]:
@@ -171,7 +196,7 @@ def _changes(solution: Solution) -> PageTable | None:
     if len(begins) > _SHOWN:
         rows.append(("…", tr("%(n)s more", n=len(begins) - _SHOWN), "", ""))
     head = ("t (s)", tr("event"), tr("contacts"), tr("energy (J)"))
-    return PageTable(tr("What happens on the way"), head, tuple(rows))
+    yield PageTable(tr("What happens on the way"), head, tuple(rows))
 
 
 def run_text(solution: Solution) -> str:

@@ -49,7 +49,7 @@ def fit_figure(fit: Fit, path: str | Path | None = None) -> Figure:
                 a.plot(run.data.t, run.residuals[name], ".", color=COLOURS[k % len(COLOURS)], markersize=4)
         a.set_ylabel(f"left of {label_of(name)}")
     axes[-1].set_xlabel("t [s]")
-    labels = [label_of(s.name) for s in fit.values]
+    labels = [label_of(s) for s in fit.values]
     count = len(labels)
     table = fit.correlation[:count, :count]
     b = right.add_subplot()

@@ -16,6 +16,7 @@ from kane.equations.equations import Equations
 from kane.expr.forms.two_angles import by_two_angles
 from kane.expr.node import ZERO, Expr
 from kane.expr.ops import ADD, NEG, SUB
+from kane.expr.symbols import Symbol, rate
 from kane.space.frame import Frame
 from kane.space.rotation import Basis
 from kane.space.vector import Vector
@@ -100,13 +101,20 @@ def result_formulas(
 def quantity_latex(quantity: Quantity, inertial: Frame | None = None) -> str:
     r"""LaTeX of a quantity: the angular velocity of C is {}^N\boldsymbol\omega^C; that of a symbol is its own."""
     if quantity.kind in _SCALARS:
-        return quantity.named(_SCALARS[quantity.kind], latex_name)
+        return quantity.named(_SCALARS[quantity.kind], _named)
     letter = _VECTORS.get(quantity.kind)
     if letter is None:
-        return latex_name(str(quantity))
+        return _named(quantity.place, dots=quantity.kind is Kind.RATE)
     lower = f"_{{{symbol_latex(quantity.speed)}}}" if quantity.speed is not None else ""
     within = rf"{{}}^{{{place_latex(inertial.name)}}}" if inertial is not None else ""
     return rf"{within}{letter}^{{{place_latex(quantity.place.name)}}}{lower}"
+
+
+def _named(place: Any, dots: bool = False) -> str:
+    """LaTeX of a symbol, or its rate, or of a constraint's name."""
+    if not isinstance(place, Symbol):
+        return latex_name(place.name)
+    return symbol_latex(rate(place) if dots else place)
 
 
 _VECTORS = {

@@ -45,6 +45,7 @@ def html(content: Content, name: str) -> Document:
         symbols=[(s.name, symbol_latex(s)) for s in content.symbols],
         long=LONG,
         plots=[] if solution is None else _plots(solution, drawn),
+        drawn=_drawn,
         version=version("kane"),
         carried=carried(
             asset("katex.min.css"), asset("katex.min.js"), *(asset(f"{x}.js", "templates") for x in scripts)
@@ -57,7 +58,11 @@ def _plots(solution: Solution, drawn: Iterable[Expr]) -> "list[tuple[Plot, Marku
     """Plots of what the first screen does not draw."""
     from kane.present.motion_plots import plots
 
-    return [(p, Markup(p.svg)) for p in plots(solution, drawn)]
+    return _drawn(plots(solution, drawn))
+
+
+def _drawn(some: "Iterable[Plot]") -> "list[tuple[Plot, Markup]]":
+    return [(p, Markup(p.svg)) for p in some]
 
 
 def _sketches(seen: Scene, title: str) -> list[Markup]:

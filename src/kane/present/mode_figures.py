@@ -1,28 +1,21 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures of modes: functions of a beam and its deformed axis along a motion, eigenvalues along a branch of steady motions."""
+"""Figures of a beam: the functions of its deformations, and its deformed axis along a motion."""
 
 from collections.abc import Sequence
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-import numpy.typing as npt
-from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 
-from kane.analysis.solution_branches import Branch
 from kane.errors import ModelError, SimulationError, cut
 from kane.model.beams.beam import Beam
-from kane.motion.cycles.branch import CycleBranch
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
-from kane.numeric.scale import EQUAL, ROUNDED_ROOT
-from kane.present.motion_plots import COLOURS, label_of
-from kane.units.rules import unit_text
+from kane.present.motion_plots import COLOURS
 
 _STATIONS = 33
 _NAMED = 9
@@ -50,7 +43,7 @@ def mode_figure(beam: Beam, path: str | Path | None = None) -> Figure:
         axes.axhline(0, color="0.6", linewidth=0.8)
         axes.set_ylabel(_NAMES[f.stem])
         axes.legend(frameon=False, fontsize=8, ncols=3)
-    return _saved(figure, path)
+    return saved(figure, path)
 
 
 def beam_figure(
@@ -91,7 +84,7 @@ def beam_figure(
         column[0].legend(frameon=False, fontsize=7, ncols=3)
     else:
         figure.colorbar(scale, ax=column, label="t [s]", aspect=40)
-    return _saved(figure, path)
+    return saved(figure, path)
 
 
 def _scale(times: Array) -> ScalarMappable:
@@ -115,121 +108,11 @@ def _check(beam: Any) -> None:
         raise ModelError(f"Expected a kn.Beam, got {cut(repr(beam))}.")
 
 
-def _saved(figure: Figure, path: str | Path | None) -> Figure:
+def saved(figure: Figure, path: str | Path | None) -> Figure:
+    """The figure, also as a file where there is a path."""
     if path is not None:
         figure.savefig(path)
     return figure
-
-
-Complex = npt.NDArray[np.complex128]
-
-_ENDS = np.array([0.0, 1.0])
-_POINTS = 12
-"""Rows drawn on each side of a meeting."""
-_LINE, _GUIDE, _TURN, _GROWS = COLOURS[0], "0.6", "#555555", "#b3261e"
-
-
-def root_locus(branch: Branch | CycleBranch, path: str | Path | None = None) -> Figure:
-    """The eigenvalues of a branch: their real and imaginary parts against the value that changes, and in the complex plane.
-
-    Where a real part is above zero, drawn in red, the motion is unstable. Turning points are marked; in the complex plane the start
-    is ○ and the end ●, the colour tells the value.
-
-    Parameters
-    ----------
-    branch : from `kn.continuation`; or of `cycle.follow`, whose Floquet exponents ln μ/T are drawn
-    path : where to write the figure, if anywhere: .svg, .png, .pdf
-    """
-    label = _label_of(branch)
-    figure = Figure(figsize=(9.6, 4.6), layout="constrained")
-    grid = figure.add_gridspec(2, 2)
-    above, below = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0])
-    below.sharex(above)
-    plane = figure.add_subplot(grid[:, 1])
-    values, eigenvalues, _ = through_meetings(branch.values, branch.eigenvalues)
-    _against(above, branch, values, eigenvalues.real, "Re λ [1/s]")
-    _against(below, branch, values, eigenvalues.imag, "Im λ [1/s]")
-    _grow(above, values, eigenvalues)
-    if above.get_legend_handles_labels()[0]:
-        above.legend(frameon=False, fontsize=8)
-    above.tick_params(labelbottom=False)
-    below.set_xlabel(label)
-    mapped = _plane(plane, branch, eigenvalues)
-    figure.colorbar(mapped, ax=plane, label=label, pad=0.02)
-    figure.draw_without_rendering()  # the layout settles at the second drawing only
-    return _saved(figure, path)
-
-
-# Between points --------------------------------------------------------------------------------------------------------------
-
-
-def through_meetings(values: Array, eigenvalues: Complex) -> tuple[Array, Complex, list[int]]:
-    """Values and eigenvalues with rows between, where two real eigenvalues become a pair or back; and where the given rows are.
-
-    Two that meet are m ± √D with m and D smooth: both are taken linear between the points, so that lines pass through D = 0 on the
-    real axis, where straight ones from ±σ to ±iω would pass beside it.
-    """
-    rows_v, rows_e, kept = [values[:1]], [eigenvalues[:1]], [0]
-    for k, (before, after) in enumerate(pairwise(eigenvalues)):
-        met = _meetings(before, after)
-        shares = np.unique(np.concatenate([_shares(before[[i, j]], after[[i, j]]) for i, j in met])) if met else _ENDS
-        between = before + shares[1:, None] * (after - before)
-        for i, j in met:
-            between[:, i], between[:, j] = _met(before[[i, j]], after[[i, j]], shares[1:])
-        rows_v.append(values[k] + shares[1:] * (values[k + 1] - values[k]))
-        rows_e.append(between)
-        kept.append(kept[-1] + len(between))
-    along, drawn = np.concatenate(rows_v), np.concatenate(rows_e)
-    along[kept], drawn[kept] = values, eigenvalues
-    return along, drawn, kept
-
-
-def _meetings(before: Complex, after: Complex) -> list[tuple[int, int]]:
-    """Columns that are real at one end and a conjugate pair at the other."""
-    pairs = []
-    for real, pair in ((before, after), (after, before)):
-        for i in np.flatnonzero((real.imag == 0) & (pair.imag > 0)):
-            away = np.where(real.imag == 0, np.abs(pair - pair[i].conj()), np.inf)
-            j = int(np.argmin(away))
-            if away[j] <= EQUAL * abs(pair[i]):
-                pairs.append((int(i), j))
-    return pairs
-
-
-def _halves(ends: Complex) -> tuple[complex, complex, float]:
-    """m, δ and D = δ² of two eigenvalues m ± δ."""
-    middle, half = ends.sum() / 2, (ends[0] - ends[1]) / 2
-    return middle.real, half, (half**2).real
-
-
-def _shares(before: Complex, after: Complex) -> Array:
-    """Shares of the step from one end to the other, the meeting among them, close to it where √D is steep."""
-    (_, _, d0), (_, _, d1) = _halves(before), _halves(after)
-    at, x = d0 / (d0 - d1), np.linspace(0, 1, _POINTS) ** 2
-    return np.concatenate([at * (1 - x), at + (1 - at) * x])
-
-
-def _met(before: Complex, after: Complex, shares: Array) -> tuple[Complex, Complex]:
-    """Both eigenvalues m ± √D at the shares of a step; each keeps its column."""
-    (m0, h0, d0), (m1, h1, d1) = _halves(before), _halves(after)
-    d = d0 + shares * (d1 - d0)
-    way = np.where(d * d0 > 0, _unit(h0, d0), _unit(h1, d1))
-    half = way * np.sqrt(d + 0j)
-    middle = m0 + shares * (m1 - m0)
-    return middle + half, middle - half
-
-
-def _unit(half: complex, square: float) -> complex:
-    root = np.sqrt(square + 0j)
-    return complex(half / root) if root else 1.0
-
-
-def _label_of(branch: Any) -> str:
-    """What changes along a branch, with its unit; a SimulationError for anything else."""
-    if not isinstance(branch, Branch | CycleBranch):
-        raise SimulationError(f"Expected a branch from kn.continuation or cycle.follow, got {type(branch).__name__}.")
-    unit = unit_text(branch.symbol.unit)
-    return label_of(branch.symbol.name) + (f" [{unit}]" if unit else "")
 
 
 # Axes ------------------------------------------------------------------------------------------------------------------------
@@ -240,98 +123,16 @@ def _column(rows: int, height: float, below: str) -> tuple[Figure, list[Any]]:
     figure = Figure(figsize=(6.4, height * rows + 0.6), layout="constrained")
     axes = list(figure.subplots(max(1, rows), 1, sharex=True, squeeze=False)[:, 0])
     for a in axes:
-        _style(a)
+        styled(a)
     axes[-1].set_xlabel(below)
     return figure, axes
 
 
-def _style(a: Any) -> None:
+def styled(a: Any) -> None:
+    """Axes with the colours of series, a faint grid and two spines."""
     if not a.lines:
         a.set_prop_cycle(color=COLOURS)
     a.grid(True, color="0.9", linewidth=0.6)
     a.set_axisbelow(True)
     for side in ("top", "right"):
         a.spines[side].set_visible(False)
-
-
-def _against(a: Axes, branch: Branch | CycleBranch, values: Array, parts: Array, label: str) -> None:
-    _style(a)
-    a.axhline(0, color=_GUIDE, linewidth=0.8)
-    a.plot(values, parts, color=_LINE, linewidth=1.4)
-    for k, i in enumerate(branch.turning):
-        label_once = None if k else "turning point"
-        a.axvline(branch.values[i], color=_TURN, linewidth=0.9, linestyle=(0, (4, 2)), label=label_once)
-    a.set_ylabel(label)
-
-
-def _grow(a: Axes, values: Array, eigenvalues: Complex) -> None:
-    """The real parts above zero once more, in red."""
-    real = eigenvalues.real
-    size = np.abs(eigenvalues).max(initial=1.0)
-    above = np.where(real > ROUNDED_ROOT * size, real, np.nan)
-    if not np.all(np.isnan(above)):
-        lines = a.plot(values, above, color=_GROWS, linewidth=2.2)
-        lines[0].set_label("unstable")
-
-
-def _plane(a: Axes, branch: Branch | CycleBranch, lines: Complex) -> Any:
-    _style(a)
-    a.axhline(0, color=_GUIDE, linewidth=0.8)
-    a.axvline(0, color=_GUIDE, linewidth=0.8)
-    values = branch.eigenvalues
-    colours = mpl.colormaps["viridis_r"]
-    shown = None
-    a.plot(lines.real, lines.imag, color="0.8", linewidth=0.8, zorder=1)
-    for column in values.T:
-        shown = a.scatter(column.real, column.imag, c=branch.values, cmap=colours, s=9, zorder=2, linewidths=0)
-    start, end = values[0], values[-1]
-    a.plot(start.real, start.imag, linestyle="", marker="o", markerfacecolor="none", color="black", markersize=6)
-    a.plot(end.real, end.imag, linestyle="", marker="o", color="black", markersize=4)
-    a.set_xlabel("Re λ [1/s]")
-    a.set_ylabel("Im λ [1/s]")
-    return shown
-
-
-def campbell_diagram(
-    branch: Branch, path: str | Path | None = None, *, orders: Sequence[float] = (1, 2, 3), count: int = 6
-) -> Figure:
-    """The lowest frequencies of a branch of steady rotations against the value that changes, the spin in rad/s.
-
-    Where one meets a line k Ω an excitation k times a turn finds its resonance.
-
-    Parameters
-    ----------
-    branch : from `kn.continuation`, with a spin as the symbol
-    path : where to write the figure, if anywhere: .svg, .png, .pdf
-    orders : the k of the lines k Ω
-    count : how many frequencies
-
-    Raises
-    ------
-    SimulationError
-        if `branch` is no branch
-    """
-    label = _label_of(branch)
-    figure = Figure(figsize=(6.4, 4.6), layout="constrained")
-    axes: Any = figure.add_subplot()
-    rows = branch.frequencies[:, :count]
-    axes.plot(branch.values, rows, color=_LINE, linewidth=1.4)
-    top = 1.05 * float(np.max(rows, initial=0.0)) or 1.0
-    for k in orders:
-        axes.plot(branch.values, k * branch.values, color=_GUIDE, linewidth=0.8, linestyle=(0, (4, 2)))
-        _name(axes, k, float(branch.values[-1]), top)
-    axes.set_ylim(0, top)
-    axes.set_xlabel(label)
-    axes.set_ylabel("ω [rad/s]")
-    _style(axes)
-    return _saved(figure, path)
-
-
-def _name(axes: Any, k: float, last: float, top: float) -> None:
-    """The name of the line k Ω where it ends, or leaves the picture."""
-    steep = k * last > top
-    place = (top / k, top) if steep else (last, k * last)
-    aside: dict[str, Any] = {"xytext": (0, 2), "ha": "center"} if steep else {"xytext": (3, 0), "va": "center"}
-    axes.annotate(
-        f"{k:g} Ω", place, textcoords="offset points", fontsize=8, color="0.4", annotation_clip=False, **aside
-    )

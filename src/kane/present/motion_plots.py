@@ -3,7 +3,7 @@
 
 import io
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +13,7 @@ from matplotlib.colors import is_color_like, to_hex
 from matplotlib.figure import Figure
 
 from kane.expr.node import ZERO, Expr
+from kane.expr.symbols import Symbol
 from kane.model.bodies import parts_of
 from kane.model.constraints import cut_of
 from kane.model.system import System
@@ -21,15 +22,20 @@ from kane.present.languages.catalogue import N_, tr
 from kane.present.scene.bodies import upward
 from kane.space.frame import Point
 from kane.units.rules import unit_text
-from kane.write.latex import latex_name, place_latex
+from kane.write.latex import latex_name, place_latex, symbol_latex
 
 _UNKNOWN = frozenset('"&`#')
 """Characters that matplotlib's formulas do not know."""
 
 
-def label_of(name: str, latex: Callable[[str], str] = latex_name) -> str:
-    """A name as a picture shows it."""
-    return name.replace("$", r"\$") if _UNKNOWN & set(name) else f"${latex(name)}$"
+def label_of(named: Symbol | Point | str) -> str:
+    """A symbol, a point or another name as a picture shows it."""
+    name = named if isinstance(named, str) else named.name
+    if _UNKNOWN & set(name):
+        return name.replace("$", r"\$")
+    if isinstance(named, Symbol):
+        return f"${symbol_latex(named)}$"
+    return f"${place_latex(name) if isinstance(named, Point) else latex_name(name)}$"
 
 
 INK, RULE, FAINT = "#010203", "#010204", "#010205"
@@ -180,9 +186,9 @@ def _traces(name: str, title: str, symbols: Sequence[Any], values: Any, solution
     figure, axes = panels(len(groups), 2.6 if len(groups) == 1 else 1.05 if alone else 2.2, sharex=True)
     for a, group in zip(axes, groups, strict=True):
         for k, i in enumerate(group):
-            a.plot(solution.t, values[i], color=SERIES[k % len(SERIES)], label=label_of(symbols[i].name))
+            a.plot(solution.t, values[i], color=SERIES[k % len(SERIES)], label=label_of(symbols[i]))
         level(a, [values[i] for i in group], solution)
-        left = f"{label_of(symbols[group[0]].name)} " if alone else ""
+        left = f"{label_of(symbols[group[0]])} " if alone else ""
         a.set_ylabel(f"{left}[{unit_text(units[group[0]]) or '–'}]")
         if not alone and len(group) <= _LABELS:
             legend(a, ncols=4, loc="best")
@@ -254,7 +260,7 @@ def paths(solution: Solution) -> Plot | None:
             continue
         colour = SERIES[k % len(SERIES)]
         style: dict[str, Any] = {} if center else {"linestyle": (0, (4, 2)), "linewidth": 1.2}
-        a.plot(x, y, color=colour, label=label_of(p.name, place_latex) if len(points) <= _LABELS else None, **style)
+        a.plot(x, y, color=colour, label=label_of(p) if len(points) <= _LABELS else None, **style)
         a.plot(x[:1], y[:1], marker="o", color=colour, markersize=5, markerfacecolor="none")
         a.plot(x[-1:], y[-1:], marker="o", color=colour, markersize=5)
     a.set_aspect("equal", adjustable="datalim")

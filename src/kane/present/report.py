@@ -7,6 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from kane.analysis.linear import Linear
+from kane.analysis.solution_branches import Branch
 from kane.equations.equations import Equations
 from kane.errors import ArgumentError, alike, cut
 from kane.motion.solution.solution import Solution
@@ -51,6 +53,8 @@ def report(
     checks: Iterable[Check] = (),
     shapes: Iterable[BodyShape] = (),
     why: bool | None = None,
+    linearization: Linear | None = None,
+    root_locus: Branch | None = None,
     notes: Sequence[Any] = (),
     language: str = "en",
 ) -> Path:
@@ -73,6 +77,8 @@ def report(
     shapes : of bodies, from `kn.figures.shape`, for the sketch
     why : whether there is a chapter on the same system by Lagrange's and by Newton's and Euler's equations; by default where that
         takes no time to speak of
+    linearization : from `kn.linearize`, for chapters on its operating point with the reactions there, its matrices and its eigenvalues
+    root_locus : from `kn.analysis.continuation`, for a chapter on its eigenvalues as the value changes
     notes : what else the reader is told, at the end: Markdown as text, with LaTeX between dollar signs; figures of matplotlib;
         Paths of pictures, .svg or .png. HTML in the text is shown as text
     language : "en" or "ko", of all texts but what is given; LaTeX is written in English alone
@@ -80,14 +86,14 @@ def report(
     Raises
     ------
     ArgumentError
-        if there are no equations, the solution is one of other equations, format or language is none of these, something else than
-        a report, or a figure of one, has that name, or a note is no text, figure or picture
+        if there are no equations, the solution, linearization or branch is one of other equations, format or language is none of
+        these, something else than a report, or a figure of one, has that name, or a note is no text, figure or picture
     """
     target = path_of(path, 'kn.report(eom, "report.html")')
     form = FORMATS[format_of(target, format)]
     written = document(
         eom, target, format, language=language, solution=solution, title=title, sources=sources, checks=checks, shapes=shapes,
-        why=why, notes=notes,
+        why=why, linearization=linearization, root_locus=root_locus, notes=notes,
     )  # fmt: skip
     for name, save in written.beside.items():
         exchange_marked(target.with_name(name), save, *DRAWN)

@@ -4,6 +4,7 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from operator import attrgetter
 from typing import Any
 
 from kane.dynamics.derivation import Derived
@@ -49,11 +50,9 @@ class Quantity:
     place: Frame | Point | Constraint | Symbol
     speed: Symbol | None = None
 
-    def named(self, form: str, written: Callable[[str], str] = str) -> str:
-        """`form` with the names of place and speed, as `written` writes them."""
-        return form.format(
-            place=written(self.place.name), speed=written(self.speed.name if self.speed is not None else "")
-        )
+    def named(self, form: str, written: Callable[[Any], str] = attrgetter("name")) -> str:
+        """`form` with place and speed, as `written` writes them."""
+        return form.format(place=written(self.place), speed="" if self.speed is None else written(self.speed))
 
     def __eq__(self, other: object) -> bool:
         """Whether all parts are the same objects: symbols refuse `==`."""

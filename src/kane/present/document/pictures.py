@@ -7,13 +7,16 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from kane.present.content import Content
 from kane.present.notes import Image, title_of
 from kane.present.pages import plain
 from kane.present.sketch.draw import MARKS, WIDE, draw_each
 from kane.present.sketch.draw import save as save_sketch
+
+if TYPE_CHECKING:
+    from kane.present.motion_plots import Plot
 
 _COPIED = b"<!-- A picture in a report of kane -->"
 DRAWN = (*MARKS, b"Software\0kane", b"<dc:title>kane</dc:title>", b"/Creator (kane)", _COPIED)
@@ -46,11 +49,17 @@ def plots_of(content: Content) -> Iterator[Picture]:
     """The plots of the motion."""
     if content.solution is None:
         return
-    from kane.present.figure import save
-    from kane.present.motion_plots import plots, to_print
+    from kane.present.motion_plots import plots
 
-    for plot in plots(content.solution):
-        yield Picture(plot.name, plot.title, plain(plot.caption), partial(save, to_print(plot.figure)))
+    yield from map(printed, plots(content.solution))
+
+
+def printed(plot: "Plot") -> Picture:
+    """A plot in the colours of white paper."""
+    from kane.present.figure import save
+    from kane.present.motion_plots import to_print
+
+    return Picture(plot.name, plot.title, plain(plot.caption), partial(save, to_print(plot.figure)))
 
 
 def picture_of(note: Any, name: str) -> Picture:

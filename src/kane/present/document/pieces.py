@@ -13,9 +13,10 @@ from itertools import accumulate
 from kane.present.chapters import Block, Chapter, MatrixEquation, by_all_text, operations_text, solved_text
 from kane.present.content import Content, run_text
 from kane.present.document.lines import broken_lines, em_width
-from kane.present.document.pictures import Picture, picture_of, plots_of, sketch_of
+from kane.present.document.pictures import Picture, picture_of, plots_of, printed, sketch_of
 from kane.present.formula_list import DisplayedFormula
 from kane.present.languages.catalogue import tr
+from kane.present.linearized.section import Section
 from kane.present.overview import Cell, PageTable, Tex
 from kane.present.pages import figure_text, plain, segments
 from kane.present.provenance import Provenance
@@ -93,6 +94,8 @@ def pieces(content: Content) -> Iterator[Piece]:
         yield _checks(content)
     if content.solution is not None:
         yield from _motion(content)
+    for section in content.sections:
+        yield from _section(section)
     if content.notes:
         yield Heading(1, tr("Notes"))
         for k, note in enumerate(content.notes, 1):
@@ -202,6 +205,16 @@ def _other_methods(content: Content) -> Iterator[Piece]:
         yield Words(plain(others.note))
 
 
+def _section(section: Section) -> Iterator[Piece]:
+    yield Heading(1, section.title)
+    for part in section.parts:
+        if isinstance(part, PageTable):
+            yield from _table(part)
+        else:
+            yield Formulas(((part.source,),)) if isinstance(part, Tex) else Words(part)
+    yield from map(printed, section.plots)
+
+
 def _operations(content: Content) -> Iterator[Piece]:
     receipt = content.receipt
     yield Heading(1, tr("Operations"))
@@ -241,7 +254,6 @@ def _motion(content: Content) -> Iterator[Piece]:
     assert sol is not None
     yield Heading(1, tr("Motion"))
     yield Words(run_text(sol))
-    for table in (content.start, content.changes):
-        if table is not None:
-            yield from _table(table)
+    for table in content.tables:
+        yield from _table(table)
     yield from plots_of(content)

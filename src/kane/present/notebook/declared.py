@@ -10,6 +10,7 @@ from kane.expr.evaluation import count_operations
 from kane.expr.forms.two_angles import by_two_angles
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
+from kane.expr.symbols import Symbol, rate
 from kane.model.bodies import Part
 from kane.model.constraints import Constraint
 from kane.model.declarations import Event
@@ -45,7 +46,7 @@ from kane.space.vector import Vector
 from kane.units.rules import unit_text
 from kane.write.arrange import layout
 from kane.write.display import Tree
-from kane.write.latex import latex_name, place_latex
+from kane.write.latex import place_latex, symbol_latex
 
 _PLACES = 4
 """Forces and torques of one load that are listed."""
@@ -152,22 +153,22 @@ def _summary(eom: Equations) -> str:
         (eom.parameters, "parameter"),
     )
     rows = [
-        (f"{len(symbols)} {kind}{'s' if len(symbols) > 1 else ''}", math(_names([s.name for s in symbols])))
+        (f"{len(symbols)} {kind}{'s' if len(symbols) > 1 else ''}", math(_names(symbols)))
         for symbols, kind in groups
         if symbols
     ]
     return paragraph(f"<b>Equations of motion</b>: {bodies}") + table(("", ""), rows)
 
 
-def _names(names: list[str]) -> str:
-    few = ",\\, ".join(map(latex_name, names[:WIDE]))
-    return few + (r",\, \dots" if len(names) > WIDE else "")
+def _names(symbols: Sequence[Symbol]) -> str:
+    few = ",\\, ".join(map(symbol_latex, symbols[:WIDE]))
+    return few + (r",\, \dots" if len(symbols) > WIDE else "")
 
 
 def _solved(eom: Equations) -> str:
     """u̇ where it is short; where it is long, M and f below say more."""
     shown = equations(
-        [(latex_name(f"{u.name}'"), e) for u, e in zip(eom.speeds, eom.accelerations, strict=True)], most=SMALL
+        [(symbol_latex(rate(u)), e) for u, e in zip(eom.speeds, eom.accelerations, strict=True)], most=SMALL
     )
     if not shown.latex:
         return paragraph(math(r"\dot{u}") + f" takes {shown.operations} operations, too long to typeset.")
@@ -177,7 +178,7 @@ def _solved(eom: Equations) -> str:
 def _motion(eom: Equations) -> str:
     mark, index = (r"\tilde ", "_I") if eom.embedding else ("", "")
     mass = eom.mass_matrix_nh if eom.embedding else eom.mass_matrix
-    speeds = _names([u.name for u in eom.independent_speeds])
+    speeds = _names(eom.independent_speeds)
     lead = paragraph(math(rf"{mark}M\,\dot{{u}}{index} = {mark}f") + ", " + math(f"u{index} = ({speeds})"))
     shown = _motion_formula(mass, eom.forcing_nh if eom.embedding else eom.forcing, mark)
     if shown.latex:
@@ -205,7 +206,7 @@ def _sides(mass: Sequence[Tree], forcing: Sequence[Tree], n: int, mark: str) -> 
 
 
 def _rates(eom: Equations) -> str:
-    named = [(latex_name(f"{q.name}'"), rate) for q, rate in zip(eom.coordinates, eom.rates, strict=True)]
+    named = [(symbol_latex(rate(q)), e) for q, e in zip(eom.coordinates, eom.rates, strict=True)]
     shown = equations(named[:TALL], most=SMALL)
     if not named:
         return ""

@@ -35,7 +35,7 @@ from kane.show import Named
 from kane.space.frame import Frame, Point
 from kane.space.vector import Dyadic, Vector
 from kane.units.rules import unit_text
-from kane.write.latex import latex_name, place_latex
+from kane.write.latex import latex_name, place_latex, symbol_latex
 
 _ITEMS = 12
 """Items of a list within a cell."""
@@ -76,7 +76,7 @@ _CELLS: dict[Any, Callable[[Any], str]] = {
     type(None): lambda _: "",
     bool: lambda yes: "yes" if yes else "no",
     str: lambda text: escaped(cut(text, _LETTERS)),
-    Symbol: lambda s: math(latex_name(s.name)),
+    Symbol: lambda s: math(symbol_latex(s)),
     Expr: lambda e: expression(e).cell,
     Vector: lambda v: vector(v).cell,
     Dyadic: lambda d: dyadic(d).cell,
@@ -147,4 +147,6 @@ def named_formulas(named: Named[Expr]) -> Typeset:
 
 
 def _label(label: object) -> str:
-    return quantity_latex(label) if isinstance(label, Quantity) else latex_name(str(label))
+    if isinstance(label, Quantity):
+        return quantity_latex(label)
+    return symbol_latex(label) if isinstance(label, Symbol) else latex_name(str(label))

@@ -117,7 +117,7 @@ def _number(value: complex) -> str:
 def largest(shape: dict[str, complex]) -> str:
     """The largest components of a mode, with their phases."""
     chosen = sorted(shape.items(), key=lambda pair: -abs(pair[1]))[:4]
-    return ", ".join(f"{name} {abs(v):.3g}∠{np.degrees(np.angle(v)):.0f}°" for name, v in chosen if abs(v) > 1e-3)
+    return ", ".join(f"{name} {abs(v):.3g}∠{round(np.degrees(np.angle(v)))}°" for name, v in chosen if abs(v) > 1e-3)
 
 
 def _matrices(linear: Linear) -> str:
@@ -129,7 +129,9 @@ def _matrix(name: str, a: npt.NDArray[np.float64], rows: Sequence[str], columns:
     if a.size > 400:
         return paragraph(f"{name}: {a.shape[0]} × {a.shape[1]}")
     head = (name, *(math(latex_name(c)) for c in columns))
-    return table(head, [(math(latex_name(r)), *(f"{v:.6g}" for v in row)) for r, row in zip(rows, a, strict=True)])
+    return table(
+        head, [(math(latex_name(r)), *(f"{v + 0.0:.6g}" for v in row)) for r, row in zip(rows, a, strict=True)]
+    )
 
 
 _FEW = 12

@@ -196,7 +196,7 @@ def _axes(run: Run, what: Any, label: str) -> list[tuple[Axis, float]]:
 
 
 def _axis(eom: Any, e: Expr, label: str, values: Array) -> Axis:
-    name = label_of(e.name) if isinstance(e, Symbol) else _cut(to_text(e))
+    name = label_of(e) if isinstance(e, Symbol) else _cut(to_text(e))
     return Axis(label or name, _unit(eom, e), values)
 
 

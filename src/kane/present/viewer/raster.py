@@ -69,12 +69,12 @@ def write(shot: Shot, place: Path) -> None:
 
 def _video(pictures: Iterator[Image.Image], place: Path) -> None:
     try:
-        import imageio_ffmpeg  # type: ignore[import-not-found]
+        import imageio_ffmpeg
     except ImportError:
         raise ArgumentError(
             "Expected imageio-ffmpeg for .mp4, which is not installed: pip install 'kane[video]', or write a .gif."
         ) from None
-    told = ["-metadata", f"comment={_MARK.decode()}"]
+    told = ["-metadata", f"comment={_MARK.decode()}", "-movflags", "+faststart"]  # pages play it while it loads
     writer = imageio_ffmpeg.write_frames(str(place), SIZE, fps=_RATE, macro_block_size=1, output_params=told)
     writer.send(None)
     for p in pictures:
@@ -138,13 +138,17 @@ def _picture(shot: Shot, places: Array) -> Image.Image:
     ax.set(xlim=(0, SIZE[0]), ylim=(0, SIZE[1]))
     ax.axis("off")
     lines = _floor(seen, model, eye - 3.5 * model.reach * axes[2], low)
-    ax.add_collection(LineCollection(lines, colors=RULE, linewidths=0.8, zorder=1))
+    ax.add_collection(LineCollection(lines, colors=RULE, linewidths=0.8, zorder=1), autolim=False)
     # Arrays: lists of triangles take twice as long, but types of matplotlib know only these.
     shaded: Any = np.concatenate(shadows)
     faces: Any = np.concatenate(shapes)[order]
     shown = np.concatenate(colours)[order]
-    ax.add_collection(PolyCollection(shaded, facecolors=SHADOW, edgecolors=SHADOW, linewidths=0.4, zorder=2))
-    ax.add_collection(PolyCollection(faces, facecolors=shown, edgecolors=shown, linewidths=0.4, zorder=3))
+    ax.add_collection(
+        PolyCollection(shaded, facecolors=SHADOW, edgecolors=SHADOW, linewidths=0.4, zorder=2), autolim=False
+    )
+    ax.add_collection(
+        PolyCollection(faces, facecolors=shown, edgecolors=shown, linewidths=0.4, zorder=3), autolim=False
+    )
     canvas.draw()  # type: ignore[no-untyped-call]
     drawn = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
     return Image.fromarray(drawn[..., :3].copy())

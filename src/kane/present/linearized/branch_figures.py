@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Figures of eigenvalues along a branch of steady motions or limit cycles: root loci and Campbell diagrams."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from kane.analysis.solution_branches import Branch
+from kane.errors import SimulationError
+from kane.motion.cycles.branch import CycleBranch
+from kane.numeric.arrays import Array, Complex
+from kane.numeric.scale import EQUAL, ROUNDED_ROOT
+from kane.present.mode_figures import saved, styled
+from kane.present.motion_plots import COLOURS, label_of
+from kane.units.rules import unit_text
+
+_ENDS = np.array([0.0, 1.0])
+_POINTS = 12
+"""Rows drawn on each side of a meeting."""
+
+
+class Inks(NamedTuple):
+    """The colours of a locus: lines, axes, turning points, where it grows, and in the plane lines and ends.
+
+    With `scale`, a map of colours, points in the plane tell the value.
+    """
+
+    line: str
+    guide: str
+    turn: str
+    grows: str
+    plane: str
+    ends: str
+    scale: str = ""
+
+
+_INKS = Inks(COLOURS[0], "0.6", "#555555", "#b3261e", "0.8", "black", "viridis_r")
+
+
+def root_locus(branch: Branch | CycleBranch, path: str | Path | None = None) -> Figure:
+    """The eigenvalues of a branch: their real and imaginary parts against the value that changes, and in the complex plane.
+
+    Where a real part is above zero, drawn in red, the motion is unstable. Turning points are marked; in the complex plane the start
+    is ○ and the end ●, the colour tells the value.
+
+    Parameters
+    ----------
+    branch : from `kn.continuation`; or of `cycle.follow`, whose Floquet exponents ln μ/T are drawn
+    path : where to write the figure, if anywhere: .svg, .png, .pdf
+    """
+    label = label_along(branch)
+    figure = Figure(figsize=(9.6, 4.6), layout="constrained")
+    grid = figure.add_gridspec(2, 2)
+    above, below = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0])
+    below.sharex(above)
+    right = figure.add_subplot(grid[:, 1])
+    for a in (above, below, right):
+        styled(a)
+    values, eigenvalues, _ = through_meetings(branch.values, branch.eigenvalues)
+    against(above, branch, values, eigenvalues.real, "Re λ [1/s]")
+    against(below, branch, values, eigenvalues.imag, "Im λ [1/s]")
+    grow(above, values, eigenvalues)
+    if above.get_legend_handles_labels()[0]:
+        above.legend(frameon=False, fontsize=8)
+    above.tick_params(labelbottom=False)
+    below.set_xlabel(label)
+    mapped = plane(right, branch, eigenvalues)
+    figure.colorbar(mapped, ax=right, label=label, pad=0.02)
+    figure.draw_without_rendering()  # the layout settles at the second drawing only
+    return saved(figure, path)
+
+
+# Between points --------------------------------------------------------------------------------------------------------------
+
+
+def through_meetings(values: Array, eigenvalues: Complex) -> tuple[Array, Complex, list[int]]:
+    """Values and eigenvalues with rows between, where two real eigenvalues become a pair or back; and where the given rows are.
+
+    Two that meet are m ± √D with m and D smooth: both are taken linear between the points, so that lines pass through D = 0 on the
+    real axis, where straight ones from ±σ to ±iω would pass beside it.
+    """
+    rows_v, rows_e, kept = [values[:1]], [eigenvalues[:1]], [0]
+    for k, (before, after) in enumerate(pairwise(eigenvalues)):
+        met = _meetings(before, after)
+        shares = np.unique(np.concatenate([_shares(before[[i, j]], after[[i, j]]) for i, j in met])) if met else _ENDS
+        between = before + shares[1:, None] * (after - before)
+        for i, j in met:
+            between[:, i], between[:, j] = _met(before[[i, j]], after[[i, j]], shares[1:])
+        rows_v.append(values[k] + shares[1:] * (values[k + 1] - values[k]))
+        rows_e.append(between)
+        kept.append(kept[-1] + len(between))
+    along, drawn = np.concatenate(rows_v), np.concatenate(rows_e)
+    along[kept], drawn[kept] = values, eigenvalues
+    return along, drawn, kept
+
+
+def _meetings(before: Complex, after: Complex) -> list[tuple[int, int]]:
+    """Columns that are real at one end and a conjugate pair at the other."""
+    pairs = []
+    for real, pair in ((before, after), (after, before)):
+        for i in np.flatnonzero((real.imag == 0) & (pair.imag > 0)):
+            away = np.where(real.imag == 0, np.abs(pair - pair[i].conj()), np.inf)
+            j = int(np.argmin(away))
+            if away[j] <= EQUAL * abs(pair[i]):
+                pairs.append((int(i), j))
+    return pairs
+
+
+def _halves(ends: Complex) -> tuple[complex, complex, float]:
+    """m, δ and D = δ² of two eigenvalues m ± δ."""
+    middle, half = ends.sum() / 2, (ends[0] - ends[1]) / 2
+    return middle.real, half, (half**2).real
+
+
+def _shares(before: Complex, after: Complex) -> Array:
+    """Shares of the step from one end to the other, the meeting among them, close to it where √D is steep."""
+    (_, _, d0), (_, _, d1) = _halves(before), _halves(after)
+    at, x = d0 / (d0 - d1), np.linspace(0, 1, _POINTS) ** 2
+    return np.concatenate([at * (1 - x), at + (1 - at) * x])
+
+
+def _met(before: Complex, after: Complex, shares: Array) -> tuple[Complex, Complex]:
+    """Both eigenvalues m ± √D at the shares of a step; each keeps its column."""
+    (m0, h0, d0), (m1, h1, d1) = _halves(before), _halves(after)
+    d = d0 + shares * (d1 - d0)
+    way = np.where(d * d0 > 0, _unit(h0, d0), _unit(h1, d1))
+    half = way * np.sqrt(d + 0j)
+    middle = m0 + shares * (m1 - m0)
+    return middle + half, middle - half
+
+
+def _unit(half: complex, square: float) -> complex:
+    root = np.sqrt(square + 0j)
+    return complex(half / root) if root else 1.0
+
+
+def label_along(branch: Any) -> str:
+    """What changes along a branch, with its unit; a SimulationError for anything else."""
+    if not isinstance(branch, Branch | CycleBranch):
+        raise SimulationError(f"Expected a branch from kn.continuation or cycle.follow, got {type(branch).__name__}.")
+    unit = unit_text(branch.symbol.unit)
+    return label_of(branch.symbol) + (f" [{unit}]" if unit else "")
+
+
+# Axes ------------------------------------------------------------------------------------------------------------------------
+
+
+def against(a: Axes, branch: Branch | CycleBranch, values: Array, parts: Array, label: str, inks: Inks = _INKS) -> None:
+    """Real or imaginary parts over the value that changes, and where the branch turns back."""
+    a.axhline(0, color=inks.guide, linewidth=0.8)
+    a.plot(values, parts, color=inks.line, linewidth=1.4)
+    for k, i in enumerate(branch.turning):
+        label_once = None if k else "turning point"
+        a.axvline(branch.values[i], color=inks.turn, linewidth=0.9, linestyle=(0, (4, 2)), label=label_once)
+    a.set_ylabel(label)
+
+
+def grow(a: Axes, values: Array, eigenvalues: Complex, inks: Inks = _INKS) -> None:
+    """The real parts above zero once more, in another colour."""
+    real = eigenvalues.real
+    size = np.abs(eigenvalues).max(initial=1.0)
+    above = np.where(real > ROUNDED_ROOT * size, real, np.nan)
+    if not np.all(np.isnan(above)):
+        lines = a.plot(values, above, color=inks.grows, linewidth=2.2)
+        lines[0].set_label("unstable")
+
+
+def plane(a: Axes, branch: Branch | CycleBranch, lines: Complex, inks: Inks = _INKS) -> Any:
+    """The complex plane, the start ○ and the end ●; what is coloured by the value that changes."""
+    a.axhline(0, color=inks.guide, linewidth=0.8)
+    a.axvline(0, color=inks.guide, linewidth=0.8)
+    values = branch.eigenvalues
+    shown = None
+    a.plot(
+        lines.real, lines.imag, color=inks.plane, linewidth=0.8 if inks.scale else 1.4, zorder=1 if inks.scale else 2.1
+    )
+    for column in values.T if inks.scale else ():
+        colours = mpl.colormaps[inks.scale]
+        shown = a.scatter(column.real, column.imag, c=branch.values, cmap=colours, s=9, zorder=2, linewidths=0)
+    start, end = values[0], values[-1]
+    a.plot(start.real, start.imag, linestyle="", marker="o", markerfacecolor="none", color=inks.ends, markersize=6)
+    a.plot(end.real, end.imag, linestyle="", marker="o", color=inks.ends, markersize=4)
+    a.set_xlabel("Re λ [1/s]")
+    a.set_ylabel("Im λ [1/s]")
+    return shown
+
+
+def campbell_diagram(
+    branch: Branch, path: str | Path | None = None, *, orders: Sequence[float] = (1, 2, 3), count: int = 6
+) -> Figure:
+    """The lowest frequencies of a branch of steady rotations against the value that changes, the spin in rad/s.
+
+    Where one meets a line k Ω an excitation k times a turn finds its resonance.
+
+    Parameters
+    ----------
+    branch : from `kn.continuation`, with a spin as the symbol
+    path : where to write the figure, if anywhere: .svg, .png, .pdf
+    orders : the k of the lines k Ω
+    count : how many frequencies
+
+    Raises
+    ------
+    SimulationError
+        if `branch` is no branch
+    """
+    label = label_along(branch)
+    figure = Figure(figsize=(6.4, 4.6), layout="constrained")
+    axes: Any = figure.add_subplot()
+    rows = branch.frequencies[:, :count]
+    axes.plot(branch.values, rows, color=_INKS.line, linewidth=1.4)
+    top = 1.05 * float(np.max(rows, initial=0.0)) or 1.0
+    for k in orders:
+        axes.plot(branch.values, k * branch.values, color=_INKS.guide, linewidth=0.8, linestyle=(0, (4, 2)))
+        _name(axes, k, float(branch.values[-1]), top)
+    axes.set_ylim(0, top)
+    axes.set_xlabel(label)
+    axes.set_ylabel("ω [rad/s]")
+    styled(axes)
+    return saved(figure, path)
+
+
+def _name(axes: Any, k: float, last: float, top: float) -> None:
+    """The name of the line k Ω where it ends, or leaves the picture."""
+    steep = k * last > top
+    place = (top / k, top) if steep else (last, k * last)
+    aside: dict[str, Any] = {"xytext": (0, 2), "ha": "center"} if steep else {"xytext": (3, 0), "va": "center"}
+    axes.annotate(
+        f"{k:g} Ω", place, textcoords="offset points", fontsize=8, color="0.4", annotation_clip=False, **aside
+    )
