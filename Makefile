@@ -7,6 +7,7 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
 JOBS   ?= 2
 SYSTEMS ?= 1000
 FULL   ?= 1
+unexport PYTHONDONTWRITEBYTECODE  # hundreds of interpreters start in the tests: without bytecode each compiles all that it imports
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Hypothesis profiles (`--hypothesis-profile=quick|full`), which tests run, and a cache of the tests' own."""
 
+import gc
 import os
 import shutil
 import tempfile
@@ -37,6 +38,17 @@ def pytest_configure(config: pytest.Config) -> None:
         folder = tempfile.mkdtemp(prefix="kane-tests-")
         os.environ["KANE_CACHE"] = folder
         config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
+
+
+def pytest_collection() -> None:
+    """No garbage is looked for while tests are collected: all that they are made of stays."""
+    gc.disable()
+
+
+def pytest_collection_finish() -> None:
+    """What stays is not looked through again, either."""
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

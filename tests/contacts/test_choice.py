@@ -20,6 +20,7 @@ from kane.contacts import (
 )
 from kane.errors import ArgumentError, ContactError
 from tests.contacts.states import dense, scene
+from tests.examples import examples
 from tests.oracles import contact_modes
 from tests.peer import require
 
@@ -115,8 +116,10 @@ def beside_cones(state):
 
 @pytest.mark.parametrize("drawn", [scene, dense])
 @pytest.mark.parametrize("d", [2, 3])
+@examples(0.42)
 @given(seed=SEEDS)
 def test_beside_a_second_route(d, drawn, seed):
+    """1,000 states by the full profile, as many again of whole models in `tests.laws.test_chosen_modes`."""
     require("clarabel")
     rng = np.random.default_rng(seed)
     for _ in range(4 if d == 2 else 2):

@@ -74,7 +74,7 @@ def test_closures_keep_the_orientation_that_they_mean(kind, tmp_path):
             kn.exchange.to_python(system(lambda k: 0.6 * a.frame.x + 0.8 * a.frame.y))
 
 
-@examples(0.4)
+@examples(0.2)
 @example(5, 5)  # a load along a frame within a joint
 @example(89, 5)
 @given(st.integers(0, 2**32), st.integers(1, 5))

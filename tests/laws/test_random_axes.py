@@ -235,7 +235,7 @@ def test_a_few_about_random_axes(check: Callable[[int], None], seed: int) -> Non
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize(
     ("check", "count"),
-    [(check_loop, 150), (check_complete, 500), (check_reaction, 300), (check_potential, 300), (check_decay, 200)],
+    [(check_loop, 60), (check_complete, 200), (check_reaction, 100), (check_potential, 100), (check_decay, 100)],
 )
 def test_many_about_random_axes(check: Callable[[int], None], count: int) -> None:
     @examples(

@@ -120,7 +120,7 @@ def test_what_rebounds_beside_one_that_rests_does_not_hop() -> None:
         assert sol.modes["c2"][-1] == "closed"
 
 
-@examples(0.3)
+@examples(0.15)
 @given(planes(), st.integers(0, 2**32), st.sampled_from(["stronge", "poisson", "newton", "moreau"]))
 def test_random_motions_are_those_that_python_decides(plane: Any, seed: int, law: str) -> None:
     eom = kn.derive(system(plane, law))

@@ -45,14 +45,31 @@ from kane.program.program import Port
 _JUMPS = {OPS["sign"], OPS["less"]}
 
 
-class Switch(NamedTuple):
-    """What bends or `jumps` in a load or inputs where `quantity` passes zero, or a direction it has not then; `smooth` is a cure."""
+@dataclass(frozen=True, eq=False)
+class Switch:
+    """What bends or `jumps` in a load or inputs where `quantity` passes zero, or a direction it has not then.
 
-    text: str
+    Its words are written where they are asked for: motions count switches more often than they tell of them.
+    """
+
+    node: Expr
     quantity: Expr
     load: str
-    smooth: str
     jumps: bool
+
+    @property
+    def text(self) -> str:
+        """The node in words."""
+        return str(self.node)
+
+    @property
+    def smooth(self) -> str:
+        """A cure."""
+        if isinstance(self.node.op, Piecewise):
+            return "take a table of kind 'cubic'"
+        if self.quantity.op is SQRT:
+            return f"divide by sqrt({cut(self.quantity.args[0])} + eps^2) with a small eps"
+        return f"write tanh(({cut(self.quantity)})/eps) with a small eps"
 
 
 def switches(eom: Equations, laws: Sequence[Expr] = ()) -> tuple[Switch, ...]:
@@ -78,16 +95,10 @@ def _switches(eom: Equations, *laws: Expr) -> tuple[Switch, ...]:
                 continue
             if is_constant_in_time([quantity]) or is_timed(quantity):
                 continue
-            if isinstance(node.op, Piecewise):
-                smooth = "take a table of kind 'cubic'"
-            elif quantity.op is SQRT:
-                smooth = f"divide by sqrt({cut(quantity.args[0])} + eps^2) with a small eps"
-            else:
-                smooth = f"write tanh(({cut(quantity)})/eps) with a small eps"
             jumping = leaps(node.op) if isinstance(node.op, Piecewise) else node.op is not DIV
-            known = found.setdefault(quantity, Switch(str(node), quantity, name, smooth, jumping))
+            known = found.setdefault(quantity, Switch(node, quantity, name, jumping))
             if jumping and not known.jumps:
-                found[quantity] = known._replace(text=str(node), smooth=smooth, jumps=True)
+                found[quantity] = replace(known, node=node, jumps=True)
     return tuple(found.values())
 
 

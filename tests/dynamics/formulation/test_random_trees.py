@@ -38,7 +38,7 @@ def agree(numbers):
 
 
 @pytest.mark.slow
-@examples(0.8, 12)
+@examples(0.4, 12)
 @given(seeds, sizes, st.booleans(), st.booleans())
 def test_trees_of_any_joints_by_any_speeds(seed, bodies, mixed, meeting):
     """Loads, inputs, driven joints; several joints at one point; speeds that are combinations of those of the joints."""

@@ -459,7 +459,7 @@ class TestSize:
 
     def test_least_recently_used_go(self, folder, monkeypatch):
         keys = self.filled(folder)
-        monkeypatch.setattr(store, "LIMIT", 4 * entry(folder, keys[0]).stat().st_size)
+        monkeypatch.setattr(store, "LIMIT", round(4.5 * entry(folder, keys[0]).stat().st_size))
         store.write(KEY, bytes(1000))
         assert self.left(folder, keys) == [2, 3, 4]
         assert store.read(KEY) is not None
@@ -468,7 +468,7 @@ class TestSize:
     def test_reading_is_use(self, folder, monkeypatch):
         keys = self.filled(folder)
         assert store.read(keys[0]) is not None
-        monkeypatch.setattr(store, "LIMIT", 3 * entry(folder, keys[0]).stat().st_size)
+        monkeypatch.setattr(store, "LIMIT", round(3.5 * entry(folder, keys[0]).stat().st_size))
         store.write(KEY, bytes(1000))
         assert self.left(folder, keys) == [0, 4]
 
@@ -482,6 +482,16 @@ class TestSize:
         monkeypatch.setattr(store, "LIMIT", 500)
         store.write(KEY, bytes(1000))
         assert store.size() == (0, 0)
+
+    def test_most_writes_look_at_no_other_entry(self, folder, monkeypatch):
+        """Nor where the folder is full: entries go many at once."""
+        looks, scandir = [], os.scandir
+        monkeypatch.setattr(store, "LIMIT", 320_000)
+        monkeypatch.setattr(os, "scandir", lambda place: looks.append(place) or scandir(place))
+        for k in range(400):
+            store.write(store.key(str(k)), bytes(1000))
+        assert len(looks) <= 250  # twice for each 64th of the limit
+        assert 0.85 * store.LIMIT < store.size()[1] <= store.LIMIT
 
     def test_limit(self):
         assert store.LIMIT == 256 * 2**20

@@ -366,17 +366,17 @@ _ROUNDING = 2.0**-50
 """Share of its terms' numbers at which a sum of them is what rounding left of zero."""
 
 Polynomial = dict[Powers, Number]
-_Known = dict[Expr, Polynomial | None]
+Expansions = dict[Expr, Polynomial | None]
 
 
-def expanded(e: Expr) -> list[Term] | None:
-    """The terms of e; None where they are many."""
-    known: _Known = {}
+def expanded(e: Expr, known: Expansions | None = None) -> list[Term] | None:
+    """The terms of e; None where they are many. `known` keeps those of its parts for other expressions."""
+    known = {} if known is None else known
     found = fold(e, known, lambda node: _of(node, known))
     return None if found is None else [(n, _with_tangents(f)) for f, n in _without_squares(found).items()]
 
 
-def _of(node: Expr, known: _Known) -> Polynomial | None:
+def _of(node: Expr, known: Expansions) -> Polynomial | None:
     """The terms of a node by those of its arguments."""
     value = constant_value(node)
     if value is not None:
@@ -409,12 +409,12 @@ def _atom(node: Expr) -> Polynomial:
     return {((node, 1),): 1}
 
 
-def _factor(node: Expr, known: _Known) -> Polynomial:
+def _factor(node: Expr, known: Expansions) -> Polynomial:
     found = known[node]
     return _atom(node) if found is None else found
 
 
-def _inverse(node: Expr, known: _Known) -> Polynomial:
+def _inverse(node: Expr, known: Expansions) -> Polynomial:
     """1/node: of a sum what its terms share is taken out first, 1/(m + I/R²) = R²/(m R² + I)."""
     below = _factor(node, known)
     if not below:
@@ -447,6 +447,8 @@ def _sum(a: Polynomial, b: Polynomial, sign: int) -> Polynomial:
 
 def _added(a: Number, b: Number) -> Number:
     """a + b, and zero where rounding alone is left."""
+    if not a:
+        return b
     total: Number = a + b
     return 0 if abs(float(total)) <= _ROUNDING * abs(float(b)) else total
 
@@ -455,14 +457,18 @@ def _polynomial_product(a: Polynomial, b: Polynomial) -> Polynomial:
     total: Polynomial = {}
     for f, n in a.items():
         for g, k in b.items():
-            powers = dict(f)
-            for x, p in g:
-                powers[x] = powers.get(x, 0) + p
-            key = _powers(powers)
+            key = _together(f, g) if f and g else f or g
             value = _added(total.pop(key, 0), times(n, k))
             if value:
                 total[key] = value
     return total
+
+
+def _together(f: Powers, g: Powers) -> Powers:
+    powers = dict(f)
+    for x, p in g:
+        powers[x] = powers.get(x, 0) + p
+    return _powers(powers)
 
 
 def _without_squares(a: Polynomial) -> Polynomial:

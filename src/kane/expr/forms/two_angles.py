@@ -13,7 +13,7 @@ from itertools import combinations
 
 from kane.expr.build import NODE_BUILDERS, add, cos, sin, sub
 from kane.expr.evaluation import free_symbols, price
-from kane.expr.forms.collect import Powers, Term, expanded, factored, ordered, terms_of
+from kane.expr.forms.collect import Expansions, Powers, Term, expanded, factored, ordered, terms_of
 from kane.expr.node import ZERO, Expr, Number, digest, postorder
 from kane.expr.ops import ADD, COS, NEG, SIN, SUB
 from kane.expr.visit import fold, imaged
@@ -28,8 +28,8 @@ def by_two_angles(roots: Sequence[Expr]) -> tuple[Expr, ...]:
     order = postorder(roots)
     if len(order) > _LARGEST or len({x.args[0] for x in order if x.op is SIN}) < 2:
         return tuple(roots)
-    found = tuple(roots)
-    for read in (_as_they_stand, _multiplied_out):
+    found, known = tuple(roots), Expansions()
+    for read in (_as_they_stand, lambda e: _multiplied_out(e, known)):
         found = min((found, _rewritten(found, read)), key=price)
     return found
 
@@ -55,9 +55,9 @@ def _as_they_stand(e: Expr) -> Expr:
     return e if paired is None else reduce(add, (factored([term]) for term in paired), ZERO)
 
 
-def _multiplied_out(e: Expr) -> Expr:
+def _multiplied_out(e: Expr, known: Expansions) -> Expr:
     """The sum with the pairs among the terms that there are when it is multiplied out, where that is shorter."""
-    terms = expanded(e)
+    terms = expanded(e, known)
     paired = None if terms is None else _paired(terms)
     if paired is None:
         return e

@@ -287,14 +287,13 @@ def verified_kernel(kernel: Kernel) -> Kernel:
 
 def without_unused(kernel: Kernel) -> Kernel:
     """The kernel without values and cells that nothing reads, and without choices and loops that do nothing."""
+    body, read = kernel.body, {*kernel.cells, kernel.result}
     while True:
-        used: set[int] = set()
-        read: set[Cell] = {kernel.result}
-        _note_uses(kernel.body, used, read)
-        body = _used(kernel.body, used, read)
-        if body == kernel.body:
-            return replace(kernel, cells=tuple(c for c in kernel.cells if c in read))
-        kernel = replace(kernel, body=body)
+        still = {kernel.result}
+        body = _used(body, set(), read, still)
+        if still == read:
+            return replace(kernel, body=body, cells=tuple(c for c in kernel.cells if c in read))
+        read = still
 
 
 def _blocks(s: Statement) -> tuple[Block, ...]:
@@ -303,41 +302,48 @@ def _blocks(s: Statement) -> tuple[Block, ...]:
     return (s.head, s.body) if isinstance(s, While) else (s.body,) if isinstance(s, Count) else ()
 
 
-def _note_uses(block: Block, used: set[int], read: set[Cell]) -> None:
-    """The numbers of the values, and the cells, that statements of a block read."""
-    for s in block:
-        operands = [operand for _, operand in _TYPES[type(s)](s)[0]]
-        if isinstance(s, CallRoutine):
-            operands = [a.offset if isinstance(a, Address) else a for a in s.arguments]
-        if isinstance(s, While):
-            operands.append(s.condition)
-        used.update(operand.number for operand in operands if isinstance(operand, Value))
-        if isinstance(s, Get):
-            read.add(s.cell)
-        for inner in _blocks(s):
-            _note_uses(inner, used, read)
+def _used(block: Block, used: set[int], read: set[Cell], still: set[Cell]) -> Block:
+    """The statements of a block that do something, where `read` are the cells that are read.
 
-
-def _used(block: Block, used: set[int], read: set[Cell]) -> Block:
-    """The statements of a block that do something."""
+    From the last one to the first, so that all that read a value come before it: `used` gets the numbers of the values that are read
+    by those which are kept, `still` the cells.
+    """
     kept: list[Statement] = []
-    for s in block:
+    for s in reversed(block):
         if isinstance(s, Compute | Read | Get) and isinstance(s.value, Value) and s.value.number not in used:
             continue
         if isinstance(s, Put) and s.cell not in read:
             continue
         if isinstance(s, If):
-            s = s._replace(then=_used(s.then, used, read), other=_used(s.other, used, read))
+            s = s._replace(then=_used(s.then, used, read, still), other=_used(s.other, used, read, still))
             if not (s.then or s.other):
                 continue
         elif isinstance(s, While):
-            s = s._replace(head=_used(s.head, used, read), body=_used(s.body, used, read))
+            body = _used(s.body, used, read, still)
+            used.update(_numbers([s.condition]))
+            s = s._replace(head=_used(s.head, used, read, still), body=body)
         elif isinstance(s, Count):
-            s = s._replace(body=_used(s.body, used, read))
+            s = s._replace(body=_used(s.body, used, read, still))
             if not s.body:
                 continue
+        elif isinstance(s, Get):
+            still.add(s.cell)
+        used.update(_numbers(_operands(s)))
         kept.append(s)
-    return tuple(kept)
+    return tuple(reversed(kept))
+
+
+def _operands(s: Statement) -> Sequence[Any]:
+    """What a statement reads, but for its blocks and the condition of a loop; of an address its offset."""
+    if isinstance(s, Compute):
+        return s.arguments
+    if isinstance(s, CallRoutine):
+        return [a.offset if isinstance(a, Address) else a for a in s.arguments]
+    return [operand for _, operand in _TYPES[type(s)](s)[0]]
+
+
+def _numbers(operands: Sequence[Any]) -> list[int]:
+    return [operand.number for operand in operands if isinstance(operand, Value)]
 
 
 def _wrong(kernel: Kernel, expected: str, got: str) -> ProgramError:

@@ -3,7 +3,8 @@
 
 An entry is one file: a line of JSON (what it is, the SHA-256 of the rest) and the object's bytes. Code is run only if folder
 and file belong to this user, nobody else can write to them, and the digest is right; anything else is a warning, and the code
-is compiled anew. Entries appear by an atomic rename; the least recently used go when all together exceed `LIMIT`.
+is compiled anew. Entries appear by an atomic rename; the least recently used go when all together exceed `LIMIT`, by as much as
+processes write between two looks at the folder at most.
 
 The environment variable KANE_CACHE names the folder; "off" turns the cache off.
 """
@@ -28,6 +29,13 @@ _PART = _SUFFIX + ".part"
 _READ = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0)  # a pipe of that name is not waited for
 _ABANDONED = 3600.0
 """Seconds after which a half-written entry is taken to be one of a process that has died."""
+_UNSEEN = 1 / 64
+"""The share of `LIMIT` that a process writes before it looks again at what others wrote: a look at thousands of entries takes longer
+than a small system's compilation."""
+_ROOM = 1 / 16
+"""The share of `LIMIT` that is made free where entries go, so that the next ones need no look."""
+_seen: dict[Path, tuple[int, int]] = {}
+"""Of each folder the bytes of its entries when this process looked last, and those that it has written since."""
 
 
 def key(*parts: str) -> str:
@@ -97,13 +105,13 @@ def write(name: str, image: bytes) -> None:
         handle, temporary = tempfile.mkstemp(dir=place, suffix=_PART)
         try:
             with os.fdopen(handle, "wb") as file:
-                file.write(_head(name, image) + b"\n" + image)
+                written = file.write(_head(name, image) + b"\n" + image)
             os.replace(temporary, place / (name + _SUFFIX))
         except BaseException:
             with contextlib.suppress(OSError):
                 os.unlink(temporary)
             raise
-        _shrink(place)
+        _shrink(place, written)
     except OSError as error:
         warn(f"Expected to write to the cache folder {place}, got {error.strerror or error}. {_CURE}")
 
@@ -177,24 +185,35 @@ def _owner(status: os.stat_result) -> str:
 def _files(place: Path, suffix: str) -> list[tuple[float, int, Path]]:
     """(last use, bytes, path) of each file with that suffix."""
     status = []
-    for path in place.glob("*" + suffix):
-        with contextlib.suppress(OSError):  # another process may have removed it
-            info = path.lstat()
-            if stat.S_ISREG(info.st_mode):
-                status.append((info.st_mtime, info.st_size, path))
+    with contextlib.suppress(OSError), os.scandir(place) as entries:
+        for entry in entries:
+            if not entry.name.endswith(suffix):
+                continue
+            with contextlib.suppress(OSError):  # another process may have removed it
+                info = entry.stat(follow_symlinks=False)
+                if stat.S_ISREG(info.st_mode):
+                    status.append((info.st_mtime, info.st_size, place / entry.name))
     return status
 
 
-def _shrink(place: Path) -> None:
+def _shrink(place: Path, written: int) -> None:
+    """Keep within `LIMIT` after a write; most writes need no look at the folder."""
+    total, since = _seen.get(place, (LIMIT, 0))
+    since += written
+    _seen[place] = total, since
+    if total + since <= LIMIT and since <= _UNSEEN * LIMIT:
+        return
     _sweep(place)
     entries = sorted(_files(place, _SUFFIX), key=lambda e: e[0])
-    excess = sum(size for _, size, _ in entries) - LIMIT
-    for _, size, path in entries:
-        if excess <= 0:
-            return
-        with contextlib.suppress(OSError):
-            path.unlink(missing_ok=True)
-            excess -= size
+    total = sum(size for _, size, _ in entries)
+    if total > LIMIT:
+        for _, size, path in entries:
+            if total <= (1 - _ROOM) * LIMIT:
+                break
+            with contextlib.suppress(OSError):
+                path.unlink(missing_ok=True)
+                total -= size
+    _seen[place] = total, 0
 
 
 def _sweep(place: Path) -> None:
