@@ -519,7 +519,8 @@ def coin(drilling: float = 0.0) -> kn.Equations:
     mu, static = kn.parameter("mu", 0.2), kn.parameter("mu_s", 0.2)
     free = kn.free("coin", O, N, orientation="angles", sequence="zxz", velocity="parent", child="B")
     B, m = free.frame, 0.0075
-    inertia = kn.inertia(B, *[m * COIN**2 / 4] * 2, m * COIN**2 / 2)
+    across = m * COIN**2 / 4
+    inertia = kn.inertia(B, across, across, m * COIN**2 / 2)
     body = kn.RigidBody("coin", frame=B, mass_center=free.point, mass=m, inertia=inertia)
     edge = kn.joints.disk_on_plane("table", B, free.point, O, axis=B.z, radius=COIN, normal=N.z)
     contacts = [kn.contact(edge, mu, static=static)]

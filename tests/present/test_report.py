@@ -9,6 +9,7 @@ import json
 import re
 import zlib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -308,9 +309,8 @@ def test_primes_in_names_are_no_dots(tmp_path) -> None:
     sol = kn.simulate(eom, (0, 1), q=[0], u=[1])
     page = Page(kn.report(eom, tmp_path / "r.html", solution=sol, why=False).read_text(encoding="utf-8"))
     formulas = [f for some in page.math.values() for f in some]
-    formulas += [e._repr_html_() for e in (eom, eom.system)] + [
-        e._repr_latex_() for e in (eom.accelerations, eom.rates)
-    ]
+    shown: list[Any] = [eom.accelerations, eom.rates]
+    formulas += [e._repr_html_() for e in (eom, eom.system)] + [e._repr_latex_() for e in shown]
     bare = [f for f in formulas if re.search(r"dot\{[xwR]\}(?!\^\{\\prime\})", f)]
     assert bare == []
     assert r"{\dot{w}^{\prime}}" in " ".join(formulas)
