@@ -118,3 +118,59 @@ def test_the_page_runs_the_motion_to_the_same_bits(name, tmp_path):
             assert len(bars) >= 2
             assert all(bars)
             assert said == []
+
+
+@pytest.mark.slow
+def test_the_page_goes_from_mode_to_mode(tmp_path):
+    """A mass that sticks and slips: bits, what is read in each mode, and the strip of modes are those of the motion by Python."""
+    sol = simulated("mass_on_belt", 4.0)
+    kn.report(sol.equations, tmp_path / "report.html", solution=sol)
+    settings = kn.Settings(contract=False)
+    with chromium(*GL) as browser:
+        page = browser.new_page(viewport={"width": 1280, "height": 900}, reduced_motion="reduce")
+        said: list[str] = []
+        page.on("console", lambda m: said.append(m.text))
+        page.on("pageerror", lambda e: said.append(str(e)))
+        visit(page, tmp_path / "report.html")
+        until(page, "!!document.querySelector('.first').first")
+        page.locator('.slider input[data-name="k"]').press("ArrowRight")
+        first = "document.querySelector('.first').first"
+        until(page, f"!!{first}.motion")
+        k, code = page.evaluate(f"[{first}.parameters.k, {first}.motion.code]")
+        start = {**model_of("mass_on_belt").start, "parameters": {"k": k}}
+        given = {"samples": 601, "method": "dop853", "settings": settings, **start}
+        for _ in range(2):  # the second time its kernels know the modes
+            again = kn.simulate(sol.equations, (0, 4.0), **given)
+        shown = np.reshape(page.evaluate(f"Array.from({first}.motion.states)"), (601, -1))
+        times = np.array(page.evaluate(f"Array.from({first}.motion.times)"))
+        at = [i for i, t in enumerate(again.t) if t in times and np.count_nonzero(again.t == t) == 1]
+        assert code == "END"
+        assert len(at) > 590
+        np.testing.assert_array_equal(shown[np.searchsorted(times, again.t[at]), :-1], again.states[at])
+        modes = page.evaluate(f"{first}.motion.modes.map(({{t, words}}) => [t, words[0]])")
+        assert modes == [[t, words["belt"]] for t, words in again.mode_history]
+        assert page.locator(".modes .strip").get_attribute("style").count("%") == 2 * len(modes)
+        screen = screen_of(sol)
+        exprs = [q.expr for row in screen.rows for _, q in row.terms]
+        wanted = np.array([np.broadcast_to(v, again.t.shape) for v in again[exprs]])[:, at]
+        rows = np.reshape(page.evaluate(f"Array.from({first}.viewer.sources[0].rows)"), (601, -1))
+        numbers = [n for row in screen.rows for n, _ in row.terms]
+        found = rows[:, page.evaluate(f"{first}.begin") + np.array(numbers)][np.searchsorted(times, again.t[at])]
+        np.testing.assert_allclose(found.T, wanted, rtol=1e-12, atol=1e-12)
+        assert said == []
+
+
+def test_a_report_derives_the_mode_in_which_a_motion_begins(tmp_path):
+    sol = simulated("skidding_disk", 0.2)
+    text = kn.report(sol.equations, tmp_path / "report.md", solution=sol).read_text(encoding="utf-8")
+    assert "Derived here is the mode in which the motion begins: ground slip." in text
+    assert r"\mu_{k}" in text.split("Generalized active forces")[1].split("Generalized inertia forces")[0]
+
+
+@pytest.mark.parametrize("name", ["mass_on_belt", "newtons_cradle"])
+def test_a_mode_in_which_nothing_moves_or_nothing_acts_is_reported(name, tmp_path):
+    """As of a mass that sticks to a belt, or free balls: in both formats the chapter on other methods leaves out what is zero throughout."""
+    sol = simulated(name, 0.05)
+    for ending in (".tex", ".md"):
+        text = kn.report(sol.equations, tmp_path / f"report{ending}", solution=sol).read_text(encoding="utf-8")
+        assert "Kane's method" in text

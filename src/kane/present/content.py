@@ -34,7 +34,8 @@ from kane.write.latex import symbol_latex
 class Content:
     """What every writer of reports takes; `tables` are those of the solution, where there is one.
 
-    Of a motion with contacts `eom` are the equations of its first `mode`, and what is drawn is that; `moving` has no mode.
+    Of a motion with contacts `eom` are the equations of its first `mode`, and so are the loads that a sketch shows where no gap
+    may open; `moving` has no mode.
 
     `other_methods` is the chapter on other methods, where there is one, `sections` are those on small motions, `notes` what `report`
     was given.
@@ -96,12 +97,14 @@ def content_of(
     shapes, whole = tuple(shapes), eom
     if solution is not None and eom.system.contacts and not eom.system.modes:
         eom = solution.samples[0]
-    seen = scene(eom, shapes)
+    moving = scene(whole, shapes)
+    # loads and reactions of a mode are drawn, but not one whose closed gaps leave few poses to draw
+    seen = moving if eom is whole or any(c.gap is not None for c in whole.system.contacts) else scene(eom, shapes)
     return Content(
         title=title or tr("Equations of motion: %(bodies)s", bodies=", ".join(b.name for b in eom.system.bodies)),
         eom=eom,
         seen=seen,
-        moving=seen if eom is whole else scene(whole, shapes),
+        moving=moving,
         mode=_mode(whole, eom) if eom is not whole else "",
         summary=_summary(eom),
         declared=declared_tables(eom, solution.parameters if solution is not None else None),

@@ -145,6 +145,9 @@ def _found(eom: Equations, other: Formulation) -> Iterator[str]:
     if balances and balances[0][2] == "0":
         return
     values = measured([q.expr for q in shares], at)
+    largest = float(np.abs(values).max(initial=0.0))
+    if not largest > 0:  # nothing moves, or nothing acts
+        return
     groups = [q.group for q in shares]
     left = max(float(np.abs(values[:, [g == group for g in groups]].sum(axis=1)).max()) for group in set(groups))
     words = tr(" and ").join(_largest(forces, at))
@@ -152,7 +155,7 @@ def _found(eom: Equations, other: Formulation) -> Iterator[str]:
     yield acting + tr(
         r"In $F_r + F^*_r$ with Lagrange's $\dot{u}$ they leave %(left)s of the largest term: the partial velocities take them out "
         "before anything is solved.",
-        left=f"{left / float(np.abs(values).max()):.1e}",
+        left=f"{left / largest:.1e}",
     )
 
 

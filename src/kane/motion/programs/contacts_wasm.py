@@ -7,6 +7,7 @@ be collected. A mode that the module does not have, and what Python would decide
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from functools import cache
 from typing import NamedTuple, cast
 
@@ -100,7 +101,8 @@ def contacts_module(compiled: Compiled, method: str, samples: int, wanted: Seque
     if any(e.then is not None for e in eom.system.events):
         raise ProgramError("Expected contacts beside which no event acts, got one that does: simulate here.")
     modes = modes_of(compiled, method, wanted, 0 if wanted else MODES)
-    touch = eom.numeric(compiled.settings).routine(contact_numbers).flat.program
+    exact = replace(compiled.settings, contract=False)
+    touch = eom.numeric(exact).routine(contact_numbers).flat.program
     programs = [motion_program(one.compiled, parts_of(one.equations), contract=False) for one in modes]
     module, tables = Module(library([touch, *programs])), structure(eom)
     memory = _shared(module, touch, eom, tables, samples, INTEGRATORS[method].work(tables["n"]))

@@ -188,7 +188,9 @@ def _equations(shown: Sequence[DisplayedFormula], rename: _Rename) -> Iterator[F
 
 
 def _table(table: PageTable, rename: _Rename = str) -> Iterator[Piece]:
-    """A table under its title."""
+    """A table under its title; nothing where there are no rows."""
+    if not table.rows:
+        return
     if table.title:
         yield Heading(2, table.title)
     cells: Callable[[Cell], Cell] = lambda cell: Tex(rename(cell.source)) if isinstance(cell, Tex) else cell  # noqa: E731
