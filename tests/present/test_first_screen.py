@@ -169,7 +169,7 @@ def test_a_report_derives_the_mode_in_which_a_motion_begins(tmp_path):
 
 @pytest.mark.parametrize("name", ["mass_on_belt", "newtons_cradle"])
 def test_a_mode_in_which_nothing_moves_or_nothing_acts_is_reported(name, tmp_path):
-    """As of a mass that sticks to a belt, or free balls: in both formats the chapter on other methods leaves out what is zero throughout."""
+    """As of a mass that sticks to a belt, or free balls: the chapter on other methods leaves out what is zero throughout."""
     sol = simulated(name, 0.05)
     for ending in (".tex", ".md"):
         text = kn.report(sol.equations, tmp_path / f"report{ending}", solution=sol).read_text(encoding="utf-8")
