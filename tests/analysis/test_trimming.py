@@ -232,3 +232,21 @@ def test_masses_that_hang_on_springs(links, units):
     weights = np.cumsum([g * m for _, m in links[::-1]])[::-1]
     for point in (kn.equilibrium(eom), kn.trim(eom)):
         np.testing.assert_allclose([point[c] for c in x], weights / [k for k, _ in links], rtol=1e-9)
+
+
+def test_contacts_that_are_closed_are_said():
+    """Equations of no mode have no force of contacts: a warning where one is closed, none of a stop that is open, none in a mode."""
+    x, u = kn.coordinate("x"), kn.speed("u")
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    P = O.at("P", x * N.x)
+    stop = kn.joints.stop("wall", x + 1)
+    system = kn.System(
+        N, bodies=[kn.Particle("A", P, 1.0)], speeds={u: x.dt}, loads=[kn.Force(P, -x * N.x)], contacts=[stop]
+    )
+    eom = kn.derive(system)
+    assert kn.trim(eom).q[x] == 0
+    with pytest.warns(kn.KaneWarning, match="Expected contacts that are open, got 'wall' closed"):
+        kn.linearize(eom, q=[-1], u=[0], steady=False)
+    held = kn.derive(system.in_modes({"wall": "stick"}))
+    assert kn.trim(held, q=[-1]).q[x] == -1

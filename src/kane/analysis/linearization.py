@@ -21,7 +21,7 @@ from kane.analysis.local import Outputs, outputs_of
 from kane.analysis.many.linearized import Routes, linearized
 from kane.analysis.many.poses import Poses, poses
 from kane.analysis.one_sided import Piece
-from kane.analysis.operating_point import arrays_at, state_from, warn_of_beams
+from kane.analysis.operating_point import arrays_at, state_from, warn_of_beams, warn_of_contacts
 from kane.analysis.perturbations import FreePart, by_free_part, perturbations, spread, tangents, turning_rates
 from kane.analysis.state_checks import StateArrays, misses
 from kane.dynamics.constraints.partition import choose
@@ -184,6 +184,7 @@ def linearize(
     )
     if isinstance(linear, Linear):
         warn_of_beams(eom, [linear.point])
+        warn_of_contacts(eom, [linear.point])
     return linear
 
 

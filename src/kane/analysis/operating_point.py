@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Operating points: complete values on the constraints, as arrays and as a `State`; beams that spin too fast there."""
+"""Operating points: complete values on the constraints, as arrays and as a `State`; beams that spin too fast there, closed contacts."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,12 +16,13 @@ from kane.equations.equations import Equations
 from kane.equations.state import GROUPS, State
 from kane.errors import warn
 from kane.expr.node import Expr
+from kane.expr.regular import size
 from kane.model.beams.beam import Beam, across, doubts
 from kane.numeric.arrays import Array
 from kane.numeric.newton import improved
 from kane.numeric.rank import least_squares, of_unit_length, row_sizes
 from kane.numeric.sampling import finite_number, named_values
-from kane.numeric.scale import LAST_DIGIT
+from kane.numeric.scale import GIVEN, LAST_DIGIT
 
 _ROUNDS = 4
 """Steps at most."""
@@ -70,9 +71,9 @@ def closed(numeric: Numeric[Equations], state: StateArrays) -> StateArrays:
         return x, values_at(run, replace(state, x=x))
 
     start = of_unit_length(state.x, perturbed.sets), values
-    size = row_sizes(values.matrix[:n, :n], values.constraints(n)[: len(values.configuration)])
-    limit = LAST_DIGIT * (values.configuration_terms / size).max(initial=0)
-    x, values = improved(start, lambda at: np.abs(at[1].configuration / size).max(initial=0), closer, limit, _ROUNDS)
+    sizes = row_sizes(values.matrix[:n, :n], values.constraints(n)[: len(values.configuration)])
+    limit = LAST_DIGIT * (values.configuration_terms / sizes).max(initial=0)
+    x, values = improved(start, lambda at: np.abs(at[1].configuration / sizes).max(initial=0), closer, limit, _ROUNDS)
     if values.motion.any():
         eom.evaluate(list(eom.speeds), state_from(eom, replace(state, x=x)))  # says which constraints they miss
     if len(values.motion):
@@ -92,3 +93,21 @@ def warn_of_beams(eom: Equations, points: Sequence[State]) -> None:
         values = dict[Expr, float](points[fastest].parameters.items())
         for said, category in doubts(beam, spins[fastest], values):
             warn(said, category)
+
+
+def warn_of_contacts(eom: Equations, points: Sequence[State]) -> None:
+    """Warn of contacts that are closed in some of these states: equations of no mode are those without their forces."""
+    contacts = () if eom.system.modes else eom.system.contacts
+    closed = [c for c in contacts if c.gap is None or any(_touches(eom, c.gap.expr, p) for p in points)]
+    if closed:
+        names = ", ".join(repr(c.name) for c in closed)
+        warn(
+            f"Expected contacts that are open, got {names} closed, whose forces are left out. Take the equations of a mode: "
+            f"kn.derive(eom.system.in_modes({{{closed[0].name!r}: 'stick'}}))."
+        )
+
+
+def _touches(eom: Equations, gap: Expr, point: State) -> bool:
+    """Whether a gap is none but for rounding of what was given."""
+    g, terms = eom.evaluate([gap, size(gap, {})], point)
+    return bool(g <= GIVEN * terms)

@@ -16,7 +16,7 @@ from kane import expect
 from kane.analysis.differentiable import Side
 from kane.analysis.linear import Linear
 from kane.analysis.linearization import Linearizer, linearizer
-from kane.analysis.operating_point import closed, state_from, warn_of_beams
+from kane.analysis.operating_point import closed, state_from, warn_of_beams, warn_of_contacts
 from kane.analysis.trimming import Measured, Problem, null_space, problem, solve_problem, undetermined
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations, check_equations
@@ -229,6 +229,7 @@ def continuation(
         path = curve.follow(y, wanted / unknowns.columns[-1], max_points, unknowns.last)
         branch = _branch(unknowns, curve, path, linearizer(eom, outputs=outputs, settings=settings), independent)
     warn_of_beams(eom, branch.points)
+    warn_of_contacts(eom, branch.points)
     return branch
 
 

@@ -18,7 +18,7 @@ from kane.analysis.linearization import choice_of
 from kane.analysis.local import Slopes, Values, all_switches, coded, quick_solver, slopes_at, solver, values_at
 from kane.analysis.many.poses import Poses, poses
 from kane.analysis.many.trimmed import Followed, Routes, trimmed
-from kane.analysis.operating_point import closed, state_from
+from kane.analysis.operating_point import closed, state_from, warn_of_contacts
 from kane.analysis.perturbations import Perturbations, perturbations
 from kane.analysis.state_checks import StateArrays, entries, open_shares
 from kane.dynamics.constraints.manifold import branches, turned_closures
@@ -380,7 +380,9 @@ def trim(
         expect.none(undetermined(task, x, task.missing), expected, came, cure, error=ValueMissingError)
         arrays = closed(numeric, task.conditions.state(x))
         warn_of_jumps(numeric, arrays, tolerance)
-        return state_from(eom, arrays)
+        found = state_from(eom, arrays)
+        warn_of_contacts(eom, [found])
+        return found
 
 
 def _of_many(many: Poses, numeric: Numeric[Equations], options: tuple[Sequence[Any], Sequence[Any], float]) -> Any:
