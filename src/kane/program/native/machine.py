@@ -31,7 +31,7 @@ _OPTIONS = {"opt": 2, "reloc": "pic", "codemodel": "small" if sys.platform == "l
 _LONG = 200_000
 """Characters of a text from which on LLVM selects and schedules by its level 1: a third sooner, and as fast code."""
 _INLINING = ("always_inliner",)
-"""LLVM's passes over a Program: sine and cosine go where they are called; no other finds anything (docs/develop/decisions.md)."""
+"""LLVM's passes over a Program: sine and cosine go where they are called; no other has anything to find (docs/develop/decisions.md)."""
 _IMPROVING = (*_INLINING, "sroa", "instruction_combine", "simplify_cfg", "new_gvn", "simplify_cfg")
 """Over a kernel, which has loops and cells: the few that make its steps as fast as a level of LLVM's does, in half the time."""
 
