@@ -30,10 +30,6 @@ _OPTIONS = {"opt": 2, "reloc": "pic", "codemodel": "small" if sys.platform == "l
 """On Linux a module's numbers are linked beside its code, in reach of an offset; else each of their addresses is loaded."""
 _LONG = 200_000
 """Characters of a text from which on LLVM selects and schedules by its level 1: a third sooner, and as fast code."""
-_INLINING = ("always_inliner",)
-"""LLVM's passes over a Program: sine and cosine go where they are called; no other has anything to find (docs/develop/decisions.md)."""
-_IMPROVING = (*_INLINING, "sroa", "instruction_combine", "simplify_cfg", "new_gvn", "simplify_cfg")
-"""Over a kernel, which has loops and cells: the few that make its steps as fast as a level of LLVM's does, in half the time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,7 +194,7 @@ class Library:
 
 def compile_text(text: str, on: Processor, symbols: Sequence[str], cached: bool = True, loops: bool = False) -> Library:
     """The library of an LLVM module, from the cache where it is there; `loops` says that there is something for LLVM to improve."""
-    options = [*(f"{name}={value}" for name, value in _options(text).items()), *(_IMPROVING if loops else ())]
+    options = [*(f"{name}={value}" for name, value in _options(text).items()), *(["loops"] if loops else [])]
     key = store.key(text, on.triple, on.cpu, on.features, *options, *versions())
     image = store.read(key) if cached else None
     if image is not None:
@@ -242,18 +238,24 @@ def object_code(text: str, on: Processor, loops: bool = False) -> bytes:
                 machine = llvm.Target.from_triple(on.triple).create_target_machine(
                     cpu=on.cpu, features=on.features, **_options(text)
                 )
-                _pass(llvm, machine, module, _IMPROVING if loops else _INLINING)
+                (_improve if loops else _inline)(llvm, machine, module)
                 return bytes(machine.emit_object(module))
         except RuntimeError as error:
             raise ProgramError(f"Expected text that LLVM reads and compiles for {on.cpu}, got: {error}") from error
 
 
-def _pass(llvm: Any, machine: Any, module: Any, names: Sequence[str]) -> None:
+def _inline(llvm: Any, machine: Any, module: Any) -> None:
+    """Sine and cosine go where they are called; no other pass has anything to find (docs/develop/decisions.md)."""
     builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=0))
     passes = llvm.create_new_module_pass_manager()
-    for name in names:
-        getattr(passes, f"add_{name}_pass")()
+    passes.add_always_inliner_pass()
     passes.run(module, builder)
+
+
+def _improve(llvm: Any, machine: Any, module: Any) -> None:
+    """Loops and what is kept in cells: LLVM's usual passes, which change no rounding; higher levels gain nothing."""
+    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=1))
+    builder.getModulePassManager().run(module, builder)
 
 
 @cache
