@@ -216,6 +216,9 @@ def test_pictures(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings(
+    "ignore:os.fork:RuntimeWarning", "ignore::pytest.PytestUnraisableExceptionWarning"
+)  # beside JAX
 def test_a_video_plays(tmp_path):
     """Decoded again: size, rate, duration and number of pictures, and the pictures that were drawn."""
     ffmpeg = require("imageio_ffmpeg")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Operating points: complete values on the constraints, as arrays and as a `State`; beams that spin too fast there, closed contacts."""
+"""Operating points: complete values on the constraints, as arrays and as a `State`; too fast beams, closed contacts."""
 
 from collections.abc import Sequence
 from dataclasses import replace

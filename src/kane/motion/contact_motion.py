@@ -412,8 +412,10 @@ class ContactMotion:
         slips = kind == "slips" and not hits
         begun = self._begins_to_slip(now, i, t, x, friction, sliding) if slips else []
         decided = self.decide(t, x, closed, sliding, friction, now.modes)
-        if begun := [n for n in begun if decided.modes[n].straight and len(self.contacts[n].slips) > 1]:
-            return *self._under_way(touch, x, decided, begun), t
+        begun = [n for n in begun if decided.modes[n].straight and len(self.contacts[n].slips) > 1]
+        under_way = None if stand else self._under_way(touch, x, decided, begun)
+        if under_way is not None:
+            return *under_way, t
         if kind == "sticks" and not hits and not decided.modes[i].slips and sliding.any():
             x, sliding = self._consistent(t, x, closed, sliding)
             touch = self.touch(t, x)
@@ -528,12 +530,17 @@ class ContactMotion:
         found[closed] = touch.choose(closed, sliding, touch.numbers.laws[:, 0] * (1 + SIX_DIGITS)).forces.reshape(-1, d)
         return found
 
-    def _under_way(self, touch: Touch, x: Array, decided: Decided, begun: Sequence[int]) -> tuple[Array, Decided]:
+    def _under_way(
+        self, touch: Touch, x: Array, decided: Decided, begun: Sequence[int]
+    ) -> tuple[Array, Decided] | None:
         """The least slip of contacts that begin to slip against a force of friction that they keep, and their modes with it.
 
         From zero on it grows as t², its acceleration being none, and turns with the friction before, A (F − F₀) = s': against F to the
-        first order in t, whatever A is. Along a straight line with an F that does not turn it might go back.
+        first order in t, whatever A is. Along a straight line with an F that does not turn it might go back. None where there is no
+        such slip: others that stick keep a contact from it.
         """
+        if not begun or stands(self.contacts, decided.modes):
+            return None
         slips, modes = self.none.copy(), list(decided.modes)
         for n in begun:
             gained = STARTS * (self.span[1] - self.span[0]) * self._gains(decided, n)
@@ -541,8 +548,12 @@ class ContactMotion:
             modes[n] = modes[n].slipping(straight=False)
         closed = [n for n, m in enumerate(modes) if m is not ContactMode.SEPARATED]
         stuck = [n for n in closed if n in begun or not modes[n].slips]
+        change = touch.held(closed, stuck, slips)
+        came = (touch.velocity + touch.rows[:, : touch.width] @ change).reshape(-1, self.layout.d)[:, 1:]
+        if np.abs(came - slips)[stuck].max() > SIX_DIGITS * np.abs(slips).max():
+            return None
         after = x.copy()
-        after[self.q : self.q + touch.width] += touch.held(closed, stuck, slips)
+        after[self.q : self.q + touch.width] += change
         return after, replace(decided, modes=tuple(modes), stiff=True)
 
     def _begins_to_slip(self, now: Decided, i: int, t: float, x: Array, friction: Array, sliding: Array) -> list[int]:

@@ -91,13 +91,13 @@ for (const font of document.fonts) font.load(); // printing opens what is folded
 
 // What scrolls sideways can be reached by keyboard, unless something within it can.
 const fits = new ResizeObserver((boxes) => {
-  for (const { target } of boxes) {
+  for (const target of new Set(boxes.map((box) => box.target.closest(".formula, .scroll")))) {
     const scrolls = target.scrollWidth > target.clientWidth && !target.querySelector("[tabindex]");
     if (scrolls) target.tabIndex = 0;
     else target.removeAttribute("tabindex");
   }
 });
-for (const box of document.querySelectorAll(".formula, .scroll")) fits.observe(box);
+for (const box of document.querySelectorAll(".formula, .scroll, .scroll > table")) fits.observe(box);  // what is within grows by itself
 
 // Definitions on demand
 
