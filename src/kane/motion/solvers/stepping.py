@@ -214,12 +214,6 @@ def _step(solver: Any) -> str | None:
             return _NESTED if _refused(solver) else message
     except (ValueError, np.linalg.LinAlgError) as error:  # the implicit methods' linear algebra on NaN
         return str(error)
-    except RuntimeError as error:
-        if (
-            type(error).__name__ != "IntegratorConcurrencyError"
-        ):  # how SciPy before 1.17 says it; the class is not public
-            raise
-        return _NESTED
 
 
 def _refused(solver: Any) -> bool:
