@@ -37,7 +37,8 @@ def test_a_ball_that_would_go_a_little_below_the_floor_hits_it_at_each_swing(bal
         t += 2 * np.pi - 2 * np.arctan(v)
     assert len(expected) == 3
     found = [(j.t, -j.changes[ball.speeds[0]][0]) for j in sol.jumps]
-    np.testing.assert_allclose(found, expected, rtol=0, atol=4e-13 / np.sqrt(deep))
+    # what tolerances leave of the depth turns times by as much over the speed
+    np.testing.assert_allclose(found, expected, rtol=0, atol=4e-12 / np.sqrt(deep))
     assert sol["y"].min() > -1e-13
 
 

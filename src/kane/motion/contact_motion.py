@@ -412,9 +412,7 @@ class ContactMotion:
         slips = kind == "slips" and not hits
         begun = self._begins_to_slip(now, i, t, x, friction, sliding) if slips else []
         decided = self.decide(t, x, closed, sliding, friction, now.modes)
-        begun = [n for n in begun if decided.modes[n].straight and len(self.contacts[n].slips) > 1]
-        under_way = None if stand else self._under_way(touch, x, decided, begun)
-        if under_way is not None:
+        if begun and not stand and (under_way := self._under_way(touch, x, decided, begun)):
             return *under_way, t
         if kind == "sticks" and not hits and not decided.modes[i].slips and sliding.any():
             x, sliding = self._consistent(t, x, closed, sliding)
@@ -539,6 +537,7 @@ class ContactMotion:
         first order in t, whatever A is. Along a straight line with an F that does not turn it might go back. None where there is no
         such slip: others that stick keep a contact from it.
         """
+        begun = [n for n in begun if decided.modes[n].straight and len(self.contacts[n].slips) > 1]
         if not begun or stands(self.contacts, decided.modes):
             return None
         slips, modes = self.none.copy(), list(decided.modes)
