@@ -97,7 +97,7 @@ def warn_of_beams(eom: Equations, points: Sequence[State]) -> None:
 
 def warn_of_contacts(eom: Equations, points: Sequence[State]) -> None:
     """Warn of contacts that are closed in some of these states: equations of no mode are those without their forces."""
-    contacts = () if eom.system.modes else eom.system.contacts
+    contacts = eom.system.contacts if eom.system.modes_change else ()
     closed = [c for c in contacts if c.gap is None or any(_touches(eom, c.gap.expr, p) for p in points)]
     if closed:
         names = ", ".join(repr(c.name) for c in closed)

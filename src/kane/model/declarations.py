@@ -460,6 +460,11 @@ class Declarations(Immutable):
     contacts: tuple[Any, ...] = ()
     modes: tuple[Any, ...] = ()
 
+    @property
+    def modes_change(self) -> bool:
+        """Whether contacts change along a motion what holds: it is not the system in one mode of theirs."""
+        return bool(self.contacts) and not self.modes
+
 
 def places(
     inertial: Frame,

@@ -605,7 +605,7 @@ def _told(contacts: Sequence[Any], order: Sequence[int], modes: Sequence[Mode]) 
 
 def run_over_time(eom: Equations) -> Callable[..., Solution]:
     """What runs motions of equations."""
-    return run_with_contacts if eom.system.contacts and not eom.system.modes else run
+    return run_with_contacts if eom.system.modes_change else run
 
 
 def run_with_contacts(

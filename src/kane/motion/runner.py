@@ -152,7 +152,7 @@ def is_plain(stepper: Stepper, method: Method) -> bool:
     eom = stepper.eom
     return (
         method.name in INTEGRATORS
-        and (not eom.system.contacts or bool(eom.system.modes))
+        and not eom.system.modes_change
         and not unheld(stepper)
         and not (is_constrained(eom) and INTEGRATORS[method.name].implicit)
         and not (bool(eom.events) and (eom.numeric().value(asks) or asks_for(stepper.now)))

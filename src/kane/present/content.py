@@ -95,7 +95,7 @@ def content_of(
     check_small_motions(eom, linearization, root_locus)
     told = [_in_language(check, solution) for check in checks]
     shapes, whole = tuple(shapes), eom
-    if solution is not None and eom.system.contacts and not eom.system.modes:
+    if solution is not None and eom.system.modes_change:
         eom = solution.samples[0]
     moving = scene(whole, shapes)
     # loads and reactions of a mode are drawn, but not one whose closed gaps leave few poses to draw

@@ -26,7 +26,7 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Input, Parameter, Symbol, rate
 from kane.model.contact_modes import in_mode
 from kane.motion.inputs.functions import constant
-from kane.motion.programs.contacts_wasm import modes_of
+from kane.motion.programs.contacts_wasm import contacts_module, modes_of
 from kane.motion.programs.simulator_wasm import emit_simulator_wasm
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
@@ -125,8 +125,7 @@ def screen_of(solution: Solution, drawn: Scene | None = None) -> FirstScreen:
     numbered = list(enumerate(values))
     shown_rows, folded = _rows(animation.courses[0].motion, shown, found is not None)
     plots = tuple(_plots(numbered))
-    words = live["colours"] if live and "colours" in live else ()
-    part, packed = animation.part(extra=row, words=words), Markup(as_json(data))
+    part, packed = animation.part(extra=row, words=(live or {}).get("colours", ())), Markup(as_json(data))
     return FirstScreen(part, found is not None, shown_rows, folded, plots, sliders, packed, still)
 
 
@@ -272,11 +271,11 @@ def _live(
 def _modules(solution: Solution, exprs: Sequence[Expr]) -> tuple[bytes, bytes, dict[str, Any]]:
     """What runs the motion, what reads expressions along it, and of contacts the colours of what they do."""
     eom, compiled = solution.equations, solution.equations.compile()
-    if not eom.system.contacts or eom.system.modes:
+    if not eom.system.modes_change:
         return emit_simulator_wasm(compiled, METHOD, samples=SAMPLES), emit_wasm(_reader(eom, exprs)), {}
     own = tuple(dict.fromkeys(one.system.modes for one in solution.samples))
     modes = modes_of(compiled, METHOD, own, _MODES)
-    run = emit_simulator_wasm(compiled, METHOD, SAMPLES, [one.modes for one in modes])
+    run = contacts_module(compiled, modes, METHOD, SAMPLES)
     readers = [_reader(one.equations, in_mode(eom.system.contacts, one.modes, exprs)) for one in modes]
     words = {m.word(c) for one in modes for m, c in zip(one.modes, eom.system.contacts, strict=True)}
     return (

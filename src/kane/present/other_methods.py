@@ -66,7 +66,7 @@ _HEAD = (
 
 def is_small(eom: Equations) -> bool:
     """Whether the chapter takes no time to speak of."""
-    return eom.operations.total <= _LARGEST and bool(eom.system.modes or not eom.system.contacts)
+    return eom.operations.total <= _LARGEST and not eom.system.modes_change
 
 
 def why_kane(eom: Equations) -> WhyKane:

@@ -7,8 +7,6 @@ be collected. A mode that the module does not have, and what Python would decide
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
-from functools import cache
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -33,8 +31,8 @@ from kane.motion.hybrid.contact_tables import (
     structure,
     symbols,
 )
-from kane.motion.programs.simulator_parts import checked, motion_program, parts_of
-from kane.motion.programs.wasm_memory import Memory, bind, call, load, one_of, rates_of, tells
+from kane.motion.programs.simulator_parts import Part, checked, motion_program, parts_of
+from kane.motion.programs.wasm_memory import Memory, bind, call, load, one_of, stepping, tells
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given
 from kane.motion.steppers.begin import begin_kernel
@@ -45,6 +43,7 @@ from kane.motion.steppers.watched import rooms
 from kane.numeric.arrays import Array
 from kane.program.emit.wasm import add_program, library
 from kane.program.emit.wasm_module import F64, I32, Function, Module, leb, place, read
+from kane.program.from_expressions import build_program
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Writer
 from kane.program.native.calls import RESULT
@@ -55,10 +54,11 @@ _SAMPLES = 2
 
 
 class Mode(NamedTuple):
-    """A mode of contacts, and its equations."""
+    """A mode of contacts, its equations, and what is looked after in it."""
 
     modes: Modes
     compiled: Compiled
+    parts: Sequence[Part]
 
     @property
     def equations(self) -> Equations:
@@ -81,7 +81,8 @@ def modes_of(compiled: Compiled, method: str, wanted: Sequence[Modes] = (), most
             said = said or "contacts of one body that hold together"
             continue
         with suppress(KaneError):  # none that there is
-            mode = Mode(modes, eom.numeric().value(ContactModes).equations(modes).compile(contract=False))
+            one = eom.numeric().value(ContactModes).equations(modes)
+            mode = Mode(modes, one.compile(contract=False), parts_of(one))
             try:
                 checked(mode.compiled, method, "a module of WebAssembly", lambda one: f"{one.quantity} turns rates")
             except ProgramError as error:
@@ -95,23 +96,23 @@ def modes_of(compiled: Compiled, method: str, wanted: Sequence[Modes] = (), most
     return found[:MODES]
 
 
-def contacts_module(compiled: Compiled, method: str, samples: int, wanted: Sequence[Modes] = ()) -> bytes:
-    """The module."""
+def contacts_module(compiled: Compiled, modes: Sequence[Mode], method: str, samples: int) -> bytes:
+    """The module of equations whose contacts have these modes."""
     eom = cast(Equations, compiled.equations)
     if any(e.then is not None for e in eom.system.events):
         raise ProgramError("Expected contacts beside which no event acts, got one that does: simulate here.")
-    modes = modes_of(compiled, method, wanted, 0 if wanted else MODES)
-    exact = replace(compiled.settings, contract=False)
-    touch = eom.numeric(exact).routine(contact_numbers).flat.program
-    programs = [motion_program(one.compiled, parts_of(one.equations), contract=False) for one in modes]
+    numbers = contact_numbers(eom)
+    touch = build_program(compiled.name, numbers.ports, [numbers.task], False, optimize=False)
+    programs = [motion_program(one.compiled, one.parts, contract=False) for one in modes]
     module, tables = Module(library([touch, *programs])), structure(eom)
     memory = _shared(module, touch, eom, tables, samples, INTEGRATORS[method].work(tables["n"]))
     own = of_modes(tables, len(modes))
-    most = max(len(_reach(one.equations)) for one in modes) + 1
+    reaches = [_reach(one.equations) for one in modes]
+    most = max(map(len, reaches)) + 1
     for m, one in enumerate(modes):
         put_mode(own, m, eom, one.equations)
         own["least"][m] = _padded(_least(one), tables["event_count"])
-    own["held_first"] = np.array([_padded(_reach(one.equations), most) for one in modes])
+    own["held_first"] = np.array([_padded(reach, most) for reach in reaches])
     own["held_reach"] = np.zeros_like(own["held_first"])
     for name, array in {**own, "codes": np.array([code_of(one.modes) for one in modes])}.items():
         memory.put(name, array.reshape(-1))
@@ -151,9 +152,7 @@ def _padded(values: Array, count: int) -> Array:
 
 def _least(mode: Mode) -> Array:
     """The thresholds of the events of a mode."""
-    return np.concatenate(
-        [np.zeros(0), *(part.given["least"] for part in parts_of(mode.equations) if "least" in part.given)]
-    )
+    return np.concatenate([np.zeros(0), *(part.given["least"] for part in mode.parts if "least" in part.given)])
 
 
 def _reach(eom: Equations) -> Array:
@@ -193,18 +192,14 @@ def _mode(
     whole: Memory, own: Mapping[str, Array], m: int, mode: Mode, program: Program, method: str
 ) -> tuple[int, int, int]:
     """The functions of a mode: its kernel, what hoists for it, its events' quantities."""
-    eom, parts, module = mode.equations, parts_of(mode.equations), whole.module
+    module = whole.module
     shared = {name: whole.arrays[name] for name in _SHARED}
     for name, to in (("p", "ps"), *((name, name) for name in ("seen", "largest", "least", "leaves", "held_reach"))):
         shared[name] = whole.arrays[to] + 8 * m * own[to][0].size
     functions = add_program(module, program, exported=False)["functions"]
     memory = Memory(module, program, {"h": len(program.kept) + 1}, shared)
-    memory.give(parts)
-    held, watched = is_constrained(eom), bool(eom.events)
-    calls = {a: functions[task] for part in parts for a, task in part.routines.items()}
-    kernel = _kernel(method, held, watched)
-    calls |= {a.name: functions["hoist"] for a in kernel.arguments if a.name.startswith("hoist_")}
-    calls["rhs"] = rates_of(memory, functions, held)
+    memory.give(mode.parts)
+    kernel, calls = stepping(memory, mode.equations, method, mode.parts, functions)
     integers = {"n": whole.integers["n"], "driven": 0, "breakpoints": 0, "limit": LIMIT} | memory.integers
     run, asked = bind(memory, kernel, calls, integers)
     assert asked == ["samples"]
@@ -217,12 +212,6 @@ def _mode(
         looked.code += read(0) + read(1) + p + read(2) + h + read(4) + call(calls["glance"])
     one, two, three = (module.add(f) for f in (made, hoisted, looked))
     return one, two, three
-
-
-@cache
-def _kernel(method: str, held: bool, watched: bool) -> Kernel:
-    asked = {"held": held, "watched": watched}
-    return INTEGRATORS[method].kernel(**{what: True for what, so in asked.items() if so})
 
 
 def _begin(memory: Memory, modes: Sequence[Equations], touch: Program, hoist: int, fixed: bool, entries_: int) -> None:

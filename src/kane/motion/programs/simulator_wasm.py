@@ -11,9 +11,10 @@ from typing import cast
 from kane.equations.compiled import Compiled
 from kane.equations.equations import Equations
 from kane.model.contacts import Modes
-from kane.motion.programs.contacts_wasm import contacts_module
+from kane.motion.hybrid.contact_tables import MODES
+from kane.motion.programs.contacts_wasm import contacts_module, modes_of
 from kane.motion.programs.simulator_parts import checked, motion_program, parts_of
-from kane.motion.programs.wasm_memory import Memory, bind, rates_of, tells
+from kane.motion.programs.wasm_memory import Memory, bind, stepping, tells
 from kane.motion.projection import is_constrained
 from kane.motion.steppers.begin import begin_kernel, look_kernel
 from kane.motion.steppers.context import SIZE
@@ -40,14 +41,11 @@ def emit_simulator_wasm(
         if the motion asks for what only Python looks after, or there is no such method
     """
     eom = cast(Equations, compiled.equations)
-    if eom.system.contacts and not eom.system.modes:
-        return contacts_module(compiled, method, samples, modes)
+    if eom.system.modes_change:
+        return contacts_module(compiled, modes_of(compiled, method, modes, 0 if modes else MODES), method, samples)
     checked(compiled, method, "a module of WebAssembly", lambda one: f"{one.quantity} turns rates at times")
-    integrator = INTEGRATORS[method]
-    parts = parts_of(eom)
+    integrator, parts, held = INTEGRATORS[method], parts_of(eom), is_constrained(eom)
     program = motion_program(compiled, parts, contract=False)
-    held, watched = is_constrained(eom), bool(eom.events)
-    kernel = integrator.kernel(**({"held": True} if held else {}), **({"watched": True} if watched else {}))
     n = len(eom.state) + 1
     module = Module(library([program]))
     functions = add_program(module, program, exported=False)["functions"]
@@ -58,12 +56,10 @@ def emit_simulator_wasm(
     })  # fmt: skip
     memory.give(parts)
     memory.arrays["rows"] = memory.arrays["states"] + 8 * n
-    calls = {a: functions[task] for part in parts for a, task in part.routines.items()}
-    calls |= {a.name: functions["hoist"] for a in kernel.arguments if a.name.startswith("hoist_")}
-    calls |= {"hoist": functions["hoist"], "rhs": rates_of(memory, functions, held)}
+    kernel, calls = stepping(memory, eom, method, parts, functions)
     integers = {"n": n, "driven": 0, "breakpoints": 0, "parameters": len(eom.parameters)} | memory.integers
     integers |= {"held_speeds": len(eom.speeds), "held_coordinates": len(eom.coordinates)}
-    begin = begin_kernel(integrator.fixed, watched, held)
+    begin = begin_kernel(integrator.fixed, bool(eom.events), held)
     kernels = {"run": kernel, "begin": begin} | ({"look": look_kernel()} if held else {})
     for name, one in kernels.items():
         bind(memory, one, calls, integers, name)
