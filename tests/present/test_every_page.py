@@ -71,6 +71,7 @@ def broken_rules(page: Any) -> list[str]:
         "for (const box of document.querySelectorAll('.scroll:has([data-of]), .formula:has([data-of])')) box.tabIndex = 0;"
         "document.querySelectorAll('.katex').forEach((k) => k.replaceWith(k.querySelector('annotation').textContent))"
     )
+    page.evaluate("new Promise(done => requestAnimationFrame(() => setTimeout(done)))")  # what scrolls now is seen to
     page.evaluate(rules)
     found: list[str] = page.evaluate(
         """async () => (await axe.run(document, { preload: false, resultTypes: ["violations"],
