@@ -272,7 +272,7 @@ def test_stiction_in_a_slider():
     O = kn.Point("O", fixed_in=N)
     rail = kn.slider("rail", O, N, axis=N.x, coordinates="x", speeds="v")
     stiction = kn.joints.stiction(rail, 2.0, static=3.0)
-    force = kn.Force(rail.point, kn.time * N.x)
+    force = kn.Force(rail.point, kn.parameter("r", 1, "N/s") * kn.time * N.x)  # units beside sizes that are numbers
     bodies = [kn.Particle("carriage", rail.point, 1.0)]
     eom = kn.derive(kn.System(N, bodies=bodies, loads=[force], joints=[rail], contacts=[stiction]))
     sol = kn.simulate(eom, (0, 4), q=[0], u=[0], **TIGHT)

@@ -268,8 +268,8 @@ def rolling(
 ) -> Constraints:
     """Rolling: the particles in contact, `p` and `q`, have no relative velocity in the plane across `normal`.
 
-    Two motion constraints, along `along` (a unit vector in the plane; by default one of the frame that `normal` is written in) and
-    along normal × along; that the bodies stay in contact must follow from the coordinates or from a configuration constraint.
+    Two motion constraints, along `along` (a unit vector in the plane; by default an axis of the frame that `normal` is written in, or
+    normal × the one axis that is across it) and along normal × along; that the bodies stay in contact must follow from the coordinates or from a configuration constraint.
     Without `q` the ground is at rest.
     """
     _points("roll", p, p if q is None else q)
@@ -278,6 +278,8 @@ def rolling(
     if along is None:
         frame = home_of(normal, f"normal of {label!r}")
         axes = [a for a in (frame.x, frame.y, frame.z) if a.dot(normal) is ZERO]
+        if len(axes) == 1:  # an incline
+            axes = [normal.cross(axes[0]), axes[0]]
         if len(axes) != 2:
             raise ModelError(f"Expected along=unit vector in the plane across {normal} for {label!r}, got none.")
     else:
