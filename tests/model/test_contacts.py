@@ -253,3 +253,15 @@ def test_a_clutch_between_frames_that_do_not_turn():
         kn.joints.clutch("clutch", A, B, A.z, 1.0)
     with pytest.raises(kn.ModelError, match="a size ≥ 0 of the contact 'clutch', got -1"):
         kn.joints.clutch("clutch", A, N, N.z, -1.0)
+
+
+def test_a_gap_of_unlike_units_is_named():
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x = kn.coordinate("x", "m")
+    stop = kn.joints.stop("stop", x - kn.parameter("a", 1, "kg"))
+    block = kn.Particle("block", O.at("block", x * N.x), 1)
+    with pytest.raises(
+        kn.UnitError, match=r"Expected terms of one unit in x - a, .*This is in the gap of the contact 'stop'"
+    ):
+        kn.System(N, bodies=[block], speeds="rates", contacts=[stop])

@@ -11,7 +11,7 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Reaction
 from kane.expr.visit import substituted
 from kane.model.contacts import ContactLaw, ContactMode, Modes
-from kane.model.declarations import Event
+from kane.model.declarations import EndOfMode, Event
 from kane.model.loads import Load, Slip
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
@@ -136,7 +136,7 @@ def _endings(c: ContactLaw, mode: ContactMode, group: Group, forces: Forces) -> 
     """The events that end a mode of a contact."""
 
     def event(what: str, quantity: Expr, direction: int = -1) -> Event:
-        return Event(f"{c.name} {what}", substituted(quantity, forces), 0.0, direction, True)
+        return EndOfMode(f"{c.name} {what}", substituted(quantity, forces), 0.0, direction, True)
 
     if mode is ContactMode.SEPARATED:
         if c.gap is not None:

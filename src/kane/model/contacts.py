@@ -35,8 +35,8 @@ from kane.errors import ExpressionError, ModelError, cut
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sqrt, sub, sum_of
 from kane.expr.differentiation import time_derivative
 from kane.expr.evaluation import free_symbols
-from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value
-from kane.expr.ops import CONST, Immutable
+from kane.expr.node import ONE, ZERO, Expr, as_expr
+from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, Parameter, Rate, Reaction, word
 from kane.expr.visit import substituted
 from kane.model.constraints import Constraint, configuration_constraint, motion_constraint, reaction
@@ -263,13 +263,6 @@ def _coefficient(name: str, what: str, given: Any) -> Expr:
         ) from error
 
 
-def _with_unit(size: Expr, symbol: str, slips: Sequence[Constraint], description: str) -> Expr:
-    """A number as a parameter in the unit of the friction, which it is compared with."""
-    if size.op is not CONST or size is ZERO or not slips:
-        return size
-    return Parameter.declare(symbol, float(constant_value(size)), slips[0].unit, description)
-
-
 def _law(
     name: str,
     gap: Constraint | None,
@@ -284,18 +277,13 @@ def _law(
     expect.that(name, "a name of a contact", name)
     label = word(name)
     speed = Parameter.declare(f"s_{label}", 0.0, "", f"speed of the slip of {name}")
-    sized = gap is None and normal is None
     given = friction.kinetic(speed) if callable(friction.kinetic) else friction.kinetic
     kinetic = _coefficient(name, "friction", given)
-    if sized:
-        kinetic = _with_unit(kinetic, f"size_{label}", slips, f"size of {name} where it slips")
     static = substituted(kinetic, {speed: ZERO})
     if friction.static is not None:
         static = _coefficient(name, "static=", friction.static)
-        if sized:
-            static = _with_unit(static, f"most_{label}", slips, f"size up to which {name} sticks")
     e, viscous = _coefficient(name, "restitution=", restitution), _coefficient(name, "viscous=", friction.viscous)
-    check_numbers(name, *(_default(x) for x in (static, kinetic, e)), sized=sized)
+    check_numbers(name, *(_default(x) for x in (static, kinetic, e)), sized=gap is None and normal is None)
     drag = _default(viscous)
     expect.that(drag is None or drag >= 0, f"viscous= of {name!r} at or above zero", came=f"{drag}")
     expect.that(law in LAWS, f"law= of {name!r}, one of {', '.join(LAWS)}", law)

@@ -349,12 +349,26 @@ class Event(Immutable):
         """What happens, in words."""
         done = "; ".join(f"{s} := {x}" for s, x in self.then.items()) if isinstance(self.then, Mapping) else ""
         done = done or (f"calls {getattr(self.then, '__name__', 'a function')}" if self.then is not None else "")
-        return ", ".join(x for x in (done, "ends the simulation" if self.terminal else "") if x)
+        return ", ".join(x for x in (done, f"ends the {self._ends}" if self.terminal else "") if x)
+
+    @property
+    def _ends(self) -> str:
+        return "simulation"
 
     def __repr__(self) -> str:
         passes = {-1: "falls below", 0: "crosses", 1: "rises above"}[self.direction]
         done = f": {cut(self.consequence)}" if self.consequence else ""
         return f"Event({self.name!r}, {cut(self.quantity)} {passes} {self.threshold:g}{done})"
+
+
+class EndOfMode(Event):
+    """One of a contact, which ends its mode. Its laws are compared in it as they are: a size may be a number without a unit."""
+
+    __slots__ = ()
+
+    @property
+    def _ends(self) -> str:
+        return "mode"
 
 
 _EVENT: dict[str, tuple[Callable[[Any], bool], str]] = {

@@ -16,7 +16,7 @@ from kane.expr.ops import ADD, CONST, DIV, MUL, SUB
 from kane.expr.symbols import AuxiliarySpeed, QuasiRate, Rate, Reaction, Symbol, Time, per_second, rate
 from kane.model.bodies import deforming, parts_of
 from kane.model.constraints import cut_of
-from kane.model.declarations import Declarations, Event, target
+from kane.model.declarations import Declarations, EndOfMode, Event, target
 from kane.space.frame import Point
 from kane.units.rules import ANY, NUMBER, ONE, Known, Unit, conflict, infer, parse, spelled, unit_of
 
@@ -164,7 +164,9 @@ def _quantities(system: Declarations) -> Iterator[Quantity]:
     for a, rate_of in system.states.items():
         unit = per_second(a.unit)
         yield f"the rate of the state {a}{f' [{a.unit}]' if unit else ''}", parse(unit) if unit else None, (rate_of,)
-    for event in system.events:
+    for c in (c for c in system.contacts if c.gap is not None):
+        yield f"the gap of the contact {c.name!r}", None, (c.gap.expr,)
+    for event in (e for e in system.events if not isinstance(e, EndOfMode)):
         yield f"the quantity of the event {event.name!r}", None, (event.quantity,)
         yield from _made(system, event)
 
