@@ -16,6 +16,8 @@ from kane.errors import SimulationError, cut
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol
+from kane.motion.derivatives.adjoint import Adjoint, Seeds
+from kane.motion.derivatives.backwards import AdjointSensitivities
 from kane.motion.derivatives.return_map import ReturnMap
 from kane.motion.derivatives.sensitivities import Sensitivities
 from kane.motion.derivatives.tangents import allowed, basis_of, flow_of
@@ -150,13 +152,31 @@ class Course:
 
     def sensitivities(self, motion: Solution) -> Sensitivities:
         """The derivatives at the samples of a motion."""
+        walk, begin, places = self._begun(motion)
+        found = walk.along(motion, self.map.again(motion, self.parameters), begin)
+        return Sensitivities(motion, self.by, found[:, :, places])
+
+    def _begun(self, motion: Solution) -> tuple[Differential, Array, list[int]]:
+        """What differentiates a motion, δx of its start, and where in (start values, parameters) the unknowns are."""
         own = tuple(s for s in self.by if isinstance(s, Parameter))
         walk = self.map.walk(own)
         kept = [s for kind in _STARTS[:2] for s, v in self._told(kind).items() if not isinstance(v, Guess)]
         begin = _start_slopes(walk, motion, (self.free, kept), own)
-        found = walk.along(motion, self.map.again(motion, self.parameters), begin)
         order = {s: k for k, s in enumerate((*self.free, *own))}
-        return Sensitivities(motion, self.by, found[:, :, [order[s] for s in self.by]])
+        return walk, begin, [order[s] for s in self.by]
+
+    def backwards(self, motion: Solution) -> AdjointSensitivities:
+        """The derivatives of a motion by ways back along it."""
+        walk, begin, places = self._begun(motion)
+        adjoint = Adjoint(walk, motion, self.map.again(motion, self.parameters))
+
+        def back(seeds: Seeds, count: int, own: Array) -> Array:
+            weights = adjoint(seeds, count)
+            found = weights.x @ begin
+            found[:, len(self.free) :] += weights.p + own
+            return np.asarray(found[:, places])
+
+        return AdjointSensitivities(motion, self.by, back)
 
 
 def _foreign(eom: Equations, key: Any) -> bool:

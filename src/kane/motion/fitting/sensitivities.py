@@ -6,6 +6,7 @@ from typing import Any, Unpack
 
 from kane.equations.equations import Equations
 from kane.equations.state import State, StateValues, by_keyword, state_of
+from kane.motion.derivatives.backwards import AdjointSensitivities
 from kane.motion.derivatives.course import Course
 from kane.motion.derivatives.sensitivities import Sensitivities
 from kane.program.native.machine import Settings
@@ -20,11 +21,12 @@ def sensitivities(
     state: State | None = None,
     *,
     samples: int | Sequence[float] = 101,
+    method: str = "forward",
     rtol: float = 1e-11,
     atol: float = 1e-11,
     settings: Settings | None = None,
     **by_kind: Unpack[StateValues],
-) -> Sensitivities:
+) -> Sensitivities | AdjointSensitivities:
     """The derivatives of a motion by parameters and start values, at every sample.
 
     Between events they obey the variational equations Ψ′ = J Ψ + ∂f/∂b along the motion, which are stepped by collocation of order 16
@@ -65,4 +67,5 @@ def sensitivities(
     """
     with working("Differentiating the motion"):
         course = Course.of(eom, span, by, state_of(state, **by_kind), (rtol, atol), settings)
-        return course.sensitivities(course.motion(samples))
+        motion = course.motion(samples)
+        return course.backwards(motion) if method == "adjoint" else course.sensitivities(motion)
