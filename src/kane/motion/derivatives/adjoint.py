@@ -13,15 +13,18 @@ import numpy as np
 from kane.motion.derivatives.pulling import Integrand, Pulling, Weights
 from kane.motion.derivatives.transition import Stretch
 from kane.motion.derivatives.variation import Again, Differential
+from kane.motion.right_hand_side import Routines
 from kane.motion.solution.phases import Indices
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import gauss
 
-_AGREES = 1e-8
+_AGREES = 5e-8
 """Change of weights by halved steps at which they are known: they are off by 2⁻⁹ of it."""
 _HALVINGS = 5
 """So often are steps halved; what goes on changing then is stiff, and is left to collocation."""
+_FALLS = 8.0
+"""So much smaller the change is at least after one more halving, if it is worth another."""
 _POINTS = 8
 """Points of the quadrature of an integrand in a step of collocation."""
 
@@ -52,6 +55,7 @@ class Adjoint:
 
     def __init__(self, walk: Differential, motion: Solution, again: Again) -> None:
         self.walk, self.motion, self.again = walk, motion, again
+        self._pulling: dict[Routines, Pulling] = {}
 
     def __call__(self, seeds: Seeds, count: int) -> Weights:
         """Weights of the start and of parameters, of `count` numbers.
@@ -63,6 +67,7 @@ class Adjoint:
         """
         walk, motion = self.walk, self.motion
         walk.begin(motion)
+        self._pulling = {}
         n, k = motion.states.shape[1], len(walk.by)
         stretches = walk.stretches(motion, sorted(seeds.rows))
         grids = self._grids(stretches, [2 * s.parts(max(1, m)) for s, m in self._counts(stretches)])
@@ -109,16 +114,19 @@ class Adjoint:
     ) -> Weights:
         """Weights at its beginning, with steps halved until they are known; by collocation where there is no end of it."""
         if grid is not None and Pulling.serves(s.now):
-            pulling = Pulling(s.now, self.walk.by)
-            before = _pulled(pulling, grid.coarse, end, edges, integrand)
+            if s.now not in self._pulling:
+                self._pulling[s.now] = Pulling(s.now, self.walk.by)
+            pulling = self._pulling[s.now]
+            before, last = _pulled(pulling, grid.coarse, end, edges, integrand), np.inf
             for _ in range(_HALVINGS):
                 found = _pulled(pulling, grid, end, edges, integrand)
-                if self._off(before, found, end) <= _AGREES:
+                off = self._off(before, found, end)
+                if off <= _AGREES:
                     return found
                 (finer,) = self._grids([s], [2 * np.diff([0, *grid.ends])])
-                if finer is None:
+                if finer is None or not off < last / _FALLS:
                     break
-                before, grid = found, finer
+                before, grid, last = found, finer, off
         return self._collocated(s, grid, end, edges, integrand)
 
     def _off(self, before: Weights, found: Weights, end: Weights) -> float:
