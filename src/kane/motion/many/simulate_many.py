@@ -20,8 +20,10 @@ from kane.motion.many import designs
 from kane.motion.many.chunks import Job
 from kane.motion.many.cluster import checked, spread
 from kane.motion.many.results import quantities
-from kane.motion.many.stores import Store, begun, write
+from kane.motion.many.stores import Store, write
+from kane.motion.many.stores import begun as opened
 from kane.motion.many.tiles import Family, cores, cut_into, tiles_of
+from kane.motion.many.varied import begun, tidied, varied_for
 from kane.motion.runner import Plan
 from kane.motion.solution.checks import checking_functions
 from kane.motion.start import check_span, sample_times
@@ -43,6 +45,7 @@ def simulate_many(
     count: int | None = None,
     seed: int | None = None,
     outputs: Mapping[str, Any] | None = None,
+    by: Any = None,
     reduce: Any = None,
     threads: int | None = None,
     lanes: bool | None = None,
@@ -83,6 +86,9 @@ def simulate_many(
         numbers {name: [levels]}
     count, seed : how many instances the sampler draws, and from which seed; the same one unless told
     outputs : {name: expression, vector, or name}, kept in place of the coordinates, speeds and states
+    by : parameters, of the equations or of inputs that are expressions, and coordinates, speeds or states for their start values:
+        variables "…_by" (instance, t, by) are the derivatives of what is kept, which the equations then carry along as further states,
+        across events by saltation. Without contacts, actions in Python and actions under constraints; motions do not graze events
     reduce : "last", "max", "min", "mean" over t, or a function of the values (samples × …) of an instance, in which NaN is beyond its
         end; or a dict of these by output
     threads : as many as there are processors unless told
@@ -130,7 +136,11 @@ def simulate_many(
     plan = Plan(span, method, rtol, atol, samples, max_steps, max_step, first_step, breakpoints, max_seconds).spelled()
     given = {"q": q, "u": u, "states": states, "parameters": parameters, "inputs": inputs}
     many = instances(eom, given, designs.quantities(design, sampler, count, seed))
-    kept = quantities(eom, outputs, reduce)
+    kept, one = quantities(eom, outputs, reduce), None
+    if by is not None:
+        one = varied_for(eom, many, by, whole_span, settings)
+        many = begun(one, many, whole_span, (1e-9, 1e-9), settings)
+        eom, kept = one.eom, [*kept, *map(one.derivative, kept)]
     workers = _whole(threads, "threads=", "Leave it out for as many as there are processors.") or cores()
     size = _whole(chunk, "chunk=, instances of a chunk,", "Leave it out for chunks of seconds.")
     _warn_of_python(many)
@@ -139,9 +149,11 @@ def simulate_many(
     job = Job(Family(eom, plan, settings, check, many, lanes), kept, t, _facts(plan, many))
     with working("Simulating many"):
         if store is not None:
-            return _stored(begun(store, job, size), job, workers, client)
-        job.check_size()
-        return _in_memory(job, size, workers, client)
+            found = _stored(opened(store, job, size), job, workers, client)
+        else:
+            job.check_size()
+            found = _in_memory(job, size, workers, client)
+    return found if one is None else tidied(found, one)
 
 
 def _in_memory(job: Job, size: int | None, threads: int, client: Any) -> Any:
