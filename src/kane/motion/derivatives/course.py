@@ -214,9 +214,7 @@ def unknowns(eom: Equations, given: Any, by: Any) -> tuple[Symbol, ...]:
     return found
 
 
-def _start_slopes(
-    side: Side, starts: tuple[Sequence[Symbol], Sequence[Symbol]], by: Sequence[Parameter]
-) -> Array:
+def _start_slopes(side: Side, starts: tuple[Sequence[Symbol], Sequence[Symbol]], by: Sequence[Parameter]) -> Array:
     """δx of the start: by start values, and what constraints add to a change of parameters.
 
     Of the start values those by which the motion is differentiated are independent, then those that were given, then others, as many

@@ -7,8 +7,8 @@ stages, with ℓ_i = h b_i ∂L/∂x of an integrand L,
     w_i = h (b_i λ + Σ_j a_ji k_j),   k_i = J(X_i)ᵀ w_i + ℓ_i,   weights of x: λ + Σ k_i,   of p: Σ (∂f/∂p)ᵀ w_i + h b_i ∂L/∂p
 
 (Hager 2000, Numer. Math. 87; Sanz-Serna 2016, SIAM Rev. 58). wᵀ ∂f/∂(x, p, r) is one routine, made by one sweep backwards through the
-equations, and a kernel calls it from stage to stage. The states at which steps begin are what is kept of a motion; their stages are made
-anew, for some steps at a time.
+equations, and a kernel calls it from stage to stage. States at which steps begin are what is kept of a motion; stages are made anew,
+for some steps at a time.
 """
 
 from collections.abc import Mapping, Sequence
@@ -70,7 +70,7 @@ def pulling_kernel() -> Kernel:
         "of_inputs",
     )  # fmt: skip
     a = {name: w.array(name) for name in names}
-    pull = w.callee("pull", "float", *["array"] * 6)
+    pull = w.callee("pull", "float", "array", "array", "array", "array", "array", "array")
     total, done = w.variable("total"), w.variable("done", INT)
     with w.count(rows) as row, w.count(steps) as back:
         step = steps - 1 - back
@@ -136,7 +136,7 @@ class Laws:
 
     def __init__(self, inputs: Mapping[Any, Any]) -> None:
         self.whole: dict[Expr, Expr] = {s: f.whole for s, f in inputs.items() if isinstance(f, Formula)}
-        self._key = tuple(self.whole.items())
+        self._key = tuple(id(e) for pair in self.whole.items() for e in pair)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Laws) and self._key == other._key
@@ -185,14 +185,13 @@ class Pulling:
         """Whether inputs are numbers, functions of time and expressions, as is needed."""
         return not any(getattr(f, "of_state", False) and not isinstance(f, Formula) for f in now.drives)
 
-    def __call__(
-        self, start: tuple[Array, Array, Array], weights: Weights, integrand: Integrand | None
-    ) -> Weights:
+    def __call__(self, start: tuple[Array, Array, Array], weights: Weights, integrand: Integrand | None) -> Weights:
         """Weights at the beginning of steps from (times, lengths, states at the beginnings), of weights at the end."""
         size = _S * (self.now.width * (2 + len(self.laws)) + 1 + len(self.now.drives)) + 1
         most = max(1, _DOUBLES // size)
         for k in reversed(range(0, len(start[0]), most)):
-            weights = self._some(*(part[k : k + most] for part in start), weights, integrand)
+            t, h, x = (part[k : k + most] for part in start)
+            weights = self._some(t, h, x, weights, integrand)
         return weights
 
     def _some(self, t: Array, h: Array, x: Array, weights: Weights, integrand: Integrand | None) -> Weights:
@@ -203,7 +202,8 @@ class Pulling:
         for i, row in enumerate(self.laws.values()):
             slopes[i] = _evaluated(row, now, times, states)
         lam, own, sized = weights.x.copy(), np.zeros(rows * count + 1), np.zeros(rows * count + 1)
-        of_inputs, source, p_gain = np.zeros((rows * len(times) * inputs + 1)), np.zeros((len(times), n)), 0.0
+        of_inputs, source = np.zeros(rows * len(times) * inputs + 1), np.zeros((len(times), n))
+        p_gain = np.zeros((rows, len(self.by)))
         share, factors = (h[:, None] * _B).reshape(-1), np.zeros(rows)
         if integrand is not None:
             _, by_x, by_p = integrand.slopes(now, self.by, times, states)

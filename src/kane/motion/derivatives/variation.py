@@ -201,9 +201,7 @@ class Differential:
             found.append(phi)
         return found
 
-    def across(
-        self, motion: Solution, row: int, psi: Array, number: int, section: Event | None
-    ) -> tuple[Array, Array]:
+    def across(self, motion: Solution, row: int, psi: Array, number: int, section: Event | None) -> tuple[Array, Array]:
         """Ψ after the events with which a phase begins, and δτ."""
         phase = motion.phases[number]
         before, after = self.side(motion, row), self.side(motion, row + 1)

@@ -65,8 +65,8 @@ def sensitivities(
     -----
     Aizerman, M. A., Gantmakher, F. R. (1958), On the stability of periodic motions, J. Appl. Math. Mech. 22, 1065–1078; Leine, R. I.,
     Nijmeijer, H. (2004), Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Springer, sec. 7.5. Adjoint equations of steps:
-    Hager, W. W. (2000), Runge–Kutta methods in optimal control and the transformed adjoint system, Numer. Math. 87, 247–282; Sanz-Serna,
-    J. M. (2016), Symplectic Runge–Kutta schemes for adjoint equations, SIAM Rev. 58, 3–33.
+    Hager, W. W. (2000), Runge–Kutta methods in optimal control and the transformed adjoint system, Numer. Math. 87, 247–282;
+    Sanz-Serna, J. M. (2016), Symplectic Runge–Kutta schemes for adjoint equations, SIAM Rev. 58, 3–33.
 
     Examples
     --------
