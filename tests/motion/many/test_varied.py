@@ -90,7 +90,8 @@ def test_across_impacts_of_contacts():
         np.testing.assert_array_equal(runs["y_by"].values[k], s[y][rows])
 
 
-def test_of_a_four_bar():
+@pytest.mark.parametrize("lanes", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_of_a_four_bar(lanes):
     """What the closure makes dependent follows."""
     eom, given = four_bar()
     by = ["u1"]
@@ -98,7 +99,7 @@ def test_of_a_four_bar():
     m2 = next(p for p in eom.parameters if p.name == "m2")
     parameters = {**given["parameters"], m2: masses}
     runs = kn.simulate_many(
-        eom, (0, 0.8), q=given["q"], u=given["u"], parameters=parameters, by=by, samples=3, lanes=True, **TIGHT
+        eom, (0, 0.8), q=given["q"], u=given["u"], parameters=parameters, by=by, samples=3, lanes=lanes, **TIGHT
     )
     assert set(runs.status.values.tolist()) == {"finished"}
     q3 = next(q for q in eom.coordinates if q.name == "q3")

@@ -26,7 +26,7 @@ Back = Callable[[Seeds, int, Array], Array]
 class AdjointSensitivities(Attributes):
     """∂/∂b of a motion by adjoint equations: of what is asked for, at a price that hardly depends on how many b are.
 
-    `s[expression]` is the derivative of anything at the samples by all of b, (n × k) of an expression or name, (n × 3 × k) of a vector:
+    `s[expression]` is the derivative of anything at the samples by all of b, (n × k) of an expression, (n × 3 × k) of a vector:
     as of `Sensitivities`; each sample and component has its own way back, so that few samples serve best. `s.cost(…)` is one way back.
 
     Attributes
