@@ -44,8 +44,8 @@ def sensitivities(
         constraints the independent start values stay where a parameter changes, the others follow
     state : `kn.State` of the start, in place of q, u, states, parameters and inputs
     samples : how many, or at which times
-    method : "forward", all states by all of `by` at once; "adjoint", what is asked for by one way back along the motion, which takes a
-        few times as long as the motion however many `by` are
+    method : "forward", all states by all of `by` at once; "adjoint", what is asked for by one way back along the motion, which takes
+        hardly longer for a hundred `by` than for one
     rtol, atol : tolerances of the motion. The derivatives are those of what was computed
     q, u, states, parameters, inputs : the start as `kn.simulate` takes it; under constraints it is assembled
 
