@@ -189,6 +189,7 @@ _NAMES = {
     "motion.cycles.branch": "CycleBranch CycleChange",
     "motion.cycles.limit_cycle": "LimitCycle limit_cycle",
     "motion.cycles.section": "SectionPoints poincare",
+    "motion.derivatives.backwards": "AdjointSensitivities Cost",
     "motion.derivatives.sensitivities": "Sensitivities",
     "motion.fitting.fit": "Fit fit",
     "motion.fitting.sensitivities": "sensitivities",

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from kane.analysis.inertial_regressor import BaseParameters, Regressor, regressor
 from kane.lazy_imports import offered as _offered
+from kane.motion.derivatives.backwards import AdjointSensitivities, Cost
 from kane.motion.derivatives.sensitivities import Sensitivities
 from kane.motion.fitting.fit import fit
 from kane.motion.fitting.found import Fit
@@ -12,7 +13,8 @@ from kane.motion.fitting.sensitivities import sensitivities
 from kane.motion.fitting.shoot import Curve, Shot, curve, shoot
 
 __all__ = [
-    "BaseParameters", "Curve", "Fit", "Regressor", "Sensitivities", "Shot", "curve", "fit", "regressor", "sensitivities", "shoot",
+    "AdjointSensitivities", "BaseParameters", "Cost", "Curve", "Fit", "Regressor", "Sensitivities", "Shot",
+    "curve", "fit", "regressor", "sensitivities", "shoot",
 ]  # fmt: skip
 
 if not TYPE_CHECKING:  # checkers of types know the names; what is misspelt is answered with what resembles it

@@ -9,10 +9,13 @@ from kane.numeric.arrays import Array
 AXES = ("x", "y", "z")
 
 
-def labelled(xarray: Any, name: str, values: Array, first: Sequence[str], unit: str, description: str) -> Any:
-    """Values as a Variable of xarray whose `first` dimensions are named; "axis" is that of vectors."""
+def labelled(
+    xarray: Any, name: str, values: Array, first: Sequence[str], unit: str, description: str, dims: Sequence[str] = ()
+) -> Any:
+    """Values as a Variable of xarray whose `first` dimensions are named, perhaps the others too; "axis" is that of vectors."""
     n = len(first)
-    rest = ["axis"] if values.shape[n:] == (3,) else [f"{name}_{k}" for k in range(1, values.ndim - n + 1)]
+    usual = ["axis"] if values.shape[n:] == (3,) else [f"{name}_{k}" for k in range(1, values.ndim - n + 1)]
+    rest = dims or usual
     told = {"units": unit, "long_name": description or name}
     return xarray.Variable([*first, *rest], values, {k: v for k, v in told.items() if v})
 

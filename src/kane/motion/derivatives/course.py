@@ -16,10 +16,15 @@ from kane.errors import SimulationError, cut
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol
+from kane.motion.derivatives.adjoint import Adjoint, Seeds
+from kane.motion.derivatives.backwards import AdjointSensitivities
 from kane.motion.derivatives.return_map import ReturnMap
 from kane.motion.derivatives.sensitivities import Sensitivities
-from kane.motion.derivatives.tangents import allowed, basis_of, flow_of
+from kane.motion.derivatives.tangents import Side, allowed, basis_of, flow_of
 from kane.motion.derivatives.variation import Differential
+from kane.motion.inputs.functions import input_functions
+from kane.motion.right_hand_side import routines
+from kane.motion.solution.phases import Phase
 from kane.motion.solution.solution import Solution
 from kane.motion.start import check_span, check_tolerance
 from kane.numeric.arrays import Array
@@ -51,7 +56,7 @@ class Course:
         for name, value in zip(("rtol", "atol"), tolerances, strict=True):
             check_tolerance(name, value)
         map_ = ReturnMap(eom, None, end - start, given.inputs, start, end - start, tolerances, settings)
-        return Course(map_, given, _symbols(eom, given, by))
+        return Course(map_, given, unknowns(eom, given.inputs, by))
 
     def over(self, start: float, end: float) -> "Course":
         """The same over another span."""
@@ -150,13 +155,45 @@ class Course:
 
     def sensitivities(self, motion: Solution) -> Sensitivities:
         """The derivatives at the samples of a motion."""
+        walk, begin, places = self._begun(motion)
+        found = walk.along(motion, self.map.again(motion, self.parameters), begin)
+        return Sensitivities(motion, self.by, found[:, :, places])
+
+    def _begun(self, motion: Solution) -> tuple[Differential, Array, list[int]]:
+        """What differentiates a motion, δx of its start, and where in (start values, parameters) the unknowns are."""
         own = tuple(s for s in self.by if isinstance(s, Parameter))
         walk = self.map.walk(own)
-        kept = [s for kind in _STARTS[:2] for s, v in self._told(kind).items() if not isinstance(v, Guess)]
-        begin = _start_slopes(walk, motion, (self.free, kept), own)
-        found = walk.along(motion, self.map.again(motion, self.parameters), begin)
         order = {s: k for k, s in enumerate((*self.free, *own))}
-        return Sensitivities(motion, self.by, found[:, :, [order[s] for s in self.by]])
+        return walk, self._start_slopes(walk.side(motion, 0)), [order[s] for s in self.by]
+
+    def _start_slopes(self, side: Side) -> Array:
+        """δx of the start (n × start values + parameters)."""
+        kept = [s for kind in _STARTS[:2] for s, v in self._told(kind).items() if not isinstance(v, Guess)]
+        return _start_slopes(side, (self.free, kept), tuple(s for s in self.by if isinstance(s, Parameter)))
+
+    def start_slopes(self, x: Array) -> Array:
+        """∂x/∂b of the start x (n × b)."""
+        eom, constants, own = self.map.eom, self.parameters, set(self.map.eom.parameters)
+        span = self.map.t0, self.map.t0 + self.map.within
+        drives = input_functions(eom, self.map.inputs, span, constants)
+        p, usual = np.array([constants[s] for s in eom.parameters]), {s: v for s, v in constants.items() if s in own}
+        now = routines(eom, p, tuple(drives[s] for s in eom.inputs), self.map.settings)
+        order = {s: k for k, s in enumerate((*self.free, *(s for s in self.by if isinstance(s, Parameter))))}
+        found = self._start_slopes(Side(now, Phase(usual, drives), self.map.t0, x))
+        return np.asarray(found[:, [order[s] for s in self.by]])
+
+    def backwards(self, motion: Solution) -> AdjointSensitivities:
+        """The derivatives of a motion by ways back along it."""
+        walk, begin, places = self._begun(motion)
+        adjoint = Adjoint(walk, motion, self.map.again(motion, self.parameters))
+
+        def back(seeds: Seeds, count: int, own: Array) -> Array:
+            weights = adjoint(seeds, count)
+            found = weights.x @ begin
+            found[:, len(self.free) :] += weights.p + own
+            return np.asarray(found[:, places])
+
+        return AdjointSensitivities(motion, self.by, back)
 
 
 def _foreign(eom: Equations, key: Any) -> bool:
@@ -164,9 +201,9 @@ def _foreign(eom: Equations, key: Any) -> bool:
     return isinstance(key, Parameter) and key not in set(eom.parameters)
 
 
-def _symbols(eom: Equations, given: State, by: Any) -> tuple[Symbol, ...]:
-    """What is varied, in order, once each."""
-    inputs = [e for e in dict(given.inputs or {}).values() if isinstance(e, Expr)]
+def unknowns(eom: Equations, given: Any, by: Any) -> tuple[Symbol, ...]:
+    """What is varied, in order, once each; inputs are as they were `given`."""
+    inputs = [e for e in dict(given or {}).values() if isinstance(e, Expr)]
     free = [s for s in free_symbols(inputs) if _foreign(eom, s)]
     own: tuple[Symbol, ...] = (*eom.state, *eom.parameters, *free)
     listed = [by] if isinstance(by, Symbol | str) else list(by)
@@ -177,15 +214,13 @@ def _symbols(eom: Equations, given: State, by: Any) -> tuple[Symbol, ...]:
     return found
 
 
-def _start_slopes(
-    walk: Differential, motion: Solution, starts: tuple[Sequence[Symbol], Sequence[Symbol]], by: Sequence[Parameter]
-) -> Array:
+def _start_slopes(side: Side, starts: tuple[Sequence[Symbol], Sequence[Symbol]], by: Sequence[Parameter]) -> Array:
     """δx of the start: by start values, and what constraints add to a change of parameters.
 
     Of the start values those by which the motion is differentiated are independent, then those that were given, then others, as many
     as the constraints leave; they stay where a parameter changes.
     """
-    side, (free, told) = walk.side(motion, 0), starts
+    free, told = starts
     eom, n = side.now.eom, side.now.width
     place = {s: i for i, s in enumerate(eom.state)}
     if not eom.system.euler_parameters and not eom.constraints.constraints:

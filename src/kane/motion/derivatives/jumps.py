@@ -93,7 +93,7 @@ def action(before: Side, after: Side, event: Event, by: Sequence[Parameter]) -> 
         return _of_function(before, event, by)
     system, eom = before.now.eom.system, before.now.eom
     own = {target(system, event, key): what for key, what in event.then.items()}
-    _check_set(own, event, by)
+    check_set(own, event, by)
     place = {s: i for i, s in enumerate(eom.state)}
     moved = {place[s]: what for s, what in own.items() if s in place}
     x, t, p = np.eye(n), np.zeros(n), np.zeros((n, k))
@@ -104,7 +104,7 @@ def action(before: Side, after: Side, event: Event, by: Sequence[Parameter]) -> 
     return _on_constraints(after, JumpSlopes(x, t, p), list(moved), by)
 
 
-def _check_set(own: Mapping[Symbol, Any], event: Event, by: Sequence[Parameter]) -> None:
+def check_set(own: Mapping[Symbol, Any], event: Event, by: Sequence[Parameter]) -> None:
     """What an action sets besides the state must be the same each time."""
     for s, what in own.items():
         if isinstance(s, Parameter) and (s in set(by) or free_symbols([what])):

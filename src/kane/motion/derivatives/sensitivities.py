@@ -6,17 +6,24 @@ from typing import Any
 
 import numpy as np
 
-from kane.dynamics.readings.quantities import asked, without_unknowns
+from kane.dynamics.readings.quantities import asked
 from kane.equations.equations import Equations
 from kane.errors import Attributes, ExpressionError
-from kane.expr.differentiation import gradient
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol
-from kane.expr.visit import substituted
-from kane.model.contact_modes import in_mode
-from kane.motion.inputs.expressions import Formula
+from kane.motion.derivatives.pulling import Laws, own_slopes
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
+
+
+def slopes_along(motion: Solution, expr: Expr, by: tuple[Parameter, ...]) -> Array:
+    """∂expr/∂(x, p) at the samples of a motion (samples × n + k)."""
+    laws = Laws(motion.inputs)
+
+    def slopes(eom: Equations) -> list[Expr]:
+        return own_slopes(eom, expr, by, laws)[1:]
+
+    return np.stack(motion.by_sample(slopes), axis=-1)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -56,15 +63,8 @@ class Sensitivities(Attributes):
     def _of(self, expr: Expr) -> Array:
         """dexpr/db (n × k)."""
         motion, n = self.motion, self.states.shape[1]
-        whole = {s: f.whole for s, f in motion.inputs.items() if isinstance(f, Formula)}
-        own = [p for p in self.by if isinstance(p, Parameter)]
-
-        def slopes(eom: Equations) -> list[Expr]:
-            (held,) = in_mode(eom.system.contacts, eom.system.modes, [expr])
-            (plain,) = without_unknowns(eom.solved, [substituted(held, whole)])
-            return list(gradient(substituted(plain, whole), [*eom.state, *own]))
-
-        table = np.stack(motion.by_sample(slopes), axis=-1)
+        own = tuple(p for p in self.by if isinstance(p, Parameter))
+        table = slopes_along(motion, expr, own)
         found: Array = np.einsum("tn,tnk->tk", table[:, :n], self.states)
         found[:, [k for k, s in enumerate(self.by) if isinstance(s, Parameter)]] += table[:, n:]
         return found

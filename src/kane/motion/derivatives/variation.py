@@ -106,11 +106,9 @@ class Differential:
         """δx at the end, δτ of the last event, and δx at every sample if that is asked for."""
         n = motion.states.shape[1]
         k = psi.shape[1] - len(self.by)
-        self._known, self.length = {}, float(motion.t[-1] - motion.t[0])
-        size = np.abs(motion.states).max(axis=0)
-        self.scale = np.maximum(size, 1e-3 * size.max(initial=0) or 1.0)
-        stretches = self._stretches(motion, every)
-        flows = self._transitions(motion, stretches, again)
+        self.begin(motion)
+        stretches = self.stretches(motion, np.arange(len(motion)) if every else ())
+        flows = self.transitions(motion, stretches, again)
         last, dt, found = int(motion.phase[-1]), np.zeros(psi.shape[1]), np.zeros((len(motion) * every, *psi.shape))
         for number in range(last + 1):
             if every:
@@ -125,8 +123,14 @@ class Differential:
                 psi = at[-1]
             if number < last:
                 row = int(np.flatnonzero(motion.phase == number)[-1])
-                psi, dt = self._across(motion, row, psi, number + 1, section)
+                psi, dt = self.across(motion, row, psi, number + 1, section)
         return psi, dt, found
+
+    def begin(self, motion: Solution) -> None:
+        """Take the sizes of a motion."""
+        self._known, self.length = {}, float(motion.t[-1] - motion.t[0])
+        size = np.abs(motion.states).max(axis=0)
+        self.scale = np.maximum(size, 1e-3 * size.max(initial=0) or 1.0)
 
     def _groups(self, motion: Solution, rows: Any) -> list[tuple[int, int]]:
         """Runs of samples with the same equations, first and last row of each."""
@@ -138,15 +142,16 @@ class Differential:
         found.append((begin, int(rows[-1])))
         return found
 
-    def _stretches(self, motion: Solution, every: bool) -> list[Stretch]:
-        """The stretches with one set of equations and no breakpoint within; with `every` their edges are all samples."""
+    def stretches(self, motion: Solution, wanted: Sequence[int] | Indices) -> list[Stretch]:
+        """The stretches with one set of equations and no breakpoint within; their edges are the samples that are `wanted`, too."""
         breaks, found = sorted(breakpoints_of(motion, ())), list[Stretch]()
+        known_rows = np.asarray(wanted, dtype=np.int64)
         for number in range(int(motion.phase[-1]) + 1):
             for start, end in self._groups(motion, np.flatnonzero(motion.phase == number)):
                 known = self._routines(motion, start)
                 t, stop = float(motion.t[start]), float(motion.t[end])
                 x: Array | None = motion.states[start]
-                rows = np.arange(start + 1, end + 1) if every else np.zeros(0, dtype=int)
+                rows = known_rows[(known_rows > start) & (known_rows <= end)]
                 while t < stop:
                     until = next_end(breaks, t, stop)
                     if until > t:
@@ -158,7 +163,7 @@ class Differential:
                     t = on_from(until) if until < stop else stop
         return found
 
-    def _transitions(self, motion: Solution, stretches: list[Stretch], again: Again) -> list[Array]:
+    def transitions(self, motion: Solution, stretches: list[Stretch], again: Again) -> list[Array]:
         """Φ of each stretch, with steps halved until it is known."""
         whole = max(self.length, 1e-300)
         steps = [s.parts(max(2, math.ceil(motion.steps * (s.t1 - s.t0) / whole))) for s in stretches]
@@ -196,9 +201,7 @@ class Differential:
             found.append(phi)
         return found
 
-    def _across(
-        self, motion: Solution, row: int, psi: Array, number: int, section: Event | None
-    ) -> tuple[Array, Array]:
+    def across(self, motion: Solution, row: int, psi: Array, number: int, section: Event | None) -> tuple[Array, Array]:
         """Ψ after the events with which a phase begins, and δτ."""
         phase = motion.phases[number]
         before, after = self.side(motion, row), self.side(motion, row + 1)

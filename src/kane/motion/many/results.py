@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Results of many motions: arrays that fill tile by tile, as one Dataset of xarray over (instance, t)."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -42,17 +42,23 @@ REDUCTIONS: Mapping[str, Reduction] = {
     "mean": _mean,
 }
 """What is kept of values along t (n × …), by name; samples that a motion does not reach are NaN and do not count."""
+CARRIED: Collection[Reduction | None] = (None, REDUCTIONS["last"], REDUCTIONS["mean"])
+"""Those by which the derivative of what is kept is made of derivatives."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Quantity:
-    """What is kept of each motion: an expression, vector or name, its unit and description, and what reduces it."""
+    """What is kept of each motion: an expression, vector or name, its unit and description, and what reduces it.
+
+    `dims` are the dimensions of values that have names other than usual.
+    """
 
     name: str
     what: Any
     unit: str
     description: str
     reduce: Reduction | None
+    dims: tuple[str, ...] = ()
 
     def shape(self, eom: Equations, samples: int) -> tuple[int, ...]:
         """The shape of the values of one instance.
@@ -203,7 +209,7 @@ class Results:
             if values is None:
                 values = np.full((len(self.rows), *one.shape(self.eom, len(self.t))), np.nan)
             first = ["instance"] if one.reduce else ["instance", "t"]
-            own[one.name] = labelled(xarray, one.name, values, first, one.unit, one.description)
+            own[one.name] = labelled(xarray, one.name, values, first, one.unit, one.description, one.dims)
         own |= {
             name: xarray.Variable("instance", texts.astype(str), {"long_name": _TOLD[name]})
             for name, texts in self.texts.items()

@@ -2,7 +2,7 @@
 """`simulate_many`: the motions of many instances, spread over threads."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,15 +13,19 @@ from kane.equations.tables import package
 from kane.errors import SimulationError, warn
 from kane.expr.node import Expr
 from kane.expr.piecewise import Table
+from kane.motion.derivatives.course import unknowns
 from kane.motion.inputs.expressions import Sampled
 from kane.motion.inputs.functions import Signal
 from kane.motion.integrators import AdaptiveStep, FixedStep
 from kane.motion.many import designs
 from kane.motion.many.chunks import Job
 from kane.motion.many.cluster import checked, spread
-from kane.motion.many.results import quantities
-from kane.motion.many.stores import Store, begun, write
+from kane.motion.many.each import one_by_one
+from kane.motion.many.results import Quantity, quantities
+from kane.motion.many.stores import Store, write
+from kane.motion.many.stores import begun as opened
 from kane.motion.many.tiles import Family, cores, cut_into, tiles_of
+from kane.motion.many.varied import begun, carries, check_reduced, tidied, varied_for
 from kane.motion.runner import Plan
 from kane.motion.solution.checks import checking_functions
 from kane.motion.start import check_span, sample_times
@@ -43,6 +47,7 @@ def simulate_many(
     count: int | None = None,
     seed: int | None = None,
     outputs: Mapping[str, Any] | None = None,
+    by: Any = None,
     reduce: Any = None,
     threads: int | None = None,
     lanes: bool | None = None,
@@ -83,6 +88,10 @@ def simulate_many(
         numbers {name: [levels]}
     count, seed : how many instances the sampler draws, and from which seed; the same one unless told
     outputs : {name: expression, vector, or name}, kept in place of the coordinates, speeds and states
+    by : parameters, of the equations or of inputs that are expressions, and coordinates, speeds or states for their start values:
+        variables "…_by" (instance, t, by) are the derivatives of what is kept, which equations carry along as further states, in
+        lanes, and across events by saltation. With contacts, or actions in Python or under constraints, they are found of each motion
+        by itself, as by `kn.fitting.sensitivities`
     reduce : "last", "max", "min", "mean" over t, or a function of the values (samples × …) of an instance, in which NaN is beyond its
         end; or a dict of these by output
     threads : as many as there are processors unless told
@@ -131,17 +140,50 @@ def simulate_many(
     given = {"q": q, "u": u, "states": states, "parameters": parameters, "inputs": inputs}
     many = instances(eom, given, designs.quantities(design, sampler, count, seed))
     kept = quantities(eom, outputs, reduce)
+    own = _Run(eom, many, kept, lambda found: found)
+    if by is not None:
+        own = _differentiated(own, plan, by, settings, store is not None)
     workers = _whole(threads, "threads=", "Leave it out for as many as there are processors.") or cores()
     size = _whole(chunk, "chunk=, instances of a chunk,", "Leave it out for chunks of seconds.")
     _warn_of_python(many)
     times = sample_times(plan.samples, whole_span)
     t = np.concatenate([whole_span[:1], times[(times > whole_span[0]) & (times < whole_span[1])], whole_span[1:]])
-    job = Job(Family(eom, plan, settings, check, many, lanes), kept, t, _facts(plan, many))
+    job = Job(Family(own.eom, plan, settings, check, own.many, lanes), own.kept, t, _facts(plan, many))
     with working("Simulating many"):
         if store is not None:
-            return _stored(begun(store, job, size), job, workers, client)
+            return own.finish(_stored(opened(store, job, size), job, workers, client))
         job.check_size()
-        return _in_memory(job, size, workers, client)
+        return own.finish(_in_memory(job, size, workers, client))
+
+
+class _Run(NamedTuple):
+    """Equations, instances, what is kept of each, and what is done with the Dataset at last."""
+
+    eom: Equations
+    many: Instances
+    kept: Sequence[Quantity]
+    finish: Callable[[Any], Any]
+
+
+def _differentiated(run: _Run, plan: Plan, by: Any, settings: Settings | None, stored: bool) -> _Run:
+    """The same with derivatives: of equations that carry them along, or else of each motion by itself."""
+    eom, many, kept, _ = run
+    wanted = unknowns(eom, many.at(0)["inputs"], by)
+    check_reduced(kept)
+    if carries(eom):
+        one = varied_for(eom, many, wanted, plan.span, settings)
+        return _Run(
+            one.eom,
+            begun(one, many, plan.span, settings),
+            [*kept, *map(one.derivative, kept)],
+            lambda found: tidied(found, one),
+        )
+    if stored:
+        raise SimulationError(
+            "Expected equations that carry the derivatives of motions along where there is a store=, got contacts, or actions in "
+            "Python or under constraints. Leave store= out."
+        )
+    return run._replace(finish=lambda found: one_by_one(found, eom, plan, many, kept, wanted, settings))
 
 
 def _in_memory(job: Job, size: int | None, threads: int, client: Any) -> Any:

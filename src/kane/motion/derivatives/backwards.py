@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`AdjointSensitivities`: derivatives of what is asked of a motion, by any number of parameters, each found by a way back along it."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kane import expect
+from kane.dynamics.readings.quantities import asked
+from kane.errors import Attributes, ExpressionError, SimulationError
+from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.symbols import Parameter, Symbol
+from kane.motion.derivatives.adjoint import Seeds
+from kane.motion.derivatives.pulling import Integrand
+from kane.motion.derivatives.sensitivities import slopes_along
+from kane.motion.solution.solution import Solution
+from kane.numeric.arrays import Array
+
+Back = Callable[[Seeds, int, Array], Array]
+"""∂J/∂b (m × k) of seeds of m numbers, and what J has of parameters themselves (m × parameters)."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AdjointSensitivities(Attributes):
+    """∂/∂b of a motion by adjoint equations: of what is asked for, at a price that hardly depends on how many b are.
+
+    `s[expression]` is the derivative of anything at the samples by all of b, (n × k) of an expression, (n × 3 × k) of a vector:
+    as of `Sensitivities`; each sample and component has its own way back, so that few samples serve best. `s.cost(…)` is one way back.
+
+    Attributes
+    ----------
+    motion : Solution
+    by : b (k), parameters, and coordinates, speeds or further states, which stand for their start values
+    """
+
+    motion: Solution
+    by: tuple[Symbol, ...]
+    back: Back
+
+    @property
+    def t(self) -> Array:
+        """The times (n)."""
+        return self.motion.t
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Those of b that are parameters."""
+        return tuple(s for s in self.by if isinstance(s, Parameter))
+
+    @property
+    def states(self) -> Array:
+        """∂(q, u, a)/∂b at the samples (n × states × k)."""
+        n = self.motion.states.shape[1]
+        slopes = np.broadcast_to(np.eye(n, n + len(self.parameters)), (len(self.t), n, n + len(self.parameters)))
+        return self._at_samples(slopes)
+
+    def __getitem__(self, what: Any) -> Array:
+        wanted = asked(self.motion.equations.derived, what)
+        if wanted.shape is None:
+            raise ExpressionError(
+                "Expected expressions of one kind in s[…], got a list of several: ask for one after the other."
+            )
+        slopes = np.stack([slopes_along(self.motion, e, self.parameters) for e in wanted.roots], axis=1)
+        return self._at_samples(slopes).reshape(len(self.t), *wanted.shape, len(self.by))
+
+    def _at_samples(self, slopes: Array) -> Array:
+        """∂/∂b (samples × m × k) of m numbers with slopes by (x, p) at each sample (samples × m × n + parameters)."""
+        count, m, _ = slopes.shape
+        n = self.motion.states.shape[1]
+        rows = {k: np.zeros((count * m, n)) for k in range(count)}
+        for k, seed in rows.items():
+            seed[k * m : (k + 1) * m] = slopes[k, :, :n]
+        own = slopes[:, :, n:].reshape(count * m, -1)
+        return self.back(Seeds(rows, None), count * m, own).reshape(count, m, -1)
+
+    def cost(self, end: Any = 0, *, integral: Any = 0, samples: Mapping[Any, Any] | None = None) -> "Cost":
+        """J = e(x(T)) + ∫ L dt + Σ w·y(t_i), and its gradient by all of b.
+
+        Parameters
+        ----------
+        end : e, an expression or name
+        integral : L, an expression or name
+        samples : {expression or name y: weights w (n) of its samples}
+
+        Raises
+        ------
+        SimulationError
+            if nothing is asked for, or weights are not as many numbers as there are samples
+        """
+        motion, own = self.motion, self.parameters
+        e, integrand = (_one(motion, what) for what in (end, integral))
+        table: dict[Expr, Array] = {}
+        for what, weights in dict(samples or {}).items():
+            w = np.asarray(expect.floats(weights, f"weights of the samples of {what}", error=SimulationError))
+            expect.that(w.shape == motion.t.shape, f"{len(motion)} weights of samples", w.shape, error=SimulationError)
+            table[_one(motion, what)] = w
+        if e is not ZERO:
+            table[e] = table.get(e, np.zeros(len(motion))) + np.eye(len(motion))[-1]
+        if not table and integrand is ZERO:
+            raise SimulationError("Expected something to differentiate, got neither end, integral= nor samples=.")
+        n, value, slopes = motion.states.shape[1], 0.0, np.zeros((len(motion), motion.states.shape[1] + len(own)))
+        for y, w in table.items():
+            value += float(w @ motion[y])
+            slopes += w[:, None] * slopes_along(motion, y, own)
+        rows = {k: row[None, :n] for k, row in enumerate(slopes) if row[:n].any()}
+        more = Integrand(integrand, np.ones(1), motion.inputs) if integrand is not ZERO else None
+        gradient = self.back(Seeds(rows, more), 1, slopes[:, n:].sum(axis=0)[None])
+        return Cost(value, gradient[0])
+
+    def __repr__(self) -> str:
+        return f"AdjointSensitivities(by {', '.join(s.name for s in self.by)}, {len(self.t)} samples)"
+
+
+class Cost(NamedTuple):
+    """J and ∂J/∂b."""
+
+    value: float
+    gradient: Array
+
+
+def _one(motion: Solution, what: Any) -> Expr:
+    """An expression, or what a name stands for."""
+    found = asked(motion.equations.derived, what) if isinstance(what, str) else None
+    return as_expr(what) if found is None else found.roots[0]

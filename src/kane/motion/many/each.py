@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Derivatives of many motions whose equations cannot carry them along, of each by itself: across modes of contacts, above all."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from kane.equations.equations import Equations
+from kane.equations.instances import Instances
+from kane.equations.state import State
+from kane.equations.tables import package
+from kane.errors import KaneError, SimulationError, warn
+from kane.expr.symbols import Symbol
+from kane.motion.derivatives.course import Course
+from kane.motion.many.results import Quantity
+from kane.motion.runner import Plan
+from kane.numeric.arrays import Array
+from kane.program.native.machine import Settings
+from kane.progress import far
+
+USUAL = 1e-11
+"""Tolerances of motions that are differentiated by themselves, where none are told."""
+
+
+def one_by_one(
+    found: Any,
+    eom: Equations,
+    plan: Plan,
+    many: Instances,
+    kept: Sequence[Quantity],
+    by: tuple[Symbol, ...],
+    settings: Settings | None,
+) -> Any:
+    """The Dataset of motions with the derivatives of what is kept; NaN of a motion that has none, of which is warned.
+
+    Raises
+    ------
+    SimulationError
+        if no motion has one
+    """  # fmt: skip
+    t, values, causes = found["t"].values, dict[str, Array](), dict[int, str]()
+    for k in range(many.count):
+        far(lambda k=k: f"derivatives of {k} of {many.count}")  # type: ignore[misc]  # a lambda with a default
+        try:
+            rows = _of_one(eom, plan, State(**many.at(k)), kept, by, settings, t)
+        except KaneError as error:
+            causes[k] = str(error)
+            continue
+        for one, row in zip(kept, rows, strict=True):
+            values.setdefault(one.name, np.full((many.count, *row.shape), np.nan))[k] = row
+    if causes:
+        first = f"{len(causes)} of {many.count}, of instance {min(causes)}: {causes[min(causes)]}"
+        if len(causes) == many.count:
+            raise SimulationError(f"Expected motions that have derivatives, got none of {first}")
+        warn(f"Expected motions that have derivatives, got none of {first}")
+    own = {}
+    for one in kept:
+        table = values[one.name]
+        first_dims = ["instance"] if one.reduce else ["instance", "t"]
+        dims = [*first_dims, *["axis"][: table.ndim - len(first_dims) - 1], "by"]
+        own[f"{one.name}_by"] = package("xarray").Variable(dims, table, {"long_name": f"derivative of {one.name}"})
+    return found.assign(own).assign_coords(by=("by", [s.name for s in by]))
+
+
+def _of_one(
+    eom: Equations, plan: Plan, given: State, kept: Sequence[Quantity], by: tuple[Symbol, ...], settings: Settings | None,
+    t: Array,
+) -> list[Array]:  # fmt: skip
+    """The derivatives of what is kept of one motion, at times or as they are reduced."""
+    course = Course.of(eom, plan.span, by, given, (plan.rtol or USUAL, plan.atol or USUAL), settings)
+    along = course.sensitivities(course.motion(t))
+    rows = np.maximum(np.searchsorted(along.t, t, side="right") - 1, 0)
+    found = []
+    for one in kept:
+        part = along[one.what][rows]
+        part[along.t[rows] != t] = np.nan
+        found.append(part if one.reduce is None else np.asarray(one.reduce(part)))
+    return found

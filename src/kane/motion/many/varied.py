@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Equations that carry the derivatives of their motions along, as further states: what runs many motions then runs these.
+
+ψ_b = ∂x/∂b obeys ψ̇ = ∂f/∂x ψ + ∂f/∂b + ∂f/∂r (∂r/∂x ψ + ∂r/∂b), written out as expressions. Where an event sets x⁺ = g(x⁻, t, b), it
+sets ψ by the saltation matrix as well: δτ = −(∇h·ψ + ∂h/∂b)/ḣ, and
+
+    ψ⁺ = ∂g/∂x (ψ + f⁻ δτ) + ∂g/∂t δτ + ∂g/∂b − f(x⁺) δτ
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from kane import expect
+from kane.dynamics.readings.quantities import asked, without_unknowns
+from kane.dynamics.slopes import forward
+from kane.equations.equations import Equations, derive
+from kane.equations.instances import Instances
+from kane.equations.state import State
+from kane.errors import KaneError, SimulationError
+from kane.expr.differentiation import tangent
+from kane.expr.evaluation import free_symbols
+from kane.expr.matrix import Matrix
+from kane.expr.node import ONE, Expr, as_expr
+from kane.expr.symbols import Parameter, StateVariable, Symbol, time
+from kane.expr.visit import substituted
+from kane.model.declarations import Event, target
+from kane.motion.derivatives.course import Course
+from kane.motion.derivatives.jumps import check_set
+from kane.motion.derivatives.pulling import Laws
+from kane.motion.inputs.expressions import own_parameters
+from kane.motion.inputs.functions import input_functions
+from kane.motion.many.results import CARRIED, Quantity
+from kane.motion.right_hand_side import has_jumps
+from kane.numeric.arrays import Array
+from kane.program.native.machine import Settings
+
+_ROW = "row"
+"""The dimension of the one row of a matrix that stands for the derivatives of an expression."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Varied:
+    """Equations with `carried` = ∂x/∂b (x × b) among their further states, of the `plain` ones."""
+
+    plain: Equations
+    eom: Equations
+    by: tuple[Symbol, ...]
+    carried: tuple[tuple[StateVariable, ...], ...]
+    laws: Laws
+
+    def seeds(self, k: int) -> dict[Expr, Expr]:
+        """What the kth of b changes: the state, itself, and inputs by their laws."""
+        return _seeds(self.plain, self.by[k], [row[k] for row in self.carried], self.laws)
+
+    def derivative(self, one: Quantity) -> Quantity:
+        """The derivative of what is kept of motions."""
+        wanted = asked(self.plain.derived, one.what)
+        expect.that(
+            wanted.shape in ((), (3,)), f"an expression or vector as {one.name}", one.what, error=SimulationError
+        )
+        solved, whole = self.plain.solved, self.laws.whole
+        roots = without_unknowns(solved, [substituted(e, whole) for e in wanted.roots])
+        roots = [substituted(e, whole) for e in roots]
+        rows = [[tangent(e, self.seeds(k), at_rest=True) for k in range(len(self.by))] for e in roots]
+        dims = ("axis" if wanted.shape else _ROW, "by")
+        return Quantity(f"{one.name}_by", Matrix(rows), "", f"derivative of {one.name}", one.reduce, dims)
+
+
+def check_reduced(kept: Sequence[Quantity]) -> None:
+    """Refuse what reduces values by something else than a sum along t."""
+    for one in kept:
+        if one.reduce not in CARRIED:
+            raise SimulationError(
+                f"Expected reduce= of {one.name!r} as 'last', 'mean' or none where by= is given, got another one, whose derivative is "
+                "not that of the numbers it is made of. Keep the values along t."
+            )
+
+
+def _seeds(eom: Equations, b: Symbol, psi: Sequence[Expr], laws: Laws) -> dict[Expr, Expr]:
+    own: dict[Expr, Expr] = dict(zip(eom.state, psi, strict=True))
+    if isinstance(b, Parameter):
+        own[b] = ONE
+    return own | {r: tangent(law, own, at_rest=True) for r, law in laws.whole.items()}
+
+
+def varied(eom: Equations, by: tuple[Symbol, ...], laws: Laws) -> Varied:
+    """The equations with the derivatives of their motions by parameters and start values.
+
+    Raises
+    ------
+    SimulationError
+        if rates jump without an event
+    """
+    _check(eom, laws)
+    carried = tuple(tuple(StateVariable.declare(f"d_{x}_d_{b}", 0.0, "", "") for b in by) for x in eom.state)
+    rates: dict[Any, Expr] = {}
+    events = list(eom.system.events)
+    for k, b in enumerate(by):
+        psi = [row[k] for row in carried]
+        seeds = _seeds(eom, b, psi, laws)
+        symbols = [s for s in seeds if isinstance(s, Symbol)]
+        change = forward(eom.solved, symbols, [seeds[s] for s in symbols])
+        rates |= dict(zip(psi, change, strict=True))
+        events = [_acting(eom, old, new, b, psi, laws) for old, new in zip(eom.system.events, events, strict=True)]
+    system = eom.system.replace(states={**dict(eom.system.states), **rates}, events=events)
+    whole = derive(system, near=eom.derived.near, route=eom.solved.asked)
+    return Varied(eom, whole, by, carried, laws)
+
+
+def carries(eom: Equations) -> bool:
+    """Whether equations can carry the derivatives of their motions: contacts and actions in Python, or under constraints, cannot."""
+    actions = [e.then for e in eom.system.events if e.then is not None]
+    known = all(isinstance(then, Mapping) for then in actions)
+    return known and not eom.system.contacts and not (actions and eom.constraints.constraints)
+
+
+def _check(eom: Equations, laws: Laws) -> None:
+    state = set(eom.state)
+    of_state = [law for law in laws.whole.values() if not state.isdisjoint(free_symbols([law]))]
+    if has_jumps(eom, of_state):
+        raise SimulationError(
+            "Expected equations whose rates are smooth between events for the derivatives of motions, got loads or inputs that jump "
+            "at states. Declare dry friction as kn.contact or kn.joints.stiction, what switches by events that set a further state."
+        )
+
+
+def _acting(eom: Equations, event: Event, made: Event, b: Symbol, psi: Sequence[Expr], laws: Laws) -> Event:
+    """An event that sets ψ_b too."""
+    if event.then is None:
+        return made
+    solved, whole = eom.solved, laws.whole
+
+    def plain(e: Any) -> Expr:
+        (found,) = without_unknowns(solved, [substituted(as_expr(e), whole)])
+        return substituted(found, whole)
+
+    own: dict[Expr, Expr] = {target(eom.system, event, key): plain(what) for key, what in event.then.items()}
+    check_set(
+        {s: what for s, what in own.items() if isinstance(s, Symbol)}, event, [b] if isinstance(b, Parameter) else []
+    )
+    seeds = _seeds(eom, b, psi, laws)
+    f = [plain(e) for e in solved.right_hand_side]
+    onward: dict[Expr, Expr] = {**dict[Expr, Expr](zip(eom.state, f, strict=True)), time: ONE}
+    h = plain(event.quantity)
+    later = -tangent(h, seeds, at_rest=True) / tangent(h, onward, at_rest=True)
+    moved: dict[Expr, Expr] = {s: e + onward[s] * later for s, e in zip(eom.state, psi, strict=True)}
+    change: dict[Expr, Expr] = {**{s: e for s, e in seeds.items() if s not in moved}, **moved, time: later}
+    then: dict[Any, Any] = dict(made.then)
+    for s, p, rate in zip(eom.state, psi, f, strict=True):
+        e = tangent(own[s], change, at_rest=True) if s in own else moved[s]
+        then[p] = e - substituted(rate, own) * later
+    return replace(made, then=then)
+
+
+def begun(one: Varied, many: Instances, span: tuple[float, float], settings: Settings | None) -> Instances:
+    """The instances with ∂x/∂b of their starts."""
+    eom, place = one.plain, {s: i for i, s in enumerate(one.plain.state)}
+    common, columns = dict(many.common), {kind: dict(own) for kind, own in many.columns.items()}
+    told = dict(common["states"] or {})
+    if not eom.system.euler_parameters and not eom.constraints.constraints:
+        told |= {
+            s: float(place.get(b, -1) == i)
+            for i, row in enumerate(one.carried)
+            for s, b in zip(row, one.by, strict=True)
+        }
+    else:
+        every = np.array([_at_start(one, many.at(k), span, settings) for k in range(many.count)])
+        for i, row in enumerate(one.carried):
+            for k, s in enumerate(row):
+                column = every[:, i, k]
+                if many.count > 1 and (column != column[0]).any():
+                    columns["states"][s] = column.copy()
+                else:
+                    told[s] = float(column[0])
+    return Instances(many.count, {**common, "states": told or None}, columns)
+
+
+def _at_start(one: Varied, given: Mapping[str, Any], span: tuple[float, float], settings: Settings | None) -> Array:
+    """∂x/∂b of a start; zeros where there is none, which is told of when it is run."""
+    course = Course.of(one.plain, span, one.by, State(**given), (1e-9, 1e-9), settings)
+    try:
+        start = course.start
+    except KaneError:
+        return np.zeros((len(one.plain.state), len(one.by)))
+    return course.start_slopes(start)
+
+
+def varied_for(
+    eom: Equations, many: Instances, by: tuple[Symbol, ...], span: tuple[float, float], settings: Settings | None
+) -> Varied:
+    """The equations of many motions with their derivatives."""
+    first = many.at(0)
+    usual = {**{p: p.default for p in eom.parameters}, **(first["parameters"] or {})}
+    laws = Laws(input_functions(eom, first["inputs"], span, own_parameters(usual)))
+    return eom.numeric(settings).value(varied, by, laws)
+
+
+def tidied(found: Any, one: Varied) -> Any:
+    """The Dataset without the states that are carried, and with the names of b."""
+    hidden = [f"{s}(0)" for row in one.carried for s in row]
+    plain = found.drop_vars([name for name in hidden if name in found.coords])
+    plain = plain.isel({"state": slice(0, len(one.plain.state)), **{dim: 0 for dim in (_ROW,) if dim in found.dims}})
+    return plain.assign_coords(by=("by", [s.name for s in one.by]))
