@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kane.analysis.many.following import End, Unknowns, follow
 from kane.analysis.many.poses import Poses
 from kane.analysis.state_checks import misses
 from kane.dynamics.constraints.manifold import LevelSet, turned_closures
@@ -21,7 +22,6 @@ from kane.errors import KaneError, SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate, Speed, time
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.following import End, follow
 from kane.numeric.scale import CLOSED, GIVEN, NEAR_SINGULAR, ROUNDED, ROUNDED_ROOT
 from kane.program.from_expressions import Bundle
 
@@ -128,7 +128,7 @@ def _follow(
 ) -> None:
     """Coordinates q (k × n) in the places that are free, and what is left of the constraints there."""
     (q, left), eom = places, poses.eom
-    numeric, numbers = eom.numeric(), poses.numbers()
+    numeric = eom.numeric()
     level = _level(poses, start).of(one.q, free)
     rows = choose(level.one(one.q)[1][:, free] * level.usual.x / level.usual.f[:, None])
     if len(rows.rows) < len(free):
@@ -138,19 +138,13 @@ def _follow(
             f"{', '.join(eom.coordinates[i].name for i in free)}."
         )
     chosen = tuple(sorted(rows.rows))
-    flat, n = numeric.routine(square, chosen, tuple(free)).flat, len(free)
-    given = [i for i in range(len(eom.coordinates)) if i not in free]
-    width = len(given)
-    state, ends = np.zeros(len(eom.state)), np.cumsum([width, len(eom.parameters), len(eom.inputs)])
-
-    def function(x: Array, data: Array) -> tuple[Array, Array]:
-        state[free], state[given] = x, data[:width]
-        numbers = flat(float(data[-1]), state, data[width : ends[1]], data[ends[1] : ends[2]])
-        return numbers[:n], numbers[n:].reshape(n, n)
-
-    t, p, r = numbers
+    routine = numeric.routine(square, chosen, tuple(free)).flat
     order = np.array([k for k in range(start, poses.count) if k not in causes])
-    found = follow(function, np.column_stack([q[:, given], p, r, t])[order], one.q[free], level.usual.x)
+    states = _states(poses, q[order])
+    t, p, r = (x[order] for x in poses.numbers())
+    usual = level.usual
+    unknowns = Unknowns(free, usual.x, usual.f[list(chosen)], len(free))
+    found = follow(routine, np.column_stack([t, states, p, r]), one.q[free], unknowns)
     for row, end in found.ends.items():
         causes[int(order[row])] = _ended(eom, free, int(order[end.last]), end)
     reached = np.array([k for row, k in enumerate(order) if row not in found.ends])

@@ -18,7 +18,7 @@ import numpy as np
 
 from kane.motion.steppers.collocation import radau_stages
 from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext, add_exactly, dyadic_power
-from kane.motion.steppers.dense import decompose, substitute
+from kane.program.kernel.dense import decompose, substitute
 from kane.motion.steppers.held import Held
 from kane.motion.steppers.watched import Watched, go_on_or_jump, settling
 from kane.numeric.arrays import Array as Numbers
