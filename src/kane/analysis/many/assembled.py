@@ -5,6 +5,7 @@ Of the constraints as many rows as there are coordinates to solve for are follow
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,11 +30,12 @@ _TOLD = 4
 
 
 class One(NamedTuple):
-    """A state on the constraints, q and u in order, and what is left of the constraints."""
+    """A state on the constraints, q and u in order, what is left of the constraints, and these at the values of the state."""
 
     q: Array
     u: Array
     residual: float
+    level: LevelSet | None = None
 
 
 class Closing(NamedTuple):
@@ -87,7 +89,7 @@ def assembled(poses: Poses, routes: Routes) -> Any:
     if eom.derived.conditions.f and not free:
         found, causes = poses.each(routes.alone)
         for k, one in found.items():
-            q[k], u[k], left[k] = one
+            q[k], u[k], left[k], _ = one
         return _dataset(poses, q, u, left, causes)
     first = _first(poses, routes.alone, causes)
     if first is not None:
@@ -129,7 +131,8 @@ def _follow(
     """Coordinates q (k × n) in the places that are free, and what is left of the constraints there."""
     (q, left), eom = places, poses.eom
     numeric = eom.numeric()
-    level = _level(poses, start).of(one.q, free)
+    level = one.level
+    assert level is not None
     rows = choose(level.one(one.q)[1][:, free] * level.usual.x / level.usual.f[:, None])
     if len(rows.rows) < len(free):
         raise SimulationError(
@@ -154,12 +157,17 @@ def _follow(
     _check(poses, level, q, reached, f, causes)
 
 
-def _level(poses: Poses, k: int) -> LevelSet:
-    """The configuration constraints of the kth state."""
+def level_of(poses: Poses, k: int) -> LevelSet:
+    """The configuration constraints of the kth state, by compiled code."""
     t, p, r = (x[k] for x in poses.numbers())
     eom = poses.eom
     values: dict[Expr, Any] = {**dict(zip((*eom.parameters, *eom.inputs), (*p, *r), strict=True)), time: t}
-    return eom.derived.conditions.at(values)
+    count, routine = len(eom.derived.conditions.f) * (1 + len(eom.coordinates)), eom.numeric().routine(closing).flat
+
+    def compiled(q: Array) -> Array:
+        return routine(float(t), _states(poses, q), p, r)[:, :count]
+
+    return replace(eom.derived.conditions.at(values), compiled=compiled)
 
 
 def _ended(eom: Equations, free: Sequence[int], last: int, end: End) -> str:

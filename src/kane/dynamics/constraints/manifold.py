@@ -94,12 +94,16 @@ def manifold(system: System) -> Manifold:
 
 @dataclass(frozen=True, eq=False)
 class LevelSet:
-    """The manifold at `values` of all other symbols; coordinates that are `free` (indices) move, the others are at `base`."""
+    """The manifold at `values` of all other symbols; coordinates that are `free` (indices) move, the others are at `base`.
+
+    Where there is compiled code for f and its derivatives at many q (k × n), `compiled` gives both (k × m (1 + n)).
+    """
 
     manifold: Manifold
     values: Mapping[Any, Any]
     base: Array
     free: tuple[int, ...]
+    compiled: Callable[[Array], Array] | None = None
 
     def of(self, base: Array, free: Sequence[int]) -> "LevelSet":
         """The same with some coordinates held."""
@@ -107,6 +111,9 @@ class LevelSet:
 
     @cached_property
     def _run(self) -> Callable[[Array, Indices | slice], Array]:
+        compiled = self.compiled
+        if compiled is not None:
+            return lambda x, starts: compiled(x)
         return self._evaluated([*self.manifold.f, *self.manifold.gradient.entries])
 
     @cached_property
