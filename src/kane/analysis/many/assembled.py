@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.analysis.many.following import End, Unknowns, follow
+from kane.analysis.many.following import End, Square, Unknowns, follow
 from kane.analysis.many.poses import Poses
 from kane.analysis.state_checks import misses
 from kane.dynamics.constraints.manifold import LevelSet, turned_closures
@@ -54,16 +54,11 @@ def closing(eom: Equations) -> Bundle[Closing]:
     return Bundle("closing", ports(eom.derived), Closing, groups)
 
 
-class _Square(NamedTuple):
-    f: Array
-    gradient: Array
-
-
-def square(eom: Equations, rows: Sequence[int], columns: Sequence[int]) -> Bundle[_Square]:
+def square(eom: Equations, rows: Sequence[int], columns: Sequence[int]) -> Bundle[Square]:
     """Some of f, and their derivatives in some of the coordinates."""
     conditions = eom.derived.conditions
     return Bundle(
-        "square", ports(eom.derived), _Square,
+        "square", ports(eom.derived), Square,
         {"f": [conditions.f[i] for i in rows], "gradient": conditions.gradient.take(rows, columns)},
     )  # fmt: skip
 

@@ -54,6 +54,13 @@ class Followed(NamedTuple):
     ends: Mapping[int, End]
 
 
+class Square(NamedTuple):
+    """f (n) and ∂f/∂x (n × n)."""
+
+    f: Array
+    gradient: Array
+
+
 class Unknowns(NamedTuple):
     """Where x stands among the values of the ports without the first, t; its sizes and those of f, and which of x are `measured`.
 
@@ -127,9 +134,7 @@ class _Following:
             w.number, ("width", "n", "measured", "start", "stop")
         )
         self.ports = [w.number(f"port{k}") for k in range(ports)]
-        self.data, self.at, self.places, self.sizes, self.rows = map(
-            w.array, ("data", "at", "places", "sizes", "rows")
-        )
+        self.data, self.at, self.places, self.sizes, self.rows = map(w.array, ("data", "at", "places", "sizes", "rows"))
         self.room, self.out, self.h, self.roots = map(w.array, ("room", "out", "h", "roots"))
         self.s, self.ends, self.found = map(w.array, ("s", "ends", "found"))
         self.hoist = w.callee("hoist", "array", "array")
@@ -177,7 +182,10 @@ class _Following:
         self.moved.put(0.0)
         with w.few(self.n) as i:
             old = [self.roots[i + self.n * j] for j in range(_OLD)]
-            guesses = {count: w.sum([x * c for x, c in zip(old, weights, strict=False)]) for count, weights in _EXTRAPOLATED.items()}
+            guesses = {
+                count: w.sum([x * c for x, c in zip(old, weights, strict=False)])
+                for count, weights in _EXTRAPOLATED.items()
+            }
             guess = w.select(run > 3.0, guesses[4], w.select(run > 2.0, guesses[3], guesses[2]))
             self.room[self.x + i] = guess
             with w.when(i < self.measured):
@@ -226,9 +234,7 @@ class _Following:
                     room[self.x + i] = room[self.x + i] + room[self.change + i] * self.sizes[i]
                 self.most.put(w.compute("max", moved * _CONTRACTS, _ENOUGH))
                 self.steps.put(self.steps.get() + 1)
-                self.going.put(
-                    w.select(moved <= _ENOUGH, 0, w.select(self.steps.get() < _STEPS, 1, w.integer(-1)))
-                )
+                self.going.put(w.select(moved <= _ENOUGH, 0, w.select(self.steps.get() < _STEPS, 1, w.integer(-1))))
             with w.otherwise():
                 self.going.put(-1)
 
