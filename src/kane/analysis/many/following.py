@@ -76,7 +76,7 @@ class Unknowns(NamedTuple):
 def follow(routine: CompiledRoutine, data: Array, x: Array, unknowns: Unknowns) -> Followed:
     """The roots at the rows of `data` (k × d), where x (n) is one at the first; a row holds t and what the other ports take.
 
-    `routine` gives f, then ∂f/∂x row by row. A row that the branch does not lead to is left out, and the next ones are tried from the
+    `routine` of t, a state, parameters and what else there is gives f, then ∂f/∂x row by row. A row that the branch does not lead to is left out, and the next ones are tried from the
     last root before it.
     """
     n, ports = len(x), [len(port.symbols) for port in routine.program.ports[1:]]
