@@ -149,7 +149,7 @@ class Conditions:
         """How large the terms of F are at X, and what steps from there are measured by."""
         values, z, slopes, solve = self._numbers(x)
         nq, n = len(self.eom.coordinates), len(self.eom.speeds)
-        size = magnitudes(values, slopes, z, x[nq : nq + n])
+        size = magnitudes(self.eom, values, slopes, z, x[nq : nq + n])
         plain = list(self.perturbed.coordinates)
         held = [values.configuration_terms, np.ones(len(self.perturbed.sets)), size.motion]
         terms = np.concatenate([*held, size.rates[plain], size.spins, size.accelerations, values.state_terms])

@@ -45,10 +45,8 @@ def balance(
     sizes = np.abs(a)
     largest = sizes.max(axis=(-2, -1), keepdims=True, initial=0)
     counts = sizes > rounding * largest
-    if np.isfinite(largest).all():
-        a = a * counts + 0.0  # which takes a third of the time of np.where, and leaves no −0 either
-    else:
-        a = np.where(counts, a, 0.0)
+    # a product takes a third of the time of np.where, and with 0.0 added leaves no −0 either
+    a = a * counts + 0.0 if np.isfinite(largest).all() else np.where(counts, a, 0.0)
     sizes = np.abs(a) if reach is None else np.maximum(reach, np.abs(a))
     divided: dict[int, Array] = {}
     for axis in order:
@@ -273,10 +271,12 @@ def sizes(a: Array, root: Array) -> Array:
 def metric(m: Array, a: Array | None = None, light: float = _LIGHT) -> Array:
     """S (n × n) with S Sᵀ = M⁻¹; directions that move no mass are made a little heavy: free to move but not arbitrary.
 
-    For a coordinate alone that means: it has `light` of the inertia that the constraints reflect onto it, whatever its unit.
+    For a coordinate alone that means: it has `light` of the inertia that the constraints reflect onto it, whatever its unit. A mass
+    below zero counts as none.
     """
     own = _diagonal(m)
     added = np.maximum(light * reflected(own, np.zeros((0, len(m))) if a is None else a) - own, 0.0)
+    added += np.maximum(-np.diag(m), 0.0)
     heavy = m + np.diag(added)
     size = np.sqrt(np.diag(heavy))
     values, vectors = np.linalg.eigh(heavy / np.outer(size, size))

@@ -9,7 +9,7 @@ the one that it meets at a fold. Where parts become too small the branch ends. A
 
 from collections.abc import Mapping, Sequence
 from functools import cache
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -76,8 +76,8 @@ class Unknowns(NamedTuple):
 def follow(routine: CompiledRoutine, data: Array, x: Array, unknowns: Unknowns) -> Followed:
     """The roots at the rows of `data` (k × d), where x (n) is one at the first; a row holds t and what the other ports take.
 
-    `routine` of t, a state, parameters and what else there is gives f, then ∂f/∂x row by row. A row that the branch does not lead to is left out, and the next ones are tried from the
-    last root before it.
+    `routine` of t, a state, parameters and what else there is gives f, then ∂f/∂x row by row. A row that the branch does not lead to
+    is left out, and the next ones are tried from the last root before it.
     """
     n, ports = len(x), [len(port.symbols) for port in routine.program.ports[1:]]
     places = np.cumsum([1, *ports]).tolist()
@@ -138,7 +138,8 @@ class _Following:
         self.room, self.out, self.h, self.roots = map(w.array, ("room", "out", "h", "roots"))
         self.s, self.ends, self.found = map(w.array, ("s", "ends", "found"))
         self.hoist = w.callee("hoist", "array", "array")
-        self.function = w.callee("function", "float", *["array" for _ in range(ports + 2)])
+        arrays: list[Literal["float", "array"]] = ["array"] * (ports + 2)
+        self.function = w.callee("function", "float", *arrays)
         self.going, self.steps, self.led, self.parts = (
             w.variable(name, INT) for name in ("going", "steps", "led", "parts")
         )

@@ -24,8 +24,8 @@ _TOLD = 4
 class Followed(NamedTuple):
     """Conditions to follow from X at the start, which of X is `free`, its `symbols`, and their places in a row of data after t.
 
-    Of `routine` z = (u̇, λ, R) is unknown too, behind what is free, and `last` at the start. `left` gives the largest share that is left
-    of the conditions at each X (k × …); no more than `tolerance` may be.
+    Of `routine` z = (u̇, λ, R) is unknown too, behind what is free, and `last` at the start. `left` gives the largest share that is
+    left of the conditions at each X (k × …); no more than `tolerance` may be.
     """
 
     start: Array
@@ -40,10 +40,10 @@ class Followed(NamedTuple):
 
 
 class Routes(NamedTuple):
-    """How the kth is found by itself, and what to follow from it, None where that cannot be."""
+    """How the kth is found by itself, and what to follow from the X that it has, None where that cannot be."""
 
     alone: Callable[[int], State]
-    followed: Callable[[int], Followed | None]
+    followed: Callable[[int, Array], Followed | None]
 
 
 def trimmed(poses: Poses, routes: Routes) -> Any:
