@@ -254,6 +254,9 @@ def test_bodies_stay_possible(seed, edge):
     assert room_held > 0
     for s, value in free.values.items():
         assert abs(held.values[s] - value) < (0.5 if edge else 0.01) * free.errors[s]
+    joined = kn.fit(eom, data, [I1, I3], **given, physical=True, segments=3)
+    for s, value in held.values.items():
+        assert abs(joined.values[s] - value) < 1e-3 * held.errors[s]
     if edge:
         assert room_held < 1e-6 < -room
         impossible = {**given, "parameters": {I1: 0.01, I2: 0.03, I3: 0.05}}
