@@ -5,236 +5,43 @@ f = 0,  eᵀe = 1,  A u + b = 0,  u̇_I = 0,  q̇ = 0 of the coordinates that ma
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
-from typing import Any, NamedTuple, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
 from kane import expect
 from kane.analysis.differentiable import warn_of_jumps
-from kane.analysis.flow import Flow, Preference, dependence, flow_at, magnitudes, scaled, share
+from kane.analysis.flow import Flow, Preference, dependence, flow_at, scaled
 from kane.analysis.linearization import choice_of
 from kane.analysis.local import (
-    Slopes,
-    Values,
     all_switches,
-    coded,
-    quick_solver,
-    regular_rows,
-    slopes_at,
-    solver,
-    unknowns,
-    values,
-    values_at,
 )
-from kane.analysis.many.following import Square, Unknowns
 from kane.analysis.many.poses import Poses, poses
+from kane.analysis.many.steady_rows import followed as followed_from
 from kane.analysis.many.trimmed import Followed, Routes, trimmed
 from kane.analysis.operating_point import closed, state_from, warn_of_contacts
-from kane.analysis.perturbations import Perturbations, perturbations
-from kane.analysis.state_checks import StateArrays, entries, open_shares
+from kane.analysis.perturbations import perturbations
+from kane.analysis.state_checks import entries
+from kane.analysis.steady_conditions import Conditions, Measured, Problem, shares
 from kane.dynamics.constraints.manifold import branches, turned_closures
-from kane.dynamics.constraints.partition import choose
-from kane.dynamics.readings.unsolved import partials, unsolved
-from kane.equations.compiled import Numeric, ports
+from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import GROUPS, State, StateValues, by_keyword, state_of
 from kane.errors import SimulationError, ValueMissingError
-from kane.expr.build import sub
-from kane.expr.matrix import Matrix, dot
-from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.node import Expr
 from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.newton import Closed, close, closest, starts
 from kane.numeric.rank import level, singular
 from kane.numeric.sampling import SEED, draw, named_values
 from kane.numeric.scale import ROUNDED_CHAIN, SOLVED, STATE_RANK, TAKES_PART, UNRELATED
-from kane.program.from_expressions import Bundle
 from kane.program.native.machine import Settings
 from kane.progress import working
 
 _NEAR = (3, 8)
 """Seeds of the states near the start at which it is asked what depends on what."""
-_SURELY = 1e-3
-"""Share of the tolerance below which it does not matter at which state sizes are those."""
-_ROUNDS = 3
-"""Times that sizes of what moves and of what must vanish follow from each other."""
-
-
-class Applying(NamedTuple):
-    """The perturbations, speeds and further states of which rates must vanish."""
-
-    constant: tuple[int, ...]
-    steady: tuple[int, ...]
-    further: tuple[int, ...]
-
-
-class Sizes(NamedTuple):
-    """The sizes of the terms of F; of F and X where both move as far as they do together, `rows` and `columns`."""
-
-    terms: Array
-    rows: Array
-    columns: Array
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Conditions:
-    """F and ∂F/∂X; `symbols` names X; rates must vanish of the perturbations `constant`, the speeds `steady`, the states `further`.
-
-    Dependent speeds that follow from what matters are among `steady`: at a dead centre the acceleration of the independent ones alone
-    may vanish though nothing is at rest. `quick` are those near states at which the equations were found regular.
-    """
-
-    numeric: Numeric[Equations]
-    t: float
-    symbols: tuple[Symbol, ...]
-    constant: tuple[int, ...]
-    steady: tuple[int, ...]
-    further: tuple[int, ...] = ()
-    constraints_only: bool = False
-    quick: bool = False
-
-    @property
-    def eom(self) -> Equations:
-        """The equations."""
-        return self.numeric.equations
-
-    @property
-    def perturbed(self) -> Perturbations:
-        """The perturbations of the coordinates."""
-        return self.numeric.value(perturbations)
-
-    @property
-    def applying(self) -> Applying:
-        """What must not change."""
-        return Applying(self.constant, self.steady, self.further)
-
-    @property
-    def labels(self) -> tuple[tuple[str, str], ...]:
-        """A name and a unit for each condition."""
-        eom, perturbed = self.eom, self.perturbed
-        held = [c.name for c in eom.system.holonomic], [c.name for c in eom.constraints.constraints]
-        labels = [(n, "") for n in held[0]] + [("unit length of Euler parameters", "")] * len(perturbed.sets)
-        labels += [(n, "") for n in held[1]]
-        if self.constraints_only:
-            return tuple(labels)
-        labels += [(f"{perturbed.names[i]}'", _unit(perturbed.symbols[i])) for i in self.constant]
-        moved = [*(eom.speeds[i] for i in self.steady), *(eom.states[i] for i in self.further)]
-        return (*labels, *((f"{s.name}'", _unit(s)) for s in moved))
-
-    def state(self, x: Array) -> StateArrays:
-        """The state at X."""
-        eom = self.eom
-        at = np.cumsum([len(eom.state), len(eom.inputs)])
-        own, r, p = np.split(x, at)
-        return StateArrays(self.t, own, p, r)
-
-    def __call__(self, x: Array) -> tuple[Array, Array]:
-        """F and ∂F/∂X."""
-        values, z, slopes, solve = self._numbers(x)
-        places, held = self._places(x, values, slopes)
-        f, j = list(places), list(held)
-        if not self.constraints_only:
-            plain, n = list(self.perturbed.coordinates), len(self.eom.speeds)
-            rates = np.append(values.rates[plain], values.spins)
-            moved = np.vstack([slopes.rates[plain], slopes.spins])
-            free = list(self.steady)
-            further = list(self.further)
-            f += [rates[list(self.constant)], z[:n][free], values.states[further]]
-            j += [moved[list(self.constant)], -solve(slopes.residual)[:n][free], slopes.states[further]]
-        return np.concatenate(f), np.vstack(j)
-
-    def sizes(self, x: Array) -> Sizes:
-        """How large the terms of F are at X, and what steps from there are measured by."""
-        values, z, slopes, solve = self._numbers(x)
-        nq, n = len(self.eom.coordinates), len(self.eom.speeds)
-        size = magnitudes(self.eom, values, slopes, z, x[nq : nq + n])
-        plain = list(self.perturbed.coordinates)
-        held = [values.configuration_terms, np.ones(len(self.perturbed.sets)), size.motion]
-        terms = np.concatenate([*held, size.rates[plain], size.spins, size.accelerations, values.state_terms])
-        pushed = np.maximum(np.abs(size.inverse @ slopes.residual[:n]), np.abs(solve(slopes.residual)[:n]))
-        moved = self._places(x, values, slopes)[1]
-        j = np.abs(np.vstack([*moved, slopes.rates[plain], slopes.spins, pushed, slopes.states]))
-        start, states = sum(map(len, held)), len(values.states)
-        changed = [*(i - n for i in self.steady), *self.further]
-        rest = [] if self.constraints_only else [*self.constant, *(len(terms) - states - start + i for i in changed)]
-        taken = [*range(start), *(start + i for i in rest)]
-        least = np.zeros(len(x))
-        least[nq : nq + n] = size.alone
-        rows, columns = _steps(terms, j, least)
-        return Sizes(np.where(terms > 0, terms, rows)[taken], rows[taken], columns)
-
-    def _numbers(self, x: Array) -> tuple[Values, Array, Slopes, Callable[[Array], Array]]:
-        """What stands in the equations at X, z (zero for constraints alone), the derivatives, and what solves for z."""
-        eom, state, run = self.eom, self.state(x), coded(self.numeric)
-        values = values_at(run, state)
-        solve = np.zeros_like if self.constraints_only else (quick_solver if self.quick else solver)(eom, values, state)
-        z = solve(values.right)
-        slopes = slopes_at(run, state, z)
-        if eom.parameters:
-            pairs = zip(slopes, slopes_at(run, state, z, *eom.parameters), strict=True)
-            slopes = Slopes(*map(np.hstack, pairs))
-        return values, z, slopes, solve
-
-    def _places(self, x: Array, values: Values, slopes: Slopes) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
-        """f, eᵀe − 1, A u + b and their derivatives."""
-        sets = self.perturbed.sets
-        norms, norm_slopes = np.zeros(len(sets)), np.zeros((len(sets), len(x)))
-        for k, places in enumerate(sets):
-            e = x[list(places)]
-            norms[k], norm_slopes[k, list(places)] = e @ e - 1.0, 2 * e
-        f = values.configuration, norms, values.motion
-        return f, (slopes.configuration, norm_slopes, slopes.motion)
-
-
-def _steps(terms: Array, j: Array, least: Array) -> tuple[Array, Array]:
-    """Sizes of f with `terms` (m) and slopes of the size `j` (m × n), and of x, no smaller than the `least`; 1 where nothing tells.
-
-    An x has the size that changes some terms by theirs. Such changes make terms in other f, which are small where the motion is
-    straight or at rest, and let others move further.
-    """
-    rows, columns = terms, np.zeros(len(least))
-    for _ in range(_ROUNDS):
-        with np.errstate(divide="ignore", invalid="ignore"):
-            reach = np.where((j > 0) & (rows[:, None] > 0), rows[:, None] / j, np.inf).min(axis=0, initial=np.inf)
-        columns = np.maximum(np.where(np.isfinite(reach), reach, 0.0), least)
-        columns = np.where(columns > 0, columns, 1.0)
-        rows = np.maximum(rows, (j * columns).max(axis=1, initial=0))
-    return np.where(rows > 0, rows, 1.0), columns
-
-
-def _unit(s: Symbol | None) -> str:
-    return f"{s.unit}/s" if s is not None and s.unit else ""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Measured:
-    """F over the sizes of its `rows` and ∂F/∂Y, of Y = X at `places` over the sizes of its `columns`: the same in any units.
-
-    The other X stay as at the `start`.
-    """
-
-    conditions: Conditions
-    rows: Array
-    columns: Array
-    start: Array
-    places: Sequence[int]
-
-    def spread(self, y: Array) -> Array:
-        """X of Y."""
-        x = self.start.copy()
-        x[list(self.places)] = y * self.columns
-        return x
-
-    def __call__(self, y: Array) -> tuple[Array, Array]:
-        """F and ∂F/∂Y."""
-        f, j = self.conditions(self.spread(y))
-        return f / self.rows, j[:, list(self.places)] * self.columns / self.rows[:, None]
-
-    def last(self, y: Array) -> str:
-        """The last of Y, by name."""
-        return f"{self.conditions.symbols[self.places[-1]].name} = {y[-1] * self.columns[-1]:.6g}"
 
 
 def conditions(
@@ -303,31 +110,6 @@ def _matter(flow: Flow) -> Mask:
 
 
 _TRIES = 12
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Problem:
-    """Conditions, a start X, and which entries of X may move; `missing` are those that were left out.
-
-    `measured` are the conditions over their sizes at the start.
-    """
-
-    conditions: Conditions
-    start: Array
-    free: tuple[int, ...]
-    missing: tuple[int, ...]
-    measured: Measured
-
-    @property
-    def mattering(self) -> tuple[int, ...]:
-        """Entries of X on which something depends."""
-        conditions = self.conditions
-        perturbed, eom = conditions.perturbed, conditions.eom
-        nq, n = len(eom.coordinates), len(eom.speeds)
-        plain = len(perturbed.coordinates)
-        own = [perturbed.coordinates[i] for i in conditions.constant if i < plain]
-        steady = (*conditions.steady, *(n + i for i in conditions.further))
-        return (*own, *(nq + i for i in steady), *range(len(eom.state), len(self.start)))
 
 
 def problem(numeric: Numeric[Equations], given: State, moving: Sequence[Any], independent: Sequence[Any]) -> Problem:
@@ -430,85 +212,9 @@ def _of_many(many: Poses, numeric: Numeric[Equations], options: tuple[Sequence[A
     def followed(k: int, first: Array) -> Followed | None:
         if isinstance(many.given("t")[time], np.ndarray) or numeric.value(all_switches):
             return None
-        return _followed(problem(numeric, many.state(k), moving, independent), first, tolerance)
+        return followed_from(problem(numeric, many.state(k), moving, independent), first, tolerance)
 
     return trimmed(many, Routes(alone, followed))
-
-
-def _followed(task: Problem, first: Array, tolerance: float) -> Followed | None:
-    """What is followed from the steady motion X; None where the conditions do not determine what is free."""
-    conditions, free = replace(task.conditions, quick=True), list(task.free)
-    numeric, eom, measured = conditions.numeric, conditions.eom, task.measured
-    _, j = conditions(first)
-    rows = sorted(choose(j[:, free] * measured.columns[free] / measured.rows[:, None]).rows) if free else []
-    if len(rows) < len(free):
-        return None
-    _, z, slopes, _ = conditions._numbers(first)
-    keep, terms = regular_rows(eom), conditions.sizes(task.start).terms
-    routine = numeric.routine(steadiness, conditions.applying, tuple(rows), tuple(free), keep).flat
-    # X is (x, r, p), what routines take (x, p, r, z)
-    x, r, p = (len(s) for s in (eom.state, eom.inputs, eom.parameters))
-    places = [*range(x), *range(x + p, x + p + r), *range(x, x + p)]
-    pushed = np.abs(slopes.residual[list(keep)] * measured.columns).max(axis=1, initial=0)
-    unknowns = Unknowns(
-        [*(places[i] for i in free), *(x + p + r + k for k in keep)],
-        np.concatenate([measured.columns[free], np.ones(len(keep))]),
-        np.concatenate([measured.rows[rows], np.where(pushed > 0, pushed, 1.0)]),
-        len(free),
-    )
-
-    def left(xs: Array) -> Array:
-        # far below the tolerance by the sizes at the first, which cost less than those there
-        shares = _quick_shares(conditions, xs, terms)
-        for k in np.flatnonzero(~(shares <= _SURELY * tolerance)).tolist():
-            shares[k] = _shares(conditions, xs[k]).max(initial=0)
-        return shares
-
-    return Followed(task.start, free, conditions.symbols, places, routine, unknowns, z[list(keep)], left, tolerance)
-
-
-def steadiness(
-    eom: Equations, applying: Applying, rows: Sequence[int], free: Sequence[int], keep: Sequence[int]
-) -> Bundle[Square]:
-    """Some of F, and K z = k of the rows that are kept, with the derivatives in what is free of X, and in z."""
-    u, perturbed = unsolved(eom.derived), perturbations(eom)
-    e = [[eom.coordinates[i] for i in places] for places in perturbed.sets]
-    moved = [*(u.rates[i] for i in perturbed.coordinates), *u.spins]
-    z = [u.unknowns[i] for i in applying.steady]
-    held = [*u.configuration, *(sub(dot(x, x), ONE) for x in e), *u.motion]
-    every = [*held, *(moved[i] for i in applying.constant), *z, *(u.states[i] for i in applying.further)]
-    f, residual = [every[i] for i in rows], [u.residual[k] for k in keep]
-    symbols = (*eom.state, *eom.inputs, *eom.parameters)
-    by_x = partials([*f, *residual], [symbols[i] for i in free])
-    kept = [u.unknowns[k] for k in keep]
-    by_z = [[ONE if f_i is unknown else ZERO for unknown in kept] for f_i in f]
-    by_z += [[u.matrix[k][i] for i in keep] for k in keep]
-    gradient = [[*one, *two] for one, two in zip(by_x, by_z, strict=True)]
-    size = len(f) + len(keep)
-    groups = {"f": [*f, *residual], "gradient": Matrix(gradient, (size, size))}
-    return Bundle("steadiness", (*ports(eom.derived), unknowns(eom)), Square, groups)
-
-
-def _quick_shares(conditions: Conditions, xs: Array, terms: Array) -> Array:
-    """What is left of F at each X (k × …), by sizes of its terms that are known; infinity where K is singular at one of them."""
-    eom, run = conditions.eom, coded(conditions.numeric)
-    x, r, p = np.split(xs, np.cumsum([len(eom.state), len(eom.inputs)]), axis=1)
-    own, keep, n = run(values)(conditions.t, x, p, r), list(regular_rows(eom)), len(eom.speeds)
-    z = np.zeros(own.right.shape)
-    try:
-        z[:, keep] = np.linalg.solve(own.matrix[:, keep][:, :, keep], own.right[:, keep, None])[:, :, 0]
-    except np.linalg.LinAlgError:
-        return np.full(len(xs), np.inf)
-    norms = [(x[:, list(places)] ** 2).sum(axis=1)[:, None] - 1.0 for places in conditions.perturbed.sets]
-    moved = np.hstack([own.rates[:, list(conditions.perturbed.coordinates)], own.spins])
-    applying = conditions.applying
-    steady = (
-        moved[:, list(applying.constant)],
-        z[:, :n][:, list(applying.steady)],
-        own.states[:, list(applying.further)],
-    )
-    f = np.hstack([own.configuration, *norms, own.motion, *steady])
-    return np.asarray(share(f, terms).max(axis=1, initial=0))
 
 
 def equilibrium(
@@ -540,11 +246,11 @@ def solve_problem(task: Problem, tolerance: float) -> Array:
 
     def astray(y: Array) -> Array:
         x = y * measured.columns
-        return np.append(turned(x), _shares(task.conditions, x).max(initial=0) > tolerance)
+        return np.append(turned(x), shares(task.conditions, x).max(initial=0) > tolerance)
 
     best = closest(measured, tries, task.free, np.inf, limit=1e-14, astray=astray)
     x = _plain(task, best) * measured.columns
-    left = _shares(task.conditions, x)
+    left = shares(task.conditions, x)
     if not left.max(initial=0) <= tolerance:
         raise SimulationError(_failed(task, task.conditions(x)[0], left, best.steps))
     away = turned_closures(branches(task.conditions.eom.system), turned(x))
@@ -552,15 +258,6 @@ def solve_problem(task: Problem, tolerance: float) -> Array:
     cure = "Guess coordinates on that branch: kn.assemble finds them."
     expect.that(not away, expected, came=away, cure=cure, error=SimulationError)
     return x
-
-
-def _shares(conditions: Conditions, x: Array) -> Array:
-    """What is left of each condition, over the size of its terms."""
-    f, held = conditions(x)[0], len(conditions.eom.system.holonomic)
-    sizes = conditions.sizes(x).terms
-    shares = share(f, sizes)
-    shares[:held] = open_shares(conditions.eom, f[:held], sizes[:held], conditions.state(x).given(conditions.eom))
-    return shares
 
 
 def _plain(task: Problem, best: Closed) -> Array:

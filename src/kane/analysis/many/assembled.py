@@ -159,7 +159,7 @@ def level_of(poses: Poses, k: int) -> LevelSet:
     values: dict[Expr, Any] = {**dict(zip((*eom.parameters, *eom.inputs), (*p, *r), strict=True)), time: t}
     count, routine = len(eom.derived.conditions.f) * (1 + len(eom.coordinates)), eom.numeric().routine(closing).flat
 
-    def compiled(q: Array) -> Array:
+    def compiled(q: Array, _: Any) -> Array:
         return routine(float(t), _states(poses, q), p, r)[:, :count]
 
     return replace(eom.derived.conditions.at(values), compiled=compiled)

@@ -94,16 +94,13 @@ def manifold(system: System) -> Manifold:
 
 @dataclass(frozen=True, eq=False)
 class LevelSet:
-    """The manifold at `values` of all other symbols; coordinates that are `free` (indices) move, the others are at `base`.
-
-    Where there is compiled code for f and its derivatives at many q (k × n), `compiled` gives both (k × m (1 + n)).
-    """
+    """The manifold at `values` of all other symbols; `free` coordinates (indices) move, others are at `base`; f may be `compiled`."""
 
     manifold: Manifold
     values: Mapping[Any, Any]
     base: Array
     free: tuple[int, ...]
-    compiled: Callable[[Array], Array] | None = None
+    compiled: Callable[[Array, Indices | slice], Array] | None = None
 
     def of(self, base: Array, free: Sequence[int]) -> "LevelSet":
         """The same with some coordinates held."""
@@ -111,9 +108,6 @@ class LevelSet:
 
     @cached_property
     def _run(self) -> Callable[[Array, Indices | slice], Array]:
-        compiled = self.compiled
-        if compiled is not None:
-            return lambda x, starts: compiled(x)
         return self._evaluated([*self.manifold.f, *self.manifold.gradient.entries])
 
     @cached_property
@@ -130,7 +124,7 @@ class LevelSet:
 
     def numbers(self, q: Array, starts: Indices | slice = _EVERY) -> tuple[Array, Array]:
         """f (k × m) and ∂f/∂q (k × m × n) at q (k × n)."""
-        values, m = self._run(q, starts), len(self.manifold.f)
+        values, m = (self.compiled or self._run)(q, starts), len(self.manifold.f)
         return values[:, :m], values[:, m:].reshape(len(q), m, len(self.base))
 
     def one(self, q: Array) -> tuple[Array, Array]:
