@@ -2,14 +2,21 @@
 """Many double pendulums on one core and two, a second: `python -m benchmarks.many [COUNT [PAIRS]]`, beside heyoka where it is there.
 
 Rods start at rest at random angles and move for 10 s, at the loosest tolerances that keep the energy to 1e-8 in the median: `drift`
-is its change over the largest that there is. Both sides run in turn.
+is its change over the largest that there is. Both sides run in turn. Two threads are compared with two processes, too, which share
+nothing: each has half of the motions. `python -m benchmarks.many poses`: what a pose costs of a crank's turn and of a trajectory of a
+Stewart platform, in whole calls.
 """
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from functools import partial
+from concurrent.futures import ProcessPoolExecutor
+from functools import cache, partial
+from multiprocessing import get_context
+from statistics import median
+from time import perf_counter
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +24,8 @@ import kane as kn
 from benchmarks.native import Array
 from benchmarks.paired import paired
 from benchmarks.rhs_cases import optional
-from kane.gallery import pendulums
+from kane.gallery import four_bar, pendulums
+from tests.systems import stewart
 
 END, GRAVITY = 10.0, 9.81
 TOLERANCE, PEERS = 8e-8, 1e-7  # at 1.2e-7 a Taylor series loses an order, and drifts by 3e-8
@@ -48,8 +56,97 @@ def energy(x: Array) -> Array:
     return np.asarray(kinetic - GRAVITY * (1.5 * np.cos(q1) + 0.5 * np.cos(q2)))
 
 
+@cache
+def _alone() -> Callable[[Array], Array]:
+    return own(1)
+
+
+def _end(x: Array) -> Array:
+    return _alone()(x)
+
+
+class TwoProcesses:
+    """Half of the motions in each of two processes."""
+
+    def __init__(self, x: Array) -> None:
+        self.halves = np.array_split(x, 2)
+        self.pool = ProcessPoolExecutor(2, get_context("spawn"))
+
+    def __call__(self) -> list[Array]:
+        """The ends of both."""
+        return list(self.pool.map(_end, self.halves))
+
+
+def _per_pose(name: str, count: int, call: Callable[[], object]) -> None:
+    """The median of five whole calls after the first."""
+    call()
+    times = []
+    for _ in range(5):
+        begin = perf_counter()
+        call()
+        times.append(perf_counter() - begin)
+    print(f"{name}: {median(times) / count * 1e3:.3f} ms a pose of {count}")
+
+
+def crank_turn(count: int) -> None:
+    """A full turn of a four-bar's crank, and what is asked of it."""
+    linkage, drive = four_bar.system(), kn.input("drive", "N*m")
+    crank, (u1, *others) = linkage.bodies[0].parts()[0].frame, linkage.speeds
+    assert crank is not None
+    loads = [kn.gravity(-GRAVITY * linkage.inertial.y), kn.Torque(crank, drive * crank.z)]
+    eom = kn.derive(
+        linkage.replace(
+            loads=loads, reactions=[], dependent_speeds=others, dependent_coordinates=linkage.coordinates[1:]
+        )
+    )
+    q = {"q1": np.linspace(0, 2 * np.pi, count), "q2": kn.guess(0.9), "q3": kn.guess(-1.4)}
+    hung = {"q1": kn.guess(-1.9), "q2": kn.guess(1.0), "q3": kn.guess(-0.6)}
+    assemble = partial(kn.assemble, eom, q=q, u={u1: 5.0})
+    _of_poses("crank", count, assemble, kn.inverse(eom, [drive]), ({u1.dt: 0.0}, {drive: 0.0}), eom)
+    _per_pose("crank, trim", count, lambda: kn.trim(eom, q=hung, inputs={drive: np.linspace(0, 8, count)}))
+
+
+def platform(count: int) -> None:
+    """A closed path of a Stewart platform, its 18 coordinates of the legs sought."""
+    eom, s = kn.derive(stewart.system()), np.linspace(0, 2 * np.pi, count)
+    path = {
+        "x": 0.2 * np.cos(s),
+        "y": 0.2 * np.sin(s),
+        "z": 1.2 + 0.1 * np.sin(2 * s),
+        "a1": 0,
+        "a2": 0,
+        "a3": 0.3 * np.sin(s),
+    }
+    legs = {f"{name}{k}": kn.guess(x) for k in stewart.LEGS for name, x in (("al", 0.0), ("be", 0.0), ("s", 1.2))}
+    assemble = partial(kn.assemble, eom, q=path | legs, u={f"u_{name}": 0.1 for name in stewart.PLATFORM})
+    forces = [f"f{k}" for k in stewart.LEGS]
+    given = {u.dt: 0.0 for u in eom.independent_speeds}
+    _of_poses("platform", count, assemble, kn.inverse(eom, forces), (given, dict.fromkeys(forces, 0.0)), eom)
+
+
+def _of_poses(
+    name: str,
+    count: int,
+    assemble: Callable[[], Any],
+    inverse: kn.analysis.Inverse,
+    given: tuple[Any, Any],
+    eom: kn.Equations,
+) -> None:
+    _per_pose(f"{name}, assemble", count, assemble)
+    found, (rates, inputs) = assemble(), given
+    assert set(found.status.values) == {"found"}
+    _per_pose(f"{name}, inverse", count, lambda: inverse(found, given=rates))
+    _per_pose(f"{name}, constraint_forces", count, lambda: kn.constraint_forces(eom, found, inputs=inputs))
+    _per_pose(f"{name}, linearize", count, lambda: kn.linearize(eom, found, inputs=inputs, steady=False))
+
+
 def main() -> None:
-    """Drifts, then pairs: two threads beside one, and the peer."""
+    """Drifts, then pairs: two threads beside one, beside two processes, and the peer; or poses alone."""
+    if sys.argv[1:] == ["poses"]:
+        for count in (401, 4001):
+            crank_turn(count)
+            platform(count)
+        return
     count, pairs = (int(a) for a in (*sys.argv[1:], *("10000", "5")[len(sys.argv) - 1 :]))
     x = starts(count)
     one, two = own(1), own(2)
@@ -60,6 +157,9 @@ def main() -> None:
         print(f"{name}: drift {np.median(drift):.1e} in the median, {drift.max():.1e} at most")
     for name, run in sides.items():
         print(f"{count} motions:", paired(partial(one, x), partial(run, x), pairs).line("kane", name))
+    processes = TwoProcesses(x)
+    print(f"{count} motions:", paired(partial(two, x), processes, pairs).line("two threads", "two processes"))
+    processes.pool.shutdown()
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ STATIC = DOCS / "_static"
 TUTORIALS = ("pendulum", "cart", "four_bar", "engine", "disk", "quadcopter", "stick_slip", "chain")
 PLOTS = ("phase", "runs", "section", "cycles", "energy")
 """Figures of `howto/plotting.md` that are kept."""
-STUDIES = ("basins", "damping", "throws")
+STUDIES = ("basins", "damping", "throws", "identified")
 """Figures of `howto/studies.md`."""
 GROUPS = {
     "": "Pendulums, tops and linkages",

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 import kane as kn
+from kane.gallery import load
 from tests.systems.beams import spinning
 
 
@@ -49,3 +50,13 @@ def test_a_branch_is_warned_of_once_at_its_fastest_point() -> None:
     assert only.filename == __file__
     assert [w.category for w in said(follow, flap=True, modes=1, stiffening=False)] == [kn.StiffeningWarning]
     assert said(follow, flap=True, modes=4) == []
+
+
+@pytest.mark.parametrize("name", ["flexible_slider_crank", "flexible_four_bar"])
+@pytest.mark.parametrize("ask", [kn.trim, kn.linearize])
+def test_a_beam_bent_beyond_its_equations(name, ask):
+    """A speed alone has a negative kinetic energy there: no failure of numbers, but a named error."""
+    eom = kn.derive(load(name).system())
+    q = {x: kn.guess(6.0 if x.name.startswith("v") else 1.0) for x in eom.coordinates}
+    with pytest.raises(kn.SimulationError, match=r"kinetic energy ≥ 0|satisfies the constraints"):
+        ask(eom, q=q, u=dict.fromkeys(eom.independent_speeds, 0.0) if ask is kn.linearize else None)

@@ -133,7 +133,5 @@ def test_a_beam_bent_beyond_its_equations():
     far = {"q_crank": 0.5, "v1_rod": 0.8, "v2_rod": -0.8}
     guessed = {name: kn.guess(0.1) for name in ("q_wrist", "x")}
     rest = {u.name: 0.0 for u in eom.independent_speeds}
-    with pytest.raises(
-        kn.SimulationError, match="kinetic energy ≥ 0 for all speeds at the start, got a negative one of u_"
-    ):
+    with pytest.raises(kn.SimulationError, match="kinetic energy ≥ 0 for all speeds, got a negative one of u_"):
         kn.simulate(eom, (0, 0.1), q=far | guessed, u=rest)

@@ -16,6 +16,7 @@ from kane.numeric import (
     null_direction,
     singular,
     sure_rows,
+    surely_regular,
     within,
 )
 
@@ -67,3 +68,20 @@ def test_a_row_that_vanishes_now_is_no_row_in_small_units():
     a = np.array([[1.0, 0.0], [0.0, 1e-9]])
     assert len(sure_rows(a)) == 2
     np.testing.assert_allclose(np.abs(sure_rows(a, np.ones((2, 2)))), [[1.0, 0.0]], atol=1e-8)
+
+
+def test_surely_regular_says_nothing_that_is_not_so():
+    """By the singular values themselves, of square and of wide matrices."""
+    rng = np.random.default_rng(4)
+    for m, n in ((3, 3), (2, 5)):
+        a = rng.normal(size=(60, m, n))
+        a[:, 0] = a[:, 1] + a[:, 0] * 10.0 ** -rng.uniform(0, 14, 60)[:, None]
+        values = np.linalg.svd(a, compute_uv=False)
+        share = values[:, -1] / values[:, 0]
+        sure = surely_regular(a, 1e-4)
+        assert (share[sure] > 1e-4).all()
+        assert sure[share > 1e-3].all()
+        assert sure.any()
+        assert not sure.all()
+    assert not surely_regular(np.full((1, 2, 2), np.nan), 1e-4).any()
+    assert not surely_regular(np.zeros((1, 2, 2)), 1e-4).any()

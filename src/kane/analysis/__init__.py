@@ -30,6 +30,7 @@ __getattr__ = _offered(
         "flow": "dependence",
         "linear": "Linear Mode NormalModes SecondOrder normal_modes",
         "linearization": "Linearizer SymbolicLinear linearize linearize_symbolic linearizer",
+        "many.following": "Unknowns follow",
         "load_signs": "doubtful_loads",
         "mixed_dynamics": "Inverse inverse",
         "solution_branches": "Branch Crossing changes continuation tracked",

@@ -19,7 +19,7 @@ from typing import Any, Literal, NamedTuple, Unpack, overload
 import numpy as np
 
 from kane import expect
-from kane.analysis.many.assembled import One, Routes, assembled
+from kane.analysis.many.assembled import One, Routes, assembled, level_of
 from kane.analysis.many.poses import Poses, poses
 from kane.analysis.perturbations import turning
 from kane.analysis.state_checks import GivenEntries, entries, misses
@@ -413,21 +413,30 @@ def assemble(
         with working("Assembling"):
             return _of_many(many, all_branches)
     given = state_of(state, **values)
-    q, u = given.q, given.u
-    constants = _constants(eom, given)
-    if u is not None and rates is not None:
-        raise SimulationError("Expected either u= or rates= to assemble with, got both.")
-    wanted = _wanted_speeds(eom, u, rates)
     with working("Assembling"):
-        found = _configurations(eom, entries("coordinates", eom.coordinates, q), constants, all_branches)
+        made = _assembled(eom, given, rates, all_branches)[0]
+    return tuple(made) if all_branches else made[0]
+
+
+def _assembled(
+    eom: Equations, given: State, rates: Mapping[Any, Any] | None, every: bool, level: LevelSet | None = None
+) -> tuple[list[Assembled], LevelSet | None]:
+    """The nearest one, or `every` one that is found, and the constraints as they were looked at, by their `level` if it is given."""
+    constants = _constants(eom, given)
+    if given.u is not None and rates is not None:
+        raise SimulationError("Expected either u= or rates= to assemble with, got both.")
+    wanted = _wanted_speeds(eom, given.u, rates)
+    start = entries("coordinates", eom.coordinates, given.q)
+    sought = search(level or eom.derived.conditions.at(constants), start) if eom.derived.conditions.f else None
+    found = _configurations(eom, start, sought, every)
     made = []
-    for configuration, branch in found if all_branches else found[:1]:
+    for configuration, branch in found if every else found[:1]:
         at = dict(zip(eom.coordinates, configuration.x.tolist(), strict=True))
         speeds, left = _motion(eom, wanted, constants | dict(at.items()), rates is not None)
         by_speed = dict(zip(eom.speeds, speeds.tolist(), strict=True))
         whole = replace(given, q=at, u=by_speed)
         made.append(Assembled(whole, max(configuration.size, left), branch))
-    return tuple(made) if all_branches else made[0]
+    return made, sought.level if sought else None
 
 
 def _constants(eom: Equations, given: State) -> dict[Expr, Any]:
@@ -444,8 +453,9 @@ def _of_many(many: Poses, all_branches: bool) -> Any:
     rates = many.instances.at if by_rates else None
 
     def alone(k: int) -> One:
-        found = assemble(eom, many.state(k), rates=rates(k)["rates"] if rates else None)
-        return One(np.array([*found.q.values()]), np.array([*found.u.values()]), found.residual)
+        own, held = rates(k)["rates"] if rates else None, eom.derived.conditions.f
+        (found,), level = _assembled(eom, many.state(k), own, False, level_of(many, k) if held else None)
+        return One(np.array([*found.q.values()]), np.array([*found.u.values()]), found.residual, level)
 
     def motion(k: int, q: Array) -> tuple[Array, float]:
         given = many.state(k)
@@ -457,16 +467,14 @@ def _of_many(many: Poses, all_branches: bool) -> Any:
 
 
 def _configurations(
-    eom: Equations, start: GivenEntries, constants: Mapping[Expr, Any], every: bool
+    eom: Equations, start: GivenEntries, sought: ClosureSearch | None, every: bool
 ) -> list[tuple[Closed, str]]:
     """Where the coordinates are, and which branch that is in words: the nearest, or all that are found."""
-    constraints = eom.derived.conditions
     names = [q.name for q in eom.coordinates]
-    if not constraints.f:
+    if sought is None:
         missing = (names[i] for i in start.missing)
         expect.none(missing, "a start value for all coordinates", "none for {}", error=ValueMissingError)
         return [(Closed(start.values, np.zeros(0), 0), "")]
-    sought = search(constraints.at(constants), start)
     if not start.free:
         return [(_given(sought), "")]
     found = sought.found(every)

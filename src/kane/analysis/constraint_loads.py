@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Unpack
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
@@ -80,14 +80,7 @@ def constraint_forces(
         if reactions at cuts already bring some of these forces into evidence
     """
     check_equations(eom)
-    placed = [c for c in eom.system.constraints if c.placed and c not in set(eom.redundant)]
-    expected, came = "constraints that say where their forces act", "none: scalars that must vanish do not"
-    cure = "Declare them with kn.distance, kn.no_slip, kn.coincident, …."
-    expect.that(placed, expected, came=came, cure=cure, error=SimulationError)
-    known: dict[Constraint, Reaction] = {c: r for r in eom.reactions if (c := constraint_of(r)) is not None}
-    own = {c: known[c] if c in known else reaction(f"lambda_{k}", constraint=c) for k, c in enumerate(placed)}
-    added = [r for c, r in own.items() if c not in known]
-    others = derive(eom.system.replace(reactions=(*eom.reactions, *added), dependent_speeds=eom.dependent_speeds))
+    placed, own, others = eom.numeric().value(_in_evidence)
 
     def forces(at: State) -> tuple[Array, Array]:
         evident = others.evaluate(list(own.values()), at)
@@ -100,6 +93,27 @@ def constraint_forces(
     return ConstraintForces(
         dict(zip(placed, map(float, multipliers), strict=True)), dict(zip(placed, map(float, evident), strict=True))
     )
+
+
+class _Evidence(NamedTuple):
+    """Constraints that say where their forces act, the reactions that these are, and the equations that have these in evidence."""
+
+    placed: tuple[Constraint, ...]
+    own: Mapping[Constraint, Reaction]
+    others: Equations
+
+
+def _in_evidence(eom: Equations) -> _Evidence:
+    """What is derived for the forces of constraints, once."""
+    placed = tuple(c for c in eom.system.constraints if c.placed and c not in set(eom.redundant))
+    expected, came = "constraints that say where their forces act", "none: scalars that must vanish do not"
+    cure = "Declare them with kn.distance, kn.no_slip, kn.coincident, …."
+    expect.that(placed, expected, came=came, cure=cure, error=SimulationError)
+    known: dict[Constraint, Reaction] = {c: r for r in eom.reactions if (c := constraint_of(r)) is not None}
+    own = {c: known[c] if c in known else reaction(f"lambda_{k}", constraint=c) for k, c in enumerate(placed)}
+    added = [r for c, r in own.items() if c not in known]
+    others = derive(eom.system.replace(reactions=(*eom.reactions, *added), dependent_speeds=eom.dependent_speeds))
+    return _Evidence(placed, own, others)
 
 
 def _of_many(many: Poses, forces: Callable[[State], tuple[Array, Array]], names: Sequence[str]) -> Any:

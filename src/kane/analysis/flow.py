@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from kane.analysis.local import Outputs, Run, Slopes, Values, answers, coded, slopes_at, solver, values_at
 from kane.analysis.perturbations import Tangents, in_numbers, perturbations, spread, tangents, turning, turning_rates
-from kane.analysis.state_checks import StateArrays, open_shares
+from kane.analysis.state_checks import StateArrays, check_kinetic_energy, open_shares
 from kane.dynamics.constraints.partition import quality
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations
@@ -46,10 +46,15 @@ class Magnitudes(NamedTuple):
     alone: Array
 
 
-def magnitudes(values: Values, slopes: Slopes, z: Array, u: Array) -> Magnitudes:
-    """The sizes at a state with the speeds u, for z = (u̇, λ, R) there."""
+def magnitudes(eom: Equations, values: Values, slopes: Slopes, z: Array, u: Array) -> Magnitudes:
+    """The sizes at a state with the speeds u, for z = (u̇, λ, R) there.
+
+    A SimulationError names a speed that has a negative kinetic energy by itself.
+    """
     n, nq = len(u), len(values.rates)
     m, held = values.matrix[:n, :n], values.constraints(n)
+    if np.diag(m).min(initial=0) < -ROUNDED * np.diag(m).max(initial=0):
+        check_kinetic_energy(eom.speeds, m, "at this state")
     root = mobility(m, held)
     inverse, far = root @ root.T, np.linalg.norm(root, axis=1)
     k = n + len(held)
@@ -152,7 +157,7 @@ def flow_at(numeric: Numeric[Equations], state: StateArrays, choice: Preference,
     rows = np.vstack([own[free_q], answers[:n][free_u], slopes.states @ moves])
     rest = np.concatenate([rates[free_q], z[:n][free_u], values.states])
     a, b = rows[:, : len(rows)], rows[:, len(rows) :]
-    size = magnitudes(values, slopes, z, state.x[nq : nq + n])
+    size = magnitudes(eom, values, slopes, z, state.x[nq : nq + n])
     terms, far = np.append(size.rates[plain], size.spins), np.linalg.norm(rate_slopes[:, nq : nq + n] @ root, axis=1)
     terms = np.concatenate([terms[free_q], size.accelerations[free_u], values.state_terms])
     scale = np.append(far[free_q] / (size.pace or 1.0), np.linalg.norm(root, axis=1)[free_u])

@@ -238,11 +238,16 @@ def solver(eom: Equations, values: Values, state: StateArrays | None = None) -> 
     return solve
 
 
-def quick_solver(eom: Equations, values: Values, state: StateArrays | None = None) -> Callable[[Array], Array]:
-    """The same as `solver` where K is known to be regular with the rows of the embedding; a SingularError where it is singular."""
+def regular_rows(eom: Equations) -> tuple[int, ...]:
+    """Rows of K without those of constraints that follow from others."""
     n, m, s = len(eom.speeds), len(eom.b), len(eom.reactions)
     rows = eom.embedding.partition.rows if eom.embedding is not None else ()
-    keep = [*range(n), *(n + i for i in rows), *range(n + m, n + m + s)]
+    return (*range(n), *(n + i for i in sorted(rows)), *range(n + m, n + m + s))
+
+
+def quick_solver(eom: Equations, values: Values, state: StateArrays | None = None) -> Callable[[Array], Array]:
+    """The same as `solver` where K is known to be regular with the rows of the embedding; a SingularError where it is singular."""
+    keep = list(regular_rows(eom))
     matrix = values.matrix[keep][:, keep]
 
     def solve(right: Array) -> Array:

@@ -17,7 +17,8 @@ from kane.analysis.differentiable import Side
 from kane.analysis.linear import Linear
 from kane.analysis.linearization import Linearizer, linearizer
 from kane.analysis.operating_point import closed, state_from, warn_of_beams, warn_of_contacts
-from kane.analysis.trimming import Measured, Problem, null_space, problem, solve_problem, undetermined
+from kane.analysis.steady_conditions import Measured, Problem
+from kane.analysis.trimming import null_space, problem, solve_problem, undetermined
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import GROUPS, State, StateValues, by_keyword, state_of

@@ -16,8 +16,9 @@ from kane.errors import SimulationError, ValueMissingError
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array, first_place
+from kane.numeric.rank import negative_direction
 from kane.numeric.sampling import finite_number, named_values
-from kane.numeric.scale import GIVEN
+from kane.numeric.scale import GIVEN, TAKES_PART
 
 _TINY = np.finfo(float).tiny
 
@@ -152,3 +153,16 @@ def check_branch(eom: Equations, q: Array, rest: Mapping[Expr, Any], what: str, 
             f"Expected {what} on the branch that the closures mean, got {turned}{where}. kn.assemble finds one on it "
             f"from guesses{cure}."
         )
+
+
+def check_kinetic_energy(speeds: Sequence[Symbol], m: Array, place: str) -> None:
+    """½ uᵀ M u ≥ 0 for all speeds u at a place; the error names those that take part in a negative one."""
+    direction = negative_direction(m)
+    if direction is None:
+        return
+    names = ", ".join(str(u) for u, c in zip(speeds, direction, strict=True) if abs(c) > TAKES_PART)
+    raise SimulationError(
+        f"Expected a kinetic energy ≥ 0 for all speeds, got a negative one of {names} {place}: bodies of these masses and inertias "
+        "cannot have it, and a beam has it where it is bent further than its equations hold. Take smaller deformations, or correct "
+        "the masses and inertias."
+    )

@@ -5,22 +5,26 @@ f = 0,  eᵀe = 1,  A u + b = 0,  u̇_I = 0,  q̇ = 0 of the coordinates that ma
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
-from typing import Any, NamedTuple, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
 from kane import expect
 from kane.analysis.differentiable import warn_of_jumps
-from kane.analysis.flow import Flow, Preference, dependence, flow_at, magnitudes, scaled, share
+from kane.analysis.flow import Flow, Preference, dependence, flow_at, scaled
 from kane.analysis.linearization import choice_of
-from kane.analysis.local import Slopes, Values, all_switches, coded, quick_solver, slopes_at, solver, values_at
+from kane.analysis.local import (
+    all_switches,
+)
 from kane.analysis.many.poses import Poses, poses
+from kane.analysis.many.steady_rows import followed as followed_from
 from kane.analysis.many.trimmed import Followed, Routes, trimmed
 from kane.analysis.operating_point import closed, state_from, warn_of_contacts
-from kane.analysis.perturbations import Perturbations, perturbations
-from kane.analysis.state_checks import StateArrays, entries, open_shares
+from kane.analysis.perturbations import perturbations
+from kane.analysis.state_checks import entries
+from kane.analysis.steady_conditions import Conditions, Measured, Problem, shares
 from kane.dynamics.constraints.manifold import branches, turned_closures
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations, check_equations
@@ -38,172 +42,6 @@ from kane.progress import working
 
 _NEAR = (3, 8)
 """Seeds of the states near the start at which it is asked what depends on what."""
-_SURELY = 1e-3
-"""Share of the tolerance below which it does not matter at which state sizes are those."""
-_ROUNDS = 3
-"""Times that sizes of what moves and of what must vanish follow from each other."""
-
-
-class Sizes(NamedTuple):
-    """The sizes of the terms of F; of F and X where both move as far as they do together, `rows` and `columns`."""
-
-    terms: Array
-    rows: Array
-    columns: Array
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Conditions:
-    """F and ∂F/∂X; `symbols` names X; rates must vanish of the perturbations `constant`, the speeds `steady`, the states `further`.
-
-    Dependent speeds that follow from what matters are among `steady`: at a dead centre the acceleration of the independent ones alone
-    may vanish though nothing is at rest. `quick` are those near states at which the equations were found regular.
-    """
-
-    numeric: Numeric[Equations]
-    t: float
-    symbols: tuple[Symbol, ...]
-    constant: tuple[int, ...]
-    steady: tuple[int, ...]
-    further: tuple[int, ...] = ()
-    constraints_only: bool = False
-    quick: bool = False
-
-    @property
-    def eom(self) -> Equations:
-        """The equations."""
-        return self.numeric.equations
-
-    @property
-    def perturbed(self) -> Perturbations:
-        """The perturbations of the coordinates."""
-        return self.numeric.value(perturbations)
-
-    @property
-    def labels(self) -> tuple[tuple[str, str], ...]:
-        """A name and a unit for each condition."""
-        eom, perturbed = self.eom, self.perturbed
-        held = [c.name for c in eom.system.holonomic], [c.name for c in eom.constraints.constraints]
-        labels = [(n, "") for n in held[0]] + [("unit length of Euler parameters", "")] * len(perturbed.sets)
-        labels += [(n, "") for n in held[1]]
-        if self.constraints_only:
-            return tuple(labels)
-        labels += [(f"{perturbed.names[i]}'", _unit(perturbed.symbols[i])) for i in self.constant]
-        moved = [*(eom.speeds[i] for i in self.steady), *(eom.states[i] for i in self.further)]
-        return (*labels, *((f"{s.name}'", _unit(s)) for s in moved))
-
-    def state(self, x: Array) -> StateArrays:
-        """The state at X."""
-        eom = self.eom
-        at = np.cumsum([len(eom.state), len(eom.inputs)])
-        own, r, p = np.split(x, at)
-        return StateArrays(self.t, own, p, r)
-
-    def __call__(self, x: Array) -> tuple[Array, Array]:
-        """F and ∂F/∂X."""
-        values, z, slopes, solve = self._numbers(x)
-        places, held = self._places(x, values, slopes)
-        f, j = list(places), list(held)
-        if not self.constraints_only:
-            plain, n = list(self.perturbed.coordinates), len(self.eom.speeds)
-            rates = np.append(values.rates[plain], values.spins)
-            moved = np.vstack([slopes.rates[plain], slopes.spins])
-            free = list(self.steady)
-            further = list(self.further)
-            f += [rates[list(self.constant)], z[:n][free], values.states[further]]
-            j += [moved[list(self.constant)], -solve(slopes.residual)[:n][free], slopes.states[further]]
-        return np.concatenate(f), np.vstack(j)
-
-    def sizes(self, x: Array) -> Sizes:
-        """How large the terms of F are at X, and what steps from there are measured by."""
-        values, z, slopes, solve = self._numbers(x)
-        nq, n = len(self.eom.coordinates), len(self.eom.speeds)
-        size = magnitudes(values, slopes, z, x[nq : nq + n])
-        plain = list(self.perturbed.coordinates)
-        held = [values.configuration_terms, np.ones(len(self.perturbed.sets)), size.motion]
-        terms = np.concatenate([*held, size.rates[plain], size.spins, size.accelerations, values.state_terms])
-        pushed = np.maximum(np.abs(size.inverse @ slopes.residual[:n]), np.abs(solve(slopes.residual)[:n]))
-        moved = self._places(x, values, slopes)[1]
-        j = np.abs(np.vstack([*moved, slopes.rates[plain], slopes.spins, pushed, slopes.states]))
-        start, states = sum(map(len, held)), len(values.states)
-        changed = [*(i - n for i in self.steady), *self.further]
-        rest = [] if self.constraints_only else [*self.constant, *(len(terms) - states - start + i for i in changed)]
-        taken = [*range(start), *(start + i for i in rest)]
-        least = np.zeros(len(x))
-        least[nq : nq + n] = size.alone
-        rows, columns = _steps(terms, j, least)
-        return Sizes(np.where(terms > 0, terms, rows)[taken], rows[taken], columns)
-
-    def _numbers(self, x: Array) -> tuple[Values, Array, Slopes, Callable[[Array], Array]]:
-        """What stands in the equations at X, z (zero for constraints alone), the derivatives, and what solves for z."""
-        eom, state, run = self.eom, self.state(x), coded(self.numeric)
-        values = values_at(run, state)
-        solve = np.zeros_like if self.constraints_only else (quick_solver if self.quick else solver)(eom, values, state)
-        z = solve(values.right)
-        slopes = slopes_at(run, state, z)
-        if eom.parameters:
-            pairs = zip(slopes, slopes_at(run, state, z, *eom.parameters), strict=True)
-            slopes = Slopes(*map(np.hstack, pairs))
-        return values, z, slopes, solve
-
-    def _places(self, x: Array, values: Values, slopes: Slopes) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
-        """f, eᵀe − 1, A u + b and their derivatives."""
-        sets = self.perturbed.sets
-        norms, norm_slopes = np.zeros(len(sets)), np.zeros((len(sets), len(x)))
-        for k, places in enumerate(sets):
-            e = x[list(places)]
-            norms[k], norm_slopes[k, list(places)] = e @ e - 1.0, 2 * e
-        f = values.configuration, norms, values.motion
-        return f, (slopes.configuration, norm_slopes, slopes.motion)
-
-
-def _steps(terms: Array, j: Array, least: Array) -> tuple[Array, Array]:
-    """Sizes of f with `terms` (m) and slopes of the size `j` (m × n), and of x, no smaller than the `least`; 1 where nothing tells.
-
-    An x has the size that changes some terms by theirs. Such changes make terms in other f, which are small where the motion is
-    straight or at rest, and let others move further.
-    """
-    rows, columns = terms, np.zeros(len(least))
-    for _ in range(_ROUNDS):
-        with np.errstate(divide="ignore", invalid="ignore"):
-            reach = np.where((j > 0) & (rows[:, None] > 0), rows[:, None] / j, np.inf).min(axis=0, initial=np.inf)
-        columns = np.maximum(np.where(np.isfinite(reach), reach, 0.0), least)
-        columns = np.where(columns > 0, columns, 1.0)
-        rows = np.maximum(rows, (j * columns).max(axis=1, initial=0))
-    return np.where(rows > 0, rows, 1.0), columns
-
-
-def _unit(s: Symbol | None) -> str:
-    return f"{s.unit}/s" if s is not None and s.unit else ""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Measured:
-    """F over the sizes of its `rows` and ∂F/∂Y, of Y = X at `places` over the sizes of its `columns`: the same in any units.
-
-    The other X stay as at the `start`.
-    """
-
-    conditions: Conditions
-    rows: Array
-    columns: Array
-    start: Array
-    places: Sequence[int]
-
-    def spread(self, y: Array) -> Array:
-        """X of Y."""
-        x = self.start.copy()
-        x[list(self.places)] = y * self.columns
-        return x
-
-    def __call__(self, y: Array) -> tuple[Array, Array]:
-        """F and ∂F/∂Y."""
-        f, j = self.conditions(self.spread(y))
-        return f / self.rows, j[:, list(self.places)] * self.columns / self.rows[:, None]
-
-    def last(self, y: Array) -> str:
-        """The last of Y, by name."""
-        return f"{self.conditions.symbols[self.places[-1]].name} = {y[-1] * self.columns[-1]:.6g}"
 
 
 def conditions(
@@ -272,31 +110,6 @@ def _matter(flow: Flow) -> Mask:
 
 
 _TRIES = 12
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Problem:
-    """Conditions, a start X, and which entries of X may move; `missing` are those that were left out.
-
-    `measured` are the conditions over their sizes at the start.
-    """
-
-    conditions: Conditions
-    start: Array
-    free: tuple[int, ...]
-    missing: tuple[int, ...]
-    measured: Measured
-
-    @property
-    def mattering(self) -> tuple[int, ...]:
-        """Entries of X on which something depends."""
-        conditions = self.conditions
-        perturbed, eom = conditions.perturbed, conditions.eom
-        nq, n = len(eom.coordinates), len(eom.speeds)
-        plain = len(perturbed.coordinates)
-        own = [perturbed.coordinates[i] for i in conditions.constant if i < plain]
-        steady = (*conditions.steady, *(n + i for i in conditions.further))
-        return (*own, *(nq + i for i in steady), *range(len(eom.state), len(self.start)))
 
 
 def problem(numeric: Numeric[Equations], given: State, moving: Sequence[Any], independent: Sequence[Any]) -> Problem:
@@ -396,25 +209,10 @@ def _of_many(many: Poses, numeric: Numeric[Equations], options: tuple[Sequence[A
         )  # fmt: skip
         return found
 
-    def followed(k: int) -> Followed | None:
-        task = problem(numeric, many.state(k), moving, independent)
-        measured = task.measured
+    def followed(k: int, first: Array) -> Followed | None:
         if isinstance(many.given("t")[time], np.ndarray) or numeric.value(all_switches):
             return None
-        conditions = replace(task.conditions, quick=True)
-
-        terms = conditions.sizes(task.start).terms
-
-        def holds(x: Array) -> bool:
-            # far below the tolerance by the sizes at the first, which cost less than those there
-            near = share(conditions(x)[0], terms).max(initial=0) <= _SURELY * tolerance
-            return bool(near or _shares(conditions, x).max(initial=0) <= tolerance)
-
-        def square(x: Array) -> tuple[Array, Array]:
-            f, j = conditions(x)
-            return f / measured.rows, j[:, list(task.free)] / measured.rows[:, None]
-
-        return Followed(task.start, task.free, task.conditions.symbols, measured.columns, square, holds)
+        return followed_from(problem(numeric, many.state(k), moving, independent), first, tolerance)
 
     return trimmed(many, Routes(alone, followed))
 
@@ -448,11 +246,11 @@ def solve_problem(task: Problem, tolerance: float) -> Array:
 
     def astray(y: Array) -> Array:
         x = y * measured.columns
-        return np.append(turned(x), _shares(task.conditions, x).max(initial=0) > tolerance)
+        return np.append(turned(x), shares(task.conditions, x).max(initial=0) > tolerance)
 
     best = closest(measured, tries, task.free, np.inf, limit=1e-14, astray=astray)
     x = _plain(task, best) * measured.columns
-    left = _shares(task.conditions, x)
+    left = shares(task.conditions, x)
     if not left.max(initial=0) <= tolerance:
         raise SimulationError(_failed(task, task.conditions(x)[0], left, best.steps))
     away = turned_closures(branches(task.conditions.eom.system), turned(x))
@@ -460,15 +258,6 @@ def solve_problem(task: Problem, tolerance: float) -> Array:
     cure = "Guess coordinates on that branch: kn.assemble finds them."
     expect.that(not away, expected, came=away, cure=cure, error=SimulationError)
     return x
-
-
-def _shares(conditions: Conditions, x: Array) -> Array:
-    """What is left of each condition, over the size of its terms."""
-    f, held = conditions(x)[0], len(conditions.eom.system.holonomic)
-    sizes = conditions.sizes(x).terms
-    shares = share(f, sizes)
-    shares[:held] = open_shares(conditions.eom, f[:held], sizes[:held], conditions.state(x).given(conditions.eom))
-    return shares
 
 
 def _plain(task: Problem, best: Closed) -> Array:

@@ -35,7 +35,6 @@ __getattr__ = offered(
         "solution.files": "Contents read write",
         "start": "nearly_singular pivots check_span check_steps check_tolerance sample_times",
         "steppers.collocation": "defects events gauss integrals lagrange radau radau_stages",
-        "steppers.dense": "decompose factor invert solve substitute",
         "steppers.dop853": "DOP853",
         "steppers.gauss": "along gauss_kernel",
         "steppers.context": "ReturnCode SIZE Slot",

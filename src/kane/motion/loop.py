@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from kane.analysis.assembly import assemble
-from kane.analysis.state_checks import start_state
+from kane.analysis.state_checks import check_kinetic_energy, start_state
 from kane.dynamics.readings.regularity import undirected
 from kane.equations.equations import Equations
 from kane.errors import KaneError, SimulationError, warn
@@ -35,7 +35,6 @@ from kane.motion.start import (
     check_breakpoints,
     check_events,
     check_first_step,
-    check_kinetic_energy,
     check_longest,
     check_mass_matrix,
     check_rates,
@@ -319,7 +318,7 @@ def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:
     check_regular(stepper.eom, stepper.now.values(t0, y), t0)
     start, numbers = stepper.keep(t0, y)
     if numbers is not None:
-        check_kinetic_energy(stepper.eom.speeds, numbers.m, t0)
+        check_kinetic_energy(stepper.eom.speeds, numbers.m, f"at t = {t0:g}")
     stepper.settle(t0, start, numbers)
     check_events(stepper.eom, stepper.now.watch(t0, start), t0, lambda: stepper.now.values(t0, start))
     names = stepper.now.rates.labels[:-1]

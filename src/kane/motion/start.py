@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane import expect
+from kane.analysis.state_checks import check_kinetic_energy
 from kane.dynamics.poles import AdmittedSpeeds, SlipEnd
 from kane.equations.equations import Equations, repartition
 from kane.errors import SimulationError, cut
@@ -25,7 +26,7 @@ from kane.model.beams.beam import Beam
 from kane.model.bodies import largest_moment, least_moment, parts_of
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array, Mask, distinct
-from kane.numeric.rank import balance, negative_direction, null_direction, singular
+from kane.numeric.rank import balance, null_direction, singular
 from kane.numeric.sampling import SEED, finite_number, sample
 from kane.numeric.scale import EPS, MOTION_RANK, SOLVE_RANK, TAKES_PART, UNRELATED
 
@@ -134,7 +135,7 @@ def check_mass_matrix(eom: Equations, values: Mapping[Expr, Any], t: float) -> N
     if solved.embedding is not None or solved.route in POSITIVE:
         return
     m = np.asarray(evaluate(eom.mass_matrix, values), dtype=float)
-    check_kinetic_energy(eom.speeds, m, t)
+    check_kinetic_energy(eom.speeds, m, f"at t = {t:g}")
     direction = null_direction(m, SOLVE_RANK)
     if direction is None:
         return
@@ -142,19 +143,6 @@ def check_mass_matrix(eom: Equations, values: Mapping[Expr, Any], t: float) -> N
     raise SimulationError(
         f"Expected finite rates at the start, got none for {', '.join(names)} at t = {t:g}: the equations are singular at this state, "
         "where the mass matrix does not determine them. Start elsewhere, or choose coordinates and speeds that are regular here."
-    )
-
-
-def check_kinetic_energy(speeds: Sequence[Any], m: Array, t: float) -> None:
-    """½ uᵀ M u ≥ 0 for all speeds u at the start; the error names those that take part in a negative one."""
-    direction = negative_direction(m)
-    if direction is None:
-        return
-    names = ", ".join(str(u) for u, c in zip(speeds, direction, strict=True) if abs(c) > TAKES_PART)
-    raise SimulationError(
-        f"Expected a kinetic energy ≥ 0 for all speeds at the start, got a negative one of {names} at t = {t:g}: bodies of these "
-        "masses and inertias cannot have it, and a beam has it where it is bent further than its equations hold. Start with "
-        "smaller deformations, or correct the masses and inertias."
     )
 
 

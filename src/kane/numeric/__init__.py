@@ -9,7 +9,6 @@ __getattr__ = offered(
         "scale": "bounded vanish DECLARED DERIVE_RANK SOLVE_RANK",
         "polynomials": "SHARES gauss passages zero_of",
         "sampling": ("HIGH LOW draw sample value_of values_of finite_number named_values symbol_named symbols_named"),
-        "following": "follow",
         "newton": "NaturalSizes close close_many close_most closest improved sizes starts",
         "rank": (
             "balance balanced dependencies indeterminate null_direction singular sure_rows within "

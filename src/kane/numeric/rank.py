@@ -43,16 +43,20 @@ def balance(
     rounding : share of the largest entry that is dropped
     """
     sizes = np.abs(a)
-    counts = sizes > rounding * sizes.max(axis=(-2, -1), keepdims=True, initial=0)
-    a, sizes = np.where(counts, a, 0.0), np.where(counts, sizes, 0.0)
-    if reach is not None:
-        sizes = np.maximum(reach, sizes)
+    largest = sizes.max(axis=(-2, -1), keepdims=True, initial=0)
+    counts = sizes > rounding * largest
+    # a product takes a third of the time of np.where, and with 0.0 added leaves no −0 either
+    a = a * counts + 0.0 if np.isfinite(largest).all() else np.where(counts, a, 0.0)
+    sizes = np.abs(a) if reach is None else np.maximum(reach, np.abs(a))
     divided: dict[int, Array] = {}
     for axis in order:
         size = sizes.max(axis=axis - 2, keepdims=True, initial=0)
         size[size <= 0] = 1.0
-        a, sizes = a / size, sizes / size
+        sizes /= size
+        if reach is not None:
+            a /= size
         divided[axis] = divided[axis] * size if axis in divided else size
+    a = a if reach is not None else np.copysign(sizes, a)
     return Balanced(a, divided[1], divided[0])
 
 
@@ -267,10 +271,12 @@ def sizes(a: Array, root: Array) -> Array:
 def metric(m: Array, a: Array | None = None, light: float = _LIGHT) -> Array:
     """S (n × n) with S Sᵀ = M⁻¹; directions that move no mass are made a little heavy: free to move but not arbitrary.
 
-    For a coordinate alone that means: it has `light` of the inertia that the constraints reflect onto it, whatever its unit.
+    For a coordinate alone that means: it has `light` of the inertia that the constraints reflect onto it, whatever its unit. A mass
+    below zero counts as none.
     """
     own = _diagonal(m)
     added = np.maximum(light * reflected(own, np.zeros((0, len(m))) if a is None else a) - own, 0.0)
+    added += np.maximum(-np.diag(m), 0.0)
     heavy = m + np.diag(added)
     size = np.sqrt(np.diag(heavy))
     values, vectors = np.linalg.eigh(heavy / np.outer(size, size))

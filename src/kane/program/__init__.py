@@ -18,6 +18,7 @@ __getattr__ = offered(
         "emit.wasm": "emit_wasm",
         "emit.wasm_kernels": "emit_kernel_wasm",
         "emit.walk": "Style VECTORS function_of hoisting pieces statements",
+        "kernel.dense": "decompose factor invert solve substitute",
         "kernel.language": (
             "ArrayOf Callee Compute Immediate FLOAT INT If Kernel Read Integer Put SinCos Write Type Value verified_kernel"
         ),

@@ -5,10 +5,12 @@ Of the constraints as many rows as there are coordinates to solve for are follow
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from kane.analysis.many.following import End, Square, Unknowns, follow
 from kane.analysis.many.poses import Poses
 from kane.analysis.state_checks import misses
 from kane.dynamics.constraints.manifold import LevelSet, turned_closures
@@ -21,7 +23,6 @@ from kane.errors import KaneError, SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate, Speed, time
 from kane.numeric.arrays import Array, Mask
-from kane.numeric.following import End, follow
 from kane.numeric.scale import CLOSED, GIVEN, NEAR_SINGULAR, ROUNDED, ROUNDED_ROOT
 from kane.program.from_expressions import Bundle
 
@@ -29,11 +30,12 @@ _TOLD = 4
 
 
 class One(NamedTuple):
-    """A state on the constraints, q and u in order, and what is left of the constraints."""
+    """A state on the constraints, q and u in order, what is left of the constraints, and these at the values of the state."""
 
     q: Array
     u: Array
     residual: float
+    level: LevelSet | None = None
 
 
 class Closing(NamedTuple):
@@ -52,16 +54,11 @@ def closing(eom: Equations) -> Bundle[Closing]:
     return Bundle("closing", ports(eom.derived), Closing, groups)
 
 
-class _Square(NamedTuple):
-    f: Array
-    gradient: Array
-
-
-def square(eom: Equations, rows: Sequence[int], columns: Sequence[int]) -> Bundle[_Square]:
+def square(eom: Equations, rows: Sequence[int], columns: Sequence[int]) -> Bundle[Square]:
     """Some of f, and their derivatives in some of the coordinates."""
     conditions = eom.derived.conditions
     return Bundle(
-        "square", ports(eom.derived), _Square,
+        "square", ports(eom.derived), Square,
         {"f": [conditions.f[i] for i in rows], "gradient": conditions.gradient.take(rows, columns)},
     )  # fmt: skip
 
@@ -87,7 +84,7 @@ def assembled(poses: Poses, routes: Routes) -> Any:
     if eom.derived.conditions.f and not free:
         found, causes = poses.each(routes.alone)
         for k, one in found.items():
-            q[k], u[k], left[k] = one
+            q[k], u[k], left[k], _ = one
         return _dataset(poses, q, u, left, causes)
     first = _first(poses, routes.alone, causes)
     if first is not None:
@@ -128,8 +125,9 @@ def _follow(
 ) -> None:
     """Coordinates q (k × n) in the places that are free, and what is left of the constraints there."""
     (q, left), eom = places, poses.eom
-    numeric, numbers = eom.numeric(), poses.numbers()
-    level = _level(poses, start).of(one.q, free)
+    numeric = eom.numeric()
+    level = one.level
+    assert level is not None
     rows = choose(level.one(one.q)[1][:, free] * level.usual.x / level.usual.f[:, None])
     if len(rows.rows) < len(free):
         raise SimulationError(
@@ -138,19 +136,13 @@ def _follow(
             f"{', '.join(eom.coordinates[i].name for i in free)}."
         )
     chosen = tuple(sorted(rows.rows))
-    flat, n = numeric.routine(square, chosen, tuple(free)).flat, len(free)
-    given = [i for i in range(len(eom.coordinates)) if i not in free]
-    width = len(given)
-    state, ends = np.zeros(len(eom.state)), np.cumsum([width, len(eom.parameters), len(eom.inputs)])
-
-    def function(x: Array, data: Array) -> tuple[Array, Array]:
-        state[free], state[given] = x, data[:width]
-        numbers = flat(float(data[-1]), state, data[width : ends[1]], data[ends[1] : ends[2]])
-        return numbers[:n], numbers[n:].reshape(n, n)
-
-    t, p, r = numbers
+    routine = numeric.routine(square, chosen, tuple(free)).flat
     order = np.array([k for k in range(start, poses.count) if k not in causes])
-    found = follow(function, np.column_stack([q[:, given], p, r, t])[order], one.q[free], level.usual.x)
+    states = _states(poses, q[order])
+    t, p, r = (x[order] for x in poses.numbers())
+    usual = level.usual
+    unknowns = Unknowns(free, usual.x, usual.f[list(chosen)], len(free))
+    found = follow(routine, np.column_stack([t, states, p, r]), one.q[free], unknowns)
     for row, end in found.ends.items():
         causes[int(order[row])] = _ended(eom, free, int(order[end.last]), end)
     reached = np.array([k for row, k in enumerate(order) if row not in found.ends])
@@ -160,12 +152,17 @@ def _follow(
     _check(poses, level, q, reached, f, causes)
 
 
-def _level(poses: Poses, k: int) -> LevelSet:
-    """The configuration constraints of the kth state."""
+def level_of(poses: Poses, k: int) -> LevelSet:
+    """The configuration constraints of the kth state, by compiled code."""
     t, p, r = (x[k] for x in poses.numbers())
     eom = poses.eom
     values: dict[Expr, Any] = {**dict(zip((*eom.parameters, *eom.inputs), (*p, *r), strict=True)), time: t}
-    return eom.derived.conditions.at(values)
+    count, routine = len(eom.derived.conditions.f) * (1 + len(eom.coordinates)), eom.numeric().routine(closing).flat
+
+    def compiled(q: Array, _: Any) -> Array:
+        return routine(float(t), _states(poses, q), p, r)[:, :count]
+
+    return replace(eom.derived.conditions.at(values), compiled=compiled)
 
 
 def _ended(eom: Equations, free: Sequence[int], last: int, end: End) -> str:

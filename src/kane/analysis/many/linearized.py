@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane.analysis.linear import Linear
-from kane.analysis.local import Outputs, Values, all_switches, answers, coded, slopes, values
+from kane.analysis.local import Outputs, Values, all_switches, answers, coded, regular_rows, slopes, values
 from kane.analysis.many.poses import Poses
 from kane.analysis.one_sided import lengths
 from kane.analysis.perturbations import perturbations
@@ -134,9 +134,7 @@ def _states(poses: Poses) -> Array:
 
 def _regular(eom: Equations, own: Values) -> tuple[list[int], Mask]:
     """Rows of K without those of constraints that follow from others, and at which states they are surely regular."""
-    n, m, size = len(eom.speeds), own.motion.shape[1], own.right.shape[1]
-    held = eom.embedding.partition.rows if eom.embedding is not None else ()
-    keep = [*range(n), *(n + i for i in sorted(held)), *range(n + m, size)]
+    keep = list(regular_rows(eom))
     k = own.matrix[:, keep][:, :, keep]
     finite = np.asarray(np.isfinite(k).all(axis=(1, 2)) & np.isfinite(own.right).all(axis=1))
     return keep, finite & surely_regular(balanced(np.where(finite[:, None, None], k, 1.0)), NEAR_SINGULAR**2)

@@ -16,7 +16,7 @@ from kane.equations.instances import STARTS, Instances, has_columns, instances
 from kane.equations.state import GROUPS, State, StateValues, state_of
 from kane.equations.tables import labelled, package
 from kane.errors import ArgumentError, KaneError, SimulationError, ValueMissingError
-from kane.expr.symbols import Symbol, time
+from kane.expr.symbols import Symbol, rate, time
 from kane.numeric.arrays import Array
 
 T = TypeVar("T")
@@ -112,8 +112,15 @@ class Poses:
 
     def variable(self, xarray: Any, s: Symbol, values: Array, first: Sequence[str] = ("instance",)) -> Any:
         """Values of a symbol, with its unit and its description."""
-        unit = "s" if s is time else self.eom.unit(s)
+        units = self.eom.numeric().value(_units)
+        unit = units[s] if s in units else self.eom.unit(s)
         return labelled(xarray, s.name, values, first, unit, "time" if s is time else s.description)
+
+
+def _units(eom: Equations) -> Mapping[Symbol, str]:
+    """The units of what usually has values."""
+    symbols = (*eom.state, *eom.inputs, *eom.parameters, *eom.reactions, *map(rate, eom.speeds))
+    return {**{s: eom.unit(s) for s in symbols}, time: "s"}
 
 
 def poses(

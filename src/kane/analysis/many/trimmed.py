@@ -10,33 +10,40 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kane.analysis.many.following import Unknowns, follow
 from kane.analysis.many.poses import Poses
-from kane.dynamics.constraints.partition import choose
 from kane.equations.state import GROUPS, Guess, State
 from kane.errors import KaneError, SimulationError
-from kane.expr.symbols import Symbol
+from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array
-from kane.numeric.following import follow
+from kane.program.native.compiled_routine import CompiledRoutine
 
 _TOLD = 4
 
 
 class Followed(NamedTuple):
-    """Conditions to follow: X at the start, which of it is `free`, its `symbols` and sizes; F and ∂F/∂X_free, whether F is zero."""
+    """Conditions to follow from X at the start, which of X is `free`, its `symbols`, and their places in a row of data after t.
+
+    Of `routine` z = (u̇, λ, R) is unknown too, behind what is free, and `last` at the start. `left` gives the largest share that is
+    left of the conditions at each X (k × …); no more than `tolerance` may be.
+    """
 
     start: Array
     free: Sequence[int]
     symbols: Sequence[Symbol]
-    sizes: Array
-    square: Callable[[Array], tuple[Array, Array]]
-    holds: Callable[[Array], bool]
+    places: Sequence[int]
+    routine: CompiledRoutine
+    unknowns: Unknowns
+    last: Array
+    left: Callable[[Array], Array]
+    tolerance: float
 
 
 class Routes(NamedTuple):
-    """How the kth is found by itself, and what to follow from it, None where that cannot be."""
+    """How the kth is found by itself, and what to follow from the X that it has, None where that cannot be."""
 
     alone: Callable[[int], State]
-    followed: Callable[[int], Followed | None]
+    followed: Callable[[int, Array], Followed | None]
 
 
 def trimmed(poses: Poses, routes: Routes) -> Any:
@@ -54,7 +61,7 @@ def trimmed(poses: Poses, routes: Routes) -> Any:
     if found:
         (start,) = found
         x[start] = [found[start][s] for s in symbols]
-        task = routes.followed(start)
+        task = routes.followed(start, x[start])
         if task is not None:
             _follow(poses, task, (x, start), causes)
     for k in [k for k in poses.open if k not in causes and np.isnan(x[k]).any()]:
@@ -71,31 +78,25 @@ def trimmed(poses: Poses, routes: Routes) -> Any:
 def _follow(poses: Poses, task: Followed, places: tuple[Array, int], causes: dict[int, str]) -> None:
     """X of all (k × …) that the branch of the one at `start` leads to."""
     (x, start), free = places, list(task.free)
-    first = x[start].copy()
-    _, j = task.square(first)
-    rows = sorted(choose(j * task.sizes[free]).rows) if free else []
-    if len(rows) < len(free):
-        return
     whole = np.tile(task.start, (poses.count, 1))
     for i, s in enumerate(task.symbols):
         for kind in GROUPS:
             if s in poses.instances.columns[kind]:
                 whole[:, i] = poses.instances.columns[kind][s]
-    given = [i for i in range(len(first)) if i not in set(free)]
     order = [k for k in poses.open if k >= start]
-    at = first.copy()
-
-    def function(y: Array, data: Array) -> tuple[Array, Array]:
-        at[free], at[given] = y, data
-        f, j = task.square(at)
-        return f[rows], j[rows]
-
-    with np.errstate(invalid="ignore", divide="ignore"):
-        found = follow(function, whole[order][:, given], first[free], task.sizes[free])
+    data = np.zeros((len(order), 1 + sum(len(port.symbols) for port in task.routine.program.ports[1:])))
+    data[:, 0] = poses.given("t")[time]
+    data[:, 1 + np.array(task.places)] = whole[order]
+    found = follow(task.routine, data, np.concatenate([x[start, free], task.last]), task.unknowns)
+    ended = np.array([row in found.ends for row in range(len(order))])
     for row, k in enumerate(order):
         end = found.ends.get(row)
-        whole[k, free] = found.x[row] if end is None else end.x
-        if end is None and task.holds(whole[k]):
+        whole[k, free] = (found.x[row] if end is None else end.x)[: len(free)]
+    there = np.array(order)[~ended]
+    steady = dict(zip(there.tolist(), (task.left(whole[there]) <= task.tolerance).tolist(), strict=True))
+    for row, k in enumerate(order):
+        end = found.ends.get(row)
+        if steady.get(k, False):
             x[k] = whole[k]
             continue
         at_end = ", ".join(f"{task.symbols[i].name} = {whole[k, i]:.6g}" for i in free[:_TOLD])

@@ -94,12 +94,13 @@ def manifold(system: System) -> Manifold:
 
 @dataclass(frozen=True, eq=False)
 class LevelSet:
-    """The manifold at `values` of all other symbols; coordinates that are `free` (indices) move, the others are at `base`."""
+    """The manifold at `values` of all other symbols; `free` coordinates (indices) move, others are at `base`; f may be `compiled`."""
 
     manifold: Manifold
     values: Mapping[Any, Any]
     base: Array
     free: tuple[int, ...]
+    compiled: Callable[[Array, Indices | slice], Array] | None = None
 
     def of(self, base: Array, free: Sequence[int]) -> "LevelSet":
         """The same with some coordinates held."""
@@ -123,7 +124,7 @@ class LevelSet:
 
     def numbers(self, q: Array, starts: Indices | slice = _EVERY) -> tuple[Array, Array]:
         """f (k × m) and ∂f/∂q (k × m × n) at q (k × n)."""
-        values, m = self._run(q, starts), len(self.manifold.f)
+        values, m = (self.compiled or self._run)(q, starts), len(self.manifold.f)
         return values[:, :m], values[:, m:].reshape(len(q), m, len(self.base))
 
     def one(self, q: Array) -> tuple[Array, Array]:

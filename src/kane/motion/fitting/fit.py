@@ -278,10 +278,6 @@ def fit(
     count = expect.whole(segments, "segments= as a whole number above 0", least=1, error=SimulationError)
     few = min(len(one.t) for one in found)
     expect.that(count <= few // 2, "two rows of data or more a segment", count, "Take fewer.", error=SimulationError)
-    if count > 1 and physical:
-        raise SimulationError(
-            "Expected physical=True with one segment, got several. Give bounds= instead, or take segments=1."
-        )
     if count > 1 and sigma is None:
         raise SimulationError(
             "Expected sigma= with segments=, got none: how far segments may be apart on the way is weighed against what the data are "
@@ -415,11 +411,9 @@ class Search:
         for i, (k, s) in zip(problem.at, problem.leading, strict=True):
             own = {other: n for n, other in enumerate(self.courses[set_of[k]].by)}[s]
             low[i], high[i] = (end[own] for end in self.bounds[set_of[k]])
-        if problem._gaps:
-            return self._joined(z, (low, high))
-        for weight in _WEIGHTS if problem.bodies else ():
-            z = self._possible(z, (low, high), weight)
-        if problem.bodies:
+        for weight in _WEIGHTS if problem.bodies else (0.0,) if problem._gaps else ():
+            z = (self._joined if problem._gaps else self._possible)(z, (low, high), weight)
+        if problem.bodies or problem._gaps:
             return z
         call: Callable[..., Any] = least_squares
         found = call(
@@ -430,23 +424,26 @@ class Search:
             raise self._none(str(found.message))
         return np.asarray(found.x)
 
-    def _joined(self, z: Array, bounds: tuple[Array, Array]) -> Array:
+    def _joined(self, z: Array, bounds: tuple[Array, Array], weight: float) -> Array:
         """The least squares under the condition that segments meet, by Gauss' and Newton's steps (Bock 1987).
 
         A step d has the least |r + J d| of those with c + G d = 0; it is halved until ½ r² + μ |c| falls, μ above the multipliers.
+        Distances of bodies count by their `weight`, as in `_possible`.
         """
         problem = self.problem
         z = self._nearer(z, bounds)
         size = np.concatenate([np.abs(z[: len(problem.unknown)]), *map(self._sizes_of, range(len(problem.segments)))])
         size = np.where(size > 0, size, 1.0)
         for _ in range(self.most):
-            (r, j), (c, g) = problem.both(z), problem.joints(z)
+            (r, j), (c, g) = self._beside_bodies(z, weight), problem.joints(z)
             j, g = j * size, g * size
             back = -np.linalg.lstsq(g, c)[0]
             free = null_space(g)
             d = back + free @ np.linalg.lstsq(j @ free, -(r + j @ back))[0]
             if max(np.abs(d).max(), np.abs(c).max()) <= _ARRIVED:
                 return np.asarray(z + size * d)
+            if weight and np.abs(c).max() <= _ARRIVED and float(np.sum((j @ d) ** 2)) <= _PROMISED * weight:
+                return z
             mu = 2.0 * float(np.abs(np.linalg.lstsq(g.T, -j.T @ (r + j @ d))[0]).max())
             fall = float(r @ (j @ d)) - mu * float(np.abs(c).sum())
             with np.errstate(divide="ignore", invalid="ignore"):
@@ -454,8 +451,8 @@ class Search:
                     d > 0, (bounds[1] - z) / (size * d), np.where(d < 0, (bounds[0] - z) / (size * d), np.inf)
                 )
             share = min(1.0, _FAR / float(np.abs(d).max()), 0.99 * float(room.min()))
-            now = self._merit(z, mu)
-            while share > _LEAST and not self._merit(z + share * size * d, mu) <= now + 1e-4 * share * fall:
+            now = self._merit(z, mu, weight)
+            while share > _LEAST and not self._merit(z + share * size * d, mu, weight) <= now + 1e-4 * share * fall:
                 share /= 2
             if share <= _LEAST:
                 if np.abs(d).max() <= SIX_DIGITS and np.abs(c).max() <= SIX_DIGITS:
@@ -466,31 +463,19 @@ class Search:
 
     def _possible(self, z: Array, bounds: tuple[Array, Array], weight: float) -> Array:
         """The least ½ r² and `weight` times the distances of bodies, by Gauss' and Newton's steps, each halved until it falls."""
-        problem, width = self.problem, len(self.problem.unknown)
-
-        def value(at: Array) -> float:
-            try:
-                far = sum(here.distance for here in problem.bodies_at(at))
-                return 0.5 * float(np.sum(problem.both(at)[0] ** 2)) + weight * far
-            except (_Failed, KaneError):
-                return float("inf")
-
         for _ in range(self.most):
-            r, j = problem.both(z)
-            rows, rest = [j], [r]
-            for here in problem.bodies_at(z):
-                rows.append(weight**0.5 * np.pad(here.slopes, ((0, 0), (0, len(z) - width))))
-                rest.append(weight**0.5 * here.rest)
-            whole = np.vstack(rows)
+            rest, whole = self._beside_bodies(z, weight)
             sizes = np.linalg.norm(whole, axis=0)
-            d = -np.linalg.lstsq(whole / sizes, np.concatenate(rest))[0] / sizes
-            fall, now = float(np.sum((whole @ d) ** 2)), value(z)
+            d = -np.linalg.lstsq(whole / sizes, rest)[0] / sizes
+            fall, now = float(np.sum((whole @ d) ** 2)), self._merit(z, 0.0, weight)
             if fall <= _PROMISED * max(weight, ROUNDED * now):
                 return z
             with np.errstate(divide="ignore", invalid="ignore"):
                 room = np.where(d > 0, (bounds[1] - z) / d, np.where(d < 0, (bounds[0] - z) / d, np.inf))
             share = min(1.0, 0.99 * float(room.min()))
-            while share > _LEAST and not value(z + share * d) <= now - 1e-4 * share * fall + ROUNDED * abs(now):
+            while share > _LEAST and not self._merit(
+                z + share * d, 0.0, weight
+            ) <= now - 1e-4 * share * fall + ROUNDED * abs(now):
                 share /= 2
             if share <= _LEAST:
                 if fall <= SIX_DIGITS:
@@ -509,6 +494,7 @@ class Search:
         weight = float(np.linalg.norm(r)) / float(np.linalg.norm(c))
 
         def both(at: Array, share: float) -> tuple[Array, Array]:
+            problem.bodies_at(at)  # no step leads where there are none
             (r, j), (c, g) = problem.both(at), problem.joints(at)
             return np.concatenate([r, share * c]), np.vstack([j, share * g])
 
@@ -526,12 +512,22 @@ class Search:
             z = np.asarray(found.x)
         return z
 
-    def _merit(self, z: Array, mu: float) -> float:
+    def _merit(self, z: Array, mu: float, weight: float) -> float:
         try:
-            r, c = self.problem.both(z)[0], self.problem.joints(z)[0]
+            far = sum(here.distance for here in self.problem.bodies_at(z))
+            r, c = self.problem.both(z)[0], self.problem.joints(z)[0] if self.problem._gaps else np.zeros(0)
         except (_Failed, KaneError):
             return float("inf")
-        return 0.5 * float(r @ r) + mu * float(np.abs(c).sum())
+        return 0.5 * float(r @ r) + weight * far + mu * float(np.abs(c).sum())
+
+    def _beside_bodies(self, z: Array, weight: float) -> tuple[Array, Array]:
+        """Residuals and Jacobian, and those that stand for `weight` times the distances of bodies."""
+        r, j = self.problem.both(z)
+        rows, rest, more = [j], [r], len(z) - len(self.problem.unknown)
+        for here in self.problem.bodies_at(z):
+            rows.append(weight**0.5 * np.pad(here.slopes, ((0, 0), (0, more))))
+            rest.append(weight**0.5 * here.rest)
+        return np.concatenate(rest), np.vstack(rows)
 
     def _sizes_of(self, k: int) -> Array:
         place = {s: i for i, s in enumerate(self.problem.eom.state)}

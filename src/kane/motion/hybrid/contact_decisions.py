@@ -11,8 +11,8 @@ from collections.abc import Callable
 from typing import Any
 
 from kane.contacts.equations import MET, U
-from kane.motion.steppers.dense import factor, invert, total, unit
 from kane.numeric.scale import EQUAL, INVERSE_RANK, LAST_DIGIT, ROUNDED, ROUNDED_SUM, SIX_DIGITS
+from kane.program.kernel.dense import factor, invert, total, unit
 from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Array, Term, Writer
 

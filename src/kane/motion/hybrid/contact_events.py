@@ -6,8 +6,8 @@ from collections.abc import Callable
 from kane.motion.hybrid.contact_decisions import SLIP, STICK, Decisions
 from kane.motion.hybrid.contact_impacts import Impacts
 from kane.motion.steppers.context import Slot
-from kane.motion.steppers.dense import factor, solve
 from kane.numeric.scale import EQUAL, GIVEN, ROUNDED, ROUNDED_SUM, ROUNDED_TERMS, SAME_TIME
+from kane.program.kernel.dense import factor, solve
 from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Array, Term, Variable, Writer
 

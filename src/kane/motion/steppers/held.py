@@ -14,8 +14,8 @@ kernel finds is only that there may be something: Python then looks at the step 
 from collections.abc import Callable
 
 from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext
-from kane.motion.steppers.dense import factor, invert, solve, total, unit
 from kane.numeric.scale import BETTER, POOR, ROUNDED, ROUNDED_SUM, UNUSABLE
+from kane.program.kernel.dense import factor, invert, solve, total, unit
 from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Array, Term
 

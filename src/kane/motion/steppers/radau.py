@@ -18,11 +18,11 @@ import numpy as np
 
 from kane.motion.steppers.collocation import radau_stages
 from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext, add_exactly, dyadic_power
-from kane.motion.steppers.dense import decompose, substitute
 from kane.motion.steppers.held import Held
 from kane.motion.steppers.watched import Watched, go_on_or_jump, settling
 from kane.numeric.arrays import Array as Numbers
 from kane.numeric.polynomials import DEGREE as PARTS
+from kane.program.kernel.dense import decompose, substitute
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Array, Term
 

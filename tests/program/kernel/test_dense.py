@@ -4,8 +4,7 @@
 import numpy as np
 import pytest
 
-from kane.motion import decompose, factor, invert, solve, substitute
-from kane.program import INT, CompiledKernel, Writer
+from kane.program import INT, CompiledKernel, Writer, decompose, factor, invert, solve, substitute
 from tests.program.kernel.kernels import EXACT, agree
 
 

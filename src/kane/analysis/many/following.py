@@ -1,0 +1,294 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The root x of f(x, d) = 0, square, followed along rows of data d: each from those before it, on the branch of the first.
+
+What is extrapolated from roots before is corrected by Newton's steps, whose contraction says whether they stay on the branch
+(Deuflhard 2011, Newton Methods for Nonlinear Problems, sec. 5.1). Where they do not, the way from the last root is gone in parts, d
+varied along a line, halved until they do. Along a branch without singular points det ∂f/∂x keeps its sign, which tells a branch from
+the one that it meets at a fold. Where parts become too small the branch ends. All of it is one kernel, which calls f as machine code.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from kane.numeric.arrays import Array
+from kane.program.kernel.dense import decompose, substitute
+from kane.program.kernel.language import INT, Kernel
+from kane.program.kernel.writer import Term, Writer
+from kane.program.native.compiled_routine import CompiledRoutine
+from kane.program.native.entry import CompiledKernel, entry, hoist_entry
+from kane.program.native.machine import Settings
+
+_EXTRAPOLATED = {2: (2.0, -1.0), 3: (3.0, -3.0, 1.0), 4: (4.0, -6.0, 4.0, -1.0)}
+"""Weights of the last roots, the latest first, in what follows them."""
+_FAR, _CONTRACTS = 0.5, 0.25
+"""The longest step of x over its size, and the share of a step that the next one may have."""
+_ENOUGH = 1e-9
+"""A step after which nothing is left but the square of it, which is rounding."""
+_STEPS = 12
+_PARTS, _LEAST = 400, 2.0**-20
+"""So many parts of a way are gone at most, and none is shorter than that share of it."""
+_ROWS = 10_000
+"""So many rows are followed in one call: an interrupt comes through between two."""
+_OLD = 4
+"""Roots that are kept to extrapolate from."""
+_LAST, _RUN, _NEGATIVE = range(3)
+"""Places in `s`: the row of the last root, how many there are in a run up to it, whether det ∂f/∂x is negative there."""
+_FOUND, _ENDED = 1.0, 2.0
+
+
+class End(NamedTuple):
+    """Where a branch ends on the way from the row `last` to another: after a `share` of it, at `x`."""
+
+    last: int
+    share: float
+    x: Array
+
+
+class Followed(NamedTuple):
+    """The roots x (k × n), NaN where none was reached, and by row what ended the way there."""
+
+    x: Array
+    ends: Mapping[int, End]
+
+
+class Square(NamedTuple):
+    """f (n) and ∂f/∂x (n × n)."""
+
+    f: Array
+    gradient: Array
+
+
+class Unknowns(NamedTuple):
+    """Where x stands among the values of the ports without the first, t; its sizes and those of f, and which of x are `measured`.
+
+    The first so many of x say how long a step is; the others, in which f is linear, follow.
+    """
+
+    places: Sequence[int]
+    sizes: Array
+    rows: Array
+    measured: int
+
+
+def follow(routine: CompiledRoutine, data: Array, x: Array, unknowns: Unknowns) -> Followed:
+    """The roots at the rows of `data` (k × d), where x (n) is one at the first; a row holds t and what the other ports take.
+
+    `routine` of t, a state, parameters and what else there is gives f, then ∂f/∂x row by row. A row that the branch does not lead to
+    is left out, and the next ones are tried from the last root before it.
+    """
+    n, ports = len(x), [len(port.symbols) for port in routine.program.ports[1:]]
+    places = np.cumsum([1, *ports]).tolist()
+    found, ends = np.full((len(data), n), np.nan), np.zeros((len(data), 3))
+    roots = np.zeros(_OLD * n + 1)
+    roots[:n] = x
+    given = {
+        "width": data.shape[1],
+        "n": n,
+        "measured": unknowns.measured,
+        "start": 0,
+        "stop": 0,
+        **{f"port{k}": place for k, place in enumerate(places[:-1])},
+        "data": np.array(data, dtype=float, order="C"),
+        "at": np.zeros(data.shape[1] + 1),
+        "places": np.append(1.0 + np.array(unknowns.places, dtype=float), 0.0),
+        "sizes": np.append(unknowns.sizes, 0.0),
+        "rows": np.append(unknowns.rows, 0.0),
+        "room": np.zeros(n * n + 3 * n + 1),
+        "out": np.zeros(n * n + n + 1),
+        "h": np.zeros(max(1, len(routine.program.kept))),
+        "roots": roots,
+        "s": np.zeros(3),
+        "ends": ends,
+        "found": found,
+        "hoist": hoist_entry(routine),
+        "function": entry(routine),
+    }
+    bound = _compiled(len(ports), routine.settings).bound(given)
+    for start in range(0, len(data), _ROWS):
+        bound(start=start, stop=min(start + _ROWS, len(data)))
+    ended = np.flatnonzero(ends[:, 0] == _ENDED)
+    told = {int(k): End(int(ends[k, 1]), float(ends[k, 2]), found[k].copy()) for k in ended}
+    found[ended] = np.nan
+    return Followed(found, told)
+
+
+@cache
+def _compiled(ports: int, settings: Settings) -> CompiledKernel:
+    return CompiledKernel(following_kernel(ports), settings)
+
+
+def following_kernel(ports: int) -> Kernel:
+    """The kernel for a routine of t and so many other ports."""
+    return _Following(ports).kernel()
+
+
+class _Following:
+    """The kernel while it is written: rows from `start` to `stop`, of which the first of all takes the root that is given."""
+
+    def __init__(self, ports: int) -> None:
+        self.writer = w = Writer(f"follow{ports}")
+        self.width, self.n, self.measured, self.start, self.stop = map(
+            w.number, ("width", "n", "measured", "start", "stop")
+        )
+        self.ports = [w.number(f"port{k}") for k in range(ports)]
+        self.data, self.at, self.places, self.sizes, self.rows = map(w.array, ("data", "at", "places", "sizes", "rows"))
+        self.room, self.out, self.h, self.roots = map(w.array, ("room", "out", "h", "roots"))
+        self.s, self.ends, self.found = map(w.array, ("s", "ends", "found"))
+        self.hoist = w.callee("hoist", "array", "array")
+        arrays: list[Literal["float", "array"]] = ["array"] * (ports + 2)
+        self.function = w.callee("function", "float", *arrays)
+        self.going, self.steps, self.led, self.parts = (
+            w.variable(name, INT) for name in ("going", "steps", "led", "parts")
+        )
+        self.moved, self.most, self.done, self.part, self.to, self.odd = (
+            w.variable(name) for name in ("moved", "most", "done", "part", "to", "odd")
+        )
+        self.swaps = self.n * self.n
+        self.change, self.x = self.swaps + self.n, self.swaps + self.n * 2
+
+    def kernel(self) -> Kernel:
+        """All of it."""
+        w = self.writer
+        with w.count(self.stop, self.start) as k:
+            first = k < 1
+            self.led.put(w.select(self.s[_RUN] > 1.0, 0, w.integer(1)))
+            self.parts.put(0)
+            self.done.put(0.0)
+            self.part.put(1.0)
+            self.going.put(1)
+            with w.few(self.n) as i:  # where the way in parts has come to
+                self.found[k * self.n + i] = self.roots[i]
+            with w.repeat(lambda: self.going.get() > 0):
+                with w.when(self.led.get() < 1):
+                    self._extrapolate()
+                with w.otherwise():
+                    self._set_out(k)
+                self._mix(k)
+                self._correct()
+                right = (self.going.get() > -1) & (self.odd.get().equals(self.s[_NEGATIVE]) | first)
+                self.going.put(1)
+                self._judge(k, right, first)
+            self._keep(k)
+        result = w.variable("result", INT)
+        result.put(0)
+        return w.finished(result)
+
+    def _extrapolate(self) -> None:
+        """x is what the last roots lead to; where that is far no step is short enough."""
+        w, run = self.writer, self.s[_RUN]
+        self.to.put(1.0)
+        self.moved.put(0.0)
+        with w.few(self.n) as i:
+            old = [self.roots[i + self.n * j] for j in range(_OLD)]
+            guesses = {
+                count: w.sum([x * c for x, c in zip(old, weights, strict=False)])
+                for count, weights in _EXTRAPOLATED.items()
+            }
+            guess = w.select(run > 3.0, guesses[4], w.select(run > 2.0, guesses[3], guesses[2]))
+            self.room[self.x + i] = guess
+            with w.when(i < self.measured):
+                self.moved.put(w.compute("max", self.moved.get(), w.compute("abs", guess - old[0]) / self.sizes[i]))
+        moved = self.moved.get()
+        self.most.put(w.select(moved <= _FAR, w.compute("max", moved * _CONTRACTS, _ENOUGH), w.constant(-1.0)))
+
+    def _set_out(self, k: Term) -> None:
+        """x is where the way in parts has come to."""
+        w = self.writer
+        self.to.put(w.compute("min", self.done.get() + self.part.get(), 1.0))
+        self.most.put(_FAR)
+        with w.few(self.n) as i:
+            self.room[self.x + i] = self.found[k * self.n + i]
+
+    def _mix(self, k: Term) -> None:
+        """The data so far on the way from the last root's to those of the row k."""
+        w, to = self.writer, self.to.get()
+        last = w.compute("int", self.s[_LAST])
+        with w.count(self.width) as i:
+            begin, end = self.data[last * self.width + i], self.data[k * self.width + i]
+            self.at[i] = w.select(to < 1.0, begin + to * (end - begin), end)
+
+    def _correct(self) -> None:
+        """Newton's steps from x, the first no longer than `most`; `going` is zero where they contract, −1 where they do not."""
+        w, room, n = self.writer, self.room, self.n
+        self.steps.put(0)
+        with w.repeat(lambda: self.going.get() > 0):
+            with w.few(n) as i:
+                self.at[w.compute("int", self.places[i])] = room[self.x + i]
+            self._evaluate()
+            with w.few(n) as i:
+                row = 1.0 / self.rows[i]
+                room[self.change + i] = -self.out[i] * row
+                with w.few(n) as j:
+                    room[i * n + j] = self.out[n + i * n + j] * self.sizes[j] * row
+            decompose(room, w.integer(0), n, self.swaps)
+            self._sign()
+            substitute(room, w.integer(0), n, self.swaps, self.change)
+            self.moved.put(0.0)
+            with w.few(self.measured) as i:
+                self.moved.put(w.compute("max", self.moved.get(), w.compute("abs", room[self.change + i])))
+            moved = self.moved.get()
+            with w.when(moved <= self.most.get()):
+                with w.few(n) as i:
+                    room[self.x + i] = room[self.x + i] + room[self.change + i] * self.sizes[i]
+                self.most.put(w.compute("max", moved * _CONTRACTS, _ENOUGH))
+                self.steps.put(self.steps.get() + 1)
+                self.going.put(w.select(moved <= _ENOUGH, 0, w.select(self.steps.get() < _STEPS, 1, w.integer(-1))))
+            with w.otherwise():
+                self.going.put(-1)
+
+    def _evaluate(self) -> None:
+        """f and ∂f/∂x at the values at hand."""
+        ports = [self.at.at(place) for place in self.ports]
+        self.hoist(ports[1], self.h.at(0))
+        self.function(self.at[0], *ports, self.h.at(0), self.out.at(0))
+
+    def _sign(self) -> None:
+        """`odd` is one where the determinant is negative."""
+        w, n = self.writer, self.n
+        self.odd.put(0.0)
+        with w.few(n) as i:
+            swapped = self.room[self.swaps + i] > w.compute("float", i)
+            for negative in (swapped, self.room[i * n + i] < 0.0):
+                self.odd.put(w.select(negative, 1.0 - self.odd.get(), self.odd.get()))
+
+    def _judge(self, k: Term, right: Term, first: Term) -> None:
+        """What follows from a place that is `right`, or is not: `going` is zero where the row is done."""
+        w = self.writer
+        with w.when(right):
+            with w.few(self.n) as i:
+                self.found[k * self.n + i] = self.room[self.x + i]
+            self.done.put(self.to.get())
+            self.part.put(self.part.get() * 2.0)
+            self.going.put(w.select(self.done.get() < 1.0, 1, w.integer(0)))
+        with w.otherwise():
+            with w.when(first):  # it is taken as it was given
+                self.done.put(1.0)
+                self.going.put(0)
+            with w.otherwise(), w.when(self.led.get() > 0):
+                self.going.put(w.select(self.part.get() < _LEAST, 0, w.integer(1)))
+                self.part.put(w.compute("min", self.part.get(), 1.0 - self.done.get()) * 0.5)
+        self.led.put(1)
+        self.parts.put(self.parts.get() + 1)
+        with w.when(self.parts.get() > _PARTS):
+            self.going.put(0)
+
+    def _keep(self, k: Term) -> None:
+        """The root of the row becomes the last one, or it is told where the branch has ended."""
+        w, n = self.writer, self.n
+        self.ends[k * 3 + 1], self.ends[k * 3 + 2] = self.s[_LAST], self.done.get()
+        with w.when(self.done.get() < 1.0):
+            self.ends[k * 3] = _ENDED
+            self.s[_RUN] = 0.0
+        with w.otherwise():
+            self.ends[k * 3] = _FOUND
+            for j in range(_OLD - 1, 0, -1):
+                with w.few(n) as i:
+                    self.roots[i + n * j] = self.roots[i + n * (j - 1)]
+            with w.few(n) as i:
+                self.roots[i] = self.found[k * n + i]
+            self.s[_LAST] = w.compute("float", k)
+            self.s[_NEGATIVE] = self.odd.get()
+            self.s[_RUN] = w.compute("min", self.s[_RUN] + 1.0, float(_OLD))
