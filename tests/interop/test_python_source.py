@@ -149,7 +149,7 @@ def test_a_rope_round_a_drum_is_refused():
     drum = O.at("D", N.x)
     held = kn.joints.capstan("wound", [O, drum, a.point], L, mu, drum=drum, angle=3.0)
     body = kn.RigidBody("a", frame=a.frame, mass_center=a.point, mass=1.0, inertia=kn.inertia(a.frame, 1, 2, 2.5))
-    with pytest.raises(kn.ModelError, match="got the contact 'wound'.*which only the file that declares it knows"):
+    with pytest.raises(kn.ModelError, match=r"got the contact 'wound'.*which only the file that declares it knows"):
         kn.exchange.to_python(kn.System(N, bodies=[body], joints=[a], contacts=[held]))
 
 

@@ -36,7 +36,7 @@ FAST = {
     "flexible_slider_crank",
     "rattleback",
 }
-"""Vibrations: CVODE of fmpy takes 500 steps at most from one output to the next, so that there are more of these, and it is less exact."""
+"""Vibrations: CVODE of fmpy takes 500 steps at most from one output to the next, so that there are more of them, and is less exact."""
 
 
 def ran(unit, purpose, end, samples, tolerance=TIGHT, **more):
