@@ -33,7 +33,7 @@ test-machines: $(VENV)/.dev-stamp  ## the quick tests as on older processors; wh
 
 test-torch: $(VENV)/.dev-stamp  ## the tests of what is made for PyTorch, which it installs: 3 GB that other tests do without
 	$(PIP) install "torch>=2.5"
-	CI=true $(BIN)/python -m pytest -n 0 --hypothesis-profile=full -q tests/program/emit/test_languages.py tests/interop/test_autodiff.py -k torch
+	CI=true $(BIN)/python -m pytest -n 0 --hypothesis-profile=full -q tests/program/emit/test_languages.py tests/interop/test_autodiff.py tests/interop/test_native_torch.py -k torch
 
 golden: $(VENV)/.dev-stamp  ## every system made anew, compared with tests/golden/golden.json.gz; SYSTEMS random ones
 	$(BIN)/python -m tests.golden --jobs $(JOBS) --random $(SYSTEMS)

@@ -6,6 +6,7 @@ import pytest
 import kane as kn
 from kane.cli import model_of
 from tests.cli.command import kane, line
+from tests.interop.robots import texts as robots
 
 URDF = """<robot name="arm"><link name="base"/>
 <link name="upper"><inertial><origin xyz="0 0 0.2"/><mass value="2"/>
@@ -51,6 +52,8 @@ def pendulum():
 """
 SOURCES = {"arm.urdf": URDF, "robot.xml": URDF, "arm.xml": MJCF, "pendulum.al": AUTOLEV, "model.py:pendulum": SYMPY}
 
+INPUTS = {name: {"inputs": {"tau_shoulder": 0.0}} for name in ("arm.urdf", "robot.xml")}
+
 
 @pytest.mark.parametrize("source", SOURCES)
 def test_a_model_of_another_tool(source, tmp_path, monkeypatch):
@@ -69,10 +72,28 @@ def test_a_model_of_another_tool(source, tmp_path, monkeypatch):
     }
     if source in read:
         assert eom.operations == kn.derive(read[source](path).system).operations
+        if read[source] is not kn.from_autolev:
+            assert model_of("made.py").start == {
+                "q": {"q_shoulder": 0.0},
+                "u": {"u_shoulder": 0.0},
+                **INPUTS.get(source, {}),
+            }
     assert eom.operations.total > 0
     assert text == kane("convert", source).stdout
     again = kane("convert", "made.py").stdout
     assert again.partition("def system()")[2] == text.partition("def system()")[2]
+
+
+def test_a_robot_begins_where_its_loop_is_closed_with_stops_if_asked(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "loop.xml").write_text(robots.MODELS["coupled tendon"])
+    (tmp_path / "arm.urdf").write_text(URDF)
+    kane("convert", "loop.xml", "--out", "loop.py")
+    loop = model_of("loop.py")
+    assert kn.assemble(kn.derive(loop.system), **loop.start).q
+    kane("convert", "arm.urdf", "--stops", "--out", "arm.py")
+    assert [c.name for c in model_of("arm.py").system.contacts] == ["shoulder lower", "shoulder upper"]
+    assert "Expected a file of URDF or MJCF with --stops" in line(kane("convert", "pendulum", "--stops", code=2).stderr)
 
 
 def test_a_system_of_the_gallery():
@@ -87,4 +108,4 @@ def test_what_is_refused(tmp_path):
     assert "Expected a file that ends in .urdf" in line(kane("convert", tmp_path / "a.txt", code=2).stderr)
     (tmp_path / "m.py").write_text("a = 1\n")
     assert "Expected a name of" in line(kane("convert", f"{tmp_path / 'm.py'}:b", code=2).stderr)
-    assert "which only the file that declares it knows" in line(kane("convert", "bouncing_ball", code=1).stderr)
+    assert "which only the file that declares it knows" in line(kane("convert", "flexible_arm", code=1).stderr)

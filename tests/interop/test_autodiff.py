@@ -35,6 +35,7 @@ def state(eom, seed=1):
 
 
 def close(found, expected):
+    expected = np.asarray(expected)
     scale = np.abs(expected).max(initial=1.0)
     np.testing.assert_allclose(np.asarray(found), expected, rtol=1e-12, atol=1e-12 * scale)
 

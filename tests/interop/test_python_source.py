@@ -14,15 +14,23 @@ from tests.examples import examples
 from tests.interop.written import assert_alike, imported
 from tests.systems import jointed
 
-QUICK = ("four_bar", "whipple_bicycle", "bricard", "rattleback", "compass_gait", "rolling_disk", "spinning_top")
+QUICK = (
+    "four_bar",
+    "whipple_bicycle",
+    "bricard",
+    "rattleback",
+    "compass_gait",
+    "rolling_disk",
+    "spinning_top",
+    "mass_on_belt",
+)
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in GALLERY])
 def test_the_gallery(name, tmp_path):
     module = load(name)
     system = module.system()
-    told = system.contacts or any(not isinstance(b, kn.RigidBody | kn.Particle) for b in system.bodies)
-    if told:
+    if any(not isinstance(b, kn.RigidBody | kn.Particle) for b in system.bodies):
         with pytest.raises(kn.ModelError, match="which only the file that declares it knows"):
             kn.exchange.to_python(system)
         return
@@ -72,6 +80,77 @@ def test_closures_keep_the_orientation_that_they_mean(kind, tmp_path):
             kn.ModelError, match="constraint 'G tilt1'.*which only the file" if kind != "slider" else "G"
         ):
             kn.exchange.to_python(system(lambda k: 0.6 * a.frame.x + 0.8 * a.frame.y))
+
+
+def touching():
+    """Two bodies free of each other on a plane that turns, in space; and what is asked for laws."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    bodies = [kn.free(name, O, N) for name in "AB"]
+    plane = N.rotate("T", 2 * kn.time, N.z)
+    numbers = [kn.parameter(*row) for row in (("R", 0.5), ("r", 0.1), ("mu", 0.2), ("mu_s", 0.3), ("L", 2.0))]
+    return N, O, bodies, plane, numbers
+
+
+PLACES = {
+    "point": lambda O, a, b, T, R, r: kn.joints.point_on_plane("touch", O.at("X", a.point.position(O)), O, normal=T.z),
+    "corner": lambda O, a, b, T, R, r: kn.joints.corners_on_plane(
+        "touch", [a.point.fixed_in(a.frame, "edge", R * a.frame.x + r * a.frame.y)], O, normal=T.z, along=T.y
+    )[0],
+    "belt": lambda O, a, b, T, R, r: kn.joints.sphere_on_plane(
+        "touch", a.frame, a.point, O, radius=R + r, normal=a.parent.z, surface=r * a.parent.x
+    ),
+    "disk": lambda O, a, b, T, R, r: kn.joints.disk_on_plane(
+        "touch", a.frame, a.point, O, axis=a.frame.y, radius=R, normal=T.z
+    ),
+    "torus": lambda O, a, b, T, R, r: kn.joints.torus_on_plane(
+        "touch", a.frame, a.point, O, axis=a.frame.y, radius=R, crown=r, normal=T.z
+    ),
+    "spheres": lambda O, a, b, T, R, r: kn.joints.sphere_on_sphere(
+        "touch", a.frame, a.point, b.frame, b.point, radius=r, other_radius=R
+    ),
+    "bowl": lambda O, a, b, T, R, r: kn.joints.sphere_on_sphere(
+        "touch", a.frame, a.point, b.frame, b.point, radius=r, other_radius=R, inside=True
+    ),
+    "pipe": lambda O, a, b, T, R, r: kn.joints.sphere_on_cylinder(
+        "touch", a.frame, a.point, b.frame, b.point, axis=b.frame.y, radius=r, cylinder_radius=R, inside=True
+    ),
+}  # fmt: skip
+CALLED = {"point": "point_on_plane", "corner": "point_on_plane", "belt": "sphere_on_plane", "disk": "disk_on_plane",
+          "spheres": "sphere_on_sphere", "bowl": "sphere_on_sphere"}  # fmt: skip
+
+
+@pytest.mark.parametrize("place", [pytest.param(p, marks=() if p == "belt" else pytest.mark.slow) for p in PLACES])
+def test_contacts_come_back_by_the_calls_that_make_them(place, tmp_path):
+    """Others as records; laws with functions of the speed, with what they press, and events on their forces."""
+    N, O, (a, b), T, (R, r, mu, mu_s, L) = touching()
+    at = PLACES[place](O, a, b, T, R, r)
+    law = kn.contact(at, kn.joints.stribeck(mu, mu_s, 0.1), viscous=r, restitution=0.5, law="newton", name="it")
+    contacts = [law]
+    if place == "belt":
+        contacts += [
+            kn.joints.rope("rope", [O, a.point, b.point], L - 0.1 * kn.time, restitution=0.1, law="newton"),
+            kn.joints.stop("stop", L - a.coordinates[-1]),
+            kn.joints.rolling_resistance(law, 0.01),
+            kn.joints.drilling_resistance(law, r, static=2 * r, name="d"),
+        ]
+    parts = [
+        kn.RigidBody(j.name, frame=j.frame, mass_center=j.point, mass=1.0, inertia=kn.inertia(j.frame, 1, 2, 2.5))
+        for j in (a, b)
+    ]
+    system = kn.System(N, bodies=parts, joints=[a, b], contacts=contacts)
+    text = kn.exchange.to_python(system)
+    assert f'kn.joints.{CALLED.get(place, "Contact")}("touch' in "".join(text.split())
+    assert_alike(system, imported(tmp_path / "m.py", text).system())
+
+
+def test_a_rope_round_a_drum_is_refused():
+    N, O, (a, _), _, (_, _, mu, _, L) = touching()
+    drum = O.at("D", N.x)
+    held = kn.joints.capstan("wound", [O, drum, a.point], L, mu, drum=drum, angle=3.0)
+    body = kn.RigidBody("a", frame=a.frame, mass_center=a.point, mass=1.0, inertia=kn.inertia(a.frame, 1, 2, 2.5))
+    with pytest.raises(kn.ModelError, match=r"got the contact 'wound'.*which only the file that declares it knows"):
+        kn.exchange.to_python(kn.System(N, bodies=[body], joints=[a], contacts=[held]))
 
 
 @examples(0.2)

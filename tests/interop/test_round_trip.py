@@ -37,6 +37,7 @@ MODELS = {
     "urdf tree": lambda: tree(True, True, parameters="masses"),
     "urdf tree in numbers": lambda: tree(False, False, parameters="none"),
     "urdf tree with a mimic": lambda: tree(False, True),
+    "urdf arm that rubs and stops": lambda: kn.from_urdf(robots.ARM, stops=True, friction=True),
     **{f"mjcf {n}": partial(kn.from_mjcf, t) for n, t in robots.MODELS.items()},
     **{
         f"autolev {n.lower()}": partial(kn.from_autolev, t)
@@ -65,9 +66,3 @@ def test_what_was_imported_is_written(name, tmp_path):
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "The constraint '.*' holds by itself", kn.KaneWarning)
         assert_alike(model.system, imported(tmp_path / "model.py", text).system())
-
-
-def test_contacts_are_not_written():
-    """Stops are contacts, which only their file declares."""
-    with pytest.raises(kn.ModelError, match="got the contact 'shoulder lower'"):
-        kn.exchange.to_python(kn.from_urdf(robots.ARM, stops=True).system)

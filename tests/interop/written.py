@@ -20,6 +20,11 @@ def imported(path, text):
     return module
 
 
+def coefficients(c):
+    """The expressions of a contact."""
+    return [*(row.expr for row in c.rows), *c.numbers, c.viscous, c.kinetic_at(kn.parameter("v"))]
+
+
 def assert_alike(system, other, signs=True):
     """Both have the same symbols and names, the same operations, and accelerations equal to rounding.
 
@@ -30,8 +35,17 @@ def assert_alike(system, other, signs=True):
         assert [s.declaration()[:4] for s in getattr(system, what)] == [
             s.declaration()[:4] for s in getattr(other, what)
         ]
-    for what in ("bodies", "joints", "loads", "constraints", "events", "gravities"):
+    for what in ("bodies", "joints", "loads", "constraints", "events", "gravities", "contacts"):
         assert [x.name for x in getattr(system, what)] == [x.name for x in getattr(other, what)]
+    for c, d in zip(system.contacts, other.contacts, strict=True):
+        assert (c.law, *map(digest, coefficients(c))) == (d.law, *map(digest, coefficients(d)))
+    for k in range(len(system.contacts)):  # in modes where one after the other acts, and nothing else sticks
+        slips = [
+            {c.name: "slip" if c.slips else "stick" for c in s.contacts if c.gap is None or c is s.contacts[k]}
+            for s in (system, other)
+        ]
+        pair = (s.in_modes(m) for s, m in zip((system, other), slips, strict=True))
+        assert len({kn.derive(s).compile().operations for s in pair}) == 1
     a, b = kn.derive(system), kn.derive(other)
     first, second = (e.compile().operations for e in (a, b))
     if signs:

@@ -14,6 +14,7 @@ import kane as kn
 from kane.cli import screen
 from kane.cli.models import KINDS, Force, Out, imported, model_of, names_like
 from kane.cli.screen import Misuse, own_code, short
+from kane.equations.state import Guess
 from kane.errors import cut
 from kane.gallery import GALLERY
 from kane.interop.imported import Imported
@@ -27,6 +28,7 @@ READERS: Mapping[str, str] = {
     ".in": "from_autolev",
 }
 """What reads a file, by its ending."""
+ROBOTS = ("from_urdf", "from_mjcf")
 
 
 def convert(
@@ -40,13 +42,20 @@ def convert(
         ),
     ],
     out: Out = None,
+    stops: Annotated[bool, typer.Option("--stops", help="Of URDF and MJCF: limits of joints are stops.")] = False,
+    friction: Annotated[
+        bool, typer.Option("--friction", help="Of URDF and MJCF: dry friction in joints acts.")
+    ] = False,
     force: Force = False,
 ) -> None:
     """Write a model of URDF, MJCF, Autolev or SymPy as a Python file that declares it to kane."""
     path = _path(source)
+    options = {name: True for name, wanted in (("stops", stops), ("friction", friction)) if wanted}
+    if options and (path is None or not path.is_file() or _reader(path) not in ROBOTS):
+        raise Misuse(f"Expected a file of URDF or MJCF with --{' --'.join(options)}, got {source}.")
     place = screen.target(out, path, force) if out else None
     with working("Reading"):
-        text, remarks = _written(source, path)
+        text, remarks = _written(source, path, options)
     for line in remarks:
         screen.say(line, err=True)
     if place is None:
@@ -64,7 +73,7 @@ def _path(source: str) -> Path | None:
     return path if path.is_file() else Path(source.rpartition(":")[0] or source)
 
 
-def _written(source: str, path: Path | None) -> tuple[str, list[str]]:
+def _written(source: str, path: Path | None, options: Mapping[str, bool]) -> tuple[str, list[str]]:
     """The text of the file, and what was inferred, changed or left out."""
     if path is None or (path.suffix == ".py" and path == Path(source)):
         model = model_of(source)
@@ -73,7 +82,7 @@ def _written(source: str, path: Path | None) -> tuple[str, list[str]]:
         raise Misuse(f"Expected a file that ends in {', '.join((*READERS, '.py'))}, got {source}, which is not there.")
     if path.suffix == ".py":
         return _of_python(path, source.rpartition(":")[2])
-    return _of(getattr(kn.exchange, _reader(path))(path), path.stem)
+    return _of(getattr(kn.exchange, _reader(path))(path, **options), path.stem)
 
 
 def _reader(path: Path) -> str:
@@ -102,10 +111,19 @@ def _of_python(path: Path, name: str) -> tuple[str, list[str]]:
 def _of(model: Imported, title: str) -> tuple[str, list[str]]:
     """An imported model, with its remarks at the head of the file."""
     remarks = [str(r) for r in model.remarks if r.kind not in ("read", "checked")]
-    told = model.extras.get("start")
-    start: dict[str, dict[str, Any]] = {}
-    for kind in KINDS if told is not None else ():
-        values = getattr(told, kind, None) or {}
-        start[kind] = {getattr(s, "name", s): float(v) for s, v in values.items()}
+    start = _start_of(model)
     text = kn.exchange.to_python(model.system, title=title.replace("_", " "), start=start, remarks=remarks)
     return text, remarks
+
+
+def _start_of(model: Imported) -> dict[str, dict[str, Any]]:
+    """The values that the source, or its reader, has for a start, by name; none where constraints admit none near by."""
+    told = model.extras.get("start")
+    groups = {kind: getattr(told, kind, None) or {} for kind in KINDS}
+    if any(isinstance(v, Guess) for values in groups.values() for v in values.values()):
+        try:
+            found = kn.assemble(model.eom, told)
+        except kn.KaneError:
+            return {}
+        groups |= {"q": found.q, "u": found.u}
+    return {kind: {getattr(s, "name", s): float(v) for s, v in values.items()} for kind, values in groups.items()}

@@ -20,6 +20,7 @@ from kane.motion.programs.simulator_c import emit_simulator
 from kane.motion.programs.simulator_parts import METHODS as SIMULATORS
 from kane.motion.programs.simulator_wasm import emit_simulator_wasm
 from kane.present.formula_list import result_formulas, step_text
+from kane.program.emit.targets import BINARY, EMITTERS
 from kane.program.native import store
 from kane.progress import working
 from kane.write.latex import symbol_latex
@@ -69,27 +70,9 @@ def _latex(step: Step, eom: kn.Equations) -> str:
     return f"{head}\n\\begin{{align*}}\n{lines}\n\\end{{align*}}"
 
 
-class Target(StrEnum):
-    """What `Compiled.emit` can print."""
-
-    c = "c"
-    h = "h"
-    numpy = "numpy"
-    jax = "jax"
-    torch = "torch"
-    casadi = "casadi"
-    sympy = "sympy"
-    cpp = "cpp"
-    eigen = "eigen"
-    rust = "rust"
-    cargo = "cargo"
-    matlab = "matlab"
-    julia = "julia"
-    modelica = "modelica"
-    javascript = "javascript"
-    sfunction = "sfunction"
-    wasm = "wasm"
-    fmu = "fmu"
+UNIT = "fmu"
+Target: Any = StrEnum("Target", {name: name for name in (*EMITTERS, *BINARY, UNIT)})  # type: ignore[misc]  # rows of tables
+"""What `Compiled.emit` can print, and units of co-simulation."""
 
 
 def emit(
@@ -130,14 +113,14 @@ def emit(
         raise Misuse(f"Expected an identifier of letters, digits and _ as --name, got {called!r}.")
     place = screen.target(out, model.path, force) if out else None
     eom = derived(model)
-    if place and target is Target.fmu:
+    if place and target == UNIT:
         screen.write(
             place, lambda path: _write_unit(path, model, eom, called or unit_name(model.name), with_integrator), force
         )
         return
     with working("Compiling"):
         compiled = eom.compile(name=called or model.name)
-        if with_integrator and target is Target.wasm:
+        if with_integrator and target in BINARY:
             source: str | bytes = emit_simulator_wasm(compiled, with_integrator)
         else:
             source = (with_integrator and emit_simulator(compiled, with_integrator, period)) or compiled.emit(
@@ -152,15 +135,15 @@ def emit(
         screen.write(place, lambda path: path.write_bytes(raw), force)
 
 
-def _check_options(target: Target, with_integrator: str | None, period: float | None, out: Path | None) -> None:
+def _check_options(target: str, with_integrator: str | None, period: float | None, out: Path | None) -> None:
     """Misuse of options that do not go together."""
-    if with_integrator is not None and target not in (Target.c, Target.wasm, Target.fmu):
-        raise Misuse(f"Expected --target c, wasm or fmu with --with-integrator, got {target.value}.")
-    if target is Target.fmu and (out is None or period is not None):
+    if with_integrator is not None and target not in ("c", "wasm", UNIT):
+        raise Misuse(f"Expected --target c, wasm or fmu with --with-integrator, got {target}.")
+    if target == UNIT and (out is None or period is not None):
         raise Misuse("Expected --out FILE.fmu, and no --period, with --target fmu.")
-    if period is not None and (with_integrator is None or target is not Target.c):
+    if period is not None and (with_integrator is None or target != "c"):
         raise Misuse("Expected --target c and --with-integrator beside --period.")
-    if target is Target.wasm and out is None and sys.stdout.isatty():
+    if target in BINARY and out is None and sys.stdout.isatty():
         raise Misuse("Expected --out FILE with --target wasm, which is no text, got a terminal.")
 
 

@@ -17,8 +17,9 @@ from kane.equations.compiled import ON_DEMAND, ROUTINES
 from kane.equations.compiled import program as program_of
 from kane.errors import ArgumentError
 from kane.expr.ops import GONE
-from kane.interop.native_jax import Evaluate
 from kane.interop.native_jax import native as native_of_jax
+from kane.interop.native_routines import Evaluate
+from kane.interop.native_torch import native as native_of_torch
 from kane.numeric.arrays import Array
 from kane.program.native.compiled_routine import check_complete, port_defaults, replaced_values
 from kane.program.program import Port, Program, Routine
@@ -80,16 +81,27 @@ def to_jax(eom: Any, routine: str = "rhs", *, single: bool = False, native: bool
     return _callable(eom, program(routine), number, evaluate)
 
 
-def to_torch(eom: Any, routine: str = "rhs") -> Callable[..., Any]:
+def to_torch(eom: Any, routine: str = "rhs", *, native: bool = False) -> Callable[..., Any]:
     """A routine of the equations as a function `f(t, x, p=None, r=None)` of PyTorch tensors in double precision.
 
-    It is made of differentiable operations, so that `torch.autograd` and `torch.func` (`vmap`, `jacrev`) go through; otherwise as
-    `to_jax`.
+    It is made of differentiable operations, so that `torch.autograd` and `torch.func` (`vmap`, `jacrev`, `jacfwd`) go through;
+    otherwise as `to_jax`.
+
+    Parameters
+    ----------
+    eom
+        The equations that `kn.derive` gives.
+    routine
+        As in `to_jax`.
+    native
+        Call our machine code, on processors alone: one call in the place of one for each operation. ẋ has compiled derivatives by
+        all arguments; further ones, and those of other routines, are as without it.
 
     Raises
     ------
     ArgumentError
-        if PyTorch is not installed, or the equations have no such routine
+        if PyTorch is not installed, or the equations have no such routine; when called, as in `to_jax`, and with `native` if a
+        tensor is on another device
     """
     torch = _module("torch")
 
@@ -101,9 +113,14 @@ def to_torch(eom: Any, routine: str = "rhs") -> Callable[..., Any]:
         empty = torch.zeros((*leading, 0), dtype=torch.float64)
         return (torch.stack(rows, -1) if rows else empty).reshape((*leading, *shape))
 
-    program = _program(eom, (routine,))
-    traced = _traced(program, _arrays(torch, torch.pow), number, torch.broadcast_shapes, packed)
-    return _callable(eom, program, number, traced)
+    table = _arrays(torch, torch.pow)
+    program = cache(lambda name: _program(eom, (name,)))
+
+    def traced(name: str) -> Evaluate:
+        return _traced(program(name), table, number, torch.broadcast_shapes, packed)
+
+    evaluate = native_of_torch(torch, routine, program, traced) if native else traced(routine)
+    return _callable(eom, program(routine), number, evaluate)
 
 
 def to_casadi(eom: Any, routine: str = "rhs") -> Any:

@@ -5,21 +5,15 @@
 routines, these derivatives among them, are differentiated operation by operation, by JAX's rules.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from functools import cache
-from typing import Any, TypeAlias
+from typing import Any
 
+from kane.interop.native_routines import SLOPES, Evaluate, of_arrays, of_vectors
 from kane.program.native.entry import Entry
 from kane.program.native.machine import Settings
 from kane.program.native.xla import xla_function
 from kane.program.program import Program
-
-Evaluate: TypeAlias = Callable[[Sequence[Any]], Any]
-"""The results at an array for each port: a number or values on the last axis, behind axes that broadcast."""
-SLOPES: Mapping[str, Mapping[str, str]] = {
-    "rhs": {"t": "jac_time", "x": "jac", "p": "jac_parameters", "r": "jac_inputs"}
-}
-"""Of routines with compiled derivatives, these by port."""
 
 _called: dict[str, Entry] = {}
 """What XLA may call while this process lives, by name."""
@@ -27,14 +21,7 @@ _called: dict[str, Entry] = {}
 
 def native(jax: Any, name: str, program_of: Callable[[str], Program], traced_of: Callable[[str], Evaluate]) -> Evaluate:
     """A routine in machine code; `traced_of` gives routines as operations of JAX."""
-    ports, function = program_of(name).ports, _of_vectors(jax, name, program_of, traced_of)
-
-    def evaluate(arrays: Sequence[Any]) -> Any:
-        vectors = [a[..., None] if port.scalar else a for port, a in zip(ports, arrays, strict=True)]
-        rank = max(a.ndim for a in vectors)
-        return function(*(a.reshape((1,) * (rank - a.ndim) + a.shape) for a in vectors))
-
-    return evaluate
+    return of_arrays(program_of(name).ports, _of_vectors(jax, name, program_of, traced_of))
 
 
 def _of_vectors(
@@ -52,16 +39,15 @@ def _of_vectors(
 
     function: Callable[..., Any] = jax.custom_jvp(run)
 
-    def traced(*vectors: Any) -> Any:
-        return traced_of(name)([a[..., 0] if port.scalar else a for port, a in zip(ports, vectors, strict=True)])
-
     @cache
     def slope(k: int) -> Callable[..., Any]:
         return _of_vectors(jax, slopes[ports[k].name], program_of, traced_of)
 
     def push(given: tuple[Any, ...], changes: tuple[Any, ...]) -> tuple[Any, Any]:
         if not slopes:
-            plain: tuple[Any, Any] = jax.jvp(traced, given, tuple(_instance(jax, d) for d in changes))
+            plain: tuple[Any, Any] = jax.jvp(
+                of_vectors(ports, traced_of(name)), given, tuple(_instance(jax, d) for d in changes)
+            )
             return plain
         found = function(*given)
         moved = [k for k, d in enumerate(changes) if d.size and not isinstance(d, jax.custom_derivatives.SymbolicZero)]

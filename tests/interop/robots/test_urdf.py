@@ -104,6 +104,18 @@ def test_an_arm_falls_to_its_limit_and_no_further():
     assert np.max(end["q_shoulder"]) == pytest.approx(1.5, abs=1e-9)
 
 
+@pytest.mark.slow
+def test_dry_friction_holds_a_joint_and_lets_it_go():
+    """Its size is a number without a unit beside a torque that has one."""
+    arm = kn.from_urdf(ARM, friction=True)
+    given = {"q": [0, 0], "u": [0, 0], "inputs": {"tau_shoulder": 0, "tau_elbow": 0}}
+    motion = kn.simulate(kn.derive(arm.system), (0, 1), **given)
+    assert motion.t[-1] == 1, motion
+    held = np.abs(motion["u_elbow"]) < 1e-9
+    assert held.any()
+    assert not held.all()
+
+
 def test_locked_joints_and_damping():
     stiff = kn.from_urdf(ARM, locked=["elbow"])
     assert list(stiff.u) == ["u_shoulder"]

@@ -52,6 +52,21 @@ typedef struct {
 #define ssGetOutputPortRealSignal(S, k) ((S)->out[k])
 """
 MASTER = """\
+static void step(SimStruct *S, double h)  /* Runge and Kutta's */
+{
+    static const double at[4] = {0, 0.5, 0.5, 1}, share[4] = {1, 2, 2, 1};
+    double x[16], t = S->t, sum[16] = {0};
+    int j, k;
+    for (k = 0; k < S->states; k++) x[k] = S->x[k];
+    for (j = 0; j < 4; j++) {
+        for (k = 0; k < S->states; k++) S->x[k] = x[k] + at[j]*h*S->dx[k];
+        S->t = t + at[j]*h;
+        mdlDerivatives(S);
+        for (k = 0; k < S->states; k++) sum[k] += share[j]*S->dx[k];
+    }
+    for (k = 0; k < S->states; k++) S->x[k] = x[k] + h/6*sum[k];
+}
+
 int main(int argc, char **argv)
 {
     static SimStruct own, *S = &own;
@@ -73,10 +88,14 @@ int main(int argc, char **argv)
     for (k = 0; k < own.states; k++) printf("%.17g\\n", own.dx[k]);
     for (k = 0; k < own.widths[0]; k++) printf("%.17g\\n", own.out[0][k]);
     for (k = 0; k < own.widths[1]; k++) printf("%.17g\\n", own.out[1][k]);
+    for (k = 0; k < @STEPS@; k++) step(S, @H@);
+    for (k = 0; k < own.states; k++) printf("%.17g\\n", own.x[k]);
     mdlTerminate(S);
     return own.rwork > 512;
 }
 """
+
+SPAN = 0.5
 
 
 @pytest.fixture
@@ -88,6 +107,7 @@ def master(tmp_path):
     rng = np.random.default_rng(3)
     x, p, r = (rng.uniform(0.5, 1.5, len(s)) for s in (eom.state, eom.parameters, eom.inputs))
     text = MASTER
+    text = text.replace("@STEPS@", "2000").replace("@H@", repr(SPAN / 2000))
     for mark, values in {"@X@": x, "@P@": p, "@R@": r}.items():
         text = text.replace(mark, ", ".join(map(repr, values.tolist())))
     (tmp_path / "simstruc.h").write_text(HEADER)
@@ -102,7 +122,7 @@ def master(tmp_path):
             [str(Path(tmp_path) / "model"), *count], capture_output=True, text=True, check=False, timeout=60
         )
 
-    return run, compiled, x, p, r
+    return run, eom, compiled, x, p, r
 
 
 def driven(F):
@@ -118,18 +138,22 @@ def driven(F):
     return kn.derive(kn.System(N, bodies=bodies, speeds={v: s.dt, w: theta.dt}, loads=loads))
 
 
-def test_derivatives_and_outputs_are_those_of_machine_code(master):
-    run, compiled, x, p, r = master
+def test_derivatives_outputs_and_the_motion_are_those_of_machine_code(master):
+    run, eom, compiled, x, p, r = master
     for given in (None, len(p)):
         found = [float(line) for line in run(given).stdout.split()]
         own = compiled.outputs(0.3, x, None if given is None else p, r)
         rates = compiled.rhs(0.3, x, None if given is None else p, r)
         expected = [*rates, *x, own["push"], *own["both"]]
-        np.testing.assert_allclose(found, expected, rtol=1e-13)
+        np.testing.assert_allclose(found[: -len(x)], expected, rtol=1e-13)
+        values = {} if given is None else {"parameters": dict(zip(eom.parameters, p, strict=True))}
+        start = {"q": x[:2], "u": x[2:], "inputs": dict(zip(eom.inputs, r, strict=True))}
+        sol = kn.simulate(eom, (0.3, 0.3 + SPAN), rtol=1e-12, atol=1e-12, **start, **values)
+        np.testing.assert_allclose(found[-len(x) :], sol.states[-1], rtol=1e-9)
 
 
 def test_another_number_of_parameters_is_told(master):
-    run, _, _, p, _ = master
+    run, *_, p, _ = master
     assert run(len(p) - 1).stdout.strip() == f"Expected {len(p)} values of parameters, or [] for the defaults."
 
 

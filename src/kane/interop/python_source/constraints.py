@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
+from types import MappingProxyType
 from typing import Any
 
 from kane.errors import KaneError
@@ -155,14 +156,16 @@ def _makes(make: Callable[[], Any], wanted: Constraints) -> bool:
     except KaneError:
         return False
     kept = (made,) if isinstance(made, Constraint) else tuple(made)
-    return len(kept) == len(wanted) and all(map(_same, kept, wanted))
+    return len(kept) == len(wanted) and all(map(same_constraint, kept, wanted))
 
 
-def _same(a: Constraint, b: Constraint) -> bool:
+def same_constraint(a: Constraint, b: Constraint, partner: Mapping[Point, Point] = MappingProxyType({})) -> bool:
+    """Whether both are the same, field by field, where points of the first stand for their partners."""
     plain = a.name == b.name and a.kind == b.kind and a.unit == b.unit and a.expr is b.expr and a.own is b.own
     normals = ([] if c.normal is None else [c.normal] for c in (a, b))
     acting: tuple[list[tuple[Point | Frame, Vector]], ...] = tuple([*c.forces, *c.torques] for c in (a, b))
-    alike = same(*([x for x, _ in pairs] for pairs in acting)) and same_vectors(
+    first, second = ([x for x, _ in pairs] for pairs in acting)
+    alike = same([partner.get(x, x) if isinstance(x, Point) else x for x in first], second) and same_vectors(
         *([v for _, v in pairs] for pairs in acting)
     )
     return plain and _same_branch(a.branch, b.branch) and same_vectors(*normals) and alike

@@ -15,13 +15,16 @@ from kane.errors import ModelError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import Input, Parameter, Reaction, StateVariable, Symbol
 from kane.interop.python_source.constraints import Group, groups
+from kane.interop.python_source.contacts import Made, OfSpeed, law_call, new_points, place_call
 from kane.interop.python_source.expressions import Expressions, Names, literal, same, shared_among
 from kane.interop.python_source.joints import joint_call
 from kane.interop.python_source.layout import INDENT, call, folded, listed, wrapped
 from kane.interop.python_source.makers import friction_call, pair_of, solid_call
 from kane.model.bodies import Particle, RigidBody
 from kane.model.constraints import Constraint, Cut
+from kane.model.contacts import ContactLaw
 from kane.model.declarations import Event
+from kane.model.joints.contact import Contact
 from kane.model.joints.joint import Joint
 from kane.model.loads import Load
 from kane.model.system import System
@@ -48,7 +51,7 @@ def to_python(
     Raises
     ------
     ModelError
-        if the system holds what is only known to the file that declares it: contacts, beams, tables, functions as actions
+        if the system holds what is only known to the file that declares it: beams, tables, functions as actions, ropes round drums
     """
     expect.instance(system, System, "a System to write as Python")
     first = _Writer(system, ())
@@ -72,13 +75,23 @@ class _Writer:
         self.lines: list[str] = []
         self.text = Expressions(self.names, self._assign, shared, self._make_owner)
         self._made = {id(x): j for j in system.joints for x in (j.point, *_turned_by(j))}
+        places = (c.place for c in system.contacts if c.place is not None)
+        self._touching = {id(p): place for place in places for p, _ in new_points(place)}
 
     def lines_and_asked(self) -> tuple[list[str], list[Expr]]:
         """The lines, and the expressions in them."""
         if self.lines:
             return self.lines, self.text.asked
         _refuse(self.system)
-        for part in (self._symbols, self._places, self._constraints, self._bodies, self._loads, self._whole):
+        for part in (
+            self._symbols,
+            self._places,
+            self._constraints,
+            self._bodies,
+            self._contacts,
+            self._loads,
+            self._whole,
+        ):
             part()
         return self.lines, self.text.asked
 
@@ -199,8 +212,8 @@ class _Writer:
 
     def point(self, point: Point) -> str:
         """The name of a point, which is written before."""
-        line = [point]
-        while line[-1] not in self.names and line[-1].parent is not None and id(line[-1]) not in self._made:
+        line, others = [point], {*self._made, *self._touching}
+        while line[-1] not in self.names and line[-1].parent is not None and id(line[-1]) not in others:
             line.append(line[-1].parent)
         for p in reversed(line):
             if p not in self.names:
@@ -210,6 +223,9 @@ class _Writer:
     def _make_point(self, p: Point) -> None:
         if id(p) in self._made:
             self._make_joint(self._made[id(p)])
+            return
+        if id(p) in self._touching:
+            self._place(self._touching[id(p)])
             return
         if p.parent is None:
             text = call("kn.Point", [literal(p.name), f"fixed_in={self.frame(p.frame)}"])
@@ -283,6 +299,46 @@ class _Writer:
         elif s.unit:
             unit = [f"unit={literal(s.unit)}"]
         self._assign(self.names.give(s, s.name, "reaction"), call(f"kn.{function}", [literal(s.name), *where, *unit]))
+
+    # Contacts -------------------------------------------------------------------------------------------------------
+
+    def _contacts(self) -> None:
+        self._paragraph()
+        for c in self.system.contacts:
+            if c.gap is None and c.normal_force is not None and c.normal_force not in self.names:
+                self._cut(c.normal_force)
+            made = law_call(c, self.system.joints)
+            if made is None:
+                raise _unwritten("contact", c)
+            text = self._call(made, "kn" if made.function == "contact" else "kn.joints")
+            name = self.names.give(c, c.name, "contact")
+            self._assign(name, text)
+            if c.normal_force is not None and c.normal_force not in self.names:
+                self.names.alias(c.normal_force, f"{name}.normal_force")
+            for k, force in enumerate(c.friction_forces):
+                self.names.alias(force, f"{name}.friction_forces[{k}]")
+
+    def _place(self, place: Contact) -> str:
+        """The name of a place of contact, which is written before, with its points."""
+        if place not in self.names:
+            text = self._call(place_call(place), "kn.joints")
+            name = self.names.give(place, place.name, "place")
+            self._assign(name, text)
+            for point, own in new_points(place):
+                self.names.alias(point, f"{name}.{own}")
+        return self.names[place]
+
+    def _call(self, made: Made, family: str) -> str:
+        named = [f"{key}={self._argument(x)}" for key, x in made.named.items()]
+        return call(f"{family}.{made.function}", [*map(self._argument, made.given), *named])
+
+    def _argument(self, x: Any) -> str:
+        return next((write(self, x) for kind, write in _ARGUMENTS if isinstance(x, kind)), literal(x))
+
+    def _of_speed(self, x: OfSpeed) -> str:
+        """What stands in a function is written whole: names of parts are assigned outside of it."""
+        v = self.names.give(x.speed, "v", "slip")
+        return f"lambda {v}: {Expressions(self.names, self._assign, (), self._make_owner)(x.size)}"
 
     # Bodies and loads -----------------------------------------------------------------------------------------------
 
@@ -367,6 +423,7 @@ class _Writer:
             ("holonomic", self.kinds["configuration"], "[]"),
             ("nonholonomic", self.kinds["motion"], "[]"),
             ("reactions", [names[s] for s in system.reactions], "[]"),
+            ("contacts", [names[c] for c in system.contacts], "[]"),
             ("auxiliary_speeds", [names[s] for s in system.auxiliary_speeds], "[]"),
             ("states", states, "{}"),
             ("events", events, "[]"),
@@ -387,6 +444,20 @@ class _Writer:
         return call("kn.Event", [literal(e.name), self.text(e.quantity), *said])
 
 
+_ARGUMENTS: tuple[tuple[Any, Callable[[_Writer, Any], str]], ...] = (
+    (OfSpeed, _Writer._of_speed),
+    (Expr, lambda own, x: own.text(x)),
+    (Vector, _Writer.vector),
+    (Point, _Writer.point),
+    (Frame, _Writer.frame),
+    (Contact, _Writer._place),
+    (Constraint, _Writer._record),
+    (Joint | ContactLaw, lambda own, x: own.names[x]),
+    (tuple, lambda own, x: listed([own._argument(item) for item in x], "()")),
+)
+"""How arguments of calls are written, by their kinds; others are literals."""
+
+
 def _tuple(items: Iterable[str]) -> str:
     kept = list(items)
     return f"({', '.join(kept)}{',' if len(kept) == 1 else ''})"
@@ -395,7 +466,6 @@ def _tuple(items: Iterable[str]) -> str:
 def _refuse(system: System) -> None:
     """A ModelError for what only the file that declares it knows."""
     checks: tuple[tuple[str, Iterable[Any], Callable[[Any], bool]], ...] = (
-        ("contact", system.contacts, lambda x: True),
         ("body", system.bodies, lambda x: not isinstance(x, Particle | RigidBody)),
         ("load", system.loads, lambda x: x.slip is not None and friction_call(x) is None),
         ("event", system.events, lambda x: x.then is not None and not isinstance(x.then, Mapping)),

@@ -5,9 +5,13 @@ Coordinates are q_<joint>, speeds u_<joint>, inputs tau_<joint> and those of act
 m_<link>, c_x_<link>, …, I_xx_<link>, ….
 """
 
+from collections.abc import Callable
+from math import inf
 from types import MappingProxyType
+from typing import Any
 
 from kane import expect
+from kane.equations.state import State, guess
 from kane.errors import ModelError, listed_warnings, warn
 from kane.expr.symbols import Speed
 from kane.interop.imported import Imported, Remark
@@ -76,6 +80,7 @@ def _imported(made: Making, system: System, doubts: list[str]) -> Imported:
         **{what: MappingProxyType(names) for what, names in made.called.items()},
         "limits": MappingProxyType(limits),
         "shapes": robot.shapes,
+        "start": _start(made, system),
         "places": MappingProxyType({link.name: made.placed(k) for k, link in enumerate(robot.links)}),
         **robot.extras,
     }
@@ -89,4 +94,20 @@ def _imported(made: Making, system: System, doubts: list[str]) -> Imported:
         MappingProxyType(parameters),
         remarks,
         MappingProxyType(extras),
+    )
+
+
+def _start(made: Making, system: System) -> State:
+    """Where a motion may begin: at rest, undriven, joints as declared or at the next limit; guesses where constraints hold them."""
+    free: Callable[[float], Any] = guess if system.constraints else float
+    at = dict.fromkeys(system.coordinates, 0.0) | {e.coordinates[0]: 1.0 for e in system.euler_parameters}
+    for name, joint in made.joints.items():
+        if len(joint.coordinates) == 1:
+            low, high = made.moves[name].limits or (-inf, inf)
+            at[joint.coordinates[0]] = float(min(max(made.moves[name].reference, low), high))
+    return State(
+        q={q: free(x) for q, x in at.items()},
+        u={u: free(0.0) for u in system.speeds},
+        states=dict.fromkeys(system.states, 0.0),
+        inputs=dict.fromkeys(system.inputs, 0.0),
     )

@@ -139,6 +139,11 @@ class CFile:
     functions: tuple[CFunction, ...]
     guard: str
 
+    @property
+    def first(self) -> CFunction:
+        """The first routine, by which a head says how all are called."""
+        return self.functions[min(1, len(self.program.routines))]
+
 
 def c_file(program: Program) -> CFile:
     """The names of a program's file, all different and free in C and C++: hoisted vectors come first."""

@@ -30,14 +30,18 @@ def _emit(program: Program, version: str, eigen: bool) -> str:
     names = distinct([identifier(f.function.name) or "routine" for f in file.functions], is_free_in_c)
     taken = (*names, *(f.name for f in file.functions))
     sizes = [_size(file, f) for f in file.functions]
-    arguments = ", ".join(file.names.arguments[p.name] for p in program.ports)
+    arguments, hoist, first = (
+        ", ".join(file.names.arguments[p.name] for p in program.ports),
+        file.functions[0],
+        file.first,
+    )
+    shown, kind = names[file.functions.index(first)], "vectors of Eigen" if eigen else "std::array"
     head = [
         f"{program.name}: {program.subject}. {made_by(version)}",
-        f"Call: {space}::{names[-1]}({arguments}) with {'vectors of Eigen' if eigen else 'std::array'}; faster in a loop,",
-        f"      {space}::{file.functions[0].name}({', '.join(file.functions[0].arguments)}) once for each set of parameters, then",
-        f"      {space}::{file.functions[-1].name}({', '.join(file.functions[-1].arguments)}) with pointers to doubles.",
-        "",
-        *(line.strip() for line in program.lost),
+        f"Call: {space}::{shown}({arguments}) with {kind}; faster in a loop,",
+        f"      {space}::{hoist.name}({', '.join(hoist.arguments)}) once for each set of parameters, then",
+        f"      {space}::{first.name}({', '.join(first.arguments)}) with pointers to doubles.",
+        *(["", *(line.strip() for line in program.lost)] if program.lost else []),
         *port_lines(file),
     ]
     lines = [

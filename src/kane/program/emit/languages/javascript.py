@@ -39,9 +39,9 @@ function kane_pow(x, p) { // as C has it: 1 to any power, and -1 to an infinite 
 def emit_javascript(program: Program, *, contract: bool = False, version: str = "") -> str:
     """The text of the module; matrices are one array, row by row. `contract` is there as in other emitters."""
     file = file_of(program, _JAVASCRIPT, ("defaults", "names"))
-    last, arguments = file.functions[-1].name, ", ".join(file.arguments)
+    first, arguments = file.first.name, ", ".join(file.arguments)
     call = [
-        f'Call:     import {{ {last} }} from "./{file.prefix}.mjs"; {last}({arguments}) with arrays for the vectors gives an',
+        f'Call:     import {{ {first} }} from "./{file.prefix}.mjs"; {first}({arguments}) with arrays for the vectors gives an',
         "          array, of matrices row by row. `defaults` are the parameters, `names` what the ports hold.",
     ]
     names = {file.names.arguments[p.name]: [s.name for s in p.symbols] for p in program.ports}

@@ -38,9 +38,9 @@ def emit_julia(program: Program, *, contract: bool = False, version: str = "") -
     """The text of `<Name>.jl`; results are vectors or matrices. `contract` is there as in other emitters."""
     file = file_of(program, _JULIA, ("defaults", "T"))
     module = file.prefix[:1].upper() + file.prefix[1:] + "Model"
-    last, arguments = file.functions[-1].name, ", ".join(file.arguments)
+    first, arguments = file.first.name, ", ".join(file.arguments)
     call = [
-        f'Call:     include("{file.prefix}.jl"); {module}.{last}({arguments}) with vectors; {module}.defaults are the parameters.',
+        f'Call:     include("{file.prefix}.jl"); {module}.{first}({arguments}) with vectors; {module}.defaults are the parameters.',
         f"          In OrdinaryDiffEq: ODEProblem((x, p, t) -> {module}.{file.functions[1].name if program.routines else 'hoist'}"
         "(t, x, p, Float64[]), x0, (0.0, 5.0), p).",
     ]

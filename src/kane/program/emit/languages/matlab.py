@@ -49,9 +49,9 @@ def emit_matlab(program: Program, *, contract: bool = False, version: str = "") 
     """The text of `<name>.m`; results are columns, or matrices. `contract` is there as in other emitters."""
     file = file_of(program, _MATLAB, ("m", "s", "c", "a", "b", "y"))
     prefix, arguments = file.prefix, ", ".join(file.arguments)
-    first = file.functions[min(1, len(program.routines))].name
+    first = file.first.name
     call = [
-        f"Call:     m = {prefix}() from a file {prefix}.m; then m.{file.functions[-1].name}({arguments}) with columns",
+        f"Call:     m = {prefix}() from a file {prefix}.m; then m.{first}({arguments}) with columns",
         "          for the vectors. m.defaults are the parameters;",
         f"          [t, x] = ode45(@(t, x) m.{first}(t, x, m.defaults, []), [0 5], x0).",
     ]

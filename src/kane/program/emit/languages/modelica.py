@@ -55,9 +55,8 @@ _REGULAR = """
 def emit_modelica(program: Program, *, contract: bool = False, version: str = "") -> str:
     """The text of `<name>.mo`; results are vectors, of matrices row by row. `contract` is there as in other emitters."""
     file = file_of(program, _MODELICA, ("kane_regular",))
-    names = [f.name for f in file.functions]
     call = [
-        f"Call:     {file.prefix}.{names[-1]}({', '.join(file.arguments)}), of matrices row by row;",
+        f"Call:     {file.prefix}.{file.first.name}({', '.join(file.arguments)}), of matrices row by row;",
         f"          {file.prefix}.Motion is a block with the state x, the parameters p and the inputs r.",
     ]
     hoist, *routines = file.functions

@@ -139,10 +139,10 @@ def _emit(program: Program, arrays: _Arrays, version: str) -> str:
     tables = drawn.tables
     file = file_of(program, arrays.language, (*_OWN, *tables.values(), *drawn.defaults.values()))
     module = replace(drawn, names=file.names)
-    last = file.functions[-1].name
     call = [
-        f"Call: {last}({', '.join(file.arguments)}), vectors on the last axis, further axes before it; the tables say what they hold.",
-        *(f"      {line.format(f=last)}" for line in arrays.call),
+        f"Call: {file.first.name}({', '.join(file.arguments)}), vectors on the last axis, further axes before it; "
+        "the tables say what they hold.",
+        *(f"      {line.format(f=file.first.name)}" for line in arrays.call),
     ]
     vectors = sorted(tables, key=lambda port: not port.hoisted)
     hoist, *routines = file.functions

@@ -37,9 +37,9 @@ def emit_casadi(program: Program, *, contract: bool = False, version: str = "") 
     file = file_of(program, _CASADI, ("SIZES", "DEFAULTS", "ROUTINES", "function", "out", "routine", "given"))
     hoist, *routines = file.functions
     arguments = ", ".join(file.arguments)
-    first = (routines or [hoist])[0].name
+    first = file.first.name
     call = [
-        f"Call: {file.functions[-1].name}({arguments}) with columns of SX or DM; function({first}) is",
+        f"Call: {first}({arguments}) with columns of SX or DM; function({first}) is",
         "      the casadi.Function of these arguments; DEFAULTS are the parameters. fmin and fmax pass no NaN on.",
     ]
     given = [(file.names.arguments[p.name], 1 if p.scalar else len(p.symbols)) for p in program.ports]
@@ -136,7 +136,7 @@ def emit_sympy(program: Program, *, contract: bool = False, version: str = "") -
     file = file_of(program, _SYMPY, ("steps", "SYMBOLS"), whole=True)
     routines = file.functions[1:]
     call = [
-        f"Call: steps, out = {file.functions[-1].name}(): pairs (symbol, expression), and the results in these symbols,",
+        f"Call: steps, out = {file.first.name}(): pairs (symbol, expression), and the results in these symbols,",
         "      as sympy.cse gives them. SYMBOLS holds the symbols of time, state, parameters and inputs by port.",
     ]
     rows, k = [], 0

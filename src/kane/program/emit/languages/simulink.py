@@ -7,10 +7,18 @@ from kane.program.emit.names import made_by
 from kane.program.program import Program
 
 _GIVEN = {"t": "ssGetT(S)", "x": "ssGetContStates(S)", "p": "p", "r": "r", "h": "ssGetRWork(S)"}
+_HEAD = """\
+/*
+ * {name}_sfun.c: an S-function of Simulink, level 2. {made}
+ *
+ * Build:    mex {name}_sfun.c   in MATLAB
+ * Use:      the block "S-Function" of the name {name}_sfun. Its parameters are the values of the {parameters}, [] for the
+ *           defaults, and the initial state. Input: {inputs}. Outputs: the state{outputs}.
+ *
+ * What follows is the file in C, and at its end what Simulink calls.
+ */
+"""
 _TEXT = """\
-/* What Simulink calls. {made} Build in MATLAB: mex {name}_sfun.c
- * Block "S-Function" of the name {name}_sfun; its parameters are the values of the {parameters}, [] for the defaults, and the initial
- * state. Input: {inputs}. Outputs: the state{outputs}. */
 #define S_FUNCTION_NAME {name}_sfun
 #define S_FUNCTION_LEVEL 2
 #include "simstruc.h"
@@ -119,12 +127,15 @@ def emit_simulink(program: Program, *, contract: bool = True, version: str = "")
     shown, hoist = functions.get("outputs"), file.functions[0]
     nr, table = len(ports["r"].symbols), {port.name: name for port, name, _ in file.tables}
     size = shown.size if shown else ""
-    own = _TEXT.format(
+    head = _HEAD.format(
         made=made_by(version),
         name=file.prefix,
         parameters=ports["p"].nouns,
         inputs=f"the {nr} inputs" if nr else "none",
         outputs=", then what was named to be an output" if shown else "",
+    )
+    own = _TEXT.format(
+        name=file.prefix,
         np=len(ports["p"].symbols),
         nx=len(ports["x"].symbols),
         nh=hoist.size,
@@ -139,7 +150,7 @@ def emit_simulink(program: Program, *, contract: bool = True, version: str = "")
         shown=_called(file, shown, "ssGetOutputPortRealSignal(S, 1)", nr) if shown else "",
         rates=_called(file, functions["rhs"], "ssGetdX(S)", nr),
     )
-    return f"{emit_c(program, contract=contract, version=version)}\n{own}"
+    return f"{head}{emit_c(program, contract=contract, version=version)}\n{own}"
 
 
 _READ = """\

@@ -133,6 +133,11 @@ class File:
     functions: tuple[Written, ...]
 
     @property
+    def first(self) -> Written:
+        """The first routine, by which a head says how all are called."""
+        return self.functions[min(1, len(self.program.routines))]
+
+    @property
     def used(self) -> set[str]:
         """Names of operations in all functions."""
         return {name for f in self.functions for name in f.used}

@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Contacts as calls of the functions that make them: where bodies touch, then the laws.
+
+Which function made a place or a law is not recorded: each that could have is called, and taken where what it makes is the same, as
+with constraints. A place that none makes is written as the record that it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import product
+from typing import Any, NamedTuple
+
+from kane.errors import KaneError
+from kane.expr.evaluation import free_symbols
+from kane.expr.node import ONE, ZERO, Expr, postorder
+from kane.expr.ops import MUL, NEG, SUB
+from kane.expr.symbols import Coordinate, Parameter, Rate, Speed
+from kane.expr.visit import substituted
+from kane.interop.python_source.constraints import same_constraint
+from kane.interop.python_source.expressions import same_vectors
+from kane.model.contacts import LAWS, ContactLaw, clutch, drilling_resistance, rolling_resistance, rope, stiction, stop
+from kane.model.joints.contact import Contact, disk_on_plane, point_on_plane, sphere_on_plane
+from kane.model.joints.joint import Joint
+from kane.model.joints.round_contact import sphere_on_sphere
+from kane.space.frame import Frame, Point
+from kane.space.vector import Vector
+
+
+class Made(NamedTuple):
+    """A call: its function, and what it is given in order and by name."""
+
+    function: str
+    given: tuple[Any, ...]
+    named: Mapping[str, Any]
+
+
+class OfSpeed(NamedTuple):
+    """A coefficient as a function of the speed of slip."""
+
+    speed: Parameter
+    size: Expr
+
+    def __call__(self, v: Any) -> Expr:
+        """Its value at a speed."""
+        return substituted(self.size, {self.speed: v})
+
+
+# ----------------------------------------------------------------------------------------------------------------- places
+
+
+def place_call(place: Contact) -> Made:
+    """The function that made a place of contact, or the record itself."""
+    for make, given, named in _places(place):
+        for more in _directions(place) if "normal" in named else [{}]:
+            try:
+                made = make(place.name, *given, **named, **more)
+            except KaneError:
+                continue
+            if _alike(made, place):
+                return Made(make.__name__, (place.name, *given), {**named, **more})
+    fields = ("point", "particle", "ground", "normal", "height", "rolling")
+    return Made("Contact", (place.name,), {key: getattr(place, key) for key in fields})
+
+
+def new_points(place: Contact) -> Iterator[tuple[Point, str]]:
+    """The points that are made with a place, and the names by which it has them."""
+    made = place_call(place)
+    if made.function == "Contact":
+        return
+    for name in ("point", "particle", "ground"):
+        point = getattr(place, name)
+        if point is not None and all(point is not x for x in made.given):
+            yield point, name
+
+
+Try = tuple[Callable[..., Contact], tuple[Any, ...], dict[str, Any]]
+
+
+def _places(place: Contact) -> Iterator[Try]:
+    """What may have made a place, but for directions in the plane."""
+    particle, ground, (_, (plane, _)) = place.particle, place.ground, place.height.forces
+    flat = {"normal": place.normal}
+    if place.point is particle:
+        yield point_on_plane, (particle, plane), flat
+        return
+    center, wheel = particle.parent, particle.body
+    if center is None or wheel is None:
+        return
+    lengths = _lengths([x for _, triple in particle.offset.parts for x in triple])
+    for radius in lengths:
+        yield sphere_on_plane, (wheel, center, plane), {"radius": radius, **flat}
+    axes = [v for e in (wheel.x, wheel.y, wheel.z) for v in (e, -e)]
+    for radius, axis in product(lengths, axes):
+        named = {"axis": axis, "radius": radius, **flat}
+        yield disk_on_plane, (wheel, center, plane), named
+        down = _over(particle.offset, radius)
+        if down is not None:
+            yield disk_on_plane, (wheel, center, plane), {**named, "down": down}
+    if ground is not None and ground.body is not None and ground.parent is not None:
+        for own, other in product(_lengths([place.height.expr]), repeat=2):
+            sizes = {"radius": own, "other_radius": other}
+            for inside in ({}, {"inside": True}):
+                yield sphere_on_sphere, (wheel, center, ground.body, ground.parent), {**sizes, **inside}
+
+
+def _lengths(among: Sequence[Expr]) -> list[Expr]:
+    """Parameters and numbers, and what is made of them, in expressions; zero at the end."""
+    moving = (Coordinate, Rate, Speed)
+    kept = [e for e in postorder(tuple(among)) if not any(isinstance(s, moving) for s in free_symbols([e]))]
+    return [*dict.fromkeys(reversed(kept)), ZERO]
+
+
+def _over(v: Vector, length: Expr) -> Vector | None:
+    """The vector of which this is a product with a length, where it is one."""
+    frames = ((f, triple) for f, triple in v.parts if isinstance(f, Frame))
+    terms = [(unit, x) for f, triple in frames for unit, x in zip((f.x, f.y, f.z), triple, strict=True)]
+    found = Vector()
+    for unit, x in terms:
+        size, sign = (x.args[0], -1) if x.op is NEG else (x, 1)
+        pairs = [(ONE, size)] if size is length else [size.args, size.args[::-1]] if size.op is MUL else []
+        factor = next((a for a, b in pairs if b is length), None)
+        if factor is None and x is not ZERO:
+            return None
+        found = found if factor is None else found + unit * (factor * sign)
+    return found
+
+
+def _directions(place: Contact) -> Iterator[dict[str, Vector]]:
+    """What a place may be told of directions in its plane, with the velocity of its surface; the ground's own is in it, too."""
+    ways = [c.forces[0][1] for c in place.rolling]
+    running = Vector()
+    for c, way in zip(place.rolling, ways, strict=True):
+        running = running + way * -c.own
+    yield from ({}, {"surface": running}, *({"along": w} for w in ways[:1]))
+    yield from ({"along": w, "surface": running} for w in ways[:1])
+
+
+def _alike(made: Contact, place: Contact) -> bool:
+    """Whether two places are the same but for the points that their functions make."""
+    points = [(made.point, place.point), (made.particle, place.particle), (made.ground, place.ground)]
+    partner = {a: b for a, b in points if a is not None and b is not None}
+    rows = [(made.height, place.height), *zip(made.rolling, place.rolling, strict=False)]
+    return (
+        len(made.rolling) == len(place.rolling)
+        and all(_alike_points(a, b) for a, b in points)
+        and same_vectors([made.normal], [place.normal])
+        and all(same_constraint(a, b, partner) for a, b in rows)
+    )
+
+
+def _alike_points(a: Point | None, b: Point | None) -> bool:
+    if a is None or b is None or a is b:
+        return a is b
+    born = a.name == b.name and a.parent is b.parent and a.body is b.body and a.frame is b.frame
+    return born and same_vectors([a.offset], [b.offset])
+
+
+# ------------------------------------------------------------------------------------------------------------------- laws
+
+
+def law_call(c: ContactLaw, joints: Sequence[Joint]) -> Made | None:
+    """The function that made a law, with its numbers; None where none did."""
+    if c.place is not None:
+        mu = () if c.kinetic is ZERO else (_kinetic(c),)
+        return Made("contact", (c.place, *mu), {**_numbers(c), **_pressed(c), **_name(c, c.place.name)})
+    for make, given, named in _laws(c, joints):
+        try:
+            made = make(*given, **named)
+        except KaneError:
+            continue
+        if c.rows and len(made.rows) == len(c.rows) and all(map(same_constraint, made.rows, c.rows)):
+            return Made(make.__name__, given, named)
+    return None
+
+
+LawTry = tuple[Callable[..., ContactLaw], tuple[Any, ...], dict[str, Any]]
+
+
+def _laws(c: ContactLaw, joints: Sequence[Joint]) -> Iterator[LawTry]:
+    """What may have made a law of no place."""
+    row, numbers = next(iter(c.rows), None), _numbers(c)
+    if row is None or (c.gap is not None and c.slips):
+        return
+    if c.gap is not None:
+        if row.forces and row.expr.op is SUB:
+            yield rope, (c.name, tuple(p for p, _ in row.forces), row.expr.args[0]), numbers
+        yield stop, (c.name, row.expr), numbers
+        yield stop, (c.name, row), numbers
+    elif c.pressed_by is not None:
+        for make, stem in ((rolling_resistance, "rolling"), (drilling_resistance, "drilling")):
+            yield make, (c.pressed_by, _kinetic(c)), {**numbers, **_name(c, f"{stem} of {c.pressed_by.name}")}
+    else:
+        rubs = {**numbers, **_pressed(c)}
+        for j in joints:
+            if j.kind in ("pin", "slider"):
+                yield stiction, (j, _kinetic(c)), {**rubs, **_name(c, f"stiction in {j.name}")}
+        if len(row.torques) == 2:
+            (frame, axis), (other, _) = row.torques
+            yield clutch, (c.name, frame, other, axis, _kinetic(c)), rubs
+
+
+def _kinetic(c: ContactLaw) -> Expr | OfSpeed:
+    return OfSpeed(c.speed, c.kinetic) if c.speed in free_symbols([c.kinetic]) else c.kinetic
+
+
+def _numbers(c: ContactLaw) -> dict[str, Any]:
+    """What a law is given by name, where it is not what it is without."""
+    usual = {
+        "static": (c.static, c.kinetic_at(ZERO)),
+        "viscous": (c.viscous, ZERO),
+        "restitution": (c.restitution, ZERO),
+    }
+    told = {key: value for key, (value, plain) in usual.items() if value is not plain}
+    return {**told, **({} if c.law == LAWS[0] else {"law": c.law})}
+
+
+def _pressed(c: ContactLaw) -> dict[str, Any]:
+    return {} if c.gap is not None or c.normal_force is None else {"normal": c.normal_force}
+
+
+def _name(c: ContactLaw, usual: str) -> dict[str, str]:
+    return {} if c.name == usual else {"name": c.name}
