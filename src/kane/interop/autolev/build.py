@@ -10,7 +10,7 @@ from kane.equations.state import State
 from kane.errors import KaneError, ModelError
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import Coordinate, Speed, StateVariable, Symbol, rate
+from kane.expr.symbols import Coordinate, Reaction, Speed, StateVariable, Symbol, rate
 from kane.interop.autolev.auxiliary import Evidence, evidence
 from kane.interop.autolev.model import Names, agree, no_accelerations, replacing, speeds_in
 from kane.interop.autolev.sheet import Sheet
@@ -101,7 +101,8 @@ def _loads(sheet: Sheet, names: Names, space: Space, bodies: list[Body], shown: 
         loads.insert(0, gravity(space.vector(total)))
     for name, vector, line in sheet.forces:
         value = shown.load(space.vector(vector))
-        if not _at_rest(space, name) and not value.is_zero:
+        unknown = any(isinstance(x, Reaction) for x in free_symbols(value.scalars()))
+        if not value.is_zero and (unknown or not _at_rest(space, name)):
             loads.append(
                 Force(space.points[name], value, f"F{len(loads) + 1} on {sheet.say(name)} (line {line.number})")
             )

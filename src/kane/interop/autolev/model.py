@@ -47,8 +47,9 @@ class Names:
                 kinematic[rate(symbol)] = Speed.declare(f"{symbol.name}p", None, "", "")
         self.kinematic = self._closed(kinematic)
         self._by_speeds = substituting(self.kinematic)
-        rest = [x for u in sheet.auxiliary for x in (u, rate(u))]
-        self._at_rest = substituting({**dict.fromkeys(rest, ZERO)})
+        self._at_rest = substituting(dict.fromkeys((x for u in sheet.auxiliary for x in (u, rate(u))), ZERO))
+        late |= self._standing()
+        self._late = substituting(late)
 
     def _given_values(self) -> None:
         """Variables that only Input gives a value, or that masses, inertias and places hold, are constants."""
@@ -60,6 +61,17 @@ class Names:
             if constant or (free and (low in s.inputs or symbol in held)):
                 self.constants[symbol] = Parameter.declare(symbol.name, self.numbers.get(low), "", "")
         s.late |= self.constants
+
+    def _standing(self) -> dict[Expr, Expr]:
+        """Coordinates whose rates are auxiliary speeds alone stand still: they are parameters."""
+        found: dict[Expr, Expr] = {}
+        for q in self.coordinates():
+            told = self.kinematic.get(rate(q), ZERO)
+            if told is not ZERO and self._at_rest(told) is ZERO:
+                found[q] = Parameter.declare(q.name, self.numbers.get(q.name.lower()), "", "")
+                self.sheet.remarks.say("changed", f"{q.name} changes with auxiliary speeds alone: it is a parameter")
+        self.constants |= found
+        return found
 
     def _drop_flat_inertias(self) -> None:
         """Values of Input that make the inertia of a body singular, as one for all of them, are placeholders: the body has none."""
@@ -125,7 +137,7 @@ class Names:
 
     def coordinates(self) -> list[Coordinate]:
         """The declared coordinates."""
-        return [s for s in self.sheet.symbols.values() if isinstance(s, Coordinate)]
+        return [s for s in self.sheet.symbols.values() if isinstance(s, Coordinate) and s not in self.constants]
 
 
 def numbers_of(sheet: Sheet) -> dict[str, float]:
