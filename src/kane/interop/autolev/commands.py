@@ -11,7 +11,7 @@ from kane.expr.symbols import Coordinate, Input, Rate, Speed, rate
 from kane.interop.autolev.evaluate import Reading, quantity
 from kane.interop.autolev.functions import expression, frame_of, pair_of, point_of, solve, where, word
 from kane.interop.autolev.grammar import Line
-from kane.interop.autolev.sheet import Sheet, of_euler, simple
+from kane.interop.autolev.sheet import Sheet, of_euler, of_rodrigues, simple
 from kane.interop.autolev.values import Table, Unread, Vec
 
 Args = Sequence[Any]
@@ -56,7 +56,7 @@ def dircos(r: Reading, args: Args, line: Line) -> None:
 
 
 def orient(r: Reading, a: str, b: str, kind: str, trees: Sequence[Any], line: Line) -> None:
-    """Orient b in a by a sequence of angles or Euler parameters."""
+    """Orient b in a by a sequence of angles, Euler or Rodrigues parameters."""
     angles = [r.scalar(x, line) for x in trees]
     if kind in ("euler", "quaternion"):
         if len(angles) != 4 or not all(isinstance(x, Coordinate) for x in angles):
@@ -64,9 +64,12 @@ def orient(r: Reading, a: str, b: str, kind: str, trees: Sequence[Any], line: Li
         e = tuple(x for x in angles if isinstance(x, Coordinate))
         r.sheet.orient(of_euler(a, b, e if kind == "euler" else (*e[1:], e[0])))
         return
+    if kind == "rodrigues" and len(angles) == 3:
+        r.sheet.orient(of_rodrigues(a, b, tuple(angles)))
+        return
     axes = kind[-3:].translate(str.maketrans("xyz", "123"))
     if kind[:-3] not in ("body", "space") or not set(axes) <= set("123") or len(angles) != 3:
-        raise line.refuse("Euler, or body or space with three axes, and as many angles", kind)
+        raise line.refuse("Euler, Rodrigues, or body or space with three axes, and as many angles", kind)
     steps = list(zip(axes, angles, strict=True))
     steps = steps if kind.startswith("body") else steps[::-1]
     base = a
