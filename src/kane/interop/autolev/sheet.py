@@ -26,7 +26,7 @@ X = TypeVar("X")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Turn:
-    """How a frame is oriented in its parent: by a simple rotation, Euler parameters (scalar one last), Rodrigues parameters or a matrix."""
+    """How a frame is oriented in its parent: by a simple rotation, Euler (scalar one last) or Rodrigues parameters, or a matrix."""
 
     parent: str
     child: str
