@@ -245,3 +245,18 @@ Inertia B, I1, I2, I3
 Gravity(-g*N3>)
 Zero = Fr() + FrStar()
 """
+
+COSINES = """\
+% a body oriented by nine direction cosines, along one of which a force stays
+Newtonian N
+Bodies B
+MotionVariables' w{3}', C{1:3,1:3}'
+Constants m, F, I{3}
+W_B_N> = w1*B1> + w2*B2> + w3*B3>
+KinDiffs(N, B, Poisson, C11, C12, C13, C21, C22, C23, C31, C32, C33)
+V_BO_N> = 0>
+Mass B = m
+Inertia B, I1, I2, I3
+Torque_B> = F*(C11*B1> + C12*B2> + C13*B3>) + F*C21*N2>
+Zero = Fr() + FrStar()
+"""

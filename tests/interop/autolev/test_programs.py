@@ -158,6 +158,17 @@ def test_an_orientation_by_rodrigues_parameters(q: float, u: float, length: floa
     assert solved(MODELS["OBLIQUE"], **known) == pytest.approx({"u": moment / about}, rel=1e-9, abs=1e-9)
 
 
+@given(angles, angles, st.lists(angles, min_size=4, max_size=4).filter(lambda e: np.linalg.norm(e) > 0.1))
+def test_an_orientation_by_direction_cosines(a: float, b: float, e: list[float]) -> None:
+    i, force, w = np.array([0.3, 0.5, 0.6]), 1.7, np.array([a, b, 0.4])
+    e = list(e / np.linalg.norm(e))
+    known = {f"{n}{k}": float(x) for n, v in (("I", i), ("w", w), ("B_e", e)) for k, x in enumerate(v, 1)}
+    c = Rotation.from_quat(e).as_matrix()
+    torque = force * (c[0] + c[1, 0] * c[1])
+    expected = dict(zip(("w1", "w2", "w3"), (torque - np.cross(w, i * w)) / i, strict=True))
+    assert solved(MODELS["COSINES"], F=force, **known) == pytest.approx(expected, rel=1e-9, abs=1e-9)
+
+
 def test_a_file_may_run_another_one_beside_it(tmp_path: Path) -> None:
     lines = texts.PENDULUM.splitlines(keepends=True)
     (tmp_path / "first.al").write_text("".join(lines[:10]))

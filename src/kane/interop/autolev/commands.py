@@ -2,6 +2,7 @@
 """The commands that make a model: orientations, velocities, loads, constraints, kinematical equations; a table by name."""
 
 from collections.abc import Callable, Iterator, Sequence
+from itertools import chain
 from typing import Any
 
 from kane.errors import KaneError
@@ -90,7 +91,10 @@ def kindiffs(r: Reading, args: Args, line: Line) -> None:
     """KinDiffs(A, B, kind, q1, …): rates of angles or Euler parameters from the angular velocity."""
     a, b, kind = frame_of(r, args[0], line), frame_of(r, args[1], line), word(args[2], line)
     q = [r.scalar(expression(x), line) for x in args[3:]]
-    kinematics(r.sheet, a, b, kind, q, line)
+    if kind.startswith("poisson"):
+        by_elements(r, b, a, [q[k::3] for k in range(3)], line)
+    else:
+        kinematics(r.sheet, a, b, kind, q, line)
 
 
 def kinematics(s: Sheet, a: str, b: str, kind: str, q: Sequence[Expr], line: Line) -> None:
@@ -107,6 +111,26 @@ def kinematics(s: Sheet, a: str, b: str, kind: str, q: Sequence[Expr], line: Lin
     equations = [mine - given for mine, given in zip(rows, known, strict=True)]
     unknown = [rate(_coordinate(x, line)) for x in q]
     s.kinematic |= dict(zip(unknown, solve(s, equations, unknown, line), strict=True))
+
+
+def by_elements(r: Reading, b: str, a: str, rows: Sequence[Sequence[Expr]], line: Line) -> None:
+    """Poisson's equations for the nine b_i · a_j: Euler parameters of our own, of which these are functions, turn b as it is told."""
+    s, spin = r.sheet, r.sheet.spin(b, a)
+    if [len(row) for row in rows] != [3, 3, 3]:
+        raise line.refuse("nine elements of a rotation matrix", sum(map(len, rows)))
+    if not s.connected(a, b):
+        e = tuple(Coordinate.declare(f"{s.say(b)}_e{k}", None, "", "") for k in range(1, 5))
+        s.symbols |= {x.name.lower(): x for x in e}
+        s.orient(of_euler(a, b, e))
+        s.spins[b, a] = spin
+        kinematics(s, a, b, "euler", e, line)
+        s.remarks.say(
+            "changed", f"{s.say(b)} is oriented by Euler parameters; the elements of its matrix follow", where(line)
+        )
+    for told, element in zip(chain(*rows), chain(*s.cosines(b, a)), strict=True):
+        name = _coordinate(told, line).name.lower()
+        s.late[told] = s.values[name] = element
+        s.symbols.pop(name, None)
 
 
 def _coordinate(e: Expr, line: Line) -> Coordinate:

@@ -20,10 +20,7 @@ from kane.numeric.scale import UNRELATED
 _DEEP = 60
 
 
-Replace = Callable[[Expr], Expr]
-
-
-def replacing(changes: Mapping[Any, Any]) -> Replace:
+def replacing(changes: Mapping[Any, Any]) -> Callable[[Expr], Expr]:
     """A function that puts values in the place of symbols."""
     return substituting(dict(changes))
 
@@ -207,6 +204,3 @@ def undefined(e: Expr) -> Expr:
 def no_accelerations(e: Expr) -> bool:
     """Whether an expression holds no derivative of a speed."""
     return not any(isinstance(s, Rate) and isinstance(s.place, Speed) for s in free_symbols([e]))
-
-
-__all__ = ["Names", "Replace", "agree", "no_accelerations", "numbers_of", "replacing", "speeds_in", "undefined"]

@@ -146,6 +146,8 @@ def _setting(word: str, rest: str, line: Line, sheet: Sheet) -> None:
     elif word in ("unitsystem", "setunitsystem"):
         sheet.units = base_units(re.findall(r"[A-Za-z]+", rest), line)
     elif word == "run":
-        raise line.refuse("a file that is beside this one", "Run, which reads another file", "Put that file in its place.")
+        raise line.refuse(
+            "a file that is beside this one", "Run, which reads another file", "Put that file in its place."
+        )
     else:
         sheet.remarks.say("ignored", f"{word}: no part of the model", where(line))
