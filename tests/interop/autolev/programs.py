@@ -199,3 +199,64 @@ Inertia B, Ixx, Iyy, Izz, Ixy, Iyz, Ixz
 Zero = Fr() + FrStar()
 Input m = 1, Ixx = 1, Iyy = 1, Izz = 1, Ixy = 1, Iyz = 1, Ixz = 1
 """
+
+BASE = """\
+% a rod whose base stands still at a place of its own; the forces there by auxiliary speeds
+Newtonian N
+Bodies A
+Points O, J{2}o
+Variables q{3}', u{3}', Rx, Ry
+Constants m, g, L, IA
+Mass A = m
+Inertia A, 0, 0, IA
+Simprot(N, A, 3, q3)
+q1' = u1
+q2' = u2
+q3' = u3
+W_A_N> = u3*N3>
+P_O_J1o> = q1*N1> + q2*N2>
+P_J1o_J2o> = L*A1>
+P_J2o_Ao> = L*A1>
+V_O_N> = 0>
+V_J1o_N> = Dt(P_O_J1o>, N)
+V_Ao_N> = Dt(P_O_Ao>, N)
+Gravity(-g*N2>)
+Force(J1o, Rx*N1> + Ry*N2>)
+Auxiliary[1] = u1
+Auxiliary[2] = u2
+Constrain(Auxiliary[u1, u2])
+Zero = Fr() + FrStar()
+Kane(Rx, Ry)
+"""
+
+OBLIQUE = """\
+% a body on an oblique axis, by Rodrigues parameters
+Newtonian N
+Bodies B
+MotionVariables' q', u'
+Constants m, g, L, I{3}, a{3}
+Dircos(N, B, Rodrigues, a1*tan(q/2), a2*tan(q/2), a3*tan(q/2))
+q' = u
+Angvel(N, B)
+P_No_Bo> = L*B1>
+V_Bo_N> = Dt(P_No_Bo>, N)
+Mass B = m
+Inertia B, I1, I2, I3
+Gravity(-g*N3>)
+Zero = Fr() + FrStar()
+"""
+
+COSINES = """\
+% a body oriented by nine direction cosines, along one of which a force stays
+Newtonian N
+Bodies B
+MotionVariables' w{3}', C{1:3,1:3}'
+Constants m, F, I{3}
+W_B_N> = w1*B1> + w2*B2> + w3*B3>
+KinDiffs(N, B, Poisson, C11, C12, C13, C21, C22, C23, C31, C32, C33)
+V_BO_N> = 0>
+Mass B = m
+Inertia B, I1, I2, I3
+Torque_B> = F*(C11*B1> + C12*B2> + C13*B3>) + F*C21*N2>
+Zero = Fr() + FrStar()
+"""

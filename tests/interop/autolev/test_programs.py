@@ -2,16 +2,19 @@
 """Programs with what users write around a model: accelerations against formulas by hand, and what is said of what was changed."""
 
 from functools import reduce
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 import kane as kn
+from kane import ModelError
 from kane.exchange import Imported, from_autolev
-from tests.interop.autolev import programs
+from tests.interop.autolev import programs, texts
 from tests.peer import require
 
 require("lark")
@@ -21,6 +24,7 @@ angles = st.floats(-3.0, 3.0)
 TEXTS = {name: getattr(programs, name) for name in dir(programs) if name.isupper()}
 AT_ONCE = ("Dynamics[1] =", "SolveDt( Loop = 0, qB )\nDynamics[1] ="), ("[Dynamics; LoopDtDt]", "Dynamics")
 TEXTS["LOOP_AT_ONCE"] = reduce(lambda text, change: text.replace(*change), AT_ONCE, programs.LOOP)
+TEXTS["LEG_OUTSIDE_IN"] = programs.LEG.replace("Bodies T, E, F", "Bodies F, E, T")
 MODELS = {name: from_autolev(text) for name, text in TEXTS.items()}
 
 
@@ -96,14 +100,15 @@ def test_coordinates_with_one_prime_and_values_in_mass() -> None:
     assert found == pytest.approx({"q1p": -9.81 / 2 * np.sin(0.3), "q2p": 0.0}, abs=1e-12)
 
 
+@pytest.mark.parametrize("name", ["LEG", "LEG_OUTSIDE_IN"])
 @given(angles, angles, st.lists(st.floats(-2, 2), min_size=4, max_size=4))
-def test_torques_of_prescribed_joints(e: float, f: float, rates: list[float]) -> None:
+def test_torques_of_prescribed_joints(name: str, e: float, f: float, rates: list[float]) -> None:
     """Against Newton and Euler: a force on the mass centre of all is one on each body by its share of the mass."""
     m, inertia, length, g, pull = np.array([1.5, 2.0, 0.7]), (0.2, 0.1), 0.4, 9.81, 3.0
     e1, f1, e2, f2 = rates
     known = dict(zip(("EA", "FA", "EA'", "FA'", "EA''", "FA''"), (e, f, e1, f1, e2, f2), strict=True))
     known |= {"mT": m[0], "mE": m[1], "mF": m[2], "JE": 0.2, "JF": 0.1, "L": length, "g": g, "pull": pull, "u1": 0.5}
-    found = solved(MODELS["LEG"], **known)
+    found = solved(MODELS[name], **known)
 
     def swing(angle: float, rate: float, change: float) -> Any:
         c, s = np.cos(angle), np.sin(angle)
@@ -124,3 +129,52 @@ def test_values_that_no_body_has_are_left_out() -> None:
     assert model.parameters["Ixx"].default is None
     assert any("are no body's" in x for x in model.of_kind("changed"))
     assert len(model.eom.accelerations) == 3
+
+
+@given(angles, angles, numbers)
+def test_coordinates_that_auxiliary_speeds_alone_change_stand_still(q: float, u: float, length: float) -> None:
+    model, g, m, inertia = MODELS["BASE"], 9.81, 1.3, 0.2
+    assert {"q1", "q2"} <= model.parameters.keys()
+    known = {"q1": 0.4, "q2": -0.7, "q3": q, "u3": u, "m": m, "g": g, "L": length, "IA": inertia}
+    found, arm = solved(model, **known), 2 * length
+    c, s = np.cos(q), np.sin(q)
+    change = -m * g * arm * c / (inertia + m * arm**2)
+    expected = {
+        "u3": change,
+        "Rx": -m * arm * (s * change + c * u**2),
+        "Ry": m * (g + arm * (c * change - s * u**2)),
+    }
+    assert found == pytest.approx(expected, rel=1e-10, abs=1e-10)
+
+
+@given(st.floats(-2.5, 2.5), angles, numbers)
+def test_an_orientation_by_rodrigues_parameters(q: float, u: float, length: float) -> None:
+    g, m, inertia, axis = 9.81, 1.3, np.array([0.3, 0.5, 0.6]), np.array([0.48, -0.6, 0.64])
+    known = {"q": q, "u": u, "m": m, "g": g, "L": length}
+    known |= {f"{n}{k}": float(x) for n, v in (("I", inertia), ("a", axis)) for k, x in enumerate(v, 1)}
+    arm = Rotation.from_rotvec(q * axis).apply([length, 0, 0])
+    moment = axis @ np.cross(arm, [0, 0, -m * g])
+    about = axis @ (inertia * axis) + m * np.sum(np.cross(axis, arm) ** 2)
+    assert solved(MODELS["OBLIQUE"], **known) == pytest.approx({"u": moment / about}, rel=1e-9, abs=1e-9)
+
+
+@given(angles, angles, st.lists(angles, min_size=4, max_size=4).filter(lambda e: np.linalg.norm(e) > 0.1))
+def test_an_orientation_by_direction_cosines(a: float, b: float, e: list[float]) -> None:
+    i, force, w = np.array([0.3, 0.5, 0.6]), 1.7, np.array([a, b, 0.4])
+    e = list(e / np.linalg.norm(e))
+    known = {f"{n}{k}": float(x) for n, v in (("I", i), ("w", w), ("B_e", e)) for k, x in enumerate(v, 1)}
+    c = Rotation.from_quat(e).as_matrix()
+    torque = force * (c[0] + c[1, 0] * c[1])
+    expected = dict(zip(("w1", "w2", "w3"), (torque - np.cross(w, i * w)) / i, strict=True))
+    assert solved(MODELS["COSINES"], F=force, **known) == pytest.approx(expected, rel=1e-9, abs=1e-9)
+
+
+def test_a_file_may_run_another_one_beside_it(tmp_path: Path) -> None:
+    lines = texts.PENDULUM.splitlines(keepends=True)
+    (tmp_path / "first.al").write_text("".join(lines[:10]))
+    (tmp_path / "whole.al").write_text("RUN some/folder/First.al\n" + "".join(lines[10:]))
+    whole, parts = from_autolev(texts.PENDULUM), from_autolev(tmp_path / "whole.al")
+    assert [str(e) for e in parts.eom.accelerations] == [str(e) for e in whole.eom.accelerations]
+    (tmp_path / "ring.al").write_text("Run ring.al\n" * 3)
+    with pytest.raises(ModelError, match="deep"):
+        from_autolev(tmp_path / "ring.al")

@@ -250,3 +250,37 @@ def jointed() -> Any:
     """SymPy's older JointsMethod, whose classes warn that they will go."""
     wall, bob = me.Body("wall"), me.Body("bob")
     return me.JointsMethod(wall, me.PinJoint("pin", wall, bob, child_point=l * bob.y))
+
+
+def pulled(how: str) -> Any:
+    """A bob on a rod whose rope goes over an obstacle, or round a cylinder or sphere."""
+    q, u, F = me.dynamicsymbols("q u F")
+    N, O = _base()
+    B = N.orientnew("B", "Axis", [q, N.z])
+    B.set_ang_vel(N, u * N.z)
+    P, end = O.locatenew("P", l * B.x), O.locatenew("E", a * B.x)
+    P.v2pt_theory(O, N, B)
+    end.v2pt_theory(O, N, B)
+    start = O.locatenew("S", a * N.x)
+    corner = O.locatenew("C", b * N.y + a * N.x)
+    start.set_vel(N, 0)
+    corner.set_vel(N, 0)
+    ways = {
+        "obstacle": lambda: me.ObstacleSetPathway(start, corner, P),
+        "cylinder": lambda: me.WrappingPathway(start, end, me.WrappingCylinder(a, O, N.z)),
+        "sphere": lambda: me.WrappingPathway(start, end, me.WrappingSphere(a, O)),
+    }
+    return _method(N, [q], [u], [me.Particle("bob", P, m)], me.ForceActuator(F, ways[how]()).to_loads())
+
+
+def turntable() -> Any:
+    """A particle on a table that turns, with speeds along the table, on a spring that hardens."""
+    x, y, u, v = me.dynamicsymbols("x y u v")
+    N, O = _base()
+    table = N.orientnew("T", "Axis", [c * t, N.z])
+    P = O.locatenew("P", x * table.x + y * table.y)
+    O.set_vel(table, 0)
+    P.set_vel(table, u * table.x + v * table.y)
+    P.v1pt_theory(O, N, table)
+    spring = me.DuffingSpring(b, k, me.LinearPathway(O, P), l)
+    return _method(N, [x, y], [u, v], [me.Particle("bob", P, m)], spring.to_loads())

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Models by SymPy's mechanics come in with SymPy's accelerations, in each way of saying things there."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 import sympy
@@ -29,6 +31,8 @@ WAYS = {
     "twice as fast": models.twice_as_fast,
     "joints": models.joints,
     "Lagrange": models.lagrange,
+    "turntable": models.turntable,
+    **{way: partial(models.pulled, way) for way in ("obstacle", "cylinder", "sphere")},
 }
 
 

@@ -56,10 +56,10 @@ def _unknown(sheet: Sheet, names: Names) -> list[Input]:
 def _cut(u: Speed, sheet: Sheet, names: Names, space: Space) -> AuxiliarySpeed:
     """The place of an auxiliary speed: the point or frame nearest to the inertial frame whose velocity holds it."""
     n = sheet.inertial
-    for name, frame in space.turning.items():
+    for name in filter(space.turning.__contains__, space.frames):  # which are made from the inertial one outwards
         part = _partial(u, sheet.spin(name, n), names)
         if part.parts:
-            return auxiliary_speed(u.name, frame=frame, along=_unit(u, part, space))
+            return auxiliary_speed(u.name, frame=space.turning[name], along=_unit(u, part, space))
     partials = {p: _partial(u, v, names) for (p, f), v in sheet.velocities.items() if f == n and p in space.points}
     moved = [p for p, v in partials.items() if v.parts]
     if not moved:

@@ -10,7 +10,7 @@ from kane.equations.state import State
 from kane.errors import KaneError, ModelError
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, ZERO, Expr
-from kane.expr.symbols import Coordinate, Speed, StateVariable, Symbol, rate
+from kane.expr.symbols import Coordinate, Reaction, Speed, StateVariable, Symbol, rate
 from kane.interop.autolev.auxiliary import Evidence, evidence
 from kane.interop.autolev.model import Names, agree, no_accelerations, replacing, speeds_in
 from kane.interop.autolev.sheet import Sheet
@@ -101,7 +101,8 @@ def _loads(sheet: Sheet, names: Names, space: Space, bodies: list[Body], shown: 
         loads.insert(0, gravity(space.vector(total)))
     for name, vector, line in sheet.forces:
         value = shown.load(space.vector(vector))
-        if not _at_rest(space, name) and not value.is_zero:
+        unknown = any(isinstance(x, Reaction) for x in free_symbols(value.scalars()))
+        if not value.is_zero and (unknown or not space.points[name].velocity(space.root).is_zero):
             loads.append(
                 Force(space.points[name], value, f"F{len(loads) + 1} on {sheet.say(name)} (line {line.number})")
             )
@@ -111,11 +112,6 @@ def _loads(sheet: Sheet, names: Names, space: Space, bodies: list[Body], shown: 
             frame = space.turning.get(name, space.frames[name])
             loads.append(Torque(frame, value, f"T{len(loads) + 1} on {sheet.say(name)} (line {line.number})"))
     return loads
-
-
-def _at_rest(space: Space, name: str) -> bool:
-    point = space.points[name]
-    return point.velocity(space.root).is_zero
 
 
 def _moving(space: Space) -> list[Expr]:
@@ -234,6 +230,3 @@ def _imported(sheet: Sheet, names: Names, system: System) -> Imported:
     parameters = {s.name: s for s in system.parameters}
     extras = {"start": State(q=start[Coordinate], u=start[Speed])}
     return Imported(system, every, q, u, parameters, sheet.remarks.all(), extras)
-
-
-__all__ = ["build"]

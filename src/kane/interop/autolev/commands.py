@@ -2,6 +2,7 @@
 """The commands that make a model: orientations, velocities, loads, constraints, kinematical equations; a table by name."""
 
 from collections.abc import Callable, Iterator, Sequence
+from itertools import chain
 from typing import Any
 
 from kane.errors import KaneError
@@ -11,7 +12,7 @@ from kane.expr.symbols import Coordinate, Input, Rate, Speed, rate
 from kane.interop.autolev.evaluate import Reading, quantity
 from kane.interop.autolev.functions import expression, frame_of, pair_of, point_of, solve, where, word
 from kane.interop.autolev.grammar import Line
-from kane.interop.autolev.sheet import Sheet, of_euler, simple
+from kane.interop.autolev.sheet import Sheet, of_euler, of_rodrigues, simple
 from kane.interop.autolev.values import Table, Unread, Vec
 
 Args = Sequence[Any]
@@ -56,7 +57,7 @@ def dircos(r: Reading, args: Args, line: Line) -> None:
 
 
 def orient(r: Reading, a: str, b: str, kind: str, trees: Sequence[Any], line: Line) -> None:
-    """Orient b in a by a sequence of angles or Euler parameters."""
+    """Orient b in a by a sequence of angles, Euler or Rodrigues parameters."""
     angles = [r.scalar(x, line) for x in trees]
     if kind in ("euler", "quaternion"):
         if len(angles) != 4 or not all(isinstance(x, Coordinate) for x in angles):
@@ -64,9 +65,12 @@ def orient(r: Reading, a: str, b: str, kind: str, trees: Sequence[Any], line: Li
         e = tuple(x for x in angles if isinstance(x, Coordinate))
         r.sheet.orient(of_euler(a, b, e if kind == "euler" else (*e[1:], e[0])))
         return
+    if kind == "rodrigues" and len(angles) == 3:
+        r.sheet.orient(of_rodrigues(a, b, tuple(angles)))
+        return
     axes = kind[-3:].translate(str.maketrans("xyz", "123"))
     if kind[:-3] not in ("body", "space") or not set(axes) <= set("123") or len(angles) != 3:
-        raise line.refuse("Euler, or body or space with three axes, and as many angles", kind)
+        raise line.refuse("Euler, Rodrigues, or body or space with three axes, and as many angles", kind)
     steps = list(zip(axes, angles, strict=True))
     steps = steps if kind.startswith("body") else steps[::-1]
     base = a
@@ -87,7 +91,10 @@ def kindiffs(r: Reading, args: Args, line: Line) -> None:
     """KinDiffs(A, B, kind, q1, …): rates of angles or Euler parameters from the angular velocity."""
     a, b, kind = frame_of(r, args[0], line), frame_of(r, args[1], line), word(args[2], line)
     q = [r.scalar(expression(x), line) for x in args[3:]]
-    kinematics(r.sheet, a, b, kind, q, line)
+    if kind.startswith("poisson"):
+        by_elements(r, b, a, [q[k::3] for k in range(3)], line)
+    else:
+        kinematics(r.sheet, a, b, kind, q, line)
 
 
 def kinematics(s: Sheet, a: str, b: str, kind: str, q: Sequence[Expr], line: Line) -> None:
@@ -104,6 +111,26 @@ def kinematics(s: Sheet, a: str, b: str, kind: str, q: Sequence[Expr], line: Lin
     equations = [mine - given for mine, given in zip(rows, known, strict=True)]
     unknown = [rate(_coordinate(x, line)) for x in q]
     s.kinematic |= dict(zip(unknown, solve(s, equations, unknown, line), strict=True))
+
+
+def by_elements(r: Reading, b: str, a: str, rows: Sequence[Sequence[Expr]], line: Line) -> None:
+    """Poisson's equations for the nine b_i · a_j: Euler parameters of our own, of which these are functions, turn b as it is told."""
+    s, spin = r.sheet, r.sheet.spin(b, a)
+    if [len(row) for row in rows] != [3, 3, 3]:
+        raise line.refuse("nine elements of a rotation matrix", sum(map(len, rows)))
+    if not s.connected(a, b):
+        e = tuple(Coordinate.declare(f"{s.say(b)}_e{k}", None, "", "") for k in range(1, 5))
+        s.symbols |= {x.name.lower(): x for x in e}
+        s.orient(of_euler(a, b, e))
+        s.spins[b, a] = spin
+        kinematics(s, a, b, "euler", e, line)
+        s.remarks.say(
+            "changed", f"{s.say(b)} is oriented by Euler parameters; the elements of its matrix follow", where(line)
+        )
+    for told, element in zip(chain(*rows), chain(*s.cosines(b, a)), strict=True):
+        name = _coordinate(told, line).name.lower()
+        s.late[told] = s.values[name] = element
+        s.symbols.pop(name, None)
 
 
 def _coordinate(e: Expr, line: Line) -> Coordinate:

@@ -369,6 +369,3 @@ def _called(calls: dict[str, Call], token: Any, what: str, line: Line) -> Call:
 
 def _column(token: Any, line: Line) -> int:
     return line.column + int(getattr(token, "column", 1)) - 1
-
-
-__all__ = ["Call", "Reading", "over", "plus", "quantity", "splits", "times"]

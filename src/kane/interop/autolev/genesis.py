@@ -7,7 +7,7 @@ from typing import Any
 
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value
 from kane.expr.symbols import Parameter
-from kane.interop.autolev.commands import kinematics, orient, turn
+from kane.interop.autolev.commands import by_elements, kinematics, orient, turn
 from kane.interop.autolev.evaluate import Call, Reading, quantity
 from kane.interop.autolev.functions import center, expression, frame_of, mass, point_of, scalars, word
 from kane.interop.autolev.grammar import Line
@@ -59,8 +59,12 @@ def _rotate_general(r: Reading, args: Args, line: Line) -> Value:
 
 
 def _rotation_ode(r: Reading, args: Args, line: Line) -> Value:
-    """B.SetRotationMatrixODE(A, Quaternion, e0, e1, e2, e3): orientation and kinematical equations."""
+    """B.SetRotationMatrixODE(A, Quaternion, e0, e1, e2, e3), or Poisson and nine elements: orientation and its rates."""
     b, a, kind = frame_of(r, args[0], line), frame_of(r, args[1], line), word(args[2], line)
+    if kind.startswith("poisson"):
+        told = [r.scalar(expression(x), line) for x in args[3:]]
+        by_elements(r, b, a, [told[k : k + 3] for k in range(0, len(told), 3)], line)
+        return _DONE
     spin = r.sheet.spin(b, a)
     orient(r, a, b, kind, [expression(x) for x in args[3:]], line)
     r.sheet.spins[b, a] = spin

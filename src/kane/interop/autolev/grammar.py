@@ -19,7 +19,7 @@ GRAMMAR = r"""
 statement: expr [ASSIGN expr [unit]]
 declaration: (item ("," item?)*)?
 item: NAME [ranges] [PRIMES] ["(" [NAME] ")"] [SIGN] ["=" expr [unit]]
-ranges: ("{" range ("," range)* "}")+
+ranges: ("{" range ("," range)* "}")+ [NAME]
 range: expr [":" expr]
 ?expr: term (SIGN term)* -> sum
 ?term: unary (OVER unary)* -> term

@@ -20,10 +20,7 @@ from kane.numeric.scale import UNRELATED
 _DEEP = 60
 
 
-Replace = Callable[[Expr], Expr]
-
-
-def replacing(changes: Mapping[Any, Any]) -> Replace:
+def replacing(changes: Mapping[Any, Any]) -> Callable[[Expr], Expr]:
     """A function that puts values in the place of symbols."""
     return substituting(dict(changes))
 
@@ -47,8 +44,9 @@ class Names:
                 kinematic[rate(symbol)] = Speed.declare(f"{symbol.name}p", None, "", "")
         self.kinematic = self._closed(kinematic)
         self._by_speeds = substituting(self.kinematic)
-        rest = [x for u in sheet.auxiliary for x in (u, rate(u))]
-        self._at_rest = substituting({**dict.fromkeys(rest, ZERO)})
+        self._at_rest = substituting(dict.fromkeys((x for u in sheet.auxiliary for x in (u, rate(u))), ZERO))
+        late |= self._standing()
+        self._late = substituting(late)
 
     def _given_values(self) -> None:
         """Variables that only Input gives a value, or that masses, inertias and places hold, are constants."""
@@ -60,6 +58,17 @@ class Names:
             if constant or (free and (low in s.inputs or symbol in held)):
                 self.constants[symbol] = Parameter.declare(symbol.name, self.numbers.get(low), "", "")
         s.late |= self.constants
+
+    def _standing(self) -> dict[Expr, Expr]:
+        """Coordinates whose rates are auxiliary speeds alone stand still: they are parameters."""
+        found: dict[Expr, Expr] = {}
+        for q in self.coordinates():
+            told = self.kinematic.get(rate(q), ZERO)
+            if told is not ZERO and self._at_rest(told) is ZERO:
+                found[q] = Parameter.declare(q.name, self.numbers.get(q.name.lower()), "", "")
+                self.sheet.remarks.say("changed", f"{q.name} changes with auxiliary speeds alone: it is a parameter")
+        self.constants |= found
+        return found
 
     def _drop_flat_inertias(self) -> None:
         """Values of Input that make the inertia of a body singular, as one for all of them, are placeholders: the body has none."""
@@ -125,7 +134,7 @@ class Names:
 
     def coordinates(self) -> list[Coordinate]:
         """The declared coordinates."""
-        return [s for s in self.sheet.symbols.values() if isinstance(s, Coordinate)]
+        return [s for s in self.sheet.symbols.values() if isinstance(s, Coordinate) and s not in self.constants]
 
 
 def numbers_of(sheet: Sheet) -> dict[str, float]:
@@ -195,6 +204,3 @@ def undefined(e: Expr) -> Expr:
 def no_accelerations(e: Expr) -> bool:
     """Whether an expression holds no derivative of a speed."""
     return not any(isinstance(s, Rate) and isinstance(s.place, Speed) for s in free_symbols([e]))
-
-
-__all__ = ["Names", "Replace", "agree", "no_accelerations", "numbers_of", "replacing", "speeds_in", "undefined"]

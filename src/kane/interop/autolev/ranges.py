@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Names that are numbered: Q{3} for q1, q2, q3, in declarations and in lists of unknowns."""
+"""Names that are numbered: Q{3} for q1, q2, q3, P{2}o for p1o, p2o, in declarations and in lists of unknowns."""
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import product
@@ -15,13 +15,15 @@ Number = Callable[[Any, Line], int]
 def names_of(item: Sequence[Any], number: Number, line: Line) -> Iterator[tuple[str, int]]:
     """The names that a name with ranges and primes stands for, Q{3}' for q1, q2, q3, and how many primes each has."""
     name, ranges, primes = str(item[0]), item[1], item[2]
-    base = name.rstrip("'")
-    count = len(name) - len(base) + len(primes or "")
-    if ranges is None:
+    *told, end = ranges.children if ranges is not None else (None,)
+    whole = name + (end or "") + (primes or "")
+    count = whole.count("'")
+    base, tail = name.rstrip("'"), (end or "").rstrip("'")
+    if not told:
         yield base, count
         return
-    spans = [_span(x, number, line) for x in ranges.children]
-    if len(spans) > 1 and all(x.children[1] is None for x in ranges.children):
+    spans = [_span(x, number, line) for x in told]
+    if len(spans) > 1 and all(x.children[1] is None for x in told):
         spans = [range(1, span[-1] + 1) for span in spans]
     total = 1
     for span in spans:
@@ -29,7 +31,7 @@ def names_of(item: Sequence[Any], number: Number, line: Line) -> Iterator[tuple[
     if total > MOST_NAMES:
         raise line.refuse(f"at most {MOST_NAMES} names of one declaration", total)
     for indices in product(*spans):
-        yield base + "".join(map(str, indices)), count
+        yield base + "".join(map(str, indices)) + tail, count
 
 
 def _span(tree: Any, number: Number, line: Line) -> range:

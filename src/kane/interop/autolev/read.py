@@ -37,7 +37,7 @@ _MACROS = 4
 
 
 def read(text: str, folder: Path | None) -> Sheet:
-    """Read a text; command files (.a) that it calls are looked for in its folder."""
+    """Read a text; command files (.a) that it calls, and files that it runs, are looked for in its folder."""
     sheet = Sheet(Remarks(), genesis=bool(_GENESIS.search(text)))
     reading = Reading(sheet, FUNCTIONS, MEMBERS)
     lines = [x for line in _to_the_end(lines_of(text)) for x in _unfolded(line, folder, _MACROS)]
@@ -80,27 +80,31 @@ def _is_output(s: Statement, sheet: Sheet) -> bool:
 
 
 def _unfolded(line: Line, folder: Path | None, deep: int) -> Iterator[Line]:
-    """A line, or the lines of the command file that it calls, arguments in the place of #1#, #2# and so on."""
-    match = re.fullmatch(r"([A-Za-z]\w*)\s*\((.*)\)", line.text)
-    name = match[1].lower() if match else ""
-    known = name in COMMANDS or name in FUNCTIONS or name in _SET
-    file = _command_file(folder, name) if match and folder and not known else None
-    if match is None or file is None:
+    """A line, or the lines of the file that it runs or calls as a command, arguments in the place of #1#, #2# and so on."""
+    file, arguments = _called(line, folder) if folder is not None and folder.is_dir() else (None, ())
+    if file is None:
         yield line
         return
     if not deep:
-        raise line.refuse(f"command files that call others at most {_MACROS} deep", file.name)
+        raise line.refuse(f"files that call others at most {_MACROS} deep", file.name)
     body = file.read_text(encoding="utf-8", errors="replace")
-    for k, argument in enumerate(match[2].split(","), 1):
+    for k, argument in enumerate(arguments, 1):
         body = body.replace(f"#{k}#", argument.strip())
     for inner in lines_of(body):
         yield from _unfolded(Line(inner.text, line.number, line.column), folder, deep - 1)
 
 
-def _command_file(folder: Path | None, name: str) -> Path | None:
-    if folder is None or not folder.is_dir():
-        return None
-    return next((p for p in folder.glob("*.[aA]") if p.stem.lower() == name), None)
+def _called(line: Line, folder: Path) -> tuple[Path | None, tuple[str, ...]]:
+    """The file in this folder that a line runs or calls, and what it is called with."""
+    run = re.fullmatch(r"(?i)run\s+(?:.*[/\\])?([^/\\]+)", line.text)
+    if run is not None:
+        return next((p for p in folder.iterdir() if p.name.lower() == run[1].lower() and p.is_file()), None), ()
+    match = re.fullmatch(r"([A-Za-z]\w*)\s*\((.*)\)", line.text)
+    name = match[1].lower() if match else ""
+    if match is None or name in COMMANDS or name in FUNCTIONS or name in _SET:
+        return None, ()
+    file = next((p for p in folder.glob("*.[aA]") if p.stem.lower() == name), None)
+    return file, tuple(match[2].split(","))
 
 
 def _parsed(line: Line, sheet: Sheet) -> Statement | None:
@@ -142,6 +146,8 @@ def _setting(word: str, rest: str, line: Line, sheet: Sheet) -> None:
     elif word in ("unitsystem", "setunitsystem"):
         sheet.units = base_units(re.findall(r"[A-Za-z]+", rest), line)
     elif word == "run":
-        raise line.refuse("a whole model in one text", "Run, which reads another file", "Put that file in its place.")
+        raise line.refuse(
+            "a file that is beside this one", "Run, which reads another file", "Put that file in its place."
+        )
     else:
         sheet.remarks.say("ignored", f"{word}: no part of the model", where(line))

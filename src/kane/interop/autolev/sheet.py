@@ -6,6 +6,8 @@ from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar
 
+import numpy as np
+
 from kane.errors import ModelError
 from kane.expr.differentiation import time_derivative
 from kane.expr.node import ONE, ZERO, Expr
@@ -15,6 +17,7 @@ from kane.expr.visit import substituted
 from kane.interop.autolev.grammar import Line
 from kane.interop.autolev.values import UNIT, Dyad, Rows, Value, Vec, along, gathered, product, transposed
 from kane.interop.imported import Remarks
+from kane.space.attitude_formulas import cosines_of
 
 Pair = tuple[str, str]
 K = TypeVar("K", bound=Hashable)
@@ -23,7 +26,7 @@ X = TypeVar("X")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Turn:
-    """How a frame is oriented in its parent: by a simple rotation, by Euler parameters (scalar one last) or by a matrix."""
+    """How a frame is oriented in its parent: by a simple rotation, Euler (scalar one last) or Rodrigues parameters, or a matrix."""
 
     parent: str
     child: str
@@ -31,6 +34,7 @@ class Turn:
     axis: tuple[Expr, ...] | None = None
     angle: Expr = ZERO
     euler: tuple[Coordinate, ...] = ()
+    rodrigues: tuple[Expr, ...] = ()
 
 
 @dataclass(slots=True)
@@ -324,3 +328,9 @@ def of_euler(parent: str, child: str, e: tuple[Coordinate, ...]) -> Turn:
         (two * (c * a - b * d), two * (b * c + a * d), ONE - two * (a * a + b * b)),
     )
     return Turn(parent, child, rows, euler=e)
+
+
+def of_rodrigues(parent: str, child: str, rho: tuple[Expr, ...]) -> Turn:
+    """An orientation by Rodrigues parameters."""
+    rows = cosines_of(np.array((ONE, *rho), dtype=object), unit=False)
+    return Turn(parent, child, tuple(tuple(row) for row in rows), rodrigues=rho)

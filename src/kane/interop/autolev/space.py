@@ -150,6 +150,9 @@ class Space:
                 frame = parent.rotate_euler_parameters(shown, signed)
                 self._quasi(frame, turn.child, turn.parent)
                 return frame
+        if turn.rodrigues:
+            rho = [f(x) for x in turn.rodrigues]
+            return parent.rotate_rodrigues_parameters(shown, rho if forth else [-x for x in rho])
         rows = [[f(x) for x in row] for row in turn.cosines]
         return parent.rotate_matrix(shown, rows if forth else [list(c) for c in zip(*rows, strict=True)])
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import keyword
-import re
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 
@@ -20,7 +19,7 @@ from kane.expr.ops import ADD, CONST, DIV, MUL, NEG, PI, POW, SUB
 from kane.expr.regular import unguarded
 from kane.expr.surd import Surd
 from kane.expr.symbols import QuasiRate, Rate, Symbol, Time
-from kane.program.emit.names import numbered
+from kane.program.emit.names import numbered, word
 from kane.space.vector import Parts, Vector
 
 WORTH = 6
@@ -51,10 +50,7 @@ class Names:
 
     def give(self, item: object, wanted: str, kind: str) -> str:
         """The name of a new object: as wanted where that is a free identifier, else with what `kind` it is of."""
-        plain = "".join(_MARKS.get(c, c) for c in wanted)
-        plain = re.sub(r"\W+", "_", plain, flags=re.ASCII).strip("_") or kind
-        if plain[0].isdigit():
-            plain = f"{kind}_{plain}"
+        plain = word("".join(_MARKS.get(c, c) for c in wanted), kind)
         name = numbered(f"{plain}_{kind}" if plain in self._taken else plain, self._taken)
         self._by_object[id(item)] = name
         self._kept.append(item)  # an id is an object's as long as it lives

@@ -2,12 +2,11 @@
 """Names of a source as identifiers, each once: what is none is renamed, and that is said."""
 
 import keyword
-import re
 from collections.abc import Mapping
 
 from kane.errors import cut
 from kane.interop.imported import Remark
-from kane.program.emit.names import numbered
+from kane.program.emit.names import numbered, word
 
 LONGEST = 80
 
@@ -21,10 +20,8 @@ class Names:
 
     def identifier(self, name: str, what: str, where: str = "") -> str:
         """An identifier for the thing `what` of this name, of its own."""
-        stem = re.sub(r"\W+", "_", name, flags=re.ASCII)[:LONGEST].strip("_") or what
-        if stem[0].isdigit() or keyword.iskeyword(stem):
-            stem = f"{what}_{stem}"
-        found = numbered(stem, self.taken)
+        plain = word(name[:LONGEST], what)
+        found = numbered(f"{what}_{plain}" if keyword.iskeyword(plain) else plain, self.taken)
         if found != name:
             self.remarks.append(Remark("inferred", f"{what} {cut(name)!r} is called {found}", where))
         return found

@@ -74,6 +74,11 @@ def identifier(text: str) -> str:
     return name if name[:1].isalpha() else ""
 
 
+def word(text: str, what: str) -> str:
+    """`text` as it is where that is an identifier in ASCII, else made one, `what` before it where no letter comes first."""
+    return text if text.isascii() and text.isidentifier() else identifier(text) or identifier(f"{what}_{text}")
+
+
 def _ascii(c: str) -> str:
     greek = re.match(r"GREEK (SMALL|CAPITAL) LETTER (\w+)", unicodedata.name(c, ""))
     if greek:
