@@ -70,6 +70,8 @@ def modes_of(
                 found.append(mode)
     if not found:
         many = f"{len(every)} modes of contacts, too many to have all" if len(every) > MODES else "none"
+        if said.startswith("Expected"):
+            raise ProgramError(said)
         raise ProgramError(f"Expected modes of contacts that {what} can run, got {said or many}.")
     return found[:MODES]
 

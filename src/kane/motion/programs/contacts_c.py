@@ -15,12 +15,14 @@ import numpy as np
 from kane.equations.compiled import Compiled
 from kane.equations.equations import Equations
 from kane.model.contacts import ContactMode
-from kane.motion.hybrid.contact_automaton import Back, Row, automaton_kernel
+from kane.motion.hybrid.contact_automaton import AGAIN, Back, Row, automaton_kernel
+from kane.motion.hybrid.contact_events import OPENS, SLIPPING
 from kane.motion.hybrid.contact_tables import row_of, structure
 from kane.motion.programs.contact_modes import Mode, parameters_from, programs_of, tables_of
 from kane.motion.programs.simulator_parts import Pieces, dispatched, stepping_kernel
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given
+from kane.motion.steppers.crossings import LEAVES
 from kane.motion.steppers.held import CHANGES
 from kane.motion.steppers.watched import rooms
 from kane.numeric.arrays import Array
@@ -110,6 +112,8 @@ def contact_pieces(compiled: Compiled, method: str, modes: Sequence[Mode], heade
         _shown(eom, modes),
         {
             "@CALL@": f"contacts({call})",
+            "@OPENS@": str(OPENS),
+            "@SLIPS@": str(SLIPPING),
             **{f"@BACK_{back.name}@": str(int(back)) for back in Back},
         },
     )
@@ -240,8 +244,8 @@ def _stepped(kernel: Kernel, table: _Table, constant: Mapping[str, Array], parts
 
     def given(a: Argument) -> str:
         own = "" if _OF_MODES.get(a.name, a.name) in constant else "m->"
-        if a.name in _GIVEN:
-            return _GIVEN[a.name]
+        if a.name in _GIVEN or isinstance(a, Callee):
+            return _GIVEN.get(a.name, a.name)
         if a.name in _HOISTED:
             return "m->at_mode_h"
         if a.name in _OF_MODES:
@@ -258,6 +262,7 @@ def _stepped(kernel: Kernel, table: _Table, constant: Mapping[str, Array], parts
             f"static int64_t step_{kernel.name.rpartition('_')[2]}({name}_motion *m, int64_t k)",
             "{",
             "    const mode_row *const mode = &mode_rows[k];",
+            *(f"    {_RATE.format(a.name)} = mode->{a.name};" for a in own if isinstance(a, Callee)),
             f"    return {kernel.name}({', '.join(map(given, own))});",
             "}",
             "",
@@ -307,10 +312,14 @@ def _counts(eom: Equations, tables: Given, modes: Sequence[Mode], parts: Mapping
     counts = {
         "KNOWN": len(modes),
         "CONTACTS": tables["contacts"],
+        "EVENTS_OF": tables["event_count"],
+        "LEAVING": LEAVES,
         "ENTERS": 2,
+        "AGAIN": AGAIN,
         "PARAMETERS_OF": parts["ps"],
         "WIDTH": row_of(tables["contacts"], tables["dimension"], tables["n"]),
     }
+    counts |= {"FIRST_STATE": counts["WIDTH"] - 2 * tables["n"], "LAST_STATE": counts["WIDTH"] - tables["n"]}
     counts |= {f"ROW_{row.name}": int(row) for row in Row}
     return f"enum {{ {', '.join(f'{a} = {x}' for a, x in counts.items())} }};"
 

@@ -180,7 +180,7 @@ _SAY_UNKNOWN = """if (said == @CAPS@_UNKNOWN) {
     """
 _OWN_FIELDS = """    int64_t enter; /* how the kernel that leads from mode to mode is entered */
     int64_t kept; /* the row of `at_records` that goes on, or -1 */
-    bool goes_on; /* whether the first row has gone on from the call before */
+    bool goes_on; /* whether the first row is told of already, up to a pause */
 """
 
 

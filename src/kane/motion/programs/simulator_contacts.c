@@ -30,7 +30,7 @@ static void close_row(@NAME@_motion *m)
     row[ROW_NOTED] = at_records[1];
     row[ROW_OVER] = 0.0;
     for (int64_t k = 0; k < N; k++) {
-        row[(WIDTH - N) + k] = m->y[k];
+        row[LAST_STATE + k] = m->y[k];
     }
     at_records[0] += 1.0;
 }

@@ -1,3 +1,25 @@
+/*
+ * What events watch of the mode at hand after a pause, where inputs or parameters may have changed: one whose contact would open or slip
+ * ends the mode now.
+ */
+static void look_again(@NAME@_motion *m)
+{
+    const int64_t mode = (int64_t)at_calls[0];
+    look_mode(m, m->s[AT_TIME], m->y, m->r, at_calls, at_glanced);
+    for (int64_t k = 0; k < (int64_t)at_own_events[mode]; k++) {
+        const int64_t at = (mode * EVENTS_OF) + k;
+        const double kind = at_meaning[(2 * at) + 1];
+        const bool strains = (at_meaning[2 * at] >= 0.0) && (kind >= @OPENS@.0) && (kind <= @SLIPS@.0);
+        if (!(at_leaves[at * LEAVING] > 0.0)) {
+            at_seen[at] = at_glanced[k];
+        }
+        if (strains && (at_glanced[k] < 0.0) && (m->enter == 0)) {
+            m->enter = AGAIN + k;
+            m->kept = -1;
+        }
+    }
+}
+
 /* What a call has come to, by why the kernel came back; a mode that goes on has its row of `records` in the next call too. */
 static int came_to(@NAME@_motion *m, int64_t back)
 {
@@ -45,8 +67,11 @@ int @NAME@_go_on(@NAME@_motion *m)
         @ASK_AGAIN@
         aim(m);
     }
-    m->goes_on = m->kept >= 0;
-    for (int64_t k = 0; (k < WIDTH) && m->goes_on; k++) {
+    if (pause && (m->enter == 0)) {
+        look_again(m);
+    }
+    m->goes_on = (m->kept >= 0) && (pause || (m->goes_on && (m->kept == 0)));
+    for (int64_t k = 0; (k < WIDTH) && (m->kept > 0); k++) {
         at_records[2 + k] = at_records[2 + (m->kept * WIDTH) + k];
     }
     if (m->goes_on && pause) {

@@ -18,7 +18,7 @@ static void report(const @NAME@_motion *m, int64_t *printed)
         const int64_t samples = (int64_t)row[ROW_SAMPLE];
         if ((i > 0) || !m->goes_on) {
             tell_mode(row[ROW_BEGIN], mode);
-            print_row(row[ROW_BEGIN], &row[WIDTH - (2 * N)]);
+            print_row(row[ROW_BEGIN], &row[FIRST_STATE]);
         }
         for (int64_t k = (int64_t)row[ROW_FIRST_SAMPLE] + 1; k <= samples; k++) {
             if ((m->times[k] > row[ROW_BEGIN]) && (m->times[k] < row[ROW_END])) {
@@ -29,10 +29,10 @@ static void report(const @NAME@_motion *m, int64_t *printed)
             (void)fprintf(stderr, "%s at t = %.17g\n", at_names[mode][(int64_t)at_noted[(2 * noted) + 1]], at_noted[2 * noted]);
         }
         if ((row[ROW_EVENT] >= 0.0) || !(row[ROW_END] < m->end)) {
-            print_row(row[ROW_END], &row[WIDTH - N]);
+            print_row(row[ROW_END], &row[LAST_STATE]);
         }
         if (row[ROW_OVER] > row[ROW_END]) {
-            (void)fprintf(stderr, "at rest at t = %.17g\n", row[ROW_OVER]);
+            (void)fprintf(stderr, "rebounds are over at t = %.17g\n", row[ROW_OVER]);
         }
     }
     *printed = (int64_t)m->s[AT_SAMPLE];

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Programs in C go from mode to mode of contacts: the bits of `simulate`, of the gallery and under the sanitizers."""
+
+import subprocess
+import warnings
+
+import numpy as np
+import pytest
+
+import kane as kn
+from kane.gallery import GALLERY, load
+from kane.model.contacts import ContactMode
+from kane.motion import emit_simulator
+from tests.motion.emitted import EXACT, SANITIZED, STRICT, bits, compiled, rows
+from tests.motion.test_simulator_wasm import BRIEF, CONTACTS, OWN_MODES, sol_start
+from tests.program.programs import compiler
+
+GIVEN = {"settings": EXACT, "rtol": 1e-9, "atol": 1e-9, "samples": 31}
+ENDS = {"bouncing_ball": 5.0, "mass_on_belt": 10.0, "rocking_block": 5.0, "clutch": 3.0, "thrown_disk": 3.0, **BRIEF}
+"""Ends of motions (s) other than 1 s."""
+
+
+def block(name="block"):
+    """A block on a table with friction that an input pushes: what makes it, and its equations."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x = kn.coordinate("x")
+    F = kn.input("F")
+    P = O.at("P", x * N.x)
+    place = kn.joints.point_on_plane("table", P, O, normal=N.y)
+    normal = kn.reaction("N_y", at=P, along=N.y)
+    loads = [kn.gravity(-9.81 * N.y), kn.Force(P, F * N.x)]
+    contacts = [kn.contact(place, 0.2, static=0.3, normal=normal)]
+    return kn.derive(kn.System(N, bodies=[kn.Particle(name, P, 2)], speeds="rates", loads=loads, contacts=contacts, coordinates=(x,)))
+
+
+def known(eom, start, end, method="dop853", **more):
+    """A motion whose modes are known: the second one; nothing where there is none."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for _ in range(2):
+            sol = kn.simulate(eom, (0, end), method=method, **start, **GIVEN, **more)
+    return sol
+
+
+def values(eom, sol, start, **more):
+    """What a program is given to begin where a motion began."""
+    found = dict(zip((s.name for s in eom.state), sol_start(eom, start), strict=True))
+    found |= {s.name: float(v) for s, v in sol.parameters.items() if s in set(eom.parameters)}
+    return found | {s.name: float(sol.inputs[s](0.0)) for s in eom.inputs} | more
+
+
+def same(eom, program, sol, start, end, **more):
+    """The rows of a program are those of a motion, bit by bit."""
+    table = rows(program, end, GIVEN["samples"], values(eom, sol, start, **more))
+    expected = np.column_stack([sol.t, sol.states])
+    assert table.shape == expected.shape
+    assert np.array_equal(bits(table), bits(expected))
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(n, marks=() if n in ("bouncing_ball", "mass_on_belt") else pytest.mark.slow)
+        for n in sorted(CONTACTS - set(OWN_MODES))
+    ],
+)
+def test_contacts_of_the_gallery_are_those_of_simulate(tmp_path, name):
+    """Impacts, stick and slip, mode after mode."""
+    eom, start, end = kn.derive(load(name).system()), load(name).START, ENDS.get(name, 1.0)
+    if not eom.system.modes_change:
+        pytest.skip("its contacts do not change modes")
+    text = emit_simulator(eom.compile(name="model", contract=False))
+    same(eom, compiled(tmp_path, "model", text, "-O0"), known(eom, start, end), start, end)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["rocking_block", "stacked_blocks"])
+def test_it_is_clean_under_the_sanitizers(tmp_path, name):
+    eom, start = kn.derive(load(name).system()), load(name).START
+    program = compiled(tmp_path, "model", emit_simulator(eom.compile(name="model", contract=False)), *SANITIZED)
+    same(eom, program, known(eom, start, 2.0), start, 2.0)
+
+
+@pytest.mark.slow
+def test_steps_of_one_length_are_more_than_a_call_takes(tmp_path):
+    """A mode of 4,500 steps is gone on with; a start that closes a gap is an impact."""
+    eom, start = kn.derive(load("bouncing_ball").system()), load("bouncing_ball").START
+    text = emit_simulator(eom.compile(name="model", contract=False), "rk4")
+    sol = known(eom, start, 1.0, "rk4", max_step=1e-4)
+    same(eom, compiled(tmp_path, "model", text, "-O0"), sol, start, 1.0, max_step=1e-4)
+
+
+@pytest.mark.slow
+def test_a_mode_that_there_is_not_is_named(tmp_path):
+    """A program with the mode of the start alone ends where the next one begins."""
+    eom, start = kn.derive(load("mass_on_belt").system()), load("mass_on_belt").START
+    text = emit_simulator(eom.compile(name="model", contract=False), modes=[(ContactMode.STICK,)])
+    program, sol = compiled(tmp_path, "model", text, "-O0"), known(eom, start, 2.0)
+    given = [f"{name}={x!r}" for name, x in values(eom, sol, start).items()]
+    done = subprocess.run([program, "2", "31", *given], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "at t = 0: belt: stick" in done.stderr
+    assert "t = 0.7848: a mode follows that the program does not have: belt: slip. Emit it with that one" in done.stderr
+    assert float(done.stdout.split()[-1].split(",")[0]) == sol.events[0][1]
+
+
+CONTROLLER = """
+void model_control(double t, const double *x, double *inputs);
+
+void model_control(double t, const double *x, double *inputs)
+{
+    (void)x;
+    inputs[0] = 4.0 * t;
+}
+"""
+
+
+@pytest.mark.slow
+def test_a_sampled_controller_pushes_until_it_slips(tmp_path):
+    """The force goes up by 0.2 N each 0.05 s; where the next one is more than friction holds, it slips from then on."""
+    eom = block()
+    text = emit_simulator(eom.compile(name="model", contract=False), period=0.05)
+    program = compiled(tmp_path, "model", text, "-O0", control=CONTROLLER)
+    table = rows(program, 2.0, 41, {"x": 0.0, "u_x": 0.0})
+    sampled = np.floor(table[:, 0] / 0.05 + 1e-9) * 0.05
+    assert sampled is not None
+    limit = 0.3 * 2 * 9.81
+    first = np.ceil(limit / 4.0 / 0.05) * 0.05
+    assert np.all(table[table[:, 0] <= first, 1:] == 0.0)
+    t, v = 2.0, 0.0
+    for k in range(round(first / 0.05), round(t / 0.05)):
+        v += (4.0 * 0.05 * k - 0.2 * 2 * 9.81) / 2 * 0.05
+    assert table[-1, 2] == pytest.approx(v, abs=1e-9)
+
+
+def test_what_is_refused():
+    """Modes that hold one body together, more modes than a program has, events that act."""
+    ball = kn.derive(load("bouncing_ball").system()).compile()
+    with pytest.raises(kn.KaneError, match="a program in C can run, got contacts of one body that hold together"):
+        emit_simulator(ball, modes=[(ContactMode.ACROSS,)])
+    with pytest.raises(kn.KaneError, match="got 64 modes of contacts, too many to have all"):
+        emit_simulator(kn.derive(load("skidding_bicycle").system()).compile())
+    with pytest.raises(kn.KaneError, match=r"for a program in C, got 'gauss16'"):
+        emit_simulator(ball, "gauss16")
