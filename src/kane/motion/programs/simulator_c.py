@@ -189,8 +189,9 @@ def _filled_in(compiled: Compiled, method: str, period: float | None, pieces: Pi
     replaced = {
         "@FIELDS@": "".join(f"    double at_{a}[{_length(what)}];\n" for a, what in pieces.changing.items()),
         "@FILL_TABLES@": _filled(pieces.changing),
-        **pieces.marks,
+        "@GO_ON@": pieces.marks["@GO_ON@"],
         **_sampled(period),
+        **pieces.marks,
     }
     text = _template("") + (ending or _template("main").replace("@REPORT@", f"@SHOWN@{replaced.pop('@REPORT@')}"))
     for mark, by in replaced.items():
