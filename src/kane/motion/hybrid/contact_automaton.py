@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A motion with contacts from mode to mode in a kernel: it calls the kernel of a mode, decides what follows its event, and goes on.
 
-It has what `kane.motion.contact_motion` says. Where that is not sure in numbers, or a mode's kernel comes back with anything but the
-end or an event, it returns: Python decides, or takes that one mode from its beginning. Where it is `alone`, without Python, it says more
-of why it returns, and is called again.
+It has what `kane.motion.contact_motion` says. Where that is not sure in numbers, or a mode's kernel comes back with all but the end or
+an event, it returns: Python decides, or takes that one mode from its beginning. Where it is `alone`, without Python, it says more of
+why it returns, and is called again.
 """
 
 from enum import IntEnum
@@ -36,7 +36,7 @@ AT_ONCE = 100
 class Back(IntEnum):
     """Why it returns: at the end; at another event than contacts'; to have Python decide after one, or take a mode; to collect.
 
-    Where it is `alone`: after as many steps as a mode's kernel takes at once; at a mode that is not known; at one that begins at the end.
+    Where it is `alone`: after as many steps as a mode's kernel takes; at a mode that is not known; at one that begins at the end.
     """
 
     END = 1
@@ -52,7 +52,7 @@ class Back(IntEnum):
 NOTED = 4
 """Events a mode for which there is room where modes have as many."""
 AGAIN = 10
-"""`enter` is 2 at a start, 1 where a mode is to begin, 0 where it goes on; from here on, it ends now at the event of this number more."""
+"""`enter` is 2 at a start, 1 where a mode is to begin, 0 where it goes on; from here on, it ends at the event of this number more."""
 
 
 class Row(IntEnum):
@@ -83,8 +83,10 @@ class _Automaton(After):
 
     def __init__(self, w: Writer) -> None:
         super().__init__(w)
-        names = ("n", "event_count", "p_count", "known", "most", "room_for", "enter", "alone")
-        self.n, self.e, self.np_, self.known, self.most, self.room_for, self.enter, self.alone = map(w.number, names)
+        names = ("n", "event_count", "p_count", "known", "most", "room_for", "enter", "alone", "at_once")
+        self.n, self.e, self.np_, self.known, self.most, self.room_for, self.enter, self.alone, self.at_once = map(
+            w.number, names
+        )
         self.lag, self.log, self.held_log, self.glanced = self._arrays("lag", "log", "held_log", "glanced")
         self.records, self.noted, self.codes, self.extra = self._arrays("records", "noted", "codes", "extra")
         self.ps, self.seen, self.largest, self.least = self._arrays("ps", "seen", "largest", "least")
@@ -209,7 +211,7 @@ class _Automaton(After):
         with w.otherwise():
             with w.when(self.rows.get() > 0):
                 self.records[self.row(self.rows.get() - 1) + int(Row.OVER)] = self.over.get()
-            with w.when((self.rows.get() >= self.room_for) | (self.noted_count.get() > self.room_for * 2)):
+            with w.when((self.rows.get() >= self.at_once) | (self.noted_count.get() > self.room_for * 2)):
                 self.back.put(int(Back.FULL))
             self.begins.put(1)
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The modes of contacts that a program of another language has, their equations, and the tables by which it goes from one to the next."""
+"""The modes of contacts that a program of another language has, their equations, and the tables by which it goes to the next."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple, cast
 
@@ -18,7 +18,7 @@ from kane.motion.programs.simulator_parts import Part, checked, motion_program, 
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given
 from kane.numeric.arrays import Array
-from kane.program.from_expressions import build_program
+from kane.program.from_expressions import Task, build_program
 from kane.program.program import Program
 
 
@@ -82,11 +82,19 @@ def check_events(eom: Equations) -> None:
         raise ProgramError("Expected contacts beside which no event acts, got one that does: simulate here.")
 
 
-def programs_of(compiled: Compiled, modes: Sequence[Mode], contract: bool = False) -> tuple[Program, list[Program]]:
-    """What evaluates the numbers by which modes are chosen, and what each mode evaluates."""
+TasksOf = Callable[[Mode], Sequence[Task]]
+"""What else a mode evaluates."""
+
+
+def programs_of(
+    compiled: Compiled, modes: Sequence[Mode], contract: bool = False, more: TasksOf | None = None
+) -> tuple[Program, list[Program]]:
+    """What evaluates the numbers by which modes are chosen, and what each mode evaluates, with `more`."""
     numbers = contact_numbers(cast(Equations, compiled.equations))
     touch = build_program(compiled.name, numbers.ports, [numbers.task], contract, optimize=False)
-    return touch, [motion_program(one.compiled, one.parts, contract=contract) for one in modes]
+    tasks = [() if more is None else more(one) for one in modes]
+    pairs = zip(modes, tasks, strict=True)
+    return touch, [motion_program(one.compiled, one.parts, own, contract=contract) for one, own in pairs]
 
 
 def tables_of(eom: Equations, modes: Sequence[Mode], tables: Given) -> dict[str, Array]:

@@ -18,7 +18,7 @@ from kane.model.contacts import ContactMode
 from kane.motion.hybrid.contact_automaton import AGAIN, Back, Row, automaton_kernel
 from kane.motion.hybrid.contact_events import OPENS, SLIPPING
 from kane.motion.hybrid.contact_tables import row_of, structure
-from kane.motion.programs.contact_modes import Mode, parameters_from, programs_of, tables_of
+from kane.motion.programs.contact_modes import Mode, TasksOf, parameters_from, programs_of, tables_of
 from kane.motion.programs.simulator_parts import Pieces, dispatched, stepping_kernel
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given
@@ -43,6 +43,7 @@ _GIVEN = {
     "rows": "&m->rows[N]",
     "held_marks": "m->marks",
     "enter": "m->enter",
+    "at_once": "m->at_once",
     "work": "m->work",
     "lag": "m->lag",
 }
@@ -71,10 +72,12 @@ class _Row(NamedTuple):
     routines: Mapping[str, str]
 
 
-def contact_pieces(compiled: Compiled, method: str, modes: Sequence[Mode], headers: str) -> Pieces:
-    """What a program says of equations whose contacts have these modes."""
+def contact_pieces(
+    compiled: Compiled, method: str, modes: Sequence[Mode], headers: str, more: TasksOf | None
+) -> Pieces:
+    """What a program says of equations whose contacts have these modes, which `more` tasks may be evaluated in."""
     eom, name, contract = cast(Equations, compiled.equations), compiled.name, compiled.settings.contract
-    touch, programs = programs_of(compiled, modes, contract)
+    touch, programs = programs_of(compiled, modes, contract, more)
     programs = [replace(one, name=f"{name}_m{k}") for k, one in enumerate(programs)]
     tables = structure(eom, ROWS)
     own = tables_of(eom, modes, tables)
@@ -89,7 +92,7 @@ def contact_pieces(compiled: Compiled, method: str, modes: Sequence[Mode], heade
     leads = specialized(automaton_kernel(), {**integers, "known": len(modes), "driven": 0, "alone": 1, "most": 2**53})
     calls = {"make": "make_mode", "hoist": "hoist_mode", "look": "look_mode", "touch": f"{name}_contacts"}
     leading = emit_kernel_c(leads, calls, "static ", ("m", f"{name}_motion *m"), tuple(calls)[:3])
-    table = _Table(rows, "\n".join([*texts, leading]))
+    table = _Table(rows, "\n".join([*texts, leading]), more is not None)
     wanted = {_OF_MODES.get(a.name, a.name) for kernel in kernels.values() for a in kernel.arguments}
     wanted |= {"p_from", *(a.name for a in leads.arguments)}
     arrays = {a: what for a, what in _arrays(eom, tables, own, touch, modes).items() if a in wanted}
@@ -130,6 +133,7 @@ def _row(k: int, mode: Mode, program: Program, n: int) -> _Row:
     integers = {a: what for a, what in given.items() if isinstance(what, int)} | {"n": n, "driven": 0, "breakpoints": 0}
     arrays = {a: cast(Array, what) for a, what in given.items() if not isinstance(what, int) and a not in _OF_MODES}
     held = is_constrained(mode.equations)
+    routines["outputs"] = f"{program.name}_outputs"
     routines["rhs"] = f"{program.name}_chosen" if held else f"{program.name}_rates"
     return _Row(mode, held, integers, arrays, routines | {"hoist": f"{program.name}_hoist"})
 
@@ -165,8 +169,8 @@ def _arrays(
 class _Table:
     """The table of modes: what differs of them, and where in one array those of theirs stand that change."""
 
-    def __init__(self, rows: Sequence[_Row], printed: str) -> None:
-        self.rows, self.printed = rows, printed
+    def __init__(self, rows: Sequence[_Row], printed: str, puts: bool) -> None:
+        self.rows, self.printed, self.puts = rows, printed, puts
         self.names = list(dict.fromkeys(a for row in rows for a in row.arrays if a not in ("held_log", "log", "jumps")))
         self.places: list[dict[str, int]] = []
         found: list[Array] = []
@@ -189,7 +193,7 @@ class _Table:
         wanted = {a.name for kernel in kernels.values() for a in kernel.arguments}
         integers = sorted(a.name for kernel in kernels.values() for a in kernel.arguments if isinstance(a, Integer))
         integers = [a for a in dict.fromkeys(integers) if a not in _GIVEN]
-        routines = [a for a in _VARYING if a in wanted]
+        routines = [*(a for a in _VARYING if a in wanted), *["outputs"] * self.puts]
         arrays = [a for a in self.names if a in wanted]
         kinds = {a: f"const double *{a}" if self.only_reads(a) else f"int64_t {a}" for a in arrays}
         fields = ["void (*hoist)(const double *, double *)", *map(_RATE.format, routines), "bool held"]
@@ -216,7 +220,7 @@ class _Table:
                 own.append(known[values.tobytes()])
             texts.append(f"    {{{', '.join(own)}}},")
         members = "\n".join(f"    {field};" for field in fields)
-        return [*lines, f"\n/* Modes: routines, numbers, tables, and places in `own` of what changes. */\ntypedef struct {{\n{members}\n}} mode_row;",
+        return [*lines, f"\n/* Modes: routines, numbers, tables, places of what changes. */\ntypedef struct {{\n{members}\n}} mode_row;",
                 "static const mode_row mode_rows[KNOWN] = {", *texts, "};"]  # fmt: skip
 
 
@@ -315,6 +319,7 @@ def _counts(eom: Equations, tables: Given, modes: Sequence[Mode], parts: Mapping
         "EVENTS_OF": tables["event_count"],
         "LEAVING": LEAVES,
         "ENTERS": 2,
+        "AT_ONCE": ROWS,
         "AGAIN": AGAIN,
         "PARAMETERS_OF": parts["ps"],
         "WIDTH": row_of(tables["contacts"], tables["dimension"], tables["n"]),

@@ -20,7 +20,7 @@ from kane.expr.node import ZERO, Expr
 from kane.model.contacts import Modes
 from kane.motion.hybrid.contact_tables import MODES
 from kane.motion.inputs.breakpoints import MOST, PLACES, SHARE, ULPS, Clock, Turning
-from kane.motion.programs.contact_modes import check_events, modes_of
+from kane.motion.programs.contact_modes import TasksOf, check_events, modes_of
 from kane.motion.programs.contacts_c import contact_pieces
 from kane.motion.programs.simulator_parts import (
     TAKES,
@@ -93,15 +93,17 @@ def assembled(
     tasks: Sequence[Task] = (),
     ending: str | None = None,
     modes: Sequence[Modes] = (),
+    tasks_of: TasksOf | None = None,
 ) -> str:
     """The file of `emit_simulator`; with an `ending` in the place of `main`, and routines and tasks that it needs besides.
 
+    Of a motion from mode to mode of contacts these are `tasks_of` each mode.
     Marks such as @NAME@ are filled in the ending too; where it has a motion it calls it m.
     """
     _check_period(period)
     eom = cast(Equations, compiled.equations)
     if eom.system.modes_change:
-        return _filled_in(compiled, method, period, _contacts(compiled, method, modes), ending)
+        return _filled_in(compiled, method, period, _contacts(compiled, method, modes, tasks_of), ending)
     checked(compiled, method, "a program in C", _untold, switching=ending is None)
     clock, parts = timed(eom), parts_of(eom)
     pieces = _pieces(compiled, method, clock, parts)._replace(
@@ -144,12 +146,12 @@ def _pieces(compiled: Compiled, method: str, clock: Clock, parts: Sequence[Part]
     return Pieces("", printed, constant, changing, lines, "".join(f"{part.shown}\n" for part in parts), marks)
 
 
-def _contacts(compiled: Compiled, method: str, wanted: Sequence[Modes]) -> Pieces:
+def _contacts(compiled: Compiled, method: str, wanted: Sequence[Modes], more: TasksOf | None) -> Pieces:
     """What a program says of a motion with contacts that change their modes."""
     check_events(cast(Equations, compiled.equations))
     options = {"contract": compiled.settings.contract}
     modes = modes_of(compiled, method, wanted, 0 if wanted else MODES, "a program in C", **options)
-    pieces = contact_pieces(compiled, method, modes, _headers(compiled))
+    pieces = contact_pieces(compiled, method, modes, _headers(compiled), more)
     marks = {
         "@CONSTRAINTS@": "",
         "@EVENTS@": _template("contacts"),
@@ -179,6 +181,7 @@ _SAY_UNKNOWN = """if (said == @CAPS@_UNKNOWN) {
     }
     """
 _OWN_FIELDS = """    int64_t enter; /* how the kernel that leads from mode to mode is entered */
+    int64_t at_once; /* modes after which a call ends */
     int64_t kept; /* the row of `at_records` that goes on, or -1 */
     bool goes_on; /* whether the first row is told of already, up to a pause */
 """

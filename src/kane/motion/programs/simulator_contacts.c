@@ -15,6 +15,7 @@ static int begin_contacts(@NAME@_motion *m)
     at_tolerances[0] = m->atol;
     at_tolerances[1] = m->rtol;
     m->enter = ENTERS;
+    m->at_once = AT_ONCE;
     m->kept = -1;
     m->goes_on = false;
     return @CAPS@_BEGUN;

@@ -28,11 +28,13 @@ static int came_to(@NAME@_motion *m, int64_t back)
     int said = (rows > 0) ? @CAPS@_NOTED : @CAPS@_LIMIT;
     m->kept = -1;
     m->enter = 1;
-    if ((back == @BACK_END@) && !ends) { /* a pause */
+    if (back == @BACK_END@) { /* the mode goes on after a pause */
         m->enter = 0;
         m->kept = rows - 1;
         m->s[AT_LOGGED] = 0.0;
         m->s[AT_JUMPS] = 0.0;
+    }
+    if ((back == @BACK_END@) && !ends) {
         m->s[AT_TIME] = m->s[AT_END] + ((4.0 * @ULPS@.0) * spacing(m->s[AT_END]));
         m->s[AT_TIME_LAG] = 0.0;
         m->fresh = true;
