@@ -78,7 +78,8 @@ def to_fmu(
 
     The archive holds one file of C with the equations, their derivatives and an integrator, its description, and the library for this
     machine where there is a C compiler. Coordinates and speeds are its states and outputs, parameters are tunable, inputs are inputs.
-    Events are event indicators in model exchange; co-simulation steps to their times. Constraints are kept.
+    Events are event indicators in model exchange; co-simulation steps to their times. Constraints are kept. Where contacts change
+    modes the unit is for co-simulation alone, and has all modes.
 
     Parameters
     ----------
@@ -101,7 +102,7 @@ def to_fmu(
     Raises
     ------
     ProgramError
-        if a program in C cannot look after the motion: loads that jump, contacts, events that act through Python
+        if a program in C cannot look after the motion: loads that jump, contacts with many modes, events that act through Python
     ArgumentError
         if an option is not admissible, or two variables have one name
     ValueMissingError

@@ -220,8 +220,8 @@ class _Table:
                 own.append(known[values.tobytes()])
             texts.append(f"    {{{', '.join(own)}}},")
         members = "\n".join(f"    {field};" for field in fields)
-        return [*lines, f"\n/* Modes: routines, numbers, tables, places of what changes. */\ntypedef struct {{\n{members}\n}} mode_row;",
-                "static const mode_row mode_rows[KNOWN] = {", *texts, "};"]  # fmt: skip
+        record = f"{_TOLD}typedef struct {{\n{members}\n}} mode_row;"
+        return [*lines, record, "static const mode_row mode_rows[KNOWN] = {", *texts, "};"]
 
 
 def reads_alone(array: str, printed: str) -> bool:
@@ -308,6 +308,7 @@ static void look_mode(const @MOTION@ *m, double t, const double *x, const double
     mode_rows[k].glance(t, x, &m->at_ps[k * @PARAMETERS_OF@], r, m->at_mode_h, out);
 }
 """
+_TOLD = "\n/* Modes: routines, numbers, tables, places of what changes. */\n"
 _NOTHING = "static const double idle[1] = {0.0};"
 
 

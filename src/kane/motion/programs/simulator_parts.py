@@ -83,7 +83,6 @@ def checked(
     wrong = (
         needs(eom, INTEGRATORS[method])
         + ["loads or inputs jump"] * (has_jumps(eom) and not switching)
-        + ["contacts change their modes"] * eom.system.modes_change
         + [text for part in parts_of(eom) for text in part.undecided]
         + [text for one in timed(eom).turning if (text := untold(one))]
         + [f"{piece} prescribes a motion, which may jump" for piece in pieces_prescribed(eom)]
