@@ -9,7 +9,6 @@ import pytest
 
 import kane as kn
 from kane.gallery import load
-from kane.model.contacts import ContactMode
 from kane.motion import emit_simulator
 from tests.motion.emitted import EXACT, SANITIZED, bits, compiled, rows
 from tests.motion.test_simulator_wasm import BRIEF, CONTACTS, OWN_MODES, sol_start
@@ -95,7 +94,7 @@ def test_steps_of_one_length_are_more_than_a_call_takes(tmp_path):
 def test_a_mode_that_there_is_not_is_named(tmp_path):
     """A program with the mode of the start alone ends where the next one begins."""
     eom, start = kn.derive(load("mass_on_belt").system()), load("mass_on_belt").START
-    text = emit_simulator(eom.compile(name="model", contract=False), modes=[(ContactMode.STICK,)])
+    text = emit_simulator(eom.compile(name="model", contract=False), modes=[(kn.ContactMode.STICK,)])
     program, sol = compiled(tmp_path, "model", text, "-O0"), known(eom, start, 2.0)
     given = [f"{name}={x!r}" for name, x in values(eom, sol, start).items()]
     done = subprocess.run([program, "2", "31", *given], capture_output=True, text=True, check=False)
@@ -130,11 +129,40 @@ def test_a_sampled_controller_pushes_until_it_slips(tmp_path):
     assert table[-1, 2] == pytest.approx(v, abs=1e-9)
 
 
+def rod():
+    """A bead on a rigid rod without mass, which strikes a wall: a constraint holds in all modes."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x, y = kn.coordinates("x y")
+    P = O.at("P", x * N.x + y * N.y)
+    place = kn.joints.point_on_plane("wall", P, O.at("W", -0.1 * N.x), normal=N.x)
+    loads, bodies = [kn.gravity(-9.81 * N.y)], [kn.Particle("bead", P, 2)]
+    contacts = [kn.contact(place, 0.1, restitution=0.6)]
+    system = kn.System(N, bodies=bodies, speeds="rates", loads=loads, contacts=contacts, holonomic=[x**2 + y**2 - 1])
+    return kn.derive(system)
+
+
+@pytest.mark.slow
+def test_constraints_that_hold_in_all_modes(tmp_path):
+    """Other dependent speeds follow on the way, which Python chooses elsewhere: the motion is as near; a start off them is named."""
+    eom, given = rod(), ({"x": 0.6, "y": -0.8}, {"u_x": 0.0, "u_y": 0.0})
+    start = dict(zip("qu", given, strict=True))
+    program = compiled(tmp_path, "model", emit_simulator(eom.compile(name="model", contract=False)), *SANITIZED)
+    sol = known(eom, start, 3.0)
+    assert {e.name for e, _ in sol.events} == {"wall closes", "dependent speeds u_y"}
+    table = rows(program, 3.0, GIVEN["samples"], values(eom, sol, start))
+    np.testing.assert_allclose(table, np.column_stack([sol.t, sol.states]), rtol=0, atol=1e-11)
+    off = [f"{name}={x!r}" for name, x in ({**given[0], **given[1], "x": 0.61}).items()]
+    done = subprocess.run([program, "1", "3", *off], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "Expected a start on the constraints" in done.stderr
+
+
 def test_what_is_refused():
     """Modes that hold one body together, more modes than a program has, events that act."""
     ball = kn.derive(load("bouncing_ball").system()).compile()
     with pytest.raises(kn.KaneError, match="a program in C can run, got contacts of one body that hold together"):
-        emit_simulator(ball, modes=[(ContactMode.ACROSS,)])
+        emit_simulator(ball, modes=[(kn.ContactMode.ACROSS,)])
     with pytest.raises(kn.KaneError, match="got 64 modes of contacts, too many to have all"):
         emit_simulator(kn.derive(load("skidding_bicycle").system()).compile())
     with pytest.raises(kn.KaneError, match=r"for a program in C, got 'gauss16'"):

@@ -149,7 +149,7 @@ class _Automaton(After):
         count = w.compute("int", s[int(Slot.LOGGED)])
         full = self.noted_count.get() + count > self.room_for * NOTED
         too_many = s[int(Slot.STEPS)] > w.compute("float", self.most)
-        with w.when(~(ends | event) | (self.held_log[0] > 0.0) | full | too_many):
+        with w.when(~(ends | event) | ((self.held_log[0] > 0.0) & (self.alone < 1)) | full | too_many):
             self.back.put(self.unless_alone(Back.TAKE, Back.LIMIT, code.equals(float(ReturnCode.LIMIT)) & ~too_many))
         with w.otherwise():
             which = w.select(

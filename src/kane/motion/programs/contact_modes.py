@@ -14,7 +14,7 @@ from kane.errors import KaneError, ProgramError
 from kane.model.contacts import ContactMode, Modes
 from kane.motion.constraint_kernels import entries
 from kane.motion.hybrid.contact_tables import MODES, code_of, of_modes, possible, put_mode, reach_of
-from kane.motion.programs.simulator_parts import Part, checked, motion_program, parts_of
+from kane.motion.programs.simulator_parts import Part, checked, constraints, motion_program, parts_of
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given
 from kane.numeric.arrays import Array
@@ -87,11 +87,15 @@ TasksOf = Callable[[Mode], Sequence[Task]]
 
 
 def programs_of(
-    compiled: Compiled, modes: Sequence[Mode], contract: bool = False, more: TasksOf | None = None
+    compiled: Compiled, modes: Sequence[Mode], contract: bool = False, more: TasksOf | None = None, starts: bool = False
 ) -> tuple[Program, list[Program]]:
-    """What evaluates the numbers by which modes are chosen, and what each mode evaluates, with `more`."""
+    """What evaluates the numbers by which modes are chosen, and what each mode evaluates, with `more`.
+
+    Where it `starts` by itself the constraints that hold in all modes are among the numbers.
+    """
     numbers = contact_numbers(cast(Equations, compiled.equations))
-    touch = build_program(compiled.name, numbers.ports, [numbers.task], contract, optimize=False)
+    held = [part.tasks[0] for part in constraints(cast(Equations, compiled.equations))] * starts
+    touch = build_program(compiled.name, numbers.ports, [numbers.task, *held], contract, optimize=False)
     tasks = [() if more is None else more(one) for one in modes]
     pairs = zip(modes, tasks, strict=True)
     return touch, [motion_program(one.compiled, one.parts, own, contract=contract) for one, own in pairs]

@@ -19,7 +19,7 @@ from kane.motion.hybrid.contact_automaton import AGAIN, Back, Row, automaton_ker
 from kane.motion.hybrid.contact_events import OPENS, SLIPPING
 from kane.motion.hybrid.contact_tables import row_of, structure
 from kane.motion.programs.contact_modes import Mode, TasksOf, parameters_from, programs_of, tables_of
-from kane.motion.programs.simulator_parts import Pieces, dispatched, stepping_kernel
+from kane.motion.programs.simulator_parts import Pieces, constraints, dispatched, stepping_kernel
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given
 from kane.motion.steppers.crossings import LEAVES
@@ -77,7 +77,7 @@ def contact_pieces(
 ) -> Pieces:
     """What a program says of equations whose contacts have these modes, which `more` tasks may be evaluated in."""
     eom, name, contract = cast(Equations, compiled.equations), compiled.name, compiled.settings.contract
-    touch, programs = programs_of(compiled, modes, contract, more)
+    touch, programs = programs_of(compiled, modes, contract, more, starts=True)
     programs = [replace(one, name=f"{name}_m{k}") for k, one in enumerate(programs)]
     tables = structure(eom, ROWS)
     own = tables_of(eom, modes, tables)
@@ -100,6 +100,10 @@ def contact_pieces(
         "p_from": arrays["p_from"]
     }
     changing: dict[str, Array | str] = {a: what for a, what in arrays.items() if a not in constant}
+    always = constraints(eom)
+    for part in always:
+        changing["held_room"] = cast(Array, part.given["held_room"])
+        constant["held_entry_at"] = cast(Array, part.given["held_entry_at"])
     constant = {a: what if len(what) else np.zeros(1) for a, what in constant.items()}
     changing = {a: what if len(what) else np.zeros(1) for a, what in changing.items()}
     changing |= {"own": table.first, "mode_h": np.zeros(max(len(p.kept) for p in programs) + 1)}
@@ -111,8 +115,8 @@ def contact_pieces(
         "\n".join([*texts, *functions, _chosen(name, list(kernels), parts), leading]),
         constant,
         changing,
-        [_counts(eom, tables, modes, parts), *table.lines(kernels)],
-        _shown(eom, modes),
+        [_counts(tables, modes, parts), *(line for part in always for line in part.lines[:1]), *table.lines(kernels)],
+        "\n".join([_shown(eom, modes), *(part.shown for part in always)]),
         {
             "@CALL@": f"contacts({call})",
             "@OPENS@": str(OPENS),
@@ -312,7 +316,7 @@ _TOLD = "\n/* Modes: routines, numbers, tables, places of what changes. */\n"
 _NOTHING = "static const double idle[1] = {0.0};"
 
 
-def _counts(eom: Equations, tables: Given, modes: Sequence[Mode], parts: Mapping[str, int]) -> str:
+def _counts(tables: Given, modes: Sequence[Mode], parts: Mapping[str, int]) -> str:
     """Numbers of the tables."""
     counts = {
         "KNOWN": len(modes),

@@ -126,6 +126,8 @@ def _pieces(compiled: Compiled, method: str, clock: Clock, parts: Sequence[Part]
     arrays = _arrays(kernel, parts)
     marks = {
         "@CONSTRAINTS@": _template("constraints") if held else "",
+        "@GOES_ON@": _template("looks") if held else "",
+        "@OPEN@": _template("open") if held else "",
         "@EVENTS@": _template("events") if watched else "",
         "@REPORT@": _template("report") if watched else _REPORT,
         "@BEGIN@": _begun(parts),
@@ -148,20 +150,26 @@ def _pieces(compiled: Compiled, method: str, clock: Clock, parts: Sequence[Part]
 
 def _contacts(compiled: Compiled, method: str, wanted: Sequence[Modes], more: TasksOf | None) -> Pieces:
     """What a program says of a motion with contacts that change their modes."""
-    check_events(cast(Equations, compiled.equations))
+    check_events(eom := cast(Equations, compiled.equations))
+    held = is_constrained(eom)
     options = {"contract": compiled.settings.contract}
     modes = modes_of(compiled, method, wanted, 0 if wanted else MODES, "a program in C", **options)
+    stepped = any(is_constrained(mode.equations) for mode in modes)
     pieces = contact_pieces(compiled, method, modes, _headers(compiled), more)
     marks = {
-        "@CONSTRAINTS@": "",
+        "@CONSTRAINTS@": f"{_template('looks') if stepped else ''}@OPEN@",
+        "@LOOKS@": _LOOKS_AGAIN if stepped else "",
+        "@OPEN@": _template("open").replace("at_held_h", "m->h") if held else "",
         "@EVENTS@": _template("contacts"),
         "@REPORT@": _template("contacts_report"),
-        "@BEGIN@": "return begin_contacts(m);",
+        "@BEGIN@": f"begin_contacts(m);\n    return {'begin_on_constraints(m)' if held else '@CAPS@_BEGUN'};",
+        "@SAY_BEGIN@": _SAY_BEGIN["constraints"] if held else "",
         "@GO_ON@": _template("contacts_go_on"),
         "@CODES@": _CODES[1],
         "@SAY_UNKNOWN@": _SAY_UNKNOWN,
         "@OWN_FIELDS@": _OWN_FIELDS,
-        **dict.fromkeys(("@SAY_BEGIN@", "@FIRST_ROW@", "@FORGET@", "@SAY_CHANGES@"), ""),
+        **dict.fromkeys(("@FIRST_ROW@", "@SAY_CHANGES@"), ""),
+        "@FORGET@": "at_held_log[0] = 0.0;",
         **_clock(Clock((), ())),
     }
     return pieces._replace(marks=marks | dict(pieces.marks), lines=[_NOTHING, *pieces.lines])
@@ -180,6 +188,9 @@ _SAY_UNKNOWN = """if (said == @CAPS@_UNKNOWN) {
         (void)fprintf(stderr, ". Emit it with that one, or simulate it with kane.\\n");
     }
     """
+_LOOKS_AGAIN = """if ((back == @BACK_TAKE@) && (at_calls[1] == @LOOK@.0)) {
+        again = goes_on(m);
+    }"""
 _OWN_FIELDS = """    int64_t enter; /* how the kernel that leads from mode to mode is entered */
     int64_t at_once; /* modes after which a call ends */
     int64_t kept; /* the row of `at_records` that goes on, or -1 */

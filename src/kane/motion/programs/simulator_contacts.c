@@ -9,7 +9,7 @@ static void spread(@NAME@_motion *m)
 }
 
 /* What the kernel that leads from mode to mode begins with. */
-static int begin_contacts(@NAME@_motion *m)
+static void begin_contacts(@NAME@_motion *m)
 {
     spread(m);
     at_tolerances[0] = m->atol;
@@ -18,7 +18,6 @@ static int begin_contacts(@NAME@_motion *m)
     m->at_once = AT_ONCE;
     m->kept = -1;
     m->goes_on = false;
-    return @CAPS@_BEGUN;
 }
 
 /* The mode at hand ends at the end of the motion, which is as good as here. */

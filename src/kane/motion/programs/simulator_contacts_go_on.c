@@ -26,8 +26,10 @@ static int came_to(@NAME@_motion *m, int64_t back)
     const bool ends = !(m->s[AT_END] < m->end);
     const int64_t rows = (int64_t)at_records[0];
     int said = (rows > 0) ? @CAPS@_NOTED : @CAPS@_LIMIT;
+    bool again = false; /* whether a step is taken again, or gone on from */
     m->kept = -1;
     m->enter = 1;
+    @LOOKS@
     if (back == @BACK_END@) { /* the mode goes on after a pause */
         m->enter = 0;
         m->kept = rows - 1;
@@ -38,7 +40,7 @@ static int came_to(@NAME@_motion *m, int64_t back)
         m->s[AT_TIME] = m->s[AT_END] + ((4.0 * @ULPS@.0) * spacing(m->s[AT_END]));
         m->s[AT_TIME_LAG] = 0.0;
         m->fresh = true;
-    } else if (back == @BACK_LIMIT@) {
+    } else if ((back == @BACK_LIMIT@) || again) {
         m->enter = 0;
         m->kept = rows;
     } else if ((back == @BACK_END@) || ((back == @BACK_LATE@) && ends)) {
@@ -72,6 +74,7 @@ int @NAME@_go_on(@NAME@_motion *m)
     if (pause && (m->enter == 0)) {
         look_again(m);
     }
+    @FORGET@
     m->goes_on = (m->kept >= 0) && (pause || (m->goes_on && (m->kept == 0)));
     for (int64_t k = 0; (k < WIDTH) && (m->kept > 0); k++) {
         at_records[2 + k] = at_records[2 + (m->kept * WIDTH) + k];
