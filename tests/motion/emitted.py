@@ -51,11 +51,13 @@ MODELS = {
     "ball": (lambda: ball(braked=True), "tsit5", None),
 }
 """By name what makes a system, the method, and the period of a sampled controller."""
+IN_MODES = {"belt": (lambda: load("mass_on_belt").system(), "rk4", None)}
+"""The same of contacts that change their modes."""
 
 
 def emitted(name):
     """The equations of a model, and its program without contraction."""
-    make, method, period = MODELS[name]
+    make, method, period = {**MODELS, **IN_MODES}[name]
     eom = kn.derive(make())
     return eom, emit_simulator(eom.compile(name=name, contract=False), method, period)
 

@@ -10,7 +10,7 @@ import pytest
 
 import kane as kn
 from kane.gallery import load
-from tests.motion.emitted import MODELS, STRICT, emitted
+from tests.motion.emitted import IN_MODES, MODELS, STRICT, emitted
 from tests.program.programs import compiler
 from tests.systems.draft_kinds import drafted
 from tests.systems.drafts import built
@@ -106,8 +106,9 @@ def test_functions_of_random_models_keep_the_rules(tmp_path, seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("main", [False, True])
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize(
+    ("name", "main"), [(name, main) for name in MODELS for main in (False, True)] + [(name, True) for name in IN_MODES]
+)
 def test_programs_keep_the_rules(tmp_path, name, main):
     """The core, which does not print; with `main` all but the rules of input and output."""
     _, text = emitted(name)
@@ -118,7 +119,7 @@ def test_programs_keep_the_rules(tmp_path, name, main):
     assert findings(tmp_path, text if main else core, f"-U{name.upper()}_NO_MAIN", main=main) == []
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", [*MODELS, *IN_MODES])
 def test_nothing_is_allocated_and_every_loop_has_a_bound(name):
     _, text = emitted(name)
     code = re.sub(r"/\*.*?\*/|\"[^\"\n]*\"", "", text, flags=re.DOTALL)
@@ -132,7 +133,7 @@ def test_nothing_is_allocated_and_every_loop_has_a_bound(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", [*MODELS, *IN_MODES])
 def test_the_stack_is_bounded_and_the_core_stands_alone(tmp_path, name):
     """No function takes a stack that depends on numbers; without `main` nothing of input, output or the heap is called."""
     _, text = emitted(name)

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 import kane as kn
 from kane.gallery import mass_on_belt
-from kane.motion import at_start, emit_simulator, routines
+from kane.motion import at_start, routines
 
 G = 9.81
 TIGHT = {"rtol": 1e-11, "atol": 1e-12}
@@ -421,12 +421,6 @@ def test_a_mode_is_linearized():
     linear = kn.linearize(slides, q=[0.1 * G], u=[0], parameters={table.direction[0]: -1.0})
     np.testing.assert_allclose(np.sort(linear.eigenvalues.imag), [-1, 1], rtol=1e-12)
     np.testing.assert_allclose(linear.eigenvalues.real, 0, atol=1e-12)
-
-
-def test_programs_in_c_refuse_contacts():
-    eom, _ = ball()
-    with pytest.raises(kn.KaneError, match="contacts change their modes"):
-        emit_simulator(eom.compile())
 
 
 def test_a_motion_goes_on_from_an_event_of_its_own():

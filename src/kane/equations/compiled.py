@@ -208,8 +208,10 @@ def _routine(solved: Solved, name: str) -> Task:
     return Task(name, solved.reactions, (len(derived.reactions),), [r.name for r in derived.reactions])
 
 
-def output_bundle(solved: Solved, outputs: Mapping[Any, Any]) -> Outputs | None:
-    """The outputs as functions of q, u, t, parameters and inputs, None where there are none.
+def output_bundle(
+    solved: Solved, outputs: Mapping[Any, Any], read: Callable[[Sequence[Expr]], Sequence[Expr]] = tuple
+) -> Outputs | None:
+    """The outputs as functions of q, u, t, parameters and inputs, None where there are none; `read` says what expressions stand for.
 
     A vector's measure numbers are along the inertial frame. A list of symbols and names stands for outputs of these names.
 
@@ -227,7 +229,7 @@ def output_bundle(solved: Solved, outputs: Mapping[Any, Any]) -> Outputs | None:
     for name, what in outputs.items():
         expect.that(isinstance(name, str) and name.strip(), "a name for every output", name, error=ArgumentError)
         plain = _shaped(solved.derived, name, what)
-        roots = tuple(without_unknowns(solved, plain.roots))
+        roots = tuple(without_unknowns(solved, read(plain.roots)))
         own: set[Expr] = {s for port in ports(solved.derived) for s in port.symbols}
         unknown = [f"{s} ({type(s).__name__})" for s in free_symbols(roots) if s not in own]
         expected, cure = (

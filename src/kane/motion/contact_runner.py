@@ -159,6 +159,8 @@ class ContactRunner:
             "known": 0,
             "most": self.method.max_steps,
             "enter": 1,
+            "alone": 0,
+            "at_once": told["room_for"],
             **{name: array.reshape(-1) for name, array in self.arrays.items()},
             "touch": entry(routine),
             "h": hoisted(routine, self.span[0], np.zeros(len(eom.state)), p[:-1], r[:-1]),

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.gallery import GALLERY
+from kane.gallery import GALLERY, load
 from tests.interop.fmu.units import MODELS, TIGHT, far, instantiated, integrated, model, reference, states_of, written
 from tests.motion.test_time_breaks import KINDS, S, V, wheel
 from tests.peer import require
@@ -19,14 +19,8 @@ fmpy = require("fmpy")
 validation = require("fmpy.validation")
 
 PURPOSES = ("ModelExchange", "CoSimulation")
-REFUSED = {
-    "contacts change their modes": {
-        "bouncing_ball", "thrown_disk", "mass_on_belt", "skidding_disk", "clutch", "winch", "tippe_top", "painleve_rod",
-        "dry_oscillator", "shaken_block", "stacked_blocks", "rocking_block", "pool_ball", "ball_on_turntable", "eulers_disk",
-        "newtons_cradle", "woodpecker", "slider_crank_with_clearance", "skidding_bicycle",
-    },
-}  # fmt: skip
-"""Systems of the gallery that no program in C can look after, and why."""
+CONTACTS = {name for name in GALLERY if load(name).system().contacts}
+"""Those with contacts, of which units are for co-simulation alone: `test_contact_units.py`."""
 
 FAST = {
     "flap_lag_blade",
@@ -74,16 +68,9 @@ def test_the_motion_is_that_of_simulate(tmp_path, name, version):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
-@pytest.mark.parametrize("name", sorted({*GALLERY, *MODELS} - set().union(*REFUSED.values())))
+@pytest.mark.parametrize("name", sorted({*GALLERY, *MODELS} - CONTACTS))
 def test_all_that_a_program_in_c_looks_after(tmp_path, name, version):
     agrees(tmp_path, name, version, {"andrews_squeezer": 0.005, "flexible_arm": 0.05}.get(name, 0.25))
-
-
-@pytest.mark.parametrize(("why", "name"), [(why, name) for why, names in REFUSED.items() for name in sorted(names)])
-def test_what_none_can_look_after_is_refused(tmp_path, why, name):
-    eom, given = model(name)
-    with pytest.raises(kn.ProgramError, match=why):
-        kn.exchange.to_fmu(eom, tmp_path / "refused.fmu", **given)
 
 
 # ------------------------------------------------------------------------------------------------------------ events

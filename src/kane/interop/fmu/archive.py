@@ -23,7 +23,7 @@ from kane.equations.equations import Equations, check_equations, repartition
 from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import ArgumentError, Attributes, ProgramError
 from kane.interop.fmu.description import Model, built, described, variables
-from kane.interop.fmu.source import Start, source
+from kane.interop.fmu.source import Start, source, unit_of
 from kane.motion.programs.simulator_parts import METHODS
 from kane.motion.projection import constraint_numbers, is_constrained
 from kane.motion.steppers.table import INTEGRATORS
@@ -78,7 +78,8 @@ def to_fmu(
 
     The archive holds one file of C with the equations, their derivatives and an integrator, its description, and the library for this
     machine where there is a C compiler. Coordinates and speeds are its states and outputs, parameters are tunable, inputs are inputs.
-    Events are event indicators in model exchange; co-simulation steps to their times. Constraints are kept.
+    Events are event indicators in model exchange; co-simulation steps to their times. Constraints are kept. Where contacts change
+    modes the unit is for co-simulation alone, and has all modes.
 
     Parameters
     ----------
@@ -101,7 +102,7 @@ def to_fmu(
     Raises
     ------
     ProgramError
-        if a program in C cannot look after the motion: loads that jump, contacts, events that act through Python
+        if a program in C cannot look after the motion: loads that jump, contacts with many modes, events that act through Python
     ArgumentError
         if an option is not admissible, or two variables have one name
     ValueMissingError
@@ -118,12 +119,12 @@ def to_fmu(
     named = unit_name(place.stem) if name is None else name
     _check_name(place, named, tolerance)
     start = _start(eom, state_of(state, **values), tolerance)
-    compiled = _determined(eom, start).compile(name=named, outputs=outputs)
-    rows = variables(compiled, start)
+    whole = unit_of(_determined(eom, start), named, method, start, outputs)
+    rows = variables(whole)
     with working("Writing a functional mock-up unit"):
-        text, token = source(compiled, method, start, version)
+        text, token = source(whole, version)
         tool = f"kane {version_of('kane')}"
-        counts = is_constrained(eom), len(eom.state), len(eom.events)
+        counts = is_constrained(eom), len(eom.state), len(whole.events), bool(whole.modes)
         model = Model(named, title or named, token, tool, start, *counts)
         sources = {
             "modelDescription.xml": described(model, rows, version),
@@ -135,7 +136,7 @@ def to_fmu(
         inside = _binary_name(named, version) if library else ""
         exchange(place, lambda file: _zip(file, sources, inside, library), own=zipfile.is_zipfile)
     names = {kind: tuple(s.name for s in getattr(eom, kind)) for kind in ("parameters", "inputs")}
-    put = tuple(compiled.bundle.task.labels) if compiled.bundle else ()
+    put = tuple(whole.put.labels) if whole.put else ()
     return FMU(
         place, version, token, tuple(s.name for s in eom.state), names["parameters"], names["inputs"], put, inside
     )

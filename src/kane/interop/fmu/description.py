@@ -5,15 +5,12 @@ import re
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import cast
 from xml.etree import ElementTree as ET  # written, never read
 
 from kane import expect
-from kane.equations.compiled import Compiled
-from kane.equations.equations import Equations
 from kane.errors import ArgumentError, KaneError
 from kane.expr.symbols import rate
-from kane.interop.fmu.source import Start
+from kane.interop.fmu.source import Start, Unit
 from kane.motion.projection import is_constrained
 from kane.units.rules import parse, unit_of
 
@@ -32,10 +29,10 @@ class Variable:
     state: int | None = None
 
 
-def variables(compiled: Compiled, start: Start) -> list[Variable]:
+def variables(whole: Unit) -> list[Variable]:
     """Time, states, their derivatives, parameters, inputs, outputs, event indicators: in the order of the C file."""
-    eom = cast(Equations, compiled.equations)
-    held = is_constrained(eom)
+    eom, start = whole.equations, whole.start
+    held = is_constrained(eom) and not whole.modes
     found = [Variable("time", "independent", "continuous", unit="s", description="time")]
     initial = "approx" if held else "exact"
     for s, x in zip(eom.state, start.state.tolist(), strict=True):
@@ -47,8 +44,8 @@ def variables(compiled: Compiled, start: Start) -> list[Variable]:
         found.append(Variable(s.name, "parameter", "tunable", "exact", x, s.unit, s.description))
     for s, x in zip(eom.inputs, start.inputs.tolist(), strict=True):
         found.append(Variable(s.name, "input", "continuous", "", x, s.unit, s.description))
-    found += _outputs(compiled)
-    for e in eom.events:
+    found += _outputs(whole)
+    for e in whole.events:
         found.append(
             Variable(f"event({e.name})", "local", "continuous", "calculated", description=f"zero at: {e.name}")
         )
@@ -58,10 +55,10 @@ def variables(compiled: Compiled, start: Start) -> list[Variable]:
     return found
 
 
-def _outputs(compiled: Compiled) -> list[Variable]:
-    if compiled.bundle is None:
+def _outputs(whole: Unit) -> list[Variable]:
+    task = whole.put
+    if task is None:
         return []
-    task = compiled.bundle.task
     rows = []
     for name, root in zip(task.labels, task.roots, strict=True):
         unit = ""
@@ -108,6 +105,7 @@ class Model:
     constrained: bool
     states: int
     events: int
+    steps_alone: bool
 
 
 _CATEGORIES = {
@@ -124,13 +122,16 @@ def _purposes(root: ET.Element, model: Model, version: str) -> None:
     three = version == "3.0"
     words = ("State", "s") if three else ("state", "")
     shared = {"modelIdentifier": model.identifier} | {k.format(*words): v for k, v in _OWN.items()}
-    if three:
+    if model.steps_alone:
+        shared.pop(f"providesDirectionalDerivative{words[1]}")
+    elif three:
         shared["providesAdjointDerivatives"] = "true"
     exchange = shared | ({"needsCompletedIntegratorStep": "true"} if three else {})
     steps = shared | {"canHandleVariableCommunicationStepSize": "true"}
     if three:
         steps |= {"hasEventMode": "true", "mightReturnEarlyFromDoStep": "true"}
-    for tag, what in (("ModelExchange", exchange), ("CoSimulation", steps)):
+    purposes = (("ModelExchange", exchange), ("CoSimulation", steps))
+    for tag, what in purposes[model.steps_alone :]:
         element = ET.SubElement(root, tag, what)
         if not three:
             sources = ET.SubElement(element, "SourceFiles")

@@ -18,6 +18,9 @@
 
 static const char token[] = "@TOKEN@";
 
+#define EXCHANGES @EXCHANGES@ /* whether it is for model exchange too */
+#define NOT_MADE "Expected the token of modelDescription.xml, @AND_STEPS@and memory, got something else."
+
 enum {
     STATES = @CAPS@_STATES,
     DER = 1 + STATES, /* value references: 0 is time; then come states, their derivatives, parameters, inputs, outputs, indicators */
@@ -120,7 +123,7 @@ static bool refresh(unit *i)
     @NAME@_motion *m = &i->now.m;
     bool fine = true;
     if (i->now.unhoisted) {
-        hoist(m);
+        fmu_hoist(m);
         i->now.unhoisted = false;
     }
     if (i->now.unsettled && (i->now.at != NEW)) {
@@ -159,7 +162,7 @@ static bool slopes(unit *i, double *out)
     double whole[N];
     bool fine = refresh(i);
     if (fine) {
-        fmu_rates(beside(i), m->y, m->p, m->r, m->h, whole);
+        fmu_rates(m, beside(i), whole);
         for (int64_t k = 0; k < STATES; k++) {
             out[k] = whole[k];
             fine = fine && isfinite(whole[k]);
@@ -200,7 +203,7 @@ static status value_of(unit *i, uint32_t reference, room *made, double *value)
         *value = m->r[k - INPUT];
     } else if (k < INDICATOR) {
         if (!made->put) {
-            fmu_outputs(beside(i), m->y, m->p, m->r, m->h, made->outputs);
+            fmu_outputs(m, beside(i), made->outputs);
             made->put = true;
         }
         *value = made->outputs[k - OUTPUT];
@@ -276,7 +279,9 @@ static status along(unit *i, const uint32_t *unknowns, size_t rows, const uint32
     double jac[(STATES * STATES) + 1];
     double jac_inputs[(STATES * @CAPS@_INPUTS) + 1];
     double jac_outputs[(OUTPUTS * KNOWNS) + 1];
-    fmu_jacobians(beside(i), m->y, m->p, m->r, m->h, jac, jac_inputs, jac_outputs);
+    if (!fmu_jacobians(m, beside(i), jac, jac_inputs, jac_outputs)) {
+        return failed(i, "There are no directional derivatives where contacts change their modes.");
+    }
     for (size_t n = 0; n < rows; n++) {
         const int64_t k = (int64_t)unknowns[n];
         double sum = 0.0;

@@ -63,7 +63,7 @@ EXPORTED void *fmi2Instantiate(const char *name, int type, const char *told_toke
             i->say = say;
         } else {
             functions->logger(functions->environment, name, (int)FAILED, "logStatusError", "%s",
-                              "Expected the GUID of modelDescription.xml, and memory, got something else.");
+                              NOT_MADE);
         }
     }
     return i;

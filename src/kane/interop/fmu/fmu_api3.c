@@ -20,7 +20,7 @@ static void *made(const char *name, const char *told_token, purpose what, bool l
         (void)memcpy(&i->logger, &log_message, sizeof log_message);
         i->say = (log_message != NULL) ? say : NULL;
     } else if (log_message != NULL) {
-        log_message(environment, (int)FAILED, "logStatusError", "Expected the token of modelDescription.xml, and memory, got something else.");
+        log_message(environment, (int)FAILED, "logStatusError", NOT_MADE);
     } else {
         /* nobody to tell */
     }

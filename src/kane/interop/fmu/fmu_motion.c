@@ -16,7 +16,7 @@ static void reset(unit *i)
     }
     m->rtol = @RTOL@;
     m->atol = @ATOL@;
-    m->limit = 1;
+    m->limit = @LIMIT_OF@;
     fill_tables(m);
     i->now.at = NEW;
     i->now.unhoisted = true;
@@ -26,7 +26,7 @@ static void reset(unit *i)
 static unit *instance(const char *name, const char *told_token, purpose what)
 {
     unit *i = NULL;
-    if ((told_token != NULL) && (strcmp(told_token, token) == 0)) {
+    if ((told_token != NULL) && (strcmp(told_token, token) == 0) && ((what == STEPPED) || EXCHANGES)) {
         i = (unit *)calloc(1U, sizeof *i);
     }
     if (i != NULL) {
@@ -78,6 +78,9 @@ static status initialized(unit *i)
     if ((begun == @CAPS@_ON_THRESHOLD) && !leaves_threshold(i) && (i->what == STEPPED)) {
         return failed(i, "Expected a start beside the threshold of each event, got one on it from which numbers tell no way.");
     }
+    if (!settled(i)) {
+        return FAILED;
+    }
     i->now.at = ((i->what == EXCHANGE) || i->event_mode) ? EVENTS_MODE : STEPS;
     return DONE;
 }
@@ -125,6 +128,20 @@ typedef struct {
     bool terminated;
 } reached;
 
+/* Why a motion does not go on. */
+static const char *why_not(int said)
+{
+    const char *text = "A mode of contacts follows that the unit does not have. Simulate it with kane.";
+    if (said == @CAPS@_STUCK) {
+        text = "No step is short enough, or a rate is not finite.";
+    } else if (said == @CAPS@_UNDECIDED) {
+        text = "Numbers alone do not tell how the motion goes on. Simulate it with kane.";
+    } else {
+        /* an unknown mode */
+    }
+    return text;
+}
+
 /* Steps to a communication point, or to the first event before it. */
 static status step(unit *i, double from, double length, reached *to)
 {
@@ -144,9 +161,8 @@ static status step(unit *i, double from, double length, reached *to)
         to->event = noted(i, said);
     }
     to->terminated = said == @CAPS@_EVENT;
-    if ((said == @CAPS@_UNDECIDED) || (said == @CAPS@_STUCK)) {
-        return failed(i, (said == @CAPS@_STUCK) ? "No step is short enough, or a rate is not finite."
-                                                : "Numbers alone do not tell how the motion goes on. Simulate it with kane.");
+    if (said >= @CAPS@_UNDECIDED) {
+        return failed(i, why_not(said));
     }
     i->now.ended = to->terminated;
     i->now.time = ((said == @CAPS@_END) && !to->event) ? end : m->s[AT_TIME];
@@ -168,6 +184,9 @@ static status updated(unit *i, update *to)
     status said = DONE;
     to->ends = i->now.ended;
     to->changed = take_over(i);
+    if (to->changed && !settled(i)) {
+        return FAILED;
+    }
     if (i->what == EXCHANGE) {
         if (!refresh(i)) {
             return FAILED;

@@ -41,3 +41,9 @@ static status acted(unit *i, bool *changed, bool *ends)
     return DONE;
 }
 
+/* The motion begins as it is. */
+static bool settled(unit *i)
+{
+    (void)i;
+    return true;
+}

@@ -2,22 +2,25 @@
 """The one file of C of a functional mock-up unit: the simulator without `main`, and the functions of FMI around it."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from hashlib import sha256
 from importlib.resources import files
-from typing import cast
+from typing import Any, cast
 
 from kane.dynamics.readings.quantities import without_unknowns
-from kane.equations.compiled import Compiled
+from kane.equations.compiled import Compiled, output_bundle
 from kane.equations.equations import Equations
 from kane.errors import ProgramError
 from kane.expr.differentiation import tangent
 from kane.expr.node import ONE
+from kane.model.contact_modes import in_mode
+from kane.model.declarations import Event
 from kane.motion.constraint_kernels import choices, holding, structure
 from kane.motion.hybrid.event_routines import tendency, values_set
+from kane.motion.programs.contact_modes import Mode, modes_of
 from kane.motion.programs.simulator_c import assembled
-from kane.motion.programs.simulator_parts import TAKES
 from kane.motion.projection import is_constrained
 from kane.motion.steppers.crossings import LEAVES
 from kane.numeric.arrays import Array
@@ -40,15 +43,64 @@ class Start:
     tolerance: float
 
 
-def source(compiled: Compiled, method: str, start: Start, version: str) -> tuple[str, str]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Unit:
+    """What a unit is made of: equations, an integrator, the start, outputs by name and what puts them, the modes of contacts."""
+
+    compiled: Compiled
+    method: str
+    start: Start
+    outputs: Mapping[str, Any]
+    put: Task | None
+    modes: Sequence[Mode]
+
+    @property
+    def equations(self) -> Equations:
+        """Its equations."""
+        return cast(Equations, self.compiled.equations)
+
+    @property
+    def events(self) -> Sequence[Event]:
+        """Those that are indicators: of contacts none is."""
+        return () if self.modes else self.equations.events
+
+
+def unit_of(eom: Equations, name: str, method: str, start: Start, outputs: Mapping[str, Any] | None) -> Unit:
+    """The unit of equations; of contacts that change modes with all of them."""
+    if not eom.system.modes_change:
+        compiled = eom.compile(name=name, outputs=outputs)
+        return Unit(compiled, method, start, {}, compiled.bundle.task if compiled.bundle else None, [])
+    compiled = eom.compile(name=name)
+    modes = modes_of(compiled, method, what="a unit", contract=compiled.settings.contract)
+    return Unit(compiled, method, start, outputs or {}, _put_in(eom, modes[0], outputs or {}), modes)
+
+
+def _put_in(eom: Equations, mode: Mode, outputs: Mapping[str, Any]) -> Task | None:
+    """What puts the outputs in a mode of contacts."""
+    bundle = output_bundle(mode.equations.solved, outputs, partial(in_mode, eom.system.contacts, mode.modes))
+    return bundle.task if bundle else None
+
+
+def source(unit: Unit, version: str) -> tuple[str, str]:
     """The text and its token, which a unit is instantiated with: the digest of all the rest."""
-    eom, name = cast(Equations, compiled.equations), compiled.name
+    eom, compiled, ending = unit.equations, unit.compiled, _ending(unit, version)
+    if unit.modes:
+        wanted = [mode.modes for mode in unit.modes]
+        puts = partial(_tasks_of, unit) if unit.put else None
+        return _named(assembled(compiled, unit.method, ending=ending, modes=wanted, tasks_of=puts), compiled.name)
     _check_actions(eom)
-    tasks = [*([compiled.bundle.task] if compiled.bundle else []), *_output_slopes(compiled)]
+    tasks = [*([unit.put] if unit.put else []), *_output_slopes(compiled)]
     tasks += [tendency(eom).task] * (bool(eom.events) and not values_set(eom))
-    ending = _ending(compiled, start, version)
     routines = ["jac", *(["jac_inputs"] if eom.inputs else [])]
-    text = assembled(compiled, method, routines=routines, tasks=tasks, ending=ending)
+    return _named(assembled(compiled, unit.method, routines=routines, tasks=tasks, ending=ending), compiled.name)
+
+
+def _tasks_of(unit: Unit, mode: Mode) -> list[Task]:
+    return [task for task in [_put_in(unit.equations, mode, unit.outputs)] if task]
+
+
+def _named(text: str, name: str) -> tuple[str, str]:
+    """The whole text and its token."""
     text = _head(text, name)
     token = sha256(text.encode()).hexdigest()[:32]
     token = "-".join((token[:8], token[8:12], token[12:16], token[16:20], token[20:]))
@@ -85,21 +137,26 @@ def _output_slopes(compiled: Compiled) -> list[Task]:
     return [Task("jac_outputs", slopes, (len(roots), len(knowns)), labels)]
 
 
-def _ending(compiled: Compiled, start: Start, version: str) -> str:
+def _ending(unit: Unit, version: str) -> str:
     """The functions of FMI with what they call; marks that the simulator has too are left to it."""
-    eom = cast(Equations, compiled.equations)
-    held, acting = is_constrained(eom), bool(values_set(eom))
-    outputs = len(compiled.bundle.task.roots) if compiled.bundle else 0
+    eom, start = unit.equations, unit.start
+    held, acting, stepped = is_constrained(eom) and not unit.modes, bool(values_set(eom)), bool(unit.modes)
+    outputs = len(unit.put.roots) if unit.put else 0
     own = _template("held" if held else "free")
-    watching = _template("acts" if acting else "still") if eom.events else ""
+    watching = _template("acts" if acting else "still") if unit.events else ""
+    looks = "contacts" if stepped else "watched" if unit.events else "unwatched"
+    aliases = _in_modes(bool(outputs)) if stepped else _aliases(held, bool(outputs), bool(eom.inputs))
     marks = {
-        "@FMU_HELD@": _aliases(held, bool(outputs), bool(eom.inputs)) + own,
-        "@FMU_ACTING@": watching + _template("watched" if eom.events else "unwatched"),
+        "@FMU_HELD@": aliases + own,
+        "@FMU_ACTING@": watching + _template(looks),
         "@OTHER_TYPES@": _others(version),
         "@CLOCKS@": _clocks() if version == "3.0" else "",
-        "@EVENT_NAMES@": f"static const char *const at_names[] = {{{', '.join(c_string(e.name) for e in eom.events)}}};",
+        "@EVENT_NAMES@": f"static const char *const at_names[] = {{{', '.join(c_string(e.name) for e in unit.events)}}};",
+        "@EXCHANGES@": "false" if stepped else "true",
+        "@AND_STEPS@": "co-simulation, which alone contacts go with, " if stepped else "",
+        "@LIMIT_OF@": "1000" if stepped else "1",
         "@OUTPUTS@": str(outputs),
-        "@INDICATORS@": str(len(eom.events)),
+        "@INDICATORS@": str(len(unit.events)),
         "@ACTIONS@": str(len(values_set(eom))),
         "@LEAVES@": str(LEAVES),
         "@LATER@": c_number(LATER),
@@ -111,6 +168,8 @@ def _ending(compiled: Compiled, start: Start, version: str) -> str:
         "@DRIFT@": c_number(DRIFT),
         **(_held_numbers(eom) if held else {}),
     }
+    if stepped:
+        marks["@EVENT_NAMES@"] = "@SHOWN@"
     text = _template("") + _template("motion") + _template(f"api{version[0]}")
     for mark, by in marks.items():
         text = text.replace(mark, by)
@@ -138,31 +197,56 @@ def _template(name: str) -> str:
     return files("kane.interop.fmu").joinpath(f"fmu{'_' * bool(name)}{name}.c").read_text(encoding="utf-8")
 
 
-_GIVEN = "t, x, p, r, h"
+_GIVEN = "t, m->y, m->p, m->r, m->h"
+_HEADS = {
+    "fmu_hoist": "void {}(@NAME@_motion *m)",
+    "fmu_rates": "void {}(const @NAME@_motion *m, double t, double *out)",
+    "fmu_outputs": "void {}(const @NAME@_motion *m, double t, double *out)",
+    "fmu_jacobians": "bool {}(const @NAME@_motion *m, double t, double *jac, double *by_inputs, double *of_outputs)",
+}
+"""What the functions of FMI call, whether there is such a thing or not."""
+
+
+def _functions(bodies: Mapping[str, Sequence[str]]) -> str:
+    texts = []
+    for name, head in _HEADS.items():
+        lines = [f"    {line}" for line in bodies[name]]
+        texts += [f"static {head.format(name)}", "{", *lines, "}", ""]
+    return "\n".join([*texts, ""])
 
 
 def _aliases(held: bool, outputs: bool, inputs: bool) -> str:
-    """The routines as the functions of FMI call them, whether there are some or not."""
+    """The routines as the functions of FMI call them."""
     rates = "rates" if held else "@NAME@_rates"
-    put = f"    @NAME@_outputs({_GIVEN}, out);" if outputs else _unused("out")
-    jac = [f"    @NAME@_jac({_GIVEN}, jac);"]
-    jac.append(f"    @NAME@_jac_inputs({_GIVEN}, by_inputs);" if inputs else "    (void)by_inputs;")
-    jac.append(f"    @NAME@_jac_outputs({_GIVEN}, of_outputs);" if outputs else "    (void)of_outputs;")
-    takes = TAKES.replace("double *out", "double *jac, double *by_inputs, double *of_outputs")
-    return "\n".join(
-        [
-            f"static void fmu_rates({TAKES})\n{{\n    {rates}({_GIVEN}, out);\n}}\n",
-            f"static void fmu_outputs({TAKES})\n{{\n{put}\n}}\n",
-            f"static void fmu_jacobians({takes})",
-            "{",
-            *jac,
-            "}\n\n",
-        ]
+    jac = [f"@NAME@_jac({_GIVEN}, jac);"]
+    jac.append(f"@NAME@_jac_inputs({_GIVEN}, by_inputs);" if inputs else "(void)by_inputs;")
+    jac.append(f"@NAME@_jac_outputs({_GIVEN}, of_outputs);" if outputs else "(void)of_outputs;")
+    return _functions(
+        {
+            "fmu_hoist": ["hoist(m);"],
+            "fmu_rates": [f"{rates}({_GIVEN}, out);"],
+            "fmu_outputs": [f"@NAME@_outputs({_GIVEN}, out);"] if outputs else _unused("m", "t", "out"),
+            "fmu_jacobians": [*jac, "return true;"],
+        }
     )
 
 
-def _unused(*more: str) -> str:
-    return "\n".join(f"    (void){a};" for a in ("t", "x", "p", "r", "h", *more))
+def _in_modes(outputs: bool) -> str:
+    """The routines of the mode at hand."""
+    mode = "const mode_row *const at = &mode_rows[(int64_t)at_calls[0]];"
+    own = "t, m->y, &at_ps[(int64_t)at_calls[0] * PARAMETERS_OF], m->r, at_mode_h, out"
+    return _functions(
+        {
+            "fmu_hoist": ["hoist(m);", "spread(m);", "hoist_mode(m, at_calls);"],
+            "fmu_rates": [mode, f"at->rhs({own});"],
+            "fmu_outputs": [mode, f"at->outputs({own});"] if outputs else _unused("m", "t", "out"),
+            "fmu_jacobians": [*_unused("m", "t", "jac", "by_inputs", "of_outputs"), "return false;"],
+        }
+    )
+
+
+def _unused(*names: str) -> list[str]:
+    return [f"(void){name};" for name in names]
 
 
 _TYPES = {

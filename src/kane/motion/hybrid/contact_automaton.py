@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A motion with contacts from mode to mode in a kernel: it calls the kernel of a mode, decides what follows its event, and goes on.
 
-It has what `kane.motion.contact_motion` says. Where that is not sure in numbers, or a mode's kernel comes back with anything but the
-end or an event, it returns: Python decides, or takes that one mode from its beginning.
+It has what `kane.motion.contact_motion` says. Where that is not sure in numbers, or a mode's kernel comes back with all but the end or
+an event, it returns: Python decides, or takes that one mode from its beginning. Where it is `alone`, without Python, it says more of
+why it returns, and is called again.
 """
 
 from enum import IntEnum
@@ -33,13 +34,25 @@ AT_ONCE = 100
 
 
 class Back(IntEnum):
-    """Why it returns: at the end; at another event than contacts'; to have Python decide after one, or take a mode; to collect."""
+    """Why it returns: at the end; at another event than contacts'; to have Python decide after one, or take a mode; to collect.
+
+    Where it is `alone`: after as many steps as a mode's kernel takes; at a mode that is not known; at one that begins at the end.
+    """
 
     END = 1
     EVENT = 2
     DECIDE = 3
     TAKE = 4
     FULL = 5
+    LIMIT = 6
+    UNKNOWN = 7
+    LATE = 8
+
+
+NOTED = 4
+"""Events a mode for which there is room where modes have as many."""
+AGAIN = 10
+"""`enter` is 2 at a start, 1 where a mode is to begin, 0 where it goes on; from here on, it ends at the event of this number more."""
 
 
 class Row(IntEnum):
@@ -70,8 +83,10 @@ class _Automaton(After):
 
     def __init__(self, w: Writer) -> None:
         super().__init__(w)
-        names = ("n", "event_count", "p_count", "known", "most", "room_for", "enter")
-        self.n, self.e, self.np_, self.known, self.most, self.room_for, self.enter = map(w.number, names)
+        names = ("n", "event_count", "p_count", "known", "most", "room_for", "enter", "alone", "at_once")
+        self.n, self.e, self.np_, self.known, self.most, self.room_for, self.enter, self.alone, self.at_once = map(
+            w.number, names
+        )
         self.lag, self.log, self.held_log, self.glanced = self._arrays("lag", "log", "held_log", "glanced")
         self.records, self.noted, self.codes, self.extra = self._arrays("records", "noted", "codes", "extra")
         self.ps, self.seen, self.largest, self.least = self._arrays("ps", "seen", "largest", "least")
@@ -92,7 +107,11 @@ class _Automaton(After):
         self.t.put(self.s[int(Slot.TIME)])
         self.begins.put(self.enter)
         self.decides.put(0)
-        with w.when(self.enter > 1):
+        with w.when(self.enter >= AGAIN):
+            self.begins.put(0)
+            at = (self.mode.get() * self.e + self.enter - AGAIN) * 2
+            self.meets(self.meaning[at + 1], self.meaning[at])
+        with w.when(self.enter.equals(2)):
             self.meets(w.constant(float(BEGINS)), w.constant(-1.0))
             self.still.put(0)
         with w.repeat(lambda: self.back.get() < 1):
@@ -128,10 +147,10 @@ class _Automaton(After):
         code = self.calls[RESULT]
         ends, event = code <= float(ReturnCode.END), (code >= float(ReturnCode.EVENT)) & (code < float(ReturnCode.FULL))
         count = w.compute("int", s[int(Slot.LOGGED)])
-        full = self.noted_count.get() + count > self.room_for
+        full = self.noted_count.get() + count > self.room_for * NOTED
         too_many = s[int(Slot.STEPS)] > w.compute("float", self.most)
-        with w.when(~(ends | event) | (self.held_log[0] > 0.0) | full | too_many):
-            self.back.put(int(Back.TAKE))
+        with w.when(~(ends | event) | ((self.held_log[0] > 0.0) & (self.alone < 1)) | full | too_many):
+            self.back.put(self.unless_alone(Back.TAKE, Back.LIMIT, code.equals(float(ReturnCode.LIMIT)) & ~too_many))
         with w.otherwise():
             which = w.select(
                 event, w.compute("int", self.log[w.select(event, count - 1, w.integer(0)) * 2 + 1]), w.integer(-1)
@@ -158,6 +177,11 @@ class _Automaton(After):
             with w.otherwise():
                 self.arrive(row)
 
+    def unless_alone(self, back: Back, other: Back, condition: Term) -> Term:
+        """Why it returns, or the other one where it is alone and a condition holds."""
+        w = self.w
+        return w.select((self.alone > 0) & condition, w.integer(int(other)), w.integer(int(back)))
+
     def arrive(self, row: Term) -> None:
         """At an event of the mode of a row, contacts' or another one."""
         w = self.w
@@ -174,6 +198,7 @@ class _Automaton(After):
         w, of = self.w, self.of
         self.decides.put(0)
         of.unsure.put(0)
+        self.code.put(-1.0)
         of.doubt(self.still.get() > AT_ONCE)
         self.over.put(self.t.get())
         self.keep(back=False)
@@ -182,11 +207,11 @@ class _Automaton(After):
             self.go_over()
         with w.when(of.unsure.get() > 0):
             self.keep(back=True)
-            self.back.put(int(Back.DECIDE))
+            self.back.put(self.unless_alone(Back.DECIDE, Back.UNKNOWN, self.code.get() >= 0.0))
         with w.otherwise():
             with w.when(self.rows.get() > 0):
                 self.records[self.row(self.rows.get() - 1) + int(Row.OVER)] = self.over.get()
-            with w.when(self.rows.get() >= self.room_for):
+            with w.when((self.rows.get() >= self.at_once) | (self.noted_count.get() > self.room_for * 2)):
                 self.back.put(int(Back.FULL))
             self.begins.put(1)
 
@@ -291,7 +316,8 @@ class _Automaton(After):
         ahead = s[int(Slot.END)] - self.t.get() > 10.0 * s[int(Slot.SHORTEST)] + SAME_TIME * of.absolute(self.t.get())
         admitted = self.calls[RESULT].equals(float(ReturnCode.LIMIT))
         with w.when((self.found.get() > 0) | ~ahead | ~admitted):
-            self.back.put(int(Back.TAKE))
+            unsure = (self.found.get() > 0) | ~admitted
+            self.back.put(self.unless_alone(Back.TAKE, Back.LATE, ~unsure))
 
 
 _ZERO = (

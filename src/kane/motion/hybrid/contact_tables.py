@@ -12,7 +12,7 @@ from kane.expr.node import Expr
 from kane.expr.symbols import Symbol
 from kane.model.contacts import LAWS, ContactLaw, ContactMode, Modes
 from kane.model.declarations import Event
-from kane.motion.hybrid.contact_automaton import Row
+from kane.motion.hybrid.contact_automaton import NOTED, Row
 from kane.motion.hybrid.contact_decisions import NO_PLACE, room
 from kane.motion.hybrid.contact_events import KINDS
 from kane.motion.hybrid.contact_turning import ROOM
@@ -22,8 +22,8 @@ from kane.numeric.arrays import Array
 
 KNOWN = ("slack", "fastest", "highest", "rebound")
 """What is known of each contact, a number each, as `kane.motion.contact_motion` has it."""
-MODES, ROWS, NOTED = 32, 1024, 4096
-"""Modes that are known at once; modes and events until what went on is collected."""
+MODES, ROWS = 32, 1024
+"""Modes that are known at once; modes until what went on is collected."""
 LIMIT = 10_000
 """Steps of a mode after which it is none of the kernel's."""
 _BEGIN = ("closes", "sticks")
@@ -69,14 +69,14 @@ def symbols(eom: Equations) -> list[list[Symbol | None]]:
     return [[*c.direction, *[None] * (d - 1 - len(c.direction)), c.slowest, c.slack] for c in eom.system.contacts]
 
 
-def structure(eom: Equations) -> Given:
-    """Counts, where rows of contacts stand, what their laws are, and room."""
+def structure(eom: Equations, most: int = ROWS) -> Given:
+    """Counts, where rows of contacts stand, what their laws are, and room, for `most` modes at once."""
     where, contacts = eom.numeric().value(layout), eom.system.contacts
     derived, k, d, n = eom.numeric().value(touching), len(contacts), where.d, len(eom.state) + 1
     width, always = len(derived.blocks.forcing) + len(derived.blocks.forcing_a), len(where.always)
     ints = {
         "contacts": k, "dimension": d, "width": width, "rows": len(derived.constraints.b), "always_count": always,
-        "speeds": len(eom.speeds), "coordinates": len(eom.coordinates), "n": n, "room_for": ROWS,
+        "speeds": len(eom.speeds), "coordinates": len(eom.coordinates), "n": n, "room_for": most,
         "event_count": len(eom.system.events) + 4 * k + 16, "p_count": len(eom.parameters) + k * (d + 1) + 8,
     }  # fmt: skip
     small = {
@@ -98,8 +98,8 @@ def structure(eom: Equations) -> Given:
         "slip_count": np.array([float(len(c.slips)) for c in contacts]),
         "law": np.array([float(LAWS.index(c.law)) for c in contacts]),
         "room": np.zeros(room(k, d, width, always)),
-        "records": np.zeros(2 + row_of(k, d, n) * (ROWS + 1)),
-        "noted": np.zeros(2 * (NOTED + 1)),
+        "records": np.zeros(2 + row_of(k, d, n) * (most + 1)),
+        "noted": np.zeros(2 * (NOTED * most + 1)),
         "glanced": np.zeros(2 * ints["event_count"]),
         "lag": np.zeros(n),
     }

@@ -6,34 +6,22 @@ be collected. A mode that the module does not have, and what Python would decide
 """
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
-from typing import NamedTuple, cast
+from typing import cast
 
 import numpy as np
 
 from kane.equations.compiled import Compiled
-from kane.equations.contact_modes import ContactModes, contact_numbers
 from kane.equations.equations import Equations
-from kane.errors import KaneError, ProgramError
-from kane.model.contacts import ContactMode, Modes
-from kane.motion.constraint_kernels import entries
 from kane.motion.hybrid.contact_automaton import Back, Row, automaton_kernel
 from kane.motion.hybrid.contact_tables import (
     KNOWN,
     LIMIT,
-    MODES,
-    code_of,
-    of_modes,
-    possible,
-    put_mode,
-    reach_of,
     row_of,
     structure,
     symbols,
 )
-from kane.motion.programs.simulator_parts import Part, checked, motion_program, parts_of
+from kane.motion.programs.contact_modes import Mode, check_events, parameters_from, programs_of, tables_of, words
 from kane.motion.programs.wasm_memory import Memory, bind, call, load, one_of, stepping, tells
-from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given
 from kane.motion.steppers.begin import begin_kernel
 from kane.motion.steppers.context import SIZE, Slot
@@ -43,7 +31,6 @@ from kane.motion.steppers.watched import rooms
 from kane.numeric.arrays import Array
 from kane.program.emit.wasm import add_program, library
 from kane.program.emit.wasm_module import F64, I32, Function, Module, leb, place, read
-from kane.program.from_expressions import build_program
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Writer
 from kane.program.native.calls import RESULT
@@ -53,68 +40,17 @@ _SAMPLES = 2
 """Where behind the mode and what its kernel returned stands how many samples are asked for."""
 
 
-class Mode(NamedTuple):
-    """A mode of contacts, its equations, and what is looked after in it."""
-
-    modes: Modes
-    compiled: Compiled
-    parts: Sequence[Part]
-
-    @property
-    def equations(self) -> Equations:
-        """Its equations."""
-        return cast(Equations, self.compiled.equations)
-
-
-def modes_of(compiled: Compiled, method: str, wanted: Sequence[Modes] = (), most: int = MODES) -> list[Mode]:
-    """The modes that a module has: those wanted, and all in which contacts hold by rows of their own where these are `most`.
-
-    Raises
-    ------
-    ProgramError
-        if there is none that a module can look after
-    """
-    eom, said = cast(Equations, compiled.equations), ""
-    every, found = possible(eom.system.contacts), list[Mode]()
-    for modes in dict.fromkeys([*wanted, *(every if len(every) <= most else ())]):
-        if max(modes) >= ContactMode.ACROSS:
-            said = said or "contacts of one body that hold together"
-            continue
-        with suppress(KaneError):  # none that there is
-            one = eom.numeric().value(ContactModes).equations(modes)
-            mode = Mode(modes, one.compile(contract=False), parts_of(one))
-            try:
-                checked(mode.compiled, method, "a module of WebAssembly", lambda one: f"{one.quantity} turns rates")
-            except ProgramError as error:
-                said = said or str(error)
-                continue
-            if tuple(map(id, mode.equations.inputs)) == tuple(map(id, eom.inputs)):
-                found.append(mode)
-    if not found:
-        many = f"{len(every)} modes of contacts, too many to have all" if len(every) > MODES else "none"
-        raise ProgramError(f"Expected modes of contacts that a module of WebAssembly can run, got {said or many}.")
-    return found[:MODES]
-
-
 def contacts_module(compiled: Compiled, modes: Sequence[Mode], method: str, samples: int) -> bytes:
     """The module of equations whose contacts have these modes."""
     eom = cast(Equations, compiled.equations)
-    if any(e.then is not None for e in eom.system.events):
-        raise ProgramError("Expected contacts beside which no event acts, got one that does: simulate here.")
-    numbers = contact_numbers(eom)
-    touch = build_program(compiled.name, numbers.ports, [numbers.task], False, optimize=False)
-    programs = [motion_program(one.compiled, one.parts, contract=False) for one in modes]
+    check_events(eom)
+    touch, programs = programs_of(compiled, modes)
     module, tables = Module(library([touch, *programs])), structure(eom)
     memory = _shared(module, touch, eom, tables, samples, INTEGRATORS[method].work(tables["n"]))
-    own = of_modes(tables, len(modes))
-    reaches = [_reach(one.equations) for one in modes]
-    most = max(map(len, reaches)) + 1
-    for m, one in enumerate(modes):
-        put_mode(own, m, eom, one.equations)
-        own["least"][m] = _padded(_least(one), tables["event_count"])
-    own["held_first"] = np.array([_padded(reach, most) for reach in reaches])
-    own["held_reach"] = np.zeros_like(own["held_first"])
-    for name, array in {**own, "codes": np.array([code_of(one.modes) for one in modes])}.items():
+    own = tables_of(eom, modes, tables)
+    most = own["held_reach"].shape[1]
+    own["held_first"], own["held_reach"] = own["held_reach"], np.zeros_like(own["held_reach"])
+    for name, array in own.items():
         memory.put(name, array.reshape(-1))
     pairs = zip(modes, programs, strict=True)
     functions = [_mode(memory, own, m, one, program, method) for m, (one, program) in enumerate(pairs)]
@@ -123,12 +59,12 @@ def contacts_module(compiled: Compiled, modes: Sequence[Mode], method: str, samp
         name: one_of(module, takes, [f[k] for f in functions], memory.arrays["calls"])
         for k, (name, takes) in enumerate(_CALLS.items())
     }
-    integers = {**memory.integers, "known": len(modes), "driven": 0}
+    integers = {**memory.integers, "known": len(modes), "driven": 0, "alone": 0, "at_once": tables["room_for"]}
     _, asked = bind(memory, automaton_kernel(), {**calls, "touch": touching["contacts"]}, integers, "run")
-    _begin(memory, [one.equations for one in modes], touch, touching["hoist"], INTEGRATORS[method].fixed, most)
+    _begin(memory, modes, touch, touching["hoist"], INTEGRATORS[method].fixed, most)
     contacts = {
         "names": [c.name for c in eom.system.contacts],
-        "words": [_words(eom, one.modes) for one in modes],
+        "words": [words(eom, one.modes) for one in modes],
         "events": [[e.name for e in one.equations.events] for one in modes],
         "numbers": [None if s is None else s.name for row in symbols(eom) for s in row],
         "row": {place_.name: int(place_) for place_ in Row},
@@ -139,29 +75,6 @@ def contacts_module(compiled: Compiled, modes: Sequence[Mode], method: str, samp
     return module.raw(
         tells(memory, compiled, method, samples) | {"events": [], "constraints": [], "contacts": contacts}
     )
-
-
-def _words(eom: Equations, modes: Modes) -> list[str]:
-    """What each contact does, in a word."""
-    return [m.word(c) for m, c in zip(modes, eom.system.contacts, strict=True)]
-
-
-def _padded(values: Array, count: int) -> Array:
-    return np.append(values, np.zeros(count - len(values)))
-
-
-def _least(mode: Mode) -> Array:
-    """The thresholds of the events of a mode."""
-    return np.concatenate([np.zeros(0), *(part.given["least"] for part in mode.parts if "least" in part.given)])
-
-
-def _reach(eom: Equations) -> Array:
-    """How large the entries of A become that are not zero."""
-    if not is_constrained(eom):
-        return np.zeros(0)
-    rows, columns = np.array(entries(eom), dtype=int).reshape(-1, 2).T
-    reach: Array = reach_of(eom)[rows, columns]
-    return reach
 
 
 def _shared(module: Module, touch: Program, eom: Equations, tables: Given, samples: int, work: int) -> Memory:
@@ -214,14 +127,11 @@ def _mode(
     return one, two, three
 
 
-def _begin(memory: Memory, modes: Sequence[Equations], touch: Program, hoist: int, fixed: bool, entries_: int) -> None:
+def _begin(memory: Memory, modes: Sequence[Mode], touch: Program, hoist: int, fixed: bool, entries_: int) -> None:
     """`begin`, of any motion, after which all modes have the parameters."""
-    module, symbols_ = memory.module, list(touch.ports[2].symbols)
-    place_of = {s: k for k, s in enumerate(symbols_)}
-    count = memory.integers["p_count"]
-    rows = [[float(place_of.get(s, -1)) for s in eom.parameters] for eom in modes]
-    memory.put("p_from", np.array([[*row, *[-1.0] * (count - len(row))] for row in rows]).reshape(-1))
-    integers = {**memory.integers, "known": len(modes), "parameters": len(symbols_), "entries": entries_}
+    module, parameters = memory.module, len(touch.ports[2].symbols)
+    memory.put("p_from", parameters_from(touch, modes, memory.integers["p_count"]).reshape(-1))
+    integers = {**memory.integers, "known": len(modes), "parameters": parameters, "entries": entries_}
     begin, asked = bind(memory, begin_kernel(fixed, False, False), {"hoist": hoist}, integers)
     spread, also = bind(memory, _spread(), {}, integers)
     assert asked == also == ["samples"]

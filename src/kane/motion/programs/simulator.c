@@ -28,7 +28,7 @@ enum {
     @CAPS@_END = 2,
     @CAPS@_EVENT = 3, /* an event that ends the motion */
     @CAPS@_UNDECIDED = 4, /* numbers alone do not tell how the motion goes on */
-    @CAPS@_STUCK = 5 /* no step is short enough, or a rate is not finite */
+    @CAPS@_STUCK = 5@CODES@
 };
 
 /* What @NAME@_begin gives. */
@@ -65,7 +65,7 @@ typedef struct {
     double left;
     double rate;
     bool fresh;
-@FIELDS@} @NAME@_motion;
+@OWN_FIELDS@@FIELDS@} @NAME@_motion;
 
 void @NAME@_defaults(@NAME@_motion *m);
 int @NAME@_begin(@NAME@_motion *m, double end, int64_t samples);
@@ -178,34 +178,4 @@ int @NAME@_begin(@NAME@_motion *m, double end, int64_t samples)
     @BEGIN@
 }
 
-/* Steps, up to `limit`. */
-int @NAME@_go_on(@NAME@_motion *m)
-{
-    if (m->fresh) {
-        @ASK_AGAIN@
-        aim(m);
-    }
-    @FORGET@
-    const int64_t back = @CALL@;
-    int said = @CAPS@_LIMIT;
-    if (back == @FULL@) {
-        said = @CAPS@_NOTED;
-    } else if ((back == @STANDS@) || (back == @RESTS@)) {
-        said = @CAPS@_UNDECIDED;
-    } else if (back == @LOOK@) {
-        said = @LOOKS@;
-    } else if (back == @EVENT@) {
-        said = @CAPS@_EVENT;
-    } else if ((back == @END@) && !(m->s[AT_END] < m->end)) {
-        said = @CAPS@_END;
-    } else if ((back == @END@) || (back == @LIMIT@)) {
-        if (back == @END@) {
-            m->s[AT_TIME] = m->s[AT_END] + ((4.0 * @ULPS@.0) * spacing(m->s[AT_END]));
-            m->s[AT_TIME_LAG] = 0.0;
-            m->fresh = true;
-        }
-    } else {
-        said = @CAPS@_STUCK;
-    }
-    return said;
-}
+@GO_ON@

@@ -17,8 +17,21 @@ from kane.equations.compiled import Compiled, ports
 from kane.equations.equations import Equations
 from kane.errors import ProgramError
 from kane.expr.node import ZERO, Expr
+from kane.model.contacts import Modes
+from kane.motion.hybrid.contact_tables import MODES
 from kane.motion.inputs.breakpoints import MOST, PLACES, SHARE, ULPS, Clock, Turning
-from kane.motion.programs.simulator_parts import TAKES, Part, checked, motion_program, parts_of, turning
+from kane.motion.programs.contact_modes import TasksOf, check_events, modes_of
+from kane.motion.programs.contacts_c import contact_pieces
+from kane.motion.programs.simulator_parts import (
+    TAKES,
+    Part,
+    Pieces,
+    checked,
+    motion_program,
+    parts_of,
+    stepping_kernel,
+    turning,
+)
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import timed
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
@@ -47,14 +60,17 @@ _ARGUMENTS = {
 """What the arguments of a kernel are that are no tables."""
 
 
-def emit_simulator(compiled: Compiled, method: str = "dop853", period: float | None = None) -> str:
+def emit_simulator(
+    compiled: Compiled, method: str = "dop853", period: float | None = None, modes: Sequence[Modes] = ()
+) -> str:
     """C99 of a program that simulates: `cc -O2 model.c -o model -lm; ./model END SAMPLES name=value …` prints time and state.
 
     Its steps are those of `simulate` with this method and the settings of `compiled`, bit by bit without `contract`, up to where
     that asks Python for dependent speeds. Events are noted on the standard error; one that sets the state has two rows, before and
     after. With the `period` (s) of a sampled controller the program asks a function `<name>_control(t, x, inputs)`, of another
     file in C, for the inputs. Values are those of the state at the start, of inputs, constant, and of parameters that are other
-    than their defaults, by name; rtol, atol and max_step too.
+    than their defaults, by name; rtol, atol and max_step too. Of contacts the program has these `modes`; all, unless told, where
+    they are few.
 
     All but `main` allocates nothing, calls no function of itself, has no loop without a bound and prints nothing; with
     `<NAME>_NO_MAIN` defined there is no `main`. It keeps rules of MISRA C:2012 (`docs/howto/emitted_c.md`).
@@ -65,7 +81,7 @@ def emit_simulator(compiled: Compiled, method: str = "dop853", period: float | N
         if the equations have loads that switch by tables of steps, constraints that may lose what holds them, or events that act
         through Python, which a motion has to look after, or there is no such method
     """
-    return assembled(compiled, method, period)
+    return assembled(compiled, method, period, modes=modes)
 
 
 def assembled(
@@ -76,49 +92,131 @@ def assembled(
     routines: Sequence[str] = (),
     tasks: Sequence[Task] = (),
     ending: str | None = None,
+    modes: Sequence[Modes] = (),
+    tasks_of: TasksOf | None = None,
 ) -> str:
     """The file of `emit_simulator`; with an `ending` in the place of `main`, and routines and tasks that it needs besides.
 
+    Of a motion from mode to mode of contacts these are `tasks_of` each mode.
     Marks such as @NAME@ are filled in the ending too; where it has a motion it calls it m.
     """
-    _check(compiled, method, period, switching=ending is None)
-    eom, integrator, name = cast(Equations, compiled.equations), INTEGRATORS[method], compiled.name
+    _check_period(period)
+    eom = cast(Equations, compiled.equations)
+    if eom.system.modes_change:
+        return _filled_in(compiled, method, period, _contacts(compiled, method, modes, tasks_of), ending)
+    checked(compiled, method, "a program in C", _untold, switching=ending is None)
     clock, parts = timed(eom), parts_of(eom)
-    sides = bool(turning(eom))
-    asked = {"held": is_constrained(eom), "watched": sides or bool(eom.events), "sided": sides}
-    kernel = integrator.kernel(**{what: True for what, so in asked.items() if so})
+    pieces = _pieces(compiled, method, clock, parts)._replace(
+        equations=_equations(compiled, clock, parts, (routines, tasks))
+    )
+    return _filled_in(compiled, method, period, pieces, ending)
+
+
+def _pieces(compiled: Compiled, method: str, clock: Clock, parts: Sequence[Part]) -> Pieces:
+    """What a program says of a motion without modes."""
+    eom, name = cast(Equations, compiled.equations), compiled.name
+    held, sides = is_constrained(eom), bool(turning(eom))
+    watched = sides or bool(eom.events)
+    kernel = stepping_kernel(method, held, watched, sides)
     own = {"rhs": f"{name}_rates"} | {a: f"{name}_{own}" for part in parts for a, own in part.routines.items()}
     called = {a.name: own.get(a.name, "nothing") for a in kernel.arguments if isinstance(a, Callee)}
-    called["rhs"] = "rates" if asked["held"] else called["rhs"]
+    called["rhs"] = "rates" if held else called["rhs"]
     called |= {a: f"{name}_hoist" for a in called if a.startswith("hoist_")}
     printed = emit_kernel_c(kernel, called, "static ")
     arrays = _arrays(kernel, parts)
-    changing = {a: what for a, what in arrays.items() if not _constant(a, what, printed)}
-    replaced = {
-        "@CONSTRAINTS@": _template("constraints") if asked["held"] else "",
-        "@EVENTS@": _template("events") if asked["watched"] else "",
-        "@REPORT@": _template("report") if asked["watched"] else _REPORT,
+    marks = {
+        "@CONSTRAINTS@": _template("constraints") if held else "",
+        "@GOES_ON@": _template("looks") if held else "",
+        "@OPEN@": _template("open") if held else "",
+        "@EVENTS@": _template("events") if watched else "",
+        "@REPORT@": _template("report") if watched else _REPORT,
         "@BEGIN@": _begun(parts),
         "@SAY_BEGIN@": "\n    ".join(_SAY_BEGIN[part.name] for part in parts),
-        "@LOOKS@": f"{_HELD_LOOKS if asked['held'] else ''}@CAPS@_UNDECIDED",
-        "@FORGET@": "at_held_log[0] = 0.0;" if asked["held"] else "",
-        "@SAY_CHANGES@": _SAY_CHANGES if asked["held"] else "",
+        "@GO_ON@": _template("go_on"),
+        "@FIRST_ROW@": "print_row(0.0, m->y);\n    ",
+        "@LOOKS@": f"{_HELD_LOOKS if held else ''}@CAPS@_UNDECIDED",
+        "@FORGET@": "at_held_log[0] = 0.0;" if held else "",
+        "@SAY_CHANGES@": _SAY_CHANGES if held else "",
         "@CALL@": _call(kernel, parts),
-        "@FIELDS@": "".join(f"    double at_{a}[{_length(what)}];\n" for a, what in changing.items()),
-        "@FILL_TABLES@": _filled(changing),
-        **_sampled(period),
+        "@CODES@": _CODES[0],
+        **dict.fromkeys(("@SAY_UNKNOWN@", "@OWN_FIELDS@"), ""),
         **_clock(clock),
+    }
+    lines = [_NOTHING] * ("nothing" in called.values()) + [line for part in parts for line in part.lines]
+    changing = {a: what for a, what in arrays.items() if not _constant(a, what, printed)}
+    constant = {a: what for a, what in arrays.items() if a not in changing}
+    return Pieces("", printed, constant, changing, lines, "".join(f"{part.shown}\n" for part in parts), marks)
+
+
+def _contacts(compiled: Compiled, method: str, wanted: Sequence[Modes], more: TasksOf | None) -> Pieces:
+    """What a program says of a motion with contacts that change their modes."""
+    check_events(eom := cast(Equations, compiled.equations))
+    held = is_constrained(eom)
+    options = {"contract": compiled.settings.contract}
+    modes = modes_of(compiled, method, wanted, 0 if wanted else MODES, "a program in C", **options)
+    stepped = any(is_constrained(mode.equations) for mode in modes)
+    pieces = contact_pieces(compiled, method, modes, _headers(compiled), more)
+    marks = {
+        "@CONSTRAINTS@": f"{_template('looks') if stepped else ''}@OPEN@",
+        "@LOOKS@": _LOOKS_AGAIN if stepped else "",
+        "@OPEN@": _template("open").replace("at_held_h", "m->h") if held else "",
+        "@EVENTS@": _template("contacts"),
+        "@REPORT@": _template("contacts_report"),
+        "@BEGIN@": f"begin_contacts(m);\n    return {'begin_on_constraints(m)' if held else '@CAPS@_BEGUN'};",
+        "@SAY_BEGIN@": _SAY_BEGIN["constraints"] if held else "",
+        "@GO_ON@": _template("contacts_go_on"),
+        "@CODES@": _CODES[1],
+        "@SAY_UNKNOWN@": _SAY_UNKNOWN,
+        "@OWN_FIELDS@": _OWN_FIELDS,
+        **dict.fromkeys(("@FIRST_ROW@", "@SAY_CHANGES@"), ""),
+        "@FORGET@": "at_held_log[0] = 0.0;",
+        **_clock(Clock((), ())),
+    }
+    return pieces._replace(marks=marks | dict(pieces.marks), lines=[_NOTHING, *pieces.lines])
+
+
+_CODES = (
+    " /* no step is short enough, or a rate is not finite */",
+    """, /* no step is short enough, or a rate is not finite */
+    @CAPS@_UNKNOWN = 6 /* a mode of contacts follows, `at_next_modes`, that there is none of */""",
+)
+_SAY_UNKNOWN = """if (said == @CAPS@_UNKNOWN) {
+        (void)fprintf(stderr, "The motion stopped at t = %.9g: a mode follows that the program does not have", m->s[AT_TIME]);
+        for (int64_t k = 0; k < CONTACTS; k++) {
+            (void)fprintf(stderr, "%s %s: %s", (k > 0) ? "," : ":", at_contacts[k], at_words[k][(int64_t)at_next_modes[k]]);
+        }
+        (void)fprintf(stderr, ". Emit it with that one, or simulate it with kane.\\n");
+    }
+    """
+_LOOKS_AGAIN = """if ((back == @BACK_TAKE@) && (at_calls[1] == @LOOK@.0)) {
+        again = goes_on(m);
+    }"""
+_OWN_FIELDS = """    int64_t enter; /* how the kernel that leads from mode to mode is entered */
+    int64_t at_once; /* modes after which a call ends */
+    int64_t kept; /* the row of `at_records` that goes on, or -1 */
+    bool goes_on; /* whether the first row is told of already, up to a pause */
+"""
+
+
+def _filled_in(compiled: Compiled, method: str, period: float | None, pieces: Pieces, ending: str | None) -> str:
+    """The templates with what is said of a motion."""
+    replaced = {
+        "@FIELDS@": "".join(f"    double at_{a}[{_length(what)}];\n" for a, what in pieces.changing.items()),
+        "@FILL_TABLES@": _filled(pieces.changing),
+        "@GO_ON@": pieces.marks["@GO_ON@"],
+        **_sampled(period),
+        **pieces.marks,
     }
     text = _template("") + (ending or _template("main").replace("@REPORT@", f"@SHOWN@{replaced.pop('@REPORT@')}"))
     for mark, by in replaced.items():
         text = text.replace(mark, by)
-    for a in changing:
+    for a in pieces.changing:
         text = re.sub(rf"(?<!double )\bat_{a}\b", f"m->at_{a}", text)
-    tables = _tables({a: what for a, what in arrays.items() if a not in changing}, changing, parts, called)
-    filled = {"@TABLES@": tables, "@KERNEL@": printed, "@SHOWN@": "".join(f"{part.shown}\n" for part in parts)}
+    tables = _tables(pieces.constant, pieces.changing, pieces.lines)
+    filled = {"@TABLES@": tables, "@KERNEL@": pieces.printed, "@SHOWN@": pieces.shown}
     for mark, by in (filled | _numbers(compiled, method)).items():
         text = text.replace(mark, by)
-    return f"{_equations(compiled, clock, parts, (routines, tasks))}\n{text}"
+    return f"{pieces.equations}\n{text}"
 
 
 def _numbers(compiled: Compiled, method: str) -> dict[str, str]:
@@ -139,17 +237,14 @@ def _numbers(compiled: Compiled, method: str) -> dict[str, str]:
     }
 
 
-def _check(compiled: Compiled, method: str, period: float | None, switching: bool) -> None:
-    """A program can look after the motion."""
+def _check_period(period: float | None) -> None:
     if period is not None and not 0 < period < math.inf:
         raise ProgramError(f"Expected a period above zero (s) of a sampled controller, got {period!r}.")
-    checked(
-        compiled,
-        method,
-        "a program in C",
-        lambda one: f"{one.quantity} turns rates at times that no line gives" if one.slope is None else "",
-        switching,
-    )
+
+
+def _untold(one: Turning) -> str:
+    """Of a time at which rates turn what the program cannot look after."""
+    return f"{one.quantity} turns rates at times that no line gives" if one.slope is None else ""
 
 
 _REPORT = """/* Writes the samples. */
@@ -265,15 +360,9 @@ def _length(what: Array | str) -> str:
     return what if isinstance(what, str) else str(len(what))
 
 
-def _tables(
-    constant: Mapping[str, Array | str],
-    changing: Mapping[str, Array | str],
-    parts: Sequence[Part],
-    called: Mapping[str, str],
-) -> str:
-    """The lines of the parts, their tables, and what those that change begin with where these are no zeros."""
-    lines = [_NOTHING] * ("nothing" in called.values())
-    lines += [line for part in parts for line in part.lines]
+def _tables(constant: Mapping[str, Array | str], changing: Mapping[str, Array | str], own: Sequence[str]) -> str:
+    """The motion's own lines, the tables, and what those that change begin with where these are no zeros."""
+    lines = list(own)
     first = {f"first_{a}": what for a, what in changing.items() if _begins(what)}
     for name, what in ({f"at_{a}": what for a, what in constant.items()} | first).items():
         assert not isinstance(what, str)
@@ -318,8 +407,11 @@ def _equations(
     roots: list[Expr] = [*(one.quantity for one in clock.turning), *slopes, *clock.pulses]
     more = [*others[1], *([Bundle("clock", ports(eom.derived), tuple, {"clock": roots}).task] if roots else [])]
     made = motion_program(compiled, parts, more, routines=others[0])
-    headers = _HEADERS.replace("@CAPS@", compiled.name.upper())
-    return emit_c(made, contract=contract, version=version("kane"), headers=headers)
+    return emit_c(made, contract=contract, version=version("kane"), headers=_headers(compiled))
+
+
+def _headers(compiled: Compiled) -> str:
+    return _HEADERS.replace("@CAPS@", compiled.name.upper())
 
 
 _HEADERS = """#include <stdbool.h>

@@ -106,8 +106,7 @@ int main(int count, char **given)
     for (int64_t k = 0; k < @CAPS@_STATES; k++) {
         (void)printf(",%s", @NAME@_state[k].name);
     }
-    print_row(0.0, m->y);
-    int said = @CAPS@_LIMIT;
+    @FIRST_ROW@int said = @CAPS@_LIMIT;
     int64_t printed = 1;
     for (int64_t turn = 0; (turn < 1000000000) && (said < @CAPS@_END); turn++) {
         said = @NAME@_go_on(m);
@@ -123,7 +122,7 @@ int main(int count, char **given)
     if (said == @CAPS@_UNDECIDED) {
         (void)fprintf(stderr, "The motion stopped at t = %.9g: numbers alone do not tell how it goes on. Simulate it with kane.\n", m->s[AT_TIME]);
     }
-    if (said == @CAPS@_STUCK) {
+    @SAY_UNKNOWN@if (said == @CAPS@_STUCK) {
         (void)fprintf(stderr, "The motion stopped at t = %.9g: no step is short enough, or a rate is not finite.\n", m->s[AT_TIME]);
     }
     return ((said == @CAPS@_END) || (said == @CAPS@_EVENT)) ? 0 : 1;

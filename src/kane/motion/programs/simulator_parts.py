@@ -4,6 +4,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import cache
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -23,8 +24,10 @@ from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given, has_jumps, quantities, rates, sided, timed, watched
 from kane.motion.steppers.crossings import KINDS, Kind
 from kane.motion.steppers.table import INTEGRATORS
+from kane.numeric.arrays import Array
 from kane.program.emit.names import c_string
 from kane.program.from_expressions import Bundle, Task
+from kane.program.kernel.language import Kernel
 from kane.program.program import Program
 
 METHODS = tuple(name for name, i in INTEGRATORS.items() if i.width == 1 and not i.implicit)
@@ -50,6 +53,18 @@ class Part(NamedTuple):
     undecided: Sequence[str] = ()
 
 
+class Pieces(NamedTuple):
+    """What a program in C says of a motion: its equations, kernels, tables and arrays, lines before them, what `main` needs, marks."""
+
+    equations: str
+    printed: str
+    constant: Mapping[str, Array | str]
+    changing: Mapping[str, Array | str]
+    lines: Sequence[str]
+    shown: str
+    marks: Mapping[str, str]
+
+
 def checked(
     compiled: Compiled, method: str, what: str, untold: Callable[[Turning], str], switching: bool = False
 ) -> None:
@@ -68,7 +83,6 @@ def checked(
     wrong = (
         needs(eom, INTEGRATORS[method])
         + ["loads or inputs jump"] * (has_jumps(eom) and not switching)
-        + ["contacts change their modes"] * eom.system.modes_change
         + [text for part in parts_of(eom) for text in part.undecided]
         + [text for one in timed(eom).turning if (text := untold(one))]
         + [f"{piece} prescribes a motion, which may jump" for piece in pieces_prescribed(eom)]
@@ -78,6 +92,13 @@ def checked(
             f"Expected a motion that {what} can look after, got one in which {' and '.join(wrong)}. Emit the equations alone, "
             "and take an integrator that does; or simulate here."
         )
+
+
+@cache
+def stepping_kernel(method: str, held: bool = False, watched: bool = False, sided: bool = False) -> Kernel:
+    """The kernel of a method, for motions with constraints, events, switches."""
+    asked = {"held": held, "watched": watched, "sided": sided}
+    return INTEGRATORS[method].kernel(**{what: True for what, so in asked.items() if so})
 
 
 def turning(eom: Equations) -> tuple[Expr, ...]:
@@ -163,7 +184,7 @@ def constraints(eom: Equations) -> list[Part]:
                 f"enum {{ CLOSURES = {given['held_closures']}, ROWS = {given['held_rows']}, "
                 f"BRANCHES = {given['held_branches']}, ENTRIES = {given['held_entries']}, SPEEDS = {len(eom.speeds)}, "
                 f"COORDINATES = {len(eom.coordinates)} }};",
-                *_dispatched(len(found)),
+                *dispatched([f"@NAME@_rates_{k}" for k in range(len(found))], "@CAPS@_PARAMETERS"),
             ],
             f"static const char *const at_constraints[] = {{{', '.join(map(c_string, [*rows, '']))}}};",
             [] if eom.solved.twin is None else ["W has poles that the motion has not"],
@@ -181,12 +202,12 @@ def _choices(eom: Equations) -> list[Equations]:
     return [one for one in found if one is eom or (alike(eom, one) and list(map(id, turning(one))) == switches)]
 
 
-def _dispatched(count: int) -> list[str]:
-    """The rates by the choice of dependent speeds, which stands behind the parameters."""
-    call = "        @NAME@_rates_{0}(t, x, p, r, h, out);\n        break;"
-    cases = [f"    case {k}:\n{call.format(k)}" for k in range(count - 1)]
-    cases.append(f"    default:\n{call.format(count - 1)}")
-    body = cases if count > 1 else ["    @NAME@_rates_0(t, x, p, r, h, out);"]
-    if count > 1:
-        body = ["    switch ((int)p[@CAPS@_PARAMETERS]) {", *body, "    }"]
-    return [f"static void rates({TAKES})", "{", *body, "}", ""]
+def dispatched(rates: Sequence[str], place: str, name: str = "rates") -> list[str]:
+    """The rates by the choice of dependent speeds, which stands at a place behind the parameters."""
+    call = "        {0}(t, x, p, r, h, out);\n        break;"
+    cases = [f"    case {k}:\n{call.format(one)}" for k, one in enumerate(rates[:-1])]
+    cases.append(f"    default:\n{call.format(rates[-1])}")
+    body = cases if len(rates) > 1 else [f"    {rates[0]}(t, x, p, r, h, out);"]
+    if len(rates) > 1:
+        body = [f"    switch ((int)p[{place}]) {{", *body, "    }"]
+    return [f"static void {name}({TAKES})", "{", *body, "}", ""]

@@ -3,7 +3,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from importlib.metadata import version
 from types import MappingProxyType
 from typing import Any, cast
@@ -12,7 +11,7 @@ import numpy as np
 
 from kane.equations.compiled import Compiled
 from kane.equations.equations import Equations
-from kane.motion.programs.simulator_parts import Part
+from kane.motion.programs.simulator_parts import Part, stepping_kernel
 from kane.motion.projection import is_constrained
 from kane.motion.steppers.begin import Begun
 from kane.motion.steppers.context import ReturnCode, Slot
@@ -133,16 +132,10 @@ def stepping(
 ) -> tuple[Kernel, dict[str, int]]:
     """The kernel of a method, and the functions that it calls: those of the parts, the rates, what hoists."""
     held = is_constrained(eom)
-    kernel = _kernel(method, held, bool(eom.events))
+    kernel = stepping_kernel(method, held, bool(eom.events))
     calls = {a: functions[task] for part in parts for a, task in part.routines.items()}
     calls |= {a.name: functions["hoist"] for a in kernel.arguments if a.name.startswith("hoist_")}
     return kernel, calls | {"hoist": functions["hoist"], "rhs": rates_of(memory, functions, held)}
-
-
-@cache
-def _kernel(method: str, held: bool, watched: bool) -> Kernel:
-    asked = {"held": held, "watched": watched}
-    return INTEGRATORS[method].kernel(**{what: True for what, so in asked.items() if so})
 
 
 def rates_of(memory: Memory, functions: Mapping[str, int], held: bool) -> int:

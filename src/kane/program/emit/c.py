@@ -7,7 +7,7 @@ what the results are. One operation a statement; z12 is the twelfth value of its
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from kane.program.emit.c_printer import CPrinter
 from kane.program.emit.names import (
@@ -75,17 +75,26 @@ LONGEST = 2000
 
 
 def emit_c(
-    program: Program, *, contract: bool = True, version: str = "", longest: int = LONGEST, headers: str = ""
+    program: Program,
+    *,
+    contract: bool = True,
+    version: str = "",
+    longest: int = LONGEST,
+    headers: str = "",
+    besides: Sequence[Program] = (),
 ) -> str:
     """The text of a file of C99, complete in itself; a routine of more than `longest` instructions becomes several functions.
 
     Without `contract` every operation is rounded by itself: the results of + − × ÷ √ are those of NumPy bit by bit. With it the
-    compiler may round a·b + c once, where its options say so. `headers` are lines that include more of them.
+    compiler may round a·b + c once, where its options say so. `headers` are lines that include more of them. The functions of the
+    Programs `besides` are static, and their ports have no tables.
     """
     file = c_file(program)
     style = Style(lanes=1, whole=longest, piece=longest)
     called: set[str] = set()
     functions = [c_definition(file, f, style, called) for f in file.functions]
+    for other in map(c_file, besides):
+        functions += [c_definition(other, replace(f, linkage="static "), style, called) for f in other.functions]
     headers = "#include <math.h>\n" + (_FOR_SINCOS if called else "") + headers
     parts = [
         _head(file, contract, version),
@@ -120,11 +129,12 @@ class CFunction:
     title: str
     size: str
     labels: str
+    linkage: str = ""
 
     @property
     def signature(self) -> str:
         """Its declaration."""
-        return f"void {self.name}({', '.join(self.arguments.values())})"
+        return f"{self.linkage}void {self.name}({', '.join(self.arguments.values())})"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,7 +5,7 @@ The cells are a record that the functions share. Every loop has a counter and en
 needs. There is no recursion, and nothing is allocated. Arrays that a kernel does not write are constant.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from kane.program.emit.c_printer import KINDS, CPrinter, each, extent
@@ -18,18 +18,25 @@ LONGEST = 40
 """Lines of a block above which it is a function of its own."""
 
 
-def emit_kernel_c(kernel: Kernel, routines: Mapping[str, str] | None = None, linkage: str = "") -> str:
+def emit_kernel_c(
+    kernel: Kernel,
+    routines: Mapping[str, str] | None = None,
+    linkage: str = "",
+    whose: tuple[str, str] = ("", ""),
+    asking: Collection[str] = (),
+) -> str:
     """The text of the function `int64_t <name>(arguments)`; it needs <math.h>, <stdbool.h> and <stdint.h>.
 
-    Without `routines` those that the kernel calls are arguments, pointers to functions; with them they are the C functions of these
-    names, and no arguments. `linkage` stands before the function.
+    Routines that the kernel calls are arguments, pointers to functions, but for `routines`: they are the C functions of these names.
+    `linkage` stands before the function. `whose` motion it is, a name and its declaration, is an argument
+    before the others, which routines that are `asking` take too.
     """
-    printer = _KernelPrinter(kernel, routines)
+    printer = _KernelPrinter(kernel, routines, whose, asking)
     printer.block(kernel.body)
     record = f"{kernel.name}_cells"
     cells = [f"    {KINDS[c.type.kind]} cell_{c.name}{extent(c.type)};" for c in kernel.cells]
     zeros = [f"    {each(c.type, f'{_cell(c)} = {_ZEROS[c.type.kind]};')}" for c in kernel.cells]
-    arguments = [a for a in kernel.arguments if routines is None or not isinstance(a, Callee)]
+    arguments = [a for a in kernel.arguments if not isinstance(a, Callee) or a.name not in printer.routines]
     unused = [
         f"    (void){_name(a)};"
         for a in arguments
@@ -40,7 +47,7 @@ def emit_kernel_c(kernel: Kernel, routines: Mapping[str, str] | None = None, lin
         *printer.functions,
         "\n".join(
             [
-                f"{linkage}int64_t {kernel.name}({', '.join(map(printer.declared, arguments))})",
+                f"{linkage}int64_t {kernel.name}({', '.join([*filter(None, whose[1:]), *map(printer.declared, arguments)])})",
                 "{",
                 f"    {record} cells;",
                 f"    {record} *const c = &cells;",
@@ -87,9 +94,11 @@ class _Scope:
 class _KernelPrinter(CPrinter):
     """The lines of a kernel, and the `functions` of its long blocks."""
 
-    def __init__(self, kernel: Kernel, routines: Mapping[str, str] | None) -> None:
+    def __init__(
+        self, kernel: Kernel, routines: Mapping[str, str] | None, whose: tuple[str, str], asking: Collection[str]
+    ) -> None:
         super().__init__()
-        self.kernel, self.routines = kernel, routines
+        self.kernel, self.routines, self.whose, self.asking = kernel, routines or {}, whose, asking
         self.functions: list[str] = []
         self.scope = _Scope()
         self.turns = 0
@@ -149,9 +158,12 @@ class _KernelPrinter(CPrinter):
             f"&{self.at(a, language.INT)}" if isinstance(a, language.Address) else self.text(a) for a in s.arguments
         ]
         name = s.callee.name
-        if self.routines is None:
+        if name not in self.routines:
             self.scope.note(name, self.declared(s.callee))
         else:
+            if name in self.asking:
+                self.scope.note(*self.whose)
+                given = [self.whose[0], *given]
             name = self.routines[name]
         self.add(f"{name}({', '.join(given)});")
 

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The modes of contacts that a program of another language has, their equations, and the tables by which it goes to the next."""
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+
+from kane.equations.compiled import Compiled
+from kane.equations.contact_modes import ContactModes, contact_numbers
+from kane.equations.equations import Equations
+from kane.errors import KaneError, ProgramError
+from kane.model.contacts import ContactMode, Modes
+from kane.motion.constraint_kernels import entries
+from kane.motion.hybrid.contact_tables import MODES, code_of, of_modes, possible, put_mode, reach_of
+from kane.motion.programs.simulator_parts import Part, checked, constraints, motion_program, parts_of
+from kane.motion.projection import is_constrained
+from kane.motion.right_hand_side import Given
+from kane.numeric.arrays import Array
+from kane.program.from_expressions import Task, build_program
+from kane.program.program import Program
+
+
+class Mode(NamedTuple):
+    """A mode of contacts, its equations, and what is looked after in it."""
+
+    modes: Modes
+    compiled: Compiled
+    parts: Sequence[Part]
+
+    @property
+    def equations(self) -> Equations:
+        """Its equations."""
+        return cast(Equations, self.compiled.equations)
+
+
+def modes_of(
+    compiled: Compiled,
+    method: str,
+    wanted: Sequence[Modes] = (),
+    most: int = MODES,
+    what: str = "a module of WebAssembly",
+    **options: Any,
+) -> list[Mode]:
+    """The modes that a program, `what` in words, has: those wanted, and all in which contacts hold by rows of their own if not `most`.
+
+    They are compiled by `options`, without contraction unless told.
+
+    Raises
+    ------
+    ProgramError
+        if there is none that a program can look after
+    """
+    eom, said = cast(Equations, compiled.equations), ""
+    every, found = possible(eom.system.contacts), list[Mode]()
+    for modes in dict.fromkeys([*wanted, *(every if len(every) <= most else ())]):
+        if max(modes) >= ContactMode.ACROSS:
+            said = said or "contacts of one body that hold together"
+            continue
+        with suppress(KaneError):  # none that there is
+            one = eom.numeric().value(ContactModes).equations(modes)
+            mode = Mode(modes, one.compile(**{"contract": False} | options), parts_of(one))
+            try:
+                checked(mode.compiled, method, what, lambda one: f"{one.quantity} turns rates")
+            except ProgramError as error:
+                said = said or str(error)
+                continue
+            if tuple(map(id, mode.equations.inputs)) == tuple(map(id, eom.inputs)):
+                found.append(mode)
+    if not found:
+        many = f"{len(every)} modes of contacts, too many to have all" if len(every) > MODES else "none"
+        if said.startswith("Expected"):
+            raise ProgramError(said)
+        raise ProgramError(f"Expected modes of contacts that {what} can run, got {said or many}.")
+    return found[:MODES]
+
+
+def check_events(eom: Equations) -> None:
+    """No event acts beside contacts."""
+    if any(e.then is not None for e in eom.system.events):
+        raise ProgramError("Expected contacts beside which no event acts, got one that does: simulate here.")
+
+
+TasksOf = Callable[[Mode], Sequence[Task]]
+"""What else a mode evaluates."""
+
+
+def programs_of(
+    compiled: Compiled, modes: Sequence[Mode], contract: bool = False, more: TasksOf | None = None, starts: bool = False
+) -> tuple[Program, list[Program]]:
+    """What evaluates the numbers by which modes are chosen, and what each mode evaluates, with `more`.
+
+    Where it `starts` by itself the constraints that hold in all modes are among the numbers.
+    """
+    numbers = contact_numbers(cast(Equations, compiled.equations))
+    held = [part.tasks[0] for part in constraints(cast(Equations, compiled.equations))] * starts
+    touch = build_program(compiled.name, numbers.ports, [numbers.task, *held], contract, optimize=False)
+    tasks = [() if more is None else more(one) for one in modes]
+    pairs = zip(modes, tasks, strict=True)
+    return touch, [motion_program(one.compiled, one.parts, own, contract=contract) for one, own in pairs]
+
+
+def tables_of(eom: Equations, modes: Sequence[Mode], tables: Given) -> dict[str, Array]:
+    """The arrays with a part a mode as a motion begins with them."""
+    own = of_modes(tables, len(modes))
+    reaches = [_reach(one.equations) for one in modes]
+    most = max(map(len, reaches)) + 1
+    for m, one in enumerate(modes):
+        put_mode(own, m, eom, one.equations)
+        own["least"][m] = _padded(_least(one), tables["event_count"])
+    own["held_reach"] = np.array([_padded(reach, most) for reach in reaches])
+    return own | {"codes": np.array([code_of(one.modes) for one in modes])}
+
+
+def parameters_from(touch: Program, modes: Sequence[Mode], count: int) -> Array:
+    """Where among the parameters of all modes those of each stand, `count` places a mode; −1 of those that its contacts set."""
+    place_of = {s: k for k, s in enumerate(touch.ports[2].symbols)}
+    rows = [[float(place_of.get(s, -1)) for s in one.equations.parameters] for one in modes]
+    return np.array([[*row, *[-1.0] * (count - len(row))] for row in rows])
+
+
+def words(eom: Equations, modes: Modes) -> list[str]:
+    """What each contact does, in a word."""
+    return [m.word(c) for m, c in zip(modes, eom.system.contacts, strict=True)]
+
+
+def _padded(values: Array, count: int) -> Array:
+    return np.append(values, np.zeros(count - len(values)))
+
+
+def _least(mode: Mode) -> Array:
+    """The thresholds of the events of a mode."""
+    return np.concatenate([np.zeros(0), *(part.given["least"] for part in mode.parts if "least" in part.given)])
+
+
+def _reach(eom: Equations) -> Array:
+    """How large the entries of A become that are not zero."""
+    if not is_constrained(eom):
+        return np.zeros(0)
+    rows, columns = np.array(entries(eom), dtype=int).reshape(-1, 2).T
+    reach: Array = reach_of(eom)[rows, columns]
+    return reach
