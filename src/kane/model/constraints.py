@@ -269,8 +269,8 @@ def rolling(
     """Rolling: the particles in contact, `p` and `q`, have no relative velocity in the plane across `normal`.
 
     Two motion constraints, along `along` (a unit vector in the plane; by default an axis of the frame that `normal` is written in, or
-    normal × the one axis that is across it) and along normal × along; that the bodies stay in contact must follow from the coordinates or from a configuration constraint.
-    Without `q` the ground is at rest.
+    normal × the one axis that is across it) and along normal × along; that the bodies stay in contact must follow from the coordinates
+    or from a configuration constraint. Without `q` the ground is at rest.
     """
     _points("roll", p, p if q is None else q)
     label = name or f"rolling of {p.name}"

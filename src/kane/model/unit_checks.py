@@ -164,8 +164,12 @@ def _quantities(system: Declarations) -> Iterator[Quantity]:
     for a, rate_of in system.states.items():
         unit = per_second(a.unit)
         yield f"the rate of the state {a}{f' [{a.unit}]' if unit else ''}", parse(unit) if unit else None, (rate_of,)
-    for c in (c for c in system.contacts if c.gap is not None):
-        yield f"the gap of the contact {c.name!r}", None, (c.gap.expr,)
+    yield from _of_events(system)
+
+
+def _of_events(system: Declarations) -> Iterator[Quantity]:
+    for c in system.contacts:
+        yield f"the gap of the contact {c.name!r}", None, () if c.gap is None else (c.gap.expr,)
     for event in (e for e in system.events if not isinstance(e, EndOfMode)):
         yield f"the quantity of the event {event.name!r}", None, (event.quantity,)
         yield from _made(system, event)
