@@ -26,7 +26,7 @@ class Pairs:
         return (
             f"{name} {statistics.median(a) * 1e3:.2f} ms ({min(a) * 1e3:.2f} … {max(a) * 1e3:.2f}), "
             f"{peer} {statistics.median(b) * 1e3:.1f} ms ({min(b) * 1e3:.1f} … {max(b) * 1e3:.1f}), "
-            f"ratio {self.ratio:.1f} over {len(a)} pairs"
+            f"ratio {self.ratio:.2f} over {len(a)} pairs"
         )
 
 
@@ -35,6 +35,7 @@ def paired(
     b: Callable[[], object],
     pairs: int = 15,
     before: tuple[Callable[[], object], Callable[[], object]] = (gc.collect, gc.collect),
+    clock: Callable[[], float] = time.perf_counter,
 ) -> Pairs:
     """Time both in turn; one uncounted run of each first; `before` runs before each run, garbage is collected, neither timed."""
     a()
@@ -44,7 +45,7 @@ def paired(
         for f, prepare, record in zip((a, b), before, times, strict=True):
             prepare()
             gc.collect()
-            start = time.perf_counter()
+            start = clock()
             f()
-            record.append(time.perf_counter() - start)
+            record.append(clock() - start)
     return Pairs(tuple(times[0]), tuple(times[1]))

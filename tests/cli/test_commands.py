@@ -290,6 +290,20 @@ def test_new_does_not_write_over_a_file(tmp_path):
 
 
 @pytest.mark.slow
+def test_report_on_the_steady_motion(tmp_path):
+    """Linearized, and its eigenvalues along a parameter; a range that is none is refused."""
+    kane("report", "pendulum", "--out", "a.html", "--t1", 1, "--linearization", "--root-locus", "g=5:20")
+    page = (tmp_path / "a.html").read_text(encoding="utf-8")
+    kane("report", "pendulum", "--out", "b.html", "--t1", 1)
+    plain = Page((tmp_path / "b.html").read_text(encoding="utf-8"))
+    more = set(Page(page).sections) - set(plain.sections)
+    assert len(more) >= 3
+    assert any("locus" in name or "loci" in name for name in more)
+    said = kane("report", "pendulum", "--out", "c.html", "--t1", 1, "--root-locus", "g", code=2).stderr
+    assert "NAME=LOW:HIGH" in said
+
+
+@pytest.mark.slow
 def test_report_with_and_without_a_motion(tmp_path):
     said = kane("report", "pendulum", "--out", "a/b.html", "--t1", 1)
     assert "reached t = 1." in said.stdout

@@ -32,14 +32,9 @@ def told(raw):
 class Hosted:
     """A module that runs: `call(name, …)`, `array(at, length)`."""
 
-    def __init__(self, raw):
+    def __init__(self, raw, config=None):
         wasmtime = require("wasmtime")
-        config = wasmtime.Config()
-        for what in ("reservation", "reservation_for_growth", "guard_size"):
-            setattr(
-                config, f"memory_{what}", 0
-            )  # gigabytes of addresses would part what LLVM loads, which it then refuses
-        self.told, engine = told(raw), wasmtime.Engine(config)
+        self.told, engine = told(raw), wasmtime.Engine(config or _near())
         self.store, module = wasmtime.Store(engine), wasmtime.Module(engine, raw)
         imports = [wasmtime.Func(self.store, i.type, _library(i.name, len(i.type.params))) for i in module.imports]
         self.exports = wasmtime.Instance(self.store, module, imports).exports(self.store)
@@ -54,6 +49,14 @@ class Hosted:
         first = ctypes.addressof(memory.data_ptr(self.store).contents)
         assert at + 8 * length <= memory.data_len(self.store)
         return np.ctypeslib.as_array((ctypes.c_double * length).from_address(first + at))
+
+
+def _near():
+    """Settings with which memory takes no gigabytes of addresses: they would part what LLVM loads, which it then refuses."""
+    config = require("wasmtime").Config()
+    for what in ("reservation", "reservation_for_growth", "guard_size"):
+        setattr(config, f"memory_{what}", 0)
+    return config
 
 
 def _library(name, count):

@@ -17,6 +17,7 @@ from kane.cli import screen
 from kane.cli.derive import derived
 from kane.cli.models import KINDS, AsJson, End, Force, Inputs, Name, NamedModel, Out, Parameters, Q, States, U, model_of
 from kane.cli.screen import Misuse, own_code
+from kane.cli.steady import steady_chapters
 from kane.dynamics.poles import KinematicsEnd
 from kane.errors import ArgumentError, ModelError, ValueMissingError, alike
 from kane.present.check_figures import energy_check
@@ -283,6 +284,19 @@ def report(
         typer.Option("--format", help="html, latex or markdown.", show_default="by the ending of --out, else html"),
     ] = None,
     language: Annotated[str, typer.Option("--language", help="en or ko.")] = "en",
+    linearization: Annotated[
+        bool,
+        typer.Option("--linearization", help="A chapter on the equilibrium or steady motion near START, linearized."),
+    ] = False,
+    root_locus: Annotated[
+        str | None,
+        typer.Option(
+            "--root-locus",
+            metavar="NAME=LOW:HIGH",
+            help="A chapter on eigenvalues as a value changes.",
+            show_default=False,
+        ),
+    ] = None,
     t1: End = None,
     q: Q = None,
     u: U = None,
@@ -309,6 +323,7 @@ def report(
         screen.say(f"Without a motion: START does not say {' '.join(begin.missing)}.", err=True)
     checks = [energy_check(sol)] if sol is not None else []
     told = {"title": model.title, "sources": model.sources, "checks": checks, "shapes": model.shapes}
+    told |= steady_chapters(eom, begin, linearization, root_locus)
     written = document(eom, place, known, language=language, solution=sol, **told)
     figures = {screen.target(place.with_name(n), model.path, force): save for n, save in written.beside.items()}
     for path, save in figures.items():

@@ -30,7 +30,7 @@ __getattr__ = offered(
         "sketch.pose": "pose_of",
         "sketch.svg": "DARK LIGHT TEXT looks style",
         "sketch.typeset": "place plain product series spans unit_vector width_of",
-        "overview": "DECLARED Tex declared_tables",
+        "overview": "DECLARED Tex declared_tables meaning",
         "viewer.mesh_files": "read",
         "viewer.meshes": "SIZED UNIT",
         "viewer.places": "transforms",

@@ -34,6 +34,7 @@ from kane.numeric.arrays import Array
 from kane.present.animation import MODE_COLOURS, Animation, animation_of
 from kane.present.causes import Cause, multiplied_out
 from kane.present.languages.catalogue import N_, tr
+from kane.present.overview import meaning
 from kane.present.pages import as_json, deflated
 from kane.present.scene.gather import scene
 from kane.present.scene.records import Scene
@@ -312,7 +313,7 @@ def _sliders(eom: Equations, given: Mapping[str, float], start: Mapping[str, flo
 
 
 def _slider(kind: str, s: Symbol, value: float, low: float, high: float) -> Slider:
-    return Slider(kind, s.name, symbol_latex(s), _unit(s.unit), value, low, high, s.description)
+    return Slider(kind, s.name, symbol_latex(s), _unit(s.unit), value, low, high, meaning(s))
 
 
 def _unit(unit: str) -> str:

@@ -60,7 +60,23 @@ def _deforming(body: Deforming) -> Row:
 
 
 def _symbols(kind: str, symbols: Iterable[Symbol]) -> Iterable[Row]:
-    return ({kind: s, "default": s.default, "unit": s.unit, "meaning": s.description} for s in symbols)
+    return ({kind: s, "default": s.default, "unit": s.unit, "meaning": meaning(s)} for s in symbols)
+
+
+_OF_CONTACTS = (
+    N_("direction of the slip of %(name)s"), N_("slip below which %(name)s slips straight on"), N_("rounding of the gap of %(name)s"),
+    N_("share of %(name)s"),
+)  # fmt: skip
+"""What the parameters mean that contacts declare."""
+
+
+def meaning(s: Symbol) -> str:
+    """The description of a symbol; in the report's language where it is a contact's and not the user's."""
+    for text in _OF_CONTACTS:
+        before, _, after = text.partition("%(name)s")
+        if s.description.startswith(before) and s.description.endswith(after):
+            return tr(text, name=s.description.removeprefix(before).removesuffix(after))
+    return s.description
 
 
 def _loads(system: System) -> Iterable[Row]:

@@ -17,10 +17,11 @@ __getattr__ = offered(
         "emit.sincos": "C_SINCOS CONSTANTS LIMIT llvm_sincos sine_cosine",
         "emit.wasm": "emit_wasm",
         "emit.wasm_kernels": "emit_kernel_wasm",
+        "emit.wasm_pairs": "in_pairs",
         "emit.walk": "Style VECTORS function_of hoisting pieces statements",
         "kernel.dense": "decompose factor invert solve substitute",
         "kernel.language": (
-            "ArrayOf Callee Compute Immediate FLOAT INT If Kernel Read Integer Put SinCos Write Type Value verified_kernel"
+            "ArrayOf Callee Compute Count Immediate FLOAT INT If Kernel Read Integer Put SinCos Write Type Value verified_kernel"
         ),
         "kernel.narrow": "narrowed",
         "kernel.specialized": "specialized",

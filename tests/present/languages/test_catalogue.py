@@ -9,7 +9,8 @@ import pytest
 
 import kane as kn
 from kane.cli import model_of
-from kane.present import LANGUAGES, spoken, tr
+from kane.gallery import load
+from kane.present import LANGUAGES, meaning, spoken, tr
 from tests.present.languages.marked import PRESENT, in_python, in_templates
 
 VALUE = re.compile(r"%\(\w+\)s|\$[^$]*\$")
@@ -64,3 +65,13 @@ def test_what_is_no_language_or_not_in_latex_is_refused(tmp_path: Path) -> None:
     with pytest.raises(kn.ArgumentError, match='Expected language="en" for LaTeX'):
         kn.report(eom, tmp_path / "a.tex", language="ko")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_parameters_of_contacts_mean() -> None:
+    """Their descriptions are the program's, those of others the user's."""
+    law = load("mass_on_belt").system().contacts[0]
+    with spoken("ko"):
+        assert meaning(law.direction[0]) == "미끄럼의 방향: belt"
+        assert all(not meaning(s).isascii() for s in (law.slowest, law.slack))
+        assert meaning(kn.parameter("m", 1.0, "kg", "mass")) == "mass"
+    assert meaning(law.direction[0]) == law.direction[0].description

@@ -72,9 +72,11 @@ def test_sine_and_cosine_are_those_of_all_languages(rng):
     assert bits(found.T) == bits([sine, cosine, cosine[::-1]])
     assert bits(from_wasm(alone, emit_wasm(alone))("f", rows)) == bits(cosine)
     far = np.zeros((3, 3))
-    far[:, 1] = [1e6, np.inf, np.nan]
+    far[:, 1], far[:, 2] = [1e6, np.inf, np.nan], 0.7
     expected = [[np.sin(1e6), np.cos(1e6)], [np.nan, np.nan], [np.nan, np.nan]]
-    np.testing.assert_allclose(from_wasm(program, emit_wasm(program))("f", far)[:, :2], expected, rtol=1e-15)
+    found = from_wasm(program, emit_wasm(program))("f", far)
+    np.testing.assert_allclose(found[:, :2], expected, rtol=1e-15)
+    assert bits(found[:, 2]) == bits(sine_cosine(np.full(3, 0.7))[1])
 
 
 @pytest.mark.parametrize("name", ["rolling_disk", "four_bar", "muscle_arm"])

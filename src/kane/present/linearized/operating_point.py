@@ -12,7 +12,7 @@ from kane.expr.symbols import rate
 from kane.numeric.scale import EQUAL, ROUNDED_CHAIN, SIX_DIGITS
 from kane.present.languages.catalogue import tr
 from kane.present.linearized.section import Part, Section, latex_of
-from kane.present.overview import PageTable, Tex, page_table, reactions
+from kane.present.overview import PageTable, Tex, meaning, page_table, reactions
 from kane.units.rules import unit_text
 from kane.write.latex import symbol_latex
 
@@ -59,7 +59,7 @@ def _values(eom: Equations, linear: Linear) -> PageTable:
     changed = {s: float(x) for s, x in dict(point.parameters or {}).items() if x != s.default}
     shown = [(s, _figure(known[s], size)) for s in (*eom.state, *eom.inputs)]
     rows = [*shown, *((s, f"{x:.6g}") for s, x in changed.items())]
-    cells = [(Tex(symbol_latex(s)), x, unit_text(eom.unit(s)), s.description) for s, x in rows]
+    cells = [(Tex(symbol_latex(s)), x, unit_text(eom.unit(s)), meaning(s)) for s, x in rows]
     head = ("", tr("value"), tr("unit"), tr("meaning"))
     told = [k for k, column in enumerate(zip(*cells, strict=True)) if any(column)]
     return PageTable(

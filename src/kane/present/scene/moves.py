@@ -30,6 +30,8 @@ from kane.write.arrange import to_text
 
 _WAYS = 8
 """Steps of a way that is not straight."""
+_CONTACTS = 6
+"""Contacts at most of which the forces are shown."""
 _SHORT = 16
 """Letters of a load that is written out; a longer one has its name."""
 
@@ -198,6 +200,24 @@ def actions(system: System, into: Quantities) -> Iterator[Action]:
         cut = cut_of(r)
         if cut is not None and len(system.reactions) < 4 and isinstance(cut.at, Point):
             yield Action("force", r.name, r.name, into.position(cut.at), into.direction(cut.along))
+    yield from _touching(system, into)
+
+
+def _touching(system: System, into: Quantities) -> Iterator[Action]:
+    """N along the normal, and friction, of contacts where they are few: on the first of both that touch."""
+    for law in system.contacts if len(system.contacts) <= _CONTACTS else ():
+        normal = law.normal_force
+        cut = None if normal is None else cut_of(normal)
+        if normal is not None and law.gap is not None and law.gap.forces:
+            p, v = law.gap.forces[0]
+            yield Action("contact", law.name, "N", into.position(p), into.direction(normal * v))
+        elif cut is not None and isinstance(cut.at, Point):
+            yield Action("contact", law.name, "N", into.position(cut.at), into.direction(normal * cut.along))
+        pushed = [(f, slip.forces[0]) for f, slip in zip(law.friction_forces, law.slips, strict=True) if slip.forces]
+        if pushed:
+            (_, (p, _)), *_ = pushed
+            friction = sum((f * v for f, (_, v) in pushed[1:]), start=pushed[0][0] * pushed[0][1][1])
+            yield Action("contact", law.name, "F", into.position(p), into.direction(friction))
 
 
 def _label(load: Load, v: Vector) -> str:

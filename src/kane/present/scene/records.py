@@ -60,7 +60,10 @@ class Movement(Immutable):
 
 @dataclass(frozen=True, slots=True)
 class Action(Immutable):
-    """A force or torque along a direction, at a point; "gravity" is the acceleration, and `label` what it is called in the drawing."""
+    """A force or torque along a direction, at a point; `label` is what it is called in the drawing.
+
+    "gravity" is the acceleration; a "contact" exerts its force along the motion alone, and no drawing of a state shows it.
+    """
 
     kind: str
     name: str

@@ -211,7 +211,7 @@ def describe(scene: Scene, view: View) -> str:
             q = named[name]
             unit = f" [{unit_text(q.unit)}]" if q.unit else ""
             said.append(f"{name}: {q.description or tr(_WORDS[m.kind], frame=m.frame)}{unit}.")
-    acting = [a.name for a in scene.actions]
+    acting = [a.name for a in scene.actions if a.kind != "contact"]
     if acting:
         said.append(tr("Loads: %(loads)s.", loads=", ".join(acting)))
     return " ".join(said)

@@ -39,7 +39,7 @@ def draw_signs(paper: Paper, scene: Scene, posed: Posed) -> None:
             _shift(paper, m, posed, middle, used)
         else:
             _MOVES[m.kind](paper, m, posed, middle)
-    for a in scene.actions:
+    for a in (a for a in scene.actions if a.kind in _ACTIONS):
         _ACTIONS[a.kind](paper, a, posed, middle)
     _points(paper, scene, posed, middle)
     if len(scene.lengths) <= _LENGTHS:

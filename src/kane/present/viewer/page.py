@@ -75,7 +75,7 @@ def page_data(
     names = list(model.meshes)
     bodies = list(dict.fromkeys(p.name for p in model.parts if p.role == "body"))
     meshes = [_mesh(model.meshes[name]) for name in names] + [_mesh(arrow()), _mesh(cylinder(0.0, 1.0))]
-    largest = {d: _largest(courses, d) for _, _, d in model.arrows}
+    largest = {d: max(_largest(courses, d) for d in beside) for beside in model.scales() for d in beside}
     return {
         "size": model.size, "middle": model.middle.tolist(), "up": model.up.tolist(), "front": list(camera["front"]),
         "camera": [camera["azimuth"], camera["height"]], "reach": model.reach, "travels": model.travels,

@@ -76,6 +76,11 @@ class Model:
     travels: bool
     up: Array
     arrows: tuple[tuple[str, int, int], ...] = field(default=())
+    touching: tuple[int, ...] = ()
+
+    def scales(self) -> list[tuple[int, ...]]:
+        """The directions of arrows of one scale: those of contacts, where N and friction are compared, have one."""
+        return [self.touching, *((d,) for _, _, d in self.arrows if d not in self.touching)]
 
 
 def model(scene: Scene, poses: Posed, up: Array) -> Model:
@@ -88,8 +93,10 @@ def model(scene: Scene, poses: Posed, up: Array) -> Model:
     for item in scene.items:
         into = planes if item.kind == "plane" else parts
         into.extend(_PARTS[item.kind](item, _Builder(sizes, size, poses, meshes)))
-    arrows = tuple((a.label, a.at, a.direction) for a in scene.actions if a.kind == "force")
-    return Model(tuple(parts), meshes, tuple(planes), size, middle, reach, travels, np.asarray(up, float), arrows)
+    arrows = tuple((a.label, a.at, a.direction) for a in scene.actions if a.kind in ("force", "contact"))
+    touching = tuple(a.direction for a in scene.actions if a.kind == "contact")
+    up = np.asarray(up, float)
+    return Model(tuple(parts), meshes, tuple(planes), size, middle, reach, travels, up, arrows, touching)
 
 
 def _extent(scene: Scene, poses: Posed) -> tuple[float, Array, float, bool]:

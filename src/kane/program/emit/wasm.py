@@ -6,6 +6,7 @@ tells in JSON which, and what the ports hold. Every operation is rounded by itse
 cosines are those of NumPy and of machine code without contraction, bit by bit; those of `Math` are the engine's.
 """
 
+import struct
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -13,12 +14,13 @@ from kane.expr.ops import COS, SIN
 from kane.program.emit.sincos import LIMIT, STEPS, constant
 from kane.program.emit.walk import KEPT, WORK, Style, function_of, hoisting, pieces, statements
 from kane.program.emit.walk import Function as Task
-from kane.program.emit.wasm_module import F64, I32, I64, Function, Module, integer, kept, leb, number, read
+from kane.program.emit.wasm_module import F64, I32, V128, Function, Module, kept, leb, number, place, read
 from kane.program.emit.wasm_printer import LIBRARY, Places, WasmPrinter
+from kane.program.emit.wasm_wide import WIDE, both, lane_of, with_lane
 from kane.program.program import Port, Program
 
-LONGEST = 1500
-"""Instructions of a Program in one function at most: engines compile longer ones slowly, and badly."""
+LONGEST = 300
+"""Instructions of a Program in one function at most: engines compile longer ones slowly, and keep what these read in memory."""
 
 
 def emit_wasm(program: Program, *, contract: bool = False, version: str = "") -> bytes:
@@ -92,7 +94,7 @@ def _add(module: Module, program: Program, task: Task, scalars: Mapping[int, byt
         if port.scalar and port.name in pointers:
             scalars[first] = read(pointers[port.name])
         first += len(port.symbols)
-    style = Style(lazy=True, lanes=1, whole=LONGEST, piece=LONGEST)
+    style = Style(lazy=True, lanes=2, whole=LONGEST, piece=LONGEST)
     parts = pieces(program, task, style)
     fixed = {WORK: module.room(parts.slots, 64)} if parts.slots else {}
     places = Places(fixed=fixed, pointers=pointers, scalars=scalars, stable=True)
@@ -111,39 +113,45 @@ def _add(module: Module, program: Program, task: Task, scalars: Mapping[int, byt
 
 # -------------------------------------------------------------------------------------------------- sine and cosine
 
-_OPERATIONS = {"add": b"\xa0", "sub": b"\xa1", "mul": b"\xa2"}
-
 
 def add_sincos(module: Module) -> int:
-    """The number of the function that gives sine and cosine of an angle, by the steps of all languages."""
+    """The number of the function that gives sines and cosines of two angles side by side, by the steps of all languages."""
     if "sincos" in module.own:
         return module.own["sincos"]
-    function = Function([F64], [F64, F64])
-    code = function.code
-    sine, cosine = (b"\x10" + leb(module.imports(name)) for name in ("sin", "cos"))
-    code += read(0) + b"\x99" + number(LIMIT) + b"\x65\x45\x04\x40"  # not |x| <= LIMIT
-    code += read(0) + sine + read(0) + cosine + b"\x0f\x0b"
-    at = {"x": 0}
+    function = Function([V128], [V128, V128])
+    code, at = function.code, {"x": 0}
 
     def operand(text: str) -> bytes:
         value = constant(text)
-        return read(at[text]) if value is None else number(value)
+        return read(at[text]) if value is None else both(value)
 
     for target, form, *operands in STEPS:
         x, y, *added = map(operand, operands)
-        at.setdefault(target, function.local(F64))
+        at.setdefault(target, function.local(V128))
         code += x + y
-        code += _OPERATIONS["mul"] + added[0] + _OPERATIONS["add"] if added else _OPERATIONS[form]
+        code += WIDE["mul"] + added[0] + WIDE["add"] if added else WIDE[form]
         code += kept(at[target])
-    n, s, c, change = (function.local(I64) for _ in range(4))
-    for name, local in (("t", n), ("sine", s), ("cosine", c)):
-        code += read(at[name]) + b"\xbd" + kept(local)
-    odd = read(n) + integer(1) + b"\x83"
-    code += (
-        read(s) + read(c) + b"\x85" + integer(0) + odd + b"\x7d\x83"
-    )  # where n is odd, the bits in which they differ
-    code += read(n) + integer(2) + b"\x83" + integer(62) + b"\x86\x85" + kept(change)
-    code += read(s) + read(change) + b"\x85\xbf"
-    code += read(c) + read(change) + odd + integer(63) + b"\x86\x85\x85\xbf"
+    n, s, c = (read(at[name]) for name in ("t", "sine", "cosine"))
+    one, two = (both(one) for one in _BITS)
+    change, near, odd = (function.local(V128) for _ in range(3))
+    code += n + one + _AND + kept(odd)
+    swap = s + c + _XOR + both(0.0) + read(odd) + _MINUS + _AND  # where n is odd, the bits in which they differ
+    code += swap + n + two + _AND + place(62) + _SHIFT + _XOR + kept(change)
+    code += s + read(change) + _XOR + kept(at["sine"])
+    code += c + read(change) + _XOR + read(odd) + place(63) + _SHIFT + _XOR + kept(at["cosine"])
+    code += read(0) + WIDE["abs"] + both(LIMIT) + _AT_MOST + b"\x22" + leb(near) + _ALL + b"\x45\x04\x40"
+    for lane in range(2):
+        code += read(near) + _INTEGER_LANE + leb(lane) + b"\x50\x04\x40"
+        for name, result in (("sin", "sine"), ("cos", "cosine")):
+            code += read(at[result]) + read(0) + lane_of(lane) + b"\x10" + leb(module.imports(name))
+            code += with_lane(lane) + kept(at[result])
+        code += b"\x0b"
+    code += b"\x0b" + s + c
     module.own["sincos"] = module.add(function)
     return module.own["sincos"]
+
+
+_BITS = tuple(struct.unpack("<2d", struct.pack("<2q", 1, 2)))
+"""Doubles of the bits of 1 and 2."""
+_AND, _XOR, _AT_MOST, _INTEGER_LANE = b"\xfd\x4e", b"\xfd\x51", b"\xfd\x4b", b"\xfd\x1d"
+_MINUS, _SHIFT, _ALL = b"\xfd\xd1\x01", b"\xfd\xcb\x01", b"\xfd\xc3\x01"

@@ -6,10 +6,12 @@ Arrays stand in memory at places that are known. Cells are locals of the functio
 
 from collections.abc import Mapping, Sequence
 
-from kane.program.emit.wasm_module import F64, I32, I64, Function, Module, integer, leb, number, place, read
+from kane.program.emit.wasm_module import F64, I32, I64, V128, Function, Module, integer, kept, leb, number, place, read
+from kane.program.emit.wasm_pairs import PairPrinter, Pairs, in_pairs
 from kane.program.emit.wasm_printer import KINDS, Folded, Key, Places, WasmPrinter, joined
+from kane.program.emit.wasm_wide import SPLAT
 from kane.program.kernel import language
-from kane.program.kernel.language import Block, Integer, Kernel, Operand, Statement, Value
+from kane.program.kernel.language import FLOAT, Block, Integer, Kernel, Operand, Statement, Value
 
 LONGEST = 250
 """Statements of a block above which it is a function of its own."""
@@ -263,6 +265,10 @@ class KernelPrinter(WasmPrinter):
 
     def count(self, s: language.Count) -> None:
         """A block for each integer."""
+        found = in_pairs(s)
+        if found is not None:
+            self.pairs(s, found)
+            return
         start = self.operand(s.start)
         self.settle(s.stop)
         self.flush()
@@ -278,6 +284,25 @@ class KernelPrinter(WasmPrinter):
         del self.locals[s.counter.number, 0]
         self.function.give_back(counter)
         self.leave(s)
+
+    def pairs(self, s: language.Count, pairs: Pairs) -> None:
+        """A block for each two integers."""
+        outer = [v for v in self.sizes.outer[id(s.body)] if v != s.counter]
+        for v in outer:
+            self.settle(v)
+        self.flush()
+        at = self.function.local(I32)
+        own = {v: self.twice(v) if v.type == FLOAT else self.locals[v.number, 0] for v in outer}
+        PairPrinter(self.module, self.function, self.places, pairs, at).loop(s.body, own)
+        for local in (at, *(local for v, local in own.items() if v.type == FLOAT)):
+            self.function.give_back(local)
+        self.leave(s)
+
+    def twice(self, value: Value) -> int:
+        """A local that holds a value twice."""
+        local = self.function.local(V128)
+        self.emit(read(self.locals[value.number, 0]), SPLAT, kept(local))
+        return local
 
     def within(self, block: Block) -> None:
         """A block, or the call of the function that it is."""

@@ -13,8 +13,8 @@ from functools import cache
 from itertools import groupby
 from typing import Any
 
-F64, I64, I32 = 0x7C, 0x7E, 0x7F
-"""Types of values."""
+F64, I64, I32, V128 = 0x7C, 0x7E, 0x7F, 0x7B
+"""Types of values; the last one is two doubles."""
 PAGE = 65_536
 """Bytes of memory are asked for in pages of so many."""
 
@@ -90,7 +90,7 @@ class Function:
     results: Sequence[int] = ()
     code: bytearray = field(default_factory=bytearray)
     types: list[int] = field(default_factory=list)
-    free: dict[int, list[int]] = field(default_factory=lambda: {F64: [], I64: [], I32: []})
+    free: dict[int, list[int]] = field(default_factory=lambda: {F64: [], I64: [], I32: [], V128: []})
 
     def local(self, kind: int) -> int:
         """A local of a type that nothing uses now."""

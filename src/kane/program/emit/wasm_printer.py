@@ -15,7 +15,8 @@ from kane.errors import ProgramError
 from kane.expr import ops
 from kane.expr.ops import COS, OPS, SIN, Op
 from kane.program.emit.walk import shared
-from kane.program.emit.wasm_module import F64, I32, I64, Function, Module, integer, kept, leb, number, place, read
+from kane.program.emit.wasm_module import F64, I32, I64, V128, Function, Module, integer, kept, leb, number, place, read
+from kane.program.emit.wasm_wide import SPLAT, lane_of, with_lane
 from kane.program.kernel import language
 from kane.program.kernel.language import Immediate, Value
 
@@ -81,7 +82,7 @@ class WasmPrinter:
         self.left: dict[Key, int] = {}
         self.nested: set[Key] = set()
         self.waiting: dict[Key, tuple[Folded, int]] = {}
-        self.scratches = 0
+        self.scratches, self.kinds = 0, KINDS
         self._print: dict[type[Any], Any] = {
             language.Compute: self.compute,
             language.SinCos: self.sincos,
@@ -138,7 +139,7 @@ class WasmPrinter:
         """A value: it waits where it is read once, else it goes to a local."""
         assert not isinstance(value, Immediate)
         key: Key = value if isinstance(value, int) else (value.number, lane)
-        kind = F64 if isinstance(value, int) else KINDS[value.type.kind]
+        kind = F64 if isinstance(value, int) else self.kinds[value.type.kind]
         if self.left.get(key) == 1 and key not in self.nested:
             self.waiting[key] = folded, kind
         else:
@@ -167,12 +168,12 @@ class WasmPrinter:
         local, key = self.scratch(F64)
         return Folded(code + b"\x22" + leb(local), (*folded.gets, key), folded.reads), read(local)
 
-    def scratch(self, kind: int) -> tuple[int, Key]:
+    def scratch(self, kind: int, uses: int = 1) -> tuple[int, Key]:
         """A local for what is read within one value."""
         self.scratches -= 1
         key: Key = (self.scratches, 0)
         local = self.locals[key] = self.function.local(kind)
-        self.left[key] = 1
+        self.left[key] = uses
         return local, key
 
     # --------------------------------------------------------------------------------------------------- arithmetic
@@ -234,22 +235,16 @@ class WasmPrinter:
         return lanes[0]
 
     def sincos(self, s: language.SinCos) -> None:
-        """Sine, cosine or both of one angle."""
-        ((angle,), (own,)) = s.angles, s.values
-        both = joined(self.operand(angle), b"\x10" + leb(self.sines))
-        if len(own) == 2:
-            self.emit(both)
-            for op in (COS, SIN):
-                local = self.locals[own[op]] = self.function.local(F64)
-                self.function.code += kept(local)
-            for op in (COS, SIN):
-                if not self.left.get(own[op]):
-                    self.function.give_back(self.locals.pop(own[op]))
-        elif SIN in own:
-            self.define(own[SIN], joined(both, b"\x1a"))
-        else:
-            local, key = self.scratch(F64)
-            self.define(own[COS], joined(both, kept(local), b"\x1a", Folded(read(local), (key,))))
+        """Sines and cosines of two angles, or of one that is taken twice."""
+        first, *others = map(self.operand, s.angles)
+        call = b"\x10" + leb(self.sines)
+        self.emit(first, SPLAT, *(part for one in others for part in (one, with_lane(1))), call)
+        for op in (COS, SIN):
+            local, key = self.scratch(V128, sum(op in own for own in s.values))
+            self.function.code += kept(local)
+            for lane, own in enumerate(s.values):
+                if op in own:
+                    self.define(own[op], Folded(read(local) + lane_of(lane), (key,)))
 
     # ------------------------------------------------------------------------------------------------------- memory
 

@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The chapters of a report on steady motions: one near START, and those along a value that changes."""
+
+from typing import Any
+
+import numpy as np
+
+import kane as kn
+from kane.cli.screen import Misuse
+
+_POINTS = 41
+"""Points of a branch."""
+
+
+def steady_chapters(eom: kn.Equations, begin: Any, linearization: bool, locus: str | None) -> dict[str, Any]:
+    """What `report` is given: the steady motion or equilibrium to which START is a guess, linearized; the branch NAME=LOW:HIGH."""
+    guesses = {kind: {s: kn.guess(float(v)) for s, v in getattr(begin, kind).items()} for kind in ("q", "u", "states")}
+    given: dict[str, Any] = {**guesses, "parameters": begin.parameters, "inputs": begin.inputs}
+    found: dict[str, Any] = {}
+    if linearization:
+        found["linearization"] = kn.linearize(eom, kn.trim(eom, **given))
+    if locus is not None:
+        name, low, high = _range(locus)
+        found["root_locus"] = kn.analysis.continuation(eom, name, np.linspace(low, high, _POINTS).tolist(), **given)
+    return found
+
+
+def _range(text: str) -> tuple[str, float, float]:
+    name, _, values = (part.strip() for part in text.partition("="))
+    low, _, high = values.partition(":")
+    try:
+        return name, float(low), float(high)
+    except ValueError:
+        raise Misuse(f"Expected NAME=LOW:HIGH in --root-locus, got {text!r}.") from None

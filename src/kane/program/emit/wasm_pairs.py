@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Loops of kernels of which two turns are made at once, by instructions on two doubles side by side (`v128`, `f64x2`).
+
+They are those that go along rows of arrays and write none that they read: turns may then be made in any order, and one of them twice.
+Of an odd number of turns the first is made with the second, which is made again with the third. Each operation rounds as on one
+double: the bits are the same.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from kane.expr.ops import OPS, Op
+from kane.program.emit.wasm_module import V128, Function, Module, kept, leb, place, read
+from kane.program.emit.wasm_printer import KINDS, Folded, Key, Places, WasmPrinter, joined
+from kane.program.emit.wasm_wide import FIRST, LOAD, LOAD_ONE, SECOND, STORE, WIDE, both
+from kane.program.kernel import language
+from kane.program.kernel.language import (
+    FLOAT,
+    INT,
+    Block,
+    Compute,
+    Count,
+    Immediate,
+    Operand,
+    Read,
+    Value,
+    Write,
+    type_of,
+)
+
+_OPERATIONS: Mapping[Op | str, bytes] = {key: WIDE[name] for name in WIDE for key in (name, OPS[name])}
+
+
+class Along(NamedTuple):
+    """An index: `start`, where there is one, and a distance; it `goes` with the counter, or stays."""
+
+    start: Value | None
+    distance: int
+    goes: bool
+
+
+class Pairs(NamedTuple):
+    """The integers in a loop as indices along rows, and how many turns it has."""
+
+    indices: dict[Value, Along]
+    length: int
+
+
+_LEAST = 6
+"""So many turns make pairs worth while."""
+
+
+def in_pairs(s: Count) -> Pairs | None:
+    """How the turns of a loop are made in pairs; None where they are not."""
+    length = s.stop.value if isinstance(s.stop, Immediate) else 0
+    if s.few or s.start != Immediate(INT, 0) or not isinstance(length, int) or length < _LEAST:
+        return None
+    found = {s.counter: Along(None, 0, True)}
+    rows: dict[type, list[tuple[str, Along]]] = {Read: [], Write: []}
+    for one in s.body:
+        if isinstance(one, Read | Write) and type_of(one.value) == FLOAT:
+            rows[type(one)].append((one.base, _index(one.offset, found)))
+        elif isinstance(one, Compute) and one.op == "add" and isinstance(one.value, Value) and one.value.type == INT:
+            a, b = (_index(x, found) for x in one.arguments)
+            if (a.goes and b.goes) or (a.start and b.start):
+                return None
+            found[one.value] = Along(a.start or b.start, a.distance + b.distance, a.goes or b.goes)
+        elif not (isinstance(one, Compute) and one.op in _OPERATIONS and type_of(one.value) == FLOAT):
+            return None
+    written, read_ = rows[Write], rows[Read]
+    beside = [(w, o) for w in written for o in read_ + [x for x in written if x != w] if w[0] == o[0]]
+    if all(w.goes for _, w in written) and all(_apart(w, o, length) for (_, w), (_, o) in beside):
+        return Pairs(found, length)
+    return None
+
+
+def _index(offset: Operand, known: Mapping[Value, Along]) -> Along:
+    if isinstance(offset, Value):
+        return known.get(offset, Along(offset, 0, False))
+    return Along(None, offset.value if isinstance(offset, Immediate) else offset, False)  # type: ignore[arg-type]
+
+
+def _apart(written: Along, other: Along, length: int) -> bool:
+    """Whether a row that is written and another one, or a number, have nothing in common."""
+    between = other.distance - written.distance
+    return written.start == other.start and (between >= length or between <= -(length if other.goes else 1))
+
+
+def _operands(s: language.Statement) -> list[Value]:
+    found = s.arguments if isinstance(s, Compute) else (s.value,) if isinstance(s, Write) else ()
+    return [a for a in found if isinstance(a, Value)]
+
+
+class PairPrinter(WasmPrinter):
+    """The instructions of two turns; `at` is the local that holds how far the counter has gone, in bytes."""
+
+    def __init__(self, module: Module, function: Function, places: Places, pairs: Pairs, at: int) -> None:
+        super().__init__(module, function, places)
+        self.pairs, self.counter = pairs, at
+        self.kinds = {**KINDS, "float": V128}
+        self.last: list[Read] = []
+
+    def loop(self, block: Block, outer: Mapping[Value, int]) -> None:
+        """Turns of a block two by two, with locals that hold what it reads from outside."""
+        self.emit(place(0), kept(self.counter), b"\x03\x40")
+        self.turns(block, {(v.number, 0): local for v, local in outer.items()})
+        step = place(8) + b"\x6a" + place(8) + b"\x72" if self.pairs.length % 2 else place(16) + b"\x6a"
+        ahead = b"\x22" + leb(self.counter) + place(8 * (self.pairs.length - 1)) + b"\x49"
+        self.emit(read(self.counter), step, ahead, b"\x0d\x00\x0b")
+
+    def turns(self, block: Block, outer: dict[Key, int]) -> None:
+        """Two turns; what is read last was stored one number after the other a moment ago, and is handed on as it was stored."""
+        self.locals |= outer
+        for v in (v for s in block for v in _operands(s)):
+            self.left[v.number, 0] = self.left.get((v.number, 0), 0) + 1
+        for key in outer:
+            self.left.pop(key, None)
+        self.last = [s for s in block if isinstance(s, Read)][-1:]
+        for s in block:
+            self._print[type(s)](s)
+
+    def compute(self, s: Compute) -> None:
+        """An operation on two doubles; of integers there are only indices, which are known."""
+        if type_of(s.value) != INT:
+            self.define(s.value, joined(*map(self.operand, s.arguments), _OPERATIONS[s.op]))
+
+    def operand(self, operand: Operand, lane: int = 0) -> Folded:
+        """What gives an operand."""
+        if isinstance(operand, Immediate):
+            return Folded(both(float(operand.value)))  # type: ignore[arg-type]
+        return super().operand(operand, lane)
+
+    def place_of(self, s: Read | Write) -> tuple[Along, bytes, int]:
+        """Along what a row goes, what gives its address, and the distance from there."""
+        index = _index(s.offset, self.pairs.indices)
+        steps = [read(self.counter)] * index.goes
+        if index.start is not None:
+            steps.append(read(self.locals[index.start.number, 0]) + b"\xa7" + place(3) + b"\x74")
+        code = b"".join(steps) + b"\x6a" * (len(steps) - 1) if steps else place(0)
+        offset = self.places.fixed[s.base] + 8 * index.distance
+        return (index, code, offset) if offset >= 0 else (index, code + place(offset) + b"\x6a", 0)
+
+    def load(self, s: Read) -> None:
+        """Two doubles side by side, or one twice."""
+        index, address, offset = self.place_of(s)
+        code = address + (LOAD if index.goes else LOAD_ONE) + leb(offset)
+        if index.goes and s in self.last:
+            code = address + address + FIRST + leb(offset) + SECOND + leb(offset + 8) + b"\x01"
+        self.define(s.value, Folded(code))
+
+    def store(self, s: Write) -> None:
+        """Two doubles side by side."""
+        _, address, offset = self.place_of(s)
+        self.emit(address, self.operand(s.value), STORE + leb(offset))
