@@ -116,7 +116,7 @@ def contact_pieces(
         constant,
         changing,
         [_counts(tables, modes, parts), *(line for part in always for line in part.lines[:1]), *table.lines(kernels)],
-        "\n".join([_shown(eom, modes), *(part.shown for part in always)]),
+        _shown(eom, modes),
         {
             "@CALL@": f"contacts({call})",
             "@OPENS@": str(OPENS),
