@@ -5,11 +5,14 @@ Both give the same bits, by the same kernel, with 601 samples. Processor time of
 it comes: memory is reserved, so that no access is checked.
 """
 
+from __future__ import annotations
+
 import gc
 import sys
 import time
+from collections.abc import Callable, Iterable
 from importlib.metadata import version
-from types import SimpleNamespace
+from typing import Any, NamedTuple
 
 import numpy as np
 import wasmtime
@@ -22,7 +25,7 @@ from kane.motion import emit_simulator_wasm
 from tests.motion.hosted import Engine
 
 EXACT = kn.Settings(contract=False)
-CASES = {
+CASES: dict[str, tuple[Callable[[], kn.System], dict[str, Any], float]] = {
     "double pendulum": (lambda: load("double_pendulum").system(), {"q": [0.5, 0.7], "u": [0.0, 0.0]}, 200.0),
     "four-bar": (lambda: load("four_bar").system(), load("four_bar").START, 100.0),
     "ten rods": (lambda: load("pendulums").system(10), {"q": [0.5] * 10, "u": [0.0] * 10}, 30.0),
@@ -31,22 +34,30 @@ CASES = {
 PAIRS, SAMPLES = 31, 601
 
 
-def case(make, start, end):
+class Both(NamedTuple):
+    """One motion, in machine code and in WebAssembly."""
+
+    native: Callable[[], object]
+    wasm: Callable[[], object]
+
+
+def case(make: Callable[[], kn.System], start: dict[str, Any], end: float) -> Both:
     """What runs in machine code, and what in WebAssembly, once they have been found to give the same bits."""
     eom = kn.derive(make())
     state = kn.assemble(eom, **start)
     given = {"q": state.q, "u": state.u}
     run = kn.prepare(eom, (0, end), samples=SAMPLES, method="dop853", rtol=1e-9, atol=1e-9, settings=EXACT)
     sol = run(**given)
-    engine = Engine(emit_simulator_wasm(eom.compile(contract=False), "dop853", SAMPLES), wasmtime.Config())
-    asked = (sol.states[0], [sol.parameters[s] for s in eom.parameters], [], end, SAMPLES)
+    host: Any = Engine  # the tests' own, without annotations
+    engine = host(emit_simulator_wasm(eom.compile(contract=False), "dop853", SAMPLES), wasmtime.Config())
+    asked: tuple[Any, ...] = (sol.states[0], [sol.parameters[s] for s in eom.parameters], [], end, SAMPLES)
     found = engine.motion(*asked)
     assert run.in_one_call
     assert np.array_equal(found.states.view(np.int64), np.asarray(sol.states).view(np.int64))
-    return SimpleNamespace(native=lambda: run(**given), wasm=lambda: engine.motion(*asked, limit=1_000_000))
+    return Both(lambda: run(**given), lambda: engine.motion(*asked, limit=1_000_000))
 
 
-def main(names):
+def main(names: Iterable[str]) -> None:
     """A line a system."""
     print(processor(), f"wasmtime {version('wasmtime')}", sep=", ")
     gc.disable()
