@@ -2,6 +2,7 @@
 """Hypothesis profiles (`--hypothesis-profile=quick|full`), which tests run, and a cache of the tests' own."""
 
 import gc
+import importlib.util
 import os
 import shutil
 import tempfile
@@ -30,6 +31,10 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("quick")  # where no profile is named
+
+collect_ignore = (
+    [] if importlib.util.find_spec("torch") else ["interop/test_native_torch.py"]
+)  # some 3 GB: `make test-torch`
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -7,8 +7,9 @@ import pytest
 import kane as kn
 from kane.gallery import pendulums, rolling_disk
 from tests.interop.test_autodiff import close, state
+from tests.peer import require
 
-torch = pytest.importorskip("torch", reason="some 3 GB: `make test-torch` brings it")
+torch = require("torch")  # not collected without it (tests/conftest.py)
 pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit.script:DeprecationWarning")  # its own forward mode warns
 
 

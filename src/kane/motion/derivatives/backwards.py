@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane import expect
+from kane import expect, show
 from kane.dynamics.readings.quantities import asked
 from kane.errors import Attributes, ExpressionError, SimulationError
 from kane.expr.node import ZERO, Expr, as_expr
@@ -118,6 +118,9 @@ class Cost(NamedTuple):
 
     value: float
     gradient: Array
+
+    def _repr_html_(self) -> str | None:
+        return show.html(self)
 
 
 def _one(motion: Solution, what: Any) -> Expr:
