@@ -88,3 +88,18 @@ def rows(program, end, samples, values, code=0):
 def bits(table):
     """Numbers as integers, so that equal ones are equal bit by bit."""
     return np.ascontiguousarray(table).view(np.int64)
+
+
+def block():
+    """The equations of a block on a table with friction, which an input pushes."""
+    N = kn.Frame("N")
+    O = kn.Point("O", fixed_in=N)
+    x = kn.coordinate("x")
+    F = kn.input("F")
+    P = O.at("P", x * N.x)
+    place = kn.joints.point_on_plane("table", P, O, normal=N.y)
+    normal = kn.reaction("N_y", at=P, along=N.y)
+    loads = [kn.gravity(-9.81 * N.y), kn.Force(P, F * N.x)]
+    contacts = [kn.contact(place, 0.2, static=0.3, normal=normal)]
+    bodies = [kn.Particle("block", P, 2)]
+    return kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=loads, contacts=contacts, coordinates=(x,)))

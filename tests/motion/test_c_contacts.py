@@ -10,27 +10,12 @@ import pytest
 import kane as kn
 from kane.gallery import load
 from kane.motion import emit_simulator
-from tests.motion.emitted import EXACT, SANITIZED, bits, compiled, rows
+from tests.motion.emitted import EXACT, SANITIZED, bits, block, compiled, rows
 from tests.motion.test_simulator_wasm import BRIEF, CONTACTS, OWN_MODES, sol_start
 
 GIVEN = {"settings": EXACT, "rtol": 1e-9, "atol": 1e-9, "samples": 31}
 ENDS = {"bouncing_ball": 5.0, "mass_on_belt": 10.0, "rocking_block": 5.0, "clutch": 3.0, "thrown_disk": 3.0, **BRIEF}
 """Ends of motions (s) other than 1 s."""
-
-
-def block():
-    """The equations of a block on a table with friction, which an input pushes."""
-    N = kn.Frame("N")
-    O = kn.Point("O", fixed_in=N)
-    x = kn.coordinate("x")
-    F = kn.input("F")
-    P = O.at("P", x * N.x)
-    place = kn.joints.point_on_plane("table", P, O, normal=N.y)
-    normal = kn.reaction("N_y", at=P, along=N.y)
-    loads = [kn.gravity(-9.81 * N.y), kn.Force(P, F * N.x)]
-    contacts = [kn.contact(place, 0.2, static=0.3, normal=normal)]
-    bodies = [kn.Particle("block", P, 2)]
-    return kn.derive(kn.System(N, bodies=bodies, speeds="rates", loads=loads, contacts=contacts, coordinates=(x,)))
 
 
 def known(eom, start, end, method="dop853", **more):

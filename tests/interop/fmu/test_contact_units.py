@@ -6,7 +6,7 @@ import pytest
 
 import kane as kn
 from tests.interop.fmu.units import TIGHT, far, instantiated, model, reference, states_of, written
-from tests.motion.test_c_contacts import block
+from tests.motion.emitted import block
 from tests.peer import require
 
 fmpy = require("fmpy")
