@@ -52,8 +52,6 @@ def same(eom, program, sol, start, end, **more):
 def test_contacts_of_the_gallery_are_those_of_simulate(tmp_path, name):
     """Impacts, stick and slip, mode after mode."""
     eom, start, end = kn.derive(load(name).system()), load(name).START, ENDS.get(name, 1.0)
-    if not eom.system.modes_change:
-        pytest.skip("its contacts do not change modes")
     text = emit_simulator(eom.compile(name="model", contract=False))
     same(eom, compiled(tmp_path, "model", text, "-O0"), known(eom, start, end), start, end)
 

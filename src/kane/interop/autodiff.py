@@ -6,7 +6,7 @@ Each tool is imported when it is asked for.
 
 import importlib
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -71,14 +71,8 @@ def to_jax(eom: Any, routine: str = "rhs", *, single: bool = False, native: bool
         return (jnp.stack(rows, -1) if rows else jnp.zeros((*leading, 0))).reshape((*leading, *shape))
 
     table = _arrays(jnp, jnp.power)
-
-    program = cache(lambda name: _program(eom, (name,)))
-
-    def traced(name: str) -> Evaluate:
-        return _traced(program(name), table, number, jnp.broadcast_shapes, packed)
-
-    evaluate = native_of_jax(jax, routine, program, traced) if native else traced(routine)
-    return _callable(eom, program(routine), number, evaluate)
+    traced = partial(_traced, table=table, number=number, broadcast=jnp.broadcast_shapes, packed=packed)
+    return _of_tool(eom, routine, number, traced, partial(native_of_jax, jax) if native else None)
 
 
 def to_torch(eom: Any, routine: str = "rhs", *, native: bool = False) -> Callable[..., Any]:
@@ -114,12 +108,24 @@ def to_torch(eom: Any, routine: str = "rhs", *, native: bool = False) -> Callabl
         return (torch.stack(rows, -1) if rows else empty).reshape((*leading, *shape))
 
     table = _arrays(torch, torch.pow)
+    traced = partial(_traced, table=table, number=number, broadcast=torch.broadcast_shapes, packed=packed)
+    return _of_tool(eom, routine, number, traced, partial(native_of_torch, torch) if native else None)
+
+
+def _of_tool(
+    eom: Any,
+    routine: str,
+    number: Callable[[Any], Any],
+    traced: Callable[[Program], Evaluate],
+    native: Callable[..., Evaluate] | None,
+) -> Callable[..., Any]:
+    """A routine as operations of a tool, or as machine code that the tool calls."""
     program = cache(lambda name: _program(eom, (name,)))
 
-    def traced(name: str) -> Evaluate:
-        return _traced(program(name), table, number, torch.broadcast_shapes, packed)
+    def operations(name: str) -> Evaluate:
+        return traced(program(name))
 
-    evaluate = native_of_torch(torch, routine, program, traced) if native else traced(routine)
+    evaluate = operations(routine) if native is None else native(routine, program, operations)
     return _callable(eom, program(routine), number, evaluate)
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
@@ -329,6 +329,7 @@ class Event(Immutable):
     terminal: bool | None = None
     message: str = ""
     then: Any = None
+    _ends: ClassVar[str] = "simulation"
 
     def __post_init__(self) -> None:
         who = f"the event {cut(repr(self.name), 40)}"
@@ -351,10 +352,6 @@ class Event(Immutable):
         done = done or (f"calls {getattr(self.then, '__name__', 'a function')}" if self.then is not None else "")
         return ", ".join(x for x in (done, f"ends the {self._ends}" if self.terminal else "") if x)
 
-    @property
-    def _ends(self) -> str:
-        return "simulation"
-
     def __repr__(self) -> str:
         passes = {-1: "falls below", 0: "crosses", 1: "rises above"}[self.direction]
         done = f": {cut(self.consequence)}" if self.consequence else ""
@@ -365,10 +362,7 @@ class EndOfMode(Event):
     """One of a contact, which ends its mode. Its laws are compared in it as they are: a size may be a number without a unit."""
 
     __slots__ = ()
-
-    @property
-    def _ends(self) -> str:
-        return "mode"
+    _ends = "mode"
 
 
 _EVENT: dict[str, tuple[Callable[[Any], bool], str]] = {

@@ -1,34 +1,4 @@
 @EVENT_NAMES@
-/* Contacts decide what there is of events: there are no indicators. */
-static void indicate(unit *i, double *out)
-{
-    (void)i;
-    (void)out;
-}
-
-static void note_sides(unit *i)
-{
-    (void)i;
-}
-
-static void unshift(unit *i)
-{
-    (void)i;
-}
-
-static void seen_anew(unit *i)
-{
-    (void)i;
-}
-
-static status acted(unit *i, bool *changed, bool *ends)
-{
-    (void)i;
-    (void)changed;
-    (void)ends;
-    return DONE;
-}
-
 /* Says what contacts do from a time on. */
 static void tell_mode(const unit *i, double t, int64_t which)
 {
@@ -87,10 +57,4 @@ static bool begins(unit *i)
 static bool settled(unit *i)
 {
     return begins(i) || (failed(i, "Numbers alone do not tell what contacts do here, or a mode begins that the unit does not have.") == DONE);
-}
-
-static bool leaves_threshold(unit *i)
-{
-    (void)i;
-    return false;
 }

@@ -1,4 +1,4 @@
-/* There are no events. */
+/* There are no indicators: no events, or contacts that decide what there is of them. */
 static void indicate(unit *i, double *out)
 {
     (void)i;
@@ -26,13 +26,6 @@ static bool leaves_threshold(unit *i)
     return false;
 }
 
-static bool noted(unit *i, int said)
-{
-    (void)i;
-    (void)said;
-    return false;
-}
-
 static status acted(unit *i, bool *changed, bool *ends)
 {
     (void)i;
@@ -41,9 +34,3 @@ static status acted(unit *i, bool *changed, bool *ends)
     return DONE;
 }
 
-/* The motion begins as it is. */
-static bool settled(unit *i)
-{
-    (void)i;
-    return true;
-}

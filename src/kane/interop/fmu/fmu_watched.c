@@ -176,9 +176,3 @@ static bool leaves_threshold(unit *i)
     return true;
 }
 
-/* The motion begins as it is. */
-static bool settled(unit *i)
-{
-    (void)i;
-    return true;
-}

@@ -144,11 +144,10 @@ def _ending(unit: Unit, version: str) -> str:
     outputs = len(unit.put.roots) if unit.put else 0
     own = _template("held" if held else "free")
     watching = _template("acts" if acting else "still") if unit.events else ""
-    looks = "contacts" if stepped else "watched" if unit.events else "unwatched"
     aliases = _in_modes(bool(outputs)) if stepped else _aliases(held, bool(outputs), bool(eom.inputs))
     marks = {
         "@FMU_HELD@": aliases + own,
-        "@FMU_ACTING@": watching + _template(looks),
+        "@FMU_ACTING@": watching + _looks(unit),
         "@OTHER_TYPES@": _others(version),
         "@CLOCKS@": _clocks() if version == "3.0" else "",
         "@EVENT_NAMES@": f"static const char *const at_names[] = {{{', '.join(c_string(e.name) for e in unit.events)}}};",
@@ -203,16 +202,28 @@ _HEADS = {
     "fmu_rates": "void {}(const @NAME@_motion *m, double t, double *out)",
     "fmu_outputs": "void {}(const @NAME@_motion *m, double t, double *out)",
     "fmu_jacobians": "bool {}(const @NAME@_motion *m, double t, double *jac, double *by_inputs, double *of_outputs)",
+    "noted": "bool {}(unit *i, int said)",
+    "settled": "bool {}(unit *i)",
 }
 """What the functions of FMI call, whether there is such a thing or not."""
 
 
 def _functions(bodies: Mapping[str, Sequence[str]]) -> str:
     texts = []
-    for name, head in _HEADS.items():
-        lines = [f"    {line}" for line in bodies[name]]
-        texts += [f"static {head.format(name)}", "{", *lines, "}", ""]
+    for name, body in bodies.items():
+        lines = [f"    {line}" for line in body]
+        texts += [f"static {_HEADS[name].format(name)}", "{", *lines, "}", ""]
     return "\n".join([*texts, ""])
+
+
+def _looks(unit: Unit) -> str:
+    """What is done about events: those that have indicators, those of contacts, or none."""
+    if unit.modes:
+        return _template("unwatched") + _template("contacts")
+    as_it_is = {"settled": [*_unused("i"), "return true;"]}
+    if unit.events:
+        return _template("watched") + _functions(as_it_is)
+    return _template("unwatched") + _functions({"noted": [*_unused("i", "said"), "return false;"], **as_it_is})
 
 
 def _aliases(held: bool, outputs: bool, inputs: bool) -> str:

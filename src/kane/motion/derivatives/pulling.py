@@ -138,6 +138,12 @@ class Laws:
         self.whole: dict[Expr, Expr] = {s: f.whole for s, f in inputs.items() if isinstance(f, Formula)}
         self._key = tuple(id(e) for pair in self.whole.items() for e in pair)
 
+    def read(self, eom: Equations, exprs: Sequence[Expr]) -> list[Expr]:
+        """Expressions in a mode of contacts, with inputs as their laws and no unknowns."""
+        held = in_mode(eom.system.contacts, eom.system.modes, exprs)
+        plain = without_unknowns(eom.solved, [substituted(e, self.whole) for e in held])
+        return [substituted(e, self.whole) for e in plain]
+
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Laws) and self._key == other._key
 
@@ -147,9 +153,7 @@ class Laws:
 
 def own_slopes(eom: Equations, expr: Expr, by: tuple[Parameter, ...], laws: Laws) -> list[Expr]:
     """An expression with inputs as their laws, and its gradient by the state and parameters."""
-    (held,) = in_mode(eom.system.contacts, eom.system.modes, [expr])
-    (plain,) = without_unknowns(eom.solved, [substituted(held, laws.whole)])
-    whole = substituted(plain, laws.whole)
+    (whole,) = laws.read(eom, [expr])
     return [whole, *gradient(whole, [*eom.state, *by])]
 
 

@@ -2,6 +2,7 @@
 """Derivatives of many motions whose equations cannot carry them along, of each by itself: across modes of contacts, above all."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -41,7 +42,7 @@ def one_by_one(
     """  # fmt: skip
     t, values, causes = found["t"].values, dict[str, Array](), dict[int, str]()
     for k in range(many.count):
-        far(lambda k=k: f"derivatives of {k} of {many.count}")  # type: ignore[misc]  # a lambda with a default
+        far(partial("derivatives of {} of {}".format, k, many.count))
         try:
             rows = _of_one(eom, plan, State(**many.at(k)), kept, by, settings, t)
         except KaneError as error:

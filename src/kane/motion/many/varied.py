@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from kane import expect
-from kane.dynamics.readings.quantities import asked, without_unknowns
+from kane.dynamics.readings.quantities import asked
 from kane.dynamics.slopes import forward
 from kane.equations.equations import Equations, derive
 from kane.equations.instances import Instances
@@ -61,9 +61,7 @@ class Varied:
         expect.that(
             wanted.shape in ((), (3,)), f"an expression or vector as {one.name}", one.what, error=SimulationError
         )
-        solved, whole = self.plain.solved, self.laws.whole
-        roots = without_unknowns(solved, [substituted(e, whole) for e in wanted.roots])
-        roots = [substituted(e, whole) for e in roots]
+        roots = self.laws.read(self.plain, wanted.roots)
         rows = [[tangent(e, self.seeds(k), at_rest=True) for k in range(len(self.by))] for e in roots]
         dims = ("axis" if wanted.shape else _ROW, "by")
         return Quantity(f"{one.name}_by", Matrix(rows), "", f"derivative of {one.name}", one.reduce, dims)
@@ -131,20 +129,16 @@ def _acting(eom: Equations, event: Event, made: Event, b: Symbol, psi: Sequence[
     """An event that sets ψ_b too."""
     if event.then is None:
         return made
-    solved, whole = eom.solved, laws.whole
-
-    def plain(e: Any) -> Expr:
-        (found,) = without_unknowns(solved, [substituted(as_expr(e), whole)])
-        return substituted(found, whole)
-
-    own: dict[Expr, Expr] = {target(eom.system, event, key): plain(what) for key, what in event.then.items()}
+    made_of = laws.read(eom, [as_expr(what) for what in event.then.values()])
+    targets = (target(eom.system, event, key) for key in event.then)
+    own: dict[Expr, Expr] = dict(zip(targets, made_of, strict=True))
     check_set(
         {s: what for s, what in own.items() if isinstance(s, Symbol)}, event, [b] if isinstance(b, Parameter) else []
     )
     seeds = _seeds(eom, b, psi, laws)
-    f = [plain(e) for e in solved.right_hand_side]
+    f = laws.read(eom, eom.solved.right_hand_side)
     onward: dict[Expr, Expr] = {**dict[Expr, Expr](zip(eom.state, f, strict=True)), time: ONE}
-    h = plain(event.quantity)
+    (h,) = laws.read(eom, [event.quantity])
     later = -tangent(h, seeds, at_rest=True) / tangent(h, onward, at_rest=True)
     moved: dict[Expr, Expr] = {s: e + onward[s] * later for s, e in zip(eom.state, psi, strict=True)}
     change: dict[Expr, Expr] = {**{s: e for s, e in seeds.items() if s not in moved}, **moved, time: later}

@@ -19,7 +19,7 @@ from kane.motion.hybrid.contact_automaton import AGAIN, Back, Row, automaton_ker
 from kane.motion.hybrid.contact_events import OPENS, SLIPPING
 from kane.motion.hybrid.contact_tables import row_of, structure
 from kane.motion.programs.contact_modes import Mode, TasksOf, parameters_from, programs_of, tables_of
-from kane.motion.programs.simulator_parts import Pieces, constraints, dispatched, stepping_kernel
+from kane.motion.programs.simulator_parts import Pieces, constraints, dispatched, only_read, stepping_kernel
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given
 from kane.motion.steppers.crossings import LEAVES
@@ -190,7 +190,7 @@ class _Table:
 
     def only_reads(self, array: str) -> bool:
         """Whether all kernels only read an array."""
-        return reads_alone(array, self.printed)
+        return only_read(array, self.printed)
 
     def lines(self, kernels: Mapping[bool, Kernel]) -> list[str]:
         """The table, its tables, and the rates of modes with several choices of dependent speeds."""
@@ -226,13 +226,6 @@ class _Table:
         members = "\n".join(f"    {field};" for field in fields)
         record = f"{_TOLD}typedef struct {{\n{members}\n}} mode_row;"
         return [*lines, record, "static const mode_row mode_rows[KNOWN] = {", *texts, "};"]
-
-
-def reads_alone(array: str, printed: str) -> bool:
-    """Whether functions that are printed only read an array."""
-    return f" double *{array}," not in printed.replace("const double", "const_double") and (
-        f" double *{array})" not in printed.replace("const double", "const_double")
-    )
 
 
 def _rates(row: _Row) -> list[str]:

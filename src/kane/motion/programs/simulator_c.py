@@ -29,6 +29,7 @@ from kane.motion.programs.simulator_parts import (
     checked,
     constraints,
     motion_program,
+    only_read,
     parts_of,
     stepping_kernel,
     turning,
@@ -354,7 +355,7 @@ def _arrays(kernel: Kernel, parts: Sequence[Part]) -> dict[str, Array | str]:
 
 def _constant(array: str, what: Array | str, printed: str) -> bool:
     """Whether the kernel and what is around it only read an array."""
-    return not isinstance(what, str) and re.search(rf"(?<!const )double \*{array}[,)]", printed) is None
+    return not isinstance(what, str) and only_read(array, printed)
 
 
 def _length(what: Array | str) -> str:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a motion as a program of another language looks after besides steps: events and constraints, as tables, routines and texts."""
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -99,6 +100,11 @@ def stepping_kernel(method: str, held: bool = False, watched: bool = False, side
     """The kernel of a method, for motions with constraints, events, switches."""
     asked = {"held": held, "watched": watched, "sided": sided}
     return INTEGRATORS[method].kernel(**{what: True for what, so in asked.items() if so})
+
+
+def only_read(array: str, printed: str) -> bool:
+    """Whether functions in C that are printed only read an array."""
+    return re.search(rf"(?<!const )double \*{array}[,)]", printed) is None
 
 
 def turning(eom: Equations) -> tuple[Expr, ...]:

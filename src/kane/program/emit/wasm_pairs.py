@@ -7,7 +7,7 @@ double: the bits are the same.
 """
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 from kane.expr.ops import OPS, Op
 from kane.program.emit.wasm_module import V128, Function, Module, kept, leb, place, read
@@ -77,7 +77,7 @@ def in_pairs(s: Count) -> Pairs | None:
 def _index(offset: Operand, known: Mapping[Value, Along]) -> Along:
     if isinstance(offset, Value):
         return known.get(offset, Along(offset, 0, False))
-    return Along(None, offset.value if isinstance(offset, Immediate) else offset, False)  # type: ignore[arg-type]
+    return Along(None, cast(int, offset.value) if isinstance(offset, Immediate) else offset, False)
 
 
 def _apart(written: Along, other: Along, length: int) -> bool:
@@ -127,7 +127,7 @@ class PairPrinter(WasmPrinter):
     def operand(self, operand: Operand, lane: int = 0) -> Folded:
         """What gives an operand."""
         if isinstance(operand, Immediate):
-            return Folded(both(float(operand.value)))  # type: ignore[arg-type]
+            return Folded(both(float(cast(float, operand.value))))
         return super().operand(operand, lane)
 
     def place_of(self, s: Read | Write) -> tuple[Along, bytes, int]:
