@@ -20,7 +20,7 @@ from kane.analysis.local import (
 )
 from kane.analysis.many.poses import Poses, poses
 from kane.analysis.many.steady_rows import followed as followed_from
-from kane.analysis.many.trimmed import Followed, Routes, trimmed
+from kane.analysis.many.trimmed import Routes, SteadyEquations, trimmed
 from kane.analysis.operating_point import closed, state_from, warn_of_contacts
 from kane.analysis.perturbations import perturbations
 from kane.analysis.state_checks import entries
@@ -209,7 +209,7 @@ def _of_many(many: Poses, numeric: Numeric[Equations], options: tuple[Sequence[A
         )  # fmt: skip
         return found
 
-    def followed(k: int, first: Array) -> Followed | None:
+    def followed(k: int, first: Array) -> SteadyEquations | None:
         if isinstance(many.given("t")[time], np.ndarray) or numeric.value(all_switches):
             return None
         return followed_from(problem(numeric, many.state(k), moving, independent), first, tolerance)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.analysis.many.following import End, Square, Unknowns, follow
+from kane.analysis.many.following import End, SquareEquations, Unknowns, follow
 from kane.analysis.many.poses import Poses
 from kane.analysis.state_checks import misses
 from kane.dynamics.constraints.manifold import LevelSet, turned_closures
@@ -54,11 +54,11 @@ def closing(eom: Equations) -> Bundle[Closing]:
     return Bundle("closing", ports(eom.derived), Closing, groups)
 
 
-def square(eom: Equations, rows: Sequence[int], columns: Sequence[int]) -> Bundle[Square]:
+def square(eom: Equations, rows: Sequence[int], columns: Sequence[int]) -> Bundle[SquareEquations]:
     """Some of f, and their derivatives in some of the coordinates."""
     conditions = eom.derived.conditions
     return Bundle(
-        "square", ports(eom.derived), Square,
+        "square", ports(eom.derived), SquareEquations,
         {"f": [conditions.f[i] for i in rows], "gradient": conditions.gradient.take(rows, columns)},
     )  # fmt: skip
 

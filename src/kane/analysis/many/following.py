@@ -54,7 +54,7 @@ class Followed(NamedTuple):
     ends: Mapping[int, End]
 
 
-class Square(NamedTuple):
+class SquareEquations(NamedTuple):
     """f (n) and ∂f/∂x (n × n)."""
 
     f: Array

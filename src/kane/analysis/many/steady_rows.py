@@ -8,8 +8,8 @@ import numpy as np
 
 from kane.analysis.flow import share
 from kane.analysis.local import coded, regular_rows, unknowns, values
-from kane.analysis.many.following import Square, Unknowns
-from kane.analysis.many.trimmed import Followed
+from kane.analysis.many.following import SquareEquations, Unknowns
+from kane.analysis.many.trimmed import SteadyEquations
 from kane.analysis.perturbations import perturbations
 from kane.analysis.steady_conditions import Applying, Conditions, Problem, shares
 from kane.dynamics.constraints.partition import choose
@@ -26,7 +26,7 @@ _SURELY = 1e-3
 """Share of the tolerance below which it does not matter at which state sizes are those."""
 
 
-def followed(task: Problem, first: Array, tolerance: float) -> Followed | None:
+def followed(task: Problem, first: Array, tolerance: float) -> SteadyEquations | None:
     """What is followed from the steady motion X; None where the conditions do not determine what is free."""
     conditions, free = replace(task.conditions, quick=True), list(task.free)
     numeric, eom, measured = conditions.numeric, conditions.eom, task.measured
@@ -55,12 +55,14 @@ def followed(task: Problem, first: Array, tolerance: float) -> Followed | None:
             found[k] = shares(conditions, xs[k]).max(initial=0)
         return found
 
-    return Followed(task.start, free, conditions.symbols, places, routine, unknowns, z[list(keep)], left, tolerance)
+    return SteadyEquations(
+        task.start, free, conditions.symbols, places, routine, unknowns, z[list(keep)], left, tolerance
+    )
 
 
 def steady_rows(
     eom: Equations, applying: Applying, rows: Sequence[int], free: Sequence[int], keep: Sequence[int]
-) -> Bundle[Square]:
+) -> Bundle[SquareEquations]:
     """Some of F, and K z = k of the rows that are kept, with the derivatives in what is free of X, and in z."""
     u, perturbed = unsolved(eom.derived), perturbations(eom)
     e = [[eom.coordinates[i] for i in places] for places in perturbed.sets]
@@ -77,7 +79,7 @@ def steady_rows(
     gradient = [[*one, *two] for one, two in zip(by_x, by_z, strict=True)]
     size = len(f) + len(keep)
     groups = {"f": [*f, *residual], "gradient": Matrix(gradient, (size, size))}
-    return Bundle("steady_rows", (*ports(eom.derived), unknowns(eom)), Square, groups)
+    return Bundle("steady_rows", (*ports(eom.derived), unknowns(eom)), SquareEquations, groups)
 
 
 def _quick_shares(conditions: Conditions, xs: Array, terms: Array) -> Array:

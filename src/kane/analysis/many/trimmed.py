@@ -21,7 +21,7 @@ from kane.program.native.compiled_routine import CompiledRoutine
 _TOLD = 4
 
 
-class Followed(NamedTuple):
+class SteadyEquations(NamedTuple):
     """Conditions to follow from X at the start, which of X is `free`, its `symbols`, and their places in a row of data after t.
 
     Of `routine` z = (u̇, λ, R) is unknown too, behind what is free, and `last` at the start. `left` gives the largest share that is
@@ -43,7 +43,7 @@ class Routes(NamedTuple):
     """How the kth is found by itself, and what to follow from the X that it has, None where that cannot be."""
 
     alone: Callable[[int], State]
-    followed: Callable[[int, Array], Followed | None]
+    followed: Callable[[int, Array], SteadyEquations | None]
 
 
 def trimmed(poses: Poses, routes: Routes) -> Any:
@@ -75,7 +75,7 @@ def trimmed(poses: Poses, routes: Routes) -> Any:
     return _dataset(poses, symbols, x, causes)
 
 
-def _follow(poses: Poses, task: Followed, places: tuple[Array, int], causes: dict[int, str]) -> None:
+def _follow(poses: Poses, task: SteadyEquations, places: tuple[Array, int], causes: dict[int, str]) -> None:
     """X of all (k × …) that the branch of the one at `start` leads to."""
     (x, start), free = places, list(task.free)
     whole = np.tile(task.start, (poses.count, 1))

@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET  # written, never read
 from kane import expect
 from kane.errors import ArgumentError, KaneError
 from kane.expr.symbols import rate
-from kane.interop.fmu.source import Start, Unit
+from kane.interop.fmu.source import FmuContent, Start
 from kane.motion.projection import is_constrained
 from kane.units.rules import parse, unit_of
 
@@ -29,7 +29,7 @@ class Variable:
     state: int | None = None
 
 
-def variables(whole: Unit) -> list[Variable]:
+def variables(whole: FmuContent) -> list[Variable]:
     """Time, states, their derivatives, parameters, inputs, outputs, event indicators: in the order of the C file."""
     eom, start = whole.equations, whole.start
     held = is_constrained(eom) and not whole.modes
@@ -55,7 +55,7 @@ def variables(whole: Unit) -> list[Variable]:
     return found
 
 
-def _outputs(whole: Unit) -> list[Variable]:
+def _outputs(whole: FmuContent) -> list[Variable]:
     task = whole.put
     if task is None:
         return []

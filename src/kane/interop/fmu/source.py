@@ -19,7 +19,7 @@ from kane.model.contact_modes import in_mode
 from kane.model.declarations import Event
 from kane.motion.constraint_kernels import choices, holding, structure
 from kane.motion.hybrid.event_routines import tendency, values_set
-from kane.motion.programs.contact_modes import Mode, modes_of
+from kane.motion.programs.contact_modes import ModeOfProgram, modes_of
 from kane.motion.programs.simulator_c import assembled
 from kane.motion.projection import is_constrained
 from kane.motion.steppers.crossings import LEAVES
@@ -44,7 +44,7 @@ class Start:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Unit:
+class FmuContent:
     """What a unit is made of: equations, an integrator, the start, outputs by name and what puts them, the modes of contacts."""
 
     compiled: Compiled
@@ -52,7 +52,7 @@ class Unit:
     start: Start
     outputs: Mapping[str, Any]
     put: Task | None
-    modes: Sequence[Mode]
+    modes: Sequence[ModeOfProgram]
 
     @property
     def equations(self) -> Equations:
@@ -65,23 +65,23 @@ class Unit:
         return () if self.modes else self.equations.events
 
 
-def unit_of(eom: Equations, name: str, method: str, start: Start, outputs: Mapping[str, Any] | None) -> Unit:
+def unit_of(eom: Equations, name: str, method: str, start: Start, outputs: Mapping[str, Any] | None) -> FmuContent:
     """The unit of equations; of contacts that change modes with all of them."""
     if not eom.system.modes_change:
         compiled = eom.compile(name=name, outputs=outputs)
-        return Unit(compiled, method, start, {}, compiled.bundle.task if compiled.bundle else None, [])
+        return FmuContent(compiled, method, start, {}, compiled.bundle.task if compiled.bundle else None, [])
     compiled = eom.compile(name=name)
     modes = modes_of(compiled, method, what="a unit", contract=compiled.settings.contract)
-    return Unit(compiled, method, start, outputs or {}, _put_in(eom, modes[0], outputs or {}), modes)
+    return FmuContent(compiled, method, start, outputs or {}, _put_in(eom, modes[0], outputs or {}), modes)
 
 
-def _put_in(eom: Equations, mode: Mode, outputs: Mapping[str, Any]) -> Task | None:
+def _put_in(eom: Equations, mode: ModeOfProgram, outputs: Mapping[str, Any]) -> Task | None:
     """What puts the outputs in a mode of contacts."""
     bundle = output_bundle(mode.equations.solved, outputs, partial(in_mode, eom.system.contacts, mode.modes))
     return bundle.task if bundle else None
 
 
-def source(unit: Unit, version: str) -> tuple[str, str]:
+def source(unit: FmuContent, version: str) -> tuple[str, str]:
     """The text and its token, which a unit is instantiated with: the digest of all the rest."""
     eom, compiled, ending = unit.equations, unit.compiled, _ending(unit, version)
     if unit.modes:
@@ -95,7 +95,7 @@ def source(unit: Unit, version: str) -> tuple[str, str]:
     return _named(assembled(compiled, unit.method, routines=routines, tasks=tasks, ending=ending), compiled.name)
 
 
-def _tasks_of(unit: Unit, mode: Mode) -> list[Task]:
+def _tasks_of(unit: FmuContent, mode: ModeOfProgram) -> list[Task]:
     return [task for task in [_put_in(unit.equations, mode, unit.outputs)] if task]
 
 
@@ -137,7 +137,7 @@ def _output_slopes(compiled: Compiled) -> list[Task]:
     return [Task("jac_outputs", slopes, (len(roots), len(knowns)), labels)]
 
 
-def _ending(unit: Unit, version: str) -> str:
+def _ending(unit: FmuContent, version: str) -> str:
     """The functions of FMI with what they call; marks that the simulator has too are left to it."""
     eom, start = unit.equations, unit.start
     held, acting, stepped = is_constrained(eom) and not unit.modes, bool(values_set(eom)), bool(unit.modes)
@@ -216,7 +216,7 @@ def _functions(bodies: Mapping[str, Sequence[str]]) -> str:
     return "\n".join([*texts, ""])
 
 
-def _looks(unit: Unit) -> str:
+def _looks(unit: FmuContent) -> str:
     """What is done about events: those that have indicators, those of contacts, or none."""
     if unit.modes:
         return _template("unwatched") + _template("contacts")

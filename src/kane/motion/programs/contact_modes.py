@@ -22,7 +22,7 @@ from kane.program.from_expressions import Task, build_program
 from kane.program.program import Program
 
 
-class Mode(NamedTuple):
+class ModeOfProgram(NamedTuple):
     """A mode of contacts, its equations, and what is looked after in it."""
 
     modes: Modes
@@ -42,7 +42,7 @@ def modes_of(
     most: int = MODES,
     what: str = "a module of WebAssembly",
     **options: Any,
-) -> list[Mode]:
+) -> list[ModeOfProgram]:
     """The modes that a program, `what` in words, has: those wanted, and all in which contacts hold by rows of their own if not `most`.
 
     They are compiled by `options`, without contraction unless told.
@@ -53,14 +53,14 @@ def modes_of(
         if there is none that a program can look after
     """
     eom, said = cast(Equations, compiled.equations), ""
-    every, found = possible(eom.system.contacts), list[Mode]()
+    every, found = possible(eom.system.contacts), list[ModeOfProgram]()
     for modes in dict.fromkeys([*wanted, *(every if len(every) <= most else ())]):
         if max(modes) >= ContactMode.ACROSS:
             said = said or "contacts of one body that hold together"
             continue
         with suppress(KaneError):  # none that there is
             one = eom.numeric().value(ContactModes).equations(modes)
-            mode = Mode(modes, one.compile(**{"contract": False} | options), parts_of(one))
+            mode = ModeOfProgram(modes, one.compile(**{"contract": False} | options), parts_of(one))
             try:
                 checked(mode.compiled, method, what, lambda one: f"{one.quantity} turns rates")
             except ProgramError as error:
@@ -82,12 +82,16 @@ def check_events(eom: Equations) -> None:
         raise ProgramError("Expected contacts beside which no event acts, got one that does: simulate here.")
 
 
-TasksOf = Callable[[Mode], Sequence[Task]]
+TasksOf = Callable[[ModeOfProgram], Sequence[Task]]
 """What else a mode evaluates."""
 
 
 def programs_of(
-    compiled: Compiled, modes: Sequence[Mode], contract: bool = False, more: TasksOf | None = None, starts: bool = False
+    compiled: Compiled,
+    modes: Sequence[ModeOfProgram],
+    contract: bool = False,
+    more: TasksOf | None = None,
+    starts: bool = False,
 ) -> tuple[Program, list[Program]]:
     """What evaluates the numbers by which modes are chosen, and what each mode evaluates, with `more`.
 
@@ -101,7 +105,7 @@ def programs_of(
     return touch, [motion_program(one.compiled, one.parts, own, contract=contract) for one, own in pairs]
 
 
-def tables_of(eom: Equations, modes: Sequence[Mode], tables: Given) -> dict[str, Array]:
+def tables_of(eom: Equations, modes: Sequence[ModeOfProgram], tables: Given) -> dict[str, Array]:
     """The arrays with a part a mode as a motion begins with them."""
     own = of_modes(tables, len(modes))
     reaches = [_reach(one.equations) for one in modes]
@@ -113,7 +117,7 @@ def tables_of(eom: Equations, modes: Sequence[Mode], tables: Given) -> dict[str,
     return own | {"codes": np.array([code_of(one.modes) for one in modes])}
 
 
-def parameters_from(touch: Program, modes: Sequence[Mode], count: int) -> Array:
+def parameters_from(touch: Program, modes: Sequence[ModeOfProgram], count: int) -> Array:
     """Where among the parameters of all modes those of each stand, `count` places a mode; −1 of those that its contacts set."""
     place_of = {s: k for k, s in enumerate(touch.ports[2].symbols)}
     rows = [[float(place_of.get(s, -1)) for s in one.equations.parameters] for one in modes]
@@ -129,7 +133,7 @@ def _padded(values: Array, count: int) -> Array:
     return np.append(values, np.zeros(count - len(values)))
 
 
-def _least(mode: Mode) -> Array:
+def _least(mode: ModeOfProgram) -> Array:
     """The thresholds of the events of a mode."""
     return np.concatenate([np.zeros(0), *(part.given["least"] for part in mode.parts if "least" in part.given)])
 

@@ -18,7 +18,7 @@ from kane.model.contacts import ContactMode
 from kane.motion.hybrid.contact_automaton import AGAIN, Back, Row, automaton_kernel
 from kane.motion.hybrid.contact_events import OPENS, SLIPPING
 from kane.motion.hybrid.contact_tables import row_of, structure
-from kane.motion.programs.contact_modes import Mode, TasksOf, parameters_from, programs_of, tables_of
+from kane.motion.programs.contact_modes import ModeOfProgram, TasksOf, parameters_from, programs_of, tables_of
 from kane.motion.programs.simulator_parts import Pieces, constraints, dispatched, only_read, stepping_kernel
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given
@@ -62,10 +62,10 @@ _VARYING = {"rhs": "rates", "watch": "events", "glance": "glance", "constraints"
 _RATE = "void (*{0})(double, const double *, const double *, const double *, const double *, double *)"
 
 
-class _Row(NamedTuple):
+class _ModeRow(NamedTuple):
     """A mode as a row of the table: numbers, tables, the lengths and first values of arrays."""
 
-    mode: Mode
+    mode: ModeOfProgram
     held: bool
     integers: Mapping[str, int]
     arrays: Mapping[str, Array]
@@ -73,7 +73,7 @@ class _Row(NamedTuple):
 
 
 def contact_pieces(
-    compiled: Compiled, method: str, modes: Sequence[Mode], headers: str, more: TasksOf | None
+    compiled: Compiled, method: str, modes: Sequence[ModeOfProgram], headers: str, more: TasksOf | None
 ) -> Pieces:
     """What a program says of equations whose contacts have these modes, which `more` tasks may be evaluated in."""
     eom, name, contract = cast(Equations, compiled.equations), compiled.name, compiled.settings.contract
@@ -126,7 +126,7 @@ def contact_pieces(
     )
 
 
-def _row(k: int, mode: Mode, program: Program, n: int) -> _Row:
+def _row(k: int, mode: ModeOfProgram, program: Program, n: int) -> _ModeRow:
     """The row of the kth mode."""
     given: Given = {}
     for part in mode.parts:
@@ -139,10 +139,10 @@ def _row(k: int, mode: Mode, program: Program, n: int) -> _Row:
     held = is_constrained(mode.equations)
     routines["outputs"] = f"{program.name}_outputs"
     routines["rhs"] = f"{program.name}_chosen" if held else f"{program.name}_rates"
-    return _Row(mode, held, integers, arrays, routines | {"hoist": f"{program.name}_hoist"})
+    return _ModeRow(mode, held, integers, arrays, routines | {"hoist": f"{program.name}_hoist"})
 
 
-def _kernel(rows: Sequence[_Row], held: bool, method: str) -> Kernel:
+def _kernel(rows: Sequence[_ModeRow], held: bool, method: str) -> Kernel:
     """The kernel of modes with or without constraints; what is the same number in all of them is known."""
     first, *others = (row for row in rows if row.held == held)
     watched = any(row.mode.equations.events for row in (first, *others))
@@ -152,7 +152,7 @@ def _kernel(rows: Sequence[_Row], held: bool, method: str) -> Kernel:
 
 
 def _arrays(
-    eom: Equations, tables: Given, own: Mapping[str, Array], touch: Program, modes: Sequence[Mode]
+    eom: Equations, tables: Given, own: Mapping[str, Array], touch: Program, modes: Sequence[ModeOfProgram]
 ) -> dict[str, Array]:
     """What all modes have in common, as a motion begins with it."""
     n, count = tables["n"], tables["event_count"]
@@ -173,7 +173,7 @@ def _arrays(
 class _Table:
     """The table of modes: what differs of them, and where in one array those of theirs stand that change."""
 
-    def __init__(self, rows: Sequence[_Row], printed: str, puts: bool) -> None:
+    def __init__(self, rows: Sequence[_ModeRow], printed: str, puts: bool) -> None:
         self.rows, self.printed, self.puts = rows, printed, puts
         self.names = list(dict.fromkeys(a for row in rows for a in row.arrays if a not in ("held_log", "log", "jumps")))
         self.places: list[dict[str, int]] = []
@@ -228,7 +228,7 @@ class _Table:
         return [*lines, record, "static const mode_row mode_rows[KNOWN] = {", *texts, "};"]
 
 
-def _rates(row: _Row) -> list[str]:
+def _rates(row: _ModeRow) -> list[str]:
     """The rates by the choice of dependent speeds."""
     tasks = [task.name for part in row.mode.parts for task in part.tasks if task.name.startswith("rates_")]
     prefix = row.routines["hoist"].removesuffix("hoist")
@@ -309,7 +309,7 @@ _TOLD = "\n/* Modes: routines, numbers, tables, places of what changes. */\n"
 _NOTHING = "static const double idle[1] = {0.0};"
 
 
-def _counts(tables: Given, modes: Sequence[Mode], parts: Mapping[str, int]) -> str:
+def _counts(tables: Given, modes: Sequence[ModeOfProgram], parts: Mapping[str, int]) -> str:
     """Numbers of the tables."""
     counts = {
         "KNOWN": len(modes),
@@ -327,7 +327,7 @@ def _counts(tables: Given, modes: Sequence[Mode], parts: Mapping[str, int]) -> s
     return f"enum {{ {', '.join(f'{a} = {x}' for a, x in counts.items())} }};"
 
 
-def _shown(eom: Equations, modes: Sequence[Mode]) -> str:
+def _shown(eom: Equations, modes: Sequence[ModeOfProgram]) -> str:
     """Names of contacts, of what they do, and of events."""
     contacts = eom.system.contacts
     names = ", ".join(c_string(c.name) for c in contacts)

@@ -20,7 +20,14 @@ from kane.motion.hybrid.contact_tables import (
     structure,
     symbols,
 )
-from kane.motion.programs.contact_modes import Mode, check_events, parameters_from, programs_of, tables_of, words
+from kane.motion.programs.contact_modes import (
+    ModeOfProgram,
+    check_events,
+    parameters_from,
+    programs_of,
+    tables_of,
+    words,
+)
 from kane.motion.programs.wasm_memory import Memory, bind, call, load, one_of, stepping, tells
 from kane.motion.right_hand_side import Given
 from kane.motion.steppers.begin import begin_kernel
@@ -40,7 +47,7 @@ _SAMPLES = 2
 """Where behind the mode and what its kernel returned stands how many samples are asked for."""
 
 
-def contacts_module(compiled: Compiled, modes: Sequence[Mode], method: str, samples: int) -> bytes:
+def contacts_module(compiled: Compiled, modes: Sequence[ModeOfProgram], method: str, samples: int) -> bytes:
     """The module of equations whose contacts have these modes."""
     eom = cast(Equations, compiled.equations)
     check_events(eom)
@@ -102,7 +109,7 @@ _CALLS = {"make": (I32,), "hoist": (I32,), "look": (F64, I32, I32, I32, I32)}
 
 
 def _mode(
-    whole: Memory, own: Mapping[str, Array], m: int, mode: Mode, program: Program, method: str
+    whole: Memory, own: Mapping[str, Array], m: int, mode: ModeOfProgram, program: Program, method: str
 ) -> tuple[int, int, int]:
     """The functions of a mode: its kernel, what hoists for it, its events' quantities."""
     module = whole.module
@@ -127,7 +134,9 @@ def _mode(
     return one, two, three
 
 
-def _begin(memory: Memory, modes: Sequence[Mode], touch: Program, hoist: int, fixed: bool, entries_: int) -> None:
+def _begin(
+    memory: Memory, modes: Sequence[ModeOfProgram], touch: Program, hoist: int, fixed: bool, entries_: int
+) -> None:
     """`begin`, of any motion, after which all modes have the parameters."""
     module, parameters = memory.module, len(touch.ports[2].symbols)
     memory.put("p_from", parameters_from(touch, modes, memory.integers["p_count"]).reshape(-1))

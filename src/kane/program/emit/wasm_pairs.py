@@ -31,7 +31,7 @@ from kane.program.kernel.language import (
 _OPERATIONS: Mapping[Op | str, bytes] = {key: WIDE[name] for name in WIDE for key in (name, OPS[name])}
 
 
-class Along(NamedTuple):
+class RowIndex(NamedTuple):
     """An index: `start`, where there is one, and a distance; it `goes` with the counter, or stays."""
 
     start: Value | None
@@ -42,7 +42,7 @@ class Along(NamedTuple):
 class Pairs(NamedTuple):
     """The integers in a loop as indices along rows, and how many turns it has."""
 
-    indices: dict[Value, Along]
+    indices: dict[Value, RowIndex]
     length: int
 
 
@@ -55,8 +55,8 @@ def in_pairs(s: Count) -> Pairs | None:
     length = s.stop.value if isinstance(s.stop, Immediate) else 0
     if s.few or s.start != Immediate(INT, 0) or not isinstance(length, int) or length < _LEAST:
         return None
-    found = {s.counter: Along(None, 0, True)}
-    rows: dict[type, list[tuple[str, Along]]] = {Read: [], Write: []}
+    found = {s.counter: RowIndex(None, 0, True)}
+    rows: dict[type, list[tuple[str, RowIndex]]] = {Read: [], Write: []}
     for one in s.body:
         if isinstance(one, Read | Write) and type_of(one.value) == FLOAT:
             rows[type(one)].append((one.base, _index(one.offset, found)))
@@ -64,7 +64,7 @@ def in_pairs(s: Count) -> Pairs | None:
             a, b = (_index(x, found) for x in one.arguments)
             if (a.goes and b.goes) or (a.start and b.start):
                 return None
-            found[one.value] = Along(a.start or b.start, a.distance + b.distance, a.goes or b.goes)
+            found[one.value] = RowIndex(a.start or b.start, a.distance + b.distance, a.goes or b.goes)
         elif not (isinstance(one, Compute) and one.op in _OPERATIONS and type_of(one.value) == FLOAT):
             return None
     written, read_ = rows[Write], rows[Read]
@@ -74,13 +74,13 @@ def in_pairs(s: Count) -> Pairs | None:
     return None
 
 
-def _index(offset: Operand, known: Mapping[Value, Along]) -> Along:
+def _index(offset: Operand, known: Mapping[Value, RowIndex]) -> RowIndex:
     if isinstance(offset, Value):
-        return known.get(offset, Along(offset, 0, False))
-    return Along(None, cast(int, offset.value) if isinstance(offset, Immediate) else offset, False)
+        return known.get(offset, RowIndex(offset, 0, False))
+    return RowIndex(None, cast(int, offset.value) if isinstance(offset, Immediate) else offset, False)
 
 
-def _apart(written: Along, other: Along, length: int) -> bool:
+def _apart(written: RowIndex, other: RowIndex, length: int) -> bool:
     """Whether a row that is written and another one, or a number, have nothing in common."""
     between = other.distance - written.distance
     return written.start == other.start and (between >= length or between <= -(length if other.goes else 1))
@@ -130,8 +130,8 @@ class PairPrinter(WasmPrinter):
             return Folded(both(float(cast(float, operand.value))))
         return super().operand(operand, lane)
 
-    def place_of(self, s: Read | Write) -> tuple[Along, bytes, int]:
-        """Along what a row goes, what gives its address, and the distance from there."""
+    def place_of(self, s: Read | Write) -> tuple[RowIndex, bytes, int]:
+        """RowIndex what a row goes, what gives its address, and the distance from there."""
         index = _index(s.offset, self.pairs.indices)
         steps = [read(self.counter)] * index.goes
         if index.start is not None:
