@@ -29,6 +29,7 @@ from kane.tree.composite import (
     elastic_parts,
     mass_rows,
     mode_numbers,
+    reflected,
     rows_of,
     with_more,
 )
@@ -69,6 +70,7 @@ class TreeInverse:
             for b, column in known.columns.items():
                 own = sum_of(mul(x, values[other]) for other, x in column.row.items())
                 on[numbers[b]] = add(on[numbers[b]], add(column.force, own))
+        reflected(self.tree, on, self.lambdas)
         return list(map(add, forces(self.tree, [None, *wrenches[1:]], len(on)), on))
 
     def mass(self) -> Matrix:
@@ -155,12 +157,19 @@ def _inverse(derived: Derived, u_dot: Sequence[Expr]) -> TreeInverse:
 def kinetic_energy_along_tree(derived: Derived) -> Expr:
     """½ Σ m v·v + ω·I·ω of a tree, from the velocities of its segments; Unsuited, with what is in the way, of another system.
 
-    A body with ω, the velocity v of its origin, the mass m, h = m r* and the inertia J about that has ½ (m v·v + 2 v·(ω × h) + ω·J·ω).
+    A body with ω, the velocity v of its origin, the mass m, h = m r* and the inertia J about that has ½ (m v·v + 2 v·(ω × h) + ω·J·ω),
+    what is reflected to a joint speed ½ a w².
     """
     carried = carrying(derived)
-    tree = joint_tree(carried.segments.steps, carried.bodies, along_b=True).segments
-    moving, twice = rates(tree), ZERO
+    tree = joint_tree(carried.segments.steps, carried.bodies, along_b=True, reflected=carried.reflected).segments
+    moving, speeds, twice = rates(tree), derived.kinematics.speeds, ZERO
     for s, at, v in zip(tree, moving, velocities(tree, moving), strict=True):
         twice = add(twice, add(mul(s.body.m, dot(v, v)), dot(at.w, product(s.body.j, at.w))))
         twice = add(twice, mul(TWO, dot(v, cross3(at.w, s.body.h))))
+        for dof in s.dofs:
+            if dof.reflected is not None:
+                w = sum_of(
+                    mul(c, form.total()) for c, form in zip(dof.row.values(), speeds.forms(dof.row), strict=True)
+                )
+                twice = add(twice, mul(dof.reflected.inertia, mul(w, w)))
     return twice / 2

@@ -7,7 +7,7 @@ rotations stand in these (`aligned`); neither speaks of coordinates alone, which
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeAlias
 
 from kane.expr.build import sub
@@ -45,6 +45,11 @@ class Link:
     rotation: Vector
     parts: tuple[Carried, ...]
     joint: Joint | None
+
+    @property
+    def rates(self) -> set[Symbol]:
+        """The rates that it moves by in the link before."""
+        return _rates((*self.rotation.scalars(), *self.offset.map(time_derivative).scalars()))
 
     def twists(self, rates: Iterable[Expr]) -> dict[Expr, Twist]:
         """The joint's basis of motion: what each rate that it has adds to ω and to the velocity of the origin, seen in the parent."""
@@ -235,6 +240,16 @@ def repeated(tree: Tree, rates: Collection[Expr]) -> tuple[Expr, ...]:
             for b in {b: None for row, _ in affine_forms(numbers, rates) for b in row}:
                 users[b] += 1
     return tuple(b for b, count in users.items() if count > 1)
+
+
+def without(tree: Tree, links: Collection[int]) -> tuple[Tree, list[int]]:
+    """The tree without links on which nothing hangs, and the number that each other link has then."""
+    number, kept = [0] * len(tree.links), list[Link]()
+    for k, link in enumerate(tree.links):
+        number[k] = len(kept)
+        if k not in links:
+            kept.append(link if link.parent is None else replace(link, parent=number[link.parent]))
+    return Tree(tuple(kept), {p: (number[link], arm) for p, (link, arm) in tree.places.items()}), number
 
 
 def _common(numbers: Sequence[int], links: Sequence[Link]) -> int:

@@ -29,7 +29,7 @@ from kane.space.rotation import NOTHING, AlignedBasis, Basis, Triple, about_axis
 from kane.space.vector import Parts, Vector
 from kane.tree.sweeps import Segment, Stage
 from kane.tree.triples import Turn, Turns, along, is_zero, summed, turned_down
-from kane.tree.values import NO_MASS, NO_WRENCH, Change, Dof, Rigid, SpatialForce, SpatialInertia
+from kane.tree.values import NO_MASS, NO_WRENCH, Change, Dof, Reflected, Rigid, SpatialForce, SpatialInertia
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -348,8 +348,9 @@ def joint_tree(
     *,
     along_b: bool = False,
     elastic_along_a: bool = False,
+    reflected: Mapping[int, Reflected] = MappingProxyType({}),
 ) -> JointTree:
-    """The segments of the steps, with what these carry, along B.
+    """The segments of the steps, with what these carry, along B, and what is reflected to joint speeds, by number.
 
     Those that turn about parallel axes one after the other, and those that screw, work along A: their arms and bodies turn. Where
     others hang on one of these, or all bodies are to be `along_b`, these are on a segment beside it that is fixed in it and works
@@ -366,7 +367,7 @@ def joint_tree(
         joined = Segment(0)
         if i:
             parent = joint[step.parent] if step.joins else home[step.parent]
-            joined = _joined(step, parent, steps[step.parent].turn if step.joins else None, number, modes)
+            joined = _joined(step, parent, steps[step.parent].turn if step.joins else None, number, modes, reflected)
             before = None if step.joins else last[step.parent]
             joined = joined if before is None else replace(joined, lead=(before, *joined.lead))
             number += len(joined.dofs)
@@ -401,15 +402,23 @@ def _along_a(steps: Sequence[JointStep]) -> list[bool]:
     return found
 
 
-def _joined(step: JointStep, parent: int, before: Change | None, number: int, modes: Mapping[Expr, int]) -> Segment:
+def _joined(
+    step: JointStep,
+    parent: int,
+    before: Change | None,
+    number: int,
+    modes: Mapping[Expr, int],
+    reflected: Mapping[int, Reflected],
+) -> Segment:
     """A segment by its joint, with numbers from `number` on; arm and slide turn with what is `before`."""
 
     def up(v: Triple) -> Triple:
         return v if before is None else before.up(v)
 
     slide, spin = step.slide, step.spin
-    slides = [Dof(NOTHING, up(f.axis), f.row, number + k) for k, f in enumerate(slide.freedoms)]
-    spins = [Dof(f.axis, f.slide, f.row, number + len(slides) + k) for k, f in enumerate(spin.freedoms)]
+    axes = [(NOTHING, up(f.axis), f.row) for f in slide.freedoms] + [(f.axis, f.slide, f.row) for f in spin.freedoms]
+    dofs = [Dof(*axis, k, reflected.get(k)) for k, axis in enumerate(axes, number)]
+    slides, spins = dofs[: len(slide.freedoms)], dofs[len(slide.freedoms) :]
     sliding = Stage(tuple(slides), slide=up(slide.total), slide_drift=up(slide.drift))
     outer, late = (Stage(), sliding) if step.late else (sliding, Stage())
     inner = late._replace(dofs=(*late.dofs, *spins), spin=spin.total, spin_drift=spin.drift)

@@ -197,8 +197,8 @@ class _Pressing(Carry[SpatialForce]):
             assert isinstance(pivot.of, Dof)
             force = self.forces.get(pivot.of.number, ZERO)
             v = v.plus(self.shared(pivot, sub(force, v.on(pivot.of))))
-            if pivot.of.unit is not None:  # the whole component is the force
-                k, turns = pivot.of.unit
+            if pivot.of.free is not None:  # the whole component is the force
+                k, turns = pivot.of.free
                 v = v._replace(n=put(v.n, k, force)) if turns else v._replace(f=put(v.f, k, force))
         return v
 

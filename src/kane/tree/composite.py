@@ -135,6 +135,8 @@ class _Mass(Carry[_Columns]):
                 self.rows[r][s] = self.rows[s][r] = add(self.rows[r][s], mul(TWO, x) if r == s else x)
             own = body.at(dof.spin, dof.slide)
             self.rows[s][s] = add(self.rows[s][s], own.on(dof))
+            if dof.reflected is not None:
+                self.rows[s][s] = add(self.rows[s][s], dof.reflected.inertia)
             v = _Columns((*v, (s, own)))
         return v
 
@@ -161,6 +163,14 @@ def rows_of(tree: Tree) -> list[Row]:
     """Their rows in speeds or in rates, by number."""
     own = sorted((dof for s in tree for dof in s.dofs), key=lambda dof: dof.number)
     return [*(dof.row for dof in own), *({b: ONE} for b in mode_numbers(tree))]
+
+
+def reflected(tree: Tree, on: list[Expr], lambdas: Sequence[Expr]) -> None:
+    """Adds to generalized forces what is reflected to the joint speeds at these λ, both by number."""
+    for dof in (dof for s in tree for dof in s.dofs):
+        if dof.reflected is not None:
+            whole = add(dof.reflected.force, mul(dof.reflected.inertia, lambdas[dof.number]))
+            on[dof.number] = add(on[dof.number], whole)
 
 
 def elastic_parts(tree: Tree, moving: Sequence[Rates]) -> dict[int, SpatialInertia]:
@@ -399,6 +409,7 @@ class Composite:
             if elastic:
                 whole = Composites(tree, with_more(spread, {i: moments(body) for i, body in rigid.items()}))
             mass = mass_rows(tree, whole, elastic)
+        reflected(tree, on, trial)
         right = [neg(add(x, y)) for x, y in zip(left, on, strict=True)]
         factors = ldl(mass, sparse_order(mass))
         return _Factored(factors, trial, factors.forward(right))

@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from kane.expr.build import add, div, neg, sub, sum_of
+from kane.expr.build import add, div, mul, neg, sub, sum_of
 from kane.expr.differentiation import tangent
 from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import dot
@@ -307,6 +307,11 @@ class _Changes(Carry[_Value]):
                 if x in self.wanted:
                     axes = [[tangent(e, {x: ONE}) for e in axis] for axis in (dof.spin, dof.slide)]
                     self.add(dof.number, x, sum_of(map(dot, axes, v.force)))
+            if dof.reflected is not None:
+                inertia, force = dof.reflected
+                for x in self.wanted & {*free_symbols([inertia, force])}:
+                    changed = mul(tangent(inertia, {x: ONE}), self.lambdas[dof.number])
+                    self.add(dof.number, x, add(changed, tangent(force, {x: ONE})))
             rows[dof.number] = v.moving.row(dof)
         return _Value(self.symbols, v.moving, v.force, v.columns, rows)
 

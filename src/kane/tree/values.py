@@ -44,6 +44,16 @@ Row = Mapping[Expr, Expr]
 Change = Turn | Turns
 
 
+class Reflected(NamedTuple):
+    """What turns or slides in the ground at the rate of a joint speed adds to the equation of that: a to M, −Q to f.
+
+    So the rotor of a motor does whose stator stands still, and a counterweight.
+    """
+
+    inertia: Expr
+    force: Expr
+
+
 class Dof(NamedTuple):
     """A joint speed: what it adds to ω and to ṙ, its row in the generalized speeds or in the rates of coordinates, its number.
 
@@ -54,12 +64,18 @@ class Dof(NamedTuple):
     slide: Triple
     row: Row
     number: int
+    reflected: Reflected | None = None
 
     @property
     def unit(self) -> tuple[int, bool] | None:
         """The axis, where the joint turns or slides along a basis axis at the rate of the speed, and whether it turns."""
         k = _unit(self.spin) if is_zero(self.slide) else _unit(self.slide) if is_zero(self.spin) else None
         return None if k is None else (k, is_zero(self.slide))
+
+    @property
+    def free(self) -> tuple[int, bool] | None:
+        """The same where the joint transmits nothing along the axis, as nothing is reflected to it."""
+        return self.unit if self.reflected is None else None
 
 
 def _unit(v: Triple) -> int | None:
@@ -324,7 +340,7 @@ class Elimination(NamedTuple):
     def after(self, at: Accelerations, values: Row) -> tuple[Expr, Accelerations]:
         """λ of a joint speed, and the accelerations with it."""
         assert isinstance(self.of, Dof)
-        unit = self.of.unit
+        unit = self.of.free
         if unit is None:
             x = self.value(at, values)
             return x, at.plus(times(x, self.of.spin), times(x, self.of.slide))
@@ -403,12 +419,13 @@ class SpatialInertia(NamedTuple):
         U = I s,   D = s·U,   λ = (−s·p − U·a)/D,      I − U Uᵀ/D,   p − U (s·p)/D
         """
         u = self.of(dof)
-        left, pivot = self._eliminated(
-            dof, u, u.on(dof), self.p.on(dof), {b: c.w.on(dof) for b, c in self.columns.items()}
-        )
-        if dof.unit is None:
+        d, force = u.on(dof), self.p.on(dof)
+        if dof.reflected is not None:
+            d, force = add(d, dof.reflected.inertia), add(force, dof.reflected.force)
+        left, pivot = self._eliminated(dof, u, d, force, {b: c.w.on(dof) for b, c in self.columns.items()})
+        if dof.free is None:
             return left, pivot
-        k, turns = dof.unit  # rows and columns that cancel
+        k, turns = dof.free  # rows and columns that cancel
         if turns:
             p = left.p._replace(n=put(left.p.n, k, ZERO))
             return left._replace(j=_without(left.j, k), h=put(left.h, k, NOTHING), p=p), pivot

@@ -42,21 +42,26 @@ from kane.tree.values import NO_MASS, Rigid
 
 def rigid_bodies(derived: Derived, segments: Segments, links: Sequence[Link]) -> list[Rigid]:
     """What each segment carries, about its origin and along its B."""
-    inertias = {(part.name, part.mass_center): inertia for _, part, inertia in derived.inertias}
     bodies = [NO_MASS] * len(segments.steps)
     for number, link in zip(segments.ends, links, strict=True):
-        if number == 0:
-            continue
-        for part, arm in link.parts:
-            if part.momenta:  # those are in `flexible`
-                continue
-            own = arm.components(link.basis)
-            if not is_constant_in_time((part.mass, *own)):
-                raise Unsuited(f"{part.name}, whose mass or mass centre moves in it")
-            r = summed(own, segments.steps[number].shift)
-            inertia = inertias[part.name, part.mass_center]
-            bodies[number] = bodies[number].plus(_rigid(part, r, inertia, link.basis))
+        if number:
+            bodies[number] = bodies[number].plus(rigid_body(derived, link, segments.steps[number].shift))
     return bodies
+
+
+def rigid_body(derived: Derived, link: Link, shift: Triple = NOTHING) -> Rigid:
+    """What a link carries, along its basis and about the point from which its origin lies at `shift`."""
+    inertias = {(part.name, part.mass_center): inertia for _, part, inertia in derived.inertias}
+    body = NO_MASS
+    for part, arm in link.parts:
+        if part.momenta:  # those are in `flexible`
+            continue
+        own = arm.components(link.basis)
+        if not is_constant_in_time((part.mass, *own)):
+            raise Unsuited(f"{part.name}, whose mass or mass centre moves in it")
+        inertia = inertias[part.name, part.mass_center]
+        body = body.plus(_rigid(part, summed(own, shift), inertia, link.basis))
+    return body
 
 
 def _rigid(part: Part, r: Triple, inertia: ConstantInertia | None, basis: Basis) -> Rigid:

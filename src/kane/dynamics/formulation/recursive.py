@@ -6,8 +6,9 @@ speeds, one after the other: rates, sums and differences of rates, measure numbe
 of coordinates, of which u̇ follows by the definitions of the speeds. M and f are assembled when they are read.
 """
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from itertools import chain
 from typing import NamedTuple
 
@@ -21,6 +22,7 @@ from kane.dynamics.formulation.closed import Holding, products
 from kane.dynamics.formulation.crossings import Crossing, crossings, parted
 from kane.dynamics.formulation.elastic import Bent, bending_bodies, bent_frames, gauged, shared_rates
 from kane.dynamics.formulation.equations import evident, holds_reactions, solved_reactions
+from kane.dynamics.formulation.reflected import Geared, geared_to_ground, reflected
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
 from kane.expr.build import add, mul, neg
@@ -32,7 +34,7 @@ from kane.expr.regular import guards
 from kane.expr.symbols import Symbol
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited, resolved
-from kane.kinematics.links import Tree, repeated
+from kane.kinematics.links import Tree, repeated, without
 from kane.kinematics.segments import JointStep, JointTree, Segments, joint_tree, segments
 from kane.kinematics.velocity_constraints import placed, together
 from kane.model.constraints import constraint_of
@@ -41,12 +43,12 @@ from kane.numeric.sampling import SEEDS, draws, unit, value_of
 from kane.numeric.scale import bounded
 from kane.tree.articulated import Articulated, Passed, Wrenches
 from kane.tree.composite import Composite
-from kane.tree.values import Rigid, SpatialForce
+from kane.tree.values import Reflected, Rigid, SpatialForce
 
 Exprs = tuple[Expr, ...]
 
-_BRANCH = 5
-"""Joint speeds from the ground to one, on average, beyond which articulated inertias are shorter than composite ones."""
+_PARALLEL, _BRANCH = 5, 9
+"""Joint speeds from the ground to one, on average, beyond which articulated inertias are shorter, with parallel axes and without."""
 BENT = 16
 """Speeds of a system with flexible bodies from which on articulated inertias are shorter than anything else."""
 _SAVED = 5
@@ -73,10 +75,10 @@ def recursions(derived: Derived, partition: Partition | None) -> Iterator[Solved
 def _worth_trying(derived: Derived, carried: "Carrying", *, closed: bool) -> Iterable[str]:
     """The recursions: one alone where the branches are long, joints tell what they transmit, or parallel axes are closed."""
     crossed = derived.reactions and carried.crossings is not None  # the other way does not tell that
-    steps = carried.segments.steps
-    bent = any(step.modes for step in steps)
-    both = len(derived.speeds) < BENT if bent else depth(steps) <= _BRANCH
-    planar = closed and not bent and any(step.joins for step in steps)
+    steps, bent = carried.segments.steps, bool(carried.bent.bodies)
+    parallel = not bent and any(step.joins for step in steps)
+    both = len(derived.speeds) < BENT if bent else depth(steps) <= (_PARALLEL if parallel else _BRANCH)
+    planar = closed and parallel
     return WAYS if both and not crossed and not planar else ("recursive",)
 
 
@@ -100,6 +102,8 @@ class Carrying(NamedTuple):
     bent: Bent
     crossings: Sequence[Crossing | None] | None
     """Where the reactions cross, where that is told by segments; those of constraints do nowhere."""
+    reflected: Mapping[int, Reflected]
+    """What bodies that turn or slide in the ground as joints do add to the equations of these, by number of the joint speed."""
 
     @property
     def asked(self) -> set[int]:
@@ -123,7 +127,7 @@ class Carrying(NamedTuple):
                 for each in (self.bodies, bodies)
             )
             bodies = bodies if after - before <= _SAVED * len(bodies) else self.bodies
-        return joint_tree(steps, bodies, self.loads, elastic, elastic_along_a=not balanced)
+        return joint_tree(steps, bodies, self.loads, elastic, elastic_along_a=not balanced, reflected=self.reflected)
 
 
 def carrying(derived: Derived, *, shared: bool = False) -> Carrying:
@@ -137,25 +141,46 @@ def carrying(derived: Derived, *, shared: bool = False) -> Carrying:
     forces, on = gauged(derived)
     points = [p for p, _ in forces] + [p for c in derived.constraints.constraints for p, _ in c.forces]
     tree, roots = parted(derived, points, bent_frames(derived))
-    found, rates = _segments(derived, tree, rates, shared)
-    bodies = rigid_bodies(derived, found, tree.links)
-    bent = Bent(bending_bodies(derived, found, tree.links, rates), on)
+    geared = cache(lambda: geared_to_ground(derived, tree, {k for k in roots or () if k is not None}))
+    found, rates, onto = _segments(derived, tree, rates, shared, geared)
+    links, apart = tree.links, {turn.basis for turn in geared().values()} if onto else ()
+    if onto:
+        kept, number = without(tree, geared())
+        links, roots = kept.links, roots and [None if k is None else number[k] for k in roots]
+    bodies = rigid_bodies(derived, found, links)
+    bent = Bent(bending_bodies(derived, found, links, rates), on)
     across = None if roots is None else crossings(derived, roots, found)
-    torques = [x for load in derived.declared_loads for x in load.torques]
-    loads = together(placed(derived.kinematics.aligned, found, forces, torques))
-    return Carrying(found, bodies, loads, bent, across)
+    aligned = derived.kinematics.aligned
+    torques = [x for load in derived.declared_loads for x in load.torques if aligned.rates(x[0])[0] not in apart]
+    loads = together(placed(aligned, found, forces, torques))
+    return Carrying(found, bodies, loads, bent, across, onto)
 
 
-def _segments(derived: Derived, tree: Tree, rates: Exprs, shared: bool) -> tuple[Segments, Exprs]:
-    """The segments, and the rates that move several: those of flexible bodies, and others where there is no other way."""
+_Found = tuple[Segments, Exprs, Mapping[int, Reflected]]
+
+
+def _segments(derived: Derived, tree: Tree, rates: Exprs, shared: bool, geared: Callable[[], Geared]) -> _Found:
+    """The segments, the rates that move several, and what is reflected to joints, by number.
+
+    Where joints share coordinates, what turns or slides in the ground alone is reflected to the joints that it is `geared` to; what
+    is left of the sharing moves several segments as flexible bodies do.
+    """
     try:
-        return segments(tree, derived.kinematics, rates), rates
-    except Unsuited:
-        every = derived.kinematical.rates
-        more = tuple(dict.fromkeys((*rates, *repeated(tree, every)))) if shared else rates
-        if len(more) == len(rates):
-            raise
-        return segments(tree, derived.kinematics, more), more
+        return segments(tree, derived.kinematics, rates), rates, {}
+    except Unsuited as why:
+        unsuited = why
+    if apart := geared():
+        try:
+            found = segments(without(tree, apart)[0], derived.kinematics, rates)
+        except Unsuited:
+            pass
+        else:
+            if onto := reflected(derived, found, apart):
+                return found, rates, onto
+    more = tuple(dict.fromkeys((*rates, *repeated(tree, derived.kinematical.rates)))) if shared else rates
+    if len(more) == len(rates):
+        raise unsuited
+    return segments(tree, derived.kinematics, more), more, {}
 
 
 class _Accelerated(NamedTuple):
