@@ -62,7 +62,9 @@ def test_inverse_dynamics_and_base_parameters_of_random_trees(bodies, seed):
     assert r.base(seed=seed % 1000).rank == np.linalg.matrix_rank(whole[:, seen] / sizes[seen], 1e-9)
 
 
-@pytest.mark.parametrize("name", ["four_bar", "pure_rolling_disk", "whipple_bicycle", "slider_crank"])
+@pytest.mark.parametrize(
+    "name", ["four_bar", "pure_rolling_disk", pytest.param("whipple_bicycle", marks=pytest.mark.slow), "slider_crank"]
+)
 def test_along_motions(name):
     """Y π = F̃ where equations hold: loops and rolling."""
     system = load(name)

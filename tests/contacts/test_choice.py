@@ -127,7 +127,8 @@ def test_beside_a_second_route(d, drawn, seed):
         (beside_enumeration if d == 2 or np.sum(~state.slides) <= 2 else beside_cones)(state)
 
 
-@pytest.mark.parametrize(("seed", "skipped"), [(460, 1), pytest.param(1022, 0, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "skipped"), [(460, 1), (1022, 0)])
 def test_four_dense_contacts_without_an_answer(seed, skipped):
     """Three may stick, and one slides: no angles of slip, no mode agrees with the laws; of the first it jams by itself."""
     require("clarabel")

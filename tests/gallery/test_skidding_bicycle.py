@@ -130,6 +130,7 @@ def when(sol: kn.Solution, name: str) -> float:
     return next(t for e, t in sol.events if e.name == name)
 
 
+@pytest.mark.slow
 def test_the_rear_wheel_locks_and_skids_to_rest() -> None:
     """While it spins down, T − μ N r = J α; then a = μ g (w − b)/(w + μ h) but for the front wheel's inertia."""
     T = 200.0

@@ -45,6 +45,7 @@ class TestFriction:
         assert sol.event is not None
         assert sol.t[-1] == pytest.approx(2 * threshold / (0.3 * G), rel=1e-6)
 
+    @pytest.mark.slow
     def test_without_one_a_slide_ends_at_a_share_of_its_largest_slip_in_any_units(self):
         """A block and a pin, from 1e-6 to 1e6: t = u/(μ g) less what a ten-thousandth takes."""
         normal = pressed()

@@ -15,7 +15,7 @@ from tests.systems.draft_kinds import drafted
 from tests.systems.drafts import built
 
 TOLERANCES = {"rtol": 1e-9, "atol": 1e-9}
-RANDOM = 100 if os.environ.get("KANE_FULL") else 20
+RANDOM = 100 if os.environ.get("KANE_FULL") else 10
 
 
 def _four_bar(eom):

@@ -45,7 +45,7 @@ def same(eom, program, sol, start, end, **more):
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(n, marks=() if n in ("bouncing_ball", "mass_on_belt") else pytest.mark.slow)
+        pytest.param(n, marks=() if n == "bouncing_ball" else pytest.mark.slow)
         for n in sorted(CONTACTS - set(OWN_MODES))
     ],
 )

@@ -66,6 +66,7 @@ def test_a_block_across_its_coordinates_sticks():
     np.testing.assert_allclose(np.abs(sol[floor.friction_forces[0]]), 2 * G * np.sin(0.3), rtol=1e-13)
 
 
+@pytest.mark.slow
 def test_a_crate_sticks_on_an_incline():
     """Two corners stick for 1,000 s by one row: exactly 0, friction in proportion to the normal forces."""
     slope, w, h = 0.3, 0.2, 0.1

@@ -113,10 +113,11 @@ def largest(points: Any) -> float:
     return float(solver.solve().x[0])
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings(
     "ignore:Expected one mode of the contacts:kane.KaneWarning"
 )  # how corners share N is one of many
-@pytest.mark.parametrize("points", [FEET, pytest.param(CORNERS, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("points", [FEET, CORNERS])
 def test_a_pull_beside_the_middle_moves_it_where_no_forces_hold(points: Any) -> None:
     """The limit of all distributions, not of one: beside a conic solver."""
     most = largest(points)

@@ -61,6 +61,7 @@ def check_growth(hold, few, many):
     assert operations[many] <= 1.1 * operations[few] * many / few
 
 
+@pytest.mark.slow
 def test_growth_of_a_chain_whose_tip_is_held_at_a_distance():
     check_growth("distance", 15, 30)
 

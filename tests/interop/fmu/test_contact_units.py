@@ -47,6 +47,7 @@ def slave(folder, unit, end):
     return one, at
 
 
+@pytest.mark.slow
 def test_inputs_push_what_sticks_until_it_slips(tmp_path):
     """Of a block on a table: outputs are those of the mode, a kept state goes on as before, a parameter changes what slips."""
     eom = block()

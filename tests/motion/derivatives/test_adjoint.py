@@ -65,6 +65,7 @@ def test_across_bounces():
     np.testing.assert_allclose(s.cost(3 * v, integral=y + v**2).gradient, wanted, rtol=1e-7, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_across_slips():
     system, eom, given = belt()
     mu = [p for p in eom.parameters if p.name.startswith("mu")]
@@ -93,6 +94,7 @@ def test_of_a_four_bar():
         np.testing.assert_allclose(own.cost(q3).gradient, beside, rtol=0, atol=2e-7 * np.abs(beside).max())
 
 
+@pytest.mark.slow
 def test_by_fifty_values_of_an_input():
     """All nodes of a curve in one way back; a cost of the input alone is what the quadrature of its table says."""
     eom, _, (k, _, _, _, x, u) = oscillator()

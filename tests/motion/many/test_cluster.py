@@ -32,6 +32,7 @@ def client():
         yield client
 
 
+@pytest.mark.slow
 def test_in_memory(client, undisturbed):
     xarray.testing.assert_identical(runs.run(client=client, chunk=100), undisturbed)
 

@@ -183,7 +183,7 @@ def ball():
     )
 
 
-@pytest.mark.parametrize(("method", "width"), [("dop853", 8), ("vern9", 4)])
+@pytest.mark.parametrize(("method", "width"), [("dop853", 8), pytest.param("vern9", 4, marks=pytest.mark.slow)])
 def test_events(method, width, rng):
     """Each lane bounces, passes and ends by itself, event for event; what the kernel asks of Python is told."""
     eom, count = ball(), 29
@@ -222,7 +222,7 @@ CONSTRAINED = {
 }
 
 
-@pytest.mark.parametrize("name", CONSTRAINED)
+@pytest.mark.parametrize("name", [pytest.param("four-bar", marks=pytest.mark.slow), "slider-crank"])
 def test_constraints(name, rng):
     """Steps and samples are moved onto the constraints; an instance that wants other dependent speeds is left to Python."""
     make, q, u, longest = CONSTRAINED[name]

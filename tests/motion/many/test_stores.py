@@ -98,6 +98,7 @@ def test_killed_at_any_moment(tmp_path, undisturbed, rng):
     runs.same(runs.run(path), undisturbed)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(resource, "RLIMIT_FSIZE"), reason="no limit of a file's size")
 def test_no_room(tmp_path, undisturbed):
     """Where the system refuses to write a file, an error says so, and what there is goes on."""
