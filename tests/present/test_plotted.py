@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
 import kane as kn
-from kane.gallery.contacts import bouncing_ball, mass_on_belt, simplest_walker
+from kane.gallery.contacts import bouncing_ball, mass_on_belt
+from kane.gallery.walking import simplest_walker
 from kane.present import COLOURS, asset, bend, size_of_terms, spread
 
 A, B, OMEGA = 0.3, 0.2, 4.0

@@ -13,17 +13,14 @@ if TYPE_CHECKING:
     from kane.gallery.contacts import ball_on_turntable as ball_on_turntable
     from kane.gallery.contacts import bouncing_ball as bouncing_ball
     from kane.gallery.contacts import clutch as clutch
-    from kane.gallery.contacts import compass_gait as compass_gait
     from kane.gallery.contacts import dry_oscillator as dry_oscillator
     from kane.gallery.contacts import eulers_disk as eulers_disk
     from kane.gallery.contacts import mass_on_belt as mass_on_belt
     from kane.gallery.contacts import newtons_cradle as newtons_cradle
     from kane.gallery.contacts import painleve_rod as painleve_rod
     from kane.gallery.contacts import pool_ball as pool_ball
-    from kane.gallery.contacts import rimless_wheel as rimless_wheel
     from kane.gallery.contacts import rocking_block as rocking_block
     from kane.gallery.contacts import shaken_block as shaken_block
-    from kane.gallery.contacts import simplest_walker as simplest_walker
     from kane.gallery.contacts import skidding_bicycle as skidding_bicycle
     from kane.gallery.contacts import skidding_disk as skidding_disk
     from kane.gallery.contacts import slider_crank_with_clearance as slider_crank_with_clearance
@@ -49,6 +46,9 @@ if TYPE_CHECKING:
     from kane.gallery.rolling import snakeboard as snakeboard
     from kane.gallery.rolling import sphere_on_turntable as sphere_on_turntable
     from kane.gallery.rolling import whipple_bicycle as whipple_bicycle
+    from kane.gallery.walking import compass_gait as compass_gait
+    from kane.gallery.walking import rimless_wheel as rimless_wheel
+    from kane.gallery.walking import simplest_walker as simplest_walker
 
 _PLACES = """
     particle_on_spring pendulum double_pendulum pendulums pendulum_on_cart spherical_pendulum spinning_top free_body
@@ -61,7 +61,7 @@ _PLACES = """
     contacts.tippe_top contacts.painleve_rod contacts.dry_oscillator contacts.shaken_block contacts.stacked_blocks
     contacts.rocking_block contacts.pool_ball contacts.ball_on_turntable contacts.eulers_disk contacts.newtons_cradle
     contacts.woodpecker contacts.slider_crank_with_clearance
-    contacts.rimless_wheel contacts.simplest_walker contacts.compass_gait contacts.skidding_bicycle
+    walking.rimless_wheel walking.simplest_walker walking.compass_gait contacts.skidding_bicycle
 """
 GALLERY: dict[str, str] = {place.rpartition(".")[2]: f"kane.gallery.{place}" for place in _PLACES.split()}
 """Module path of each system by name, from simple to rich."""
@@ -71,7 +71,7 @@ __getattr__ = offered(
     __name__,
     {
         f"{folder}.": " ".join(name for name, path in GALLERY.items() if path.startswith(f"kane.gallery.{folder}."))
-        for folder in ("rolling", "flexible", "contacts")
+        for folder in ("rolling", "flexible", "contacts", "walking")
     },
 )
 
