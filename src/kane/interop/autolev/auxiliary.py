@@ -9,7 +9,7 @@ from kane.expr.differentiation import diff
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, Expr
 from kane.expr.symbols import AuxiliarySpeed, Input, Reaction, Speed
-from kane.interop.autolev.model import Names, agree, replacing
+from kane.interop.autolev.model import LastForm, agree, replacing
 from kane.interop.autolev.sheet import Sheet
 from kane.interop.autolev.space import Space
 from kane.interop.autolev.values import Vec
@@ -30,7 +30,7 @@ class Evidence:
         return v.map(self.change) if self.change else v
 
 
-def evidence(sheet: Sheet, names: Names, space: Space) -> Evidence:
+def evidence(sheet: Sheet, names: LastForm, space: Space) -> Evidence:
     """Auxiliary speeds with the unknown forces; each speed belongs to the point or frame from which on velocities hold it."""
     if not sheet.auxiliary:
         return Evidence()
@@ -45,7 +45,7 @@ def evidence(sheet: Sheet, names: Names, space: Space) -> Evidence:
     return Evidence(speeds, tuple(reactions.values()), replacing(reactions))
 
 
-def _unknown(sheet: Sheet, names: Names) -> list[Input]:
+def _unknown(sheet: Sheet, names: LastForm) -> list[Input]:
     """Variables without a value in loads: those named in Kane(…), else all."""
     loads = [x for _, v, _ in (*sheet.forces, *sheet.torques) for x in names.vector(v).parts.values()]
     free = [s for s in free_symbols(loads) if isinstance(s, Input) and s.name.lower() not in sheet.given]
@@ -53,7 +53,7 @@ def _unknown(sheet: Sheet, names: Names) -> list[Input]:
     return told or free
 
 
-def _cut(u: Speed, sheet: Sheet, names: Names, space: Space) -> AuxiliarySpeed:
+def _cut(u: Speed, sheet: Sheet, names: LastForm, space: Space) -> AuxiliarySpeed:
     """The place of an auxiliary speed: the point or frame nearest to the inertial frame whose velocity holds it."""
     n = sheet.inertial
     for name in filter(space.turning.__contains__, space.frames):  # which are made from the inertial one outwards
@@ -69,7 +69,7 @@ def _cut(u: Speed, sheet: Sheet, names: Names, space: Space) -> AuxiliarySpeed:
     return auxiliary_speed(u.name, at=space.points[first], along=_unit(u, partials[first], space))
 
 
-def _partial(u: Speed, v: Vec, names: Names) -> Vec:
+def _partial(u: Speed, v: Vec, names: LastForm) -> Vec:
     return v.map(lambda x: names.final(diff(names.with_auxiliary(x), u)))
 
 

@@ -12,7 +12,7 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Coordinate, Reaction, Speed, StateVariable, Symbol, rate
 from kane.interop.autolev.auxiliary import Evidence, evidence
-from kane.interop.autolev.model import Names, agree, no_accelerations, replacing, speeds_in
+from kane.interop.autolev.model import LastForm, agree, no_accelerations, replacing, speeds_in
 from kane.interop.autolev.sheet import Sheet
 from kane.interop.autolev.space import Space
 from kane.interop.autolev.speeds import Kinematics, kinematics
@@ -33,7 +33,7 @@ def build(sheet: Sheet) -> Imported:
         raise ModelError("Expected a Newtonian frame, got a text that declares none. Write Newtonian N.")
     if not sheet.masses:
         raise ModelError("Expected a body or particle with a mass, got none. Write Mass B = m.")
-    names = Names(sheet)
+    names = LastForm(sheet)
     space = Space(sheet, names)
     shown = evidence(sheet, names, space)
     bodies = _bodies(sheet, names, space)
@@ -49,7 +49,7 @@ def build(sheet: Sheet) -> Imported:
     return _imported(sheet, names, system)
 
 
-def _speeds(sheet: Sheet, names: Names, space: Space, moving: list[Expr]) -> list[Speed]:
+def _speeds(sheet: Sheet, names: LastForm, space: Space, moving: list[Expr]) -> list[Speed]:
     """The speeds that the model has: those in kinematical equations, in what moves, and in constraints."""
     held = set(free_symbols(moving))
     rates = [
@@ -61,7 +61,7 @@ def _speeds(sheet: Sheet, names: Names, space: Space, moving: list[Expr]) -> lis
     return [u for u in dict.fromkeys((*order, *used)) if u in found]
 
 
-def _bodies(sheet: Sheet, names: Names, space: Space) -> list[Body]:
+def _bodies(sheet: Sheet, names: LastForm, space: Space) -> list[Body]:
     made: list[Body] = []
     for name, mass in sheet.masses.items():
         shown, m = sheet.say(name), names.final(mass)
@@ -85,7 +85,7 @@ def _bodies(sheet: Sheet, names: Names, space: Space) -> list[Body]:
     return made
 
 
-def _loads(sheet: Sheet, names: Names, space: Space, bodies: list[Body], shown: Evidence) -> list[Load | Gravity]:
+def _loads(sheet: Sheet, names: LastForm, space: Space, bodies: list[Body], shown: Evidence) -> list[Load | Gravity]:
     loads: list[Load | Gravity] = []
     total, everywhere = Vec(), False
     by_name = {b.name.lower(): b for b in bodies}
@@ -125,7 +125,7 @@ def _moving(space: Space) -> list[Expr]:
 
 
 def _system(
-    sheet: Sheet, names: Names, space: Space, kin: Kinematics, bodies: list[Body], laws: list[Expr], shown: Evidence,
+    sheet: Sheet, names: LastForm, space: Space, kin: Kinematics, bodies: list[Body], laws: list[Expr], shown: Evidence,
     loads: list[Load | Gravity],
 ) -> System:  # fmt: skip
     by_rates = replacing(kin.speeds)
@@ -173,7 +173,7 @@ def _vanishes(load: Load | Gravity) -> bool:
     return isinstance(load, Load) and all(v.is_zero for _, v in (*load.forces, *load.torques))
 
 
-def _compare_accelerations(sheet: Sheet, names: Names, space: Space) -> None:
+def _compare_accelerations(sheet: Sheet, names: LastForm, space: Space) -> None:
     """Say where an acceleration of the file is not the derivative of the velocity, which alone counts here."""
     n = sheet.inertial
     for (p, frame), (told, line) in sheet.accelerations.items():
@@ -211,7 +211,7 @@ def _changed(load: Load | Gravity, change: object) -> Load | Gravity:
     return Load(load.name, forces, torques)
 
 
-def _imported(sheet: Sheet, names: Names, system: System) -> Imported:
+def _imported(sheet: Sheet, names: LastForm, system: System) -> Imported:
     symbols = (*system.coordinates, *system.speeds, *system.states, *system.parameters, *system.inputs)
     every: dict[str, Symbol] = {str(s.name): s for s in symbols}
     low = {name.lower(): s for name, s in every.items()}

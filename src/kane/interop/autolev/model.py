@@ -25,7 +25,7 @@ def replacing(changes: Mapping[Any, Any]) -> Callable[[Expr], Expr]:
     return substituting(dict(changes))
 
 
-class Names:
+class LastForm:
     """How expressions of the sheet read in the end: `final(e)` holds coordinates, speeds, parameters, inputs and time alone."""
 
     def __init__(self, sheet: Sheet) -> None:

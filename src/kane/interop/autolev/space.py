@@ -9,15 +9,16 @@ is not that of its position gets one that moves so, by three lengths. Rows say w
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 
 from kane.errors import ModelError
-from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, ZERO, Expr, constant_value
-from kane.expr.symbols import Coordinate, Parameter, QuasiRate, rate
+from kane.expr.symbols import Coordinate, Parameter
 from kane.expr.visit import substituting
-from kane.interop.autolev.model import Names, agree
+from kane.interop.autolev.model import LastForm, agree
 from kane.interop.autolev.sheet import Sheet, Turn, way
 from kane.interop.autolev.values import Dyad, Vec
+from kane.interop.driven import GivenRates, moved, spinning, turned_about, turned_freely
 from kane.space.frame import Frame, Point
 from kane.space.vector import Dyadic, Vector
 
@@ -34,7 +35,7 @@ class Row:
 class Space:
     """Frames and points by the names of the file, and the kinematical rows of what they needed."""
 
-    def __init__(self, sheet: Sheet, names: Names) -> None:
+    def __init__(self, sheet: Sheet, names: LastForm) -> None:
         self.sheet, self.names = sheet, names
         self.rows: list[Row] = []
         self.groups: list[tuple[Coordinate, ...]] = []
@@ -42,7 +43,7 @@ class Space:
         root = Frame(sheet.say(sheet.inertial))
         self.frames: dict[str, Frame] = {sheet.inertial: root}
         self.turning: dict[str, Frame] = {sheet.inertial: root}
-        self._noted: list[tuple[Frame, Frame, Vec]] = []
+        self._noted: list[tuple[Frame, Vec]] = []
         self._orient()
         self._drive()
         self._turn_as_told()
@@ -148,7 +149,9 @@ class Space:
             if forth:
                 self.groups.append(signed)
                 frame = parent.rotate_euler_parameters(shown, signed)
-                self._quasi(frame, turn.child, turn.parent)
+                self._noted.append(
+                    (frame, self.sheet.spin(turn.child, turn.parent))
+                )  # its quasi-rates, once all frames are there
                 return frame
         if turn.rodrigues:
             rho = [f(x) for x in turn.rodrigues]
@@ -156,21 +159,30 @@ class Space:
         rows = [[f(x) for x in row] for row in turn.cosines]
         return parent.rotate_matrix(shown, rows if forth else [list(c) for c in zip(*rows, strict=True)])
 
-    def _quasi(self, frame: Frame, b: str, a: str) -> None:
-        """Note a frame with Euler parameters, whose quasi-rates are components of the angular velocity that is told."""
-        self._noted.append((frame, self.frames[a], self.sheet.spin(b, a)))
-
     def _drive(self) -> None:
         """Say what the quasi-rates are, once all frames are there."""
-        for frame, base, told in self._noted:
-            self._set_quasi(frame, base, self.vector(told))
+        for frame, told in self._noted:
+            self._set_quasi(frame, self.vector(told))
 
-    def _set_quasi(self, frame: Frame, base: Frame, spin: Vector) -> None:
-        found = free_symbols(frame.angular_velocity(base).components(frame))
-        quasi = [q for q in found if isinstance(q, QuasiRate)]
-        for q, value in zip(quasi, spin.components(frame), strict=True):
-            self.euler[q] = self.names.final(value)
-            self.rows.append(Row(q, self.names.final(value), made=True))
+    def _set_quasi(self, frame: Frame, spin: Vector) -> None:
+        driven = spinning(frame, map(self.names.final, spin.components(frame)))
+        self.euler |= dict(driven.rates)
+        self._drive_by(driven)
+
+    def _drive_by(self, driven: GivenRates) -> None:
+        self.rows += [Row(left, right, made=True) for left, right in driven.rates]
+
+    def _about(self, base: Frame, name: str, axis: int, spin: Expr, shown: str) -> Frame:
+        """A frame that turns about an axis of another one, by an angle that is called after what is shown."""
+        frame, driven = turned_about(base, name, axis, spin, partial(self._new, shown))
+        self._drive_by(driven)
+        return frame
+
+    def _freely(self, base: Frame, name: str, shown: str) -> Frame:
+        """A frame that turns by Euler parameters."""
+        frame, e = turned_freely(base, name, partial(self._new, shown))
+        self.groups.append(e)
+        return frame
 
     def _next_spin(self) -> bool:
         """A frame that has an angular velocity in a frame that is there, and no orientation."""
@@ -210,16 +222,13 @@ class Space:
             if not turning:
                 return base.rotate(shown, 0, base.z)
             if len(turning) == 1:
-                angle = self._new(f"{shown}_angle")
-                self.rows.append(Row(rate(angle), x[turning[0]], made=True))
-                return base.rotate(shown, angle, (base.x, base.y, base.z)[turning[0]])
-        e = tuple(self._new(f"{shown}_e{k}") for k in range(4))
-        self.groups.append(e)
-        frame = base.rotate_euler_parameters(shown, e)
-        self._noted.append((frame, base, told))
+                return self._about(base, shown, turning[0], x[turning[0]], shown)
+        frame = self._freely(base, shown, shown)
+        self._noted.append((frame, told))
         return frame
 
-    def _new(self, name: str) -> Coordinate:
+    def _new(self, of: str, what: str) -> Coordinate:
+        name = f"{of}_{what}"
         taken = {s.name for s in self.sheet.symbols.values()}
         while name in taken:
             name += "_"
@@ -249,11 +258,9 @@ class Space:
 
     def _from_start(self, body: str, start: Frame, told: Vec) -> Frame:
         """A body whose orientation stands still and whose angular velocity is written along its axes: it begins there and turns."""
-        e = tuple(self._new(f"{self.sheet.say(body)}_e{k}") for k in range(4))
-        self.groups.append(e)
-        made = start.rotate_euler_parameters(f"{self.sheet.say(body)}_turning", e)
+        made = self._freely(start, f"{self.sheet.say(body)}_turning", self.sheet.say(body))
         self.frames[body] = made
-        self._set_quasi(made, start, self.vector(told))
+        self._set_quasi(made, self.vector(told))
         text = f"{self.sheet.say(body)} has an angular velocity, and an orientation that does not change: it turns from there"
         self.sheet.remarks.say("inferred", text)
         return made
@@ -266,13 +273,9 @@ class Space:
             "inferred", f"{shown} turns otherwise than its orientation says: it gets coordinates of its own"
         )
         if len(big) == 1:
-            angle = self._new(f"{shown}_angle")
-            self.rows.append(Row(rate(angle), spin[big[0]], made=True))
-            return frame.rotate(f"{shown}_turning", angle, (frame.x, frame.y, frame.z)[big[0]])
-        e = tuple(self._new(f"{shown}_e{k}") for k in range(4))
-        self.groups.append(e)
-        made = frame.rotate_euler_parameters(f"{shown}_turning", e)
-        self._set_quasi(made, frame, extra)
+            return self._about(frame, f"{shown}_turning", big[0], spin[big[0]], shown)
+        made = self._freely(frame, f"{shown}_turning", shown)
+        self._set_quasi(made, extra)
         return made
 
     # Points ----------------------------------------------------------------------------------------------------------
@@ -375,14 +378,9 @@ class Space:
         if told is None:
             return False
         p, v = told
-        offset = Vector()
-        units = (self.root.x, self.root.y, self.root.z)
-        for unit, letter, value in zip(units, "xyz", self.components(self.vector(v)), strict=True):
-            if value is not ZERO:
-                q = self._new(f"{s.say(p)}_{letter}")
-                self.rows.append(Row(rate(q), value, made=True))
-                offset = offset + unit * q
-        self.points[p] = self.origin.at(s.say(p), offset)
+        velocity = self.components(self.vector(v))
+        self.points[p], driven = moved(self.origin, s.say(p), self.root, velocity, partial(self._new, s.say(p)))
+        self._drive_by(driven)
         positioned = any(b == p for _, b in edges)
         why = "does not move as its position says" if positioned else "has a velocity and no position"
         s.remarks.say("inferred", f"{s.say(p)} {why}: it gets coordinates of its own, which its velocity drives")

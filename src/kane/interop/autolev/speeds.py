@@ -16,7 +16,7 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import solve_linear
 from kane.expr.node import ONE, ZERO, Expr, constant_value
 from kane.expr.symbols import Coordinate, Speed, rate
-from kane.interop.autolev.model import Names, replacing, undefined
+from kane.interop.autolev.model import LastForm, replacing, undefined
 from kane.interop.autolev.space import Row, Space
 from kane.numeric.sampling import SEEDS, sample
 
@@ -30,7 +30,7 @@ class Kinematics:
     states: dict[Coordinate, Expr]
 
 
-def kinematics(space: Space, names: Names, speeds: Sequence[Speed], moving: Iterable[Expr]) -> Kinematics:
+def kinematics(space: Space, names: LastForm, speeds: Sequence[Speed], moving: Iterable[Expr]) -> Kinematics:
     """The kinematical equations turned round; `moving` are the expressions that place and orient what the model has."""
     held = set(free_symbols(moving))
     grouped = {e for group in space.groups for e in group}
@@ -65,7 +65,7 @@ def kinematics(space: Space, names: Names, speeds: Sequence[Speed], moving: Iter
     )
 
 
-def _row(q: Coordinate, names: Names, speeds: Sequence[Speed]) -> Row | None:
+def _row(q: Coordinate, names: LastForm, speeds: Sequence[Speed]) -> Row | None:
     """The kinematical equation of a coordinate, if it is affine in the speeds."""
     value = names.final(names.kinematic[rate(q)])
     try:

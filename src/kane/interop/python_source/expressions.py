@@ -19,7 +19,7 @@ from kane.expr.ops import ADD, CONST, DIV, MUL, NEG, PI, POW, SUB
 from kane.expr.regular import unguarded
 from kane.expr.surd import Surd
 from kane.expr.symbols import QuasiRate, Rate, Symbol, Time
-from kane.program.emit.names import numbered, word
+from kane.interop.names import FreeNames
 from kane.space.vector import Parts, Vector
 
 WORTH = 6
@@ -40,26 +40,24 @@ _TAKEN = frozenset(keyword.kwlist) | {"kn", "system", "START", "TITLE", "SOURCES
 Text = tuple[str, int]
 
 
-class Names:
+class ObjectNames:
     """Python names, one for each object that was given a name; equal names of different objects are told apart."""
 
     def __init__(self) -> None:
         self._by_object: dict[int, str] = {}
         self._kept: list[object] = []
-        self._taken = set(_TAKEN)
+        self._names = FreeNames(_TAKEN)
 
     def give(self, item: object, wanted: str, kind: str) -> str:
         """The name of a new object: as wanted where that is a free identifier, else with what `kind` it is of."""
-        plain = word("".join(_MARKS.get(c, c) for c in wanted), kind)
-        name = numbered(f"{plain}_{kind}" if plain in self._taken else plain, self._taken)
-        self._by_object[id(item)] = name
-        self._kept.append(item)  # an id is an object's as long as it lives
+        name = self._names.identifier("".join(_MARKS.get(c, c) for c in wanted), kind)
+        self.alias(item, name)
         return name
 
     def alias(self, item: object, text: str) -> None:
         """An object that is reached by this text, and has no name."""
         self._by_object[id(item)] = text
-        self._kept.append(item)
+        self._kept.append(item)  # an id is an object's as long as it lives
 
     def __getitem__(self, item: object) -> str:
         return self._by_object[id(item)]
@@ -76,7 +74,7 @@ class Expressions:
 
     def __init__(
         self,
-        names: Names,
+        names: ObjectNames,
         define: Callable[[str, str], None],
         shared: Iterable[Expr] = (),
         owner: Callable[[Symbol], None] = lambda s: None,
@@ -173,7 +171,7 @@ class Expressions:
         return f"({text})" if least > _SUM and not single else text or "kn.Vector()"
 
 
-def _terms(parts: Parts, names: Names) -> Iterable[tuple[str, Expr]]:
+def _terms(parts: Parts, names: ObjectNames) -> Iterable[tuple[str, Expr]]:
     for frame, numbers in parts:
         for axis, x in zip("xyz", numbers, strict=True):
             if x.op is not CONST or number_of(x) != 0:

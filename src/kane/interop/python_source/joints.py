@@ -6,12 +6,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from kane.expr.node import ZERO
-from kane.interop.python_source.expressions import Expressions, Names, literal, same
+from kane.interop.python_source.expressions import Expressions, ObjectNames, literal, same
 from kane.model.joints.joint import Joint
 from kane.space.vector import Vector
 
 
-def joint_call(j: Joint, text: Expressions, by_name: bool, names: Names) -> tuple[str, list[str]]:
+def joint_call(j: Joint, text: Expressions, by_name: bool, names: ObjectNames) -> tuple[str, list[str]]:
     """The function of a joint, and its arguments after name, point and parent."""
     arguments = _ARGUMENTS[j.kind](j, text)
     if not j.coordinates:

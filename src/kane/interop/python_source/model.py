@@ -16,7 +16,7 @@ from kane.expr.node import Expr
 from kane.expr.symbols import Input, Parameter, Reaction, StateVariable, Symbol
 from kane.interop.python_source.constraints import Group, groups
 from kane.interop.python_source.contacts import Made, OfSpeed, law_call, new_points, place_call
-from kane.interop.python_source.expressions import Expressions, Names, literal, same, shared_among
+from kane.interop.python_source.expressions import Expressions, ObjectNames, literal, same, shared_among
 from kane.interop.python_source.joints import joint_call
 from kane.interop.python_source.layout import INDENT, call, folded, listed, wrapped
 from kane.interop.python_source.makers import friction_call, pair_of, solid_call
@@ -71,7 +71,7 @@ class _Writer:
 
     def __init__(self, system: System, shared: Iterable[Expr]) -> None:
         self.system = system
-        self.names = Names()
+        self.names = ObjectNames()
         self.lines: list[str] = []
         self.text = Expressions(self.names, self._assign, shared, self._make_owner)
         self._made = {id(x): j for j in system.joints for x in (j.point, *_turned_by(j))}

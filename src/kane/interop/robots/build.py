@@ -65,8 +65,7 @@ def built(robot: Robot, options: Options) -> Imported:
 
 def _imported(made: Making, system: System, doubts: list[str]) -> Imported:
     robot = made.robot
-    renamed = [r for n in (made.link_names, made.joint_names, made.symbol_names) for r in n.remarks]
-    remarks = (*robot.remarks, *made.remarks, *renamed, *(Remark("inferred", text) for text in doubts))
+    remarks = (*robot.remarks, *made.remarks, *(Remark("inferred", text) for text in doubts))
     refused = [r for r in remarks if r.kind == "refused"]
     if refused:
         warn(

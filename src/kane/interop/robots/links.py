@@ -31,7 +31,7 @@ UNITS = {"hinge": "N*m", "slide": "N"}
 def add_link(made: Making, link: Link) -> None:
     """Frame, origin, joints and body of a link."""
     frame, point = made.placed(link.parent)
-    name = made.link_names.identifier(link.name, "link", link.where)
+    name = made.identifier("links", link.name, "link", link.where)
     made.called["links"][link.name] = name
     offset = vector(frame, link.placement.offset)
     frame = turned(frame, f"{name} seat" if link.moves else name, link.placement.rotation)
@@ -87,7 +87,7 @@ def _check_numbers(link: Link) -> None:
 
 def _add_move(made: Making, move: Move, frame: Frame, point: Point, child: str) -> tuple[Frame, Point]:
     """The child of a joint, and its loads; the origin of the child is that of the parent, moved by the joint."""
-    name = made.joint_names.identifier(move.name, "joint", move.where)
+    name = made.identifier("joints", move.name, "joint", move.where)
     anchor = vector(frame, move.anchor)
     at = point if anchor.is_zero else point.at(f"{name} anchor", anchor)
     axis = vector(frame, move.axis)
@@ -105,7 +105,7 @@ def _add_move(made: Making, move: Move, frame: Frame, point: Point, child: str) 
     else:
         joint = free(name, at, frame, child=child)
     for s in (*joint.coordinates, *joint.speeds):
-        if made.symbol_names.identifier(s.name, "symbol") != s.name:
+        if made.identifier("symbols", s.name, "symbol") != s.name:
             came = f"{s.name} of {move.name!r} too ({move.where})"
             raise expect.refusal(ModelError, "names of joints that make symbols of different names", came, "Rename it.")
     made.joints[move.name], made.moves[move.name] = joint, move

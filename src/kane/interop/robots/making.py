@@ -2,14 +2,16 @@
 """A system while it is made of a robot's record, and what all of its makers use."""
 
 from dataclasses import dataclass, field
+from keyword import kwlist
 from typing import Any, Literal
 
 import numpy as np
 
+from kane.errors import cut
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Coordinate, Input, Parameter, StateVariable
 from kane.interop.imported import Remark
-from kane.interop.robots.names import Names
+from kane.interop.names import FreeNames
 from kane.interop.robots.records import Move, Robot
 from kane.model.constraints import Constraint
 from kane.model.contacts import ContactLaw
@@ -22,6 +24,8 @@ from kane.space.vector import Vector
 
 Symbolic = Literal["none", "masses", "all"]
 KINDS = ("none", "masses", "all")
+LONGEST = 80
+"""Letters of a name that an identifier is made of."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,20 +61,27 @@ class Making:
     holonomic: list[Constraint] = field(default_factory=list)
     contacts: list[ContactLaw] = field(default_factory=list)
     dependent: list[Coordinate] = field(default_factory=list)
-    link_names: Names = field(default_factory=Names)
-    joint_names: Names = field(default_factory=Names)
-    symbol_names: Names = field(default_factory=Names)
+    names: dict[str, FreeNames] = field(
+        default_factory=lambda: {of: FreeNames(kwlist) for of in ("links", "joints", "symbols")}
+    )
     called: dict[str, dict[str, str]] = field(default_factory=lambda: {"links": {}, "joints": {}, "inputs": {}})
 
     def placed(self, link: int) -> tuple[Frame, Point]:
         """Frame and origin of a link, or of the ground."""
         return (self.ground, self.origin) if link < 0 else (self.frames[link], self.points[link])
 
+    def identifier(self, of: str, name: str, what: str, where: str = "") -> str:
+        """An identifier of its own among links, joints or symbols for the thing `what` of this name; another one is said."""
+        found = self.names[of].identifier(name[:LONGEST], what)
+        if found != name:
+            self.remarks.append(Remark("inferred", f"{what} {cut(name)!r} is called {found}", where))
+        return found
+
     def parameter(self, name: str, value: float, unit: str, what: str, kinds: tuple[str, ...] = ("all",)) -> Expr:
         """A number of the robot, as a parameter where these kinds are; one that is zero is none."""
         if value == 0 or self.options.parameters not in kinds:
             return as_expr(float(value))
-        return Parameter.declare(self.symbol_names.identifier(name, "parameter"), float(value), unit, what)
+        return Parameter.declare(self.identifier("symbols", name, "parameter"), float(value), unit, what)
 
     def coordinate(self, joint: str) -> Coordinate:
         """The coordinate of a joint that has one."""

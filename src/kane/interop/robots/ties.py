@@ -58,7 +58,7 @@ def _point(made: Making, link: int, name: str, offset: Array) -> Point:
 
 def close(made: Making, c: Closure) -> None:
     """The constraints of a loop."""
-    name = made.joint_names.identifier(c.name, "closure", c.where)
+    name = made.identifier("joints", c.name, "closure", c.where)
     if made.carriers[c.first] == made.carriers[c.second]:
         made.remarks.append(Remark("ignored", f"the closure {c.name!r} of what does not move in each other", c.where))
         return
@@ -77,7 +77,7 @@ def close(made: Making, c: Closure) -> None:
 
 def strung(made: Making, s: Strand) -> Strung:
     """A tendon; its spring, damper and limits are made."""
-    name = made.joint_names.identifier(s.name, "tendon", s.where)
+    name = made.identifier("joints", s.name, "tendon", s.where)
     points = [_point(made, link, f"{name} {k}", offset) for k, (link, offset) in enumerate(s.points, 1)]
     ends = tuple(pairwise(points))
     arms = tuple((made.joints[j], arm) for j, arm in s.arms.items())
@@ -101,7 +101,7 @@ def strung(made: Making, s: Strand) -> Strung:
 
 def drive(made: Making, d: Drive, strands: Mapping[str, Strung]) -> None:
     """An actuator's input and its effort; a position or velocity servo feeds back length and its rate."""
-    name = made.symbol_names.identifier(d.name, "actuator", d.where)
+    name = made.identifier("symbols", d.name, "actuator", d.where)
     control = Input.declare(name, None, "", f"actuator {name}")
     made.inputs[name] = control
     made.called["inputs"][d.name] = name
@@ -110,7 +110,7 @@ def drive(made: Making, d: Drive, strands: Mapping[str, Strung]) -> None:
     acting: Expr = control
     if d.dynamics:
         acting = StateVariable.declare(
-            made.symbol_names.identifier(f"act_{name}", "state"), 0.0, "", f"activation of {name}"
+            made.identifier("symbols", f"act_{name}", "state"), 0.0, "", f"activation of {name}"
         )
         made.states[acting] = control if d.dynamics == "integrator" else (control - acting) / d.time_constant
     gain, bias = (k[0] + length * k[1] + rate * k[2] for k in (d.gain, d.bias))

@@ -7,7 +7,6 @@ by comparing that matrix with theirs at random values; what is none of them stay
 
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import permutations, product
 from typing import Any
 
@@ -17,9 +16,11 @@ from kane.errors import ModelError
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ONE, ZERO, Expr, constant_value, nodes
 from kane.expr.ops import COS, SIN
-from kane.expr.symbols import Coordinate, Input, Parameter, Rate, rate
+from kane.expr.symbols import Coordinate, Input, Parameter, Rate
+from kane.interop.driven import GivenRates, New, spinning, turned_about, turned_freely
 from kane.interop.imported import Remarks
-from kane.interop.sympy_mechanics.names import Names, Translation
+from kane.interop.names import FreeNames
+from kane.interop.sympy_mechanics.names import Translation
 from kane.interop.sympy_mechanics.states import COUNT, States
 from kane.numeric.arrays import Array
 from kane.numeric.sampling import SEED
@@ -30,14 +31,6 @@ from kane.space.vector import Dyadic, Vector, axes
 
 _SEQUENCES = [a + b + c for a, b, c in product("xyz", repeat=3) if a != b != c]
 Entries = Sequence[Sequence[Expr]]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Further:
-    """A coordinate that SymPy's model lacks, and the row that moves it: its rate less what it is, which vanishes."""
-
-    coordinates: tuple[Coordinate, ...]
-    rows: tuple[Expr, ...]
 
 
 def tree(frame: Any) -> dict[Any, tuple[Any, bool]]:
@@ -121,10 +114,10 @@ class Frames:
             states,
             remarks,
         )
-        self._names = Names()
+        self._names = FreeNames()
         self._made: dict[Any, Frame] = {inertial: Frame(self._names.free(inertial.name))}
         self.inertial = self._made[inertial]
-        self.further: list[Further] = []
+        self.further: list[GivenRates] = []
 
     def frame(self, theirs: Any) -> Frame:
         """Our frame for one of SymPy's."""
@@ -213,12 +206,9 @@ class Frames:
         alone = len(own) == 1 and own[0][1] in (parent, child) and len(k) == 1
         if not own or alone:
             size = self._known.scalar(own[0][0][k[0]]) if own else ZERO
-            angle = Coordinate.declare(
-                self._known.names.free(f"angle_{name}"), None, "", "angle of a frame given by its angular velocity"
-            )
-            frame = ours.rotate(name, angle, axes(ours)[k[0] if own else 0])
-            self._states.enter(angle, size)
-            self.further.append(Further((angle,), (rate(angle) - size,)))
+            frame, driven = turned_about(ours, name, k[0] if own else 0, size, self._new(name, "", "angle"))
+            self._states.enter(driven.coordinates[0], size)
+            self.further.append(driven)
         else:
             frame = self._turned(name, ours, child, spin)
         self._remarks.say(
@@ -227,25 +217,19 @@ class Frames:
         return frame
 
     def _turned(self, name: str, ours: Frame, child: Any, spin: Any) -> Frame:
-        e = tuple(
-            Coordinate.declare(
-                self._known.names.free(f"e{k}_{name}"),
-                None,
-                "1",
-                "Euler parameter of a frame given by its angular velocity",
-            )
-            for k in range(4)
-        )
-        frame = ours.rotate_euler_parameters(name, e)
-        assert frame.orientation is not None
-        quasi = frame.orientation.quasi
+        frame, e = turned_freely(ours, name, self._new(name, "1", "Euler parameter"))
         self._made[child] = frame
         w = self.vector(spin)
-        self._states.enter_turning(e, (), ())
-        sizes = [w.dot(a) for a in axes(frame)]
+        self._states.enter_turning(e)
+        driven = spinning(frame, [w.dot(a) for a in axes(frame)])
+        quasi, sizes = zip(*driven.rates, strict=True)
         self._states.values.update(zip(quasi, self._states.of(sizes), strict=True))
-        self.further.append(Further(e, tuple(s - x for s, x in zip(quasi, sizes, strict=True))))
+        self.further.append(driven)
         return frame
+
+    def _new(self, name: str, unit: str, what: str) -> New:
+        free, said = self._known.names.free, f"{what} of a frame given by its angular velocity"
+        return lambda of: Coordinate.declare(free(f"{of}_{name}"), None, unit, said)
 
 
 def _arguments(entries: Iterable[Expr]) -> list[Expr]:

@@ -28,7 +28,6 @@ class Given:
     loads: tuple[Any, ...]
     holonomic: tuple[Any, ...] = ()
     motion: tuple[Any, ...] = ()
-    dependent_q: tuple[Any, ...] = ()
     dependent_u: tuple[Any, ...] = ()
     auxiliary: tuple[Any, ...] = ()
     lagrangian: Any = None
@@ -99,7 +98,7 @@ def _kane(method: Any, bodies: Any, loads: Any) -> Given:
     return Given(
         f"KanesMethod in {method._inertial}", method._inertial, tuple(method.q), u,
         method._k_kqdot_implicit, method._k_ku_implicit, tuple(method._f_k_implicit), tuple(own), _pairs(forces),
-        tuple(method._f_h), motion, tuple(method._qdep), tuple(method._udep), tuple(method._uaux), None, method,
+        tuple(method._f_h), motion, tuple(method._udep), tuple(method._uaux), None, method,
     )  # fmt: skip
 
 

@@ -18,11 +18,12 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Coordinate, Input, Parameter, Rate, Speed, Symbol, rate
 from kane.expr.visit import substituted
 from kane.interop.imported import Imported, Remarks
+from kane.interop.names import FreeNames
 from kane.interop.sympy_mechanics import checking
 from kane.interop.sympy_mechanics.auxiliary import Auxiliary
 from kane.interop.sympy_mechanics.frames import Frames, euler_sets, tree
 from kane.interop.sympy_mechanics.given import Given, read
-from kane.interop.sympy_mechanics.names import Names, Translation
+from kane.interop.sympy_mechanics.names import Translation
 from kane.interop.sympy_mechanics.points import Points
 from kane.interop.sympy_mechanics.speeds import Definitions, define, follow, keeps_length, rates_by_speeds
 from kane.interop.sympy_mechanics.states import States
@@ -130,7 +131,7 @@ class _Import:
 
     def system(self) -> System:
         """The system."""
-        bodies, names = [], Names()
+        bodies, names = [], FreeNames()
         for b in self._given.bodies:
             bodies.append(self._body(b, names.free(str(b.name))))
         loads = [self._load(place, vector, names) for place, vector in self._given.loads]
@@ -241,7 +242,7 @@ class _Import:
         inertia = self._frames.dyadic(b.central_inertia, frame)
         return RigidBody(name, frame=frame, mass_center=center, mass=mass, inertia=inertia)
 
-    def _load(self, place: Any, vector: Any, names: Names) -> Load:
+    def _load(self, place: Any, vector: Any, names: FreeNames) -> Load:
         v = self._frames.vector(vector)
         if hasattr(place, "_pos_dict"):
             return Force(self._points.point(place), v, names.free(f"force on {place.name}").replace("_", " "))

@@ -13,23 +13,12 @@ from kane.errors import ExpressionError, cut
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Coordinate, Input, Parameter, Speed, Symbol, time
 from kane.interop.imported import Remarks
+from kane.interop.names import FreeNames
 from kane.interop.sympy import from_sympy
 from kane.interop.sympy_mechanics.given import Given
-from kane.program.emit.names import numbered
 
 _ASSUMED = ("positive", "negative", "nonnegative", "nonpositive", "nonzero", "integer")
 """Assumptions worth a word, the stronger first."""
-
-
-class Names:
-    """Names that are taken, and free ones made of what is wanted."""
-
-    def __init__(self) -> None:
-        self._taken: set[str] = set()
-
-    def free(self, wanted: str) -> str:
-        """`wanted` without spaces, with a number behind it where it is taken."""
-        return numbered("".join("_" if c.isspace() else c for c in wanted) or "x", self._taken)
 
 
 class Translation(Mapping[Any, Expr]):
@@ -38,11 +27,10 @@ class Translation(Mapping[Any, Expr]):
     def __init__(self, given: Given, values: Mapping[Any, float], remarks: Remarks) -> None:
         from sympy.physics.mechanics import dynamicsymbols
 
-        self.names, self._remarks = Names(), remarks
+        self.names, self._remarks = FreeNames([time.name]), remarks
         self._known: dict[Any, Expr] = {dynamicsymbols._t: time}
         self._values = {getattr(key, "name", str(key)): float(x) for key, x in values.items()}
         self._time = dynamicsymbols._t
-        self.names.free(time.name)
         self.coordinates = tuple(self._enter(x, Coordinate) for x in given.q)
         self.speeds = tuple(self._enter(x, Speed) for x in given.u)
         for x in given.auxiliary:

@@ -12,11 +12,14 @@ from typing import Any
 import numpy as np
 
 from kane.errors import ModelError, cut
-from kane.expr.symbols import Coordinate, rate
+from kane.expr.node import ZERO
+from kane.expr.symbols import Coordinate
+from kane.interop.driven import moved
 from kane.interop.imported import Remarks
+from kane.interop.names import FreeNames
 from kane.interop.sympy_mechanics.auxiliary import Auxiliary, Held
-from kane.interop.sympy_mechanics.frames import Frames, Further
-from kane.interop.sympy_mechanics.names import Names, Translation
+from kane.interop.sympy_mechanics.frames import Frames
+from kane.interop.sympy_mechanics.names import Translation
 from kane.interop.sympy_mechanics.states import States
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EQUAL
@@ -33,7 +36,7 @@ class Points:
         self, inertial: Any, frames: Frames, auxiliary: Auxiliary, known: Translation, states: States, remarks: Remarks
     ) -> None:
         self._theirs, self._frames, self._known, self._states, self._remarks = inertial, frames, known, states, remarks
-        self._names, self._auxiliary = Names(), auxiliary
+        self._names, self._auxiliary = FreeNames(), auxiliary
         self._root: Point | None = None
         self._references: dict[Any, Any] = {}
         self._lines: dict[Any, list[Any]] = {}
@@ -53,18 +56,18 @@ class Points:
         offsets = [self._frames.vector(b._pos_dict[a]) for a, b in itertools.pairwise(line)]
         drift = self._velocity(theirs)
         position = sum(offsets, Vector())
-        moved = position.dt(self._frames.inertial)
-        there = self._states.of((drift - moved).components(self._frames.inertial))
+        carried = position.dt(self._frames.inertial)
+        there = self._states.of((drift - carried).components(self._frames.inertial))
         size = max(
             1e-3,
             np.abs(
-                self._states.of([*drift.components(self._frames.inertial), *moved.components(self._frames.inertial)])
+                self._states.of([*drift.components(self._frames.inertial), *carried.components(self._frames.inertial)])
             ).max(),
         )
         if not np.isfinite(there).all():
             raise ModelError(f"Expected a finite velocity of {theirs} at random states, got {cut(drift)}.")
         there = np.where(np.abs(there) <= EQUAL * size, 0.0, there)
-        made = self._origin(reference, there, drift - moved, size, theirs)
+        made = self._origin(reference, there, drift - carried, size, theirs)
         for a, b, offset in zip(line, line[1:], offsets, strict=False):
             if b not in made:
                 made[b] = made[a].at(self._names.free(b.name), offset)
@@ -111,18 +114,15 @@ class Points:
         return self._root
 
     def _drifting(self, root: Point, drift: Vector, moving: list[int], theirs: Any) -> Point:
-        inertial, offset = self._frames.inertial, Vector()
-        q, rows = [], []
-        for k in moving:
-            x = Coordinate.declare(
-                self._known.names.free(f"{_XYZ[k]}_{theirs.name}"), None, "", f"place of {theirs.name} by its velocity"
-            )
-            speed = drift.dot(axes(inertial)[k])
-            self._states.enter(x, speed)
-            q.append(x)
-            rows.append(rate(x) - speed)
-            offset = offset + axes(inertial)[k] * x
-        self._frames.further.append(Further(tuple(q), tuple(rows)))
+        inertial, name, free = self._frames.inertial, theirs.name, self._known.names.free
+        velocity = [drift.dot(axis) if k in moving else ZERO for k, axis in enumerate(axes(inertial))]
+        point, driven = moved(
+            root, self._names.free(f"{name}_moving"), inertial, velocity,
+            lambda x: Coordinate.declare(free(f"{x}_{name}"), None, "", f"place of {name} by its velocity"),
+        )  # fmt: skip
+        for q, (_, speed) in zip(driven.coordinates, driven.rates, strict=True):
+            self._states.enter(q, speed)
+        self._frames.further.append(driven)
         along = ", ".join(f"{inertial.name}.{_XYZ[k]}" for k in moving)
         v = cut(theirs.vel(self._theirs), 80)
         if len(self._lines[theirs]) == 1:
@@ -132,7 +132,7 @@ class Points:
         else:
             said = f"{theirs} is moved by its velocity {v}, which is not the rate of its position from {self._references[theirs]}"
             self._remarks.say("changed", f"{said}: it has coordinates of its own along {along}")
-        return root.at(self._names.free(f"{theirs.name}_moving"), offset)
+        return point
 
 
 def _ways(start: Any) -> dict[Any, Any]:

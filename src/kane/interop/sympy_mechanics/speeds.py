@@ -16,8 +16,8 @@ from kane.expr.matrix import solve_linear
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, QuasiRate, Speed, rate
 from kane.expr.visit import substituted
+from kane.interop.driven import GivenRates
 from kane.interop.imported import Remarks
-from kane.interop.sympy_mechanics.frames import Further
 from kane.interop.sympy_mechanics.names import Translation
 from kane.interop.sympy_mechanics.states import Kinematical, States
 from kane.numeric.arrays import Array
@@ -79,13 +79,13 @@ def _held(known: Translation, of: str) -> Speed:
     return Speed.declare(known.names.free("w"), None, "", f"vanishes: {of}")
 
 
-def follow(found: Definitions, further: Sequence[Further], known: Translation) -> None:
+def follow(found: Definitions, further: Sequence[GivenRates], known: Translation) -> None:
     """Coordinates that SymPy's model lacks, each with its row as a speed that vanishes."""
     for more in further:
         found.coordinates += more.coordinates
-        for row in more.rows:
+        for left, right in more.rates:
             own = next(iter(more.coordinates)).name
-            found.vanishing[_held(known, f"{own} moves as its velocity says")] = found.in_rates(row)
+            found.vanishing[_held(known, f"{own} moves as its velocity says")] = found.in_rates(left - right)
 
 
 def _less(

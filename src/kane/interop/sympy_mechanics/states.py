@@ -149,11 +149,10 @@ class States:
         self.values[q] = self._rng.uniform(0.2, 1.2, COUNT)
         self.values[rate(q)] = self.of([moving])[0]
 
-    def enter_turning(self, group: Sequence[Coordinate], quasi: Sequence[Symbol], spin: Sequence[Expr]) -> None:
-        """Further Euler parameters, with the angular velocity that they have."""
+    def enter_turning(self, group: Sequence[Coordinate]) -> None:
+        """Further Euler parameters."""
         e = self._rng.uniform(0.2, 1.2, (4, COUNT))
         self.values.update(zip(group, e / np.linalg.norm(e, axis=0), strict=True))
-        self.values.update(zip(quasi, self.of(spin), strict=True))
 
     def turning(self, group: Sequence[Coordinate]) -> Array:
         """w = 2 (e0 ė − ė0 e − e × ė), 3 × states."""
