@@ -14,7 +14,7 @@ import kane as kn
 from kane.cli import screen
 from kane.cli.models import AsJson, Name, model_of
 from kane.cli.screen import own_code
-from kane.cli.simulate import Start, start
+from kane.cli.simulate import NamedStart, start
 from kane.progress import working
 
 _ROUNDS, _LEAST, _BATCH = 7, 0.01, 4096
@@ -50,7 +50,7 @@ def bench(name: Name, as_json: AsJson = False) -> None:
     screen.table([(n, str(o)) for n, o in compiled.operations.routines])
 
 
-def _arguments(eom: kn.Equations, begin: Start, t: float) -> tuple[Any, Any]:
+def _arguments(eom: kn.Equations, begin: NamedStart, t: float) -> tuple[Any, Any]:
     """The state and the inputs at START; some number for what it does not say."""
     values = {**begin.q, **begin.u, **begin.states}
     x = np.array([float(values.get(s.name, 0.1 * k)) for k, s in enumerate(eom.state, 1)])

@@ -17,7 +17,7 @@ from kane.cli import screen
 from kane.cli.derive import derived
 from kane.cli.models import AsJson, Name, NamedModel, model_of
 from kane.cli.screen import Misuse, UserError, message_of, own_code, place_of, shown
-from kane.cli.simulate import Start, start
+from kane.cli.simulate import NamedStart, start
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.poles import AdmittedSpeeds, moving_pivots
 from kane.dynamics.readings.quantities import parameter_values
@@ -165,7 +165,7 @@ def check(name: Name, as_json: AsJson = False) -> None:
             show(what, [*placed, *doubtful])
 
 
-def _check_start(model: NamedModel, eom: kn.Equations, begin: Start) -> dict[kn.Expr, Any]:
+def _check_start(model: NamedModel, eom: kn.Equations, begin: NamedStart) -> dict[kn.Expr, Any]:
     """The values must be admissible, and the equations finite where the motion starts; all numbers there, if START says them."""
     groups = (("start value", {**begin.q, **begin.u, **begin.states}), ("value", {**begin.parameters, **begin.inputs}))
     for what, told in groups:
@@ -224,7 +224,7 @@ def _why(eom: kn.Equations, numbers: dict[kn.Expr, Any]) -> str:
     return f"the mass matrix is singular there, where {massless} moves no mass"
 
 
-def _missing(eom: kn.Equations, begin: Start) -> Iterator[str]:
+def _missing(eom: kn.Equations, begin: NamedStart) -> Iterator[str]:
     bare = [p.name for p in eom.parameters if p.default is None and p.name not in begin.parameters]
     if bare:
         yield f"No default for {', '.join(bare)}: every simulation needs --parameter NAME=VALUE for them."
@@ -233,7 +233,7 @@ def _missing(eom: kn.Equations, begin: Start) -> Iterator[str]:
         yield f"START does not say everything: a simulation needs {' '.join(state)}."
 
 
-def _degrees(eom: kn.Equations, begin: Start) -> Iterator[str]:
+def _degrees(eom: kn.Equations, begin: NamedStart) -> Iterator[str]:
     """Angles beyond a whole turn, which are perhaps given in degrees."""
     angles = {f: f.orientation.angle for f in eom.system.frames if f.orientation and f.orientation.angle is not None}
     for f, angle in angles.items():

@@ -28,7 +28,7 @@ _WHAT = dict(zip(KINDS, ("coordinate", "speed", "parameter", "input", "further s
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Start:
+class NamedStart:
     """Values by name for `simulate`, and the options that give those which are missing."""
 
     q: Mapping[str, Any]
@@ -39,7 +39,7 @@ class Start:
     missing: tuple[str, ...]
 
 
-def start(model: NamedModel, eom: kn.Equations, told: Mapping[str, Sequence[str] | None]) -> Start:
+def start(model: NamedModel, eom: kn.Equations, told: Mapping[str, Sequence[str] | None]) -> NamedStart:
     """START, changed by `told`: texts NAME=VALUE for some of `KINDS`.
 
     A name that the system does not have is Misuse in `told`, and a ModelError in START.
@@ -49,7 +49,7 @@ def start(model: NamedModel, eom: kn.Equations, told: Mapping[str, Sequence[str]
         return _assembled(eom, begin, model.span[0]) if eom.system.constraints else begin
 
 
-def declared_start(model: NamedModel, eom: kn.Equations, options: Mapping[str, Sequence[str] | None]) -> Start:
+def declared_start(model: NamedModel, eom: kn.Equations, options: Mapping[str, Sequence[str] | None]) -> NamedStart:
     """As `start`, but what START guesses or leaves out is not solved for."""
     symbols_of: dict[str, list[Any]] = {
         "q": list(eom.coordinates),
@@ -76,7 +76,7 @@ def declared_start(model: NamedModel, eom: kn.Equations, options: Mapping[str, S
             for s in symbols
             if s.name not in values[kind] and not (kind in ("parameters", "states") and s.default is not None)
         ]
-    return Start(**values, missing=tuple(missing))
+    return NamedStart(**values, missing=tuple(missing))
 
 
 def _assignments(option: str, texts: Sequence[str] | None) -> dict[str, float]:
@@ -96,7 +96,7 @@ def _assignments(option: str, texts: Sequence[str] | None) -> dict[str, float]:
     return values
 
 
-def _assembled(eom: kn.Equations, begin: Start, t: float) -> Start:
+def _assembled(eom: kn.Equations, begin: NamedStart, t: float) -> NamedStart:
     """What START guesses or leaves out solved for, where the constraints give it."""
     values = {p.name: p.default for p in eom.parameters} | dict(begin.parameters)
     if None in values.values():
@@ -111,7 +111,7 @@ def _assembled(eom: kn.Equations, begin: Start, t: float) -> Start:
         free = [] if speeds is not None else [s.name for s in eom.independent_speeds if s.name not in begin.u]
         rest = [option for option in begin.missing if not option.startswith((_OPTIONS["q"], _OPTIONS["u"]))]
         missing = (*(f"{_OPTIONS['u']} {name}=…" for name in free), *rest)
-        return Start(q, begin.u if free else u, begin.parameters, begin.inputs, begin.states, missing)
+        return NamedStart(q, begin.u if free else u, begin.parameters, begin.inputs, begin.states, missing)
     return begin
 
 
@@ -119,7 +119,7 @@ def _expected(kind: str, names: Sequence[str]) -> str:
     return f"Expected the name of {'an' if kind == 'inputs' else 'a'} {_WHAT[kind]} ({', '.join(names) or 'there is none'})"
 
 
-def motion(model: NamedModel, eom: kn.Equations, begin: Start, end: float | None) -> kn.Solution:
+def motion(model: NamedModel, eom: kn.Equations, begin: NamedStart, end: float | None) -> kn.Solution:
     """The motion from the start of SPAN to `end`, or to the end of SPAN; Misuse where start values are missing."""
     check_complete(begin.missing)
     span = (model.span[0], model.span[1] if end is None else end)

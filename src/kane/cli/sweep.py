@@ -14,7 +14,7 @@ from kane.cli import screen
 from kane.cli.derive import derived
 from kane.cli.models import KINDS, AsJson, Inputs, Name, NamedModel, Parameters, Q, States, U, model_of
 from kane.cli.screen import Misuse, own_code
-from kane.cli.simulate import Start, check_complete, declared_start
+from kane.cli.simulate import NamedStart, check_complete, declared_start
 from kane.errors import alike, cut
 
 _TOGETHER = 2**16
@@ -91,7 +91,7 @@ def _design(texts: Sequence[str], sampler: str, eom: kn.Equations) -> dict[str, 
     return found
 
 
-def _without(begin: Start, design: Mapping[str, Any], solved: tuple[str, ...]) -> dict[str, Any]:
+def _without(begin: NamedStart, design: Mapping[str, Any], solved: tuple[str, ...]) -> dict[str, Any]:
     """What is the same of all instances by kind; Misuse where something has no value, unless constraints give it (`solved`)."""
     missing = [option for option in begin.missing if option.split()[1].removesuffix("=…") not in design]
     check_complete([option for option in missing if not option.startswith(solved)])

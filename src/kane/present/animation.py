@@ -24,8 +24,8 @@ from kane.present.pages import as_json, asset, carried, environment
 from kane.present.scene.gather import scene as scene_of
 from kane.present.scene.records import Posed, Scene
 from kane.present.scene.shapes import BodyShape
-from kane.present.viewer.page import Course, lowest, page_data
-from kane.present.viewer.parts import Model, model
+from kane.present.viewer.page import PosedMotion, lowest, page_data
+from kane.present.viewer.parts import DrawnModel, model
 from kane.space.frame import Point
 from kane.whole import exchange_marked, path_of
 
@@ -47,12 +47,12 @@ class Animation:
 
     solutions: tuple[Solution, ...]
     scene: Scene
-    courses: tuple[Course, ...]
+    courses: tuple[PosedMotion, ...]
     traces: tuple[int, ...]
     autoplay: bool
 
     @cached_property
-    def model(self) -> Model:
+    def model(self) -> DrawnModel:
         """The parts that are drawn."""
         return model(self.scene, self.courses[0].poses, _up(self.scene))
 
@@ -193,13 +193,15 @@ def _place_number(scene: Scene, point: Point) -> int:
     )
 
 
-def course(scene: Scene, solution: Solution) -> Course:
+def course(scene: Scene, solution: Solution) -> PosedMotion:
     """The poses at instants enough to be played."""
     motion = solution.at(_instants(solution))
     symbols = list(scene.symbols)
     poses = scene.poses(dict(zip(symbols, motion[symbols], strict=True)) if symbols else {})
     axes = {"positions": 2, "rotations": 3, "directions": 2, "scalars": 1}
-    return Course(motion, Posed(**{what: _spread(getattr(poses, what), len(motion), n) for what, n in axes.items()}))
+    return PosedMotion(
+        motion, Posed(**{what: _spread(getattr(poses, what), len(motion), n) for what, n in axes.items()})
+    )
 
 
 def _spread(values: Array, count: int, axes: int) -> Array:
@@ -233,7 +235,7 @@ def _value(e: Expr) -> float:
     return float(evaluate(e, {s: 1.0 if s.default is None else s.default for s in free_symbols([e])}))
 
 
-def _front(scene: Scene, course: Course, up: Array) -> Array:
+def _front(scene: Scene, course: PosedMotion, up: Array) -> Array:
     """The direction to look from: across the plane of a planar system, else along the horizontal axis that hides least."""
     p = course.poses.positions.reshape(-1, 3)
     p = p[np.isfinite(p).all(axis=1)]
@@ -275,11 +277,14 @@ def _write_gltf(animation: Animation, place: Path) -> None:
 
 
 def _write_pictures(animation: Animation, place: Path) -> None:
-    from kane.present.viewer.raster import Shot, write
+    from kane.present.viewer.raster import PictureView, write
 
     camera, low, played = animation.camera, animation.low, animation.played
     front = np.array(camera["front"])
-    write(Shot(animation.model, animation.courses[0], front, camera["azimuth"], camera["height"], low, played), place)
+    write(
+        PictureView(animation.model, animation.courses[0], front, camera["azimuth"], camera["height"], low, played),
+        place,
+    )
 
 
 FORMATS: dict[str, Callable[[Animation, Path], object]] = {

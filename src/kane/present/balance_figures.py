@@ -18,7 +18,7 @@ from kane.numeric.arrays import Array
 from kane.present.figure import Picture, place_of, write
 from kane.present.motion_plots import COLOURS, label_of
 from kane.present.plotted.lines import draw, look
-from kane.present.plotted.runs import Run, runs_of, smooth
+from kane.present.plotted.runs import PlottedRun, runs_of, smooth
 from kane.present.plotted.traces import NOISE, Axis, Panel, Trace, energies, judged, readable
 from kane.units.rules import unit_text
 
@@ -63,7 +63,7 @@ def _seen(made: Sequence[Panel]) -> list[Array]:
     return [trace.y.values for panel in made[:2] for trace in panel.traces if not trace.note]
 
 
-def _balance(run: Run) -> list[Panel]:
+def _balance(run: PlottedRun) -> list[Panel]:
     """The three panels."""
     motion = run.motion
     assert isinstance(motion, Solution)

@@ -45,7 +45,7 @@ class MatrixEquation:
 
 
 @dataclass(frozen=True, slots=True)
-class Block:
+class FormulaBlock:
     """Formulas with the intermediates that they share, and matrix equations, which stand first."""
 
     between: tuple[DisplayedFormula, ...] = ()
@@ -73,10 +73,10 @@ class Chapter:
     number: int
     title: str
     text: str
-    block: Block = Block()
+    block: FormulaBlock = FormulaBlock()
     tables: tuple[PageTable, ...] = ()
-    solution: Block = Block()
-    by_all_speeds: Block = Block()
+    solution: FormulaBlock = FormulaBlock()
+    by_all_speeds: FormulaBlock = FormulaBlock()
     note: str = ""
     provenance: Provenance | None = None
 
@@ -105,7 +105,7 @@ def _chapter(eom: Equations, step: Step, terms: list[Contributions]) -> Chapter:
     own, others = (of_independent, of_all) if of_independent else (of_all, [])
     block, shown = _block(eom, step.number, own)
     tables = (_ALL, _INDEPENDENT)[: 1 + bool(eom.embedding)] if step.number == 4 and _surveyable(eom) else ()
-    solution, note = _solution(eom) if step.number == 7 else (Block(), "")
+    solution, note = _solution(eom) if step.number == 7 else (FormulaBlock(), "")
     note = noncontributing(eom, terms) if step.number == 5 and terms else note
     origins = _PROVENANCE[step.number](eom, terms) if step.number in _PROVENANCE and terms else None
     partials, by_all = tuple(_partials(eom, shown, *parts) for parts in tables), _block(eom, step.number, others)[0]
@@ -113,7 +113,9 @@ def _chapter(eom: Equations, step: Step, terms: list[Contributions]) -> Chapter:
     return Chapter(step.number, tr(step.title), prose, block, partials, solution, by_all, note, origins)
 
 
-def _block(eom: Equations, number: int, results: Sequence[Result]) -> tuple[Block, Mapping[Quantity, DisplayedFormula]]:
+def _block(
+    eom: Equations, number: int, results: Sequence[Result]
+) -> tuple[FormulaBlock, Mapping[Quantity, DisplayedFormula]]:
     """The results laid out, and the formula of each."""
     between, written = result_formulas(results, eom.system.inertial)
     shown = dict(zip((quantity for quantity, _ in results), written, strict=True))
@@ -131,7 +133,7 @@ def _block(eom: Equations, number: int, results: Sequence[Result]) -> tuple[Bloc
         kinds = {q.kind for q in shown}
         displays = [_matrix(head, speeds, shown, kind) for kind, (head, speeds) in heads.items() if kind in kinds]
     listed = [f for q, f in shown.items() if q.kind not in apart or (number == 7 and q.place not in set(eom.speeds))]
-    return Block(tuple(between), tuple(listed), tuple(displays)), shown
+    return FormulaBlock(tuple(between), tuple(listed), tuple(displays)), shown
 
 
 _PROVENANCE: dict[int, Callable[[Equations, list[Contributions]], Provenance | None]] = {
@@ -219,12 +221,12 @@ def _right(shown: Mapping[Quantity, DisplayedFormula], quantity: Quantity) -> st
     return shown[quantity].right if quantity in shown else "0"
 
 
-def _solution(eom: Equations) -> tuple[Block, str]:
+def _solution(eom: Equations) -> tuple[FormulaBlock, str]:
     values = zip((*map(rate, eom.speeds), *eom.reactions), (*eom.accelerations, *eom.reaction_values), strict=True)
     between, shown = formulas(list(values), symbol_latex)
     if len(between) > _MOST:
-        return Block(), tr("The solution takes %(n)s intermediates and is left out here.", n=len(between))
-    return Block(tuple(between), tuple(shown)), ""
+        return FormulaBlock(), tr("The solution takes %(n)s intermediates and is left out here.", n=len(between))
+    return FormulaBlock(tuple(between), tuple(shown)), ""
 
 
 # + − × ÷ √ first, then the functions by name

@@ -15,7 +15,7 @@ from kane.errors import ArgumentError
 from kane.motion.cycles.section import SectionPoints
 from kane.motion.solution.solution import Solution
 from kane.present.plotted.lines import draw, draw_modes, look
-from kane.present.plotted.runs import Run, runs_of
+from kane.present.plotted.runs import PlottedRun, runs_of
 from kane.present.plotted.traces import Panel, panels
 from kane.whole import exchange_marked, path_of
 
@@ -93,7 +93,7 @@ def plot(
     return figure
 
 
-def _new(runs: Sequence[Run], made: Sequence[Panel], names: Sequence[str]) -> Figure:
+def _new(runs: Sequence[PlottedRun], made: Sequence[Panel], names: Sequence[str]) -> Figure:
     """A figure with all panels: against time, modes of contacts, y against x."""
     along = [panel for panel in made if not panel.across]
     across = [panel for panel in made if panel.across]

@@ -60,7 +60,7 @@ _LONGEST = 4000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Quantity:
+class ShownQuantity:
     """A number along the motion: `group` is where it is shown, `label` LaTeX or, of a load or body, its name.
 
     Of a term of u̇ `source` is the load or body that it comes from.
@@ -89,11 +89,11 @@ class Slider:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Row:
+class TermRow:
     """A row of F_r + F*_r = 0 or of u̇: what it is of, and its terms by number."""
 
     label: str
-    terms: tuple[tuple[int, Quantity], ...]
+    terms: tuple[tuple[int, ShownQuantity], ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,9 +105,9 @@ class FirstScreen:
 
     view: Markup
     multiplied: bool
-    rows: tuple[Row, ...]
-    folded: tuple[Row, ...]
-    plots: tuple[tuple[str, str, tuple[tuple[int, Quantity], ...]], ...]
+    rows: tuple[TermRow, ...]
+    folded: tuple[TermRow, ...]
+    plots: tuple[tuple[str, str, tuple[tuple[int, ShownQuantity], ...]], ...]
     sliders: tuple[Slider, ...]
     data: Markup
     still: str
@@ -134,7 +134,7 @@ def screen_of(solution: Solution, drawn: Scene | None = None) -> FirstScreen:
 # What is shown ---------------------------------------------------------------------------------------------------------
 
 
-def terms(eom: Equations) -> Iterator[Quantity]:
+def terms(eom: Equations) -> Iterator[ShownQuantity]:
     """Of each equation the loads and the bodies, each with what it contributes: F̃_r = F_r + Σ_D A_n,Dr F_D, and so for inertia."""
     dependent = [eom.contributions(u) for u in eom.dependent_speeds]
     for j, u in enumerate(eom.independent_speeds):
@@ -148,29 +148,29 @@ def terms(eom: Equations) -> Iterator[Quantity]:
                     by_source.setdefault(c.source.name, []).append(share * c.term)
             every += [x for parts in by_source.values() for x in parts]
             for name, parts in by_source.items():
-                yield Quantity(f"why {u.name}", name, "", sum_of(parts), kind)
+                yield ShownQuantity(f"why {u.name}", name, "", sum_of(parts), kind)
         if eom.system.contacts:  # whose forces are those of the modes, and balance the rest
-            yield Quantity(f"why {u.name}", tr("contacts"), "", -sum_of(every), "active")
+            yield ShownQuantity(f"why {u.name}", tr("contacts"), "", -sum_of(every), "active")
 
 
-def _multiplied(found: Mapping[Symbol, Sequence[Cause]]) -> Iterator[Quantity]:
+def _multiplied(found: Mapping[Symbol, Sequence[Cause]]) -> Iterator[ShownQuantity]:
     for u, own in found.items():
         for c in own:
             source = tr("inertia of %(body)s", body=c.source) if c.kind == "inertia" else c.source
-            yield Quantity(f"why {u.name}", c.latex, "", c.term, c.kind, source)
+            yield ShownQuantity(f"why {u.name}", c.latex, "", c.term, c.kind, source)
 
 
-def _lines(eom: Equations) -> Iterator[Quantity]:
+def _lines(eom: Equations) -> Iterator[ShownQuantity]:
     of = ((N_("coordinates"), eom.coordinates), (N_("speeds"), eom.speeds), (N_("reactions"), eom.reactions))
     for group, symbols in of:
         for s in symbols:
-            yield Quantity(group, symbol_latex(s), eom.unit(s), s)
-    yield Quantity(N_("energy"), "K", "J", eom.kinetic_energy)
+            yield ShownQuantity(group, symbol_latex(s), eom.unit(s), s)
+    yield ShownQuantity(N_("energy"), "K", "J", eom.kinetic_energy)
     if eom.potential_energy is not ZERO:
-        yield Quantity("energy", "V", "J", eom.potential_energy)
+        yield ShownQuantity("energy", "V", "J", eom.potential_energy)
 
 
-def _kept(wanted: Sequence[Quantity], dense: Solution, multiplied: bool) -> list[tuple[Quantity, Array]]:
+def _kept(wanted: Sequence[ShownQuantity], dense: Solution, multiplied: bool) -> list[tuple[ShownQuantity, Array]]:
     """The quantities that matter, with their values along a motion; what vanishes throughout is left out."""
     times = dense.t
     with warnings.catch_warnings():  # rows by dependent speeds that do not follow somewhere are left out below
@@ -209,24 +209,26 @@ def _idle(dense: Solution, span: float, multiplied: bool) -> dict[str, float]:
 
 
 def _rows(
-    dense: Solution, shown: Sequence[tuple[Quantity, Array]], multiplied: bool
-) -> tuple[tuple[Row, ...], tuple[Row, ...]]:
+    dense: Solution, shown: Sequence[tuple[ShownQuantity, Array]], multiplied: bool
+) -> tuple[tuple[TermRow, ...], tuple[TermRow, ...]]:
     """Rows whose terms do most work along the motion, and the others: work is what rows of forces and of torques have in common."""
-    rows: list[Row] = []
+    rows: list[TermRow] = []
     work: list[float] = []
     for u in dense.equations.independent_speeds:
         own = [(k, q, v) for k, (q, v) in enumerate(shown) if q.group == f"why {u.name}"]
         if own:
             speed = np.abs(np.broadcast_to(np.asarray(dense[u], dtype=float), dense.t.shape))
             label = symbol_latex(rate(u)) + " =" if multiplied else symbol_latex(u)
-            rows.append(Row(label, tuple((k, q) for k, q, _ in own)))
+            rows.append(TermRow(label, tuple((k, q) for k, q, _ in own)))
             work.append(max(float(np.nanmax(np.abs(v) * speed, initial=0.0)) for _, _, v in own))
     most = set(sorted(range(len(rows)), key=lambda k: -work[k])[:_ROWS])
     return tuple(r for k, r in enumerate(rows) if k in most), tuple(r for k, r in enumerate(rows) if k not in most)
 
 
-def _plots(numbered: Sequence[tuple[int, Quantity]]) -> Iterator[tuple[str, str, tuple[tuple[int, Quantity], ...]]]:
-    groups: dict[tuple[str, str], list[tuple[int, Quantity]]] = {}
+def _plots(
+    numbered: Sequence[tuple[int, ShownQuantity]],
+) -> Iterator[tuple[str, str, tuple[tuple[int, ShownQuantity], ...]]]:
+    groups: dict[tuple[str, str], list[tuple[int, ShownQuantity]]] = {}
     for k, q in numbered:
         if q.kind == "line":
             groups.setdefault((q.group, q.unit), []).append((k, q))
@@ -238,7 +240,7 @@ def _plots(numbered: Sequence[tuple[int, Quantity]]) -> Iterator[tuple[str, str,
 
 
 def _live(
-    solution: Solution, animation: Animation, values: Sequence[Quantity]
+    solution: Solution, animation: Animation, values: Sequence[ShownQuantity]
 ) -> tuple[dict[str, Any] | None, tuple[Slider, ...], str]:
     """The modules and what they are given; or why the page shows only what has been run."""
     eom = solution.equations

@@ -20,7 +20,7 @@ from kane.present.languages.catalogue import language, plural, tr
 
 
 @dataclass(frozen=True, slots=True)
-class Carried:
+class CarriedText:
     """A style and scripts as one text in a page, the script that begins them, and what a Content-Security-Policy calls them."""
 
     text: Markup
@@ -43,11 +43,11 @@ def asset(name: str, folder: str = "assets") -> str:
 
 
 @cache
-def carried(style: str, *scripts: str) -> Carried:
+def carried(style: str, *scripts: str) -> CarriedText:
     """What a page carries deflated, to a third of its size; `loader.js` inflates it. No other script may run."""
     loader = asset("loader.js", "templates")
     text = deflated(json.dumps([style, *scripts], ensure_ascii=False).encode())
-    return Carried(Markup(text), Markup(loader), Markup(" ".join(map(_hash, (loader, *scripts)))))
+    return CarriedText(Markup(text), Markup(loader), Markup(" ".join(map(_hash, (loader, *scripts)))))
 
 
 def _hash(script: str) -> str:

@@ -15,7 +15,7 @@ from kane.interop.autolev.auxiliary import Evidence, evidence
 from kane.interop.autolev.model import LastForm, agree, no_accelerations, replacing, speeds_in
 from kane.interop.autolev.sheet import Sheet
 from kane.interop.autolev.space import Space
-from kane.interop.autolev.speeds import Kinematics, kinematics
+from kane.interop.autolev.speeds import TurnedRates, kinematics
 from kane.interop.autolev.values import Vec
 from kane.interop.imported import Imported, size_of
 from kane.model.bodies import Particle, RigidBody
@@ -125,7 +125,7 @@ def _moving(space: Space) -> list[Expr]:
 
 
 def _system(
-    sheet: Sheet, names: LastForm, space: Space, kin: Kinematics, bodies: list[Body], laws: list[Expr], shown: Evidence,
+    sheet: Sheet, names: LastForm, space: Space, kin: TurnedRates, bodies: list[Body], laws: list[Expr], shown: Evidence,
     loads: list[Load | Gravity],
 ) -> System:  # fmt: skip
     by_rates = replacing(kin.speeds)
@@ -194,7 +194,7 @@ def _check_outputs(sheet: Sheet, system: System) -> None:
             raise line.refuse(f"an expression of the model for {symbol.name}", why)
 
 
-def _held(kin: Kinematics, sheet: Sheet) -> set[Coordinate]:
+def _held(kin: TurnedRates, sheet: Sheet) -> set[Coordinate]:
     """Further states that have a rate which the system knows."""
     known = {q for q, e in kin.states.items() if no_accelerations(e) and set(speeds_in([e])) <= kin.speeds.keys()}
     for q in kin.states:

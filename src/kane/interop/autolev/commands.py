@@ -9,21 +9,21 @@ from kane.errors import KaneError
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Input, Rate, Speed, rate
-from kane.interop.autolev.evaluate import Reading, quantity
+from kane.interop.autolev.evaluate import FileReading, quantity
 from kane.interop.autolev.functions import expression, frame_of, pair_of, point_of, solve, where, word
 from kane.interop.autolev.grammar import Line
 from kane.interop.autolev.sheet import Sheet, of_euler, of_rodrigues, simple
-from kane.interop.autolev.values import Table, Unread, Vec
+from kane.interop.autolev.values import FileMatrix, Unread, Vec
 
 Args = Sequence[Any]
-Command = Callable[[Reading, Args, Line], None]
+Command = Callable[[FileReading, Args, Line], None]
 _HALF = ONE / 2
 
 
 # Orientation ---------------------------------------------------------------------------------------------------------
 
 
-def simprot(r: Reading, args: Args, line: Line) -> None:
+def simprot(r: FileReading, args: Args, line: Line) -> None:
     """Simprot(A, B, axis, angle)."""
     if len(args) != 4:
         raise line.refuse("Simprot(A, B, axis, angle)", f"{len(args)} arguments")
@@ -49,14 +49,14 @@ def turn(s: Sheet, a: str, b: str, axis: tuple[Expr, ...], angle: Expr, line: Li
     s.orient(simple(a, b, axis, angle))
 
 
-def dircos(r: Reading, args: Args, line: Line) -> None:
+def dircos(r: FileReading, args: Args, line: Line) -> None:
     """Dircos(A, B, body123, q1, q2, q3) and its like; without more than frames it declares nothing."""
     if len(args) > 3:
         a, b = frame_of(r, args[0], line), frame_of(r, args[1], line)
         orient(r, a, b, word(args[2], line), [expression(x) for x in args[3:]], line)
 
 
-def orient(r: Reading, a: str, b: str, kind: str, trees: Sequence[Any], line: Line) -> None:
+def orient(r: FileReading, a: str, b: str, kind: str, trees: Sequence[Any], line: Line) -> None:
     """Orient b in a by a sequence of angles, Euler or Rodrigues parameters."""
     angles = [r.scalar(x, line) for x in trees]
     if kind in ("euler", "quaternion"):
@@ -81,13 +81,13 @@ def orient(r: Reading, a: str, b: str, kind: str, trees: Sequence[Any], line: Li
         base = name
 
 
-def angvel(r: Reading, args: Args, line: Line) -> None:
+def angvel(r: FileReading, args: Args, line: Line) -> None:
     """Angvel(A, B): the angular velocity of B in A by orientations."""
     a, b = frame_of(r, args[0], line), frame_of(r, args[1], line)
     r.sheet.spins[b, a] = r.sheet.spin(b, a)
 
 
-def kindiffs(r: Reading, args: Args, line: Line) -> None:
+def kindiffs(r: FileReading, args: Args, line: Line) -> None:
     """KinDiffs(A, B, kind, q1, …): rates of angles or Euler parameters from the angular velocity."""
     a, b, kind = frame_of(r, args[0], line), frame_of(r, args[1], line), word(args[2], line)
     q = [r.scalar(expression(x), line) for x in args[3:]]
@@ -113,7 +113,7 @@ def kinematics(s: Sheet, a: str, b: str, kind: str, q: Sequence[Expr], line: Lin
     s.kinematic |= dict(zip(unknown, solve(s, equations, unknown, line), strict=True))
 
 
-def by_elements(r: Reading, b: str, a: str, rows: Sequence[Sequence[Expr]], line: Line) -> None:
+def by_elements(r: FileReading, b: str, a: str, rows: Sequence[Sequence[Expr]], line: Line) -> None:
     """Poisson's equations for the nine b_i · a_j: Euler parameters of our own, of which these are functions, turn b as it is told."""
     s, spin = r.sheet, r.sheet.spin(b, a)
     if [len(row) for row in rows] != [3, 3, 3]:
@@ -142,14 +142,14 @@ def _coordinate(e: Expr, line: Line) -> Coordinate:
 # Velocities ----------------------------------------------------------------------------------------------------------
 
 
-def v2pts(r: Reading, args: Args, line: Line) -> None:
+def v2pts(r: FileReading, args: Args, line: Line) -> None:
     """V2pts(A, B, P, Q): the velocity in A of Q, fixed on B as P is."""
     a, b = frame_of(r, args[0], line), frame_of(r, args[1], line)
     p, q = point_of(r, args[2], line), point_of(r, args[3], line)
     r.sheet.velocities[q, a] = r.sheet.carried(a, b, p, q)
 
 
-def v1pt(r: Reading, args: Args, line: Line) -> None:
+def v1pt(r: FileReading, args: Args, line: Line) -> None:
     """V1pt(A, B, P, Q): the velocity in A of Q, which moves in B, where P is fixed."""
     a, b = frame_of(r, args[0], line), frame_of(r, args[1], line)
     p, q = point_of(r, args[2], line), point_of(r, args[3], line)
@@ -158,14 +158,14 @@ def v1pt(r: Reading, args: Args, line: Line) -> None:
     s.velocities[q, a] = s.carried(a, b, p, q) + own
 
 
-def _nothing(r: Reading, args: Args, line: Line) -> None:
+def _nothing(r: FileReading, args: Args, line: Line) -> None:
     """Accelerations follow from velocities."""
 
 
 # Loads ---------------------------------------------------------------------------------------------------------------
 
 
-def gravity(r: Reading, args: Args, line: Line) -> None:
+def gravity(r: FileReading, args: Args, line: Line) -> None:
     """Gravity(g*N3>), or with bodies and particles it acts on."""
     names = tuple(word(x, line) for x in args[1:])
     for name in names:
@@ -174,17 +174,17 @@ def gravity(r: Reading, args: Args, line: Line) -> None:
     r.sheet.gravities.append((r.vector(expression(args[0]), line), names))
 
 
-def force(r: Reading, args: Args, line: Line) -> None:
+def force(r: FileReading, args: Args, line: Line) -> None:
     """Force(P, F>), Force(P/Q, F>): F on Q, −F on P."""
     _loads(r, args, line, r.sheet.points, r.sheet.forces, "point")
 
 
-def torque(r: Reading, args: Args, line: Line) -> None:
+def torque(r: FileReading, args: Args, line: Line) -> None:
     """Torque(A, T>), Torque(A/B, T>): T on B, −T on A."""
     _loads(r, args, line, r.sheet.frames, r.sheet.torques, "frame")
 
 
-def _loads(r: Reading, args: Args, line: Line, known: Any, loads: list[tuple[str, Vec, Line]], what: str) -> None:
+def _loads(r: FileReading, args: Args, line: Line, known: Any, loads: list[tuple[str, Vec, Line]], what: str) -> None:
     if len(args) != 2:
         raise line.refuse(f"a {what} or a pair of them, and a vector", f"{len(args)} arguments")
     first, second = pair_of(args[0], line)
@@ -200,7 +200,7 @@ def _loads(r: Reading, args: Args, line: Line, known: Any, loads: list[tuple[str
 # Constraints and equations -------------------------------------------------------------------------------------------
 
 
-def constrain(r: Reading, args: Args, line: Line) -> None:
+def constrain(r: FileReading, args: Args, line: Line) -> None:
     """Constrain(Dependent[u3, u4]), Constrain(Auxiliary[u5]), also together."""
     for arg in args:
         element = _element(expression(arg))
@@ -217,10 +217,10 @@ def _element(tree: Any) -> Any:
     return tree if getattr(tree, "data", "") == "element" else None
 
 
-def hold(r: Reading, name: str, unknown: Sequence[Expr], line: Line, *, auxiliary: bool = False) -> None:
+def hold(r: FileReading, name: str, unknown: Sequence[Expr], line: Line, *, auxiliary: bool = False) -> None:
     """The equations of that name hold as motion constraints, by which these speeds depend on the others."""
     table = r.sheet.values.get(name)
-    if not isinstance(table, Table):
+    if not isinstance(table, FileMatrix):
         raise line.refuse(f"equations {name}[…] before they are constraints", "none")
     held: Any = [u.place if isinstance(u, Rate) else u for u in unknown]
     speeds = [u for u in unknown if isinstance(u, Speed)]
@@ -235,7 +235,7 @@ def hold(r: Reading, name: str, unknown: Sequence[Expr], line: Line, *, auxiliar
     r.sheet.dependent += speeds
 
 
-def solved(r: Reading, args: Args, line: Line) -> None:
+def solved(r: FileReading, args: Args, line: Line) -> None:
     """Solve(equations, unknowns): those of motion are not solved here; rates become kinematical equations, speeds constrained."""
     tree = args[0].children[0]
     if r.sheet.formed:
@@ -243,12 +243,12 @@ def solved(r: Reading, args: Args, line: Line) -> None:
     value = r.value(tree, line)
     if isinstance(value, Unread):
         return
-    equations = list(value.flat()) if isinstance(value, Table) else [value]
+    equations = list(value.flat()) if isinstance(value, FileMatrix) else [value]
     scalars = [e for e in equations if isinstance(e, Expr)]
     unknown: list[Expr] = []
     for a in args[1:]:
         got = r.value(expression(a), line)
-        unknown += [x for x in (got.flat() if isinstance(got, Table) else [got]) if isinstance(x, Expr)]
+        unknown += [x for x in (got.flat() if isinstance(got, FileMatrix) else [got]) if isinstance(x, Expr)]
     if any(isinstance(u, Rate) and isinstance(u.place, Speed) for u in unknown):
         r.sheet.remarks.say("ignored", "equations solved for accelerations, which follow from the model", where(line))
         return
@@ -267,12 +267,12 @@ def solved(r: Reading, args: Args, line: Line) -> None:
         _known(r.sheet, u, answer)
 
 
-def solved_with_rates(r: Reading, args: Args, line: Line) -> None:
+def solved_with_rates(r: FileReading, args: Args, line: Line) -> None:
     """SolveDt(equations, unknowns): as Solve; equations that are solved for coordinates are constraints of the configuration."""
     value = r.value(args[0].children[0], line)
     listed = [r.value(expression(a), line) for a in args[1:]]
-    unknown = [x for v in listed for x in (v.flat() if isinstance(v, Table) else [v])]
-    equations = value.flat() if isinstance(value, Table) else [value]
+    unknown = [x for v in listed for x in (v.flat() if isinstance(v, FileMatrix) else [v])]
+    equations = value.flat() if isinstance(value, FileMatrix) else [value]
     scalars = [e for e in equations if isinstance(e, Expr)]
     placed = [x for x in unknown if isinstance(x, Coordinate)]
     if not placed or len(scalars) != len(equations) or r.sheet.formed:
@@ -283,7 +283,7 @@ def solved_with_rates(r: Reading, args: Args, line: Line) -> None:
     r.sheet.dependent += [u for u in rates if isinstance(u, Speed)]
 
 
-def closed(r: Reading, args: Args, line: Line) -> None:
+def closed(r: FileReading, args: Args, line: Line) -> None:
     """ODE([Dynamics; Constraint] = 0, q'', F): those that are derivatives of equations in speeds are constraints, F their forces.
 
     Of an equation of motion nothing is read: these follow from the model.
@@ -300,12 +300,12 @@ def closed(r: Reading, args: Args, line: Line) -> None:
                 s.constraints.append((told, line))
     for a in args[1:]:
         value = r.value(expression(a), line)
-        for x in value.flat() if isinstance(value, Table) else [value]:
+        for x in value.flat() if isinstance(value, FileMatrix) else [value]:
             if isinstance(x, Input) and (found or s.constraints):
                 s.sought.setdefault(x.name, line)
 
 
-def _parts(r: Reading, tree: Any, line: Line) -> Iterator[Expr]:
+def _parts(r: FileReading, tree: Any, line: Line) -> Iterator[Expr]:
     """The scalars of blocks of equations; outputs among them are passed over."""
     while tree is not None and tree.data in ("sum", "term", "power") and all(x is None for x in tree.children[1:]):
         tree = tree.children[0]
@@ -314,7 +314,7 @@ def _parts(r: Reading, tree: Any, line: Line) -> Iterator[Expr]:
     blocks = [x for row in tree.children for x in row.children] if tree.data == "matrix" else [tree]
     for block in blocks:
         value = r.value(block, line)
-        yield from (x for x in (value.flat() if isinstance(value, Table) else [value]) if isinstance(x, Expr))
+        yield from (x for x in (value.flat() if isinstance(value, FileMatrix) else [value]) if isinstance(x, Expr))
 
 
 def _is_acceleration(x: Expr) -> bool:
@@ -331,7 +331,7 @@ def _known(s: Sheet, unknown: Expr, answer: Expr) -> None:
         s.late[unknown] = answer
 
 
-def start_by(r: Reading, args: Args, line: Line) -> None:
+def start_by(r: FileReading, args: Args, line: Line) -> None:
     """SolveSetInput(equations = 0, x = 1): where the search begins; the start is assembled when a motion is asked for."""
     for a in args[1:]:
         name = word(a.children[0], line) if a.data == "named" else ""
@@ -341,7 +341,7 @@ def start_by(r: Reading, args: Args, line: Line) -> None:
     r.sheet.remarks.say("ignored", "equations of a start: assembly finds it when a motion is asked for", where(line))
 
 
-def kane(r: Reading, args: Args, line: Line) -> None:
+def kane(r: FileReading, args: Args, line: Line) -> None:
     """Kane(F1, F2): these unknowns are brought into evidence."""
     r.sheet.unknown += [word(a, line) for a in args]
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from kane.expr.node import Expr, constant_value
 from kane.expr.symbols import Coordinate, Input, Parameter, Speed, Symbol, rate
-from kane.interop.autolev.evaluate import Reading, quantity
+from kane.interop.autolev.evaluate import FileReading, quantity
 from kane.interop.autolev.grammar import Line
 from kane.interop.autolev.ranges import names_of
 from kane.interop.autolev.sheet import Sheet
@@ -192,7 +192,7 @@ DECLARED: dict[str, Declare] = {w: declare for declare, words in _TABLE.values()
 Assign = Callable[[str, Any, str, Line], None]
 
 
-def declare(r: Reading, seen: Outlook, statement: Statement, assign: Assign) -> None:
+def declare(r: FileReading, seen: Outlook, statement: Statement, assign: Assign) -> None:
     """Read a declaration; values beside names are defaults of constants, or assignments."""
     line = statement.line
     for item in statement.tree.children:
@@ -207,7 +207,7 @@ def declare(r: Reading, seen: Outlook, statement: Statement, assign: Assign) -> 
                 _initial(r, name, primes, parts, line, assign)
 
 
-def _initial(r: Reading, name: str, primes: int, parts: Sequence[Any], line: Line, assign: Assign) -> None:
+def _initial(r: FileReading, name: str, primes: int, parts: Sequence[Any], line: Line, assign: Assign) -> None:
     value = quantity(r, parts[5], parts[6], line)
     number = constant_value(value) if isinstance(value, Expr) else None
     if number is not None and isinstance(r.sheet.symbols.get(name.lower()), Parameter):

@@ -13,13 +13,13 @@ from kane.interop.autolev.grammar import Line
 from kane.interop.autolev.ranges import names_of
 from kane.interop.autolev.sheet import Sheet
 from kane.interop.autolev.units import factor_of
-from kane.interop.autolev.values import Dyad, Table, Unread, Value, Vec
+from kane.interop.autolev.values import Dyad, FileMatrix, Unread, Value, Vec
 
 MOST_EXPONENT, MOST_DEEP = 100, 300
-Call = Callable[["Reading", Sequence[Any], Line], Value]
+Call = Callable[["FileReading", Sequence[Any], Line], Value]
 
 
-class Reading:
+class FileReading:
     """A sheet, and how expressions are read on it."""
 
     def __init__(self, sheet: Sheet, functions: dict[str, Call], members: dict[str, Call]) -> None:
@@ -44,7 +44,7 @@ class Reading:
         value = self.value(tree, line)
         if isinstance(value, Unread):
             raise line.refuse("a scalar of the model", value.why)
-        if isinstance(value, Table) and len(value.flat()) == 1:
+        if isinstance(value, FileMatrix) and len(value.flat()) == 1:
             value = value.flat()[0]
         if not isinstance(value, Expr):
             raise line.refuse("a scalar", _kind(value), "A vector's name ends in “>”, a dyadic's in “>>”.")
@@ -122,7 +122,7 @@ class Reading:
         """U{1:3}' stands for a list."""
         column = getattr(parts[0], "column", 1)
         named = [self.named(name + "'" * primes, line, column) for name, primes in names_of(parts, self.number, line)]
-        return next((x for x in named if isinstance(x, Unread)), Table((tuple(named),)))
+        return next((x for x in named if isinstance(x, Unread)), FileMatrix((tuple(named),)))
 
     def _function(self, parts: list[Any], line: Line) -> Value:
         call = _called(self.functions, parts[0], "a function of Autolev", line)
@@ -140,7 +140,7 @@ class Reading:
         stacked = [part for row in made for part in _beside(row, line)]
         if len({len(row) for row in stacked}) > 1:
             raise line.refuse("rows of one length in a matrix", ", ".join(str(len(row)) for row in stacked))
-        return Table(tuple(stacked))
+        return FileMatrix(tuple(stacked))
 
     def _element(self, parts: list[Any], line: Line) -> Value:
         name = str(parts[0]).lower()
@@ -151,7 +151,7 @@ class Reading:
             return table
         if table is None and self.sheet.formed:
             return Unread(f"{parts[0]}[…], which is given elsewhere")
-        if not isinstance(table, Table):
+        if not isinstance(table, FileMatrix):
             raise line.refuse("the name of a matrix before “[”", str(parts[0]), alike(name, self.tables()).strip())
         at = [self.number(x.children[0], line) for x in parts[1].children]
         rows = table.rows if len(at) > 1 or len(table.rows) > 1 else tuple((x,) for x in table.flat())
@@ -162,7 +162,7 @@ class Reading:
 
     def tables(self) -> list[str]:
         """The names of matrices."""
-        return [name for name, x in self.sheet.values.items() if isinstance(x, Table)]
+        return [name for name, x in self.sheet.values.items() if isinstance(x, FileMatrix)]
 
     # Names -----------------------------------------------------------------------------------------------------------
 
@@ -193,7 +193,7 @@ class Reading:
             return self._derivative(base, primes)
         for a, b in splits(name):
             if a in self.sheet.frames and b in self.sheet.frames:
-                return Table(self.sheet.cosines(a, b))
+                return FileMatrix(self.sheet.cosines(a, b))
         return None
 
     def _derivative(self, base: str, primes: int) -> Value:
@@ -283,8 +283,8 @@ def plus(a: Value, b: Value, line: Line) -> Value:
         return a + b
     if isinstance(a, Dyad) and isinstance(b, Dyad):
         return a + b
-    if isinstance(a, Table) and isinstance(b, Table) and [len(r) for r in a.rows] == [len(r) for r in b.rows]:
-        return Table(
+    if isinstance(a, FileMatrix) and isinstance(b, FileMatrix) and [len(r) for r in a.rows] == [len(r) for r in b.rows]:
+        return FileMatrix(
             tuple(
                 tuple(plus(x, y, line) for x, y in zip(p, q, strict=True)) for p, q in zip(a.rows, b.rows, strict=True)
             )
@@ -310,9 +310,9 @@ def times(a: Value, b: Value, line: Line) -> Value:
         return b.map(lambda x: times(factor, x, line))
     if isinstance(a, Vec) and isinstance(b, Vec):
         return Dyad(((a, b),))
-    if isinstance(a, Table) and isinstance(b, Table) and len(a.rows[0]) == len(b.rows):
+    if isinstance(a, FileMatrix) and isinstance(b, FileMatrix) and len(a.rows[0]) == len(b.rows):
         columns = tuple(zip(*b.rows, strict=True))
-        return Table(tuple(tuple(_inner(row, column, line) for column in columns) for row in a.rows))
+        return FileMatrix(tuple(tuple(_inner(row, column, line) for column in columns) for row in a.rows))
     raise line.refuse("factors that can be multiplied", f"{_kind(a)} and {_kind(b)}")
 
 
@@ -338,20 +338,20 @@ def over(a: Value, b: Value, line: Line) -> Value:
 
 def _beside(row: Sequence[Value], line: Line) -> list[tuple[Value, ...]]:
     """Rows of a matrix: blocks that stand side by side."""
-    blocks = [x.rows if isinstance(x, Table) else ((x,),) for x in row]
+    blocks = [x.rows if isinstance(x, FileMatrix) else ((x,),) for x in row]
     if len({len(b) for b in blocks}) > 1:
         raise line.refuse("blocks of as many rows side by side", ", ".join(str(len(b)) for b in blocks))
     return [tuple(x for part in parts for x in part) for parts in zip(*blocks, strict=True)]
 
 
-def quantity(reading: Reading, expr: Any, unit: Any, line: Line) -> Value:
+def quantity(reading: FileReading, expr: Any, unit: Any, line: Line) -> Value:
     """An expression with a unit behind it, in units of its system: only degrees change its value."""
     value = reading.value(expr, line)
     return value if unit is None else times(value, as_expr(factor_of(unit, reading.sheet.units, line)), line)
 
 
 def _kind(value: object) -> str:
-    words = {Vec: "a vector", Dyad: "a dyadic", Table: "a matrix", Unread: "an output"}
+    words = {Vec: "a vector", Dyad: "a dyadic", FileMatrix: "a matrix", Unread: "an output"}
     return words.get(type(value), "a scalar")
 
 

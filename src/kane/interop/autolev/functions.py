@@ -11,10 +11,10 @@ from kane.expr.matrix import solve_linear
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value, pi
 from kane.expr.symbols import Symbol
 from kane.expr.visit import substituted
-from kane.interop.autolev.evaluate import Call, Reading, plus, quantity
+from kane.interop.autolev.evaluate import Call, FileReading, plus, quantity
 from kane.interop.autolev.grammar import Line
 from kane.interop.autolev.sheet import Sheet
-from kane.interop.autolev.values import Dyad, Rows, Table, Unread, Value, Vec, along, transposed
+from kane.interop.autolev.values import Dyad, FileMatrix, Rows, Unread, Value, Vec, along, transposed
 
 _PLAIN: dict[str, Callable[..., Expr]] = {
     "tanh": ops.tanh, "sinh": ops.sinh, "cosh": ops.cosh, "acos": ops.acos, "asin": ops.asin, "atan": ops.atan,
@@ -44,12 +44,12 @@ def expression(tree: Any) -> Any:
 
 
 def _plain(function: Callable[..., Expr]) -> Call:
-    def call(r: Reading, args: Sequence[Any], line: Line) -> Value:
+    def call(r: FileReading, args: Sequence[Any], line: Line) -> Value:
         values = [r.value(expression(a), line) for a in args]
         unread = next((x for x in values if isinstance(x, Unread)), None)
         if unread is not None:
             return unread
-        if len(values) == 1 and isinstance(values[0], Table):
+        if len(values) == 1 and isinstance(values[0], FileMatrix):
             return values[0].map(lambda x: function(x))
         return function(*(r.scalar(expression(a), line) for a in args))
 
@@ -57,7 +57,7 @@ def _plain(function: Callable[..., Expr]) -> Call:
 
 
 def _turning(function: Callable[[Expr], Expr]) -> Call:
-    def call(r: Reading, args: Sequence[Any], line: Line) -> Value:
+    def call(r: FileReading, args: Sequence[Any], line: Line) -> Value:
         value = r.value(expression(args[0]), line)
         if isinstance(value, Unread):
             return value
@@ -75,7 +75,7 @@ def where(line: Line) -> str:
     return f"line {line.number}"
 
 
-def _same(r: Reading, args: Sequence[Any], line: Line) -> Value:
+def _same(r: FileReading, args: Sequence[Any], line: Line) -> Value:
     return quantity(r, args[0].children[0], None, line)
 
 
@@ -83,16 +83,16 @@ def _output(name: str) -> Call:
     return lambda r, args, line: Unread(f"what {name}(…) gives")
 
 
-def _dot(r: Reading, args: Sequence[Any], line: Line) -> Value:
+def _dot(r: FileReading, args: Sequence[Any], line: Line) -> Value:
     a, b = (r.value(expression(x), line) for x in args)
-    if isinstance(a, Table) or isinstance(b, Table):
-        table, other = (a, b) if isinstance(a, Table) else (b, a)
-        assert isinstance(table, Table)
+    if isinstance(a, FileMatrix) or isinstance(b, FileMatrix):
+        table, other = (a, b) if isinstance(a, FileMatrix) else (b, a)
+        assert isinstance(table, FileMatrix)
         return table.map(lambda x: _dotted(r, x, other, line))
     return _dotted(r, a, b, line)
 
 
-def _dotted(r: Reading, a: Value, b: Value, line: Line) -> Value:
+def _dotted(r: FileReading, a: Value, b: Value, line: Line) -> Value:
     for x in (a, b):
         if isinstance(x, Unread):
             return x
@@ -105,7 +105,7 @@ def _dotted(r: Reading, a: Value, b: Value, line: Line) -> Value:
     raise line.refuse("two vectors, or a dyadic and a vector, in Dot", "others")
 
 
-def _cross(r: Reading, args: Sequence[Any], line: Line) -> Value:
+def _cross(r: FileReading, args: Sequence[Any], line: Line) -> Value:
     a, b = (r.value(expression(x), line) for x in args)
     for x in (a, b):
         if isinstance(x, Unread):
@@ -113,7 +113,7 @@ def _cross(r: Reading, args: Sequence[Any], line: Line) -> Value:
     return r.sheet.cross(r.vector(expression(args[0]), line), r.vector(expression(args[1]), line))
 
 
-def frame_of(r: Reading, tree: Any, line: Line) -> str:
+def frame_of(r: FileReading, tree: Any, line: Line) -> str:
     """The frame or body that an argument names."""
     name = word(tree, line)
     if name not in r.sheet.frames:
@@ -121,7 +121,7 @@ def frame_of(r: Reading, tree: Any, line: Line) -> str:
     return name
 
 
-def point_of(r: Reading, tree: Any, line: Line) -> str:
+def point_of(r: FileReading, tree: Any, line: Line) -> str:
     """The point or particle that an argument names."""
     name = word(tree, line)
     if name not in r.sheet.points:
@@ -153,71 +153,71 @@ def pair_of(tree: Any, line: Line) -> tuple[str, str]:
     return word(tree, line), ""
 
 
-def _dt(r: Reading, args: Sequence[Any], line: Line) -> Value:
+def _dt(r: FileReading, args: Sequence[Any], line: Line) -> Value:
     return derived(r, r.value(expression(args[0]), line), args[1:], line)
 
 
-def derived(r: Reading, value: Value, args: Sequence[Any], line: Line) -> Value:
+def derived(r: FileReading, value: Value, args: Sequence[Any], line: Line) -> Value:
     """The derivative by time, of a vector in a frame."""
     if isinstance(value, Unread):
         return value
     if isinstance(value, Expr):
         return r.sheet.rate(value)
-    if isinstance(value, Table):
+    if isinstance(value, FileMatrix):
         return value.map(lambda x: derived(r, x, args, line))
     if isinstance(value, Vec) and args:
         return r.sheet.dt(value, frame_of(r, args[0], line))
     raise line.refuse("Dt(vector>, frame)", "no frame")
 
 
-def _express(r: Reading, args: Sequence[Any], line: Line) -> Value:
+def _express(r: FileReading, args: Sequence[Any], line: Line) -> Value:
     value = r.value(expression(args[0]), line)
     return r.sheet.express(value, frame_of(r, args[1], line)) if isinstance(value, Vec) else value
 
 
-def _mag(r: Reading, args: Sequence[Any], line: Line) -> Value:
+def _mag(r: FileReading, args: Sequence[Any], line: Line) -> Value:
     return r.sheet.magnitude(r.vector(expression(args[0]), line))
 
 
-def _angle(r: Reading, args: Sequence[Any], line: Line) -> Value:
+def _angle(r: FileReading, args: Sequence[Any], line: Line) -> Value:
     return ops.acos(r.sheet.dot(r.vector(expression(args[0]), line), r.vector(expression(args[1]), line)))
 
 
-def _unitvec(r: Reading, args: Sequence[Any], line: Line) -> Value:
+def _unitvec(r: FileReading, args: Sequence[Any], line: Line) -> Value:
     v = r.vector(expression(args[0]), line)
     return v.times(ONE / r.sheet.magnitude(v))
 
 
-def _vector(r: Reading, args: Sequence[Any], line: Line) -> Value:
+def _vector(r: FileReading, args: Sequence[Any], line: Line) -> Value:
     frame = frame_of(r, args[0], line)
     values = [r.value(expression(a), line) for a in args[1:]]
-    if len(values) == 1 and isinstance(values[0], Table):
+    if len(values) == 1 and isinstance(values[0], FileMatrix):
         values = list(values[0].flat())
     if len(values) != 3 or not all(isinstance(x, Expr) for x in values):
         raise line.refuse("three scalars in Vector(frame, x, y, z)", len(values))
     return along(frame, (x for x in values if isinstance(x, Expr)))
 
 
-def _matrix(r: Reading, args: Sequence[Any], line: Line) -> Value:
+def _matrix(r: FileReading, args: Sequence[Any], line: Line) -> Value:
     frame, value = frame_of(r, args[0], line), r.value(expression(args[1]), line)
     if isinstance(value, Vec):
-        return Table(tuple((x,) for x in r.sheet.components(value, frame)))
+        return FileMatrix(tuple((x,) for x in r.sheet.components(value, frame)))
     return value if isinstance(value, Unread) else Unread("the matrix of a dyadic")
 
 
-def _table(r: Reading, tree: Any, line: Line) -> Table | Unread:
+def _table(r: FileReading, tree: Any, line: Line) -> FileMatrix | Unread:
     value = r.value(expression(tree), line)
-    if not isinstance(value, Table | Unread):
+    if not isinstance(value, FileMatrix | Unread):
         raise line.refuse("a matrix", "another value")
     return value
 
 
-def _transpose(r: Reading, args: Sequence[Any], line: Line) -> Value:
+def _transpose(r: FileReading, args: Sequence[Any], line: Line) -> Value:
     table = _table(r, args[0], line)
-    return table if isinstance(table, Unread) else Table(tuple(zip(*table.rows, strict=True)))
+    return table if isinstance(table, Unread) else FileMatrix(tuple(zip(*table.rows, strict=True)))
 
 
-def _inv(r: Reading, args: Sequence[Any], line: Line) -> Value:
+def _inv(r: FileReading, args: Sequence[Any], line: Line) -> Value:
     table = _table(r, args[0], line)
     if isinstance(table, Unread):
         return table
@@ -225,10 +225,10 @@ def _inv(r: Reading, args: Sequence[Any], line: Line) -> Value:
     if n > 12 or any(len(row) != n for row in rows):
         raise line.refuse("a square matrix of at most 12 rows to invert", f"{n} rows")
     columns = [solve_linear(rows, [ONE if i == j else ZERO for i in range(n)]) for j in range(n)]
-    return Table(transposed(tuple(columns)))
+    return FileMatrix(transposed(tuple(columns)))
 
 
-def _trace(r: Reading, args: Sequence[Any], line: Line) -> Value:
+def _trace(r: FileReading, args: Sequence[Any], line: Line) -> Value:
     table, total = _table(r, args[0], line), ZERO
     if isinstance(table, Unread):
         return table
@@ -238,7 +238,7 @@ def _trace(r: Reading, args: Sequence[Any], line: Line) -> Value:
     return value
 
 
-def _element(r: Reading, args: Sequence[Any], line: Line) -> Value:
+def _element(r: FileReading, args: Sequence[Any], line: Line) -> Value:
     table = _table(r, args[0], line)
     if isinstance(table, Unread):
         return table
@@ -248,21 +248,21 @@ def _element(r: Reading, args: Sequence[Any], line: Line) -> Value:
     return table.rows[i - 1][j - 1]
 
 
-def scalars(table: Table, line: Line) -> Rows:
+def scalars(table: FileMatrix, line: Line) -> Rows:
     """The entries of a matrix of scalars."""
     if not all(isinstance(x, Expr) for x in table.flat()):
         raise line.refuse("a matrix of scalars", "one of other values")
     return tuple(tuple(x for x in row if isinstance(x, Expr)) for row in table.rows)
 
 
-def _d(r: Reading, args: Sequence[Any], line: Line) -> Value:
+def _d(r: FileReading, args: Sequence[Any], line: Line) -> Value:
     value, by = r.value(expression(args[0]), line), r.value(expression(args[1]), line)
     if len(args) == 2 and isinstance(value, Expr) and isinstance(by, Symbol):
         return diff(value, by)
     return Unread("what D(…) gives")
 
 
-def _evaluate(r: Reading, args: Sequence[Any], line: Line) -> Value:
+def _evaluate(r: FileReading, args: Sequence[Any], line: Line) -> Value:
     value = r.value(expression(args[0]), line)
     changes: dict[Expr, Expr] = {}
     for a in args[1:]:

@@ -8,11 +8,11 @@ from typing import Any
 from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value
 from kane.expr.symbols import Parameter
 from kane.interop.autolev.commands import by_elements, kinematics, orient, turn
-from kane.interop.autolev.evaluate import Call, Reading, quantity
+from kane.interop.autolev.evaluate import Call, FileReading, quantity
 from kane.interop.autolev.functions import center, expression, frame_of, mass, point_of, scalars, word
 from kane.interop.autolev.grammar import Line
-from kane.interop.autolev.sheet import Turn
-from kane.interop.autolev.values import Dyad, Table, Unread, Value, Vec, along, transposed
+from kane.interop.autolev.sheet import FileTurn
+from kane.interop.autolev.values import Dyad, FileMatrix, Unread, Value, Vec, along, transposed
 
 Args = Sequence[Any]
 _SIMPLE = re.compile("(?:body|space)([xyz])", re.IGNORECASE)
@@ -20,7 +20,7 @@ _DONE = Unread("a method that gives no value")
 
 
 def _rotate(axis: int, sign: int) -> Call:
-    def call(r: Reading, args: Args, line: Line) -> Value:
+    def call(r: FileReading, args: Args, line: Line) -> Value:
         b, a = frame_of(r, args[0], line), frame_of(r, args[1], line)
         angle = r.scalar(expression(args[2]), line)
         turn(r.sheet, a, b, tuple(ONE if k == axis else ZERO for k in range(3)), angle * sign, line)
@@ -30,7 +30,7 @@ def _rotate(axis: int, sign: int) -> Call:
     return call
 
 
-def _rotate_general(r: Reading, args: Args, line: Line) -> Value:
+def _rotate_general(r: FileReading, args: Args, line: Line) -> Value:
     """B.Rotate(A, BodyXYZ, q1, q2, q3), B.Rotate(A, BodyX, q), B.SetRotationMatrix(A, axis>, q), B.SetRotationMatrix(A, matrix)."""
     simple = _SIMPLE.fullmatch(str(_token(args[2].children[0]))) if len(args) == 4 else None
     if simple:
@@ -38,9 +38,9 @@ def _rotate_general(r: Reading, args: Args, line: Line) -> Value:
     b, a = frame_of(r, args[0], line), frame_of(r, args[1], line)
     if len(args) == 3:
         table = r.value(expression(args[2]), line)
-        if not isinstance(table, Table) or [len(row) for row in table.rows] != [3, 3, 3]:
+        if not isinstance(table, FileMatrix) or [len(row) for row in table.rows] != [3, 3, 3]:
             raise line.refuse("a 3 × 3 matrix that orients", "another value")
-        r.sheet.orient(Turn(a, b, transposed(scalars(table, line))))
+        r.sheet.orient(FileTurn(a, b, transposed(scalars(table, line))))
     elif len(args) == 4:
         axis = r.vector(expression(args[2]), line)
         frame = b if axis.frames() == (b,) else a
@@ -58,7 +58,7 @@ def _rotate_general(r: Reading, args: Args, line: Line) -> Value:
     return _DONE
 
 
-def _rotation_ode(r: Reading, args: Args, line: Line) -> Value:
+def _rotation_ode(r: FileReading, args: Args, line: Line) -> Value:
     """B.SetRotationMatrixODE(A, Quaternion, e0, e1, e2, e3), or Poisson and nine elements: orientation and its rates."""
     b, a, kind = frame_of(r, args[0], line), frame_of(r, args[1], line), word(args[2], line)
     if kind.startswith("poisson"):
@@ -72,19 +72,19 @@ def _rotation_ode(r: Reading, args: Args, line: Line) -> Value:
     return _DONE
 
 
-def _set_spin(r: Reading, args: Args, line: Line) -> Value:
+def _set_spin(r: FileReading, args: Args, line: Line) -> Value:
     b, a = frame_of(r, args[0], line), frame_of(r, args[1], line)
     r.sheet.spins[b, a] = r.vector(expression(args[2]), line)
     return _DONE
 
 
-def _set_position(r: Reading, args: Args, line: Line) -> Value:
+def _set_position(r: FileReading, args: Args, line: Line) -> Value:
     p, q = point_of(r, args[0], line), point_of(r, args[1], line)
     r.sheet.positions[q, p] = r.vector(expression(args[2]), line)
     return _DONE
 
 
-def _translate(r: Reading, args: Args, line: Line) -> Value:
+def _translate(r: FileReading, args: Args, line: Line) -> Value:
     """P.Translate(Q, r>): position, and the velocity of a point of P's body, else the derivative of the position."""
     _set_position(r, args, line)
     p, q = point_of(r, args[0], line), point_of(r, args[1], line)
@@ -98,13 +98,13 @@ def _translate(r: Reading, args: Args, line: Line) -> Value:
     return _DONE
 
 
-def _set_velocity(r: Reading, args: Args, line: Line) -> Value:
+def _set_velocity(r: FileReading, args: Args, line: Line) -> Value:
     p, a = point_of(r, args[0], line), frame_of(r, args[1], line)
     r.sheet.velocities[p, a] = r.vector(expression(args[2]), line)
     return _DONE
 
 
-def _defined(r: Reading, arg: Any, line: Line) -> Expr:
+def _defined(r: FileReading, arg: Any, line: Line) -> Expr:
     """A scalar, which may be named on the way: mA = 640 kg."""
     if arg.data != "named":
         tree = arg.children[0]
@@ -113,7 +113,7 @@ def _defined(r: Reading, arg: Any, line: Line) -> Expr:
     return defined(r, str(_token(arg.children[0])), arg.children[2], arg.children[3], line)
 
 
-def defined(r: Reading, name: str, tree: Any, unit: Any, line: Line) -> Expr:
+def defined(r: FileReading, name: str, tree: Any, unit: Any, line: Line) -> Expr:
     """A constant with its value, or a name for an expression, which a call defines on the way: mA = 10 kg, IA = mA*L^2/12."""
     value = quantity(r, tree, unit, line)
     if not isinstance(value, Expr):
@@ -126,12 +126,12 @@ def defined(r: Reading, name: str, tree: Any, unit: Any, line: Line) -> Expr:
     return value
 
 
-def _known(r: Reading, tree: Any, line: Line) -> bool:
+def _known(r: FileReading, tree: Any, line: Line) -> bool:
     token = _token(tree)
     return token is None or str(token).lower() in (*r.sheet.symbols, *r.sheet.values, "pi")
 
 
-def _new(r: Reading, tree: Any, line: Line) -> Parameter:
+def _new(r: FileReading, tree: Any, line: Line) -> Parameter:
     return r.sheet.parameter(str(_token(tree)))
 
 
@@ -144,12 +144,12 @@ def _token(tree: Any) -> Any:
     return tree
 
 
-def _set_mass(r: Reading, args: Args, line: Line) -> Value:
+def _set_mass(r: FileReading, args: Args, line: Line) -> Value:
     r.sheet.masses[word(args[0], line)] = _defined(r, args[1], line)
     return _DONE
 
 
-def _set_inertia(r: Reading, args: Args, line: Line) -> Value:
+def _set_inertia(r: FileReading, args: Args, line: Line) -> Value:
     """B.SetInertia(Bcm, frame, Ixx, Iyy, Izz, Ixy, Iyz, Izx), point and frame left out at will, or with a dyadic in their place."""
     b, rest = frame_of(r, args[0], line), list(args[1:])
     point, frame = r.sheet.bodies.get(b, f"{b}cm"), b
@@ -170,7 +170,7 @@ def _set_inertia(r: Reading, args: Args, line: Line) -> Value:
     return _DONE
 
 
-def _set_mass_inertia(r: Reading, args: Args, line: Line) -> Value:
+def _set_mass_inertia(r: FileReading, args: Args, line: Line) -> Value:
     _set_mass(r, args[:2], line)
     return _set_inertia(r, [args[0], *args[2:]], line)
 
@@ -184,7 +184,7 @@ def tensor(frame: str, values: Sequence[Expr]) -> Dyad:
 
 
 def _add_load(what: str) -> Call:
-    def call(r: Reading, args: Args, line: Line) -> Value:
+    def call(r: FileReading, args: Args, line: Line) -> Value:
         names = r.sheet.points if what == "force" else r.sheet.frames
         loads = r.sheet.forces if what == "force" else r.sheet.torques
         on, vector = word(args[0], line), r.vector(expression(args[-1]), line)
@@ -199,14 +199,14 @@ def _add_load(what: str) -> Call:
     return call
 
 
-def _torque_damper(r: Reading, args: Args, line: Line) -> Value:
+def _torque_damper(r: FileReading, args: Args, line: Line) -> Value:
     b, a = frame_of(r, args[0], line), frame_of(r, args[1], line)
     vector = r.sheet.spin(b, a).times(-r.scalar(expression(args[2]), line))
     r.sheet.torques += [(b, vector, line), (a, vector.times(as_expr(-1)), line)]
     return vector
 
 
-def _force_spring(r: Reading, args: Args, line: Line) -> Value:
+def _force_spring(r: FileReading, args: Args, line: Line) -> Value:
     """P.AddForceSpring(Q, k, length, exponent): −k (|r| − length)^exponent along r from Q to P, and what reacts on Q."""
     s, p, q = r.sheet, point_of(r, args[0], line), point_of(r, args[1], line)
     k, length, *power = (r.scalar(expression(x), line) for x in args[2:])
@@ -216,7 +216,7 @@ def _force_spring(r: Reading, args: Args, line: Line) -> Value:
     return _between(r, p, q, apart.times(-k * (stretch ** power[0] if power else stretch) / size), line)
 
 
-def _force_damper(r: Reading, args: Args, line: Line) -> Value:
+def _force_damper(r: FileReading, args: Args, line: Line) -> Value:
     """P.AddForceDamper(Q, b): −b times the rate of the distance, along the line between them, and what reacts on Q."""
     s, p, q = r.sheet, point_of(r, args[0], line), point_of(r, args[1], line)
     apart = s.position(q, p)
@@ -225,42 +225,46 @@ def _force_damper(r: Reading, args: Args, line: Line) -> Value:
     return _between(r, p, q, vector, line)
 
 
-def _between(r: Reading, p: str, q: str, vector: Vec, line: Line) -> Value:
+def _between(r: FileReading, p: str, q: str, vector: Vec, line: Line) -> Value:
     r.sheet.forces += [(p, vector, line), (q, vector.times(as_expr(-1)), line)]
     return vector
 
 
-def _add_gravity(r: Reading, args: Args, line: Line) -> Value:
+def _add_gravity(r: FileReading, args: Args, line: Line) -> Value:
     on = word(args[0], line)
     names = () if on == "system" else (on,)
     r.sheet.gravities.append((r.vector(expression(args[1]), line), names))
     return _DONE
 
 
-def _get_spin(r: Reading, args: Args, line: Line) -> Value:
+def _get_spin(r: FileReading, args: Args, line: Line) -> Value:
     return r.sheet.spin(frame_of(r, args[0], line), frame_of(r, args[1], line))
 
 
-def _get_velocity(r: Reading, args: Args, line: Line) -> Value:
+def _get_velocity(r: FileReading, args: Args, line: Line) -> Value:
     return r.sheet.velocity(point_of(r, args[0], line), frame_of(r, args[1], line))
 
 
-def _get_position(r: Reading, args: Args, line: Line) -> Value:
+def _get_position(r: FileReading, args: Args, line: Line) -> Value:
     return r.sheet.position(point_of(r, args[1], line), point_of(r, args[0], line))
 
 
-def _get_rotation(r: Reading, args: Args, line: Line) -> Value:
+def _get_rotation(r: FileReading, args: Args, line: Line) -> Value:
     """B.GetRotationMatrix(A): the elements b_i · a_j."""
     b, a = frame_of(r, args[0], line), frame_of(r, args[1], line)
-    return Table(r.sheet.cosines(b, a)) if r.sheet.connected(a, b) else Unread("the orientation of a frame without one")
+    return (
+        FileMatrix(r.sheet.cosines(b, a))
+        if r.sheet.connected(a, b)
+        else Unread("the orientation of a frame without one")
+    )
 
 
-def _get_center(r: Reading, args: Args, line: Line) -> Value:
+def _get_center(r: FileReading, args: Args, line: Line) -> Value:
     """System.GetCMPosition(P)."""
     return center(r.sheet, point_of(r, args[1], line), ())
 
 
-def _get_mass(r: Reading, args: Args, line: Line) -> Value:
+def _get_mass(r: FileReading, args: Args, line: Line) -> Value:
     on = word(args[0], line)
     return mass(r.sheet, () if on == "system" else (on,))
 

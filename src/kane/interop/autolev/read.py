@@ -10,7 +10,7 @@ from pathlib import Path
 from kane.errors import KaneError, ModelError, alike
 from kane.interop.autolev.commands import COMMANDS
 from kane.interop.autolev.declarations import DECLARED, Statement, outlook, words_of
-from kane.interop.autolev.evaluate import Reading
+from kane.interop.autolev.evaluate import FileReading
 from kane.interop.autolev.functions import FUNCTIONS, where
 from kane.interop.autolev.genesis import MEMBERS
 from kane.interop.autolev.grammar import Line, lines_of, parser
@@ -39,7 +39,7 @@ _MACROS = 4
 def read(text: str, folder: Path | None) -> Sheet:
     """Read a text; command files (.a) that it calls, and files that it runs, are looked for in its folder."""
     sheet = Sheet(Remarks(), genesis=bool(_GENESIS.search(text)))
-    reading = Reading(sheet, FUNCTIONS, MEMBERS)
+    reading = FileReading(sheet, FUNCTIONS, MEMBERS)
     lines = [x for line in _to_the_end(lines_of(text)) for x in _unfolded(line, folder, _MACROS)]
     statements = [s for line in lines if (s := _parsed(line, sheet)) is not None]
     if not statements:

@@ -25,7 +25,7 @@ X = TypeVar("X")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Turn:
+class FileTurn:
     """How a frame is oriented in its parent: by a simple rotation, Euler (scalar one last) or Rodrigues parameters, or a matrix."""
 
     parent: str
@@ -59,7 +59,7 @@ class Sheet:
     kinematic: dict[Expr, Expr] = field(default_factory=dict)
     late: dict[Expr, Expr] = field(default_factory=dict)
     inputs: dict[str, Expr] = field(default_factory=dict)
-    turns: dict[Pair, Turn] = field(default_factory=dict)
+    turns: dict[Pair, FileTurn] = field(default_factory=dict)
     spins: dict[Pair, Vec] = field(default_factory=dict)
     positions: dict[Pair, Vec] = field(default_factory=dict)
     velocities: dict[Pair, Vec] = field(default_factory=dict)
@@ -102,7 +102,7 @@ class Sheet:
 
     # Orientation -----------------------------------------------------------------------------------------------------
 
-    def orient(self, turn: Turn) -> None:
+    def orient(self, turn: FileTurn) -> None:
         """An orientation more."""
         self.turns[turn.parent, turn.child] = turn
         self._paths.clear()
@@ -224,7 +224,7 @@ class Sheet:
             total = total + (self._turning(turn) if turn else self._turning(self.turns[c, p]).times(-ONE))
         return total
 
-    def _turning(self, turn: Turn) -> Vec:
+    def _turning(self, turn: FileTurn) -> Vec:
         if turn.axis is not None:
             return along(turn.parent, turn.axis).times(self.rate(turn.angle))
         x, y, z = transposed(turn.cosines)
@@ -305,7 +305,7 @@ def way(edges: Mapping[tuple[K, K], X], start: K, end: K) -> list[tuple[K, K]] |
     return path[::-1]
 
 
-def simple(parent: str, child: str, axis: tuple[Expr, ...], angle: Expr) -> Turn:
+def simple(parent: str, child: str, axis: tuple[Expr, ...], angle: Expr) -> FileTurn:
     """A simple rotation about a unit vector that has these components in both frames."""
     c, s = cos(angle), sin(angle)
     rest = ONE - c
@@ -315,10 +315,10 @@ def simple(parent: str, child: str, axis: tuple[Expr, ...], angle: Expr) -> Turn
         rows[i][i] = rows[i][i] + c if axis[i] is not ONE else ONE
         rows[k][j] = rows[k][j] + axis[i] * s
         rows[j][k] = rows[j][k] - axis[i] * s
-    return Turn(parent, child, tuple(tuple(row) for row in rows), axis, angle)
+    return FileTurn(parent, child, tuple(tuple(row) for row in rows), axis, angle)
 
 
-def of_euler(parent: str, child: str, e: tuple[Coordinate, ...]) -> Turn:
+def of_euler(parent: str, child: str, e: tuple[Coordinate, ...]) -> FileTurn:
     """An orientation by Euler parameters, the scalar one last (Kane, Likins & Levinson 1983, sec. 1.3)."""
     a, b, c, d = e
     two = ONE + ONE
@@ -327,10 +327,10 @@ def of_euler(parent: str, child: str, e: tuple[Coordinate, ...]) -> Turn:
         (two * (a * b + c * d), ONE - two * (c * c + a * a), two * (b * c - a * d)),
         (two * (c * a - b * d), two * (b * c + a * d), ONE - two * (a * a + b * b)),
     )
-    return Turn(parent, child, rows, euler=e)
+    return FileTurn(parent, child, rows, euler=e)
 
 
-def of_rodrigues(parent: str, child: str, rho: tuple[Expr, ...]) -> Turn:
+def of_rodrigues(parent: str, child: str, rho: tuple[Expr, ...]) -> FileTurn:
     """An orientation by Rodrigues parameters."""
     rows = cosines_of(np.array((ONE, *rho), dtype=object), unit=False)
-    return Turn(parent, child, tuple(tuple(row) for row in rows), rodrigues=rho)
+    return FileTurn(parent, child, tuple(tuple(row) for row in rows), rodrigues=rho)

@@ -16,7 +16,7 @@ from kane.expr.node import ONE, ZERO, Expr, constant_value
 from kane.expr.symbols import Coordinate, Parameter
 from kane.expr.visit import substituting
 from kane.interop.autolev.model import LastForm, agree
-from kane.interop.autolev.sheet import Sheet, Turn, way
+from kane.interop.autolev.sheet import FileTurn, Sheet, way
 from kane.interop.autolev.values import Dyad, Vec
 from kane.interop.driven import GivenRates, moved, spinning, turned_about, turned_freely
 from kane.space.frame import Frame, Point
@@ -24,7 +24,7 @@ from kane.space.vector import Dyadic, Vector
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Row:
+class RateRow:
     """A kinematical equation: an expression of rates is an affine function of speeds."""
 
     rates: Expr
@@ -37,7 +37,7 @@ class Space:
 
     def __init__(self, sheet: Sheet, names: LastForm) -> None:
         self.sheet, self.names = sheet, names
-        self.rows: list[Row] = []
+        self.rows: list[RateRow] = []
         self.groups: list[tuple[Coordinate, ...]] = []
         self.euler: dict[Expr, Expr] = {}
         root = Frame(sheet.say(sheet.inertial))
@@ -135,7 +135,7 @@ class Space:
                         waiting = True
             waiting = waiting or self._next_spin()
 
-    def _oriented(self, parent: Frame, name: str, turn: Turn, *, forth: bool) -> Frame:
+    def _oriented(self, parent: Frame, name: str, turn: FileTurn, *, forth: bool) -> Frame:
         shown, f = self.sheet.say(name), self.names.geometric
         if turn.axis is not None:
             axis = Vector()
@@ -170,7 +170,7 @@ class Space:
         self._drive_by(driven)
 
     def _drive_by(self, driven: GivenRates) -> None:
-        self.rows += [Row(left, right, made=True) for left, right in driven.rates]
+        self.rows += [RateRow(left, right, made=True) for left, right in driven.rates]
 
     def _about(self, base: Frame, name: str, axis: int, spin: Expr, shown: str) -> Frame:
         """A frame that turns about an axis of another one, by an angle that is called after what is shown."""

@@ -17,12 +17,12 @@ from kane.expr.matrix import solve_linear
 from kane.expr.node import ONE, ZERO, Expr, constant_value
 from kane.expr.symbols import Coordinate, Speed, rate
 from kane.interop.autolev.model import LastForm, replacing, undefined
-from kane.interop.autolev.space import Row, Space
+from kane.interop.autolev.space import RateRow, Space
 from kane.numeric.sampling import SEEDS, sample
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Kinematics:
+class TurnedRates:
     """Definitions of speeds, those of speeds that vanish as constraints, and coordinates that are further states instead."""
 
     speeds: dict[Speed, Expr]
@@ -30,7 +30,7 @@ class Kinematics:
     states: dict[Coordinate, Expr]
 
 
-def kinematics(space: Space, names: LastForm, speeds: Sequence[Speed], moving: Iterable[Expr]) -> Kinematics:
+def kinematics(space: Space, names: LastForm, speeds: Sequence[Speed], moving: Iterable[Expr]) -> TurnedRates:
     """The kinematical equations turned round; `moving` are the expressions that place and orient what the model has."""
     held = set(free_symbols(moving))
     grouped = {e for group in space.groups for e in group}
@@ -56,26 +56,26 @@ def kinematics(space: Space, names: LastForm, speeds: Sequence[Speed], moving: I
         if len(chosen) == len(speeds):
             break
         q = Coordinate.declare(f"{u.name}_integral", None, "", "")
-        more = _independent([*rows, Row(rate(q), u)], speeds, space)
+        more = _independent([*rows, RateRow(rate(q), u)], speeds, space)
         if len(more) > len(chosen):
-            rows, chosen = [*rows, Row(rate(q), u)], more
+            rows, chosen = [*rows, RateRow(rate(q), u)], more
             space.sheet.remarks.say("inferred", f"{u.name} is the rate of no coordinate of the file: it gets one")
     return _turned(
         [rows[k] for k in chosen], [r for k, r in enumerate(rows) if k not in set(chosen)], speeds, states, space
     )
 
 
-def _row(q: Coordinate, names: LastForm, speeds: Sequence[Speed]) -> Row | None:
+def _row(q: Coordinate, names: LastForm, speeds: Sequence[Speed]) -> RateRow | None:
     """The kinematical equation of a coordinate, if it is affine in the speeds."""
     value = names.final(names.kinematic[rate(q)])
     try:
         affine_forms([value], speeds)
     except KaneError:
         return None
-    return Row(rate(q), value)
+    return RateRow(rate(q), value)
 
 
-def _independent(rows: Sequence[Row], speeds: Sequence[Speed], space: Space) -> list[int]:
+def _independent(rows: Sequence[RateRow], speeds: Sequence[Speed], space: Space) -> list[int]:
     """The numbers of independent rows, those with few and constant coefficients preferred."""
     if not rows or not speeds:
         return []
@@ -91,15 +91,19 @@ def _independent(rows: Sequence[Row], speeds: Sequence[Speed], space: Space) -> 
 
 
 def _turned(
-    rows: Sequence[Row], rest: Sequence[Row], speeds: Sequence[Speed], states: dict[Coordinate, Expr], space: Space
-) -> Kinematics:
+    rows: Sequence[RateRow],
+    rest: Sequence[RateRow],
+    speeds: Sequence[Speed],
+    states: dict[Coordinate, Expr],
+    space: Space,
+) -> TurnedRates:
     forms = affine_forms([r.value for r in rows], speeds)
     matrix = [[form.get(u, ZERO) for u in speeds] for form, _ in forms]
     right = [r.rates - x for r, (_, x) in zip(rows, forms, strict=True)]
     definitions = dict(zip(speeds, _solved(matrix, right), strict=True))
     replace = replacing(definitions)
     left = {Speed.declare(f"slip_{k}", None, "", ""): r.rates - replace(r.value) for k, r in enumerate(rest, 1)}
-    return Kinematics(definitions, left, states)
+    return TurnedRates(definitions, left, states)
 
 
 def _solved(matrix: list[list[Expr]], right: list[Expr]) -> tuple[Expr, ...]:

@@ -10,18 +10,18 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Input, Parameter, Speed, Symbol, rate
 from kane.interop.autolev.commands import COMMANDS
 from kane.interop.autolev.declarations import FORMING, Outlook, Statement, declare, words_of
-from kane.interop.autolev.evaluate import Reading, over, plus, quantity, splits, times
+from kane.interop.autolev.evaluate import FileReading, over, plus, quantity, splits, times
 from kane.interop.autolev.functions import FUNCTIONS, where
 from kane.interop.autolev.genesis import defined, tensor
 from kane.interop.autolev.grammar import Line
-from kane.interop.autolev.sheet import Turn
-from kane.interop.autolev.values import Dyad, Table, Unread, Value, Vec
+from kane.interop.autolev.sheet import FileTurn
+from kane.interop.autolev.values import Dyad, FileMatrix, Unread, Value, Vec
 
 
 class Statements:
     """One statement."""
 
-    def __init__(self, reading: Reading, seen: Outlook) -> None:
+    def __init__(self, reading: FileReading, seen: Outlook) -> None:
         self.r, self.sheet, self.seen = reading, reading.sheet, seen
 
     def do(self, s: Statement) -> None:
@@ -173,7 +173,7 @@ class Statements:
         if isinstance(old, Unread) or isinstance(value, Unread):
             self.sheet.values[name] = old if isinstance(old, Unread) else value
             return
-        rows = [list(row) for row in old.rows] if isinstance(old, Table) else []
+        rows = [list(row) for row in old.rows] if isinstance(old, FileMatrix) else []
         i, j = (*at, 1)[:2]
         if len(at) == 1 and len(rows) == 1 and len(rows[0]) >= i > 1:
             i, j = 1, i
@@ -182,7 +182,7 @@ class Statements:
         for row in rows:
             row += [ZERO] * (width - len(row))
         rows[i - 1][j - 1] = self._changed(rows[i - 1][j - 1], value, op, line)
-        self.sheet.values[name] = Table(tuple(tuple(row) for row in rows))
+        self.sheet.values[name] = FileMatrix(tuple(tuple(row) for row in rows))
 
     def _changed(self, old: Value, value: Value, op: str, line: Line) -> Value:
         if op == "+=":
@@ -207,7 +207,7 @@ class Statements:
             self._vector(name[:-1], value, op, line)
         elif name.endswith("'"):
             self._derivative(name, value, line)
-        elif isinstance(value, Table):
+        elif isinstance(value, FileMatrix):
             self._matrix(name, value, line)
         else:
             self._scalar(name, value, line)
@@ -282,11 +282,11 @@ class Statements:
             cure = "Declare a prescribed motion as Specified."
             raise line.refuse(f"no equation for {name} before those of motion are formed", "one", cure)
 
-    def _matrix(self, name: str, value: Table, line: Line) -> None:
+    def _matrix(self, name: str, value: FileMatrix, line: Line) -> None:
         for a, b in splits(name):
             if a in self.sheet.frames and b in self.sheet.frames and len(value.rows) == 3 == len(value.rows[0]):
                 rows = tuple(tuple(x for x in row if isinstance(x, Expr)) for row in value.rows)
-                self.sheet.orient(Turn(a, b, rows))
+                self.sheet.orient(FileTurn(a, b, rows))
                 return
         self.sheet.values[name] = value
 

@@ -65,7 +65,7 @@ class Dyad:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Table:
+class FileMatrix:
     """A matrix: rows of scalars or of vectors."""
 
     rows: tuple[tuple["Value", ...], ...]
@@ -74,9 +74,9 @@ class Table:
         """Its entries, row by row."""
         return tuple(x for row in self.rows for x in row)
 
-    def map(self, f: Callable[["Value"], "Value"]) -> "Table":
+    def map(self, f: Callable[["Value"], "Value"]) -> "FileMatrix":
         """The matrix of a function of each entry."""
-        return Table(tuple(tuple(map(f, row)) for row in self.rows))
+        return FileMatrix(tuple(tuple(map(f, row)) for row in self.rows))
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +86,7 @@ class Unread:
     why: str
 
 
-Value = Expr | Vec | Dyad | Table | Unread
+Value = Expr | Vec | Dyad | FileMatrix | Unread
 
 
 def product(a: Rows, b: Rows) -> Rows:

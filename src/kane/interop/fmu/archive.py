@@ -22,8 +22,8 @@ from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations, check_equations, repartition
 from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import ArgumentError, Attributes, ProgramError
-from kane.interop.fmu.description import Model, built, described, variables
-from kane.interop.fmu.source import Start, source, unit_of
+from kane.interop.fmu.description import UnitModel, built, described, variables
+from kane.interop.fmu.source import UnitStart, source, unit_of
 from kane.motion.programs.simulator_parts import METHODS
 from kane.motion.projection import constraint_numbers, is_constrained
 from kane.motion.steppers.table import INTEGRATORS
@@ -125,7 +125,7 @@ def to_fmu(
         text, token = source(whole, version)
         tool = f"kane {version_of('kane')}"
         counts = is_constrained(eom), len(eom.state), len(whole.events), bool(whole.modes)
-        model = Model(named, title or named, token, tool, start, *counts)
+        model = UnitModel(named, title or named, token, tool, start, *counts)
         sources = {
             "modelDescription.xml": described(model, rows, version),
             f"sources/{named}.c": text,
@@ -163,7 +163,7 @@ def _check_name(path: Path, name: str, tolerance: float) -> None:
         raise ArgumentError(f"Expected a tolerance between 0 and 1, got {tolerance!r}.")
 
 
-def _start(eom: Equations, given: State, tolerance: float) -> Start:
+def _start(eom: Equations, given: State, tolerance: float) -> UnitStart:
     """The start as `simulate` has it: dependent values solved for."""
     parameters = parameter_values(eom.system, given.parameters)
     inputs = named_values("inputs", eom.inputs, given.inputs)
@@ -175,10 +175,10 @@ def _start(eom: Equations, given: State, tolerance: float) -> Start:
         q, u = found.q, found.u
     whole = start_state(eom, q, u, given.states)
     p = np.array([parameters[s] for s in eom.parameters], dtype=float)
-    return Start(whole, p, np.array([*r.values()], dtype=float), t, float(tolerance))
+    return UnitStart(whole, p, np.array([*r.values()], dtype=float), t, float(tolerance))
 
 
-def _determined(eom: Equations, start: Start) -> Equations:
+def _determined(eom: Equations, start: UnitStart) -> Equations:
     """The equations with dependent speeds that follow from the others at the start."""
     if eom.embedding is None:
         return eom

@@ -10,13 +10,13 @@ from xml.etree import ElementTree as ET  # written, never read
 from kane import expect
 from kane.errors import ArgumentError, KaneError
 from kane.expr.symbols import rate
-from kane.interop.fmu.source import FmuContent, Start
+from kane.interop.fmu.source import FmuContent, UnitStart
 from kane.motion.projection import is_constrained
 from kane.units.rules import parse, unit_of
 
 
 @dataclass(frozen=True, slots=True)
-class Variable:
+class UnitVariable:
     """One row of the description; its value reference is its place. `state` is that of a derivative."""
 
     name: str
@@ -29,25 +29,25 @@ class Variable:
     state: int | None = None
 
 
-def variables(whole: FmuContent) -> list[Variable]:
+def variables(whole: FmuContent) -> list[UnitVariable]:
     """Time, states, their derivatives, parameters, inputs, outputs, event indicators: in the order of the C file."""
     eom, start = whole.equations, whole.start
     held = is_constrained(eom) and not whole.modes
-    found = [Variable("time", "independent", "continuous", unit="s", description="time")]
+    found = [UnitVariable("time", "independent", "continuous", unit="s", description="time")]
     initial = "approx" if held else "exact"
     for s, x in zip(eom.state, start.state.tolist(), strict=True):
-        found.append(Variable(s.name, "output", "continuous", initial, x, s.unit, s.description))
+        found.append(UnitVariable(s.name, "output", "continuous", initial, x, s.unit, s.description))
     for k, s in enumerate(eom.state):
         unit = rate(s).unit if s.unit else ""
-        found.append(Variable(f"der({s.name})", "local", "continuous", "calculated", None, unit, "", k + 1))
+        found.append(UnitVariable(f"der({s.name})", "local", "continuous", "calculated", None, unit, "", k + 1))
     for s, x in zip(eom.parameters, start.parameters.tolist(), strict=True):
-        found.append(Variable(s.name, "parameter", "tunable", "exact", x, s.unit, s.description))
+        found.append(UnitVariable(s.name, "parameter", "tunable", "exact", x, s.unit, s.description))
     for s, x in zip(eom.inputs, start.inputs.tolist(), strict=True):
-        found.append(Variable(s.name, "input", "continuous", "", x, s.unit, s.description))
+        found.append(UnitVariable(s.name, "input", "continuous", "", x, s.unit, s.description))
     found += _outputs(whole)
     for e in whole.events:
         found.append(
-            Variable(f"event({e.name})", "local", "continuous", "calculated", description=f"zero at: {e.name}")
+            UnitVariable(f"event({e.name})", "local", "continuous", "calculated", description=f"zero at: {e.name}")
         )
     names = [v.name for v in found]
     cure = "Name outputs, states, parameters and inputs differently; `time` is taken."
@@ -55,7 +55,7 @@ def variables(whole: FmuContent) -> list[Variable]:
     return found
 
 
-def _outputs(whole: FmuContent) -> list[Variable]:
+def _outputs(whole: FmuContent) -> list[UnitVariable]:
     task = whole.put
     if task is None:
         return []
@@ -64,14 +64,14 @@ def _outputs(whole: FmuContent) -> list[Variable]:
         unit = ""
         with suppress(KaneError):
             unit = unit_of(root)
-        rows.append(Variable(name, "output", "continuous", "calculated", unit=unit))
+        rows.append(UnitVariable(name, "output", "continuous", "calculated", unit=unit))
     return rows
 
 
 # ------------------------------------------------------------------------------------------------------------- units
 
 
-def _units(parent: ET.Element, rows: Sequence[Variable]) -> None:
+def _units(parent: ET.Element, rows: Sequence[UnitVariable]) -> None:
     """The definitions of the units that variables have: powers of SI units, and the factor."""
     names = sorted({v.unit for v in rows if v.unit})
     if not names:
@@ -94,14 +94,14 @@ def _units(parent: ET.Element, rows: Sequence[Variable]) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Model:
+class UnitModel:
     """What a description says of the unit as a whole."""
 
     identifier: str
     title: str
     token: str
     tool: str
-    start: Start
+    start: UnitStart
     constrained: bool
     states: int
     events: int
@@ -117,7 +117,7 @@ _CATEGORIES = {
 _OWN = {"canGetAndSetFMU{0}": "true", "canSerializeFMU{0}": "true", "providesDirectionalDerivative{1}": "true"}
 
 
-def _purposes(root: ET.Element, model: Model, version: str) -> None:
+def _purposes(root: ET.Element, model: UnitModel, version: str) -> None:
     """The elements of model exchange and co-simulation."""
     three = version == "3.0"
     words = ("State", "s") if three else ("state", "")
@@ -138,7 +138,7 @@ def _purposes(root: ET.Element, model: Model, version: str) -> None:
             ET.SubElement(sources, "File", name=f"{model.identifier}.c")
 
 
-def _begun(model: Model, version: str) -> ET.Element:
+def _begun(model: UnitModel, version: str) -> ET.Element:
     head = {
         "fmiVersion": version,
         "modelName": model.identifier,
@@ -152,7 +152,7 @@ def _begun(model: Model, version: str) -> ET.Element:
     return ET.Element("fmiModelDescription", head)
 
 
-def _middle(root: ET.Element, model: Model, rows: Sequence[Variable], version: str) -> None:
+def _middle(root: ET.Element, model: UnitModel, rows: Sequence[UnitVariable], version: str) -> None:
     _units(root, rows)
     categories = ET.SubElement(root, "LogCategories")
     for name, text in _CATEGORIES.items():
@@ -161,7 +161,7 @@ def _middle(root: ET.Element, model: Model, rows: Sequence[Variable], version: s
     ET.SubElement(root, "DefaultExperiment", told)
 
 
-def described(model: Model, rows: Sequence[Variable], version: str) -> str:
+def described(model: UnitModel, rows: Sequence[UnitVariable], version: str) -> str:
     """`modelDescription.xml`."""
     root = _begun(model, version)
     _purposes(root, model, version)
@@ -191,7 +191,7 @@ def described(model: Model, rows: Sequence[Variable], version: str) -> str:
     return written(root)
 
 
-def _variables3(root: ET.Element, rows: Sequence[Variable]) -> None:
+def _variables3(root: ET.Element, rows: Sequence[UnitVariable]) -> None:
     group = ET.SubElement(root, "ModelVariables")
     for k, v in enumerate(rows):
         said = {"name": v.name, "valueReference": str(k), "causality": v.causality, "variability": v.variability}
@@ -200,7 +200,7 @@ def _variables3(root: ET.Element, rows: Sequence[Variable]) -> None:
         ET.SubElement(group, "Float64", said)
 
 
-def _variables2(root: ET.Element, rows: Sequence[Variable]) -> None:
+def _variables2(root: ET.Element, rows: Sequence[UnitVariable]) -> None:
     group = ET.SubElement(root, "ModelVariables")
     for k, v in enumerate(rows):
         said = {"name": v.name, "valueReference": str(k), "causality": v.causality, "variability": v.variability}
@@ -211,7 +211,7 @@ def _variables2(root: ET.Element, rows: Sequence[Variable]) -> None:
         ET.SubElement(one, "Real", own)
 
 
-def _optional(v: Variable, initial: bool) -> dict[str, str]:
+def _optional(v: UnitVariable, initial: bool) -> dict[str, str]:
     said = {"description": v.description, "unit": v.unit, "initial": v.initial if initial else ""}
     return {k: x for k, x in said.items() if x} | ({} if v.start is None else {"start": repr(v.start)})
 

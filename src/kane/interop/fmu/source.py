@@ -33,7 +33,7 @@ DRIFT = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Start:
+class UnitStart:
     """What a unit begins with: the state (q, u, a), parameters, inputs, the time and the tolerance of co-simulation."""
 
     state: Array
@@ -49,7 +49,7 @@ class FmuContent:
 
     compiled: Compiled
     method: str
-    start: Start
+    start: UnitStart
     outputs: Mapping[str, Any]
     put: Task | None
     modes: Sequence[ModeOfProgram]
@@ -65,7 +65,7 @@ class FmuContent:
         return () if self.modes else self.equations.events
 
 
-def unit_of(eom: Equations, name: str, method: str, start: Start, outputs: Mapping[str, Any] | None) -> FmuContent:
+def unit_of(eom: Equations, name: str, method: str, start: UnitStart, outputs: Mapping[str, Any] | None) -> FmuContent:
     """The unit of equations; of contacts that change modes with all of them."""
     if not eom.system.modes_change:
         compiled = eom.compile(name=name, outputs=outputs)

@@ -38,7 +38,7 @@ def solid_call(dyadic: Dyadic, mass: Expr) -> tuple[str, Frame, dict[str, Any]] 
     return (name, shape.frame, given) if same_vectors(*vectors) else None
 
 
-class Friction(NamedTuple):
+class WrittenFriction(NamedTuple):
     """The arguments of `kn.friction`."""
 
     point: Point
@@ -48,7 +48,7 @@ class Friction(NamedTuple):
     threshold: float | None
 
 
-def friction_call(load: Load) -> Friction | None:
+def friction_call(load: Load) -> WrittenFriction | None:
     """What `kn.friction` was given; None where a coefficient is no parameter, or something else made the load."""
     slip = load.slip
     if slip is None or len(slip.presses) != 1 or load.torques or not 1 <= len(load.forces) <= 2:
@@ -59,7 +59,7 @@ def friction_call(load: Load) -> Friction | None:
         if isinstance(mu, Parameter):
             made = friction(point, slip.presses[0], mu, against=against, threshold=slip.threshold, name=load.name)
             if made.slip and made.slip.speed is slip.speed and made.slip.rolls == slip.rolls and _alike(made, load):
-                return Friction(point, slip.presses[0], mu, against, slip.threshold)
+                return WrittenFriction(point, slip.presses[0], mu, against, slip.threshold)
     return None
 
 

@@ -14,7 +14,7 @@ from kane.errors import ModelError
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Input
 from kane.interop.robots.making import Making, on_joint, plain, turned, vector
-from kane.interop.robots.records import DOFS, Link, Move
+from kane.interop.robots.records import DOFS, Move, RobotLink
 from kane.model.bodies import Particle, RigidBody
 from kane.model.contacts import stiction, stop
 from kane.model.joints.joint import Joint
@@ -28,7 +28,7 @@ from kane.space.vector import Vector
 UNITS = {"hinge": "N*m", "slide": "N"}
 
 
-def add_link(made: Making, link: Link) -> None:
+def add_link(made: Making, link: RobotLink) -> None:
     """Frame, origin, joints and body of a link."""
     frame, point = made.placed(link.parent)
     name = made.identifier("links", link.name, "link", link.where)
@@ -46,7 +46,7 @@ def add_link(made: Making, link: Link) -> None:
     _add_body(made, link, name, frame, point)
 
 
-def _add_body(made: Making, link: Link, name: str, frame: Frame, point: Point) -> None:
+def _add_body(made: Making, link: RobotLink, name: str, frame: Frame, point: Point) -> None:
     if float(np.abs(link.inertia).max()) <= NO_SIZE**2 * link.mass:
         link = replace(link, inertia=np.zeros((3, 3)))
     if link.mass == 0 and not link.inertia.any():
@@ -74,7 +74,7 @@ def _add_body(made: Making, link: Link, name: str, frame: Frame, point: Point) -
     made.bodies.append(body)
 
 
-def _check_numbers(link: Link) -> None:
+def _check_numbers(link: RobotLink) -> None:
     """A mass and principal moments that are not negative."""
     if link.mass < 0:
         raise expect.refusal(ModelError, f"a mass ≥ 0 of the link {link.name!r}", f"{link.mass:g} ({link.where})")

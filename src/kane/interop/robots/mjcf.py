@@ -16,7 +16,18 @@ from kane.interop.imported import Imported, Remark
 from kane.interop.robots.build import built
 from kane.interop.robots.making import Options, Symbolic, plain
 from kane.interop.robots.mujoco_reader import mujoco, read
-from kane.interop.robots.records import Closure, Coupling, Drive, Kind, Link, LinkShape, Move, Placement, Robot, Strand
+from kane.interop.robots.records import (
+    Actuation,
+    Closure,
+    Coupling,
+    Kind,
+    LinkShape,
+    Move,
+    Placement,
+    Robot,
+    RobotLink,
+    Strand,
+)
 from kane.interop.robots.xml_text import Element
 from kane.numeric.arrays import Array
 
@@ -107,7 +118,7 @@ def from_mjcf(
     """
     model, root = read(source, folder, timeout)
     options = Options(parameters, stops, damping, friction)
-    return built(_Reader(model, root).robot(), options)
+    return built(_MjcfReader(model, root).robot(), options)
 
 
 def rotation_of(quaternion: Any) -> Array:
@@ -124,7 +135,7 @@ def rotation_of(quaternion: Any) -> Array:
     )
 
 
-class _Reader:
+class _MjcfReader:
     """MuJoCo's arrays, read by name."""
 
     def __init__(self, model: Any, root: Element) -> None:
@@ -228,7 +239,7 @@ class _Reader:
             for k in rows:
                 self.refuse("joint" if what == "dof" else what, int(m.dof_jntid[k]) if what == "dof" else int(k), text)
 
-    def _link(self, b: int) -> Link:
+    def _link(self, b: int) -> RobotLink:
         m, name = self.m, self.name("body", b)
         joints = range(int(m.body_jntadr[b]), int(m.body_jntadr[b]) + int(m.body_jntnum[b])) if m.body_jntnum[b] else ()
         moves = tuple(self._move(j) for j in joints)
@@ -237,7 +248,7 @@ class _Reader:
         turn = rotation_of(m.body_iquat[b])
         inertia = turn @ np.diag(m.body_inertia[b]) @ turn.T
         inertia = np.where(np.abs(inertia) <= 1e-15 * np.abs(inertia).max(initial=0), 0, (inertia + inertia.T) / 2)
-        return Link(
+        return RobotLink(
             name, int(m.body_parentid[b]) - 1, placement, moves, float(m.body_mass[b]), np.array(m.body_ipos[b]), inertia,
             float(m.body_gravcomp[b]), self.where("body", name),
         )  # fmt: skip
@@ -343,7 +354,7 @@ class _Reader:
 
     # Actuators -----------------------------------------------------------------------------------------------------
 
-    def _drive(self, k: int, strands: tuple[Strand, ...]) -> Drive | None:
+    def _drive(self, k: int, strands: tuple[Strand, ...]) -> Actuation | None:
         library, m, name = mujoco(), self.m, self.name("actuator", k)
         kinds = {
             "transmission": (m.actuator_trntype[k], library.mjtTrn, ("JOINT", "JOINTINPARENT", "TENDON")),
@@ -375,7 +386,7 @@ class _Reader:
             return None
         bounds = tuple(m.actuator_forcerange[k].tolist()) if m.actuator_forcelimited[k] else None
         own_bias = (float(bias[0]), float(bias[1]), float(bias[2])) if has_bias else (0.0, 0.0, 0.0)
-        return Drive(
+        return Actuation(
             name, "" if along else self.name("joint", driven), self.name("tendon", driven) if along else "", arm, gains,
             own_bias, bounds, RATES[own_dynamics], float(m.actuator_dynprm[k][0]), self.where("actuator", name),
         )  # fmt: skip

@@ -73,7 +73,7 @@ class LinkShape(Attributes):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Link:
+class RobotLink:
     """A body: in the link number `parent` (−1: the ground), moved by its joints, with mass and central inertia along its axes.
 
     `buoyancy` is the share of its weight that is taken away.
@@ -137,7 +137,7 @@ class Strand:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Drive:
+class Actuation:
     """An actuator of a joint or tendon, l = gear·value: force gain·(1, l, l̇) a + bias·(1, l, l̇) along l, within bounds.
 
     a is the input, or a state: ȧ = input ("integrator") or (input − a)/T ("filter").
@@ -160,12 +160,12 @@ class Robot:
     """Everything that is read, parents before their children."""
 
     name: str
-    links: tuple[Link, ...]
+    links: tuple[RobotLink, ...]
     gravity: Array
     couplings: tuple[Coupling, ...] = ()
     closures: tuple[Closure, ...] = ()
     strands: tuple[Strand, ...] = ()
-    drives: tuple[Drive, ...] = ()
+    drives: tuple[Actuation, ...] = ()
     shapes: tuple[LinkShape, ...] = ()
     remarks: tuple[Remark, ...] = ()
     extras: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))

@@ -14,7 +14,7 @@ from kane.expr.operators import less, max, min, where
 from kane.expr.symbols import Coordinate, Input, StateVariable
 from kane.interop.imported import Remark
 from kane.interop.robots.making import Making, on_joint, turned, vector
-from kane.interop.robots.records import Closure, Coupling, Drive, Strand
+from kane.interop.robots.records import Actuation, Closure, Coupling, Strand
 from kane.model.constraints import coincident, configuration_constraint
 from kane.model.contacts import rope, stop
 from kane.model.joints.closing import close_weld
@@ -99,7 +99,7 @@ def strung(made: Making, s: Strand) -> Strung:
     return tendon
 
 
-def drive(made: Making, d: Drive, strands: Mapping[str, Strung]) -> None:
+def drive(made: Making, d: Actuation, strands: Mapping[str, Strung]) -> None:
     """An actuator's input and its effort; a position or velocity servo feeds back length and its rate."""
     name = made.identifier("symbols", d.name, "actuator", d.where)
     control = Input.declare(name, None, "", f"actuator {name}")

@@ -20,7 +20,7 @@ from kane.errors import ModelError, cut, none_of
 from kane.interop.imported import Imported, Remark
 from kane.interop.robots.build import built
 from kane.interop.robots.making import Options, Symbolic, plain
-from kane.interop.robots.records import Coupling, Kind, Link, LinkShape, Move, Placement, Robot
+from kane.interop.robots.records import Coupling, Kind, LinkShape, Move, Placement, Robot, RobotLink
 from kane.interop.robots.xml_text import Element, given, number_of, parsed
 from kane.numeric.arrays import Array
 from kane.numeric.scale import RIGHT_ANGLE
@@ -89,7 +89,7 @@ def from_urdf(
     if root.tag != "robot":
         raise root.wrong("<robot> as the root of a URDF", f"<{root.tag}>")
     expect.one_of(base, ("fixed", "free"), "base= to be")
-    reader = _Reader(root, base, float(right_angles), frozenset(locked))
+    reader = _UrdfReader(root, base, float(right_angles), frozenset(locked))
     options = Options(parameters, stops, damping, friction)
     return built(reader.robot(_gravity(gravity), efforts), options)
 
@@ -100,7 +100,7 @@ def _gravity(given: Any) -> Array:
     return np.array([expect.number(x, "gravity= three numbers") for x in values])
 
 
-class _Reader:
+class _UrdfReader:
     """The elements of one robot, by name."""
 
     def __init__(self, root: Element, base: str, right: float, locked: frozenset[str]) -> None:
@@ -233,8 +233,8 @@ class _Reader:
             return ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[quarter % 4]
         return cos(angle), sin(angle)
 
-    def _link(self, name: str, e: Element, parent: int, placement: Placement, moves: tuple[Move, ...]) -> Link:
-        link = Link(name, parent, placement, moves, where=e.where)
+    def _link(self, name: str, e: Element, parent: int, placement: Placement, moves: tuple[Move, ...]) -> RobotLink:
+        link = RobotLink(name, parent, placement, moves, where=e.where)
         inertial = e.one("inertial")
         if inertial is None:
             return link

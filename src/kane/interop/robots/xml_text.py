@@ -110,7 +110,7 @@ def number_of(word: str) -> float | None:
         return None
 
 
-class _Builder(ContentHandler):
+class _ElementBuilder(ContentHandler):
     """What the parser tells of the elements; it keeps what comes within the limits."""
 
     def __init__(self, source: str) -> None:
@@ -173,7 +173,7 @@ def parsed(text: str | bytes, source: str) -> Element:
         raise ModelError(
             "Expected the package defusedxml to read XML. Install it: pip install 'kane[models]'."
         ) from missing
-    builder = _Builder(source)
+    builder = _ElementBuilder(source)
     parser = reader.DefusedExpatParser(forbid_entities=True, forbid_external=True)  # without namespaces: many lack them
     parser.setContentHandler(builder)
     builder.place = parser

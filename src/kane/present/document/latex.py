@@ -11,7 +11,7 @@ from kane.present.content import Content
 from kane.present.document.latex_text import math_latex, prose, text_latex
 from kane.present.document.lines import broken_lines, em_width
 from kane.present.document.noted import parts_of
-from kane.present.document.pictures import Picture, beside, file_name
+from kane.present.document.pictures import ReportPicture, beside, file_name
 from kane.present.document.pieces import WIDTH, Formulas, Heading, Listed, MarkdownText, Words, pieces
 from kane.present.overview import Cell, PageTable, Tex
 from kane.present.pages import Document, environment, segments
@@ -38,7 +38,7 @@ def latex(content: Content, name: str) -> Document:
     """The file, and its figures, named after it."""
     told = list(pieces(content))
     for piece in told:
-        if isinstance(piece, Picture) and piece.ending == ".svg":
+        if isinstance(piece, ReportPicture) and piece.ending == ".svg":
             raise ArgumentError(
                 "Expected notes= without .svg files for LaTeX, which does not take them. Give them as .png."
             )
@@ -78,7 +78,7 @@ def _listed(piece: Listed, _: str) -> str:
     return "\n".join([r"\begin{itemize}", *(rf"  \item {text_latex(item)}" for item in piece.items), r"\end{itemize}"])
 
 
-def _picture(piece: Picture, name: str) -> str:
+def _picture(piece: ReportPicture, name: str) -> str:
     source = file_name(name, piece, _ENDING)
     title = rf"\room\subsection{{{text_latex(piece.title)}}}" + "\n\n" if piece.title else ""
     width = "" if piece.name == "sketch" else "0.75"  # plots have a width of their own
@@ -169,6 +169,6 @@ _WRITERS: dict[type, Callable[[Any, str], str]] = {
     Formulas: _formulas,
     Listed: _listed,
     PageTable: _table,
-    Picture: _picture,
+    ReportPicture: _picture,
     MarkdownText: lambda piece, name: "\n\n".join(_WRITERS[type(p)](p, name) for p in parts_of(piece)),
 }

@@ -7,7 +7,7 @@ from importlib.metadata import version
 from typing import Any
 
 from kane.present.content import Content
-from kane.present.document.pictures import Picture, beside, file_name
+from kane.present.document.pictures import ReportPicture, beside, file_name
 from kane.present.document.pieces import Formulas, Heading, Listed, MarkdownText, Words, pieces
 from kane.present.languages.catalogue import tr
 from kane.present.overview import Cell, PageTable, Tex
@@ -66,7 +66,7 @@ def _cell(cell: Cell) -> str:
     return f"${_math(cell.source)}$" if isinstance(cell, Tex) else _text(cell)
 
 
-def _picture(piece: Picture, name: str) -> str:
+def _picture(piece: ReportPicture, name: str) -> str:
     heading = f"## {_text(piece.title)}\n\n" if piece.title else ""
     caption = f"\n\n{_prose(piece.caption)}" if piece.caption else ""
     return f"{heading}![{_text(piece.title or piece.name)}]({file_name(name, piece, _ENDING)}){caption}"
@@ -78,6 +78,6 @@ _WRITERS: dict[type, Callable[[Any, str], str]] = {
     Formulas: _formulas,
     Listed: lambda piece, _: "\n".join(f"- {_text(item)}" for item in piece.items),
     PageTable: _table,
-    Picture: _picture,
+    ReportPicture: _picture,
     MarkdownText: lambda piece, _: piece.text.strip(),
 }

@@ -24,7 +24,7 @@ DRAWN = (*MARKS, b"Software\0kane", b"<dc:title>kane</dc:title>", b"/Creator (ka
 
 
 @dataclass(frozen=True, slots=True)
-class Picture:
+class ReportPicture:
     """A figure: its name within the report, heading, a sentence in which LaTeX may stand, and what writes it as a path ends.
 
     What is not drawn, but a file, has its `ending`.
@@ -37,15 +37,15 @@ class Picture:
     ending: str = ""
 
 
-def sketch_of(content: Content) -> Iterator[Picture]:
+def sketch_of(content: Content) -> Iterator[ReportPicture]:
     """The labelled sketch, of a system that has something to draw."""
     if content.seen.drawable:
         (drawn,) = draw_each(content.seen, (WIDE,), title=content.title)
         said = "; ".join(f"${symbol}$ {plain(meaning)}" for symbol, meaning in content.meanings)
-        yield Picture("sketch", "", said, partial(save_sketch, drawn))
+        yield ReportPicture("sketch", "", said, partial(save_sketch, drawn))
 
 
-def plots_of(content: Content) -> Iterator[Picture]:
+def plots_of(content: Content) -> Iterator[ReportPicture]:
     """The plots of the motion."""
     if content.solution is None:
         return
@@ -54,21 +54,21 @@ def plots_of(content: Content) -> Iterator[Picture]:
     yield from map(printed, plots(content.solution))
 
 
-def printed(plot: "Plot") -> Picture:
+def printed(plot: "Plot") -> ReportPicture:
     """A plot in the colours of white paper."""
     from kane.present.figure import save
     from kane.present.motion_plots import to_print
 
-    return Picture(plot.name, plot.title, plain(plot.caption), partial(save, to_print(plot.figure)))
+    return ReportPicture(plot.name, plot.title, plain(plot.caption), partial(save, to_print(plot.figure)))
 
 
-def picture_of(note: Any, name: str) -> Picture:
+def picture_of(note: Any, name: str) -> ReportPicture:
     """A figure of matplotlib's, or a picture that was read, among the notes."""
     if isinstance(note, Image):
-        return Picture(name, "", "", partial(_copy, note.data), note.ending)
+        return ReportPicture(name, "", "", partial(_copy, note.data), note.ending)
     from kane.present.figure import save
 
-    return Picture(name, "", plain(title_of(note)), partial(save, note))
+    return ReportPicture(name, "", plain(title_of(note)), partial(save, note))
 
 
 def _copy(data: bytes, path: Path) -> None:
@@ -86,9 +86,9 @@ def _copy(data: bytes, path: Path) -> None:
 
 def beside(pieces: Iterable[object], report: str, ending: str) -> dict[str, Callable[[Path], object]]:
     """What writes each figure among the pieces, by its file's name."""
-    return {file_name(report, p, ending): p.save for p in pieces if isinstance(p, Picture)}
+    return {file_name(report, p, ending): p.save for p in pieces if isinstance(p, ReportPicture)}
 
 
-def file_name(report: str, picture: Picture, ending: str) -> str:
+def file_name(report: str, picture: ReportPicture, ending: str) -> str:
     """The name of a figure beside a report, of letters that LaTeX and addresses take as they are."""
     return f"{re.sub(r'[^A-Za-z0-9.-]+', '-', report)}-{picture.name}{picture.ending or ending}"

@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate
 
-from kane.present.chapters import Block, Chapter, MatrixEquation, by_all_text, operations_text, solved_text
+from kane.present.chapters import Chapter, FormulaBlock, MatrixEquation, by_all_text, operations_text, solved_text
 from kane.present.content import Content, run_text
 from kane.present.document.lines import broken_lines, em_width
-from kane.present.document.pictures import Picture, picture_of, plots_of, printed, sketch_of
+from kane.present.document.pictures import ReportPicture, picture_of, plots_of, printed, sketch_of
 from kane.present.formula_list import DisplayedFormula
 from kane.present.languages.catalogue import tr
 from kane.present.linearized.section import Section
@@ -66,7 +66,7 @@ class MarkdownText:
     text: str
 
 
-Piece = Heading | Words | Formulas | Listed | PageTable | Picture | MarkdownText
+Piece = Heading | Words | Formulas | Listed | PageTable | ReportPicture | MarkdownText
 _Rename = Callable[[str], str]
 
 
@@ -105,18 +105,18 @@ def pieces(content: Content) -> Iterator[Piece]:
         yield Listed(content.sources)
 
 
-def _blocks(chapter: Chapter) -> tuple[tuple[Block | Provenance, float], ...]:
+def _blocks(chapter: Chapter) -> tuple[tuple[FormulaBlock | Provenance, float], ...]:
     """The parts of a chapter that number intermediates by themselves, and the lines from which on each is left out."""
-    folded = chapter.by_all_speeds, chapter.provenance or Block()
+    folded = chapter.by_all_speeds, chapter.provenance or FormulaBlock()
     return (chapter.block, math.inf), (chapter.solution, math.inf), *((part, _LONG) for part in folded)
 
 
-def _length(part: Block | Provenance) -> int:
-    rows = part.formulas if isinstance(part, Block) else [row for o in part.origins for row in o.table.rows]
+def _length(part: FormulaBlock | Provenance) -> int:
+    rows = part.formulas if isinstance(part, FormulaBlock) else [row for o in part.origins for row in o.table.rows]
     return len(part.between) + len(rows)
 
 
-def _renamed(part: Block | Provenance, start: int) -> _Rename:
+def _renamed(part: FormulaBlock | Provenance, start: int) -> _Rename:
     """What moves the numbers of a part's intermediates, in LaTeX."""
     own = {z.left for z in part.between}
     return lambda latex: re.sub(
@@ -162,7 +162,7 @@ def _provenance(told: Provenance, rename: _Rename) -> Iterator[Piece]:
             yield from _table(o.table, rename)
 
 
-def _block(block: Block, rename: _Rename) -> Iterator[Piece]:
+def _block(block: FormulaBlock, rename: _Rename) -> Iterator[Piece]:
     if block.between and block.formulas:
         yield Words(tr("With the shared intermediates"))
     yield from _equations(block.between, rename)

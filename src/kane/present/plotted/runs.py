@@ -27,7 +27,7 @@ _ROUNDS = 2
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class PlottedRun:
     """One motion, or passages of a section, with what the legend calls it ("" where it is the only one)."""
 
     name: str
@@ -50,7 +50,7 @@ class Run:
         return "none" if isinstance(self.motion, SectionPoints) else "-"
 
 
-def runs_of(solution: Any) -> list[Run]:
+def runs_of(solution: Any) -> list[PlottedRun]:
     """Motions one by one: of one, of a list, of a mapping from labels.
 
     Raises
@@ -73,10 +73,12 @@ def runs_of(solution: Any) -> list[Run]:
             )
     if not named:
         raise ArgumentError(f"Expected at least one motion to plot, got {cut(repr(solution))}.")
-    return [Run(label, motion, isinstance(motion, SectionPoints)) for label, motion in named]
+    return [PlottedRun(label, motion, isinstance(motion, SectionPoints)) for label, motion in named]
 
 
-def smooth(run: Run, read: Callable[[Run], R], curves: Callable[[R], Sequence[Array]]) -> tuple[Run, R]:
+def smooth(
+    run: PlottedRun, read: Callable[[PlottedRun], R], curves: Callable[[R], Sequence[Array]]
+) -> tuple[PlottedRun, R]:
     """The run with samples enough that none of the curves of what is read has corners to be seen, and what is read of it."""
     fine, found, parts = run, read(run), 1
     for _ in range(_ROUNDS):
@@ -89,7 +91,7 @@ def smooth(run: Run, read: Callable[[Run], R], curves: Callable[[R], Sequence[Ar
     return fine, found
 
 
-def _pieces(run: Run, curves: Sequence[Array]) -> int:
+def _pieces(run: PlottedRun, curves: Sequence[Array]) -> int:
     """Into how many pieces each step between samples is to be cut, so that none of the curves has corners to be seen."""
     if run.dotted or len(run.t) < 2 or not curves:
         return 1
@@ -114,7 +116,7 @@ def bend(t: Array, phase: Indices, values: Array) -> float:
     return float(np.max(np.abs(middle - first - share * (last - first)))) / size
 
 
-def _finer(run: Run, parts: int) -> Run:
+def _finer(run: PlottedRun, parts: int) -> PlottedRun:
     """The motion with `parts` − 1 more samples in each step, read off the integrator's polynomials.
 
     Where these are not at hand, as of a motion from a file, its samples are drawn as dots on the line, to be seen as such.

@@ -18,7 +18,7 @@ from kane.motion.cycles.section import SectionPoints
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.present.motion_plots import label_of
-from kane.present.plotted.runs import Run, smooth
+from kane.present.plotted.runs import PlottedRun, smooth
 from kane.space.vector import Vector
 from kane.write.arrange import to_text
 
@@ -81,7 +81,7 @@ def largest(values: Array) -> float:
     return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
 
 
-def panels(runs: Sequence[Run], quantities: Sequence[Any]) -> list[Panel]:
+def panels(runs: Sequence[PlottedRun], quantities: Sequence[Any]) -> list[Panel]:
     """The panels of a figure: those against time first, each with lines of all runs."""
     groups: dict[Any, list[Trace]] = {}
     for run in runs:
@@ -91,7 +91,7 @@ def panels(runs: Sequence[Run], quantities: Sequence[Any]) -> list[Panel]:
     return sorted(made, key=lambda panel: panel.across)
 
 
-def _smooth(run: Run, quantities: Sequence[Any]) -> Keyed:
+def _smooth(run: PlottedRun, quantities: Sequence[Any]) -> Keyed:
     """The lines of a run without corners: with samples between its own where these are too few."""
 
     def curves(traces: Keyed) -> list[Array]:
@@ -101,7 +101,7 @@ def _smooth(run: Run, quantities: Sequence[Any]) -> Keyed:
     return [(key, _parted(trace, run) if key[1] is _ACROSS else trace) for key, trace in traces]
 
 
-def _parted(trace: Trace, run: Run) -> Trace:
+def _parted(trace: Trace, run: PlottedRun) -> Trace:
     """A path with a gap where a phase of the motion begins: what jumps does not pass by the places between."""
     if not isinstance(run.motion, Solution):
         return trace
@@ -110,11 +110,11 @@ def _parted(trace: Trace, run: Run) -> Trace:
     return replace(trace, x=x, y=y)
 
 
-def _of(run: Run, quantities: Sequence[Any]) -> Keyed:
+def _of(run: PlottedRun, quantities: Sequence[Any]) -> Keyed:
     return list(_listed("", run, quantities) if quantities else _everything(run))
 
 
-def _everything(run: Run) -> Iterator[tuple[Any, Trace]]:
+def _everything(run: PlottedRun) -> Iterator[tuple[Any, Trace]]:
     eom, motion = run.equations, run.motion
     kinds = {"coordinates": eom.coordinates, "speeds": eom.speeds, "states": eom.states}
     if isinstance(motion, SectionPoints):
@@ -139,7 +139,7 @@ def energies(motion: Solution) -> tuple[tuple[str, Array, str], ...]:
     return *((label, values, "-") for label, values in rows), ("E − ∫P dt", total - motion.work, "--")
 
 
-def _listed(title: str, run: Run, quantities: Iterable[Any]) -> Iterator[tuple[Any, Trace]]:
+def _listed(title: str, run: PlottedRun, quantities: Iterable[Any]) -> Iterator[tuple[Any, Trace]]:
     """Lines with the panels they belong to: of one unit together, one of unknown unit by itself, each (x, y) by itself."""
     for k, what in enumerate(quantities):
         for j, (label, own) in enumerate(what.items() if isinstance(what, Mapping) else [("", what)]):
@@ -151,14 +151,14 @@ def _listed(title: str, run: Run, quantities: Iterable[Any]) -> Iterator[tuple[A
                 yield (title, axis.unit or (k, j)), judged(trace, floor)
 
 
-def _across(run: Run, pair: tuple[Any, ...], label: str) -> Trace:
+def _across(run: PlottedRun, pair: tuple[Any, ...], label: str) -> Trace:
     if len(pair) != 2:
         raise ArgumentError(f"Expected (x, y), two quantities to draw y against x, got {cut(repr(pair))}.")
     x, y = (readable(run, one) for one in pair)
     return Trace(y, run.name, x, run.dotted, run.line, label or y.label)
 
 
-def readable(run: Run, what: Any) -> Axis:
+def readable(run: PlottedRun, what: Any) -> Axis:
     """A quantity with one value, or a mapping of its label to it, along a motion; zeros where it is noise.
 
     Raises
@@ -174,7 +174,7 @@ def readable(run: Run, what: Any) -> Axis:
     return axis if largest(axis.values) > floor else replace(axis, values=np.zeros_like(axis.values))
 
 
-def _axes(run: Run, what: Any, label: str) -> list[tuple[Axis, float]]:
+def _axes(run: PlottedRun, what: Any, label: str) -> list[tuple[Axis, float]]:
     """A quantity, or the components of a vector, each with the size below which it is noise."""
     eom, motion = run.equations, run.motion
     if isinstance(motion, SectionPoints):

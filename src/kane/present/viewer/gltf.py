@@ -16,8 +16,8 @@ from scipy.spatial.transform import Rotation
 from kane.numeric.arrays import Array
 from kane.present.viewer.axes import towards
 from kane.present.viewer.colours import of_part
-from kane.present.viewer.page import Course
-from kane.present.viewer.parts import Model
+from kane.present.viewer.page import PosedMotion
+from kane.present.viewer.parts import DrawnModel
 from kane.present.viewer.places import transforms
 
 _FLOAT, _UINT = 5126, 5125
@@ -51,7 +51,7 @@ class _Buffer:
         return len(self.accessors) - 1
 
 
-def binary(model: Model, course: Course) -> bytes:
+def binary(model: DrawnModel, course: PosedMotion) -> bytes:
     """The file of a motion."""
     buffer = _Buffer()
     names = list(model.meshes)
@@ -95,7 +95,7 @@ def binary(model: Model, course: Course) -> bytes:
     return _chunks(document, bytes(buffer.data))
 
 
-def _attributes(model: Model, name: str, buffer: _Buffer) -> dict[str, Any]:
+def _attributes(model: DrawnModel, name: str, buffer: _Buffer) -> dict[str, Any]:
     mesh = model.meshes[name]
     shade = np.repeat((0.72 + 0.28 * mesh.tones)[:, None], 3, axis=1)
     return {

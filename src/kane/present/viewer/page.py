@@ -14,11 +14,11 @@ from kane.numeric.arrays import Array
 from kane.present.pages import deflated
 from kane.present.scene.records import Posed, Scene
 from kane.present.viewer.meshes import Mesh, arrow, cylinder
-from kane.present.viewer.parts import Model, Part
+from kane.present.viewer.parts import DrawnModel, DrawnPart
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Course:
+class PosedMotion:
     """A motion at the instants that are shown, the poses there, and what is shown beside them, a column each."""
 
     motion: Solution
@@ -60,7 +60,7 @@ def _mesh(mesh: Mesh) -> dict[str, str]:
     }
 
 
-def _part(part: Part, meshes: Sequence[str], bodies: Sequence[str]) -> dict[str, Any]:
+def _part(part: DrawnPart, meshes: Sequence[str], bodies: Sequence[str]) -> dict[str, Any]:
     return {
         "k": part.kind, "n": part.name, "c": part.role, "m": meshes.index(part.mesh), "a": part.at, "x": part.axes, "q": part.to,
         "d": part.along, "s": [list(x) for x in part.scale], "p": list(part.points),
@@ -69,7 +69,7 @@ def _part(part: Part, meshes: Sequence[str], bodies: Sequence[str]) -> dict[str,
 
 
 def page_data(
-    scene: Scene, model: Model, courses: Sequence[Course], traces: Sequence[int], camera: Mapping[str, Any]
+    scene: Scene, model: DrawnModel, courses: Sequence[PosedMotion], traces: Sequence[int], camera: Mapping[str, Any]
 ) -> dict[str, Any]:
     """The data of a page; `camera` has azimuth and height about the middle, and the direction `front` that azimuth 0 looks from."""
     names = list(model.meshes)
@@ -91,13 +91,13 @@ def page_data(
     }  # fmt: skip
 
 
-def _largest(courses: Sequence[Course], direction: int) -> float:
+def _largest(courses: Sequence[PosedMotion], direction: int) -> float:
     sizes = [np.linalg.norm(c.poses.directions[..., direction, :], axis=-1) for c in courses]
     found = float(np.nanmax([np.nanmax(s) for s in sizes]))
     return found if np.isfinite(found) and found > 0 else 1.0
 
 
-def lowest(scene: Scene, model: Model, courses: Sequence[Course]) -> float:
+def lowest(scene: Scene, model: DrawnModel, courses: Sequence[PosedMotion]) -> float:
     """The height of a floor below everything, where no plane is declared; else that of the plane at first."""
     for plane in model.planes:
         return float(

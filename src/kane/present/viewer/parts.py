@@ -44,7 +44,7 @@ Length = tuple[int, float, bool]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Part:
+class DrawnPart:
     """A mesh by name, and what places it: `kind` "rigid", "between", "corners" or "plane"."""
 
     kind: str
@@ -60,16 +60,16 @@ class Part:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Model:
+class DrawnModel:
     """Parts and their meshes.
 
     `size` is that of the scene at one instant, `middle` and `reach` (a radius) what is seen of the whole motion; where it `travels`
     farther than is well seen, of its first instant. `up` is against gravity.
     """
 
-    parts: tuple[Part, ...]
+    parts: tuple[DrawnPart, ...]
     meshes: dict[str, Mesh]
-    planes: tuple[Part, ...]
+    planes: tuple[DrawnPart, ...]
     size: float
     middle: Array
     reach: float
@@ -83,20 +83,20 @@ class Model:
         return [self.touching, *((d,) for _, _, d in self.arrows if d not in self.touching)]
 
 
-def model(scene: Scene, poses: Posed, up: Array) -> Model:
+def model(scene: Scene, poses: Posed, up: Array) -> DrawnModel:
     """The parts of a scene, whose size and whose shapes of given sizes are those of the poses (several, along the first axis)."""
     size, middle, reach, travels = _extent(scene, poses)
     meshes: dict[str, Mesh] = {}
-    parts: list[Part] = []
-    planes: list[Part] = []
+    parts: list[DrawnPart] = []
+    planes: list[DrawnPart] = []
     sizes = poses.scalars.reshape(-1, max(poses.scalars.shape[-1], 1))[0] if poses.scalars.size else np.zeros(0)
     for item in scene.items:
         into = planes if item.kind == "plane" else parts
-        into.extend(_PARTS[item.kind](item, _Builder(sizes, size, poses, meshes)))
+        into.extend(_PARTS[item.kind](item, _PartBuilder(sizes, size, poses, meshes)))
     arrows = tuple((a.label, a.at, a.direction) for a in scene.actions if a.kind in ("force", "contact"))
     touching = tuple(a.direction for a in scene.actions if a.kind == "contact")
     up = np.asarray(up, float)
-    return Model(tuple(parts), meshes, tuple(planes), size, middle, reach, travels, up, arrows, touching)
+    return DrawnModel(tuple(parts), meshes, tuple(planes), size, middle, reach, travels, up, arrows, touching)
 
 
 def _extent(scene: Scene, poses: Posed) -> tuple[float, Array, float, bool]:
@@ -129,7 +129,7 @@ def _number(value: float) -> Length:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Builder:
+class _PartBuilder:
     """What the parts of items are made with: sizes at first, the thickness of lines, the poses, and the meshes, which are entered."""
 
     sizes: Array
@@ -141,12 +141,12 @@ class _Builder:
     def thin(self) -> float:
         return THIN * self.size
 
-    def rigid(self, item: Item, mesh: str, *scale: Length, **more: Any) -> Part:
+    def rigid(self, item: Item, mesh: str, *scale: Length, **more: Any) -> DrawnPart:
         """A part at the item's position and along its axes, where nothing else is said."""
         if mesh not in self.meshes:
             self.meshes[mesh] = UNIT[mesh]()
         given = {"kind": "rigid", "at": _or_none(item.at), "axes": _or_none(item.frame), "scale": scale, **more}
-        return Part(name=item.name, role=item.role, mesh=mesh, **given)
+        return DrawnPart(name=item.name, role=item.role, mesh=mesh, **given)
 
     def wide(self, item: Item) -> Length:
         """How wide a line or a ball is."""
@@ -157,7 +157,7 @@ def _or_none(number: int | None) -> int:
     return -1 if number is None else number
 
 
-def _line(item: Item, b: _Builder) -> Iterator[Part]:
+def _line(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
     mesh, wide = item.kind if item.kind in ("spring", "damper") else "tube", b.wide(item)
     for p, q in pairwise(item.points):
         yield b.rigid(item, mesh, wide, wide, _number(1.0), kind="between", at=p, to=q)
@@ -165,63 +165,63 @@ def _line(item: Item, b: _Builder) -> Iterator[Part]:
         yield b.rigid(item, "ball", wide, wide, wide, at=p, axes=-1)
 
 
-def _scaled(mesh: str, *names: str) -> Callable[[Item, _Builder], Iterator[Part]]:
+def _scaled(mesh: str, *names: str) -> Callable[[Item, _PartBuilder], Iterator[DrawnPart]]:
     """A unit mesh, scaled by the sizes of these names; "" stands for what is thin."""
 
-    def parts(item: Item, b: _Builder) -> Iterator[Part]:
+    def parts(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
         yield b.rigid(item, mesh, *((item.sizes[k], 1.0, False) if k else _number(b.thin) for k in names))
 
     return parts
 
 
-def _disk(item: Item, b: _Builder) -> Iterator[Part]:
+def _disk(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
     radius = item.sizes["radius"]
     thick = _number(0.12 * float(b.sizes[radius]))
     yield b.rigid(item, "cylinder", (radius, 1.0, False), (radius, 1.0, False), thick)
 
 
-def _inertia(item: Item, b: _Builder) -> Iterator[Part]:
+def _inertia(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
     yield b.rigid(item, "sphere", *((item.sizes[k], 1.0, True) for k in ("aa", "bb", "cc")))
 
 
-def _ball(item: Item, b: _Builder) -> Iterator[Part]:
+def _ball(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
     yield b.rigid(item, "ball", *3 * [b.wide(item)], axes=-1)
 
 
-def _block(item: Item, b: _Builder) -> Iterator[Part]:
+def _block(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
     edge, wheel = _number(_BLOCK * b.thin), item.kind == "wheel"
     thick = _number(2 * b.thin) if wheel else edge
     yield b.rigid(item, "cylinder" if wheel else "box", edge, edge, thick, axes=-1, along=_or_none(item.direction))
 
 
-def _file(item: Item, b: _Builder) -> Iterator[Part]:
+def _file(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
     if item.file not in b.meshes:
         b.meshes[item.file] = read(item.file)
     yield b.rigid(item, item.file, *3 * [_number(1.0)])
 
 
-def _plane(item: Item, b: _Builder) -> Iterator[Part]:
-    yield Part("plane", item.name, item.role, "", _or_none(item.at), along=_or_none(item.direction))
+def _plane(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
+    yield DrawnPart("plane", item.name, item.role, "", _or_none(item.at), along=_or_none(item.direction))
 
 
-def _ring(item: Item, b: _Builder) -> Iterator[Part]:
+def _ring(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
     radius = float(b.sizes[item.sizes["radius"]])
     yield _baked(item, f"ring {radius:.9g}", b, lambda: SIZED["torus"][0](radius, 0.06 * radius))
 
 
-def _sized(item: Item, b: _Builder) -> Iterator[Part]:
+def _sized(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
     make, names = SIZED[item.kind]
     values = [float(b.sizes[item.sizes[k]]) for k in names] + ([2 * b.thin] if item.kind in THICK else [])
     yield _baked(item, " ".join([item.kind, *(f"{x:.9g}" for x in values)]), b, lambda: make(*values))
 
 
-def _baked(item: Item, name: str, b: _Builder, make: Callable[[], Mesh]) -> Part:
+def _baked(item: Item, name: str, b: _PartBuilder, make: Callable[[], Mesh]) -> DrawnPart:
     if name not in b.meshes:
         b.meshes[name] = make()
     return b.rigid(item, name, *3 * [_number(1.0)])
 
 
-def _hull(item: Item, b: _Builder) -> Iterator[Part]:
+def _hull(item: Item, b: _PartBuilder) -> Iterator[DrawnPart]:
     """The hull of points of a body, of what lies in a plane with a thickness; a line where they lie on one."""
     p = b.poses.positions.reshape(-1, *b.poses.positions.shape[-2:])[0][list(item.points)]
     third = _off_line(p)
@@ -240,7 +240,7 @@ def _hull(item: Item, b: _Builder) -> Iterator[Part]:
         for face, n in zip(hull.simplices, hull.equations, strict=True)
     ]
     b.meshes[name] = flat(local, [face.tolist() for face in outward])
-    yield Part(
+    yield DrawnPart(
         "corners", item.name, item.role, name, item.points[0], points=tuple(item.points[k] for k in (0, 1, third))
     )
 
@@ -253,7 +253,7 @@ def _off_line(p: Array) -> int | None:
     return k if away and away[k] > DECLARED * size * size else None
 
 
-_PARTS: dict[str, Callable[[Item, _Builder], Iterator[Part]]] = {
+_PARTS: dict[str, Callable[[Item, _PartBuilder], Iterator[DrawnPart]]] = {
     **dict.fromkeys(("link", "beam", "bar", "arm", "rope", "spring", "damper"), _line),
     **dict.fromkeys(("particle", "pin", "ball"), _ball),
     **dict.fromkeys(("block", "slider", "wheel"), _block),

@@ -13,10 +13,10 @@ import numpy as np
 from kane.numeric.arrays import Array
 from kane.present.scene.records import Posed
 from kane.present.viewer.axes import axes_of, towards
-from kane.present.viewer.parts import Length, Model
+from kane.present.viewer.parts import DrawnModel, Length
 
 
-def transforms(model: Model, poses: Posed) -> Array:
+def transforms(model: DrawnModel, poses: Posed) -> Array:
     """Of shape (instants, parts, 3, 4): the columns of the map, then the shift."""
     positions, rotations, directions, scalars = _along(poses)
     count = len(positions)

@@ -20,8 +20,8 @@ from kane.errors import ArgumentError
 from kane.numeric.arrays import Array
 from kane.present.viewer.axes import towards
 from kane.present.viewer.colours import PAPER, RULE, SHADOW, of_part
-from kane.present.viewer.page import Course
-from kane.present.viewer.parts import Model
+from kane.present.viewer.page import PosedMotion
+from kane.present.viewer.parts import DrawnModel
 from kane.present.viewer.places import transforms
 from kane.progress import far, working
 
@@ -36,11 +36,11 @@ _LINES = 24
 """Lines of the floor's grid each way."""
 
 
-class Shot(NamedTuple):
+class PictureView(NamedTuple):
     """What is drawn, from where (`front` is the direction that azimuth 0 looks from), above what floor, in how many seconds."""
 
-    model: Model
-    course: Course
+    model: DrawnModel
+    course: PosedMotion
     front: Array
     azimuth: float
     height: float
@@ -48,7 +48,7 @@ class Shot(NamedTuple):
     played: float
 
 
-def write(shot: Shot, place: Path) -> None:
+def write(shot: PictureView, place: Path) -> None:
     """Draw the motion into a file, whose ending says how."""
     end = place.suffix.lower()
     with working("Drawing"):
@@ -82,7 +82,7 @@ def _video(pictures: Iterator[Image.Image], place: Path) -> None:
     writer.close()
 
 
-def frames(shot: Shot, first: bool = False) -> Iterator[Image.Image]:
+def frames(shot: PictureView, first: bool = False) -> Iterator[Image.Image]:
     """The pictures, `_RATE` a second of what is played."""
     model, course = shot.model, shot.course
     played = max(2, round(_RATE * shot.played))
@@ -93,7 +93,7 @@ def frames(shot: Shot, first: bool = False) -> Iterator[Image.Image]:
         yield _picture(shot, places[k])
 
 
-def _camera(shot: Shot, places: Array) -> tuple[Array, Array]:
+def _camera(shot: PictureView, places: Array) -> tuple[Array, Array]:
     """The eye, and the axes of the view as rows: right, up, back."""
     model, front, azimuth, height = shot.model, shot.front, shot.azimuth, shot.height
     up = model.up
@@ -105,7 +105,7 @@ def _camera(shot: Shot, places: Array) -> tuple[Array, Array]:
     return middle + 3.5 * model.reach * away, np.stack([x, np.cross(away, x), away])
 
 
-def _picture(shot: Shot, places: Array) -> Image.Image:
+def _picture(shot: PictureView, places: Array) -> Image.Image:
     """One picture: the floor, shadows on it, then triangles from far to near."""
     model, low = shot.model, shot.low
     eye, axes = _camera(shot, places)
@@ -162,7 +162,7 @@ def _seen(eye: Array, axes: Array, points: Array) -> tuple[Array, Array]:
     return np.column_stack([SIZE[0] / 2 + local[:, 0] * scale, SIZE[1] / 2 + local[:, 1] * scale]), -local[:, 2]
 
 
-def _floor(seen: Any, model: Model, middle: Array, low: float) -> list[Array]:
+def _floor(seen: Any, model: DrawnModel, middle: Array, low: float) -> list[Array]:
     """The lines of a grid on the floor."""
     a, b, _ = towards(model.up[None])[0].T
     step = 10.0 ** np.round(np.log10(0.3 * model.size))
