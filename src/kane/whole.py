@@ -80,6 +80,10 @@ def exchange(
     to_disk(path.parent)
 
 
+FIGURES = (b"Software\0kane", b"<dc:title>kane</dc:title>", b"/Creator (kane)")
+"""By what figures as PNG, SVG and PDF are known."""
+
+
 def exchange_marked(path: Path, write: Callable[[Path], Any], *marks: bytes) -> None:
     """`exchange` where a file that bears one of the marks, an empty one, or none may be replaced; missing folders are made."""
     path.parent.mkdir(parents=True, exist_ok=True)

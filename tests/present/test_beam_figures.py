@@ -30,6 +30,13 @@ def test_mode_shapes(tmp_path) -> None:
     assert (tmp_path / "modes.svg").read_text().lstrip().startswith("<?xml")
     with pytest.raises(kn.ModelError, match=r"Expected a kn\.Beam, got 3"):
         kn.mode_figure(3)
+    kn.mode_figure(beam, tmp_path / "modes.svg")  # its own is replaced
+    (tmp_path / "other.svg").write_text("<svg/>")
+    with pytest.raises(kn.ArgumentError, match=r"other\.svg"):
+        kn.mode_figure(beam, tmp_path / "other.svg")
+    assert (tmp_path / "other.svg").read_text() == "<svg/>"
+    with pytest.raises(kn.ArgumentError, match=r"ends in \.png, \.svg, \.pdf"):
+        kn.mode_figure(beam, tmp_path / "modes.eps")
 
 
 def test_deformed_axis() -> None:

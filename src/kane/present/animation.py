@@ -27,17 +27,17 @@ from kane.present.scene.shapes import BodyShape
 from kane.present.viewer.page import PosedMotion, lowest, page_data
 from kane.present.viewer.parts import DrawnModel, model
 from kane.space.frame import Point
-from kane.whole import exchange_marked, path_of
+from kane.whole import FIGURES, exchange_marked, path_of
 
 _RATE, _FEWEST, _MOST = 30.0, 200, 1800
 """Instants a second that is played, and how many there are at least and at most."""
 _PLAYED = 8.0
 """Seconds that a motion of less than one, or of many, is played in."""
 _MARK = b'<meta name="generator" content="kane">'
-_MARKS = (_MARK, b'"generator":"kane"', b"Software\0kane", b"made by kane")
+_MARKS = (_MARK, b'"generator":"kane"', FIGURES[0], b"made by kane")
 """By what a page, glTF, a PNG and other pictures that `save` wrote are known."""
 MODE_COLOURS = {
-    N_("separated"): "#c9ced6", N_("closed"): "#8fbcf2", N_("stick"): "#5b9be6", N_("roll"): "#3f7fd0", N_("slip"): "#f2994a",
+    N_("separated"): "#c9ced6", N_("closed"): "#8fbcf2", N_("stick"): "#5b9be6", N_("slip"): "#f2994a",
 }  # fmt: skip
 
 

@@ -15,7 +15,7 @@ from kane.errors import ArgumentError, SimulationError, cut
 from kane.motion.cycles.branch import CycleBranch
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
-from kane.present.figure import Picture, place_of, write
+from kane.present.figure import Picture, kept, place_of
 from kane.present.motion_plots import COLOURS, label_of
 from kane.present.plotted.lines import draw, look
 from kane.present.plotted.runs import PlottedRun, runs_of, smooth
@@ -53,9 +53,7 @@ def energy_balance(solution: Solution, path: str | Path | None = None) -> Figure
         look(a)
         draw(a, panel, [""])
         a.label_outer()
-    if place is not None:
-        write(figure, place)
-    return figure
+    return kept(figure, place)
 
 
 def _seen(made: Sequence[Panel]) -> list[Array]:
@@ -137,9 +135,7 @@ def cycle_figure(branch: CycleBranch, *quantities: Any, path: str | Path | None 
         bbox_to_anchor=(0, 1),
         borderaxespad=0.1,
     )
-    if place is not None:
-        write(figure, place)
-    return figure
+    return kept(figure, place)
 
 
 def _rows(branch: CycleBranch) -> list[tuple[float, Any, bool]]:

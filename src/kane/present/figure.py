@@ -17,7 +17,7 @@ from kane.motion.solution.solution import Solution
 from kane.present.plotted.lines import draw, draw_modes, look
 from kane.present.plotted.runs import PlottedRun, runs_of
 from kane.present.plotted.traces import Panel, panels
-from kane.whole import exchange_marked, path_of
+from kane.whole import FIGURES, exchange_marked, path_of
 
 FORMATS: dict[str, dict[str, str | None]] = {
     ".png": {"Software": "kane"},
@@ -26,7 +26,6 @@ FORMATS: dict[str, dict[str, str | None]] = {
 }
 """Endings of the files that can be written, and the metadata that makes them the same each time, and known."""
 
-_MARKS = (b"Software\0kane", b"<dc:title>kane</dc:title>", b"/Creator (kane)")
 _HIGH, _SQUARE, _STRIP = 1.9, 3.6, 0.3
 """Heights in inches: a panel against time, one of y against x, the strip of a contact's modes."""
 
@@ -88,9 +87,7 @@ def plot(
             raise ArgumentError("Expected quantities against time, or tuples (x, y), for one pair of axes, got both.")
         one = Panel("", tuple(trace for panel in made for trace in panel.traces), made[0].across)
         draw(ax, one, names, beside=False)
-    if place is not None:
-        write(figure, place)
-    return figure
+    return kept(figure, place)
 
 
 def _new(runs: Sequence[PlottedRun], made: Sequence[Panel], names: Sequence[str]) -> Figure:
@@ -130,9 +127,11 @@ def place_of(path: str | Path | None, example: str) -> Path | None:
     return place
 
 
-def write(figure: Figure, place: Path) -> None:
-    """Write a figure in place of one that `kane` wrote, or of none."""
-    exchange_marked(place, partial(save, figure), *_MARKS)
+def kept(figure: Figure, place: Path | None) -> Figure:
+    """The figure, where it has a place also as a file, instead of one that `kane` wrote or of none."""
+    if place is not None:
+        exchange_marked(place, partial(save, figure), *FIGURES)
+    return figure
 
 
 def save(figure: Figure, path: Path) -> None:

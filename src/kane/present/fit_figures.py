@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from kane.errors import ArgumentError, cut
 from kane.motion.fitting.found import Fit
-from kane.present.figure import Picture, place_of, write
+from kane.present.figure import Picture, kept, place_of
 from kane.present.motion_plots import COLOURS, label_of
 from kane.present.plotted.lines import look
 
@@ -61,6 +61,4 @@ def fit_figure(fit: Fit, path: str | Path | None = None) -> Figure:
         b.text(
             j, i, f"{value:.2f}", ha="center", va="center", color="white" if abs(value) > 0.6 else "black", fontsize=8
         )
-    if place is not None:
-        write(figure, place)
-    return figure
+    return kept(figure, place)

@@ -15,7 +15,8 @@ from kane.errors import ModelError, SimulationError, cut
 from kane.model.beams.beam import Beam
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
-from kane.present.motion_plots import COLOURS
+from kane.present.figure import Picture, kept, place_of
+from kane.present.plotted.lines import look
 
 _STATIONS = 33
 _NAMED = 9
@@ -29,9 +30,10 @@ def mode_figure(beam: Beam, path: str | Path | None = None) -> Figure:
     Parameters
     ----------
     beam : kn.Beam
-    path : where to write the figure, if anywhere: .svg, .png, .pdf
+    path : file to write, `.png`, `.svg` or `.pdf`; a figure of that name is replaced, nothing else
     """
     _check(beam)
+    place = place_of(path, 'kn.figures.mode_figure(beam, "modes.svg")')
     fields = beam.deformation.fields
     figure, column = _column(len(fields), 2.2, "ξ = x/L")
     x = np.linspace(0, 1, 201)
@@ -43,7 +45,7 @@ def mode_figure(beam: Beam, path: str | Path | None = None) -> Figure:
         axes.axhline(0, color="0.6", linewidth=0.8)
         axes.set_ylabel(_NAMES[f.stem])
         axes.legend(frameon=False, fontsize=8, ncols=3)
-    return saved(figure, path)
+    return kept(figure, place)
 
 
 def beam_figure(
@@ -56,7 +58,7 @@ def beam_figure(
     beam : kn.Beam
     solution : a motion of a system with this beam
     times : times (s), or how many, evenly spaced
-    path : where to write the figure, if anywhere: .svg, .png, .pdf
+    path : file to write, `.png`, `.svg` or `.pdf`; a figure of that name is replaced, nothing else
 
     Raises
     ------
@@ -66,6 +68,7 @@ def beam_figure(
         if the beam is not in the solution's system
     """
     _check(beam)
+    place = place_of(path, 'kn.figures.beam_figure(beam, sol, path="beam.svg")')
     if all(b is not beam for b in solution.equations.system.bodies):
         raise SimulationError(f"Expected a motion of a system with the beam {beam.name}, got one without it.")
     places = deformed(beam, solution, np.linspace(0, 1, _STATIONS))
@@ -84,7 +87,7 @@ def beam_figure(
         column[0].legend(frameon=False, fontsize=7, ncols=3)
     else:
         figure.colorbar(scale, ax=column, label="t [s]", aspect=40)
-    return saved(figure, path)
+    return kept(figure, place)
 
 
 def _scale(times: Array) -> ScalarMappable:
@@ -108,31 +111,14 @@ def _check(beam: Any) -> None:
         raise ModelError(f"Expected a kn.Beam, got {cut(repr(beam))}.")
 
 
-def saved(figure: Figure, path: str | Path | None) -> Figure:
-    """The figure, also as a file where there is a path."""
-    if path is not None:
-        figure.savefig(path)
-    return figure
-
-
 # Axes ------------------------------------------------------------------------------------------------------------------------
 
 
 def _column(rows: int, height: float, below: str) -> tuple[Figure, list[Any]]:
     """A figure of panels above each other, `height` inches each, with one label below."""
-    figure = Figure(figsize=(6.4, height * rows + 0.6), layout="constrained")
+    figure = Picture(figsize=(6.4, height * rows + 0.6), layout="constrained")
     axes = list(figure.subplots(max(1, rows), 1, sharex=True, squeeze=False)[:, 0])
     for a in axes:
-        styled(a)
+        look(a)
     axes[-1].set_xlabel(below)
     return figure, axes
-
-
-def styled(a: Any) -> None:
-    """Axes with the colours of series, a faint grid and two spines."""
-    if not a.lines:
-        a.set_prop_cycle(color=COLOURS)
-    a.grid(True, color="0.9", linewidth=0.6)
-    a.set_axisbelow(True)
-    for side in ("top", "right"):
-        a.spines[side].set_visible(False)

@@ -14,12 +14,13 @@ from kane.present.notes import Image, title_of
 from kane.present.pages import plain
 from kane.present.sketch.draw import MARKS, WIDE, draw_each
 from kane.present.sketch.draw import save as save_sketch
+from kane.whole import FIGURES
 
 if TYPE_CHECKING:
     from kane.present.motion_plots import Plot
 
 _COPIED = b"<!-- A picture in a report of kane -->"
-DRAWN = (*MARKS, b"Software\0kane", b"<dc:title>kane</dc:title>", b"/Creator (kane)", _COPIED)
+DRAWN = (*MARKS, *FIGURES, _COPIED)
 """What one of the figures that kane writes is known by."""
 
 

@@ -16,8 +16,9 @@ from kane.errors import SimulationError
 from kane.motion.cycles.branch import CycleBranch
 from kane.numeric.arrays import Array, Complex
 from kane.numeric.scale import EQUAL, ROUNDED_ROOT
-from kane.present.mode_figures import saved, styled
+from kane.present.figure import Picture, kept, place_of
 from kane.present.motion_plots import COLOURS, label_of
+from kane.present.plotted.lines import look
 from kane.units.rules import unit_text
 
 _ENDS = np.array([0.0, 1.0])
@@ -52,16 +53,16 @@ def root_locus(branch: Branch | CycleBranch, path: str | Path | None = None) -> 
     Parameters
     ----------
     branch : from `kn.continuation`; or of `cycle.follow`, whose Floquet exponents ln μ/T are drawn
-    path : where to write the figure, if anywhere: .svg, .png, .pdf
+    path : file to write, `.png`, `.svg` or `.pdf`; a figure of that name is replaced, nothing else
     """
-    label = label_along(branch)
-    figure = Figure(figsize=(9.6, 4.6), layout="constrained")
+    label, place = label_along(branch), place_of(path, 'kn.figures.root_locus(branch, "locus.svg")')
+    figure = Picture(figsize=(9.6, 4.6), layout="constrained")
     grid = figure.add_gridspec(2, 2)
     above, below = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0])
     below.sharex(above)
     right = figure.add_subplot(grid[:, 1])
     for a in (above, below, right):
-        styled(a)
+        look(a)
     values, eigenvalues, _ = through_meetings(branch.values, branch.eigenvalues)
     against(above, branch, values, eigenvalues.real, "Re λ [1/s]")
     against(below, branch, values, eigenvalues.imag, "Im λ [1/s]")
@@ -73,7 +74,7 @@ def root_locus(branch: Branch | CycleBranch, path: str | Path | None = None) -> 
     mapped = plane(right, branch, eigenvalues)
     figure.colorbar(mapped, ax=right, label=label, pad=0.02)
     figure.draw_without_rendering()  # the layout settles at the second drawing only
-    return saved(figure, path)
+    return kept(figure, place)
 
 
 # Between points --------------------------------------------------------------------------------------------------------------
@@ -201,7 +202,7 @@ def campbell_diagram(
     Parameters
     ----------
     branch : from `kn.continuation`, with a spin as the symbol
-    path : where to write the figure, if anywhere: .svg, .png, .pdf
+    path : file to write, `.png`, `.svg` or `.pdf`; a figure of that name is replaced, nothing else
     orders : the k of the lines k Ω
     count : how many frequencies
 
@@ -210,9 +211,10 @@ def campbell_diagram(
     SimulationError
         if `branch` is no branch
     """
-    label = label_along(branch)
-    figure = Figure(figsize=(6.4, 4.6), layout="constrained")
+    label, place = label_along(branch), place_of(path, 'kn.figures.campbell_diagram(branch, "campbell.svg")')
+    figure = Picture(figsize=(6.4, 4.6), layout="constrained")
     axes: Any = figure.add_subplot()
+    look(axes)
     rows = branch.frequencies[:, :count]
     axes.plot(branch.values, rows, color=_INKS.line, linewidth=1.4)
     top = 1.05 * float(np.max(rows, initial=0.0)) or 1.0
@@ -222,8 +224,7 @@ def campbell_diagram(
     axes.set_ylim(0, top)
     axes.set_xlabel(label)
     axes.set_ylabel("ω [rad/s]")
-    styled(axes)
-    return saved(figure, path)
+    return kept(figure, place)
 
 
 def _name(axes: Any, k: float, last: float, top: float) -> None:

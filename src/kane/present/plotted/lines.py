@@ -23,6 +23,7 @@ _MODES = {"separated": "#e5e7eb", "closed": "#bfdbfe", "stick": "#93c5fd", "slip
 
 def look(a: Axes) -> None:
     """The look of the report's plots."""
+    a.set_prop_cycle(color=COLOURS)
     a.grid(True, linewidth=0.6, color="0.9")
     a.set_axisbelow(True)
     for side, spine in a.spines.items():

@@ -11,7 +11,7 @@ from kane.numeric.arrays import Array
 from kane.present.scene.records import Item, Posed, Scene
 from kane.present.sketch.connections import arrange, draw_pins, draw_spring, hatched
 from kane.present.sketch.outlines import hull, outline, semi_axes
-from kane.present.sketch.paper import BLOCK, BODY, GROUND, LOAD, Paper, across
+from kane.present.sketch.paper import BLOCK, BODY, GROUND, LOAD, Paper, across, ring, rod_ends
 
 _BALL = 8.0
 _LOOKS = {"inertia": "body soft", "disk": "body glass", "ring": "body glass"}
@@ -118,11 +118,9 @@ def _bar(paper: Paper, ends: Array, depth: float, thick: float) -> None:
 
 
 def _rod(paper: Paper, item: Item, posed: Posed) -> None:
-    if item.at is None or item.frame is None:
-        return
-    half = posed.rotations[item.frame][:, 2] * float(posed.scalars[item.sizes["length"]]) / 2
-    ends = np.array([posed.positions[item.at] - half, posed.positions[item.at] + half])
-    _bar(paper, paper.at(ends), paper.depth(ends), 6.0)
+    ends = rod_ends(item, posed)
+    if len(ends):
+        _bar(paper, paper.at(ends), paper.depth(ends), 6.0)
 
 
 def _link(paper: Paper, item: Item, posed: Posed) -> None:
@@ -141,9 +139,14 @@ def _link(paper: Paper, item: Item, posed: Posed) -> None:
         paper.draw(hull(flat), "plate face", BODY, paper.depth(places) + 1e-9, closed=True, weight=0.0)
 
 
-def _thin(paper: Paper, item: Item, posed: Posed) -> None:
-    places = posed.positions[list(item.points)]
-    _bar(paper, paper.at(places), paper.depth(places), 3.0)
+def _line(thick: float) -> Callable[[Paper, Item, Posed], None]:
+    """A bar along the points."""
+
+    def drawn(paper: Paper, item: Item, posed: Posed) -> None:
+        places = posed.positions[list(item.points)]
+        _bar(paper, paper.at(places), paper.depth(places), thick)
+
+    return drawn
 
 
 def _hull(paper: Paper, item: Item, posed: Posed) -> None:
@@ -155,18 +158,11 @@ def _hull(paper: Paper, item: Item, posed: Posed) -> None:
     paper.draw(hull(flat), "body", BODY, paper.depth(places), closed=True)
 
 
-def _beam(paper: Paper, item: Item, posed: Posed) -> None:
-    places = posed.positions[list(item.points)]
-    _bar(paper, paper.at(places), paper.depth(places), 6.0)
-
-
 def _particle(paper: Paper, item: Item, posed: Posed) -> None:
     if item.at is None:
         return
     place = posed.positions[item.at]
-    turn = np.linspace(0, 2 * np.pi, 25)[:-1]
-    ball = paper.at(place) + _BALL * paper.unit * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    paper.draw(ball, "body ball", BODY, paper.depth(place) + 1e-6, closed=True)
+    paper.draw(ring(paper.at(place), _BALL * paper.unit, 24), "body ball", BODY, paper.depth(place) + 1e-6, closed=True)
 
 
 def _block(paper: Paper, item: Item, posed: Posed) -> None:
@@ -196,10 +192,9 @@ def _ball(paper: Paper, item: Item, posed: Posed) -> None:
     if item.at is None or item.direction is None:
         return
     up = paper.way(posed.directions[item.direction])
-    turn = np.linspace(0, 2 * np.pi, 33)[:-1]
     radius = 1.4 * _BALL * paper.unit
     middle = paper.at(posed.positions[item.at]) + up * radius
-    paper.draw(middle + radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1), "body", BODY, 0.0, closed=True)
+    paper.draw(ring(middle, radius, 32), "body", BODY, 0.0, closed=True)
 
 
 def _wheel(paper: Paper, item: Item, posed: Posed) -> None:
@@ -261,10 +256,6 @@ def _rope(paper: Paper, item: Item, posed: Posed) -> None:
     paper.draw(paper.at(posed.positions[list(item.points)]), "rope", LOAD)
 
 
-def _nothing(paper: Paper, item: Item, posed: Posed) -> None:
-    pass
-
-
 def _arm(paper: Paper, item: Item, posed: Posed) -> None:
     """From what is nearest of a solid to a point that lies outside of it."""
     cloud, end = paper.solids.get(item.name), posed.positions[item.points[1]]
@@ -285,10 +276,10 @@ def _within(p: Array, border: Array) -> bool:
 _DRAW: Mapping[str, Callable[[Paper, Item, Posed], None]] = {
     "rod": _rod,
     "link": _link,
-    "bar": _thin,
+    "bar": _line(3.0),
     "arm": _arm,
     "hull": _hull,
-    "beam": _beam,
+    "beam": _line(6.0),
     "particle": _particle,
     "block": _block,
     "ball": _ball,
@@ -298,6 +289,6 @@ _DRAW: Mapping[str, Callable[[Paper, Item, Posed], None]] = {
     "spring": draw_spring,
     "damper": draw_spring,
     "rope": _rope,
-    "pin": _nothing,
+    "pin": lambda *_: None,
 }
 """How each kind is drawn that is no solid."""

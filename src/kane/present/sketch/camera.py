@@ -107,7 +107,7 @@ def _worth(scene: Scene, pose: Pose, toward: Array, right: Array, above: Array) 
     posed, terms = pose.posed, [np.full(len(toward), _ENOUGH)]
 
     def across(d: Array) -> Array:
-        return np.sqrt(np.clip(1 - (toward @ _unit(d)) ** 2, 0, 1))
+        return np.sqrt(np.clip(1 - (toward @ unit(d)) ** 2, 0, 1))
 
     for t in scene.triads:
         axes = posed.rotations[t.frame].T
@@ -118,7 +118,7 @@ def _worth(scene: Scene, pose: Pose, toward: Array, right: Array, above: Array) 
             terms.append(1.4 * np.abs(p * s - q * r) / np.maximum(np.hypot(p, q) * np.hypot(r, s), 1e-9))
     for m in scene.movements:
         if m.kind == "turn" and m.axis is not None:
-            terms.append(1.2 * np.abs(toward @ _unit(posed.directions[m.axis])))
+            terms.append(1.2 * np.abs(toward @ unit(posed.directions[m.axis])))
         elif m.kind == "shift":
             way = posed.positions[m.points[-1]] - posed.positions[m.points[0]]
             terms.append(across(way) if np.linalg.norm(way) > 0 else terms[0])
@@ -144,6 +144,7 @@ def _apart(scene: Scene, posed: Posed, right: Array, above: Array) -> Array:
     return np.asarray(4.0 * seen.min(axis=1) / seen.max(axis=1))
 
 
-def _unit(d: Array) -> Array:
+def unit(d: Array) -> Array:
+    """A direction of length one; of none, itself."""
     size = float(np.linalg.norm(d))
     return d / size if size > 0 else d

@@ -7,7 +7,7 @@ import numpy as np
 
 from kane.numeric.arrays import Array
 from kane.present.scene.records import Item, Posed, Scene
-from kane.present.sketch.paper import BLOCK, GROUND, LOAD, POINT, Paper, across
+from kane.present.sketch.paper import BLOCK, GROUND, LOAD, POINT, Paper, across, ring, rod_ends
 
 _HATCH = 7.0
 
@@ -99,10 +99,7 @@ def draw_pins(paper: Paper, scene: Scene, posed: Posed) -> None:
             _support(paper, at)
         if any(np.linalg.norm(f - place) < 1e-7 * _far(posed) for f in balls):
             continue
-        turn = np.linspace(0, 2 * np.pi, 17)[:-1]
-        paper.draw(
-            at + 3.6 * paper.unit * np.stack([np.cos(turn), np.sin(turn)], axis=-1), "pin", POINT, -1.0, closed=True
-        )
+        paper.draw(ring(at, 3.6 * paper.unit, 16), "pin", POINT, -1.0, closed=True)
 
 
 def _far(posed: Posed) -> float:
@@ -112,10 +109,8 @@ def _far(posed: Posed) -> float:
 def _ends(scene: Scene, posed: Posed) -> list[Array]:
     found: list[Array] = []
     for i in scene.items:
-        if i.kind == "rod" and i.at is not None and i.frame is not None:
-            half = posed.rotations[i.frame][:, 2] * float(posed.scalars[i.sizes["length"]]) / 2
-            found += [posed.positions[i.at] - half, posed.positions[i.at] + half]
-        elif i.kind in ("link", "bar"):
+        found += list(rod_ends(i, posed))
+        if i.kind in ("link", "bar"):
             found += [posed.positions[k] for k in i.points]
         elif i.kind == "beam":
             found += [posed.positions[i.points[0]], posed.positions[i.points[-1]]]

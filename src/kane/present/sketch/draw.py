@@ -23,7 +23,7 @@ from kane.present.sketch.bodies import draw_items
 from kane.present.sketch.camera import View, view_of
 from kane.present.sketch.labels import Label, placed
 from kane.present.sketch.outlines import outline
-from kane.present.sketch.paper import Paper, Stroke
+from kane.present.sketch.paper import Paper, Stroke, rod_ends
 from kane.present.sketch.pose import pose_of
 from kane.present.sketch.signs import draw_signs
 from kane.present.sketch.svg import render
@@ -181,12 +181,7 @@ def _fitted(paper: Paper) -> Paper:
 
 def _cloud(item: Item, posed: Posed, most: float) -> Array:
     shape = outline(item, posed, most)
-    if shape is not None:
-        return shape.cloud
-    if item.kind == "rod" and item.at is not None and item.frame is not None:
-        half = posed.rotations[item.frame][:, 2] * float(posed.scalars[item.sizes["length"]]) / 2
-        return np.array([posed.positions[item.at] - half, posed.positions[item.at] + half])
-    return np.zeros((0, 3))
+    return rod_ends(item, posed) if shape is None else shape.cloud
 
 
 def _places(scene: Scene, posed: Posed) -> Array:

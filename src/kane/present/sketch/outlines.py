@@ -12,6 +12,7 @@ import numpy as np
 from kane.errors import ModelError
 from kane.numeric.arrays import Array
 from kane.present.scene.records import Item, Posed
+from kane.present.viewer.mesh_files import obj_vertices, stl_corners
 
 _ROUND = np.linspace(0.0, 2 * np.pi, 49)
 _HALF = np.linspace(-np.pi / 2, np.pi / 2, 25)
@@ -189,22 +190,8 @@ def mesh(file: str) -> Outline:
         data = path.read_bytes()
     except OSError as error:
         raise ModelError(f"Expected a mesh that can be read, got {file}: {error.strerror}.") from error
-    read = _obj if path.suffix.lower() == ".obj" else _stl
-    points = read(data)
+    points = obj_vertices(data.decode(errors="replace")) if path.suffix.lower() == ".obj" else stl_corners(data)
+    points = points.reshape(-1, 3)
     if not len(points):
         raise ModelError(f"Expected a mesh with vertices, got {file}, which has none that STL or OBJ would tell.")
     return Outline(np.unique(points, axis=0))
-
-
-def _obj(data: bytes) -> Array:
-    rows = [line.split()[1:4] for line in data.decode(errors="replace").splitlines() if line.startswith("v ")]
-    return np.array(rows, dtype=float).reshape(-1, 3)
-
-
-def _stl(data: bytes) -> Array:
-    count = int.from_bytes(data[80:84], "little") if len(data) >= 84 else 0
-    if len(data) == 84 + 50 * count and count:
-        table = np.frombuffer(data, dtype=np.dtype([("n", "<f4", 3), ("v", "<f4", (3, 3)), ("a", "<u2")]), offset=84)
-        return np.asarray(table["v"], dtype=float).reshape(-1, 3)
-    rows = [line.split()[1:4] for line in data.decode(errors="replace").splitlines() if line.split()[:1] == ["vertex"]]
-    return np.array(rows, dtype=float).reshape(-1, 3)

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from kane.numeric.arrays import Array
+from kane.present.scene.records import Item, Posed
 from kane.present.sketch.camera import View
 from kane.present.sketch.labels import Label
 from kane.present.sketch.typeset import Span
@@ -123,6 +124,20 @@ def spaced(line: Array, step: float) -> Array:
         n = max(1, min(400, int(np.hypot(*(b - a)) / step)))
         pieces.append(a + (b - a) * (np.arange(1, n + 1) / n)[:, None])
     return np.concatenate(pieces)
+
+
+def ring(at: Array, radius: float, sides: int) -> Array:
+    """Points of a circle on the paper."""
+    turn = np.linspace(0, 2 * np.pi, sides + 1)[:-1]
+    return np.asarray(at + radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1))
+
+
+def rod_ends(item: Item, posed: Posed) -> Array:
+    """The ends of a rod (2 × 3); of another item, or one without a place, none."""
+    if item.kind != "rod" or item.at is None or item.frame is None:
+        return np.zeros((0, 3))
+    half = posed.rotations[item.frame][:, 2] * float(posed.scalars[item.sizes["length"]]) / 2
+    return np.array([posed.positions[item.at] - half, posed.positions[item.at] + half])
 
 
 def across(way: Array) -> Array:

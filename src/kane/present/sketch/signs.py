@@ -9,7 +9,8 @@ import numpy as np
 
 from kane.numeric.arrays import Array
 from kane.present.scene.records import Action, Movement, Posed, Scene, Triad
-from kane.present.sketch.paper import AXES, FORCE, MOVE, POINT, REFERENCE, Paper, across, spaced
+from kane.present.sketch.camera import unit
+from kane.present.sketch.paper import AXES, FORCE, MOVE, POINT, REFERENCE, Paper, across, ring, spaced
 from kane.present.sketch.typeset import Span, place, product, series, spans, unit_vector
 
 _AXIS, _FORCE, _HEAD = 42.0, 46.0, 8.0
@@ -89,7 +90,7 @@ def _turned(d: Array, axis: Array, angles: Array) -> Array:
 def _turn(paper: Paper, m: Movement, posed: Posed, middle: Array) -> None:
     if m.axis is None or m.direction is None or m.sweep is None:
         return
-    axis, end = _unit(posed.directions[m.axis]), _unit(posed.directions[m.direction])
+    axis, end = unit(posed.directions[m.axis]), unit(posed.directions[m.direction])
     sweep = float(posed.scalars[m.sweep])
     center = paper.at(posed.positions[m.points[0]])
     radius = (_ARC + _MORE * paper.ring(center)) * paper.unit
@@ -151,7 +152,7 @@ def _meet(line: Array, old: tuple[Array, Array]) -> bool:
 
 
 def _attitude(paper: Paper, m: Movement, posed: Posed, middle: Array) -> None:
-    axis = _unit(posed.directions[m.axis]) if m.axis is not None else paper.view.toward
+    axis = unit(posed.directions[m.axis]) if m.axis is not None else paper.view.toward
     center = paper.at(posed.positions[m.points[0]])
     flat = _circle(paper, axis, center, (_ARC + 8 + _MORE * paper.ring(center)) * paper.unit)
     _arrow(paper, flat, "move", MOVE)
@@ -229,7 +230,7 @@ def _force(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
 
 
 def _torque(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
-    axis, center = _unit(posed.directions[a.direction]), paper.at(posed.positions[a.at])
+    axis, center = unit(posed.directions[a.direction]), paper.at(posed.positions[a.at])
     flat = _circle(
         paper, axis if np.linalg.norm(axis) else paper.view.toward, center, (24 + 7 * paper.ring(center)) * paper.unit
     )
@@ -246,9 +247,7 @@ def _gravity(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
     free = [float(np.hypot(*(points - c).T).min(initial=1e3)) for c in corners]
     at = corners[int(np.argmax(np.round(free)))]
     if np.hypot(*way) < 0.2:
-        turn = np.linspace(0, 2 * np.pi, 25)[:-1]
-        ring = at + 7 * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-        paper.draw(ring, "force ring", FORCE, closed=True)
+        paper.draw(ring(at, 7, 24), "force ring", FORCE, closed=True)
         for s in (1, -1):
             paper.draw([at + 4.9 * np.array([-1, s]), at + 4.9 * np.array([1, -s])], "force thin", FORCE)
         paper.label(_label(a), at, np.array([-1.0, 0.0]), "force-name", size=15, symbols=_named(a), clearance=8)
@@ -281,18 +280,11 @@ _ACTIONS: Mapping[str, Callable[[Paper, Action, Posed, Array], None]] = {
 
 
 def _points(paper: Paper, scene: Scene, posed: Posed, middle: Array) -> None:
-    turn = np.linspace(0, 2 * np.pi, 13)[:-1]
-    disk = 2.4 * paper.unit * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
     seen: list[Array] = []
     for m in scene.marks:
         at = paper.at(posed.positions[m.at])
         if any(np.hypot(*(at - s)) < 2 for s in seen):
             continue
         seen.append(at)
-        paper.draw(at + disk, "point", POINT, closed=True, weight=2.0)
+        paper.draw(ring(at, 2.4 * paper.unit, 12), "point", POINT, closed=True, weight=2.0)
         paper.label(place(m.name), at, at - middle, "point-name", size=14.5, clearance=2)
-
-
-def _unit(d: Array) -> Array:
-    size = float(np.linalg.norm(d))
-    return d / size if size > 0 else d
