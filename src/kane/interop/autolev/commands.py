@@ -7,13 +7,13 @@ from typing import Any
 
 from kane.errors import KaneError
 from kane.expr.evaluation import free_symbols
-from kane.expr.node import ONE, ZERO, Expr, as_expr
+from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Coordinate, Input, Rate, Speed, rate
 from kane.interop.autolev.evaluate import FileReading, quantity
 from kane.interop.autolev.functions import expression, frame_of, pair_of, point_of, solve, where, word
 from kane.interop.autolev.grammar import Line
 from kane.interop.autolev.sheet import Sheet, of_euler, of_rodrigues, simple
-from kane.interop.autolev.values import FileMatrix, Unread, Vec
+from kane.interop.autolev.values import UNIT, FileMatrix, Unread, Vec, entries
 
 Args = Sequence[Any]
 Command = Callable[[FileReading, Args, Line], None]
@@ -31,13 +31,12 @@ def simprot(r: FileReading, args: Args, line: Line) -> None:
     axis = r.value(expression(args[2]), line)
     angle = r.scalar(expression(args[3]), line)
     if isinstance(axis, Vec):
-        frame = b if axis.frames() == (b,) else a
-        components = tuple(axis.parts.get((frame, k), ZERO) for k in range(3))
+        components = axis.components(b if axis.frames() == (b,) else a)
     else:
         number = r.number(expression(args[2]), line)
         if abs(number) not in (1, 2, 3):
             raise line.refuse("an axis 1, 2 or 3", number)
-        components = tuple(ONE if k == abs(number) - 1 else ZERO for k in range(3))
+        components = UNIT[abs(number) - 1]
         angle = angle if number > 0 else -angle
     turn(r.sheet, a, b, components, angle, line)
 
@@ -77,7 +76,7 @@ def orient(r: FileReading, a: str, b: str, kind: str, trees: Sequence[Any], line
     for k, (axis, angle) in enumerate(steps):
         name = b if k == 2 else f"{b}~{k + 1}"
         r.sheet.shown.setdefault(name, f"{r.sheet.say(b)}~{k + 1}")
-        turn(r.sheet, base, name, tuple(ONE if str(i + 1) == axis else ZERO for i in range(3)), angle, line)
+        turn(r.sheet, base, name, UNIT[int(axis) - 1], angle, line)
         base = name
 
 
@@ -193,8 +192,9 @@ def _loads(r: FileReading, args: Args, line: Line, known: Any, loads: list[tuple
         if name not in known:
             raise line.refuse(f"the name of a {what}", name)
     if second:
-        loads.append((first, vector.times(as_expr(-1)), line))
-    loads.append((second or first, vector, line))
+        r.sheet.act(loads, first, second, vector.times(-ONE), line)
+    else:
+        loads.append((first, vector, line))
 
 
 # Constraints and equations -------------------------------------------------------------------------------------------
@@ -243,12 +243,8 @@ def solved(r: FileReading, args: Args, line: Line) -> None:
     value = r.value(tree, line)
     if isinstance(value, Unread):
         return
-    equations = list(value.flat()) if isinstance(value, FileMatrix) else [value]
-    scalars = [e for e in equations if isinstance(e, Expr)]
-    unknown: list[Expr] = []
-    for a in args[1:]:
-        got = r.value(expression(a), line)
-        unknown += [x for x in (got.flat() if isinstance(got, FileMatrix) else [got]) if isinstance(x, Expr)]
+    scalars = [e for e in entries(value) if isinstance(e, Expr)]
+    unknown = [x for a in args[1:] for x in entries(r.value(expression(a), line)) if isinstance(x, Expr)]
     if any(isinstance(u, Rate) and isinstance(u.place, Speed) for u in unknown):
         r.sheet.remarks.say("ignored", "equations solved for accelerations, which follow from the model", where(line))
         return
@@ -270,11 +266,9 @@ def solved(r: FileReading, args: Args, line: Line) -> None:
 def solved_with_rates(r: FileReading, args: Args, line: Line) -> None:
     """SolveDt(equations, unknowns): as Solve; equations that are solved for coordinates are constraints of the configuration."""
     value = r.value(args[0].children[0], line)
-    listed = [r.value(expression(a), line) for a in args[1:]]
-    unknown = [x for v in listed for x in (v.flat() if isinstance(v, FileMatrix) else [v])]
-    equations = value.flat() if isinstance(value, FileMatrix) else [value]
+    placed = [x for a in args[1:] for x in entries(r.value(expression(a), line)) if isinstance(x, Coordinate)]
+    equations = entries(value)
     scalars = [e for e in equations if isinstance(e, Expr)]
-    placed = [x for x in unknown if isinstance(x, Coordinate)]
     if not placed or len(scalars) != len(equations) or r.sheet.formed:
         solved(r, args, line)
         return
@@ -299,8 +293,7 @@ def closed(r: FileReading, args: Args, line: Line) -> None:
             if all(told is not law for law, _ in s.constraints):
                 s.constraints.append((told, line))
     for a in args[1:]:
-        value = r.value(expression(a), line)
-        for x in value.flat() if isinstance(value, FileMatrix) else [value]:
+        for x in entries(r.value(expression(a), line)):
             if isinstance(x, Input) and (found or s.constraints):
                 s.sought.setdefault(x.name, line)
 
@@ -313,8 +306,7 @@ def _parts(r: FileReading, tree: Any, line: Line) -> Iterator[Expr]:
         return
     blocks = [x for row in tree.children for x in row.children] if tree.data == "matrix" else [tree]
     for block in blocks:
-        value = r.value(block, line)
-        yield from (x for x in (value.flat() if isinstance(value, FileMatrix) else [value]) if isinstance(x, Expr))
+        yield from (x for x in entries(r.value(block, line)) if isinstance(x, Expr))
 
 
 def _is_acceleration(x: Expr) -> bool:

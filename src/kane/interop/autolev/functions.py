@@ -4,6 +4,7 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from kane.errors import alike
 from kane.expr import operators as ops
 from kane.expr.differentiation import affine, diff
 from kane.expr.evaluation import free_symbols
@@ -79,7 +80,8 @@ def _same(r: FileReading, args: Sequence[Any], line: Line) -> Value:
     return quantity(r, args[0].children[0], None, line)
 
 
-def _output(name: str) -> Call:
+def output(name: str) -> Call:
+    """A call that gives what is no part of the model."""
     return lambda r, args, line: Unread(f"what {name}(…) gives")
 
 
@@ -117,7 +119,7 @@ def frame_of(r: FileReading, tree: Any, line: Line) -> str:
     """The frame or body that an argument names."""
     name = word(tree, line)
     if name not in r.sheet.frames:
-        raise line.refuse("the name of a frame or body", name, _like(name, r.sheet.frames.values()))
+        raise line.refuse("the name of a frame or body", name, alike(name, r.sheet.frames.values()).strip())
     return name
 
 
@@ -125,14 +127,8 @@ def point_of(r: FileReading, tree: Any, line: Line) -> str:
     """The point or particle that an argument names."""
     name = word(tree, line)
     if name not in r.sheet.points:
-        raise line.refuse("the name of a point", name, _like(name, r.sheet.points.values()))
+        raise line.refuse("the name of a point", name, alike(name, r.sheet.points.values()).strip())
     return name
-
-
-def _like(name: str, known: Any) -> str:
-    from kane.errors import alike
-
-    return alike(name, known).strip()
 
 
 def word(tree: Any, line: Line) -> str:
@@ -173,10 +169,6 @@ def derived(r: FileReading, value: Value, args: Sequence[Any], line: Line) -> Va
 def _express(r: FileReading, args: Sequence[Any], line: Line) -> Value:
     value = r.value(expression(args[0]), line)
     return r.sheet.express(value, frame_of(r, args[1], line)) if isinstance(value, Vec) else value
-
-
-def _mag(r: FileReading, args: Sequence[Any], line: Line) -> Value:
-    return r.sheet.magnitude(r.vector(expression(args[0]), line))
 
 
 def _angle(r: FileReading, args: Sequence[Any], line: Line) -> Value:
@@ -292,8 +284,9 @@ FUNCTIONS: dict[str, Call] = {
     **{name: _plain(f) for name, f in _PLAIN.items()},
     **{name: _turning(f) for name, f in _TURNING.items()},
     **dict.fromkeys(_SAME.split(), _same),
-    **{name: _output(name) for name in _OUTPUTS.split()},
-    "dot": _dot, "cross": _cross, "dt": _dt, "express": _express, "mag": _mag, "getmagnitude": _mag,
+    **{name: output(name) for name in _OUTPUTS.split()},
+    "dot": _dot, "cross": _cross, "dt": _dt, "express": _express,
+    **dict.fromkeys(("mag", "getmagnitude"), lambda r, args, line: r.sheet.magnitude(r.vector(expression(args[0]), line))),
     "getanglebetweenunitvectors": _angle,
     "unitvec": _unitvec, "getunitvector": _unitvec, "vector": _vector, "matrix": _matrix, "getmatrix": _matrix,
     "transpose": _transpose, "gettranspose": _transpose, "inv": _inv, "trace": _trace, "element": _element, "d": _d,
@@ -301,7 +294,7 @@ FUNCTIONS: dict[str, Call] = {
     "dtdt": lambda r, args, line: derived(r, derived(r, r.value(expression(args[0]), line), args[1:], line), args[1:], line),
     "mass": lambda r, args, line: mass(r.sheet, [word(a, line) for a in args]),
     "cm": lambda r, args, line: center(r.sheet, point_of(r, args[0], line), [word(a, line) for a in args[1:]]),
-    "det": _output("det"), "solve": _output("solve"),
+    "det": output("det"), "solve": output("solve"),
 }  # fmt: skip
 """How each function is read."""
 
@@ -323,5 +316,6 @@ def center(sheet: Sheet, origin: str, names: Sequence[str]) -> Vec:
 
 
 __all__ = [
-    "FUNCTIONS", "center", "derived", "expression", "frame_of", "mass", "pair_of", "point_of", "scalars", "solve", "where", "word",
+    "FUNCTIONS", "center", "derived", "expression", "frame_of", "mass", "output", "pair_of", "point_of", "scalars", "solve", "where",
+    "word",
 ]  # fmt: skip

@@ -5,14 +5,14 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value
+from kane.expr.node import ZERO, Expr, constant_value
 from kane.expr.symbols import Parameter
 from kane.interop.autolev.commands import by_elements, kinematics, orient, turn
 from kane.interop.autolev.evaluate import Call, FileReading, quantity
-from kane.interop.autolev.functions import center, expression, frame_of, mass, point_of, scalars, word
+from kane.interop.autolev.functions import center, expression, frame_of, mass, output, point_of, scalars, word
 from kane.interop.autolev.grammar import Line
 from kane.interop.autolev.sheet import FileTurn
-from kane.interop.autolev.values import Dyad, FileMatrix, Unread, Value, Vec, along, transposed
+from kane.interop.autolev.values import UNIT, Dyad, FileMatrix, Unread, Value, Vec, along, transposed
 
 Args = Sequence[Any]
 _SIMPLE = re.compile("(?:body|space)([xyz])", re.IGNORECASE)
@@ -23,7 +23,7 @@ def _rotate(axis: int, sign: int) -> Call:
     def call(r: FileReading, args: Args, line: Line) -> Value:
         b, a = frame_of(r, args[0], line), frame_of(r, args[1], line)
         angle = r.scalar(expression(args[2]), line)
-        turn(r.sheet, a, b, tuple(ONE if k == axis else ZERO for k in range(3)), angle * sign, line)
+        turn(r.sheet, a, b, UNIT[axis], angle * sign, line)
         r.sheet.spins[b, a] = r.sheet.spin(b, a)
         return _DONE
 
@@ -43,15 +43,8 @@ def _rotate_general(r: FileReading, args: Args, line: Line) -> Value:
         r.sheet.orient(FileTurn(a, b, transposed(scalars(table, line))))
     elif len(args) == 4:
         axis = r.vector(expression(args[2]), line)
-        frame = b if axis.frames() == (b,) else a
-        turn(
-            r.sheet,
-            a,
-            b,
-            tuple(axis.parts.get((frame, k), ZERO) for k in range(3)),
-            r.scalar(expression(args[3]), line),
-            line,
-        )
+        along_axis = axis.components(b if axis.frames() == (b,) else a)
+        turn(r.sheet, a, b, along_axis, r.scalar(expression(args[3]), line), line)
     else:
         orient(r, a, b, word(args[2], line), [expression(x) for x in args[3:]], line)
     r.sheet.spins[b, a] = r.sheet.spin(b, a)
@@ -179,8 +172,7 @@ def tensor(frame: str, values: Sequence[Expr]) -> Dyad:
     """The dyadic with the elements 11, 22, 33, 12, 23, 31 along the axes of a frame."""
     a, b, c, d, e, f = (*values, ZERO, ZERO, ZERO)[:6]
     rows = ((a, d, f), (d, b, e), (f, e, c))
-    units = [along(frame, (ONE if i == k else ZERO for i in range(3))) for k in range(3)]
-    return Dyad(tuple((along(frame, row), unit) for row, unit in zip(rows, units, strict=True)))
+    return Dyad(tuple((along(frame, row), along(frame, unit)) for row, unit in zip(rows, UNIT, strict=True)))
 
 
 def _add_load(what: str) -> Call:
@@ -191,9 +183,10 @@ def _add_load(what: str) -> Call:
         for name in [on, *(word(x, line) for x in args[1:-1])]:
             if name not in names:
                 raise line.refuse("a point of a force or a frame of a torque", name)
-        loads.append((on, vector, line))
         if len(args) > 2:
-            loads.append((word(args[1], line), vector.times(as_expr(-1)), line))
+            r.sheet.act(loads, on, word(args[1], line), vector, line)
+        else:
+            loads.append((on, vector, line))
         return vector
 
     return call
@@ -202,7 +195,7 @@ def _add_load(what: str) -> Call:
 def _torque_damper(r: FileReading, args: Args, line: Line) -> Value:
     b, a = frame_of(r, args[0], line), frame_of(r, args[1], line)
     vector = r.sheet.spin(b, a).times(-r.scalar(expression(args[2]), line))
-    r.sheet.torques += [(b, vector, line), (a, vector.times(as_expr(-1)), line)]
+    r.sheet.act(r.sheet.torques, b, a, vector, line)
     return vector
 
 
@@ -226,7 +219,7 @@ def _force_damper(r: FileReading, args: Args, line: Line) -> Value:
 
 
 def _between(r: FileReading, p: str, q: str, vector: Vec, line: Line) -> Value:
-    r.sheet.forces += [(p, vector, line), (q, vector.times(as_expr(-1)), line)]
+    r.sheet.act(r.sheet.forces, p, q, vector, line)
     return vector
 
 
@@ -235,18 +228,6 @@ def _add_gravity(r: FileReading, args: Args, line: Line) -> Value:
     names = () if on == "system" else (on,)
     r.sheet.gravities.append((r.vector(expression(args[1]), line), names))
     return _DONE
-
-
-def _get_spin(r: FileReading, args: Args, line: Line) -> Value:
-    return r.sheet.spin(frame_of(r, args[0], line), frame_of(r, args[1], line))
-
-
-def _get_velocity(r: FileReading, args: Args, line: Line) -> Value:
-    return r.sheet.velocity(point_of(r, args[0], line), frame_of(r, args[1], line))
-
-
-def _get_position(r: FileReading, args: Args, line: Line) -> Value:
-    return r.sheet.position(point_of(r, args[1], line), point_of(r, args[0], line))
 
 
 def _get_rotation(r: FileReading, args: Args, line: Line) -> Value:
@@ -259,18 +240,9 @@ def _get_rotation(r: FileReading, args: Args, line: Line) -> Value:
     )
 
 
-def _get_center(r: FileReading, args: Args, line: Line) -> Value:
-    """System.GetCMPosition(P)."""
-    return center(r.sheet, point_of(r, args[1], line), ())
-
-
 def _get_mass(r: FileReading, args: Args, line: Line) -> Value:
     on = word(args[0], line)
     return mass(r.sheet, () if on == "system" else (on,))
-
-
-def _output(name: str) -> Call:
-    return lambda r, args, line: Unread(f"what {name}(…) gives")
 
 
 _OUTPUTS = (
@@ -294,9 +266,11 @@ MEMBERS: dict[str, Call] = {
     "setmass": _set_mass, "setinertia": _set_inertia, "setmassinertia": _set_mass_inertia,
     "addforce": _add_load("force"), "addtorque": _add_load("torque"), "addforcegravity": _add_gravity,
     "addtorquedamper": _torque_damper, "addforcespring": _force_spring, "addforcedamper": _force_damper,
-    "getangularvelocity": _get_spin, "getvelocity": _get_velocity, "getposition": _get_position,
-    "getcmposition": _get_center, "getmass": _get_mass,
+    "getangularvelocity": lambda r, args, line: r.sheet.spin(*(frame_of(r, x, line) for x in args[:2])),
+    "getvelocity": lambda r, args, line: r.sheet.velocity(point_of(r, args[0], line), frame_of(r, args[1], line)),
+    "getposition": lambda r, args, line: r.sheet.position(point_of(r, args[1], line), point_of(r, args[0], line)),
+    "getcmposition": lambda r, args, line: center(r.sheet, point_of(r, args[1], line), ()), "getmass": _get_mass,
     **dict.fromkeys(("getrotationmatrix", "getrotation"), _get_rotation),
-    **{name: _output(name) for name in _OUTPUTS.split()},
+    **{name: output(name) for name in _OUTPUTS.split()},
 }  # fmt: skip
 """How each method is read."""

@@ -2,7 +2,7 @@
 """What a file has said so far: names, orientations, positions, velocities, loads, constraints; and the algebra of its vectors."""
 
 from collections import deque
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar
 
@@ -15,7 +15,7 @@ from kane.expr.operators import cos, sin, sqrt
 from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol
 from kane.expr.visit import substituted
 from kane.interop.autolev.grammar import Line
-from kane.interop.autolev.values import UNIT, Dyad, Rows, Value, Vec, along, gathered, product, transposed
+from kane.interop.autolev.values import UNIT, Dyad, Rows, Value, Vec, along, dot, gathered, product, transposed
 from kane.interop.imported import Remarks
 from kane.space.attitude_formulas import cosines_of
 
@@ -146,8 +146,8 @@ class Sheet:
 
     def components(self, v: Vec, frame: str) -> tuple[Expr, Expr, Expr]:
         """Measure numbers along the axes of a frame."""
-        seen = self.express(v, frame).parts
-        return (seen.get((frame, 0), ZERO), seen.get((frame, 1), ZERO), seen.get((frame, 2), ZERO))
+        x, y, z = self.express(v, frame).components(frame)
+        return x, y, z
 
     def dot(self, v: Vec, w: Vec) -> Expr:
         """v · w."""
@@ -164,10 +164,9 @@ class Sheet:
         """v × w."""
         total = Vec()
         for f in v.frames():
-            a, b, c = (v.parts.get((f, k), ZERO) for k in range(3))
+            a, b, c = v.components(f)
             for g in w.frames():
-                part = Vec({axis: x for axis, x in w.parts.items() if axis[0] == g})
-                p, q, r = self.components(part, f)
+                p, q, r = self.components(w.within(g), f)
                 total = total + along(f, (b * r - c * q, c * p - a * r, a * q - b * p))
         return total
 
@@ -187,8 +186,7 @@ class Sheet:
         total = v.map(self.rate)
         for f in v.frames():
             if f != frame:
-                part = Vec({axis: x for axis, x in v.parts.items() if axis[0] == f})
-                total = total + self.cross(self.spin(f, frame), part)
+                total = total + self.cross(self.spin(f, frame), v.within(f))
         return total
 
     def spin(self, b: str, a: str) -> Vec:
@@ -230,16 +228,17 @@ class Sheet:
         x, y, z = transposed(turn.cosines)
         dx, dy, dz = ([self.rate(e) for e in column] for column in (x, y, z))
         pairs = ((dy, z), (dz, x), (dx, y))
-        return along(turn.child, (_sum(a, b) for a, b in pairs))
+        return along(turn.child, (dot(a, b) for a, b in pairs))
 
     # Points ----------------------------------------------------------------------------------------------------------
 
+    def ways(self) -> dict[Pair, Vec]:
+        """The positions of each point from others, those named first, both ways."""
+        return {(b, a): v.times(-ONE) for (a, b), v in self.positions.items()} | self.positions
+
     def position(self, p: str, q: str) -> Vec:
         """The position vector from p to q."""
-        edges: dict[Pair, Vec] = {}
-        for (a, b), v in self.positions.items():
-            edges[b, a] = v.times(-ONE)
-        edges |= self.positions
+        edges = self.ways()
         path = way(edges, p, q)
         if path is None:
             raise ModelError(
@@ -269,16 +268,13 @@ class Sheet:
         """The velocity of q, fixed in the body as p is."""
         return self.velocity(p, frame) + self.cross(self.spin(body, frame), self.position(p, q))
 
+    def act(self, loads: list[tuple[str, Vec, Line]], on: str, back: str, v: Vec, line: Line) -> None:
+        """A force or torque on one place or frame, and its opposite on another one."""
+        loads += [(on, v, line), (back, v.times(-ONE), line)]
+
     def say(self, name: str) -> str:
         """A name as it is written in the file."""
         return self.shown.get(name, name)
-
-
-def _sum(a: Iterable[Expr], b: Iterable[Expr]) -> Expr:
-    total: Expr = ZERO
-    for x, y in zip(a, b, strict=True):
-        total = total + x * y
-    return total
 
 
 def way(edges: Mapping[tuple[K, K], X], start: K, end: K) -> list[tuple[K, K]] | None:

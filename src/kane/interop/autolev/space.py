@@ -302,7 +302,7 @@ class Space:
 
     def _place(self) -> None:
         s, n = self.sheet, self.sheet.inertial
-        edges = {(b, a): v.times(-ONE) for (a, b), v in s.positions.items()} | s.positions
+        edges = s.ways()
         wanted = self._on_the_way(edges)
         while True:
             open_ = [p for p in wanted if p not in self.points]

@@ -162,7 +162,7 @@ class Statements:
         other = second.rstrip(">")
         if kind not in ("force", "torque") or one not in known or other not in known or not isinstance(value, Vec):
             raise line.refuse("Force_P/Q> or Torque_A/B> with a vector", f"{first}/{second}")
-        loads += [(other, value, line), (one, value.times(as_expr(-1)), line)]
+        self.sheet.act(loads, other, one, value, line)
 
     def _set_element(self, node: Any, value: Value, op: str, line: Line) -> None:
         name = str(node.children[0]).lower()

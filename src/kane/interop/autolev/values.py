@@ -31,6 +31,14 @@ class Vec:
         """The vector with a function of each measure number."""
         return gathered((axis, f(x)) for axis, x in self.parts.items())
 
+    def within(self, frame: str) -> "Vec":
+        """What is along the axes of one frame."""
+        return Vec({axis: x for axis, x in self.parts.items() if axis[0] == frame})
+
+    def components(self, frame: str) -> tuple[Expr, ...]:
+        """The measure numbers along the axes of a frame, what is along others apart."""
+        return tuple(self.parts.get((frame, k), ZERO) for k in range(3))
+
     def frames(self) -> tuple[str, ...]:
         """The frames along whose axes it is written."""
         return tuple(dict.fromkeys(frame for frame, _ in self.parts))
@@ -89,10 +97,15 @@ class Unread:
 Value = Expr | Vec | Dyad | FileMatrix | Unread
 
 
+def entries(value: Value) -> tuple[Value, ...]:
+    """The entries of a matrix; of anything else itself."""
+    return value.flat() if isinstance(value, FileMatrix) else (value,)
+
+
 def product(a: Rows, b: Rows) -> Rows:
     """The product of matrices of scalars."""
     columns = tuple(zip(*b, strict=True))
-    return tuple(tuple(_dot(row, column) for column in columns) for row in a)
+    return tuple(tuple(dot(row, column) for column in columns) for row in a)
 
 
 def transposed(a: Rows) -> Rows:
@@ -100,7 +113,8 @@ def transposed(a: Rows) -> Rows:
     return tuple(zip(*a, strict=True))
 
 
-def _dot(a: Iterable[Expr], b: Iterable[Expr]) -> Expr:
+def dot(a: Iterable[Expr], b: Iterable[Expr]) -> Expr:
+    """Σ a_k b_k."""
     total: Expr = ZERO
     for x, y in zip(a, b, strict=True):
         total = total + x * y
