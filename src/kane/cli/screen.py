@@ -14,7 +14,7 @@ import sysconfig
 import textwrap
 import traceback
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from enum import EnumType
 from functools import partial
@@ -360,6 +360,12 @@ def target(path: Path, source: Path | None, force: bool = False) -> Path:
     if path.is_file() and not force:
         raise Misuse(f"Expected a new file, got {path}, which is there already. Choose another name, or add --force.")
     return path
+
+
+def ending(path: Path | None, endings: Collection[str], option: str = "--out") -> None:
+    """Misuse where a file to write ends in something else."""
+    if path is not None and path.suffix.lower() not in endings:
+        raise Misuse(f"Expected {option} FILE that ends in {', '.join(endings)}, got {path}.")
 
 
 def put(path: Path, content: str | Callable[[Path], object], force: bool) -> None:

@@ -168,7 +168,8 @@ def simulate(
     eom = derived(model)
     begin = start(model, eom, {"q": q, "u": u, "parameters": parameter, "inputs": input, "states": state})
     place = screen.target(table, model.path, force) if table else None
-    drawing = screen.target(_drawable(figure), model.path, force) if figure else None
+    screen.ending(figure, ENDINGS, "--plot")
+    drawing = screen.target(figure, model.path, force) if figure else None
     sol = motion(model, eom, begin, t1)
     if place:
         screen.write(place, lambda path: _write(path, sol), force)
@@ -182,12 +183,6 @@ def simulate(
     else:
         _show(sol, what)
     raise typer.Exit(0 if what["ok"] else 1)
-
-
-def _drawable(path: Path) -> Path:
-    if path.suffix.lower() not in ENDINGS:
-        raise Misuse(f"Expected --plot FILE that ends in {', '.join(ENDINGS)}, got {path}.")
-    return path
 
 
 def summary(sol: kn.Solution) -> dict[str, Any]:
@@ -261,8 +256,7 @@ def animate(
     from kane.present.animation import FORMATS
     from kane.present.animation import animate as animated  # matplotlib and jinja2 only here
 
-    if out is not None and out.suffix.lower() not in FORMATS:
-        raise Misuse(f"Expected --out FILE that ends in {', '.join(FORMATS)}, got {out}.")
+    screen.ending(out, FORMATS)
     model = model_of(name)
     place = screen.target(out or Path(f"{model.name}_motion.html"), model.path, force)
     eom = derived(model)

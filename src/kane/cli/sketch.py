@@ -9,7 +9,6 @@ import typer
 
 from kane.cli import screen
 from kane.cli.models import Force, Name, model_of
-from kane.cli.screen import Misuse
 from kane.progress import working
 
 
@@ -26,8 +25,7 @@ def sketch(
     from kane.present.sketch.draw import FORMATS, save  # not before it is asked for
     from kane.present.sketch.draw import sketch as drawn
 
-    if out is not None and out.suffix.lower() not in FORMATS:
-        raise Misuse(f"Expected --out FILE that ends in {', '.join(FORMATS)}, got {out}.")
+    screen.ending(out, FORMATS)
     model = model_of(name)
     place = screen.target(out or Path(f"{model.name}.svg"), model.path, force)
     with working("Drawing"):

@@ -25,7 +25,7 @@ from kane.errors import ArgumentError, Attributes, ProgramError
 from kane.interop.fmu.description import UnitModel, built, described, variables
 from kane.interop.fmu.source import UnitStart, source, unit_of
 from kane.motion.programs.simulator_parts import METHODS
-from kane.motion.projection import constraint_numbers, is_constrained
+from kane.motion.projection import constraint_numbers
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import better
 from kane.numeric.sampling import finite_number, named_values
@@ -124,7 +124,7 @@ def to_fmu(
     with working("Writing a functional mock-up unit"):
         text, token = source(whole, version)
         tool = f"kane {version_of('kane')}"
-        counts = is_constrained(eom), len(eom.state), len(whole.events), bool(whole.modes)
+        counts = len(eom.state), len(whole.events), bool(whole.modes)
         model = UnitModel(named, title or named, token, tool, start, *counts)
         sources = {
             "modelDescription.xml": described(model, rows, version),

@@ -102,7 +102,6 @@ class UnitModel:
     token: str
     tool: str
     start: UnitStart
-    constrained: bool
     states: int
     events: int
     steps_alone: bool

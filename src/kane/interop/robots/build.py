@@ -65,7 +65,7 @@ def built(robot: Robot, options: Options) -> Imported:
 
 def _imported(made: Making, system: System, doubts: list[str]) -> Imported:
     robot = made.robot
-    remarks = (*robot.remarks, *made.remarks, *(Remark("inferred", text) for text in doubts))
+    remarks = (*robot.remarks, *made.remarks.all(), *(Remark("inferred", text) for text in doubts))
     refused = [r for r in remarks if r.kind == "refused"]
     if refused:
         warn(

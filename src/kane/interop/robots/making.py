@@ -10,7 +10,7 @@ import numpy as np
 from kane.errors import cut
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Coordinate, Input, Parameter, StateVariable
-from kane.interop.imported import Remark
+from kane.interop.imported import Remarks
 from kane.interop.names import FreeNames
 from kane.interop.robots.records import Move, Robot
 from kane.model.constraints import Constraint
@@ -50,7 +50,7 @@ class Making:
     points: list[Point] = field(default_factory=list)
     falling: list[Vector] = field(default_factory=list)
     carriers: dict[int, int] = field(default_factory=lambda: {-1: -1})
-    remarks: list[Remark] = field(default_factory=list)
+    remarks: Remarks = field(default_factory=Remarks)
     bodies: list[Any] = field(default_factory=list)
     joints: dict[str, Joint] = field(default_factory=dict)
     moves: dict[str, Move] = field(default_factory=dict)
@@ -74,7 +74,7 @@ class Making:
         """An identifier of its own among links, joints or symbols for the thing `what` of this name; another one is said."""
         found = self.names[of].identifier(name[:LONGEST], what)
         if found != name:
-            self.remarks.append(Remark("inferred", f"{what} {cut(name)!r} is called {found}", where))
+            self.remarks.say("inferred", f"{what} {cut(name)!r} is called {found}", where)
         return found
 
     def parameter(self, name: str, value: float, unit: str, what: str, kinds: tuple[str, ...] = ("all",)) -> Expr:

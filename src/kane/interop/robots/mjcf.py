@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from kane.interop.imported import Imported, Remark
+from kane.interop.imported import Imported, Remarks
 from kane.interop.robots.build import built
 from kane.interop.robots.making import Options, Symbolic, plain
 from kane.interop.robots.mujoco_reader import mujoco, read
@@ -30,6 +30,7 @@ from kane.interop.robots.records import (
 )
 from kane.interop.robots.xml_text import Element
 from kane.numeric.arrays import Array
+from kane.space.attitude_formulas import cosines_of
 
 JOINTS: tuple[Kind, ...] = ("free", "ball", "slide", "hinge")
 """By MuJoCo's numbers of them, as are the others below."""
@@ -123,16 +124,7 @@ def from_mjcf(
 
 def rotation_of(quaternion: Any) -> Array:
     """Direction cosines of a quaternion, the scalar first."""
-    w, x, y, z = np.asarray(quaternion, dtype=float) / np.linalg.norm(quaternion)
-    return plain(
-        np.array(
-            [
-                [w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                [2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)],
-                [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z],
-            ]
-        )
-    )
+    return plain(cosines_of(np.asarray(quaternion, dtype=float) / np.linalg.norm(quaternion), unit=True))
 
 
 class _MjcfReader:
@@ -140,8 +132,8 @@ class _MjcfReader:
 
     def __init__(self, model: Any, root: Element) -> None:
         self.m, self.root, self.source = model, root, root.source
-        self.remarks: list[Remark] = []
-        self.lines = {(e.tag, e.attributes["name"]): e.where for e, _ in root.walk() if "name" in e.attributes}
+        self.remarks = Remarks()
+        self.lines = {(e.tag, e.attributes["name"]): e.where for e in root.walk() if "name" in e.attributes}
         self._names = {what: self._named(what) for what in OBJECTS}
 
     def _named(self, what: str) -> list[str]:
@@ -181,7 +173,7 @@ class _MjcfReader:
     def refuse(self, what: str, k: int, text: str) -> None:
         """Remark that a thing is not read."""
         name = self.name(what, k)
-        self.remarks.append(Remark("refused", f"{what} {name!r}: {text}", self.where(what, name)))
+        self.remarks.say("refused", f"{what} {name!r}: {text}", self.where(what, name))
 
     # The tree ------------------------------------------------------------------------------------------------------
 
@@ -194,7 +186,7 @@ class _MjcfReader:
         couplings, closures = self._equalities()
         read = {s.name for s in strands}
         for c in [c for c in couplings if c.what == "tendon" and not {c.first, c.second or c.first} <= read]:
-            self.remarks.append(Remark("refused", f"equality {c.name!r}: of a tendon that is not read", c.where))
+            self.remarks.say("refused", f"equality {c.name!r}: of a tendon that is not read", c.where)
             couplings.remove(c)
         drives = tuple(d for k in range(m.actuator_trntype.shape[0]) if (d := self._drive(k, strands)) is not None)
         bounds = {
@@ -207,32 +199,24 @@ class _MjcfReader:
         shapes = tuple(self._shapes())
         return Robot(
             self.root.attributes.get("model", "model"), links, gravity, tuple(couplings), closures, strands, drives, shapes,
-            tuple(self.remarks), MappingProxyType({"controls": MappingProxyType(bounds)}),
+            self.remarks.all(), MappingProxyType({"controls": MappingProxyType(bounds)}),
         )  # fmt: skip
 
     def _remark_world(self) -> None:
         m = self.m
         if m.ngeom:
-            self.remarks.append(
-                Remark("ignored", f"contacts of {m.ngeom} geoms: declare them by kn.contact", self.source)
-            )
+            self.remarks.say("ignored", f"contacts of {m.ngeom} geoms: declare them by kn.contact", self.source)
         if m.nsensor:
-            self.remarks.append(Remark("ignored", f"{m.nsensor} sensors", self.source))
+            self.remarks.say("ignored", f"{m.nsensor} sensors", self.source)
         if float(m.opt.density) or float(m.opt.viscosity):
-            self.remarks.append(
-                Remark("refused", "the medium: its density and viscosity act on no body here", self.source)
-            )
+            self.remarks.say("refused", "the medium: its density and viscosity act on no body here", self.source)
         if int(m.opt.disableactuator):
-            self.remarks.append(Remark("refused", "<option> disables groups of actuators", self.source))
+            self.remarks.say("refused", "<option> disables groups of actuators", self.source)
         if int(m.opt.disableflags) & ~int(mujoco().mjtDisableBit.mjDSBL_GRAVITY):
-            self.remarks.append(
-                Remark("ignored", f"<option> disables parts of MuJoCo ({int(m.opt.disableflags)})", self.source)
-            )
+            self.remarks.say("ignored", f"<option> disables parts of MuJoCo ({int(m.opt.disableflags)})", self.source)
         for b in range(1, m.nbody):
             if m.body_mocapid[b] >= 0:
-                self.remarks.append(
-                    Remark("inferred", f"the mocap body {self.name('body', b)!r} stays where it is", self.source)
-                )
+                self.remarks.say("inferred", f"the mocap body {self.name('body', b)!r} stays where it is", self.source)
         for array, (what, text) in NOT_READ.items():
             values = getattr(m, array, None)
             rows = [] if values is None else [i for i, row in enumerate(np.asarray(values)) if np.any(row)]
@@ -267,7 +251,7 @@ class _MjcfReader:
             self.refuse("joint", j, f"dry friction in a {kind} joint")
         limited = bool(m.jnt_limited[j])
         if limited and not single:
-            self.remarks.append(Remark("ignored", f"the limit of the {kind} joint {name!r}", self.where("joint", name)))
+            self.remarks.say("ignored", f"the limit of the {kind} joint {name!r}", self.where("joint", name))
         return Move(
             name,
             kind,
@@ -293,7 +277,7 @@ class _MjcfReader:
             name, kind = self.name("equality", k), int(m.eq_type[k])
             where = self.where("equality", name)
             if not m.eq_active0[k]:
-                self.remarks.append(Remark("ignored", f"the equality {name!r}, which is not active", where))
+                self.remarks.say("ignored", f"the equality {name!r}, which is not active", where)
             elif kind in (CONNECT, WELD):
                 closures.append(self._closure(k, kind, name, where))
             elif kind in (JOINT, TENDON):
@@ -302,9 +286,7 @@ class _MjcfReader:
                 self.refuse("equality", k, "a constraint of what is flexible")
                 continue
             if m.eq_active0[k]:
-                self.remarks.append(
-                    Remark("inferred", f"the equality {name!r} is soft in MuJoCo, and exact here", where)
-                )
+                self.remarks.say("inferred", f"the equality {name!r} is soft in MuJoCo, and exact here", where)
         return couplings, tuple(closures)
 
     def _closure(self, k: int, kind: int, name: str, where: str) -> Closure:

@@ -9,7 +9,6 @@ import subprocess
 import sys
 import tempfile
 from importlib import import_module
-from itertools import product
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from types import ModuleType
 from typing import Any
@@ -103,14 +102,13 @@ def _folder(path: Path | None, folder: Any) -> Path | None:
 
 def _check(root: Element, path: Path | None, within: Path | None) -> None:
     """Every file that is named, includes' own too, lies below the folder; nothing runs code."""
-    waiting, seen = [(root, path)], set[Path]() if path is None else {path.resolve()}
-    elements: list[tuple[Element, Path | None]] = []
+    waiting, seen = [root], set[Path]() if path is None else {path.resolve()}
+    elements: list[Element] = []
     while waiting:
-        here, home = waiting.pop()
-        for e, _ in here.walk():
+        for e in waiting.pop().walk():
             if e.tag in REFUSED:
                 raise e.wrong("rigid bodies alone, and no plugins", f"<{e.tag}>", "Leave it out.")
-            elements.append((e, path))
+            elements.append(e)
             if e.tag != "include":
                 continue
             (found,) = _files(e, "file", [""], path, within)
@@ -119,12 +117,9 @@ def _check(root: Element, path: Path | None, within: Path | None) -> None:
                 raise e.wrong("files that are included once", came)
             seen.add(found)
             text, name, _ = given(found, "MJCF")
-            waiting.append((parsed(text, name), home))
-    folders = [
-        "",
-        *(v for e, _ in elements if e.tag == "compiler" for k, v in e.attributes.items() if k.endswith("dir")),
-    ]
-    for e, _ in elements:
+            waiting.append(parsed(text, name))
+    folders = ["", *(v for e in elements if e.tag == "compiler" for k, v in e.attributes.items() if k.endswith("dir"))]
+    for e in elements:
         for key in [k for k in e.attributes if k.startswith("file") and e.tag != "include"]:
             _files(e, key, folders, path, within)
 
@@ -135,13 +130,13 @@ def _files(e: Element, key: str, folders: list[str], path: Path | None, within: 
     if path is None or within is None:
         raise e.wrong("no files in an MJCF that is given as text", cut(repr(name)), "Give the path of a file.")
     found = []
-    for folder, own in product(folders, [name]):
-        for p in (folder, own):
+    for folder in folders:
+        for p in (folder, name):
             if PurePosixPath(p).is_absolute() or PureWindowsPath(p).drive or "\0" in p:
                 raise e.wrong(f"files below {within.name!r}", cut(repr(p)), "Name it relative to the model.")
-        file = (path.resolve().parent / folder / own).resolve()
+        file = (path.resolve().parent / folder / name).resolve()
         if within not in file.parents:
             cure = "Say by folder= below which folder files may be opened."
-            raise e.wrong(f"files below {within.name!r}", cut(repr(str(PurePosixPath(folder, own)))), cure)
+            raise e.wrong(f"files below {within.name!r}", cut(repr(str(PurePosixPath(folder, name)))), cure)
         found.append(file)
     return found

@@ -12,7 +12,6 @@ from kane.expr.differentiation import time_derivative
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.operators import less, max, min, where
 from kane.expr.symbols import Coordinate, Input, StateVariable
-from kane.interop.imported import Remark
 from kane.interop.robots.making import Making, on_joint, turned, vector
 from kane.interop.robots.records import Actuation, Closure, Coupling, Strand
 from kane.model.constraints import coincident, configuration_constraint
@@ -60,7 +59,7 @@ def close(made: Making, c: Closure) -> None:
     """The constraints of a loop."""
     name = made.identifier("joints", c.name, "closure", c.where)
     if made.carriers[c.first] == made.carriers[c.second]:
-        made.remarks.append(Remark("ignored", f"the closure {c.name!r} of what does not move in each other", c.where))
+        made.remarks.say("ignored", f"the closure {c.name!r} of what does not move in each other", c.where)
         return
     first = _point(made, c.first, f"{name} first", c.on_first.offset)
     second = _point(made, c.second, f"{name} second", c.on_second.offset)

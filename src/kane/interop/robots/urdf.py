@@ -17,7 +17,7 @@ import numpy as np
 
 from kane import expect
 from kane.errors import ModelError, cut, none_of
-from kane.interop.imported import Imported, Remark
+from kane.interop.imported import Imported, Remarks
 from kane.interop.robots.build import built
 from kane.interop.robots.making import Options, Symbolic, plain
 from kane.interop.robots.records import Coupling, Kind, LinkShape, Move, Placement, Robot, RobotLink
@@ -105,7 +105,7 @@ class _UrdfReader:
 
     def __init__(self, root: Element, base: str, right: float, locked: frozenset[str]) -> None:
         self.root, self.base, self.right, self.locked = root, base, right, locked
-        self.remarks: list[Remark] = []
+        self.remarks = Remarks()
         self.links = self._named("link")
         self.joints = self._named("joint")
         expect.none(sorted(locked - self.joints.keys()), "locked= names of joints")
@@ -136,7 +136,7 @@ class _UrdfReader:
                     known = none_of(sorted(PASSED[e.tag]), child.tag)
                     raise ModelError(f"Expected in <{e.tag}> one of {known} It stands in {child.where}.")
                 label = child.attributes.get("name") or child.attributes.get("reference") or ""
-                self.remarks.append(Remark("ignored", f"<{cut(child.tag)}> {cut(label)}".rstrip(), child.where))
+                self.remarks.say("ignored", f"<{cut(child.tag)}> {cut(label)}".rstrip(), child.where)
 
     # The tree ------------------------------------------------------------------------------------------------------
 
@@ -156,7 +156,7 @@ class _UrdfReader:
         extras = {"efforts": self._bounds("effort"), "rates": self._bounds("velocity")}
         name = self.root.attributes.get("name", "robot")
         return Robot(
-            name, tuple(links), gravity, tuple(couplings), shapes=shapes, remarks=tuple(self.remarks), extras=extras
+            name, tuple(links), gravity, tuple(couplings), shapes=shapes, remarks=self.remarks.all(), extras=extras
         )  # fmt: skip
 
     def _base(self) -> tuple[Move, ...]:
@@ -270,7 +270,7 @@ class _UrdfReader:
             name, found, axis, damping=damping, friction=friction, limits=self._limits(e, kind), effort=effort, where=e.where
         )  # fmt: skip
         if not single and efforts:
-            self.remarks.append(Remark("inferred", f"the {kind} joint {cut(name)!r} has no efforts", e.where))
+            self.remarks.say("inferred", f"the {kind} joint {cut(name)!r} has no efforts", e.where)
         return (move,), placement
 
     def _axis(self, e: Element) -> Array:
@@ -299,7 +299,7 @@ class _UrdfReader:
         mimic = e.one("mimic")
         assert mimic is not None
         if KINDS.get(e.text("type")) is None or name in self.locked:
-            self.remarks.append(Remark("ignored", f"<mimic> of {cut(name)!r}, which does not move", mimic.where))
+            self.remarks.say("ignored", f"<mimic> of {cut(name)!r}, which does not move", mimic.where)
             return None
         leader = mimic.text("joint")
         ways = {n: KINDS.get(j.text("type")) for n, j in self.joints.items()}
@@ -317,7 +317,7 @@ class _UrdfReader:
         for part in chain(e.all("visual"), e.all("collision")):
             geometry = part.one("geometry")
             if geometry is None or not geometry.children:
-                self.remarks.append(Remark("ignored", f"<{part.tag}> of {cut(link)!r} without a shape", part.where))
+                self.remarks.say("ignored", f"<{part.tag}> of {cut(link)!r} without a shape", part.where)
                 continue
             shape, where = geometry.children[0], self._placement(part.one("origin"))
             sizes = {
@@ -328,7 +328,7 @@ class _UrdfReader:
                 "mesh": ("scale",),
             }.get(shape.tag)
             if sizes is None:
-                self.remarks.append(Remark("ignored", f"shape <{cut(shape.tag)}> of {cut(link)!r}", shape.where))
+                self.remarks.say("ignored", f"shape <{cut(shape.tag)}> of {cut(link)!r}", shape.where)
                 continue
             words = [w for s in sizes for w in shape.attributes.get(s, "").split()][:3]
             yield LinkShape(

@@ -56,13 +56,12 @@ class Element:
             raise self.wrong(f"one <{tag}> in <{self.tag}>", f"another one in line {found[1].line}")
         return found[0] if found else None
 
-    def walk(self) -> Iterator[tuple["Element", "Element | None"]]:
-        """Every element below, and itself, with its parent."""
-        stack: list[tuple[Element, Element | None]] = [(self, None)]
+    def walk(self) -> Iterator["Element"]:
+        """Itself, and every element below."""
+        stack = [self]
         while stack:
-            here, above = stack.pop()
-            yield here, above
-            stack += [(c, here) for c in reversed(here.children)]
+            yield (here := stack.pop())
+            stack += reversed(here.children)
 
     def wrong(self, expected: str, got: str, cure: str = "") -> ModelError:
         """The error that something of it is not as expected."""
