@@ -13,7 +13,7 @@ from typing import Any
 from kane.expr.node import Expr, constant_value
 from kane.expr.symbols import Coordinate, Input, Parameter, Speed, Symbol, rate
 from kane.interop.autolev.evaluate import FileReading, quantity
-from kane.interop.autolev.grammar import Line
+from kane.interop.autolev.grammar import Line, tokens
 from kane.interop.autolev.ranges import names_of
 from kane.interop.autolev.sheet import Sheet
 
@@ -97,14 +97,7 @@ def _called(seen: Outlook, tree: Any) -> None:
 
 def _words(tree: Any) -> list[str]:
     """All names in a tree, in order, in small letters."""
-    found, stack = [], [tree]
-    while stack:
-        node = stack.pop()
-        if hasattr(node, "children"):
-            stack += reversed(node.children)
-        elif getattr(node, "type", "") == "NAME":
-            found.append(str(node).lower())
-    return found
+    return [str(token).lower() for token in tokens(tree)]
 
 
 # What declares what --------------------------------------------------------------------------------------------------

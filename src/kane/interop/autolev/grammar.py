@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from kane.errors import ModelError, cut
 
@@ -117,3 +117,14 @@ def parser() -> "Lark":
     except ImportError as error:
         raise ModelError("Expected lark, which reads Autolev's language, got none. Install kane[models].") from error
     return lark.Lark(GRAMMAR, parser="lalr", start=["statement", "declaration", "args"], maybe_placeholders=True)  # type: ignore[no-any-return]
+
+
+def tokens(tree: Any) -> Iterator[Any]:
+    """The names in a tree, in order."""
+    stack = [tree]
+    while stack:
+        node = stack.pop()
+        if hasattr(node, "children"):
+            stack += reversed(node.children)
+        elif getattr(node, "type", "") == "NAME":
+            yield node

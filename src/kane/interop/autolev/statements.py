@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """One statement after the other: commands, assignments, masses, inertias, values."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from kane.errors import alike
@@ -13,7 +13,7 @@ from kane.interop.autolev.declarations import FORMING, Outlook, Statement, decla
 from kane.interop.autolev.evaluate import FileReading, over, plus, quantity, splits, times
 from kane.interop.autolev.functions import FUNCTIONS, where
 from kane.interop.autolev.genesis import defined, tensor
-from kane.interop.autolev.grammar import Line
+from kane.interop.autolev.grammar import Line, tokens
 from kane.interop.autolev.sheet import FileTurn
 from kane.interop.autolev.values import Dyad, FileMatrix, Unread, Value, Vec
 
@@ -89,7 +89,7 @@ class Statements:
 
     def _constants_of(self, tree: Any) -> None:
         """Names that are new in Mass and Inertia are constants."""
-        for token in _tokens(tree):
+        for token in tokens(tree):
             name = str(token)
             low = name.lower()
             if name[-1] not in "'>" and low not in (*self.sheet.symbols, *self.sheet.values, "pi", "t", *FUNCTIONS):
@@ -301,17 +301,7 @@ class Statements:
 
 def _only(tree: Any, line: Line) -> str:
     """The name that an expression consists of."""
-    tokens = list(_tokens(tree))
-    if len(tokens) != 1:
+    names = list(tokens(tree))
+    if len(names) != 1:
         raise line.refuse("a name", "an expression")
-    return str(tokens[0])
-
-
-def _tokens(tree: Any) -> Iterator[Any]:
-    stack = [tree]
-    while stack:
-        node = stack.pop()
-        if hasattr(node, "children"):
-            stack += reversed(node.children)
-        elif getattr(node, "type", "") == "NAME":
-            yield node
+    return str(names[0])
