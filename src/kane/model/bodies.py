@@ -95,7 +95,7 @@ def deforming(bodies: Iterable[Body]) -> tuple[Deforming, ...]:
 
 def _deforms(body: Body) -> TypeGuard[Deforming]:
     """Whether it is one of those; a look at all that a protocol asks for takes long, and most lack the first."""
-    return hasattr(body, "own_loads") and isinstance(body, Deforming)
+    return hasattr(type(body), "own_loads") and isinstance(body, Deforming)
 
 
 def rigid(bodies: Iterable[Body]) -> tuple[Body, ...]:

@@ -42,7 +42,6 @@ from kane.expr.visit import substituted
 from kane.model.constraints import Constraint, configuration_constraint, motion_constraint, reaction
 from kane.model.joints.contact import Contact
 from kane.model.joints.joint import Joint
-from kane.model.system_checks import listed
 from kane.numeric.sampling import SEEDS, sample
 from kane.space.frame import Frame, Point, frames_of
 from kane.space.vector import Vector
@@ -637,10 +636,8 @@ def clutch(
     return _law(name, None, (row,), normal, Friction(size, static, viscous))
 
 
-def listed_contacts(given: Any) -> tuple[ContactLaw, ...]:
-    """Contacts of different names and places."""
-    made_by = "kn.contact(place, mu), kn.joints.stop, …"
-    contacts: tuple[ContactLaw, ...] = listed("contacts", given, ContactLaw, made_by, named=True)
+def contact_rows(contacts: Sequence[ContactLaw]) -> list[Constraint]:
+    """Their gaps and slips, of contacts at different places, with one law of impacts, and those that press others listed, too."""
     gaps: dict[Expr, str] = {}
     for c in contacts:
         if c.gap is None:
@@ -654,7 +651,7 @@ def listed_contacts(given: Any) -> tuple[ContactLaw, ...]:
     for c in contacts:
         missing = c.pressed_by is not None and c.pressed_by not in contacts
         expect.that(not missing, f"the contact that presses {c.name!r} listed, too", c.pressed_by)
-    return contacts
+    return [row for c in contacts for row in c.rows]
 
 
 def law_of(contacts: Sequence[ContactLaw]) -> str:

@@ -19,13 +19,12 @@ __getattr__ = offered(
         "emit.wasm_kernels": "emit_kernel_wasm",
         "emit.wasm_pairs": "in_pairs",
         "emit.walk": "Style VECTORS function_of hoisting pieces statements",
-        "kernel.dense": "decompose factor invert solve substitute",
         "kernel.language": (
             "ArrayOf Callee Compute Count Immediate FLOAT INT If Kernel Read Integer Put SinCos Write Type Value verified_kernel"
         ),
         "kernel.narrow": "narrowed",
         "kernel.specialized": "specialized",
-        "kernel.writer": "Writer",
+        "kernel.writer": "Writer decompose factor invert solve substitute",
         "native.": "machine store",
         "native.compiled_routine": "BundleRoutine CompiledRoutine",
         "native.entry": "Bound CompiledKernel aligned entry hoisted own_entries wide_entry",
@@ -34,7 +33,6 @@ __getattr__ = offered(
         "passes.limbs": "gathered",
         "passes.graphs": "written",
         "passes.optimize": "RULES optimized rewritten starts rounding",
-        "passes.tiers": "split assembled live_ranges verified",
-        "program": "Code Port Program Routine explain values",
+        "program": "Code Port Program Routine assembled explain live_ranges split values verified",
     },
 )

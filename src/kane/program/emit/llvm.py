@@ -33,8 +33,7 @@ from kane.program.emit.llvm_printer import FEW, Calls, Lanes, LlvmPrinter, Near,
 from kane.program.emit.sincos import llvm_sincos
 from kane.program.kernel.lanes import varying
 from kane.program.kernel.language import ArrayOf, Compute, Integer, Kernel, Read, SinCos, Statement, Write
-from kane.program.passes.tiers import WHOLE
-from kane.program.program import Port, Program, Routine
+from kane.program.program import WHOLE, Port, Program, Routine
 
 LANES = Lanes(4)
 """The vectors in which entries look through a block."""
