@@ -13,12 +13,13 @@ __getattr__ = offered(
         "emit.llvm": "emit_llvm",
         "emit.llvm_printer": "REACH pointed",
         "emit.names": "is_free_in_c local_names",
-        "emit.numpy": "emit_kernel_numpy emit_numpy",
+        "emit.languages.numpy": "emit_numpy",
         "emit.sincos": "C_SINCOS CONSTANTS LIMIT llvm_sincos sine_cosine",
         "emit.wasm": "emit_wasm",
         "emit.wasm_kernels": "emit_kernel_wasm",
         "emit.wasm_pairs": "in_pairs",
-        "emit.walk": "Style VECTORS function_of hoisting pieces statements",
+        "emit.walk": "NamedPrinter Style VECTORS function_of hoisting pieces statements",
+        "kernel.": "language",
         "kernel.language": (
             "ArrayOf Callee Compute Count Immediate FLOAT INT If Kernel Read Integer Put SinCos Write Type Value verified_kernel"
         ),

@@ -1,8 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Kernels as machine code, and routines as they call them: where their code begins, and what was hoisted for them."""
+"""Kernels as machine code, and routines as they call them: where their code begins, and what was hoisted for them.
+
+Calls kept in memory let a kernel make one of several: each a kernel with arguments, what hoists for it, two routines. The table has
+a row for each: where the call of the kernel, the list of hoists and that of routines begin. The number before them says which one is
+made, the next one takes what the kernel returns.
+"""
 
 import ctypes
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,13 +22,19 @@ from kane.program.emit.llvm import (
     emit_own,
     emit_wide,
     hoists,
+    kept_call,
+    kept_calls,
     own_name,
     selection,
     wide_name,
 )
+from kane.program.emit.xla_handler import emit_xla
 from kane.program.kernel.language import Argument, ArrayOf, Integer, Kernel
+from kane.program.native import store
 from kane.program.native.compiled_routine import CompiledRoutine, new_block
 from kane.program.native.machine import Library, Settings, compile_text, target
+from kane.program.program import Program
+from kane.progress import working
 
 _ALIGNMENT = 64
 _INTEGER, _POINTER = ctypes.c_int64, ctypes.c_void_p
@@ -237,3 +248,62 @@ def _passed(argument: Argument, given: Array | int | Entry | Hook | None) -> int
     raise ProgramError(
         f"Expected {kind if isinstance(argument, Integer | ArrayOf) else 'a routine'} as {argument.name}, got {given!r}."
     )
+
+
+_ROW, _FIRST = 3, 2
+_KEPT = ("make", "hoist", "look", "drive")
+RESULT = 1
+"""Where in the table what the kernel returned stands."""
+
+
+class KeptCalls:
+    """Calls that a kernel makes by the routines `make`, `hoist`, `look` and `drive`, which take the `table` as h."""
+
+    def __init__(self, most: int, settings: Settings) -> None:
+        self.table, self._settings = np.zeros(_FIRST + _ROW * most), settings
+        self._rows = self.table.view(np.int64)
+        self._kept: list[Any] = []
+        on = target(settings.cpu, settings.features)
+        self._library = compile_text(kept_calls(), on, [f"kept.{name}" for name in _KEPT], settings.cache)
+        self.make, self.hoist, self.look, self.drive = (Entry(self._library, f"kept.{name}") for name in _KEPT)
+
+    def put(
+        self,
+        k: int,
+        kernel: tuple[CompiledKernel, Mapping[str, Any]],
+        hoists: Sequence[tuple[Entry, Array]],
+        routines: Sequence[tuple[Entry, Array]],
+        p: Array,
+    ) -> None:
+        """The kth call: a kernel with what it is given, the hoists (function, h) of the parameters p, two routines with their h."""
+        own, given = kernel
+        bound = own.bound(given)
+        call = self._call_of(len(bound.passed))
+        words = (
+            [call.address, own.entry.address, *bound.passed],
+            [len(hoists), p.ctypes.data, *(x for f, h in hoists for x in (f.address, h.ctypes.data))],
+            [p.ctypes.data, *(x for f, h in routines for x in (f.address, h.ctypes.data))],
+        )
+        block, listed, looked = (np.array(row, dtype=np.int64) for row in words)
+        self._kept.append((bound, call, hoists, routines, p, block, listed, looked))
+        at = _FIRST + _ROW * k
+        self._rows[at : at + _ROW] = block.ctypes.data, listed.ctypes.data, looked.ctypes.data
+
+    def _call_of(self, count: int) -> Entry:
+        """The function that calls one of so many arguments."""
+        symbol, on = f"kept.call{count}", target(self._settings.cpu, self._settings.features)
+        return Entry(compile_text(kept_call(count), on, [symbol], self._settings.cache), symbol)
+
+
+def xla_function(program: Program, settings: Settings) -> tuple[str, Entry]:
+    """A name that no other code has, and the function, which keeps its code alive; `program` has one routine.
+
+    Programs that XLA keeps on disk find the function by this name: it is the digest of the code's text.
+    """
+    (routine,) = program.routines
+    on = target(settings.cpu, settings.features)
+    text = emit_xla(program, routine, settings.contract, on.lanes)
+    symbol = f"{routine.name}.xla"
+    with working("Compiling"):
+        library = compile_text(text, on, [symbol], settings.cache)
+    return f"kane.{routine.name}.{store.key(text)[:32]}", Entry(library, symbol)
