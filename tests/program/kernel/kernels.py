@@ -84,7 +84,7 @@ def _number(value):
     return {"inf": "np.inf", "-inf": "-np.inf", "nan": "np.nan"}.get(repr(value), repr(value))
 
 
-class NumPyPrinter(NamedPrinter):
+class NumPyPrinter(NamedPrinter):  # type: ignore[misc]  # offered when it is first used
     """The lines of one kernel, statement by statement: a second route to what machine code gives."""
 
     def within(self, head, block):
