@@ -98,25 +98,27 @@ def hoist_entry(routine: CompiledRoutine) -> Entry:
 
 def wide_entry(routine: CompiledRoutine, width: int) -> Entry:
     """The function of `width` evaluations at once, compiled when it is first asked for; see `emit_wide`."""
-    symbol = wide_name(routine.name, width)
-    if symbol not in routine.more:
-        settings = routine.settings
-        text = emit_wide(routine.program, routine.routine, width, settings.contract)
-        on = target(settings.cpu, settings.features)
-        routine.more[symbol] = compile_text(text, on, [symbol], settings.cache)
-    return Entry(routine.more[symbol], symbol)
+    (run,) = _more(routine, [wide_name(routine.name, width)], width, emit_wide)
+    return run
 
 
 def own_entries(routine: CompiledRoutine, width: int) -> tuple[Entry, Entry]:
     """The function of `width` evaluations at once, each with parameters of its own, and what hoists for it; see `emit_own`."""
     symbols = [own_name(name, width) for name in (routine.name, hoists([routine.program])[0])]
-    if symbols[0] not in routine.more:
-        settings = routine.settings
-        text = emit_own(routine.program, routine.routine, width, settings.contract)
-        on = target(settings.cpu, settings.features)
-        routine.more[symbols[0]] = compile_text(text, on, symbols, settings.cache)
-    run, hoist = (Entry(routine.more[symbols[0]], symbol) for symbol in symbols)
+    run, hoist = _more(routine, symbols, width, emit_own)
     return run, hoist
+
+
+def _more(routine: CompiledRoutine, symbols: Sequence[str], width: int, emit: Callable[..., str]) -> list[Entry]:
+    if symbols[0] not in routine.more:
+        text = emit(routine.program, routine.routine, width, routine.settings.contract)
+        routine.more[symbols[0]] = _library_for(routine.settings, text, symbols)
+    return [Entry(routine.more[symbols[0]], symbol) for symbol in symbols]
+
+
+def _library_for(settings: Settings, text: str, symbols: Sequence[str], loops: bool = False) -> Library:
+    """The library of an LLVM module for the processor of the settings."""
+    return compile_text(text, target(settings.cpu, settings.features), symbols, settings.cache, loops)
 
 
 class Selection:
@@ -130,8 +132,7 @@ class Selection:
         self._rows = self.table.view(np.int64)
         self._rows[:2] = at, count
         self._kept: dict[int, tuple[Entry, Entry, Array]] = {}
-        on = target(settings.cpu, settings.features)
-        self._library = compile_text(selection(), on, _SELECTION, settings.cache)
+        self._library = _library_for(settings, selection(), _SELECTION)
 
     @property
     def call(self) -> Entry:
@@ -188,12 +189,11 @@ class CompiledKernel:
         self, kernel: Kernel, settings: Settings, loops: bool = True, width: int = 0, shared: Collection[str] = ()
     ) -> None:
         self.kernel = kernel
-        on = target(settings.cpu, settings.features)
         if width:
             text, name = emit_kernel_lanes(kernel, width, shared, settings.contract), own_name(kernel.name, width)
         else:
             text, name = emit_kernel_llvm(kernel, settings.contract), kernel.name
-        library = compile_text(text, on, [name], settings.cache, loops)
+        library = _library_for(settings, text, [name], loops)
         kinds = [_INTEGER if isinstance(a, Integer) else _POINTER for a in kernel.arguments]
         self.entry = Entry(library, name)
         self._function = library.function(name, _INTEGER, *kinds)
@@ -263,8 +263,7 @@ class KeptCalls:
         self.table, self._settings = np.zeros(_FIRST + _ROW * most), settings
         self._rows = self.table.view(np.int64)
         self._kept: list[Any] = []
-        on = target(settings.cpu, settings.features)
-        self._library = compile_text(kept_calls(), on, [f"kept.{name}" for name in _KEPT], settings.cache)
+        self._library = _library_for(settings, kept_calls(), [f"kept.{name}" for name in _KEPT])
         self.make, self.hoist, self.look, self.drive = (Entry(self._library, f"kept.{name}") for name in _KEPT)
 
     def put(
@@ -291,8 +290,8 @@ class KeptCalls:
 
     def _call_of(self, count: int) -> Entry:
         """The function that calls one of so many arguments."""
-        symbol, on = f"kept.call{count}", target(self._settings.cpu, self._settings.features)
-        return Entry(compile_text(kept_call(count), on, [symbol], self._settings.cache), symbol)
+        symbol = f"kept.call{count}"
+        return Entry(_library_for(self._settings, kept_call(count), [symbol]), symbol)
 
 
 def xla_function(program: Program, settings: Settings) -> tuple[str, Entry]:
@@ -305,5 +304,5 @@ def xla_function(program: Program, settings: Settings) -> tuple[str, Entry]:
     text = emit_xla(program, routine, settings.contract, on.lanes)
     symbol = f"{routine.name}.xla"
     with working("Compiling"):
-        library = compile_text(text, on, [symbol], settings.cache)
+        library = _library_for(settings, text, [symbol])
     return f"kane.{routine.name}.{store.key(text)[:32]}", Entry(library, symbol)
