@@ -5,7 +5,6 @@ Products of axes that hold an orientation vanish at others too: where an axis is
 or by a third. Each closure says the cosine of the angle by which it is turned, which is 1 on the branch that is meant.
 
 Particles of bodies that constraints hold, and of which of them the whole velocity is known.
-
 What is decided once for all of a motion is decided by several configurations that satisfy the constraints. They are closed from many
 starts at once, so that they lie on every branch that was found, and several on each. One more start is where all coordinates are zero:
 random ones never lie upright or straight, where motions begin.

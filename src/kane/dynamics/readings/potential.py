@@ -389,10 +389,9 @@ def _differs(derived: Derived, load: Load, v: Expr) -> bool:
         (pushed, steep), c = numbers[: 2 * len(q)].reshape(2, -1), numbers[2 * len(q) :].reshape(rows.shape)
         gap, whole = pushed + steep, SIX_DIGITS * (np.abs(pushed) + np.abs(steep))
         whole += np.nan_to_num(errors[: 2 * len(q)].reshape(2, -1).sum(axis=0), posinf=0.0)
-        if not np.isfinite(numbers).all():
-            continue
-        if len(c):
+        finite = np.isfinite(numbers).all()
+        if finite and len(c):
             gap, whole = gap - np.linalg.lstsq(c.T, gap, rcond=None)[0] @ c, whole.max(initial=0)
-        if (np.abs(gap) > whole).any():
+        if finite and (np.abs(gap) > whole).any():
             return True
     return False
