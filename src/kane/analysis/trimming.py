@@ -19,8 +19,8 @@ from kane.analysis.local import (
     all_switches,
 )
 from kane.analysis.many.poses import Poses, poses
-from kane.analysis.many.steady_rows import followed as followed_from
 from kane.analysis.many.trimmed import Routes, SteadyEquations, trimmed
+from kane.analysis.many.trimmed import followed as followed_from
 from kane.analysis.operating_point import closed, state_from, warn_of_contacts
 from kane.analysis.perturbations import perturbations
 from kane.analysis.state_checks import entries

@@ -8,8 +8,7 @@ __getattr__ = offered(
     {
         "": "inverse_dynamics",
         "forcing": "Blocks",
-        "constraints.configurations": "configurations",
-        "constraints.manifold": "ROWS branches in_rows manifold contacts touches",
+        "constraints.manifold": "ROWS branches configurations in_rows manifold contacts touches",
         "constraints.partition": "Partition choose choose_each chosen compared qualities qualities_of quality ranks",
         "constraints.dependence": "steadiest",
         "derivation": "Derived derived",

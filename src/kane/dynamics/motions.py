@@ -15,8 +15,8 @@ from types import MappingProxyType
 from typing import Any
 
 from kane import show
-from kane.dynamics.constraints.configurations import place
 from kane.dynamics.constraints.embed import Embedding, embedding, first_partition
+from kane.dynamics.constraints.manifold import place
 from kane.dynamics.derivation import Derived, Exprs, derived
 from kane.dynamics.lazy import read
 from kane.dynamics.readings.quantities import without_rates
@@ -235,7 +235,7 @@ def motions(
         if a constraint is not affine in the rates, or holds nothing
     """
     system = scaffold(inertial, speeds, of, holonomic, nonholonomic, dependent_speeds, coordinates)
-    parts = derived(system, place(system, near))
+    parts = derived(system, None if near is None else place(system, near))
     held = parts.constraints.constraints
     partition = first_partition(system, parts.constraints, parts.compared, lambda: parts.mass_matrix) if held else None
     return Motions(parts, None if partition is None else embedding(parts.constraints, partition))

@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from kane import expect, show
-from kane.dynamics.constraints.configurations import place
 from kane.dynamics.constraints.embed import Embedding, first_partition
+from kane.dynamics.constraints.manifold import place
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived, derived
 from kane.dynamics.forcing import Moving
@@ -33,12 +33,14 @@ from kane.dynamics.readings.contributions import (
     mass_contributions,
     noncontributing,
 )
+from kane.dynamics.readings.energy import Impulse, KineticParts
+from kane.dynamics.readings.integrals import Integral, integrals
 from kane.dynamics.readings.joint_reactions import JointReaction, Place, reaction
+from kane.dynamics.readings.potential import FoundPotential, check_potentials, find_potential
 from kane.dynamics.readings.quantities import evaluate_along, speeds_from_rates, time_derivative, without_rates
 from kane.dynamics.readings.seven_steps import Kind, Quantity, Step, seven_steps
 from kane.dynamics.solved import Solved
 from kane.equations.compiled import Compiled, Numeric, compiled
-from kane.equations.energies import Energies, check_potentials
 from kane.equations.jacobian import Jacobian, jacobian
 from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import ArgumentError, ModelError, SimulationError, none_of
@@ -53,6 +55,7 @@ from kane.kinematics.velocity_constraints import ConstraintRows
 from kane.model.bodies import Body
 from kane.model.declarations import Event
 from kane.model.force_systems import ForceSystem
+from kane.model.loads import Load
 from kane.model.system import System
 from kane.model.unit_checks import unit_in
 from kane.program.native.compiled_routine import NotFinite
@@ -77,7 +80,7 @@ def _named(kind: Kind, of: str, values: read[Exprs]) -> read[Exprs]:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Equations(Energies, Immutable):
+class Equations(Immutable):
     """Equations of motion M u̇ = f + Aᵀ λ, A u + b = 0 of a system, with everything that led to them.
 
     `mass_matrix` (n × n) and `forcing` (n) hold the equations as derived; `forcing` may contain reactions. `accelerations` (u̇)
@@ -248,6 +251,91 @@ class Equations(Energies, Immutable):
             if a value is given for something else
         """
         return unsolved.steady_conditions(self.solved, values)
+
+    # Energies, momenta, integrals (Kane & Levinson 1985, ch. 5, sec. 6.8, 7.1 to 7.4) --------------------------------------
+
+    kinetic_energy = read[Expr](lambda e: energy.whole_kinetic_energy(e.solved), "K = ½ Σ m v·v + ω·I·ω.")
+    kinetic_energy_parts = read[KineticParts](
+        lambda e: energy.kinetic_energy_parts(e.bodies, e.speeds),
+        "K₂, K₁ and K₀, of degree 2, 1 and 0 in the speeds; K₂ = ½ Σ M_rs u_r u_s. Their sum is K.",
+    )
+    potential_energy = read[Expr](
+        lambda e: energy.potential_energy(e.loads),
+        "V, the sum of the loads' potentials; gravity's is zero at the root point's height.",
+    )
+    energy = read[Expr](lambda e: e.kinetic_energy + e.potential_energy, "E = K + V.")
+    power = read[Expr](
+        lambda e: energy.power(e.solved),
+        "P with dE/dt = P: the power of the loads without a potential and of prescribed motions.",
+    )
+    load_powers = read[Mapping[Load, Expr]](
+        lambda e: energy.load_powers(e._shown, dict(zip((*e.system.gravities, *e.system.loads), e.loads, strict=True))),
+        "Σ F·v + Σ T·ω of each load, by the load or its name.",
+    )
+    gibbs_function = read[Expr](
+        lambda e: energy.gibbs_function(e.bodies),
+        "G = ½ Σ m a·a + α·I·α + 2 α·(ω × I·ω), with ∂G/∂u̇_r = −F*_r: Gibbs's function, in u̇.",
+    )
+    Fr_star_by_energy = read[Exprs](
+        lambda e: energy.inertia_forces_by_energy(e._shown),
+        "F*_r = −Σ_s (d/dt ∂K/∂q̇_s − ∂K/∂q_s) W_sr: a second way to the generalized inertia forces of all speeds.",
+    )
+    generalized_momenta = read[Exprs](
+        lambda e: energy.generalized_momenta(e.bodies, e.speeds), "p_r = Σ m v_r·v + ω_r·I·ω, one a speed."
+    )
+    generalized_momenta_nh = read[Exprs](
+        lambda e: energy.generalized_momenta(e.solved.nonholonomic.bodies, e.independent_speeds),
+        "Σ m ṽ_r·v + ω̃_r·I·ω, one for each independent speed.",
+    )
+    conjugate_momenta = read[Exprs](
+        lambda e: energy.conjugate_momenta(e._shown), "p_s = ∂K/∂q̇_s, one a coordinate, in speeds."
+    )
+    cyclic_coordinates = read[tuple[Coordinate, ...]](
+        lambda e: energy.cyclic_coordinates(e._shown),
+        "Coordinates on which neither K nor forces nor constraints depend, and along which none acts: their momenta are constant.",
+    )
+    central_angular_momentum = read[Vector](
+        lambda e: energy.central_angular_momentum(e.bodies), "Σ I·ω + r × m v about the mass centre."
+    )
+    integrals = read[tuple[Integral, ...]](
+        lambda e: integrals(e.solved),
+        "Integrals of the equations of motion, each with its name, value and reason: energy, Hamiltonian, momenta, speeds.",
+    )
+
+    def find_potential(self, loads: Sequence[Any] | None = None) -> FoundPotential:
+        """V found from F_r = −Σ_s ∂V/∂q_s W_sr, whatever the speeds, also under constraints (Kane & Levinson 1985, sec. 5.1).
+
+        Parameters
+        ----------
+        loads : some of the system's loads, themselves or by name; all of them if left out
+
+        Returns
+        -------
+        FoundPotential
+            `.value` is V, and `.how` says how it was integrated
+
+        Raises
+        ------
+        PotentialError
+            if there is none, or none was found: says which forces depend on rates, or which coordinates' derivatives disagree where
+        """
+        return find_potential(self.solved.derived, loads)
+
+    def generalized_impulses(self, impulses: Sequence[Impulse]) -> Exprs:
+        """I_r = Σ v_r·∫F dt + ω_r·∫T dt, one a speed, of impulses (point, vector) and impulses of torques (frame, vector)."""
+        return energy.generalized_impulses(self.solved.derived, impulses, self.solved.derived.speeds)
+
+    def mass_center(self, origin: Point) -> Vector:
+        """Position of the system's mass centre from `origin`."""
+        return energy.mass_center(self.solved.derived.as_declared.bodies, origin)
+
+    def linear_momentum(self) -> Vector:
+        """Σ m v."""
+        return energy.linear_momentum(self.solved.derived.as_declared.bodies)
+
+    def angular_momentum(self, about: Point) -> Vector:
+        """Σ I·ω + r × m v about a point fixed in the inertial frame."""
+        return energy.angular_momentum(self.solved.derived.as_declared.bodies, about)
 
     # Numbers and code -----------------------------------------------------------------------------------------------------
 
@@ -437,12 +525,13 @@ def derive(
     if route is not None and route not in ASKED:
         raise ModelError(f"Expected route= None for the shortest or one of {none_of(ASKED, route)}")
     with working("Deriving"), collecting_seldom(), remembering():
-        parts = derived(system, place(system, near))
+        parts = derived(system, None if near is None else place(system, near))
         held = parts.constraints.constraints
         partition = (
             first_partition(system, parts.constraints, parts.compared, lambda: parts.mass_matrix) if held else None
         )
-        check_potentials(parts)
+        if system.loads:
+            check_potentials(parts)
         if route is not None:
             return _equations(replace(solved(parts, partition, route), asked=route))
         return _equations(_solved(parts, partition, without_poles(parts, partition)))

@@ -30,7 +30,6 @@ __getattr__ = _offered(
     __name__,
     {
         "build": "NODE_BUILDERS add cos div mul sin sub sum_of",
-        "constants": "correctly_rounded error_of weight",
         "differentiation": "diff gradient jacobian time_derivative weighted affine affine_forms",
         "evaluation": (
             "Walk compile_reference evaluate free_symbols is_constant_in_time FLOAT Operations count_operations price"
@@ -43,12 +42,14 @@ __getattr__ = _offered(
         "forms.two_angles": "by_two_angles",
         "matrix": "Matrix dot ldl lu matched_columns solve_linear sparse_order structural_rank",
         "visit": "remembered remembering fold imaged rebuilt substitute substituted",
-        "node": "BUILDERS Expr ONE ZERO as_expr constant constant_value digest intern_node postorder precedes sweep",
+        "node": (
+            "BUILDERS Expr ONE ZERO as_expr constant constant_value digest error_of intern_node postorder precedes sweep weight"
+        ),
         "ops": "ADD CONST COS DIV GONE MUL OPS SIN SUB",
         "piecewise": "Table leaps lowered on_sides switches table",
         "regular": "denominators guarding guards unguarded",
         "square_system": "Adjugate InOrder Triangular content divider over_number square",
-        "surd": "Surd root",
+        "numbers": "Surd correctly_rounded root",
         "symbols": (
             "AuxiliarySpeed Coordinate Input Parameter QuasiRate Rate Reaction Speed StateVariable Symbol names "
             "per_second rate"

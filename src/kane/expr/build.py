@@ -9,27 +9,34 @@ import math
 from collections.abc import Callable, Iterable
 from fractions import Fraction
 from functools import reduce
+from typing import Any
 
 import numpy as np
 
 from kane.errors import ExpressionError, cut
-from kane.expr.constants import number_of, opposite, product, quotient, total, turned, value_of_numbers
 from kane.expr.node import (
     ONE,
     TWO,
     ZERO,
     Expr,
     Number,
+    as_expr,
     constant,
     constant_value,
     intern_node,
     intern_pair,
     intern_single,
+    number_of,
+    opposite,
     pi,
     precedes,
+    product,
+    quotient,
+    total,
+    turned,
 )
+from kane.expr.numbers import Surd, root, sine_of_turns, value_of_numbers
 from kane.expr.ops import ADD, CONST, COS, DIV, LESS, MUL, NEG, OPS, POW, SIN, SQRT, SUB, WHERE, Op
-from kane.expr.surd import Surd, root, sine_of_turns
 
 _CIRCULAR = (SIN, COS)
 
@@ -516,3 +523,37 @@ NODE_BUILDERS: dict[str, Callable[..., Expr]] = {
 NODE_BUILDERS |= {build.__name__: build for build in (add, sub, mul, div, neg, sqrt, sin, cos, tan, where)} | {
     "pow": power
 }
+
+
+def accepting_numbers(name: str) -> Callable[..., Expr]:
+    """The function that users call, of expressions or numbers."""
+    build, arity = NODE_BUILDERS[name], OPS[name].arity
+
+    def public(*args: Any) -> Expr:
+        if len(args) != arity:
+            raise ExpressionError(f"{name} takes {arity} argument(s), got {len(args)}.")
+        return build(*[as_expr(a) for a in args])
+
+    public.__name__ = public.__qualname__ = name
+    public.__doc__ = f"`{name}` of expressions or numbers."
+    return public
+
+
+_SCALARS = (Expr, int, float, Fraction, np.number)
+
+
+def operator(build: Callable[[Expr, Expr], Expr], swapped: bool = False) -> Callable[[Expr, Any], Any]:
+    """The method of an operator, or the one that Python asks of the right operand."""
+    if swapped:
+
+        def reflected(self: Expr, other: Any) -> Any:
+            return build(as_expr(other), self) if isinstance(other, _SCALARS) else NotImplemented
+
+        return reflected
+
+    def forward(self: Expr, other: Any) -> Any:
+        if isinstance(other, Expr):
+            return build(self, other)
+        return build(self, as_expr(other)) if isinstance(other, _SCALARS) else NotImplemented
+
+    return forward

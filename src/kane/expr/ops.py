@@ -77,38 +77,33 @@ def _choice_partials(at_x: Any) -> tuple[Any, Any]:
     return at_x.where(1, 0), at_x.where(0, 1)
 
 
-def _function(
-    name: str, ufunc: np.ufunc, derivative: Derivative, arity: int = 1, commutative: bool = False, cost: int = 1
-) -> Op:
-    """An operation that NumPy has as a function."""
-    return Op(name, arity, ufunc, derivative, cost, ufunc, commutative)
-
-
 _ROWS = (
-    *(Op(leaf, 0, lambda: None, cost=0) for leaf in ("const", "pi", "symbol")),
+    Op("const", 0, lambda: None, cost=0),
+    Op("pi", 0, lambda: None, cost=0),
+    Op("symbol", 0, lambda: None, cost=0),
     Op("add", 2, operator.add, lambda n, x, y: (1, 1), ufunc=np.add, commutative=True),
     Op("sub", 2, operator.sub, lambda n, x, y: (1, -1), ufunc=np.subtract),
     Op("mul", 2, operator.mul, lambda n, x, y: (y, x), ufunc=np.multiply, commutative=True),
     Op("div", 2, operator.truediv, lambda n, x, y: (1 / y, -n / y), ufunc=np.divide),
     Op("neg", 1, operator.neg, lambda n, x: (-1,), cost=0, ufunc=np.negative),
-    _function("pow", np.power, _power_partials, 2),
-    _function("sqrt", np.sqrt, lambda n, x: (1 / (2 * n),)),
-    _function("sin", np.sin, lambda n, x: (x.cos(),)),
-    _function("cos", np.cos, lambda n, x: (-x.sin(),)),
-    _function("tan", np.tan, lambda n, x: (1 + n * n,)),
-    _function("asin", np.arcsin, lambda n, x: (1 / (1 - x * x).sqrt(),)),
-    _function("acos", np.arccos, lambda n, x: (-1 / (1 - x * x).sqrt(),)),
-    _function("atan", np.arctan, lambda n, x: (1 / (1 + x * x),)),
-    _function("atan2", np.arctan2, lambda n, y, x: (x / (x * x + y * y), -y / (x * x + y * y)), 2),
-    _function("sinh", np.sinh, lambda n, x: (x.cosh(),)),
-    _function("cosh", np.cosh, lambda n, x: (x.sinh(),)),
-    _function("tanh", np.tanh, lambda n, x: (1 - n * n,)),
-    _function("exp", np.exp, lambda n, x: (n,)),
-    _function("log", np.log, lambda n, x: (1 / x,)),
-    _function("abs", np.absolute, lambda n, x: (x.sign(),), cost=0),
-    _function("sign", np.sign, lambda n, x: (0,), cost=0),
-    _function("min", np.minimum, lambda n, x, y: _choice_partials(x.less(y)), 2, True, 0),
-    _function("max", np.maximum, lambda n, x, y: _choice_partials(y.less(x)), 2, True, 0),
+    Op("pow", 2, np.power, _power_partials, ufunc=np.power),
+    Op("sqrt", 1, np.sqrt, lambda n, x: (1 / (2 * n),), ufunc=np.sqrt),
+    Op("sin", 1, np.sin, lambda n, x: (x.cos(),), ufunc=np.sin),
+    Op("cos", 1, np.cos, lambda n, x: (-x.sin(),), ufunc=np.cos),
+    Op("tan", 1, np.tan, lambda n, x: (1 + n * n,), ufunc=np.tan),
+    Op("asin", 1, np.arcsin, lambda n, x: (1 / (1 - x * x).sqrt(),), ufunc=np.arcsin),
+    Op("acos", 1, np.arccos, lambda n, x: (-1 / (1 - x * x).sqrt(),), ufunc=np.arccos),
+    Op("atan", 1, np.arctan, lambda n, x: (1 / (1 + x * x),), ufunc=np.arctan),
+    Op("atan2", 2, np.arctan2, lambda n, y, x: (x / (x * x + y * y), -y / (x * x + y * y)), ufunc=np.arctan2),
+    Op("sinh", 1, np.sinh, lambda n, x: (x.cosh(),), ufunc=np.sinh),
+    Op("cosh", 1, np.cosh, lambda n, x: (x.sinh(),), ufunc=np.cosh),
+    Op("tanh", 1, np.tanh, lambda n, x: (1 - n * n,), ufunc=np.tanh),
+    Op("exp", 1, np.exp, lambda n, x: (n,), ufunc=np.exp),
+    Op("log", 1, np.log, lambda n, x: (1 / x,), ufunc=np.log),
+    Op("abs", 1, np.absolute, lambda n, x: (x.sign(),), 0, np.absolute),
+    Op("sign", 1, np.sign, lambda n, x: (0,), 0, np.sign),
+    Op("min", 2, np.minimum, lambda n, x, y: _choice_partials(x.less(y)), 0, np.minimum, commutative=True),
+    Op("max", 2, np.maximum, lambda n, x, y: _choice_partials(y.less(x)), 0, np.maximum, commutative=True),
     Op("less", 2, _less, lambda n, x, y: (0, 0), cost=0),
     Op("where", 3, _where, lambda n, c, x, y: (0, *_choice_partials(c)), cost=0),
     Op("regular", 2, _regular, lambda n, x, size: (1, 0), cost=0),
@@ -116,15 +111,18 @@ _ROWS = (
 )
 
 OPS: dict[str, Op] = {}
+UFUNCS: dict[np.ufunc, str] = {}
+"""Operations by NumPy's function of them."""
 for _code, _row in enumerate(_ROWS):
     object.__setattr__(_row, "code", _code)
     object.__setattr__(_row, "nodes", {})
     OPS[_row.name] = _row
+    if _row.ufunc is not None:
+        UFUNCS[_row.ufunc] = _row.name
 
-UFUNCS: dict[np.ufunc, str] = {row.ufunc: row.name for row in _ROWS if row.ufunc is not None}
 
 CONST, PI, SYMBOL = OPS["const"], OPS["pi"], OPS["symbol"]
-ADD, SUB, MUL, DIV, NEG, POW, SQRT = (OPS[k] for k in ("add", "sub", "mul", "div", "neg", "pow", "sqrt"))
+ADD, SUB, MUL, DIV, NEG, POW, SQRT = map(OPS.__getitem__, ("add", "sub", "mul", "div", "neg", "pow", "sqrt"))
 SIN, COS, TAN = OPS["sin"], OPS["cos"], OPS["tan"]
 LESS, WHERE, REGULAR = OPS["less"], OPS["where"], OPS["regular"]
 

@@ -16,7 +16,6 @@ from functools import reduce
 from typing import TypeAlias
 
 from kane.expr.build import NODE_BUILDERS, div, mul
-from kane.expr.constants import weight
 from kane.expr.node import (
     ONE,
     ZERO,
@@ -28,6 +27,7 @@ from kane.expr.node import (
     nodes,
     postorder,
     precedes,
+    weight,
 )
 from kane.expr.ops import ADD, CONST, COS, DIV, MUL, NEG, OPS, REGULAR, SIN, SQRT, SUB
 from kane.expr.symbols import Parameter, Symbol

@@ -10,9 +10,8 @@ from functools import cache
 from typing import Any
 
 from kane.interop.native_routines import SLOPES, Evaluate, of_arrays, of_vectors
-from kane.program.native.entry import Entry
+from kane.program.native.entry import Entry, xla_function
 from kane.program.native.machine import Settings
-from kane.program.native.xla import xla_function
 from kane.program.program import Program
 
 _called: dict[str, Entry] = {}

@@ -11,10 +11,10 @@ from typing import Any
 from kane.errors import ExpressionError, cut
 from kane.expr.build import NODE_BUILDERS, add, div, mul, power
 from kane.expr.node import ONE, ZERO, Expr, Number, as_expr, constant, constant_value, pi, postorder
+from kane.expr.numbers import Surd
 from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
 from kane.expr.piecewise import lowered
 from kane.expr.regular import unguarded
-from kane.expr.surd import Surd
 from kane.expr.symbols import Parameter, Rate, Symbol, Time
 
 

@@ -23,7 +23,7 @@ from kane.expr.ops import CONST, Immutable
 from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol
 from kane.model.solids import central_inertia
 from kane.numeric.arrays import Array
-from kane.numeric.sampling import SEED, SEEDS, draw, sample
+from kane.numeric.sampling import SEED, SEEDS, default_of, draw, sample
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame, Point
 from kane.space.rotation import Basis
@@ -95,7 +95,7 @@ def deforming(bodies: Iterable[Body]) -> tuple[Deforming, ...]:
 
 def _deforms(body: Body) -> TypeGuard[Deforming]:
     """Whether it is one of those; a look at all that a protocol asks for takes long, and most lack the first."""
-    return hasattr(body, "own_loads") and isinstance(body, Deforming)
+    return hasattr(type(body), "own_loads") and isinstance(body, Deforming)
 
 
 def rigid(bodies: Iterable[Body]) -> tuple[Body, ...]:
@@ -218,13 +218,8 @@ def check_mass(name: str, mass: Expr) -> None:
     came = "one with {} in it: the momentum that leaves or joins, ṁ v, would be missing"
     cure = "Model what moves as bodies of their own, and what is thrown off as the force that it exerts."
     expect.none(varying, f"a constant mass of {name}", came, cure)
-    number = mass.default if isinstance(mass, Parameter) else constant_value(mass)
-    if number is None:
-        if isinstance(mass, Parameter) or any(s.default is None for s in free_symbols([mass])):
-            return
-        number = evaluate(mass, {})
-    value = float(number)
-    if value < 0:
+    value = default_of(mass)
+    if value is not None and value < 0:
         what = "" if constant_value(mass) is not None else f"{cut(mass)} = "
         raise ModelError(f"Expected a mass ≥ 0 for {name}, got {what}{value:g}. Check its sign, or the default.")
 

@@ -42,8 +42,7 @@ from kane.expr.visit import substituted
 from kane.model.constraints import Constraint, configuration_constraint, motion_constraint, reaction
 from kane.model.joints.contact import Contact
 from kane.model.joints.joint import Joint
-from kane.model.system_checks import listed
-from kane.numeric.sampling import SEEDS, sample
+from kane.numeric.sampling import default_of
 from kane.space.frame import Frame, Point, frames_of
 from kane.space.vector import Vector
 
@@ -242,7 +241,7 @@ def stribeck(kinetic: Any, static: Any, speed: Any) -> Callable[[Any], Expr]:
     control of machines with friction, Automatica 30, 1083-1138, sec. 2.1.
     """
     scale = as_expr(speed)
-    default = _default(scale)
+    default = default_of(scale)
     expect.that(default is None or default > 0, "a speed v_s > 0 of Stribeck's friction", came=f"{default}")
 
     def mu(v: Any) -> Expr:
@@ -283,8 +282,8 @@ def _law(
     if friction.static is not None:
         static = _coefficient(name, "static=", friction.static)
     e, viscous = _coefficient(name, "restitution=", restitution), _coefficient(name, "viscous=", friction.viscous)
-    check_numbers(name, *(_default(x) for x in (static, kinetic, e)), sized=gap is None and normal is None)
-    drag = _default(viscous)
+    check_numbers(name, *(default_of(x) for x in (static, kinetic, e)), sized=gap is None and normal is None)
+    drag = default_of(viscous)
     expect.that(drag is None or drag >= 0, f"viscous= of {name!r} at or above zero", came=f"{drag}")
     expect.that(law in LAWS, f"law= of {name!r}, one of {', '.join(LAWS)}", law)
     smooth = kinetic is ZERO and static is ZERO and viscous is ZERO
@@ -331,14 +330,6 @@ def _across(
         torques=tuple((f, v * d) for d, c in each for f, v in c.torques),
     )
     return row, reaction(f"F_{label}_across", constraint=row)
-
-
-def _default(e: Expr) -> float | None:
-    """The value at parameters' defaults, None where one has none."""
-    symbols = free_symbols([e])
-    if any(not isinstance(s, Parameter) or s.default is None for s in symbols):
-        return None
-    return float(sample([e], SEEDS[0])[0])
 
 
 def check_numbers(
@@ -525,7 +516,7 @@ def capstan(
     through = _rope_points(name, points)
     expect.that(drum in through[1:-1], f"the drum of {name!r} among the points between the rope's ends", drum)
     wound = as_expr(angle)
-    given = _default(wound)
+    given = default_of(wound)
     expect.that(given is None or given >= 0, f"an angle of {name!r} at or above zero", came=f"{given}")
 
     def pressed(x: Any) -> Expr:
@@ -637,10 +628,8 @@ def clutch(
     return _law(name, None, (row,), normal, Friction(size, static, viscous))
 
 
-def listed_contacts(given: Any) -> tuple[ContactLaw, ...]:
-    """Contacts of different names and places."""
-    made_by = "kn.contact(place, mu), kn.joints.stop, …"
-    contacts: tuple[ContactLaw, ...] = listed("contacts", given, ContactLaw, made_by, named=True)
+def contact_rows(contacts: Sequence[ContactLaw]) -> list[Constraint]:
+    """Their gaps and slips, of contacts at different places, with one law of impacts, and those that press others listed, too."""
     gaps: dict[Expr, str] = {}
     for c in contacts:
         if c.gap is None:
@@ -654,7 +643,7 @@ def listed_contacts(given: Any) -> tuple[ContactLaw, ...]:
     for c in contacts:
         missing = c.pressed_by is not None and c.pressed_by not in contacts
         expect.that(not missing, f"the contact that presses {c.name!r} listed, too", c.pressed_by)
-    return contacts
+    return [row for c in contacts for row in c.rows]
 
 
 def law_of(contacts: Sequence[ContactLaw]) -> str:

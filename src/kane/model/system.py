@@ -42,7 +42,7 @@ from kane.model import system_checks
 from kane.model.bodies import Body, Part, RigidBody, brought_loads, check_turning, deforming, extended, parts_of, rigid
 from kane.model.constraints import Constraint, as_constraints
 from kane.model.contact_modes import additions
-from kane.model.contacts import ContactLaw, ContactMode, given_modes, laws_of, listed_contacts
+from kane.model.contacts import ContactLaw, ContactMode, contact_rows, given_modes, laws_of
 from kane.model.declarations import (
     Declarations,
     Event,
@@ -127,8 +127,8 @@ class System(Declarations):
         auxiliary = listed("auxiliary_speeds", auxiliary_speeds, AuxiliarySpeed, "kn.auxiliary_speed")
         events = listed("events", events, Event, "kn.Event(name, quantity)", named=True)
         constraints = as_constraints(holonomic, "configuration") + as_constraints(nonholonomic, "motion")
-        contacts = listed_contacts(contacts)
-        rows = [*constraints, *(row for c in contacts for row in c.rows)]
+        contacts = listed("contacts", contacts, ContactLaw, "kn.contact(place, mu), kn.joints.stop, …", named=True)
+        rows = [*constraints, *(contact_rows(contacts) if contacts else ())]
         system_checks.check_constraints(constraints, reactions)
         frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), tuple(rows))
         euler, shape = euler_sets(frames), list(geometry(frames, points))
@@ -136,7 +136,7 @@ class System(Declarations):
         vanishing = completed(definitions := speed_definitions(told, ordered, euler), ordered, euler, constraints)
         definitions |= vanishing
         matter, further = list(contents(bodies, own, gravities)), state_rates(states)
-        laws = [*(c.expr for c in rows), *laws_of(contacts)]
+        laws = [*(c.expr for c in rows), *(laws_of(contacts) if contacts else ())]
         watched = [*matter, *expressions(events), *laws, *further, *further.values()]
         symbols = free_symbols([*shape, *definitions.values(), *watched])
         system_checks.check_geometry(free_symbols(shape))

@@ -49,8 +49,7 @@ from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steppers.watched import rooms
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
-from kane.program.native.calls import RESULT, KeptCalls
-from kane.program.native.entry import CompiledKernel, entry, hoisted
+from kane.program.native.entry import RESULT, CompiledKernel, KeptCalls, entry, hoisted
 from kane.program.native.machine import Settings
 from kane.progress import far, is_noted
 

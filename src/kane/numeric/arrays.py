@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kane.expr.constants import value_of_numbers
+from kane.expr.numbers import value_of_numbers
 from kane.expr.ops import COS, OPS, SIN
 from kane.numeric.scale import LAST_DIGIT
 

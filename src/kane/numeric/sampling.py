@@ -100,6 +100,14 @@ def sample(roots: Iterable[Expr], seed: int, groups: Iterable[Sequence[Expr]] = 
     return [values[e] for e in wanted]
 
 
+def default_of(e: Expr) -> float | None:
+    """The value at the defaults of parameters; None where one has none, or where other symbols are in it."""
+    symbols = [node for node in postorder([e]) if node.op is SYMBOL]
+    if any(not isinstance(s, Parameter) or s.default is None for s in symbols):
+        return None
+    return float(sample([e], SEEDS[0])[0])
+
+
 def named_values(what: str, symbols: Sequence[Symbol], given: Any) -> dict[Expr, Any]:
     """Values by symbol, from a mapping by symbol or name, or a sequence in the symbols' order.
 

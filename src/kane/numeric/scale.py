@@ -20,9 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from kane.expr.constants import EPS as EPS
-from kane.expr.constants import error_of, number_of
-from kane.expr.node import Expr, nodes, postorder
+from kane.expr.node import EPS as EPS
+from kane.expr.node import Expr, error_of, nodes, number_of, postorder
 from kane.expr.ops import ADD, CONST, COS, DIV, MUL, NEG, OPS, PI, REGULAR, SIN, SQRT, SUB, SYMBOL, WHERE, Op
 from kane.numeric.sampling import SEEDS, draw, unit
 

@@ -15,18 +15,17 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from kane.errors import Attributes, ProgramError, ValueMissingError, none_of
-from kane.expr.constants import value_of_numbers
 from kane.expr.evaluation import Operations, compile_reference
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr, as_expr, constant_value, postorder
+from kane.expr.numbers import value_of_numbers
 from kane.expr.ops import CONST, PI, REGULAR, SYMBOL, Op
 from kane.expr.piecewise import lowered
 from kane.expr.symbols import Symbol
 from kane.numeric.arrays import Array
-from kane.program.passes.limbs import beside
+from kane.program.passes import limbs
 from kane.program.passes.optimize import RULES, Rules, optimized, with_reciprocals
-from kane.program.passes.tiers import assembled, verified
-from kane.program.program import Code, Note, Port, Program, Routine
+from kane.program.program import Code, Note, Port, Program, Routine, assembled, verified
 from kane.progress import collecting_seldom
 
 
@@ -73,8 +72,8 @@ def build_program(
     code = with_reciprocals(code) if reciprocals else code
     if not optimize:
         return assembled(code)
-    limbs = beside(code) if rules.limbs else None
-    return assembled(optimized(code, rules) if limbs is None else limbs)
+    side_by_side = limbs.beside(code) if rules.limbs and len(code.ops) >= limbs.LEAST else None
+    return assembled(optimized(code, rules) if side_by_side is None else side_by_side)
 
 
 def _numbered(

@@ -19,11 +19,10 @@ from fractions import Fraction
 from typing import ClassVar, TypeAlias
 
 from kane import show
-from kane.expr.constants import number_of
-from kane.expr.node import Expr, Number, as_expr, constant_value, postorder
+from kane.expr.node import Expr, Number, as_expr, constant_value, number_of, postorder
+from kane.expr.numbers import Surd, times
 from kane.expr.ops import ADD, CONST, COS, DIV, LESS, MUL, NEG, PI, POW, SIN, SUB, TAN
 from kane.expr.regular import unguarded
-from kane.expr.surd import Surd, times
 from kane.expr.symbols import Symbol
 from kane.write.display import (
     PI_NAME,

@@ -17,8 +17,8 @@ from math import gcd, lcm
 from typing import TypeAlias, TypeVar
 
 from kane.expr.node import Expr, Number, digest
+from kane.expr.numbers import Surd, times
 from kane.expr.ops import CONST
-from kane.expr.surd import Surd, times
 from kane.expr.symbols import (
     AuxiliarySpeed,
     Coordinate,

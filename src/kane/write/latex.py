@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import Any, ClassVar
 
 from kane.expr.node import Expr, Number
-from kane.expr.surd import Surd
+from kane.expr.numbers import Surd
 from kane.expr.symbols import Rate, Symbol
 from kane.write.arrange import ATOM, COMPARISON, POWER, PREFIX, PRODUCT, SUM, Notation, Pieces
 from kane.write.display import Call, Name, NumberTree, Product, Tree, split_coefficient

@@ -65,7 +65,7 @@ def legs(draw):
 
 
 def compiled(roots, contract):
-    with patch.object(limbs, "_LEAST", 1), patch.object(limbs, "_SHARE", 0.0):
+    with patch.object(limbs, "LEAST", 1), patch.object(limbs, "_SHARE", 0.0):
         task = Task("f", roots, (len(roots),), [f"y{i}" for i in range(len(roots))])
         program = build_program("random", PORTS, [task], optimize=True)
     return program, Handle(program, "f", Settings(contract=contract), None, "ignore")

@@ -86,7 +86,7 @@ def assembled(poses: Poses, routes: Routes) -> Any:
         for k, one in found.items():
             q[k], u[k], left[k], _ = one
         return _dataset(poses, q, u, left, causes)
-    first = _first(poses, routes.alone, causes)
+    first = poses.first(routes.alone, causes)
     if first is not None:
         q[:], left[:] = base, 0.0
         if free:
@@ -108,16 +108,6 @@ def _start(poses: Poses) -> tuple[Array, list[int]]:
         else:
             base[:, i] = value
     return base, free
-
-
-def _first(poses: Poses, alone: Callable[[int], One], causes: dict[int, str]) -> tuple[int, One] | None:
-    """The first one that there is; those before it are told why there is none."""
-    for k in poses.open:
-        try:
-            return k, alone(k)
-        except SimulationError as error:
-            causes[k] = str(error)
-    return None
 
 
 def _follow(

@@ -14,9 +14,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from kane.numeric.arrays import Array
-from kane.program.kernel.dense import decompose, substitute
 from kane.program.kernel.language import INT, Kernel
-from kane.program.kernel.writer import Term, Writer
+from kane.program.kernel.writer import Term, Writer, decompose, substitute
 from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.entry import CompiledKernel, entry, hoist_entry
 from kane.program.native.machine import Settings

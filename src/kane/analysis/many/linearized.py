@@ -20,7 +20,7 @@ from kane.dynamics.constraints.partition import choose
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations
 from kane.equations.tables import package
-from kane.errors import KaneError, SimulationError
+from kane.errors import SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import time
 from kane.numeric.arrays import Array, Mask
@@ -42,35 +42,21 @@ class Routes(NamedTuple):
 def linearized(poses: Poses, numeric: Numeric[Equations], outputs: Outputs, routes: Routes) -> Any:
     """A, B, C, D, rates and values of all states as a Dataset."""
     causes = dict(poses.failed)
-    first = _first(poses, routes, causes)
-    if first is None:
+    place = poses.first(lambda k: routes.alone(k, ()), causes, (SimulationError, ArithmeticError))
+    if place is None:
         raise SimulationError(f"Expected a state to linearize about, got none of {poses.count}. {causes[0]}")
+    _, first = place
     names = [s for s in first.states if s not in first.further]
     found = {part: np.full((poses.count, *getattr(first, part).shape), np.nan) for part in PARTS}
     sure = np.zeros(poses.count, dtype=bool)
     if routes.together and is_plain(numeric, outputs):
         sure = _together(poses, numeric, outputs, first, found)
-    for k in [k for k in poses.open if not sure[k] and k not in causes]:
-        try:
-            own = routes.alone(k, names)
-        except KaneError as error:
-            causes[k] = str(error)
-            continue
+    for k, own in poses.rest(lambda k: routes.alone(k, names), causes, set(np.flatnonzero(sure))):
         for part, whole in found.items():
             whole[k] = getattr(own, part)
     for whole in found.values():
         whole[list(causes)] = np.nan
     return _dataset(poses, first, found, causes)
-
-
-def _first(poses: Poses, routes: Routes, causes: dict[int, str]) -> Linear | None:
-    """The first that can be linearized about; those before it are told why they cannot."""
-    for k in poses.open:
-        try:
-            return routes.alone(k, ())
-        except (SimulationError, ArithmeticError) as error:
-            causes[k] = str(error)
-    return None
 
 
 def is_plain(numeric: Numeric[Equations], outputs: Outputs) -> bool:

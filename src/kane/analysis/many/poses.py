@@ -4,7 +4,7 @@
 One that has no answer stops no other: its numbers are NaN, its `status` is "failed", and `cause` says why.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -72,6 +72,25 @@ class Poses:
         for i, column in enumerate(columns):
             table[:, i] = column
         return table
+
+    def first(
+        self, ask: Callable[[int], T], causes: dict[int, str], wrong: tuple[type[Exception], ...] = (SimulationError,)
+    ) -> tuple[int, T] | None:
+        """The first of which something is found by itself; those before it are told why nothing is."""
+        for k in self.open:
+            try:
+                return k, ask(k)
+            except wrong as error:
+                causes[k] = str(error)
+        return None
+
+    def rest(self, ask: Callable[[int], T], causes: dict[int, str], done: Container[int]) -> Iterator[tuple[int, T]]:
+        """What is found of each of the others by itself; those of which nothing is are told why."""
+        for k in [k for k in self.open if k not in done and k not in causes]:
+            try:
+                yield k, ask(k)
+            except KaneError as error:
+                causes[k] = str(error)
 
     def each(self, ask: Callable[[int], T]) -> tuple[dict[int, T], dict[int, str]]:
         """What is found of each by itself, and the causes of those of which nothing is; missing values are an error of all."""

@@ -2,20 +2,33 @@
 """`trim` at many states: the branch of steady motions of the first followed along the arrays.
 
 Which conditions apply is decided at the first. A steady motion is one where what is left of them is within the tolerance. Where
-conditions do not determine all that may move, or something switches, each is looked for by itself.
+conditions do not determine all that may move, or something switches, each is looked for by itself. As equations
+to follow the conditions have z = (u̇, λ, R) as unknowns, too, so that none is solved for within.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.analysis.many.following import Unknowns, follow
+from kane.analysis.flow import share
+from kane.analysis.local import coded, regular_rows, unknowns, values
+from kane.analysis.many.following import SquareEquations, Unknowns, follow
 from kane.analysis.many.poses import Poses
+from kane.analysis.perturbations import perturbations
+from kane.analysis.steady_conditions import Applying, Conditions, Problem, shares
+from kane.dynamics.constraints.partition import choose
+from kane.dynamics.readings.unsolved import partials, unsolved
+from kane.equations.compiled import ports
+from kane.equations.equations import Equations
 from kane.equations.state import GROUPS, Guess, State
-from kane.errors import KaneError, SimulationError
+from kane.expr.build import sub
+from kane.expr.matrix import Matrix, dot
+from kane.expr.node import ONE, ZERO
 from kane.expr.symbols import Symbol, time
 from kane.numeric.arrays import Array
+from kane.program.from_expressions import Bundle
 from kane.program.native.compiled_routine import CompiledRoutine
 
 _TOLD = 4
@@ -49,27 +62,16 @@ class Routes(NamedTuple):
 def trimmed(poses: Poses, routes: Routes) -> Any:
     """The steady motions as a Dataset."""
     eom, causes = poses.eom, dict(poses.failed)
-    found: dict[int, State] = {}
-    for start in poses.open:
-        try:
-            found[start] = routes.alone(start)
-            break
-        except SimulationError as error:
-            causes[start] = str(error)
+    first = poses.first(routes.alone, causes)
     symbols: tuple[Symbol, ...] = (*eom.state, *eom.inputs, *eom.parameters)
     x = np.full((poses.count, len(symbols)), np.nan)
-    if found:
-        (start,) = found
-        x[start] = [found[start][s] for s in symbols]
+    if first is not None:
+        start, state = first
+        x[start] = [state[s] for s in symbols]
         task = routes.followed(start, x[start])
         if task is not None:
             _follow(poses, task, (x, start), causes)
-    for k in [k for k in poses.open if k not in causes and np.isnan(x[k]).any()]:
-        try:
-            one = routes.alone(k)
-        except KaneError as error:
-            causes[k] = str(error)
-            continue
+    for k, one in poses.rest(routes.alone, causes, set(np.flatnonzero(~np.isnan(x).any(axis=1)))):
         x[k] = [one[s] for s in symbols]
     x[list(causes)] = np.nan
     return _dataset(poses, symbols, x, causes)
@@ -114,3 +116,85 @@ def _dataset(poses: Poses, symbols: Sequence[Symbol], x: Array, causes: dict[int
     shown = [i for i, s in enumerate(symbols) if s in state or isinstance(given.get(s), Guess)]
     own = poses.variables([symbols[i] for i in shown], x[:, shown].T)
     return poses.dataset(own, causes, {})
+
+
+_SURELY = 1e-3
+"""Share of the tolerance below which it does not matter at which state sizes are those."""
+
+
+def followed(task: Problem, first: Array, tolerance: float) -> SteadyEquations | None:
+    """What is followed from the steady motion X; None where the conditions do not determine what is free."""
+    conditions, free = replace(task.conditions, quick=True), list(task.free)
+    numeric, eom, measured = conditions.numeric, conditions.eom, task.measured
+    _, j = conditions(first)
+    rows = sorted(choose(j[:, free] * measured.columns[free] / measured.rows[:, None]).rows) if free else []
+    if len(rows) < len(free):
+        return None
+    _, z, slopes, _ = conditions.numbers(first)
+    keep, terms = regular_rows(eom), conditions.sizes(task.start).terms
+    routine = numeric.routine(steady_rows, conditions.applying, tuple(rows), tuple(free), keep).flat
+    # X is (x, r, p), what routines take (x, p, r, z)
+    x, r, p = (len(s) for s in (eom.state, eom.inputs, eom.parameters))
+    places = [*range(x), *range(x + p, x + p + r), *range(x, x + p)]
+    pushed = np.abs(slopes.residual[list(keep)] * measured.columns).max(axis=1, initial=0)
+    unknowns = Unknowns(
+        [*(places[i] for i in free), *(x + p + r + k for k in keep)],
+        np.concatenate([measured.columns[free], np.ones(len(keep))]),
+        np.concatenate([measured.rows[rows], np.where(pushed > 0, pushed, 1.0)]),
+        len(free),
+    )
+
+    def left(xs: Array) -> Array:
+        # far below the tolerance by the sizes at the first, which cost less than those there
+        found = _quick_shares(conditions, xs, terms)
+        for k in np.flatnonzero(~(found <= _SURELY * tolerance)).tolist():
+            found[k] = shares(conditions, xs[k]).max(initial=0)
+        return found
+
+    return SteadyEquations(
+        task.start, free, conditions.symbols, places, routine, unknowns, z[list(keep)], left, tolerance
+    )
+
+
+def steady_rows(
+    eom: Equations, applying: Applying, rows: Sequence[int], free: Sequence[int], keep: Sequence[int]
+) -> Bundle[SquareEquations]:
+    """Some of F, and K z = k of the rows that are kept, with the derivatives in what is free of X, and in z."""
+    u, perturbed = unsolved(eom.derived), perturbations(eom)
+    e = [[eom.coordinates[i] for i in places] for places in perturbed.sets]
+    moved = [*(u.rates[i] for i in perturbed.coordinates), *u.spins]
+    z = [u.unknowns[i] for i in applying.steady]
+    held = [*u.configuration, *(sub(dot(x, x), ONE) for x in e), *u.motion]
+    every = [*held, *(moved[i] for i in applying.constant), *z, *(u.states[i] for i in applying.further)]
+    f, residual = [every[i] for i in rows], [u.residual[k] for k in keep]
+    symbols = (*eom.state, *eom.inputs, *eom.parameters)
+    by_x = partials([*f, *residual], [symbols[i] for i in free])
+    kept = [u.unknowns[k] for k in keep]
+    by_z = [[ONE if f_i is unknown else ZERO for unknown in kept] for f_i in f]
+    by_z += [[u.matrix[k][i] for i in keep] for k in keep]
+    gradient = [[*one, *two] for one, two in zip(by_x, by_z, strict=True)]
+    size = len(f) + len(keep)
+    groups = {"f": [*f, *residual], "gradient": Matrix(gradient, (size, size))}
+    return Bundle("steady_rows", (*ports(eom.derived), unknowns(eom)), SquareEquations, groups)
+
+
+def _quick_shares(conditions: Conditions, xs: Array, terms: Array) -> Array:
+    """What is left of F at each X (k × …), by sizes of its terms that are known; infinity where K is singular at one of them."""
+    eom, run = conditions.eom, coded(conditions.numeric)
+    x, r, p = np.split(xs, np.cumsum([len(eom.state), len(eom.inputs)]), axis=1)
+    own, keep, n = run(values)(conditions.t, x, p, r), list(regular_rows(eom)), len(eom.speeds)
+    z = np.zeros(own.right.shape)
+    try:
+        z[:, keep] = np.linalg.solve(own.matrix[:, keep][:, :, keep], own.right[:, keep, None])[:, :, 0]
+    except np.linalg.LinAlgError:
+        return np.full(len(xs), np.inf)
+    norms = [(x[:, list(places)] ** 2).sum(axis=1)[:, None] - 1.0 for places in conditions.perturbed.sets]
+    moved = np.hstack([own.rates[:, list(conditions.perturbed.coordinates)], own.spins])
+    applying = conditions.applying
+    steady = (
+        moved[:, list(applying.constant)],
+        z[:, :n][:, list(applying.steady)],
+        own.states[:, list(applying.further)],
+    )
+    f = np.hstack([own.configuration, *norms, own.motion, *steady])
+    return np.asarray(share(f, terms).max(axis=1, initial=0))

@@ -24,8 +24,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kane.dynamics.constraints.configurations import Configurations
-from kane.dynamics.constraints.manifold import manifold
+from kane.dynamics.constraints.manifold import Configurations, manifold
 from kane.dynamics.constraints.partition import Compared
 from kane.errors import ModelError, ReactionError, warn
 from kane.expr.evaluation import evaluate, free_symbols

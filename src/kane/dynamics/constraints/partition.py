@@ -16,8 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from kane.dynamics.constraints.configurations import Configurations, configurations
-from kane.dynamics.constraints.manifold import Manifold
+from kane.dynamics.constraints.manifold import Configurations, Manifold, configurations
 from kane.errors import ModelError
 from kane.expr.matrix import Matrix
 from kane.expr.node import Expr

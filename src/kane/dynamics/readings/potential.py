@@ -25,9 +25,9 @@ from kane import show
 from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.in_rates import InRates
 from kane.dynamics.readings.contributions import Place, by_rates, differs, measured, places, states
-from kane.errors import KaneError, PotentialError, cut
+from kane.errors import KaneError, PotentialError, cut, warn
 from kane.expr.build import add, mul, neg, sub, sum_of
-from kane.expr.differentiation import diff
+from kane.expr.differentiation import diff, gradient
 from kane.expr.evaluation import free_symbols, price
 from kane.expr.forms.collect import expanded, factored
 from kane.expr.forms.integration import antiderivative
@@ -41,7 +41,7 @@ from kane.model.loads import Load
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.polynomials import gauss
 from kane.numeric.rank import singular
-from kane.numeric.scale import ROUNDED_CHAIN, ROUNDED_ROOT, STATE_RANK
+from kane.numeric.scale import ROUNDED_CHAIN, ROUNDED_ROOT, SIX_DIGITS, STATE_RANK, bounded
 
 NODES = 20
 """Of Gauss's rule."""
@@ -365,3 +365,33 @@ def _holds(v: Expr, forces: Sequence[Expr], q: Sequence[Symbol], at: Sequence[Pl
     finite = np.isfinite(values).all(axis=1)
     whole = np.nan_to_num(sizes).reshape(len(at), len(q), 2).sum(axis=2)
     return int(finite.sum()) >= _LEAST and not (wrong & (np.abs(values) > ROUNDED_CHAIN * whole))[finite].any()
+
+
+def check_potentials(derived: Derived) -> None:
+    """Warn of each load whose potential is not that of its forces: its work would be wrong, and so the energy."""
+    for load in derived.system.loads:
+        if load.potential is not None and _differs(derived, load, load.potential):
+            warn(
+                f"Expected the potential of {load.name!r} to be that of its forces, F·v + T·ω = −dV/dt, got another one: they differ "
+                "at random states. The motion is right, its energy and work are not. Correct the potential's sign or factor, or leave "
+                "it out: the work of the forces then counts as power."
+            )
+
+
+def _differs(derived: Derived, load: Load, v: Expr) -> bool:
+    """Whether −∂V/∂q are others than the load's forces at some state, but for what is along a constraint's force."""
+    q, rows = derived.system.coordinates, InRates(derived).rows
+    exprs = [*by_rates(derived, [load]), *gradient(v, q), *rows.entries]
+    at = states(derived, exprs, varied=False)
+    values = {x: np.array([place[x] for place in at]) for x in at[0]}
+    found = [[np.broadcast_to(x, len(at)) for x in pair] for pair in bounded(exprs, values)]
+    for numbers, errors in np.moveaxis(np.array(found), -1, 0).swapaxes(1, 2):
+        (pushed, steep), c = numbers[: 2 * len(q)].reshape(2, -1), numbers[2 * len(q) :].reshape(rows.shape)
+        gap, whole = pushed + steep, SIX_DIGITS * (np.abs(pushed) + np.abs(steep))
+        whole += np.nan_to_num(errors[: 2 * len(q)].reshape(2, -1).sum(axis=0), posinf=0.0)
+        finite = np.isfinite(numbers).all()
+        if finite and len(c):
+            gap, whole = gap - np.linalg.lstsq(c.T, gap, rcond=None)[0] @ c, whole.max(initial=0)
+        if finite and (np.abs(gap) > whole).any():
+            return True
+    return False

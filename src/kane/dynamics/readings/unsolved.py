@@ -17,6 +17,7 @@ Of trees that recursions solve, by recursion.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -199,12 +200,10 @@ def _by_tree(solved: Solved, tree: Callable[[Derived], V], usual: Callable[[Deri
     """What is read along the segments of a tree that recursions solve; of few flexible bodies the shorter of both."""
     d = solved.derived
     if solved.route in WAYS:
-        try:
+        with suppress(Unsuited):
             found = tree(d)
             few = deforming(d.system.bodies) and len(d.speeds) < BENT
             return min((found, usual(d)), key=_price) if few else found
-        except Unsuited:
-            pass
     return usual(d)
 
 

@@ -27,11 +27,10 @@ from operator import attrgetter
 from typing import NamedTuple
 
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub
-from kane.expr.constants import number_of
 from kane.expr.evaluation import price
-from kane.expr.node import ONE, ZERO, Expr, Number, constant, constant_value, postorder, precedes
+from kane.expr.node import ONE, ZERO, Expr, Number, constant, constant_value, number_of, postorder, precedes
+from kane.expr.numbers import times
 from kane.expr.ops import ADD, CONST, COS, DIV, MUL, NEG, SIN, SUB, TAN
-from kane.expr.surd import times
 from kane.expr.symbols import Parameter
 from kane.expr.visit import fold, imaged, remembered, replaced_in
 

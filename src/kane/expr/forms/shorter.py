@@ -12,10 +12,9 @@ from operator import itemgetter
 from typing import NamedTuple
 
 from kane.expr.build import div, mul, neg
-from kane.expr.constants import number_of
 from kane.expr.evaluation import price
 from kane.expr.forms.collect import collected, expanded, factored
-from kane.expr.node import ONE, Expr, Number, constant, nodes, postorder
+from kane.expr.node import ONE, Expr, Number, constant, nodes, number_of, postorder
 from kane.expr.ops import CONST, DIV, MUL, NEG
 from kane.expr.visit import replaced_in
 

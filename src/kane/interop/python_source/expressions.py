@@ -13,11 +13,10 @@ from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 
 from kane.errors import ModelError
-from kane.expr.constants import number_of
-from kane.expr.node import ONE, Expr, Number, postorder
+from kane.expr.node import ONE, Expr, Number, number_of, postorder
+from kane.expr.numbers import Surd
 from kane.expr.ops import ADD, CONST, DIV, MUL, NEG, PI, POW, SUB
 from kane.expr.regular import unguarded
-from kane.expr.surd import Surd
 from kane.expr.symbols import QuasiRate, Rate, Symbol, Time
 from kane.interop.names import FreeNames
 from kane.space.vector import Parts, Vector

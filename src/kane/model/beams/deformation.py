@@ -30,6 +30,7 @@ from kane.model.beams.shapes import ModeShapes, together
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import Rule, gauss
 from kane.numeric.rank import singular
+from kane.numeric.sampling import default_of
 from kane.numeric.scale import EQUAL, STATE_RANK, TAKES_PART
 from kane.space.frame import Frame
 from kane.space.vector import Vector
@@ -89,12 +90,6 @@ def measure(who: str, what: str, given: Any, which: str = "") -> Expr:
         came = f"{number:g}" if constant_value(value) is not None else f"{cut(value)} = {number:g}"
         raise ModelError(f"Expected {what} of {who} above zero, got {came}. Check its sign, or the default.")
     return in_parameters(who, what, value, which)
-
-
-def default_of(value: Expr) -> float | None:
-    """A number, or the default of a parameter."""
-    number = value.default if isinstance(value, Parameter) else constant_value(value)
-    return None if number is None else float(number)
 
 
 def in_parameters(who: str, what: str, value: Expr, which: str = "", meaning: str = "") -> Expr:

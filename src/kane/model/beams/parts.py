@@ -39,7 +39,6 @@ from kane.model.beams.deformation import (
     Tapered,
     cleaned,
     combined,
-    default_of,
     fine,
     in_parameters,
     moments_beyond,
@@ -52,6 +51,7 @@ from kane.model.beams.shapes import ModeShapes, slopes
 from kane.model.bodies import Part
 from kane.model.loads import Load
 from kane.numeric.arrays import Array, product
+from kane.numeric.sampling import default_of
 from kane.numeric.scale import ROUNDED, ROUNDED_CHAIN
 from kane.space.frame import Frame, Point
 from kane.space.vector import Dyadic, Vector

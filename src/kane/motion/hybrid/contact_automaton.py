@@ -27,7 +27,7 @@ from kane.motion.steppers.crossings import LEAVES
 from kane.numeric.scale import GIVEN, ROUNDED_TERMS, SAME_TIME, SOON
 from kane.program.kernel.language import Kernel
 from kane.program.kernel.writer import Term, Writer
-from kane.program.native.calls import RESULT
+from kane.program.native.entry import RESULT
 
 AT_ONCE = 100
 """Modes at one instant after which none is consistent in numbers."""

@@ -12,9 +12,8 @@ from typing import Any
 
 from kane.contacts.equations import MET, U
 from kane.numeric.scale import EQUAL, INVERSE_RANK, LAST_DIGIT, ROUNDED, ROUNDED_SUM, SIX_DIGITS
-from kane.program.kernel.dense import factor, invert, total, unit
 from kane.program.kernel.language import INT
-from kane.program.kernel.writer import Array, Term, Writer
+from kane.program.kernel.writer import Array, Term, Writer, factor, invert, total, unit
 
 OPEN, STICK, FRESH, SLIP = 0.0, 1.0, 2.0, 3.0
 """`kane.contacts.problem.Mode`."""

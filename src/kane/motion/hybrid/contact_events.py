@@ -7,9 +7,8 @@ from kane.motion.hybrid.contact_decisions import SLIP, STICK, Decisions
 from kane.motion.hybrid.contact_impacts import Impacts
 from kane.motion.steppers.context import Slot
 from kane.numeric.scale import EQUAL, GIVEN, ROUNDED, ROUNDED_SUM, ROUNDED_TERMS, SAME_TIME
-from kane.program.kernel.dense import factor, solve
 from kane.program.kernel.language import INT
-from kane.program.kernel.writer import Array, Term, Variable, Writer
+from kane.program.kernel.writer import Array, Term, Variable, Writer, factor, solve
 
 NOTHING = 1e-10
 """Share of the terms of a velocity that is nothing: what is left where a slip or an approach ends."""

@@ -22,8 +22,7 @@ from kane.numeric.arrays import Array, Mask
 from kane.numeric.scale import SURELY_REGULAR
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Writer
-from kane.program.native.calls import RESULT, KeptCalls
-from kane.program.native.entry import CompiledKernel
+from kane.program.native.entry import RESULT, CompiledKernel, KeptCalls
 from kane.program.native.machine import Settings
 
 

@@ -40,7 +40,7 @@ from kane.program.emit.wasm import add_program, library
 from kane.program.emit.wasm_module import F64, I32, Function, Module, leb, place, read
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Writer
-from kane.program.native.calls import RESULT
+from kane.program.native.entry import RESULT
 from kane.program.program import Program
 
 _SAMPLES = 2

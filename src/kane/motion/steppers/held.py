@@ -15,9 +15,8 @@ from collections.abc import Callable
 
 from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext
 from kane.numeric.scale import BETTER, POOR, ROUNDED, ROUNDED_SUM, UNUSABLE
-from kane.program.kernel.dense import factor, invert, solve, total, unit
 from kane.program.kernel.language import INT
-from kane.program.kernel.writer import Array, Term
+from kane.program.kernel.writer import Array, Term, factor, invert, solve, total, unit
 
 _ROUNDS = 6
 _CLOSED, _LEVEL = 2.0**-46, 2.0**-49

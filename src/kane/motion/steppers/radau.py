@@ -22,9 +22,8 @@ from kane.motion.steppers.held import Held
 from kane.motion.steppers.watched import Watched, go_on_or_jump, settling
 from kane.numeric.arrays import Array as Numbers
 from kane.numeric.polynomials import DEGREE as PARTS
-from kane.program.kernel.dense import decompose, substitute
 from kane.program.kernel.language import INT, Kernel
-from kane.program.kernel.writer import Array, Term
+from kane.program.kernel.writer import Array, Term, decompose, substitute
 
 STAGES = 5
 _M = radau_stages(STAGES)

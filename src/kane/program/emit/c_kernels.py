@@ -8,7 +8,7 @@ needs. There is no recursion, and nothing is allocated. Arrays that a kernel doe
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
-from kane.program.emit.c_printer import KINDS, CPrinter, each, extent
+from kane.program.emit.c import KINDS, CPrinter, each, extent
 from kane.program.kernel import language
 from kane.program.kernel.language import Argument, ArrayOf, Callee, Integer, Kernel, Value
 

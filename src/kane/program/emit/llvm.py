@@ -27,14 +27,12 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from kane.program.emit import walk
-from kane.program.emit.llvm_lanes import LanesPrinter
+from kane.program.emit.llvm_lanes import LanesPrinter, varying
 from kane.program.emit.llvm_limbs import limbs_body
 from kane.program.emit.llvm_printer import FEW, Calls, Lanes, LlvmPrinter, Near, pointed, typed, vector
 from kane.program.emit.sincos import llvm_sincos
-from kane.program.kernel.lanes import varying
 from kane.program.kernel.language import ArrayOf, Compute, Integer, Kernel, Read, SinCos, Statement, Write
-from kane.program.passes.tiers import WHOLE
-from kane.program.program import Port, Program, Routine
+from kane.program.program import WHOLE, Port, Program, Routine
 
 LANES = Lanes(4)
 """The vectors in which entries look through a block."""
@@ -395,7 +393,7 @@ def _kept_row(which: int) -> str:
 
 
 def kept_calls() -> str:
-    """The module of `kept.make`, `hoist`, `look` and `drive`, which make one of the calls in a table (`kane.program.native.calls`)."""
+    """The module of `kept.make`, `hoist`, `look` and `drive`, which make one of the calls in a table (`KeptCalls`)."""
     looks = "\n".join(
         f"""define void @kept.{name}(double %t, ptr %x, ptr %r, ptr %h, ptr %out) nounwind {{
 {_kept_row(2)}  %p = load ptr, ptr %row

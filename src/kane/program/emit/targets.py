@@ -9,11 +9,11 @@ from kane.program.emit.languages.javascript import emit_javascript
 from kane.program.emit.languages.julia import emit_julia
 from kane.program.emit.languages.matlab import emit_matlab
 from kane.program.emit.languages.modelica import emit_modelica
+from kane.program.emit.languages.numpy import emit_numpy
 from kane.program.emit.languages.python_arrays import emit_jax, emit_torch
 from kane.program.emit.languages.python_symbols import emit_casadi, emit_sympy
 from kane.program.emit.languages.rust import emit_cargo, emit_rust
 from kane.program.emit.languages.simulink import emit_simulink
-from kane.program.emit.numpy import emit_numpy
 from kane.program.emit.wasm import emit_wasm
 
 EMITTERS: dict[str, Callable[..., str]] = {

@@ -16,8 +16,7 @@ from kane.expr.ops import COS, OPS, SIN, Op
 from kane.program.kernel import language
 from kane.program.kernel.language import Compute, Read, SinCos, Statement, Write
 from kane.program.passes.limbs import gathered
-from kane.program.passes.tiers import CHUNK, WHOLE, Chunk, Split, split
-from kane.program.program import Port, Program, Routine
+from kane.program.program import CHUNK, WHOLE, Chunk, Port, Program, Routine, Split, split
 
 KEPT, WORK, RESULTS = "<h>", "<w>", "<out>"
 """What holds hoisted values, values that pass from piece to piece, and results: no port has such a name."""

@@ -14,9 +14,23 @@ from kane.expr.ops import COS, SIN
 from kane.program.emit.sincos import LIMIT, STEPS, constant
 from kane.program.emit.walk import KEPT, WORK, Style, function_of, hoisting, pieces, statements
 from kane.program.emit.walk import Function as Task
-from kane.program.emit.wasm_module import F64, I32, V128, Function, Module, kept, leb, number, place, read
+from kane.program.emit.wasm_module import (
+    F64,
+    I32,
+    V128,
+    WIDE,
+    Function,
+    Module,
+    both,
+    kept,
+    lane_of,
+    leb,
+    number,
+    place,
+    read,
+    with_lane,
+)
 from kane.program.emit.wasm_printer import LIBRARY, Places, WasmPrinter
-from kane.program.emit.wasm_wide import WIDE, both, lane_of, with_lane
 from kane.program.program import Port, Program
 
 LONGEST = 300

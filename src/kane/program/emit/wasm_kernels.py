@@ -6,10 +6,23 @@ Arrays stand in memory at places that are known. Cells are locals of the functio
 
 from collections.abc import Mapping, Sequence
 
-from kane.program.emit.wasm_module import F64, I32, I64, V128, Function, Module, integer, kept, leb, number, place, read
+from kane.program.emit.wasm_module import (
+    F64,
+    I32,
+    I64,
+    SPLAT,
+    V128,
+    Function,
+    Module,
+    integer,
+    kept,
+    leb,
+    number,
+    place,
+    read,
+)
 from kane.program.emit.wasm_pairs import PairPrinter, Pairs, in_pairs
 from kane.program.emit.wasm_printer import KINDS, Folded, Key, Places, WasmPrinter, joined
-from kane.program.emit.wasm_wide import SPLAT
 from kane.program.kernel import language
 from kane.program.kernel.language import FLOAT, Block, Integer, Kernel, Operand, Statement, Value
 

@@ -2,7 +2,8 @@
 """WebAssembly's binary format: one module with imported and own functions, one memory, numbers in it, and a section of text.
 
 Source: WebAssembly Core Specification 2.0, W3C 2022, ch. 5. Floating-point operations round each result to nearest, ties to even, and
-none is contracted (sec. 4.3.3), so that a module gives the same bits on every machine.
+none is contracted (sec. 4.3.3), so that a module gives the same bits on every machine. Instructions on
+two doubles side by side round each as one double is rounded.
 """
 
 import json
@@ -177,3 +178,36 @@ class Module:
 
 
 _ZERO = {F64: number(0.0), I64: integer(0), I32: place(0)}
+
+
+WIDE = {
+    name: b"\xfd" + leb(number)
+    for name, number in {
+        "add": 0xF0,
+        "sub": 0xF1,
+        "mul": 0xF2,
+        "div": 0xF3,
+        "neg": 0xED,
+        "sqrt": 0xEF,
+        "abs": 0xEC,
+    }.items()
+}
+"""Operations by their names."""
+LOAD, LOAD_ONE, SECOND, STORE = b"\xfd\x00\x03", b"\xfd\x0a\x03", b"\xfd\x57\x03", b"\xfd\x0b\x03"
+SPLAT, FIRST = b"\xfd\x14", b"\xfd\x5d\x03"
+"""Two doubles from a place, one twice, two to a place, each aligned as doubles are; a double twice."""
+
+
+def both(value: float) -> bytes:
+    """A number twice; Cranelift reads it where it is used, as an operand of what uses it."""
+    return b"\xfd\x0c" + 2 * struct.pack("<d", value)
+
+
+def lane_of(lane: int) -> bytes:
+    """One of two doubles."""
+    return b"\xfd\x21" + leb(lane)
+
+
+def with_lane(lane: int) -> bytes:
+    """One of two doubles is another one."""
+    return b"\xfd\x22" + leb(lane)

@@ -10,9 +10,23 @@ from collections.abc import Mapping
 from typing import NamedTuple, cast
 
 from kane.expr.ops import OPS, Op
-from kane.program.emit.wasm_module import V128, Function, Module, kept, leb, place, read
+from kane.program.emit.wasm_module import (
+    FIRST,
+    LOAD,
+    LOAD_ONE,
+    SECOND,
+    STORE,
+    V128,
+    WIDE,
+    Function,
+    Module,
+    both,
+    kept,
+    leb,
+    place,
+    read,
+)
 from kane.program.emit.wasm_printer import KINDS, Folded, Key, Places, WasmPrinter, joined
-from kane.program.emit.wasm_wide import FIRST, LOAD, LOAD_ONE, SECOND, STORE, WIDE, both
 from kane.program.kernel import language
 from kane.program.kernel.language import (
     FLOAT,

@@ -15,8 +15,23 @@ from kane.errors import ProgramError
 from kane.expr import ops
 from kane.expr.ops import COS, OPS, SIN, Op
 from kane.program.emit.walk import shared
-from kane.program.emit.wasm_module import F64, I32, I64, V128, Function, Module, integer, kept, leb, number, place, read
-from kane.program.emit.wasm_wide import SPLAT, lane_of, with_lane
+from kane.program.emit.wasm_module import (
+    F64,
+    I32,
+    I64,
+    SPLAT,
+    V128,
+    Function,
+    Module,
+    integer,
+    kept,
+    lane_of,
+    leb,
+    number,
+    place,
+    read,
+    with_lane,
+)
 from kane.program.kernel import language
 from kane.program.kernel.language import Immediate, Value
 

@@ -1,8 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Kernels as machine code, and routines as they call them: where their code begins, and what was hoisted for them."""
+"""Kernels as machine code, and routines as they call them: where their code begins, and what was hoisted for them.
+
+Calls kept in memory let a kernel make one of several: each a kernel with arguments, what hoists for it, two routines. The table has
+a row for each: where the call of the kernel, the list of hoists and that of routines begin. The number before them says which one is
+made, the next one takes what the kernel returns.
+"""
 
 import ctypes
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,13 +22,19 @@ from kane.program.emit.llvm import (
     emit_own,
     emit_wide,
     hoists,
+    kept_call,
+    kept_calls,
     own_name,
     selection,
     wide_name,
 )
+from kane.program.emit.xla_handler import emit_xla
 from kane.program.kernel.language import Argument, ArrayOf, Integer, Kernel
+from kane.program.native import store
 from kane.program.native.compiled_routine import CompiledRoutine, new_block
 from kane.program.native.machine import Library, Settings, compile_text, target
+from kane.program.program import Program
+from kane.progress import working
 
 _ALIGNMENT = 64
 _INTEGER, _POINTER = ctypes.c_int64, ctypes.c_void_p
@@ -87,25 +98,27 @@ def hoist_entry(routine: CompiledRoutine) -> Entry:
 
 def wide_entry(routine: CompiledRoutine, width: int) -> Entry:
     """The function of `width` evaluations at once, compiled when it is first asked for; see `emit_wide`."""
-    symbol = wide_name(routine.name, width)
-    if symbol not in routine.more:
-        settings = routine.settings
-        text = emit_wide(routine.program, routine.routine, width, settings.contract)
-        on = target(settings.cpu, settings.features)
-        routine.more[symbol] = compile_text(text, on, [symbol], settings.cache)
-    return Entry(routine.more[symbol], symbol)
+    (run,) = _more(routine, [wide_name(routine.name, width)], width, emit_wide)
+    return run
 
 
 def own_entries(routine: CompiledRoutine, width: int) -> tuple[Entry, Entry]:
     """The function of `width` evaluations at once, each with parameters of its own, and what hoists for it; see `emit_own`."""
     symbols = [own_name(name, width) for name in (routine.name, hoists([routine.program])[0])]
-    if symbols[0] not in routine.more:
-        settings = routine.settings
-        text = emit_own(routine.program, routine.routine, width, settings.contract)
-        on = target(settings.cpu, settings.features)
-        routine.more[symbols[0]] = compile_text(text, on, symbols, settings.cache)
-    run, hoist = (Entry(routine.more[symbols[0]], symbol) for symbol in symbols)
+    run, hoist = _more(routine, symbols, width, emit_own)
     return run, hoist
+
+
+def _more(routine: CompiledRoutine, symbols: Sequence[str], width: int, emit: Callable[..., str]) -> list[Entry]:
+    if symbols[0] not in routine.more:
+        text = emit(routine.program, routine.routine, width, routine.settings.contract)
+        routine.more[symbols[0]] = _library_for(routine.settings, text, symbols)
+    return [Entry(routine.more[symbols[0]], symbol) for symbol in symbols]
+
+
+def _library_for(settings: Settings, text: str, symbols: Sequence[str], loops: bool = False) -> Library:
+    """The library of an LLVM module for the processor of the settings."""
+    return compile_text(text, target(settings.cpu, settings.features), symbols, settings.cache, loops)
 
 
 class Selection:
@@ -119,8 +132,7 @@ class Selection:
         self._rows = self.table.view(np.int64)
         self._rows[:2] = at, count
         self._kept: dict[int, tuple[Entry, Entry, Array]] = {}
-        on = target(settings.cpu, settings.features)
-        self._library = compile_text(selection(), on, _SELECTION, settings.cache)
+        self._library = _library_for(settings, selection(), _SELECTION)
 
     @property
     def call(self) -> Entry:
@@ -177,12 +189,11 @@ class CompiledKernel:
         self, kernel: Kernel, settings: Settings, loops: bool = True, width: int = 0, shared: Collection[str] = ()
     ) -> None:
         self.kernel = kernel
-        on = target(settings.cpu, settings.features)
         if width:
             text, name = emit_kernel_lanes(kernel, width, shared, settings.contract), own_name(kernel.name, width)
         else:
             text, name = emit_kernel_llvm(kernel, settings.contract), kernel.name
-        library = compile_text(text, on, [name], settings.cache, loops)
+        library = _library_for(settings, text, [name], loops)
         kinds = [_INTEGER if isinstance(a, Integer) else _POINTER for a in kernel.arguments]
         self.entry = Entry(library, name)
         self._function = library.function(name, _INTEGER, *kinds)
@@ -237,3 +248,61 @@ def _passed(argument: Argument, given: Array | int | Entry | Hook | None) -> int
     raise ProgramError(
         f"Expected {kind if isinstance(argument, Integer | ArrayOf) else 'a routine'} as {argument.name}, got {given!r}."
     )
+
+
+_ROW, _FIRST = 3, 2
+_KEPT = ("make", "hoist", "look", "drive")
+RESULT = 1
+"""Where in the table what the kernel returned stands."""
+
+
+class KeptCalls:
+    """Calls that a kernel makes by the routines `make`, `hoist`, `look` and `drive`, which take the `table` as h."""
+
+    def __init__(self, most: int, settings: Settings) -> None:
+        self.table, self._settings = np.zeros(_FIRST + _ROW * most), settings
+        self._rows = self.table.view(np.int64)
+        self._kept: list[Any] = []
+        self._library = _library_for(settings, kept_calls(), [f"kept.{name}" for name in _KEPT])
+        self.make, self.hoist, self.look, self.drive = (Entry(self._library, f"kept.{name}") for name in _KEPT)
+
+    def put(
+        self,
+        k: int,
+        kernel: tuple[CompiledKernel, Mapping[str, Any]],
+        hoists: Sequence[tuple[Entry, Array]],
+        routines: Sequence[tuple[Entry, Array]],
+        p: Array,
+    ) -> None:
+        """The kth call: a kernel with what it is given, the hoists (function, h) of the parameters p, two routines with their h."""
+        own, given = kernel
+        bound = own.bound(given)
+        call = self._call_of(len(bound.passed))
+        words = (
+            [call.address, own.entry.address, *bound.passed],
+            [len(hoists), p.ctypes.data, *(x for f, h in hoists for x in (f.address, h.ctypes.data))],
+            [p.ctypes.data, *(x for f, h in routines for x in (f.address, h.ctypes.data))],
+        )
+        block, listed, looked = (np.array(row, dtype=np.int64) for row in words)
+        self._kept.append((bound, call, hoists, routines, p, block, listed, looked))
+        at = _FIRST + _ROW * k
+        self._rows[at : at + _ROW] = block.ctypes.data, listed.ctypes.data, looked.ctypes.data
+
+    def _call_of(self, count: int) -> Entry:
+        """The function that calls one of so many arguments."""
+        symbol = f"kept.call{count}"
+        return Entry(_library_for(self._settings, kept_call(count), [symbol]), symbol)
+
+
+def xla_function(program: Program, settings: Settings) -> tuple[str, Entry]:
+    """A name that no other code has, and the function, which keeps its code alive; `program` has one routine.
+
+    Programs that XLA keeps on disk find the function by this name: it is the digest of the code's text.
+    """
+    (routine,) = program.routines
+    on = target(settings.cpu, settings.features)
+    text = emit_xla(program, routine, settings.contract, on.lanes)
+    symbol = f"{routine.name}.xla"
+    with working("Compiling"):
+        library = _library_for(settings, text, [symbol])
+    return f"kane.{routine.name}.{store.key(text)[:32]}", Entry(library, symbol)

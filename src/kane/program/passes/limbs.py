@@ -97,7 +97,7 @@ class Alike:
 
 MOST = 8
 """Limbs side by side."""
-_LEAST = 400
+LEAST = 400
 """Instructions of a routine from which on limbs are looked for."""
 _SHARE = 0.6
 """Of a routine's instructions, how many have to be in lanes."""
@@ -114,7 +114,7 @@ def beside(code: Code) -> Code | None:
 
 def _packs(code: Code, routine: Routine) -> tuple[Pack, ...]:
     body = [i for i in code.below(set(routine.results), True) if code.ops[i - code.first] is not NEG]
-    if len(body) < _LEAST:
+    if len(body) < LEAST:
         return ()
     alike = Alike(code)
     own = {alike.plain(i).value for i in routine.results}.intersection(body)

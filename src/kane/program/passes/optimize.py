@@ -35,8 +35,7 @@ from kane.expr.node import as_expr, constant, constant_value
 from kane.expr.ops import ADD, COS, DIV, MUL, NEG, OPS, REGULAR, SIN, SQRT, SUB, WHERE, Op
 from kane.numeric.sampling import draw, value_of
 from kane.program.passes.graphs import joined, read, written
-from kane.program.passes.tiers import verified
-from kane.program.program import Code, Routine
+from kane.program.program import Code, Routine, verified
 from kane.rewrite.divisors import DIVISORS, Row, Search
 from kane.rewrite.graph import Graph, Price, cost
 from kane.rewrite.node_rows import ROWS, NodeRow, normal, sweep

@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from kane.expr.ops import Op
+from kane.program.emit.languages.numpy import few, leading, python_module, python_table, shape_text, signature
 from kane.program.emit.languages.reserved import free_in_module
 from kane.program.emit.languages.straight import GONE_TEXT, File, Language, Written, file_of, forms, head
 from kane.program.emit.names import decimal, python_docstring
-from kane.program.emit.numpy import few, leading, python_module, python_table, shape_text, signature
 from kane.program.program import Port, Program
 
 _NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}

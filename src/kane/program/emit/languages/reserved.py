@@ -49,8 +49,8 @@ _WORDS = {
 
 def free_in(language: str) -> IsFree:
     """Whether a language leaves a name to a program; what begins with kane_ is the emitted file's own."""
-    words = frozenset(_WORDS[language].split())
-    return lambda name: name not in words and not _helper(name)
+    words = {*_WORDS[language].split(), *(f"kane_{name}" for name in _HELPERS.split())}
+    return lambda name: name not in words
 
 
 def free_in_module(*own: str) -> IsFree:
@@ -59,36 +59,4 @@ def free_in_module(*own: str) -> IsFree:
     return lambda name: is_free_in_python(name) and name not in words and not name.startswith("_")
 
 
-_HELPERS = frozenset(
-    f"kane_{name}"
-    for name in [
-        "sqrt",
-        "log",
-        "asin",
-        "acos",
-        "pow",
-        "min",
-        "max",
-        "sign",
-        "where",
-        "regular",
-        "sin",
-        "cos",
-        "tan",
-        "sincos",
-        "abs",
-        "atan",
-        "atan2",
-        "sinh",
-        "cosh",
-        "tanh",
-        "exp",
-        "floor",
-        "less",
-        "hoist",
-    ]
-)
-
-
-def _helper(name: str) -> bool:
-    return name in _HELPERS
+_HELPERS = "sqrt log asin acos pow min max sign where regular sin cos tan sincos abs atan atan2 sinh cosh tanh exp floor less hoist"

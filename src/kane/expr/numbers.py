@@ -1,18 +1,26 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Square roots of rational numbers kept exact: ratio · √radicand, so that cos π/4 reads √2/2.
+"""Numbers beyond Python's: square roots of rational numbers kept exact, and elementary functions rounded once.
 
-A surd is the nearest float to whatever knows no better. Products, quotients, powers and sums of one radicand stay exact; with any
-other float, and in sums of different radicands, it is that float.
+A surd is ratio · √radicand, so that cos π/4 reads √2/2. It is the nearest float to whatever knows no better. Products, quotients,
+powers and sums of one radicand stay exact; with any other float, and in sums of different radicands, it is that float.
+
+Elementary functions of floats are rounded to the nearest double: on every machine alike.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from decimal import Decimal, localcontext
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
-_LARGEST = 10**6
+import numpy as np
+
+from kane.expr.ops import Op
+
+_SQUARED = 10**6
 """Numerator times denominator up to which squares are taken out of a root."""
 
 
@@ -90,7 +98,7 @@ def root(value: Any) -> Any:
     top, bottom = math.isqrt(ratio.numerator), math.isqrt(ratio.denominator)
     if top * top == ratio.numerator and bottom * bottom == ratio.denominator:
         return Fraction(top, bottom)
-    if isinstance(value, float) or ratio.numerator * ratio.denominator > _LARGEST:
+    if isinstance(value, float) or ratio.numerator * ratio.denominator > _SQUARED:
         return math.sqrt(value)
     radicand, outside, k = ratio.numerator * ratio.denominator, 1, 2
     while k * k <= radicand:
@@ -122,3 +130,93 @@ def sine_of_turns(ratio: Fraction | int) -> Any:
     left -= below
     value = _SINES.get(min(left, 1 - left))
     return None if value is None else -value if below else value
+
+
+_DIGITS = 50
+_TERMS = 40
+"""Terms of a series: at |r| ≤ π/4 the last is 1e-51."""
+_LARGEST = 1e9
+"""Beyond, so many digits of π are not enough for an angle, and the C library's value is taken."""
+_HALF_PI = Decimal("1.5707963267948966192313216916397514420985846996875529104874722961539082")
+_ZERO, _ONE = Decimal(0), Decimal(1)
+
+
+def _sin_cos(x: Decimal) -> tuple[Decimal, Decimal]:
+    n = int((x / _HALF_PI).to_integral_value())
+    r = x - n * _HALF_PI
+    sums, term = [_ZERO, _ONE], _ONE  # sine, cosine
+    for k in range(1, _TERMS):
+        term = term * r / k
+        sums[k % 2 == 0] += -term if k & 2 else term
+    sine, cosine = sums
+    return ((sine, cosine), (cosine, -sine), (-sine, -cosine), (-cosine, sine))[n % 4]
+
+
+def _tan(x: Decimal) -> Decimal:
+    sine, cosine = _sin_cos(x)
+    return sine / cosine
+
+
+def _angle(y: Decimal, x: Decimal) -> Decimal:
+    """The angle with tangent y/x."""
+    near = math.atan2(y, x)
+    if not near:
+        near = float(y / x)  # so small that it is the tangent
+    s, c = _sin_cos(Decimal(near))
+    return Decimal(near) + (y * c - x * s) / (x * c + y * s)
+
+
+def _beside(x: Decimal) -> Decimal:
+    return ((1 - x) * (1 + x)).sqrt()
+
+
+def _hyperbolic(x: Decimal, sign: int) -> Decimal:
+    rising = x.exp()
+    return (rising + sign / rising) / 2
+
+
+_FUNCTIONS: dict[str, Callable[..., Decimal]] = {
+    "sin": lambda x: _sin_cos(x)[0],
+    "cos": lambda x: _sin_cos(x)[1],
+    "tan": _tan,
+    "asin": lambda x: _angle(x, _beside(x)),
+    "acos": lambda x: _angle(_beside(x), x),
+    "atan": lambda x: _angle(x, _ONE),
+    "atan2": _angle,
+    "sinh": lambda x: _hyperbolic(x, -1),
+    "cosh": lambda x: _hyperbolic(x, 1),
+    "tanh": lambda x: _hyperbolic(x, -1) / _hyperbolic(x, 1),
+    "exp": lambda x: x.exp(),
+    "log": lambda x: x.ln(),
+    "pow": lambda x, y: x**y,
+}
+
+
+def value_of_numbers(op: Op, *values: float) -> float:
+    """The value of an operation at numbers."""
+    known = correctly_rounded(op.name, *values)
+    if known is not None:
+        return known
+    with np.errstate(all="ignore"):
+        return float(op.numpy(*map(np.float64, values)))
+
+
+@lru_cache(maxsize=4096)
+def correctly_rounded(name: str, *values: float) -> float | None:
+    """The value of an elementary function by its name in `OPS`, at finite numbers other than 0.
+
+    None for another operation, and for numbers at which it is not real.
+    """
+    function = _FUNCTIONS.get(name)
+    if function is None or not all(map(math.isfinite, values)) or not all(values):
+        return None
+    if name in ("sin", "cos", "tan") and abs(values[0]) > _LARGEST:
+        return None
+    with localcontext() as context:
+        context.prec = _DIGITS + max(
+            0, *(-Decimal(v).adjusted() for v in values)
+        )  # differences of what is nearly equal
+        try:
+            return float(function(*map(Decimal, values)))
+        except ArithmeticError:
+            return None

@@ -3,16 +3,13 @@
 
 It does the program's operations as `kane.expr.evaluation` does them, for one state or for arrays of them: a vector has its values on
 the last axis, and the axes before it are broadcast.
-
-Statements as lines of Python that need NumPy only, with the roundings of the reference evaluator, `kane.expr.evaluation`.
 """
 
-import math
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from kane.expr import ops
-from kane.expr.ops import OPS, Op
+from kane.expr.ops import OPS
+from kane.program.emit.languages.straight import GONE_TEXT, WHOLE, Language, StraightPrinter, forms
 from kane.program.emit.names import (
     ARITHMETIC,
     Names,
@@ -22,40 +19,10 @@ from kane.program.emit.names import (
     is_free_in_python,
     local_names,
     made_by,
-    python_comment,
     python_docstring,
 )
-from kane.program.emit.walk import Function, NamedPrinter, Style, function_of, hoisting, pieces, shared, statements
-from kane.program.kernel import language
-from kane.program.kernel.language import Integer, Kernel
+from kane.program.emit.walk import Function, function_of, hoisting, pieces, statements
 from kane.program.program import Port, Program, Routine
-
-_ORDERED = "np.where(({{0}} {} {{1}}) | ({{0}} != {{0}}), {{0}}, {{1}})[()]"
-_FORMS: Mapping[Op | str, str] = {
-    **{op: f"np.{op.ufunc.__name__}({{0}}{', {1}' * (op.arity > 1)})" for op in OPS.values() if op.ufunc},
-    **shared(ARITHMETIC),
-    **shared({"sqrt": "np.sqrt({0})", "abs": "np.absolute({0})"}),
-    ops.LESS: "np.where({0} < {1}, 1.0, 0.0)",
-    OPS["floor"]: "np.floor({0})",
-    ops.WHERE: "np.where({0} != 0.0, {1}, {2})",
-    ops.REGULAR: f"np.where(np.absolute({{0}}) > {ops.GONE!r} * {{1}}, {{0}}, np.nan)",
-    "min": _ORDERED.format("<"),
-    "max": _ORDERED.format(">"),
-    "less": "{0} < {1}",
-    "at_most": "{0} <= {1}",
-    "and": "np.logical_and({0}, {1})",
-    "or": "np.logical_or({0}, {1})",
-    "not": "np.logical_not({0})",
-    "select": "np.where({0}, {1}, {2})[()]",
-    "float": "np.float64({0})",
-    "int": "int({0})",
-    "splat4": "np.full(4, {0})",
-    "splat8": "np.full(8, {0})",
-    "lane": "{0}[{lane}]",
-    "any": "np.any({0})",
-}
-"""An operation as the reference evaluator does it; `**` has short cuts that round differently, np.power has none."""
-_FOLDS = {"sum": "add", "largest": "max"}
 
 
 def python_number(value: float) -> str:
@@ -63,100 +30,27 @@ def python_number(value: float) -> str:
     return decimal(value, "np.nan", "np.inf")
 
 
-class NumPyPrinter(NamedPrinter):
-    """The lines of one function."""
-
-    def __init__(
-        self,
-        names: Mapping[int, str] | None = None,
-        vectors: Mapping[str, str] | None = None,
-        constants: Collection[object] = (),
-    ) -> None:
-        super().__init__(2, names, vectors)
-        self.constants = constants
-
-    def within(self, head: str, block: language.Block) -> None:
-        """An indented block."""
-        self.add(head, *([] if block else ["    pass"]))
-        self.indented(block)
-
-    def text(self, operand: language.Operand) -> str:
-        """An operand; constants of kernels are NumPy's numbers, as Python's own refuse to divide by zero."""
-        if isinstance(operand, int):
-            return self.names[operand]
-        if not isinstance(operand, language.Immediate):
-            return f"v{operand}"
-        if isinstance(operand.value, tuple):
-            return f"np.array([{', '.join(map(python_number, operand.value))}])"
-        return str(operand.value) if operand.type.kind == "int" else f"np.float64({python_number(operand.value)})"
-
-    def at(self, s: language.Read | language.Write) -> str:
-        """Numbers of an array: of Programs on the last axis."""
-        base = self.vectors.get(s.base, s.base)
-        if isinstance(s.offset, int):
-            return f"{base}[..., {s.offset}]"
-        index, width = self.text(s.offset), language.type_of(s.value).width
-        return f"{base}[{index} : {index} + {width}]" if width > 1 else f"{base}[{index}]"
-
-    def compute(self, s: language.Compute) -> None:
-        """An operation."""
-        name, operands = self.text(s.value), [self.text(a) for a in s.arguments]
-        if s.op in _FOLDS:
-            form, half = _FORMS[_FOLDS[str(s.op)]], language.type_of(s.arguments[0]).width // 2
-            while half:
-                self.add(f"{name} = {form.format(f'{operands[0]}[:{half}]', f'{operands[0]}[{half}:]')}")
-                operands, half = [name], half // 2
-            self.add(f"{name} = {name}[0]")
-            return
-        if self.constants and all(a in self.constants for a in s.arguments):
-            operands = [f"np.float64({o})" for o in operands]
-        self.add(f"{name} = {_FORMS[s.op].format(*operands, lane=s.lane)}")
-
-    def load(self, s: language.Read) -> None:
-        """A value from an array."""
-        self.add(f"{self.text(s.value)} = {self.at(s)}{'.copy()' * (language.type_of(s.value).width > 1)}")
-
-    def store(self, s: language.Write) -> None:
-        """A value to an array."""
-        comment = f"  # {python_comment(s.label)}" if s.label else ""
-        self.add(f"{self.at(s)} = {self.text(s.value)}{comment}")
-
-    def get(self, s: language.Get) -> None:
-        """A value from a cell."""
-        self.add(f"v{s.value} = cell_{s.cell.name}")
-
-    def put(self, s: language.Put) -> None:
-        """A value to a cell."""
-        self.add(f"cell_{s.cell.name} = {self.text(s.value)}")
-
-    def call(self, s: language.CallRoutine) -> None:
-        """A routine, which is given arrays from a place on."""
-        given = [
-            f"{a.base}[{self.text(a.offset)} :]" if isinstance(a, language.Address) else self.text(a)
-            for a in s.arguments
-        ]
-        self.add(f"{s.callee.name}({', '.join(given)})")
-
-    def choice(self, s: language.If) -> None:
-        """One of two blocks."""
-        self.within(f"if {self.text(s.condition)}:", s.then)
-        if s.other:
-            self.within("else:", s.other)
-
-    def loop(self, s: language.While) -> None:
-        """A block as long as a condition holds."""
-        self.add("while True:")
-        self.indented(s.head)
-        self.add(f"    if not {self.text(s.condition)}:", "        break")
-        self.indented(s.body)
-
-    def count(self, s: language.Count) -> None:
-        """A block for each integer."""
-        index, start, stop = (self.text(x) for x in (s.counter, s.start, s.stop))
-        self.within(f"for {index} in range({start}, {stop}):", s.body)
-
-
-_STYLE = Style(whole=math.inf)
+_NUMPY = Language(
+    forms(
+        {
+            **{
+                op.name: f"np.{op.ufunc.__name__}({{0}}{', {1}' * (op.arity > 1)})"
+                for op in OPS.values()
+                if op.ufunc and op.name not in ARITHMETIC
+            },
+            "less": "np.where({0} < {1}, 1.0, 0.0)",
+            "floor": "np.floor({0})",
+            "where": "np.where({0} != 0.0, {1}, {2})",
+            "regular": f"np.where(np.absolute({{0}}) > {GONE_TEXT} * {{1}}, {{0}}, np.nan)",
+        }
+    ),
+    python_number,
+    is_free_in_python,
+    " #",
+    at="{0}[..., {1}]",
+    wrapped="np.float64({0})",
+)
+"""Operations as the reference evaluator does them; `**` has short cuts that round differently, np.power has none."""
 _VECTOR = '''\
 def _vector(values, table, name):
     """`values` as doubles, one for each entry of the table on the last axis."""
@@ -183,18 +77,6 @@ def emit_numpy(program: Program, *, contract: bool = False, version: str = "") -
         *(_routine(module, r, n) for r, n in zip(program.routines, module.routines, strict=True)),
     ]
     return "\n".join(parts)
-
-
-def emit_kernel_numpy(kernel: Kernel) -> str:
-    """The text of a module with the one function `<name>(arguments)`, of arrays with one axis, from a place on for routines."""
-    printer = NumPyPrinter()
-    for c in kernel.cells:
-        zero = {"float": "np.float64(0.0)", "int": "0", "bool": "False"}[c.type.kind]
-        printer.add(f"cell_{c.name} = {f'np.full({c.type.width}, {zero})' if c.type.width > 1 else zero}")
-    printer.block(kernel.body)
-    arguments = ", ".join(f"v{a.value}" if isinstance(a, Integer) else a.name for a in kernel.arguments)
-    head = ["import numpy as np", "", "", f"def {kernel.name}({arguments}):", '    with np.errstate(all="ignore"):']
-    return "\n".join([*head, *printer.lines, f"    return int(cell_{kernel.result.name})", ""])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -337,8 +219,8 @@ def leading(module: PythonModule, port: Port) -> str:
 def _computed(module: PythonModule, function: Function) -> list[str]:
     """The lines that compute what a function gives, each result with its label."""
     program = module.program
-    (piece,) = pieces(program, function, _STYLE).chunks
+    (piece,) = pieces(program, function, WHOLE).chunks
     names, numbers = module.names.of(function, python_number), range(len(program.inputs), program.first)
-    printer = NumPyPrinter(names, module.names.arguments, numbers)
-    printer.block(statements(program, function, piece, _STYLE))
+    printer = StraightPrinter(_NUMPY, names, module.names.arguments, numbers, 2)
+    printer.block(statements(program, function, piece, WHOLE))
     return ['    with np.errstate(all="ignore"):', *printer.lines] if printer.lines else []
