@@ -157,10 +157,12 @@ class Inverse(Attributes):
         rest |= dict(zip(eom.inputs, np.moveaxis(r, -1, 0), strict=True))
         check_branch(eom, x[..., : len(eom.coordinates)], rest, "states", ", kn.guess(…) of the coordinates")
         told = np.stack([full[a].reshape(-1) for a in self.known], axis=-1) if self.known else np.zeros((t.size, 0))
-        parts = [x.reshape(t.size, *x.shape[t.ndim :]) for x in (solution.matrix, solution.drive, solution.right)]
+        matrix, drive, right = (
+            x.reshape(t.size, *x.shape[t.ndim :]) for x in (solution.matrix, solution.drive, solution.right)
+        )
         z = np.empty((t.size, len(self.unknowns)))
         for at in blocks(t.size):
-            z[at] = self._of_matrices(*(x[at] for x in parts), told[at])
+            z[at] = self._of_matrices(matrix[at], drive[at], right[at], told[at])
         return z.reshape(*t.shape, len(self.unknowns))
 
     def _of_matrices(self, matrix: Array, drive: Array, right: Array, given: Array) -> Array:

@@ -116,8 +116,8 @@ def surely_regular(a: Array, threshold: float, inverse: Array | None = None) -> 
     if not whole.all():
         inner = np.where(whole[:, None, None], inner, np.eye(m))
     try:
-        inverse = np.linalg.inv(inner) if inverse is None else inverse
-        share = 1 / np.sqrt(_squares(inner) * _squares(inverse))
+        own: Array = np.asarray(np.linalg.inv(inner)) if inverse is None else inverse
+        share = 1 / np.sqrt(_squares(inner) * _squares(own))
     except np.linalg.LinAlgError:  # where one is singular there is no inverse of any
         values = np.linalg.svd(inner, compute_uv=False)
         share = values[:, -1] / np.maximum(values[:, 0], np.finfo(float).tiny)
