@@ -28,7 +28,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Symbol, rate, time
-from kane.numeric.arrays import Array
+from kane.numeric.arrays import Array, blocks
 from kane.numeric.rank import balance, singular, surely_regular
 from kane.numeric.sampling import named_values, symbol_named
 from kane.numeric.scale import INVERSE_RANK, STATE_RANK, TAKES_PART
@@ -145,8 +145,6 @@ class Inverse(Attributes):
 
     def _solved(self, t: Array, x: Array, p: Array, r: Array, full: Mapping[Expr, Array]) -> Array:
         eom = self.eom
-        n, m, s = len(eom.speeds), len(eom.b), len(eom.reactions)
-        size = n + m + s
         solution = eom.numeric(self.settings).routine(_mixed, *self.driven)(t, x, p, r)
         if t.size:
             first = (0,) * t.ndim
@@ -158,39 +156,56 @@ class Inverse(Attributes):
         rest: dict[Expr, Any] = {time: t, **dict(zip(eom.parameters, np.moveaxis(p, -1, 0), strict=True))}
         rest |= dict(zip(eom.inputs, np.moveaxis(r, -1, 0), strict=True))
         check_branch(eom, x[..., : len(eom.coordinates)], rest, "states", ", kn.guess(…) of the coordinates")
-        whole, right = np.concatenate([solution.matrix, -solution.drive], axis=-1), solution.right
+        told = np.stack([full[a].reshape(-1) for a in self.known], axis=-1) if self.known else np.zeros((t.size, 0))
+        matrix, drive, right = (
+            x.reshape(t.size, *x.shape[t.ndim :]) for x in (solution.matrix, solution.drive, solution.right)
+        )
+        z = np.empty((t.size, len(self.unknowns)))
+        for at in blocks(t.size):
+            z[at] = self._of_matrices(matrix[at], drive[at], right[at], told[at])
+        return z.reshape(*t.shape, len(self.unknowns))
+
+    def _of_matrices(self, matrix: Array, drive: Array, right: Array, given: Array) -> Array:
+        """The unknowns by K, H and k at several states, and what is known (states × …)."""
+        eom = self.eom
+        n, m, size = len(eom.speeds), len(eom.b), right.shape[-1]
+        whole = np.concatenate([matrix, -drive], axis=-1)
         rates: tuple[Symbol, ...] = tuple(map(rate, eom.speeds))
         columns: dict[Expr, int] = {a: i for i, a in enumerate(rates)}
         columns |= {a: n + m + i for i, a in enumerate(eom.reactions)}
         columns |= {a: size + i for i, a in enumerate(self.driven)}
-        for a in self.known:
+        for i, a in enumerate(self.known):
             if a in columns:
-                right = right - whole[..., columns[a]] * full[a][..., None]
-        flat_whole, flat_right = whole.reshape(-1, *whole.shape[-2:]), right.reshape(-1, size)
-        if not np.all(np.isfinite(flat_whole)):
+                right = right - whole[:, :, columns[a]] * given[:, i, None]
+        if not np.all(np.isfinite(whole)):
             raise SingularError(
                 at_false_pole(eom)
                 or "Expected equations of motion that are finite at the states given, got infinity or NaN: coordinates, speeds or "
                 "parameters are singular there. Take other states."
             )
         held: dict[tuple[int, ...], list[int]] = {}
-        for k, rows in enumerate(independent_rows_of(eom, flat_whole[:, n : n + m, :n])):
+        for k, rows in enumerate(independent_rows_of(eom, whole[:, n : n + m, :n])):
             held.setdefault(rows, []).append(k)
-        z = np.empty((len(flat_whole), len(self.unknowns)))
+        z = np.empty((len(whole), len(self.unknowns)))
         for independent, places in held.items():
             kept = [*range(n), *(n + i for i in independent), *range(n + m, size)]
             taken = [*(columns[a] for a in self.unknowns), *(n + i for i in independent)]
-            square = flat_whole[np.ix_(places, kept, taken)]
-            self._check_regular(square)
-            solved = np.linalg.solve(square, flat_right[np.ix_(places, kept)][..., None])
-            z[places] = solved[:, : len(self.unknowns), 0]
-        return z.reshape(*right.shape[:-1], len(self.unknowns))
+            square = whole[np.ix_(places, kept, taken)]
+            z[places] = self._solution(square, right[np.ix_(places, kept)])[:, : len(self.unknowns)]
+        return z
 
-    def _check_regular(self, square: Array) -> None:
+    def _solution(self, square: Array, right: Array) -> Array:
+        """The solutions; square matrices (k × n × n) must be regular, which their inverses tell, found on the way."""
         told = at_false_pole(self.eom)
         threshold = STATE_RANK if told else INVERSE_RANK
         scaled = balance(square, order=(1, 0), rounding=0.0)
-        for k in np.flatnonzero(~surely_regular(scaled.matrix, threshold)).tolist():
+        sides = np.concatenate([right[..., None], np.broadcast_to(np.eye(right.shape[1]), square.shape)], axis=2)
+        try:
+            found = np.linalg.solve(square, sides)
+            inverse = np.swapaxes(scaled.columns, 1, 2) * found[..., 1:] * np.swapaxes(scaled.rows, 1, 2)
+        except np.linalg.LinAlgError:
+            found, inverse = np.full(sides.shape, np.nan), None
+        for k in np.flatnonzero(~surely_regular(scaled.matrix, threshold, inverse)).tolist():
             values = singular(scaled.matrix[k])
             if values.regular(threshold):
                 continue
@@ -203,6 +218,7 @@ class Inverse(Attributes):
                 f"Expected unknowns that the equations determine, got a combination they leave open: {' '.join(terms)} "
                 "can be added without any effect. Give one of these, or take another unknown in its place."
             )
+        return found[..., 0]
 
 
 class _Mixed(NamedTuple):

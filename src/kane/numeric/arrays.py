@@ -7,7 +7,7 @@ How fast what is left to itself changes, read off ẋ = A x: the same in any uni
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -123,6 +123,11 @@ def medians(x: Array, axis: int = 0) -> Array:
     found = np.moveaxis(np.sort(x, axis=axis), axis, 0)
     middle = len(found) // 2
     return np.asarray(np.where(np.isnan(found[-1]), found[-1], (found[middle] + found[~middle]) / 2))
+
+
+def blocks(count: int, size: int = 64) -> Iterator[slice]:
+    """The places of so many matrices, block by block: those of a block, and what is made of them, stay in the processor's cache."""
+    return (slice(k, min(k + size, count)) for k in range(0, count, size))
 
 
 def spread(values: Sequence[Any], shape: tuple[int, ...]) -> Array:

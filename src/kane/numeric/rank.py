@@ -104,21 +104,30 @@ def singular(a: Array) -> Singular:
     return Singular(*np.linalg.svd(a))
 
 
-def surely_regular(a: Array, threshold: float) -> Mask:
+def surely_regular(a: Array, threshold: float, inverse: Array | None = None) -> Mask:
     """Of which matrices (k × m × n, m ≤ n) the least singular value counts, by σ_m ≥ 1/‖A⁻¹‖ and σ_1 ≤ ‖A‖ in Frobenius' norm.
 
-    Of wide ones by A Aᵀ, whose singular values are σ². Where the bound leaves doubt nothing is said.
+    Of wide ones by A Aᵀ, whose singular values are σ². Where the bound leaves doubt nothing is said. The `inverse` of square ones may
+    be known.
     """
     whole = np.asarray(np.isfinite(a).all(axis=(1, 2)))
     m, power = a.shape[1], 1 if a.shape[1] == a.shape[2] else 2
-    inner = np.where(whole[:, None, None], a if power == 1 else a @ np.swapaxes(a, 1, 2), np.eye(m))
+    inner = a if power == 1 else a @ np.swapaxes(a, 1, 2)
+    if not whole.all():
+        inner = np.where(whole[:, None, None], inner, np.eye(m))
     try:
-        inverse = np.linalg.inv(inner)
-        share = 1 / (np.linalg.norm(inner, axis=(1, 2)) * np.linalg.norm(inverse, axis=(1, 2)))
+        own: Array = np.asarray(np.linalg.inv(inner)) if inverse is None else inverse
+        share = 1 / np.sqrt(_squares(inner) * _squares(own))
     except np.linalg.LinAlgError:  # where one is singular there is no inverse of any
         values = np.linalg.svd(inner, compute_uv=False)
         share = values[:, -1] / np.maximum(values[:, 0], np.finfo(float).tiny)
     return np.asarray(whole & (share > max(threshold**power, ROUNDED)))
+
+
+def _squares(a: Array) -> Array:
+    """The sums of squares of matrices (k × m × n)."""
+    found: Array = np.einsum("kij,kij->k", a, a)
+    return found
 
 
 def null_direction(a: Array, threshold: float) -> Array | None:

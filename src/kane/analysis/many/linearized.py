@@ -23,7 +23,7 @@ from kane.equations.tables import package
 from kane.errors import SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import time
-from kane.numeric.arrays import Array, Mask
+from kane.numeric.arrays import Array, Mask, blocks
 from kane.numeric.rank import balanced, surely_regular
 from kane.numeric.scale import NEAR_SINGULAR, ROUNDED_CHAIN
 
@@ -69,8 +69,24 @@ def _together(
     poses: Poses, numeric: Numeric[Equations], outputs: Outputs, first: Linear, found: Mapping[str, Array]
 ) -> Mask:
     """A, …, of all states, and of which they are sure."""
-    eom, run, (t, p, r) = numeric.equations, coded(numeric), poses.numbers()
-    state = (t, _states(poses), p, r)
+    t, p, r = poses.numbers()
+    state, sure, chosen = (t, _states(poses), p, r), np.zeros(poses.count, dtype=bool), dict[str, list[int]]()
+    for at in blocks(poses.count):
+        part = {name: whole[at] for name, whole in found.items()}
+        sure[at] = _of_block(numeric, outputs, first, tuple(x[at] for x in state), part, chosen)
+    return sure
+
+
+def _of_block(
+    numeric: Numeric[Equations],
+    outputs: Outputs,
+    first: Linear,
+    state: tuple[Array, ...],
+    found: Mapping[str, Array],
+    chosen: dict[str, list[int]],
+) -> Mask:
+    """The same of some states; which rows tell what depends is `chosen` once."""
+    eom, run, count = numeric.equations, coded(numeric), len(state[0])
     own: Values = run(values)(*state)
     nq, n = len(eom.coordinates), len(eom.speeds)
     keep, sure = _regular(eom, own)
@@ -79,18 +95,20 @@ def _together(
     z = np.zeros(right.shape)
     z[:, keep] = np.linalg.solve(k, right[:, keep, None])[:, :, 0]
     sloped = run(slopes)(*state, z)
-    sure &= _placed(poses, own, state)
+    sure &= _placed(eom, own, state)
     free_q = [i for i, q in enumerate(eom.coordinates) if q.name in first.coordinates]
     free_u = [i for i, u in enumerate(eom.speeds) if u.name in first.speeds]
-    of_q, sure_q = _by_free(sloped.configuration, range(nq), free_q, range(nq + n, sloped.configuration.shape[2]))
+    of_q, sure_q = _by_free(
+        sloped.configuration, range(nq), free_q, range(nq + n, sloped.configuration.shape[2]), ("q", chosen)
+    )
     shift = sloped.motion[:, :, :nq] @ of_q
     i, j = len(free_q), len(free_u)
     shift[:, :, i:] += sloped.motion[:, :, nq + n :]
     whole = np.concatenate([sloped.motion[:, :, nq : nq + n], shift], axis=2)
-    of_u, sure_u = _by_free(whole, range(n), free_u, range(n, whole.shape[2]))
+    of_u, sure_u = _by_free(whole, range(n), free_u, range(n, whole.shape[2]), ("u", chosen))
     sure &= sure_q & sure_u
     more = of_q.shape[2] - i
-    moves = np.zeros((poses.count, nq + n + more, i + j + more))
+    moves = np.zeros((count, nq + n + more, i + j + more))
     moves[:, :nq, :i], moves[:, :nq, i + j :] = of_q[:, :, :i], of_q[:, :, i:]
     moves[:, nq : nq + n, :i], moves[:, nq : nq + n, i + j :] = of_u[:, :, j : j + i], of_u[:, :, j + i :]
     moves[:, nq : nq + n, i : i + j] = of_u[:, :, :j]
@@ -98,14 +116,14 @@ def _together(
     answer = np.zeros((*z.shape, moves.shape[2]))
     answer[:, keep] = -np.linalg.solve(k, (sloped.residual @ moves)[:, keep])
     rows = np.concatenate([(sloped.rates @ moves)[:, free_q], answer[:, free_u], sloped.states @ moves], axis=1)
-    count = rows.shape[1]
-    found["A"][:], found["B"][:] = rows[:, :, :count], rows[:, :, count:]
+    rates = rows.shape[1]
+    found["A"][:], found["B"][:] = rows[:, :, :rates], rows[:, :, rates:]
     found["rates"][:] = np.concatenate([own.rates[:, free_q], z[:, free_u], own.states], axis=1)
     if outputs.roots:
         out = run(answers, *outputs.roots)(*state, z)
         by = out.slopes @ np.concatenate([moves, answer], axis=1)
-        found["values"][:], found["C"][:], found["D"][:] = out.values, by[:, :, :count], by[:, :, count:]
-    finite = [np.isfinite(x.reshape(poses.count, -1)).all(axis=1) for x in found.values() if x.size]
+        found["values"][:], found["C"][:], found["D"][:] = out.values, by[:, :, :rates], by[:, :, rates:]
+    finite = [np.isfinite(x.reshape(count, -1)).all(axis=1) for x in found.values() if x.size]
     return np.asarray(sure & np.logical_and.reduce(finite) if finite else sure)
 
 
@@ -126,9 +144,9 @@ def _regular(eom: Equations, own: Values) -> tuple[list[int], Mask]:
     return keep, finite & surely_regular(balanced(np.where(finite[:, None, None], k, 1.0)), NEAR_SINGULAR**2)
 
 
-def _placed(poses: Poses, own: Values, state: tuple[Array, ...]) -> Mask:
+def _placed(eom: Equations, own: Values, state: tuple[Array, ...]) -> Mask:
     """Which states are on the constraints, but for rounding, and closures as they are meant."""
-    eom, (t, x, p, r) = poses.eom, state
+    t, x, p, r = state
     nq, n = len(eom.coordinates), len(eom.speeds)
     off = (np.abs(own.configuration) > ROUNDED_CHAIN * np.maximum(own.configuration_terms, _TINY)).any(axis=1)
     terms = (np.abs(own.constraints(n)) @ np.abs(x[:, nq : nq + n, None]))[:, :, 0]
@@ -139,10 +157,12 @@ def _placed(poses: Poses, own: Values, state: tuple[Array, ...]) -> Mask:
     return np.asarray(~off)
 
 
-def _by_free(a: Array, own: Sequence[int], free: Sequence[int], rest: Sequence[int]) -> tuple[Array, Mask]:
+def _by_free(
+    a: Array, own: Sequence[int], free: Sequence[int], rest: Sequence[int], chosen: tuple[str, dict[str, list[int]]]
+) -> tuple[Array, Mask]:
     """x of A x + rest y = 0 by those that are `free`, S of x = S (x_free, y) at all states, and where it is sure.
 
-    A stands in the columns `own` of `a` (k × m × …), what multiplies y in the columns `rest`.
+    A stands in the columns `own` of `a` (k × m × …), what multiplies y in the columns `rest`. Its rows are `chosen` by a name, once.
     """
     dependent = [i for i in own if i not in set(free)]
     columns = [*(own[i] for i in free), *rest]
@@ -150,12 +170,14 @@ def _by_free(a: Array, own: Sequence[int], free: Sequence[int], rest: Sequence[i
     solution[:, list(free), range(len(free))] = 1.0
     if not dependent:
         return solution, np.ones(len(a), dtype=bool)
-    partition = choose(a[int(np.argmax(np.isfinite(a).all(axis=(1, 2))))][:, dependent])
-    rows = sorted(partition.rows)
+    name, kept = chosen
+    sure = np.asarray(np.isfinite(a).all(axis=(1, 2)))
+    if name not in kept and sure.any():
+        kept[name] = sorted(choose(a[int(np.argmax(sure))][:, dependent]).rows)
+    rows = kept.get(name, [])
     if len(rows) < len(dependent):
         return solution, np.zeros(len(a), dtype=bool)
     block = a[:, rows][:, :, dependent]
-    sure = np.asarray(np.isfinite(a).all(axis=(1, 2)))
     sure &= surely_regular(balanced(np.where(sure[:, None, None], block, 1.0)), NEAR_SINGULAR)
     block = np.where(sure[:, None, None], block, np.eye(len(rows)))
     solution[:, dependent] = np.linalg.solve(block, -a[:, rows][:, :, columns])

@@ -14,7 +14,7 @@ from kane.motion.many.lanes import run_in_lanes, runs_in_lanes
 from kane.motion.methods import kernel_of
 from kane.motion.native import LOOKS
 from kane.motion.runner import Noted, Runner, judged
-from kane.motion.solution.checks import keeps_sharply
+from kane.motion.solution.checks import FEW, energy_check, keeps_sharply, opened
 from kane.motion.steppers.context import SIZE, ReturnCode
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import Stepper
@@ -164,18 +164,37 @@ class Batch:
 
     def _judged(self, states: Array, p: Array) -> tuple[Mask, Mask]:
         """Whether equations are surely regular at the start of each motion, and it surely keeps its energy."""
-        runner, few, count = self.runner, self.runner.few, len(states)
-        rows, n = count * len(few), states.shape[2]
-        some = np.ascontiguousarray(states[:, few])
-        t, every = (
-            np.tile(runner.t[few], count),
-            np.repeat(np.append(p, np.zeros((count, 1)), axis=1), len(few), axis=0),
-        )
-        found = np.zeros((rows, 3))
-        places = (t, 1), (some.reshape(rows, n), n), (every, every.shape[1]), (runner.given["single_r"], 0)
-        self.routine.on_rows(*places, out=found)()
-        k, e, pivot = np.moveaxis(found.reshape(count, len(few), 3), -1, 0)
-        whole = len(few) == len(runner.t)
+        runner, few = self.runner, self.runner.few
+        some, t = np.ascontiguousarray(states[:, few]), runner.t[few]
+        k, e, pivot = self._read(np.broadcast_to(t, some.shape[:2]), some, p)
+        rtol, whole = runner.method.rtol, len(few) == len(runner.t)
         with np.errstate(invalid="ignore"):
-            kept = keeps_sharply(k, e, some[:, :, -1], runner.method.rtol, whole)
-            return pivot[:, 0] > SURELY_REGULAR, kept
+            kept = keeps_sharply(k, e, some[:, :, -1], rtol, whole)
+        for i in np.flatnonzero(~kept & np.isfinite(some).all(axis=(1, 2))):
+            check = energy_check(t, k[i], e[i], some[i, :, -1], self._open(some[i], p[i]) / rtol)
+            kept[i] = check.surely_within(rtol, whole)
+        return pivot[:, 0] > SURELY_REGULAR, kept
+
+    def _open(self, some: Array, p: Array) -> Array:
+        """What the absolute tolerance leaves open of the energy at samples (m × n) of a motion, where these are all; else nothing."""
+        m, n = some.shape
+        if m < len(self.runner.t) or m > FEW:
+            return np.zeros(m)
+        shifts = self.runner.method.atol * np.concatenate([np.zeros((1, n)), np.eye(n)[:-1], -np.eye(n)[:-1]])
+        rows = some[None] + shifts[:, None]
+        _, e, _ = self._read(np.broadcast_to(self.runner.t, rows.shape[:2]), rows, np.tile(p, (len(rows), 1)))
+        return opened(e)
+
+    def _read(self, t: Array, states: Array, p: Array) -> Array:
+        """K, E and the pivot at times (k × m) and states (k × m × n), with parameters for each of k (3 × k × m)."""
+        (count, m, n), rows = states.shape, t.size
+        every = np.repeat(np.append(p, np.zeros((count, 1)), axis=1), m, axis=0)
+        found = np.zeros((rows, 3))
+        places = (
+            (t.reshape(rows), 1),
+            (states.reshape(rows, n), n),
+            (every, every.shape[1]),
+            (self.runner.given["single_r"], 0),
+        )
+        self.routine.on_rows(*places, out=found)()
+        return np.moveaxis(found.reshape(count, m, 3), -1, 0)

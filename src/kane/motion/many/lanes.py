@@ -197,7 +197,10 @@ def _in_lanes(array: Array, width: int) -> Array:
 
 def _slots(method: Method, spans: Array) -> Array:
     """What the kernel is told of each instance."""
-    different, which = np.unique(spans, axis=0, return_inverse=True)
+    if (spans == spans[0]).all():
+        different, which = spans[:1], np.zeros(len(spans), dtype=int)
+    else:
+        different, which = np.unique(spans, axis=0, return_inverse=True)
     found = np.zeros((len(different), SIZE))
     for s, (t0, t1) in zip(found, different.tolist(), strict=True):
         s[: Slot.FRESH + 1] = first_slots(method, (t0, t1), t0, t1)

@@ -16,6 +16,7 @@ from kane.errors import SimulationError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol
 from kane.motion.many.tiles import Outcome, Tile
+from kane.motion.solution.phases import Indices
 from kane.motion.solution.solution import Solution
 from kane.motion.solution.tables import named
 from kane.numeric.arrays import Array
@@ -114,6 +115,23 @@ def _reduction(given: Any) -> Reduction:
     return REDUCTIONS[expect.one_of(given, REDUCTIONS, "reduce= to be", cure, error=SimulationError)]
 
 
+class _Texts:
+    """A text of each of n instances, empty at first; most are the same ones."""
+
+    def __init__(self, n: int) -> None:
+        self.numbers = {"": 0}
+        self.which = np.zeros(n, dtype=np.int64)
+
+    def put(self, places: int | Indices, text: str) -> None:
+        """The text of an instance, or of some."""
+        self.which[places] = self.numbers.setdefault(text, len(self.numbers))
+
+    def array(self) -> Any:
+        """The texts (n)."""
+        longest = max((text for text, k in self.numbers.items() if k in self.which), key=len, default="")
+        return np.array([*self.numbers]).astype(f"U{max(1, len(longest))}")[self.which]
+
+
 class Results:
     """Numbers of all instances, or of `rows` of them, NaN where there are none (yet): what is kept over t, how each motion ended."""
 
@@ -127,7 +145,7 @@ class Results:
         self.usual = np.arange(len(t))
         self.done = 0
         self.values: dict[str, Array] = {}
-        self.texts = {name: np.full(n, "", dtype=object) for name in ("status", "cause", "event", "warning")}
+        self.texts = {name: _Texts(n) for name in ("status", "cause", "event", "warning")}
         self.steps = np.zeros(n, dtype=np.int64)
         self.end_t, self.end_state = np.full(n, np.nan), np.full((n, len(eom.state)), np.nan)
 
@@ -140,14 +158,15 @@ class Results:
             self._keep_all(list(motions), _together([*motions.values()]), *self._places([*motions.values()]))
         if found.finished is not None:
             places, steps, table = found.finished
-            which = [k - self.rows.start for k in places]
-            self.texts["status"][which], self.texts["cause"][which] = table.status, table.message
+            which = np.asarray(places) - self.rows.start
+            self.texts["status"].put(which, table.status)
+            self.texts["cause"].put(which, table.message)
             ends = np.arange(1, len(which) + 1) * len(self.t) - 1
             self.steps[which], self.end_t[which], self.end_state[which] = steps, table.t[-1], table.states[ends]
             self._keep_all(which, table, np.arange(len(table)).reshape(len(which), -1))
         self.done += len(found.outcomes) + (len(found.finished.instances) if found.finished else 0)
 
-    def _keep_all(self, which: Sequence[int], table: Solution, at: Any, there: Any = None) -> None:
+    def _keep_all(self, which: Sequence[int] | Indices, table: Solution, at: Any, there: Any = None) -> None:
         """What is kept of instances, by their motions as a table and where in it their samples are."""
         for quantity in self.kept:
             column = self.columns.get(quantity.what) if isinstance(quantity.what, Symbol) else None
@@ -184,9 +203,9 @@ class Results:
             }
             self.steps[k], self.end_t[k], self.end_state[k] = motion.steps, motion.t[-1], motion.states[-1]
         for name, text in (told | {"warning": "; ".join(dict.fromkeys(one.told))}).items():
-            self.texts[name][k] = text
+            self.texts[name].put(k, text)
 
-    def _keep(self, one: Quantity, places: Sequence[int], values: Array) -> None:
+    def _keep(self, one: Quantity, places: Sequence[int] | Indices, values: Array) -> None:
         """The values of instances along t (instances × t × …), or what they are reduced to."""
         kept = values if one.reduce is None else np.array([one.reduce(row) for row in values], dtype=float)
         if one.name not in self.values:
@@ -211,7 +230,7 @@ class Results:
             first = ["instance"] if one.reduce else ["instance", "t"]
             own[one.name] = labelled(xarray, one.name, values, first, one.unit, one.description, one.dims)
         own |= {
-            name: xarray.Variable("instance", texts.astype(str), {"long_name": _TOLD[name]})
+            name: xarray.Variable("instance", texts.array(), {"long_name": _TOLD[name]})
             for name, texts in self.texts.items()
         }
         own["steps"] = xarray.Variable("instance", self.steps, {"long_name": "steps"})

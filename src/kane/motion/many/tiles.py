@@ -246,13 +246,14 @@ def _begun(family: Family, runner: Runner, tile: range) -> tuple[Starts, dict[in
     for _, s, column in many.varied:
         if s in places:
             places[s][:] = column[tile.start : tile.stop]
-    right = surely_admitted(eom, p)
-    failed: dict[int, Outcome[Solution]] = {}
+    own = p if many.columns["parameters"] else p[:1]
+    right = surely_admitted(eom, own) if len(own) > 1 else np.zeros(1, dtype=bool)
+    errors: dict[int, str] = {}
     for n in map(int, np.flatnonzero(~right)):
-        judged = _admitted(family, runner, p[n])
-        right[n] = not judged.error
-        if judged.error:
-            failed[tile[n]] = Outcome(None, judged.error)
+        errors[n] = _admitted(family, runner, own[n]).error
+        right[n] = not errors[n]
+    right = np.resize(right, len(p))
+    failed = {tile[n]: Outcome[Solution](None, errors[n % len(own)]) for n in map(int, np.flatnonzero(~right))}
     begun = np.flatnonzero(right)
     return Starts([tile[n] for n in begun], x[right], p[right], None, [first.found.usual]), failed
 

@@ -38,6 +38,8 @@ _STEPS, _DIGITS, _MOST = 1e3, 1e-5, 0.1
 _SHARP = 0.1
 _TAKEN, _SURE = 0.01, 20
 """Share of the work done beside which D(t) is measured, and samples that tell a damper from a spring."""
+FEW = 25
+"""At as many samples, at most, it is asked what tolerances mean for the energy."""
 _ROUNDING = 64 * EPS
 """Share of K and V that is left of their sum by rounding."""
 
@@ -61,9 +63,9 @@ class EnergyCheck(Attributes):
         """Whether it is more than steps of a tolerance leave, even many of them; the motion is wrong then, or was barely resolved."""
         return self.relative > _limit(rtol)
 
-    def sharply(self, rtol: float) -> bool:
-        """Whether it is so far within the limit that no other samples would change that."""
-        return self.relative <= _SHARP * _limit(rtol)
+    def surely_within(self, rtol: float, whole: bool = False) -> bool:
+        """Whether it is so far within the limit that no other samples would change that, or within it where there are none."""
+        return self.relative <= (1.0 if whole else _SHARP) * _limit(rtol)
 
     def __str__(self) -> str:
         return f"energy minus work constant to {self.drift:.2e} J ({self.relative:.1e} of the energy present at t = {self.at:.4g} s)"
@@ -92,6 +94,12 @@ def energy_check(
     """The check of K, E and ∫P dt at times t, all (n); `open_` (n) is δE/rtol, `powers` those of loads without potential, each (n)."""
     with np.errstate(invalid="ignore"):  # at a pole of W there is no energy, and the check is NaN
         return _checked(t, kinetic, total, work, open_, taken(t, powers))
+
+
+def opened(energies: Array) -> Array:
+    """δE (n) by energies at the state, with each of x above it, and with each below ((1 + 2 x) × n)."""
+    up, down = np.split(np.abs(energies[1:] - energies[0]), 2)
+    return np.asarray(np.maximum(up, down).sum(axis=0))
 
 
 def taken(t: Array, powers: Sequence[Array]) -> Array:

@@ -30,7 +30,16 @@ from kane.motion.inputs.expressions import along, gains_of
 from kane.motion.inputs.functions import recorded
 from kane.motion.right_hand_side import sides
 from kane.motion.solution.accuracy import REPEATED, Accuracy, accuracy, between
-from kane.motion.solution.checks import Drift, EnergyCheck, checking_functions, drifts, energy_check, work_of
+from kane.motion.solution.checks import (
+    FEW,
+    Drift,
+    EnergyCheck,
+    checking_functions,
+    drifts,
+    energy_check,
+    opened,
+    work_of,
+)
 from kane.motion.solution.files import contents, write
 from kane.motion.solution.phases import Indices, Jump, Phase, breaks, check_follows, joined, leaps, merged
 from kane.motion.solution.tables import dataframe, dataset
@@ -41,8 +50,6 @@ from kane.whole import path_of
 
 _ROWS = "Samples are the rows of sol.q, sol.u and sol.states, at the times sol.t; len(sol) is how many there are."
 _SOME = 101
-_FEW = 25
-"""At as many samples, at most, it is asked what tolerances mean for the energy."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -415,7 +422,7 @@ class Solution(Attributes):
         few = self._only(at)
         kinetic, total = few._energies(lambda eom: [eom.kinetic_energy, eom.energy])
         sure = energy_check(few.t, kinetic, total, few.work + leaps(total, few.begins), np.zeros(len(at)))
-        return sure.sharply(self.rtol) or not self.energy_check.exceeds(self.rtol)
+        return sure.surely_within(self.rtol, len(at) == len(self)) or not self.energy_check.exceeds(self.rtol)
 
     def _only(self, at: Indices) -> "Solution":
         """Some of the samples."""
@@ -426,14 +433,13 @@ class Solution(Attributes):
 
     def _open(self) -> Array:
         """Σ |E(x ± atol eᵢ) − E(x)| over x = (q, u), computed at a few of the samples."""
-        at = distinct(np.linspace(0, len(self) - 1, min(len(self), _FEW)).astype(int))
+        at = distinct(np.linspace(0, len(self) - 1, min(len(self), FEW)).astype(int))
         width = self.states.shape[1]
         shifts = self.atol * np.concatenate([np.zeros((1, width)), np.eye(width), -np.eye(width)])
         few = self._only(np.tile(at, len(shifts)))
         x = (self.states[at] + shifts[:, None, :]).reshape(-1, width)
         table = replace(few, states=x).energy.reshape(len(shifts), -1)
-        up, down = np.split(np.abs(table[1:] - table[0]), 2)
-        return np.asarray(np.interp(np.arange(len(self)), at, np.maximum(up, down).sum(axis=0)))
+        return np.asarray(np.interp(np.arange(len(self)), at, opened(table)))
 
     _repr_html_ = show.html
 

@@ -204,9 +204,12 @@ class _Explicit:
             o.put(Slot.STEP, longer)
 
     def count_stiff(self, h: Term, error: Term) -> None:
-        """Whether stability bounds the step: the last two stages at t + h tell of the largest rate, Hairer & Wanner II, sec. IV.2."""
+        """Whether stability bounds the step: the last two stages at t + h tell of the largest rate, Hairer & Wanner II, sec. IV.2.
+
+        Of instances of a queue nobody asks it.
+        """
         w, o, s = self.writer, self.context, self.tableau.stages
-        if self.tableau.c[-1] != 1.0 or not self.tableau.errors:
+        if self.tableau.c[-1] != 1.0 or not self.tableau.errors or o.queued:
             return
         rates, states = w.variable("rates_apart"), w.variable("states_apart")
         rates.put(0.0)
