@@ -17,6 +17,7 @@ of revolution may be written in the frame that does not spin with it.
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import starmap
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -77,13 +78,19 @@ class ConstantInertia:
         return self.times(alpha) + w.cross(self.times(w))
 
 
-class PartRotation(NamedTuple):
-    """The rotation of a part's frame, its central inertia, and what is left of dH/dt at u̇ = 0, the `bias`."""
+@dataclass(frozen=True, eq=False)
+class PartRotation:
+    """The rotation of a part's frame, and its central inertia; `made` gives the bias."""
 
     frame: Frame
     motion: Motion
     inertia: ConstantInertia
-    bias: Vector
+    made: Callable[[], Vector] = Vector
+
+    @cached_property
+    def bias(self) -> Vector:
+        """What is left of dH/dt at u̇ = 0."""
+        return self.made()
 
     def torque(self, alpha: Vector) -> Vector:
         """I·α + ω × I·ω."""
@@ -147,14 +154,17 @@ def moving_parts(inertias: Inertias, kinematics: Kinematics) -> tuple[Moving, ..
 def _turning(frame: Frame, inertia: ConstantInertia, kinematics: Kinematics) -> PartRotation:
     """The rotation of a part; dH/dt in the frame in which it spins where that is shorter, as one writes it for a disk or a top."""
     motion = kinematics.frame(frame)
-    bias = inertia.torque(motion, motion.bias)
-    if inertia.spun:
+
+    def cost(v: Vector) -> int:
+        return price(v.components(inertia.frame))
+
+    def bias() -> Vector:
+        usual = inertia.torque(motion, motion.bias)
+        if not inertia.spun:
+            return usual
         momentum = inertia.times(motion.total.express(inertia.frame))
+        return min(usual, kinematics.turning(momentum), key=cost)
 
-        def cost(v: Vector) -> int:
-            return price(v.components(inertia.frame))
-
-        bias = min(bias, kinematics.turning(momentum), key=cost)
     return PartRotation(frame, motion, inertia, bias)
 
 

@@ -110,7 +110,7 @@ def reactions(
 
     def about_rest(bodies: Sequence[Moving]) -> tuple[Expr, ...]:
         pivoted = about_points_at_rest(bodies, derived.kinematics)
-        still = Motion({}, Vector(), Vector())  # the mass centre of a body about a point at rest brings no acceleration
+        still = Motion({}, Vector())  # the mass centre of a body about a point at rest brings no acceleration
         resting = pivoted and whole([f if m is f else f._replace(center=still) for m, f in zip(*pivoted, strict=True)])
         return solved(whole(bodies), resting, Vector.dot)
 
@@ -140,7 +140,7 @@ def _along_inertial(
     bodies, best = list(moving.bodies), reactions_of(moving.bodies)
     least = cost(best)
     for k, b in enumerate(moving_parts(derived.inertias, known)):
-        other = b._replace(center=replace(b.center, bias=b.center.bias.express(derived.system.inertial)))
+        other = b._replace(center=b.center.with_bias(b.center.bias.express(derived.system.inertial)))
         tried = [*bodies[:k], other, *bodies[k + 1 :]]
         found = reactions_of(tried)
         if (price_of := cost(found)) < least:
@@ -153,7 +153,7 @@ def _along(b: Moving, frame: Basis, known: Kinematics) -> Moving:
     if b.rotation is None or frame not in b.rotation.frame.lineage:
         return b
     a = known.turning(b.center.total.express(frame))
-    return b._replace(center=Motion({}, Vector(), a))
+    return b._replace(center=Motion({}, Vector(), lambda: a))
 
 
 def _remainders(
