@@ -34,6 +34,7 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import CONST
 from kane.expr.square_system import Contents, content, divider, over_number
 from kane.expr.symbols import Parameter, QuasiRate, Rate, Reaction
+from kane.expr.visit import remembered
 from kane.kinematics.aligned import Aligned
 from kane.kinematics.speeds import Speeds
 from kane.kinematics.velocities import Kinematics, Motion, acceleration_form
@@ -273,37 +274,49 @@ def bias_terms(
         by_place[term.place] = term if before is None else term._replace(vector=before.vector + term.vector)
     forces: list[LoadTerm] = []
     torques: list[LoadTerm] = []
+    given = tuple(u_dot.items())
     for moving in reversed(bodies):
         part, center, rotation = moving.part, moving.center, moving.rotation
-        own = _inertia_force(moving, fall, u_dot)
+        own = _inertia_force(moving.momenta, bool(moving.shared), fall.parts, given)
         load = by_place.pop(part.mass_center, None)
         forces.append(LoadTerm(part.mass_center, (own if load is None else own + load.vector).gathered(), center))
         if rotation is not None:
             load = by_place.pop(rotation.frame, None)
-            torque = Vector() if load is None else load.vector
-            torque = torque - rotation.bias
-            if u_dot:
-                torque = (torque - rotation.inertia.times(_acceleration(rotation.motion, u_dot))).gathered()
+            torque = _left_torque(rotation, () if load is None else load.vector.parts, given)
             torques.append(LoadTerm(rotation.frame, torque, rotation.motion))
     forces += [term for place, term in by_place.items() if isinstance(place, Point)]
     torques += [term for place, term in by_place.items() if isinstance(place, Frame)]
     return [*forces, *torques]
 
 
-def _inertia_force(moving: Moving, fall: Vector, u_dot: Mapping[Expr, Expr]) -> Vector:
+_Given = tuple[tuple[Expr, Expr], ...]
+"""u̇ by speed."""
+
+
+@remembered
+def _inertia_force(momenta: tuple[tuple[Motion, Expr], ...], shared: bool, fall: Parts, u_dot: _Given) -> Vector:
     """Σ m (g − a) at u̇ = 0 or `u_dot`."""
     total = Vector()
-    for motion, mass in moving.momenta:
-        own = (fall - motion.bias).gathered()
+    for motion, mass in momenta:
+        own = (Vector(fall) - motion.bias).gathered()
         if u_dot:
             own = (own - _acceleration(motion, u_dot)).gathered()
         total = total + own * mass
-    return total.gathered() if moving.shared else total
+    return total.gathered() if shared else total
 
 
-def _acceleration(motion: Motion, u_dot: Mapping[Expr, Expr]) -> Vector:
+@remembered
+def _left_torque(rotation: PartRotation, load: Parts, u_dot: _Given) -> Vector:
+    """T − I·α − ω × I·ω at u̇ = 0 or `u_dot`."""
+    torque = Vector(load) - rotation.bias
+    return (torque - rotation.inertia.times(_acceleration(rotation.motion, u_dot))).gathered() if u_dot else torque
+
+
+@remembered
+def _acceleration(motion: Motion, u_dot: _Given) -> Vector:
     """Σ v_r u̇_r."""
-    return sum((v * u_dot[s] for s, v in motion.partials.items() if s in u_dot), start=Vector()).gathered()
+    own = dict(u_dot)
+    return sum((v * own[s] for s, v in motion.partials.items() if s in own), start=Vector()).gathered()
 
 
 def met_by(terms: Iterable[LoadTerm], speed: Expr) -> Iterator[tuple[LoadTerm, Vector]]:
