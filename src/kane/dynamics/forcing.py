@@ -333,13 +333,21 @@ def generalized_by_motion(
     terms: Iterable[LoadTerm], speed: Expr, product: Callable[[Vector, Vector], Expr] = Vector.dot
 ) -> Expr:
     """Σ v_r·F + Σ ω_r·T, forces that share a v_r, and torques that share an ω_r, summed before the scalar `product`."""
+    met = [
+        (isinstance(place, Frame), motion.partials[speed], vector)
+        for place, vector, motion in terms
+        if vector.parts and speed in motion.partials
+    ]
+    return _by_motion(tuple(met), product)
+
+
+@remembered
+def _by_motion(met: tuple[tuple[bool, Vector, Vector], ...], product: Callable[[Vector, Vector], Expr]) -> Expr:
+    """The same of vectors with their partial velocities, by whether these are angular."""
     shifts: dict[Parts, tuple[Vector, Vector]] = {}
     turns: dict[Parts, tuple[Vector, Vector]] = {}
-    for place, vector, motion in terms:
-        partial = motion.partials.get(speed)
-        if partial is None or vector.is_zero:
-            continue
-        group = turns if isinstance(place, Frame) else shifts
+    for angular, partial, vector in met:
+        group = turns if angular else shifts
         key = partial.parts
         known = group.get(key)
         group[key] = partial, vector if known is None else (known[1] + vector).gathered()
