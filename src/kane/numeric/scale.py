@@ -202,6 +202,8 @@ def vanish(
     roots, known = list(exprs), known or {}
     symbols, left = [node for node in nodes(roots) if node.op is SYMBOL], dict.fromkeys(roots)
     for seed in SEEDS:
+        if not left:
+            break
         values = unit({s: known[s] if s in known else draw(seed, s) for s in symbols}, groups)
         sizes = zip(left, bounded(left, values), strict=True)
         left = {e: None for e, (x, error) in sizes if abs(x) <= error < np.inf}

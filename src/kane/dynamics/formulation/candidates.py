@@ -433,8 +433,7 @@ def short_forms(exprs: Sequence[Expr], derived: Derived, e: Embedding | None) ->
         if final.get(rewritten.__name__) is best:  # nothing has changed since
             continue
         found = rewritten(best, kept)
-        cost = price(found)
-        if cost < least:
+        if found is not best and (cost := price(found)) < least:
             best, least = found, cost
         final[rewritten.__name__] = best
     return best
