@@ -27,6 +27,15 @@ def test_postorder_is_that_of_a_recursion_from_the_first_argument_on(program: Pr
 
 
 @given(programs())
+def test_a_second_postorder_lists_what_the_first_has_not(program: Program) -> None:
+    roots = program.nodes()
+    known: set[Expr] = set()
+    listed = [node for root in roots for node in postorder((root,), known)]
+    assert all(a is b for a, b in zip(listed, postorder(roots), strict=True))
+    assert known == {*listed}
+
+
+@given(programs())
 def test_a_fold_combines_each_node_once_after_its_arguments(program: Program) -> None:
     values: dict[Expr, int] = {}
     met: list[Expr] = []

@@ -6,6 +6,7 @@ import pytest
 
 import kane as kn
 from kane.expr import differentiation
+from kane.gallery import pendulums
 
 
 def beads(n: int) -> kn.System:
@@ -39,3 +40,13 @@ def test_definitions_that_share_sums_are_read_once(monkeypatch):
     n = 60
     kn.derive(beads(n))
     assert len(seen) < 10 * n  # n²/2 and more where each definition and velocity is read anew
+
+
+def test_the_end_of_a_long_chain_that_turns_as_one_is_pulled_to_its_pin():
+    n = 600  # more links than a recursion from motion to motion has room for
+    eom = kn.derive(pendulums.system(n))
+    center = eom.system.bodies[-1].parts()[0].mass_center
+    x, y, _ = eom.point_accelerations[center].components(eom.system.inertial)
+    still = dict.fromkeys((u.dt for u in eom.speeds), 0.0)
+    turning = dict.fromkeys(eom.coordinates, 0.0) | dict.fromkeys(eom.speeds, 0.5)
+    assert kn.evaluate([x, y], turning | still) == pytest.approx([0, 0.25 * (n - 0.5)])

@@ -17,6 +17,7 @@ of revolution may be written in the frame that does not spin with it.
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import starmap
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -33,6 +34,7 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import CONST
 from kane.expr.square_system import Contents, content, divider, over_number
 from kane.expr.symbols import Parameter, QuasiRate, Rate, Reaction
+from kane.expr.visit import remembered
 from kane.kinematics.aligned import Aligned
 from kane.kinematics.speeds import Speeds
 from kane.kinematics.velocities import Kinematics, Motion, acceleration_form
@@ -77,13 +79,19 @@ class ConstantInertia:
         return self.times(alpha) + w.cross(self.times(w))
 
 
-class PartRotation(NamedTuple):
-    """The rotation of a part's frame, its central inertia, and what is left of dH/dt at u̇ = 0, the `bias`."""
+@dataclass(frozen=True, eq=False)
+class PartRotation:
+    """The rotation of a part's frame, and its central inertia; `made` gives the bias."""
 
     frame: Frame
     motion: Motion
     inertia: ConstantInertia
-    bias: Vector
+    made: Callable[[], Vector] = Vector
+
+    @cached_property
+    def bias(self) -> Vector:
+        """What is left of dH/dt at u̇ = 0."""
+        return self.made()
 
     def torque(self, alpha: Vector) -> Vector:
         """I·α + ω × I·ω."""
@@ -147,14 +155,17 @@ def moving_parts(inertias: Inertias, kinematics: Kinematics) -> tuple[Moving, ..
 def _turning(frame: Frame, inertia: ConstantInertia, kinematics: Kinematics) -> PartRotation:
     """The rotation of a part; dH/dt in the frame in which it spins where that is shorter, as one writes it for a disk or a top."""
     motion = kinematics.frame(frame)
-    bias = inertia.torque(motion, motion.bias)
-    if inertia.spun:
+
+    def cost(v: Vector) -> int:
+        return price(v.components(inertia.frame))
+
+    def bias() -> Vector:
+        usual = inertia.torque(motion, motion.bias)
+        if not inertia.spun:
+            return usual
         momentum = inertia.times(motion.total.express(inertia.frame))
+        return min(usual, kinematics.turning(momentum), key=cost)
 
-        def cost(v: Vector) -> int:
-            return price(v.components(inertia.frame))
-
-        bias = min(bias, kinematics.turning(momentum), key=cost)
     return PartRotation(frame, motion, inertia, bias)
 
 
@@ -263,37 +274,49 @@ def bias_terms(
         by_place[term.place] = term if before is None else term._replace(vector=before.vector + term.vector)
     forces: list[LoadTerm] = []
     torques: list[LoadTerm] = []
+    given = tuple(u_dot.items())
     for moving in reversed(bodies):
         part, center, rotation = moving.part, moving.center, moving.rotation
-        own = _inertia_force(moving, fall, u_dot)
+        own = _inertia_force(moving.momenta, bool(moving.shared), fall.parts, given)
         load = by_place.pop(part.mass_center, None)
         forces.append(LoadTerm(part.mass_center, (own if load is None else own + load.vector).gathered(), center))
         if rotation is not None:
             load = by_place.pop(rotation.frame, None)
-            torque = Vector() if load is None else load.vector
-            torque = torque - rotation.bias
-            if u_dot:
-                torque = (torque - rotation.inertia.times(_acceleration(rotation.motion, u_dot))).gathered()
+            torque = _left_torque(rotation, () if load is None else load.vector.parts, given)
             torques.append(LoadTerm(rotation.frame, torque, rotation.motion))
     forces += [term for place, term in by_place.items() if isinstance(place, Point)]
     torques += [term for place, term in by_place.items() if isinstance(place, Frame)]
     return [*forces, *torques]
 
 
-def _inertia_force(moving: Moving, fall: Vector, u_dot: Mapping[Expr, Expr]) -> Vector:
+_Given = tuple[tuple[Expr, Expr], ...]
+"""u̇ by speed."""
+
+
+@remembered
+def _inertia_force(momenta: tuple[tuple[Motion, Expr], ...], shared: bool, fall: Parts, u_dot: _Given) -> Vector:
     """Σ m (g − a) at u̇ = 0 or `u_dot`."""
     total = Vector()
-    for motion, mass in moving.momenta:
-        own = (fall - motion.bias).gathered()
+    for motion, mass in momenta:
+        own = (Vector(fall) - motion.bias).gathered()
         if u_dot:
             own = (own - _acceleration(motion, u_dot)).gathered()
         total = total + own * mass
-    return total.gathered() if moving.shared else total
+    return total.gathered() if shared else total
 
 
-def _acceleration(motion: Motion, u_dot: Mapping[Expr, Expr]) -> Vector:
+@remembered
+def _left_torque(rotation: PartRotation, load: Parts, u_dot: _Given) -> Vector:
+    """T − I·α − ω × I·ω at u̇ = 0 or `u_dot`."""
+    torque = Vector(load) - rotation.bias
+    return (torque - rotation.inertia.times(_acceleration(rotation.motion, u_dot))).gathered() if u_dot else torque
+
+
+@remembered
+def _acceleration(motion: Motion, u_dot: _Given) -> Vector:
     """Σ v_r u̇_r."""
-    return sum((v * u_dot[s] for s, v in motion.partials.items() if s in u_dot), start=Vector()).gathered()
+    own = dict(u_dot)
+    return sum((v * own[s] for s, v in motion.partials.items() if s in own), start=Vector()).gathered()
 
 
 def met_by(terms: Iterable[LoadTerm], speed: Expr) -> Iterator[tuple[LoadTerm, Vector]]:
@@ -310,13 +333,21 @@ def generalized_by_motion(
     terms: Iterable[LoadTerm], speed: Expr, product: Callable[[Vector, Vector], Expr] = Vector.dot
 ) -> Expr:
     """Σ v_r·F + Σ ω_r·T, forces that share a v_r, and torques that share an ω_r, summed before the scalar `product`."""
+    met = [
+        (isinstance(place, Frame), motion.partials[speed], vector)
+        for place, vector, motion in terms
+        if vector.parts and speed in motion.partials
+    ]
+    return _by_motion(tuple(met), product)
+
+
+@remembered
+def _by_motion(met: tuple[tuple[bool, Vector, Vector], ...], product: Callable[[Vector, Vector], Expr]) -> Expr:
+    """The same of vectors with their partial velocities, by whether these are angular."""
     shifts: dict[Parts, tuple[Vector, Vector]] = {}
     turns: dict[Parts, tuple[Vector, Vector]] = {}
-    for place, vector, motion in terms:
-        partial = motion.partials.get(speed)
-        if partial is None or vector.is_zero:
-            continue
-        group = turns if isinstance(place, Frame) else shifts
+    for angular, partial, vector in met:
+        group = turns if angular else shifts
         key = partial.parts
         known = group.get(key)
         group[key] = partial, vector if known is None else (known[1] + vector).gathered()

@@ -533,9 +533,9 @@ def digest(root: Expr) -> bytes:
     return digests[root]
 
 
-def postorder(roots: Iterable[Expr]) -> list[Expr]:
-    """Every node below `roots` once, arguments before their users, without recursion."""
-    seen: set[Expr] = set()
+def postorder(roots: Iterable[Expr], known: set[Expr] | None = None) -> list[Expr]:
+    """Every node below `roots` once, arguments before their users, without recursion; none that is `known`, as it then is."""
+    seen = set[Expr]() if known is None else known
     order: list[Expr] = []
     for node in roots:
         if node in seen:

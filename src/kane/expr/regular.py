@@ -245,26 +245,28 @@ def denominator(divisor: Expr) -> Expr:
 
 def guarding(by: Guards) -> Callable[[Expr], Expr]:
     """Puts guards where expressions divide by what may vanish, or by its products; what expressions share is rewritten once."""
-    images: dict[Expr, Expr] = {}
+    known, images = set[Expr](), dict[Expr, Expr]()  # of what changes
+    unchanged = images.keys().isdisjoint
 
     def below(node: Expr) -> Expr:
         if node in by:
-            return NODE_BUILDERS["regular"](images[node], by[node])
-        return mul(*map(below, node.args)) if node.op is MUL else images[node]
+            return NODE_BUILDERS["regular"](images.get(node, node), by[node])
+        return mul(*map(below, node.args)) if node.op is MUL else images.get(node, node)
 
-    def image(node: Expr) -> Expr:
-        args = node.args
-        if node.op is DIV:
-            divisor = below(args[1])
-            return node if divisor is args[1] and images[args[0]] is args[0] else div(images[args[0]], divisor)
-        for a in args:
-            if images[a] is not a:
-                own = [images[x] for x in args]
+    def guarded(root: Expr) -> Expr:
+        for node in postorder((root,), known):
+            args = node.args
+            if node.op is DIV:
+                x, divisor = images.get(args[0], args[0]), below(args[1])
+                if divisor is not args[1] or x is not args[0]:
+                    images[node] = div(x, divisor)
+            elif not unchanged(args):
+                own = [images.get(x, x) for x in args]
                 alike = _alike(node, own)
-                return NODE_BUILDERS[node.op.name](*own) if alike is None else alike
-        return node
+                images[node] = NODE_BUILDERS[node.op.name](*own) if alike is None else alike
+        return images.get(root, root)
 
-    return (lambda root: fold(root, images, image)) if by else (lambda root: root)
+    return guarded if by else (lambda root: root)
 
 
 def _alike(node: Expr, args: Sequence[Expr]) -> Expr | None:

@@ -7,8 +7,8 @@ The partial velocities are first-class: they are built along the tree, never by 
 α_b, a_b is what is left of the acceleration at u̇ = 0.
 """
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from kane.expr.differentiation import tangent, time_derivative
@@ -17,7 +17,7 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.ops import CONST
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Speed, Symbol, Time, input_of, rate
 from kane.kinematics.aligned import AS_DECLARED, Aligned
-from kane.kinematics.speeds import Matching, Sample, ScalarForm, Speeds
+from kane.kinematics.speeds import Forms, Matching, Sample, ScalarForm, Speeds
 from kane.model.constraints import cut_of
 from kane.space.frame import Point
 from kane.space.rotation import NOTHING, Basis, Triple
@@ -31,13 +31,34 @@ Partials = dict[Expr, Vector]
 class Motion:
     """The rotation of a frame, or the translation of a point, in the inertial frame.
 
-    `partials` by speed (auxiliary ones too), `rest` free of speeds, `bias` at u̇ = 0; `spin` is a frame's whole angular velocity.
+    `partials` by speed (auxiliary ones too), `rest` free of speeds; `spin` is a frame's whole angular velocity. `made` gives the
+    bias, from that of the motion `before` it in the tree among others.
     """
 
     partials: Partials
     rest: Vector
-    bias: Vector
+    made: Callable[[], Vector] = Vector
     spin: Vector | None = None
+    before: "Motion | None" = None
+    _bias: Vector | None = field(default=None, init=False)
+
+    @property
+    def bias(self) -> Vector:
+        """The acceleration at u̇ = 0, made when it is first read: velocities alone do not need it."""
+        if self._bias is None:
+            waiting: list[Motion] = []
+            motion: Motion | None = self
+            while motion is not None and motion._bias is None:
+                waiting.append(motion)
+                motion = motion.before
+            for m in reversed(waiting):
+                object.__setattr__(m, "_bias", m.made())
+        assert self._bias is not None
+        return self._bias
+
+    def with_bias(self, bias: Vector) -> "Motion":
+        """The same with another acceleration at u̇ = 0."""
+        return replace(self, made=lambda: bias, before=None)
 
     @property
     def total(self) -> Vector:
@@ -50,7 +71,7 @@ class Motion:
         return self.rest.is_zero and all(isinstance(s, AuxiliarySpeed) for s in self.partials)
 
 
-_STILL = Motion({}, Vector(), Vector(), Vector())
+_STILL = Motion({}, Vector(), spin=Vector())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,6 +93,14 @@ class Following(NamedTuple):
     row: Mapping[Expr, Expr]
     rest: Expr
     bias: Expr
+
+
+class _Swing(NamedTuple):
+    """An arm in a frame that turns, and the rates of what changes in it."""
+
+    spin: Motion
+    arm: Vector
+    forms: Forms | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -183,9 +212,12 @@ class Kinematics:
         a, b, c = (f.total() for f in own)
         relative = Vector(((basis, (a, b, c)),))
         total = base.total.express(home) + relative.express(home)
-        swing = relative.map(self.drift)
-        bias = base.bias.express(home) + (base.total.cross(relative) + swing).express(home)
-        return Motion(partials, base.rest + rest, bias, total)
+
+        def bias() -> Vector:
+            swing = relative.map(self.drift)
+            return base.bias.express(home) + (base.total.cross(relative) + swing).express(home)
+
+        return Motion(partials, base.rest + rest, bias, total, base)
 
     def _matched(self, place: Basis | Point, along_the_tree: Partials) -> Motion | None:
         """A motion given outright along a frame in which it is made of rows of Y; None where there is none.
@@ -201,10 +233,13 @@ class Kinematics:
         a, b, c = (f.total() for f in forms)
         aligned = self.aligned.vector
         along = Vector(((target, (a, b, c)),))
-        total, bias = aligned(along), aligned(along.map(self.drift))
-        if target is not place:
-            bias = bias + self.frame(target).total.cross(total)
-        return Motion({s: aligned(v) for s, v in partials.items()}, aligned(rest), bias.gathered(), total)
+        total = aligned(along)
+
+        def bias() -> Vector:
+            own = aligned(along.map(self.drift))
+            return (own if target is place else own + self.frame(target).total.cross(total)).gathered()
+
+        return Motion({s: aligned(v) for s, v in partials.items()}, aligned(rest), bias, total)
 
     # Points ---------------------------------------------------------------------------------------------------------
 
@@ -222,24 +257,20 @@ class Kinematics:
         if point.parent is None:
             return _STILL
         start = self._points[point.parent]
-        partials = dict(start.partials)
-        rest, bias = start.rest, start.bias
+        partials, rest = dict(start.partials), start.rest
+        swings: list[_Swing] = []
         for frame, offset in point.offset.parts:
             spin = self.frame(frame if point.body is None else point.body)
             f, r = self.aligned.triple(frame, offset)
-            arm = Vector(((f, r),))
+            arm, forms = Vector(((f, r),)), None
             rest = _swept(partials, rest, spin, arm)
-            bias = bias + spin.bias.cross(arm) + spin.total.cross(spin.total.cross(arm))
             if point.body is None and _moves(r):
                 forms = self.matching.forms((time_derivative(r[0]), time_derivative(r[1]), time_derivative(r[2])))
                 slide, slide_rest = self._vectors(forms, f)
                 for s, v in slide.items():
                     _accumulate(partials, s, v)
                 rest = rest + slide_rest
-                # at constant speeds the rate of what is not a sum of speeds is short, and what else reads it has it, too
-                a, b, c = (form.total() if form.exact else self.drift(x) for form, x in zip(forms, r, strict=True))
-                sliding = Vector(((f, (a, b, c)),))
-                bias = bias + spin.total.cross(sliding) * 2 + sliding.map(self.drift)
+            swings.append(_Swing(spin, arm, forms))
         for u, along in self.cuts.get(point, ()):
             _accumulate(partials, u, self.aligned.vector(along))
         if point in self.contacts:
@@ -248,10 +279,26 @@ class Kinematics:
         if matched is not None:
             return matched
         partials = {s: v for s, v in partials.items() if not v.is_zero}
-        # the bias meets the partial velocities: where these have one frame, it is written there
-        frames = {f for s, v in partials.items() if not isinstance(s, AuxiliarySpeed) for f, _ in v.parts}
-        bias = bias.express(*frames) if len(frames) == 1 else bias.gathered()
-        return Motion(partials, rest.gathered(), bias)
+
+        def bias() -> Vector:
+            total = self._swung(start.bias, swings)
+            # the bias meets the partial velocities: where these have one frame, it is written there
+            frames = {f for s, v in partials.items() if not isinstance(s, AuxiliarySpeed) for f, _ in v.parts}
+            return total.express(*frames) if len(frames) == 1 else total.gathered()
+
+        return Motion(partials, rest.gathered(), bias, before=start)
+
+    def _swung(self, bias: Vector, swings: Iterable[_Swing]) -> Vector:
+        """The acceleration at u̇ = 0 at the end of arms that turn and change."""
+        for spin, arm, forms in swings:
+            bias = bias + spin.bias.cross(arm) + spin.total.cross(spin.total.cross(arm))
+            if forms is not None:
+                ((f, r),) = arm.parts
+                # at constant speeds the rate of what is not a sum of speeds is short, and what else reads it has it, too
+                a, b, c = (form.total() if form.exact else self.drift(x) for form, x in zip(forms, r, strict=True))
+                sliding = Vector(((f, (a, b, c)),))
+                bias = bias + spin.total.cross(sliding) * 2 + sliding.map(self.drift)
+        return bias
 
     def _through(self, contact: ContactPoint, along_the_tree: Partials) -> Motion:
         """v = v^Ĉ + ω × r of the point from which the particle Ĉ of its body lies at −r, where v^Ĉ is known."""
@@ -267,10 +314,12 @@ class Kinematics:
             rest = _swept(partials, rest, spin, arm)
             shift = shift + spin.total.cross(arm)
         partials.update({s: v for s, v in along_the_tree.items() if isinstance(s, AuxiliarySpeed)})
-        bias = self.turning(shift.gathered())
-        if other is not None:
-            bias = bias + self.velocity_bias(other)
-        return Motion({s: v for s, v in partials.items() if not v.is_zero}, rest.gathered(), bias.gathered())
+
+        def bias() -> Vector:
+            own = self.turning(shift.gathered())
+            return (own if other is None else own + self.velocity_bias(other)).gathered()
+
+        return Motion({s: v for s, v in partials.items() if not v.is_zero}, rest.gathered(), bias)
 
     def turning(self, v: Vector) -> Vector:
         """dv/dt in the inertial frame at constant speeds."""

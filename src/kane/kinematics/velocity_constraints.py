@@ -179,7 +179,7 @@ def constraint_rows(
     """Constraints in the speeds of the system; each must be affine in the rates, and hold something that moves."""
     speeds: Sequence[Expr] = kinematics.speeds.speeds
     listed = tuple(constraints)
-    large = len(speeds) >= _LARGE and not auxiliary
+    large = bool(listed) and len(speeds) >= _LARGE and not auxiliary
     along = rows_along_tree(listed, kinematics) if large else {}
     sets = [s.coordinates for s in kinematics.speeds.system.euler_parameters]
     forms = _cleared([(c, along.get(c) or (placed_form if c.placed else _bare)(c, kinematics)) for c in listed], sets)

@@ -21,6 +21,7 @@ from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr, as_expr, constant_value
 from kane.expr.ops import CONST, Immutable
 from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol
+from kane.expr.visit import remembered
 from kane.model.solids import central_inertia
 from kane.numeric.arrays import Array
 from kane.numeric.sampling import SEED, SEEDS, default_of, draw, sample
@@ -90,6 +91,11 @@ def extended(bodies: Iterable[Body]) -> list[tuple[str, Frame, Dyadic]]:
 
 def deforming(bodies: Iterable[Body]) -> tuple[Deforming, ...]:
     """The bodies with coordinates of their own."""
+    return _deforming(tuple(bodies))
+
+
+@remembered
+def _deforming(bodies: tuple[Body, ...]) -> tuple[Deforming, ...]:
     return tuple([body for body in bodies if _deforms(body)])
 
 

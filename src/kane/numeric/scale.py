@@ -174,14 +174,13 @@ def _passed_on(op: Op, parts: Sequence[Bounded]) -> Bounded:
     return float(z), float(error)
 
 
-def _changed(order: Iterable[Expr], values: Mapping[Any, Any], share: float) -> dict[Expr, Any]:
+def _changed(order: Sequence[Expr], values: Mapping[Any, Any], share: float) -> dict[Expr, Any]:
     """Values with each result changed by its rounding, and each leaf within its bound, at random: arrays with one more axis."""
-    rng = np.random.default_rng(SEEDS[0])
+    changes = np.random.default_rng(SEEDS[0]).uniform(-1.0, 1.0, (len(order), _CHANGES))
     found: dict[Expr, Any] = {}
-    for node in order:
-        by = rng.uniform(-1.0, 1.0, _CHANGES)
+    for node, by, factor in zip(order, changes, 1.0 + ROUNDING * changes, strict=True):
         if node.args:
-            found[node] = node.op.numpy(*[found[x] for x in node.args]) * (1.0 + ROUNDING * by)
+            found[node] = node.op.numpy(*[found[x] for x in node.args]) * factor
         else:
             x, error = _leaf(node, values, share)
             found[node] = np.asarray(x)[..., None] + np.asarray(error)[..., None] * by
@@ -202,6 +201,8 @@ def vanish(
     roots, known = list(exprs), known or {}
     symbols, left = [node for node in nodes(roots) if node.op is SYMBOL], dict.fromkeys(roots)
     for seed in SEEDS:
+        if not left:
+            break
         values = unit({s: known[s] if s in known else draw(seed, s) for s in symbols}, groups)
         sizes = zip(left, bounded(left, values), strict=True)
         left = {e: None for e, (x, error) in sizes if abs(x) <= error < np.inf}

@@ -238,6 +238,7 @@ class Vector(Immutable):
 _set_parts = Vector.__dict__["parts"].__set__
 
 
+@remembered
 def _components(parts: Parts, frame: Frame) -> Triple:
     for f, _ in parts:
         check_connected(f, frame)

@@ -73,6 +73,8 @@ from kane.space.frame import Point
 from kane.space.rotation import Basis
 from kane.space.vector import Vector
 
+_STILL = Motion({}, Vector())
+"""That of the mass centre of a body about a point at rest, which brings no acceleration."""
 LARGE = 800
 """Operations of u̇ above which fewer ways are tried: they differ by little there, and each takes its time."""
 _FEW = 6
@@ -85,18 +87,18 @@ def reactions(
     moving: Motions,
     u_dot: Mapping[Expr, Expr],
     matrix: Matrix,
-    held: Callable[[Expr], Expr],
+    w: ConstraintRates | None,
     differentiated: bool,
 ) -> Iterator[tuple[Expr, ...]]:
     """R with products along the frames of the partial velocities; where they are `differentiated`, in a few ways.
 
     Accelerations are those of the bodies of `moving` with `u_dot`, or velocities `differentiated`, partial velocities those of
-    `derived`, which has all speeds. `held` leaves out the speeds that vanish.
+    `derived`, which has all speeds. The speeds of `w` that vanish are left out.
     """
 
     def whole(bodies: Sequence[Moving]) -> list[LoadTerm]:
         return [
-            term._replace(motion=derived.kinematics.of(term.place), vector=term.vector.map(held))
+            LoadTerm(term.place, term.vector.map(w.held) if w else term.vector, derived.kinematics.of(term.place))
             for term in derived.left_by(moving.kinematics, bodies, u_dot)
             if not term.vector.is_zero
         ]
@@ -106,12 +108,12 @@ def reactions(
         about: Sequence[LoadTerm] | None = None,
         product: Callable[[Vector, Vector], Expr] = _dot_along,
     ) -> tuple[Expr, ...]:
-        return tuple(map(held, solved_reactions(matrix, _remainders(derived, e, terms, about or terms, product))))
+        found = solved_reactions(matrix, _remainders(derived, e, terms, about or terms, product))
+        return tuple(map(w.held, found) if w else found)
 
     def about_rest(bodies: Sequence[Moving]) -> tuple[Expr, ...]:
         pivoted = about_points_at_rest(bodies, derived.kinematics)
-        still = Motion({}, Vector(), Vector())  # the mass centre of a body about a point at rest brings no acceleration
-        resting = pivoted and whole([f if m is f else f._replace(center=still) for m, f in zip(*pivoted, strict=True)])
+        resting = pivoted and whole([f if m is f else f._replace(center=_STILL) for m, f in zip(*pivoted, strict=True)])
         return solved(whole(bodies), resting, Vector.dot)
 
     if not differentiated:
@@ -140,7 +142,7 @@ def _along_inertial(
     bodies, best = list(moving.bodies), reactions_of(moving.bodies)
     least = cost(best)
     for k, b in enumerate(moving_parts(derived.inertias, known)):
-        other = b._replace(center=replace(b.center, bias=b.center.bias.express(derived.system.inertial)))
+        other = b._replace(center=b.center.with_bias(b.center.bias.express(derived.system.inertial)))
         tried = [*bodies[:k], other, *bodies[k + 1 :]]
         found = reactions_of(tried)
         if (price_of := cost(found)) < least:
@@ -153,7 +155,7 @@ def _along(b: Moving, frame: Basis, known: Kinematics) -> Moving:
     if b.rotation is None or frame not in b.rotation.frame.lineage:
         return b
     a = known.turning(b.center.total.express(frame))
-    return b._replace(center=Motion({}, Vector(), a))
+    return b._replace(center=Motion({}, Vector(), lambda: a))
 
 
 def _remainders(
@@ -333,8 +335,7 @@ def with_reactions(
     values: dict[Expr, Expr] = dict(zip(s.derived.speeds, u_dot if w is None else s.accelerations, strict=True))
     every = [s.reactions] if len(s.reactions) == len(s.derived.reactions) else []
     if s.derived.reactions and candidate.moving is not None:
-        held = w.held if w is not None else lambda x: x
-        every += reactions(s.derived, s.embedding, candidate.moving, values, s.reaction_matrix, held, differentiated)
+        every += reactions(s.derived, s.embedding, candidate.moving, values, s.reaction_matrix, w, differentiated)
     rates = derived.rates
     best = _cheapest(every, (*rates, *u_dot), derived, e if differentiated else None)
     whole = replace(s, accelerations=u_dot, reactions=best)
@@ -432,8 +433,7 @@ def short_forms(exprs: Sequence[Expr], derived: Derived, e: Embedding | None) ->
         if final.get(rewritten.__name__) is best:  # nothing has changed since
             continue
         found = rewritten(best, kept)
-        cost = price(found)
-        if cost < least:
+        if found is not best and (cost := price(found)) < least:
             best, least = found, cost
         final[rewritten.__name__] = best
     return best

@@ -244,7 +244,7 @@ def about_points_at_rest(bodies: Sequence[Moving], kinematics: Kinematics) -> tu
         if turning is not None:
             some = True
             inertial.append(m._replace(center=replace(m.center, partials={}), rotation=turning))
-            forced.append(m._replace(center=replace(m.center, bias=Vector()), rotation=turning))
+            forced.append(m._replace(center=m.center.with_bias(Vector()), rotation=turning))
         else:
             inertial.append(m)
             forced.append(m)
@@ -262,7 +262,7 @@ def _about_point(m: Moving, kinematics: Kinematics) -> PartRotation | None:
     if not is_constant_in_time(r):
         return None
     whole = replace(inertia, rows=_inertia_about(inertia.rows, m.part.mass, r))
-    return turning._replace(inertia=whole, bias=whole.torque(turning.motion, turning.motion.bias))
+    return replace(turning, inertia=whole, made=lambda: whole.torque(turning.motion, turning.motion.bias))
 
 
 def _inertia_about(rows: Cosines, mass: Expr, r: Triple) -> Cosines:
@@ -323,9 +323,9 @@ def power(derived: Derived, e: Embedding) -> Solved:
 
 def still(m: Moving) -> Moving:
     """The same body as if it had no acceleration at u̇ = 0."""
-    turning = m.rotation and m.rotation._replace(bias=Vector())
-    shared = tuple((replace(motion, bias=Vector()), mass) for motion, mass in m.shared)
-    return m._replace(center=replace(m.center, bias=Vector()), rotation=turning, shared=shared)
+    turning = m.rotation and replace(m.rotation, made=Vector)
+    shared = tuple((motion.with_bias(Vector()), mass) for motion, mass in m.shared)
+    return m._replace(center=m.center.with_bias(Vector()), rotation=turning, shared=shared)
 
 
 def _gained(derived: Derived, e: Embedding, every: Sequence[Expr]) -> Expr:

@@ -257,14 +257,18 @@ class _Search:
         every, large = self.candidates(e, cost)
         poles = Poles(lambda: of_embedding(e), lambda: divisors(e.a_n.entries), self.of_usual)
         priced = [(cost(c), c) for c in every] if len(every) > 1 else [(0, every[0])]
-        pairs: list[tuple[int, int, Candidate, Exprs]] = []
+        pairs: list[tuple[Candidate, Exprs]] = []
+        prices: list[int] = []
         for least, c in sorted(priced, key=lambda pair: pair[0])[:_FEW]:
-            if pairs and least >= min(pairs)[0]:
+            prices += [self.price(u_dot) for _, u_dot in pairs[len(prices) :]]
+            if pairs and least >= min(prices):
                 break
-            for u_dot in with_dependent(self.derived, e, c, large, self.tried.dependent):
-                if poles.fewer(c.solution.derived, u_dot):
-                    pairs.append((self.price(u_dot), len(pairs), c, u_dot))
-        return [(c, u_dot) for _, _, c, u_dot in sorted(pairs)[:_FEW]]
+            ways = with_dependent(self.derived, e, c, large, self.tried.dependent)
+            pairs += [(c, u_dot) for u_dot in ways if poles.fewer(c.solution.derived, u_dot)]
+        if len(pairs) < 2:
+            return pairs
+        prices += [self.price(u_dot) for _, u_dot in pairs[len(prices) :]]
+        return [pairs[k] for k in sorted(range(len(pairs)), key=prices.__getitem__)[:_FEW]]
 
     def shortest(self) -> Solved:
         """The shortest with its reactions, which are looked for in all ways beside the u̇ that is best with the usual ones."""

@@ -58,7 +58,7 @@ def _products(bodies: Iterable[Moving], left: Reading, right: Reading) -> Expr:
         for motion, mass in b.momenta:
             total = add(total, mul(mass, own.dot(right(motion, None))))
         if b.rotation is not None:
-            _, turned, inertia, _ = b.rotation
+            turned, inertia = b.rotation.motion, b.rotation.inertia
             total = add(total, left(turned, inertia).dot(inertia.times(right(turned, inertia))))
     return total
 

@@ -136,7 +136,7 @@ class _Products:
         for node in products:
             if node not in self.kept:
                 own[node] = 1 + sum([own[a] for a in node.args if a in parts])
-                if uses[node] == 1 and node not in elsewhere:
+                if uses.get(node) == 1 and node not in elsewhere:
                     parts.add(node)
                 if node not in self._factors:
                     self._factors[node] = self._product(node)
