@@ -19,7 +19,7 @@ from kane.expr.node import Expr
 from kane.model.contacts import ContactMode, Modes
 from kane.model.declarations import Event
 from kane.motion.arguments import Arguments
-from kane.motion.constraint_kernels import Holding, unheld
+from kane.motion.constraint_kernels import Holding
 from kane.motion.course import Method
 from kane.motion.hybrid.contact_automaton import Back, Row, automaton_kernel
 from kane.motion.hybrid.contact_tables import (
@@ -47,7 +47,7 @@ from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.held import CHANGES, POORER
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steppers.watched import rooms
-from kane.motion.steps import Stepper
+from kane.motion.steps import Stepper, unheld
 from kane.numeric.arrays import Array
 from kane.program.native.calls import RESULT, KeptCalls
 from kane.program.native.entry import CompiledKernel, entry, hoisted

@@ -24,7 +24,7 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, Expr
 from kane.model.beams.beam import Beam
 from kane.motion.arguments import Arguments
-from kane.motion.constraint_kernels import Holding, unheld
+from kane.motion.constraint_kernels import Holding
 from kane.motion.course import HELD, MANY_STEPS, RECENT, Method
 from kane.motion.hybrid.actions import phase_after
 from kane.motion.hybrid.automaton import asks, asks_for, evaluated, stands_beside
@@ -46,7 +46,7 @@ from kane.motion.solution.solution import Segment, Solution, some_of
 from kane.motion.start import POSITIVE, check_masses, moves_pivots, surely_have_mass
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS
-from kane.motion.steps import Stepper
+from kane.motion.steps import Stepper, unheld
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.scale import SURELY_REGULAR
 from kane.program.from_expressions import Bundle

@@ -70,18 +70,17 @@ class Verdict(Enum):
 
     TAKEN = "taken"
     SHORTER = "taken again, shorter"
-
     SINGULAR = "left to SciPy's solver, which passes singular states"
     TURNED = "not taken: another branch of a closure lies there"
     MISSED = "not taken: a constraint does not hold there"
+    BENT = "not taken: constraints hold other positions or velocities there"
 
 
 class Inspection(NamedTuple):
-    """The verdict on a step; `t` is where it ends or how long it is then, `which` the switches that turn, `message` what was found."""
+    """The verdict on a step; `t` is how long it is then, 0 where that is not said, `message` what was found."""
 
     verdict: Verdict
     t: float = 0.0
-    which: tuple[int, ...] = ()
     message: str = ""
 
 
