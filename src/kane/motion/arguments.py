@@ -11,8 +11,7 @@ import numpy as np
 from kane.dynamics.readings.quantities import without_unknowns
 from kane.equations.equations import Equations
 from kane.expr.node import Expr
-from kane.motion.hybrid.automaton import automaton
-from kane.motion.hybrid.events import Fresh
+from kane.motion.hybrid.automaton import Fresh, automaton
 from kane.motion.inputs.expressions import Formula, HeldInput, Law, LawInput, driving
 from kane.motion.inputs.functions import asked, constant, following, follows, law_of
 from kane.motion.right_hand_side import Given, Routines, derivatives, exact

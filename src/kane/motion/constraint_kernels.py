@@ -21,11 +21,10 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO
 from kane.expr.regular import Sizes, size
 from kane.motion.arguments import Arguments, by_kind
-from kane.motion.hybrid.events import Inspection, Verdict
-from kane.motion.hybrid.sides import on_their_sides
+from kane.motion.course import Inspection, Verdict
 from kane.motion.kinks import Dense
 from kane.motion.projection import Numbers
-from kane.motion.right_hand_side import Given, Routines, routines
+from kane.motion.right_hand_side import Given, Routines, on_their_sides, routines
 from kane.motion.steppers.context import ReturnCode, Slot
 from kane.motion.steppers.held import CHANGES, COUNTS, POORER, POORLY, room
 from kane.motion.steps import Stepper, better, regular

@@ -34,13 +34,12 @@ from kane.motion.hybrid.contact_tables import (
     structure,
     symbols,
 )
-from kane.motion.hybrid.event_routines import glance
 from kane.motion.inputs.functions import constant
 from kane.motion.loop import whole
 from kane.motion.methods import chosen, kernel_of
 from kane.motion.native import first_slots
 from kane.motion.projection import is_constrained
-from kane.motion.right_hand_side import Given, has_jumps, timed
+from kane.motion.right_hand_side import Given, glance, has_jumps, timed
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.solution import Segment, Solution
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot

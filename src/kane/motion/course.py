@@ -11,6 +11,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from enum import Enum
 from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol
 
@@ -20,7 +21,8 @@ from kane.dynamics.poles import KinematicsEnd
 from kane.equations.equations import Equations
 from kane.model.declarations import Event
 from kane.motion.broken import chattering, not_held
-from kane.motion.hybrid.events import End, Fresh, Inspection, StepSeen, Verdict, met_along
+from kane.motion.hybrid.automaton import End, Fresh
+from kane.motion.hybrid.events import StepSeen, met_along
 from kane.motion.projection import Numbers
 from kane.motion.right_hand_side import Routines
 from kane.motion.steps import Stepper, regular, unheld
@@ -119,6 +121,25 @@ class Pace:
             f"the motion does not get on: {MANY_STEPS} steps led from t = {t - gained:.6g} to {t:.6g}, {gained / self.length:.1e} of "
             'the span. Choose method="Radau" where the equations are stiff, end before, or give max_steps= to go on all the same'
         )
+
+
+class Verdict(Enum):
+    """What becomes of a step that has been inspected."""
+
+    TAKEN = "taken"
+    SHORTER = "taken again, shorter"
+    SINGULAR = "left to SciPy's solver, which passes singular states"
+    TURNED = "not taken: another branch of a closure lies there"
+    MISSED = "not taken: a constraint does not hold there"
+    BENT = "not taken: constraints hold other positions or velocities there"
+
+
+class Inspection(NamedTuple):
+    """The verdict on a step; `t` is how long it is then, 0 where that is not said, `message` what was found."""
+
+    verdict: Verdict
+    t: float = 0.0
+    message: str = ""
 
 
 class StepFound(NamedTuple):
@@ -278,7 +299,9 @@ class Course:
         if told:
             return self.stopped(told)
         end = self.follow(solver.step(most))
-        if end is None and self.back is not None and solver is self.solver:  # not yet where it has just been handed over to
+        if (
+            end is None and self.back is not None and solver is self.solver
+        ):  # not yet where it has just been handed over to
             self._return(self.back)
         return end
 
@@ -386,6 +409,17 @@ class Course:
         """A sample, moved onto the constraints."""
         self.t.append(t)
         self.rows.append(self.stepper.sample(t, y))
+
+    def jumped(self, t: float, met: list[tuple[Event, float]], before: Array, after: Array) -> None:
+        """The motion was ended or changed at a time by the last of the events that were met."""
+        self.events += met
+        if t > self.t[-1]:
+            self.sample(t, before)
+        by = tuple(event for event, _ in met if event.then is not None)
+        if by:
+            self.jumps.append((len(self.t), by, before))
+            self.t.append(t)
+            self.rows.append((after, self.stepper.eom))
 
     def _sample_up_to(self, end: float, dense: Callable[[float], Array], ends: bool) -> None:
         """The samples before `end`, by the states along a step, and the one there if the motion ends there."""

@@ -18,9 +18,8 @@ from kane.errors import KaneError, SimulationError, warn
 from kane.expr.node import Expr
 from kane.model.declarations import Event
 from kane.motion.course import Course, Method, Solver
-from kane.motion.hybrid.actions import Instant, acting, after_actions, phase_after
-from kane.motion.hybrid.contact_starts import check_forces
-from kane.motion.hybrid.events import End, at_start, ended_by, up_to_a_break
+from kane.motion.hybrid.actions import Instant, after_actions
+from kane.motion.hybrid.automaton import End, acting, at_start, check_forces, ended_by, phase_after, up_to_a_break
 from kane.motion.inputs.breakpoints import bumps_of
 from kane.motion.inputs.expressions import Formula, HeldInput, controllers
 from kane.motion.inputs.functions import Asked, Function, Signal, warn_of_jumps

@@ -16,11 +16,10 @@ from kane.expr.node import Expr, postorder
 from kane.expr.ops import OPS, Op
 from kane.expr.piecewise import Piecewise
 from kane.expr.symbols import time
-from kane.motion.hybrid.sides import on_one_side, unfit
 from kane.motion.inputs.expressions import CORNERS, Formula, HeldInput
 from kane.motion.inputs.functions import asked, following
 from kane.motion.projection import is_constrained
-from kane.motion.right_hand_side import Routines, has_jumps, is_long
+from kane.motion.right_hand_side import Routines, has_jumps, is_long, on_one_side, unfit
 from kane.motion.solvers.cvode import CVODE, check_installed
 from kane.motion.solvers.stepping import IMPLICIT as SLOW
 from kane.motion.solvers.stepping import STEPPED

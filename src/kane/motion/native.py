@@ -13,16 +13,14 @@ from kane.model.declarations import Event
 from kane.motion.arguments import Arguments
 from kane.motion.broken import chattering, no_step, standing
 from kane.motion.constraint_kernels import Holding
-from kane.motion.course import HELD, RECENT, Came, Course, Method, StepFound
-from kane.motion.hybrid.actions import leapt_over
-from kane.motion.hybrid.automaton import leaving
-from kane.motion.hybrid.events import End, Inspection, StepSeen, ended_by, up_to_a_break
-from kane.motion.hybrid.sides import on_their_sides
+from kane.motion.course import HELD, RECENT, Came, Course, Inspection, Method, StepFound
+from kane.motion.hybrid.automaton import End, ended_by, leapt_over, leaving, up_to_a_break
+from kane.motion.hybrid.events import StepSeen
 from kane.motion.inputs.breakpoints import next_end, on_from
 from kane.motion.inputs.expressions import Held, controllers
 from kane.motion.methods import implicit, kernel_of
 from kane.motion.projection import Numbers
-from kane.motion.right_hand_side import Given, Routines, exact, switches
+from kane.motion.right_hand_side import Given, Routines, exact, on_their_sides, switches
 from kane.motion.solvers.stepping import STEPPED
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.held import POORER
@@ -341,7 +339,8 @@ class KernelSolver:
             for row in self.given["jumps"][: int(s[Slot.JUMPS]) * (2 * n + 2)].reshape(-1, 2 * n + 2):
                 met = [(events[int(k)], float(t)) for t, k in log[done : int(row[1])]]
                 done = int(row[1])
-                self._jumped(float(row[0]), met, *row[2:].copy().reshape(2, n))
+                self._sample_to(t := float(row[0]))
+                self.course.jumped(t, met, *row[2:].copy().reshape(2, n))
             own = self.stepper.now.p
             own[:] = self.given["p"][: len(own)]
             self.course.events += [(events[int(k)], float(t)) for t, k in log[done : int(s[Slot.LOGGED])]]
@@ -352,19 +351,6 @@ class KernelSolver:
         """The events at whose thresholds the motion is, as the kernel has it."""
         if "leaves" in self.given:
             self.course.fresh = leaving(self.given, self.arguments.now.eom.events)
-
-    def _jumped(self, t: float, met: list[tuple[Event, float]], before: Array, after: Array) -> None:
-        """The motion was ended or changed at a time by the last of the events that were met."""
-        course = self.course
-        self._sample_to(t)
-        course.events += met
-        if t > course.t[-1]:
-            course.sample(t, before)
-        by = tuple(event for event, _ in met if event.then is not None)
-        if by:
-            course.jumps.append((len(course.t), by, before))
-            course.t.append(t)
-            course.rows.append((after, self.stepper.eom))
 
     def _sample_to(self, end: float) -> None:
         """The samples that were taken before a time; one beside a doubtful state is moved onto the constraints once more."""

@@ -8,8 +8,8 @@ import numpy as np
 
 from kane.dynamics.poles import KinematicsEnd
 from kane.motion.broken import NESTED, broken_off, chattering
-from kane.motion.course import Course, StepFound
-from kane.motion.hybrid.events import PARTS, Inspection, StepSeen, Verdict, leapt, still_there, thresholds
+from kane.motion.course import Course, Inspection, StepFound, Verdict
+from kane.motion.hybrid.events import PARTS, StepSeen, leapt, still_there, thresholds
 from kane.motion.inputs.breakpoints import next_end, on_from
 from kane.motion.inputs.expressions import controllers
 from kane.motion.projection import Numbers
