@@ -162,6 +162,9 @@ Came = StepFound | End | str | None
 """What a solver comes back with: a step of which something is open, the end, why there is no step, or nothing to be looked at."""
 
 
+Counts = tuple[int, int]
+
+
 class Solver(Protocol):
     """What steps a motion. One that goes on `by_itself` takes samples, and goes on from steps in which nothing is found.
 
@@ -172,32 +175,16 @@ class Solver(Protocol):
     ahead: float
 
     @property
-    def t(self) -> float:
-        """Up to when the motion is stepped."""
-
-    @property
-    def state(self) -> Array:
-        """The state there."""
+    def at(self) -> tuple[float, Array]:
+        """Up to when the motion is stepped, and the state there."""
 
     @property
     def reached(self) -> tuple[float, Array]:
-        """The last state that was gone on from."""
+        """The last time and state that were gone on from."""
 
     @property
-    def acted(self) -> float:
-        """When an action was last taken, or the motion began."""
-
-    @property
-    def now(self) -> Routines:
-        """The equations as it steps them."""
-
-    @property
-    def steps(self) -> int:
-        """How many it has tried or taken."""
-
-    @property
-    def evaluations(self) -> int:
-        """Evaluations of the right-hand side; those of all stages at once are one."""
+    def counts(self) -> Counts:
+        """Steps that it has tried or taken, and evaluations of the right-hand side; those of all stages at once are one."""
 
     def step(self, most: int) -> Came:
         """A step, or at most so many."""
@@ -205,8 +192,8 @@ class Solver(Protocol):
     def singular(self, step: StepFound, numbers: Numbers | None, narrow: float) -> Inspection:
         """Whether a step that keeps its constraints is one: constraints may be singular there, or loads switch and switch back."""
 
-    def seen(self, step: StepFound, kept: Array) -> tuple[StepSeen, Array]:
-        """The events' quantities along a step that ends at a state on its constraints, and the largest that they have been."""
+    def seen(self, step: StepFound, kept: Array) -> StepSeen:
+        """What events see of a step that ends at a state on its constraints."""
 
     def shorten(self, step: StepFound, length: float) -> None:
         """The step is taken again, of that length; half as long where none is given, with what lies at its end in mind."""
@@ -273,35 +260,32 @@ class Course:
     @property
     def steps(self) -> int:
         """Steps so far."""
-        return self.counted[0] + sum(s.steps for s in self._solvers)
+        return self.counts[0]
 
     @property
-    def evaluations(self) -> int:
-        """Evaluations of the right-hand side."""
-        return self.counted[1] + sum(s.evaluations for s in self._solvers)
-
-    @property
-    def _solvers(self) -> tuple[Solver, ...]:
-        return (self.first,) if self.solver is self.first else (self.first, self.solver)
+    def counts(self) -> Counts:
+        """Steps, and evaluations of the right-hand side, of all solvers so far."""
+        both = (self.first,) if self.solver is self.first else (self.first, self.solver)
+        steps, evaluations = zip(self.counted, *(s.counts for s in both), strict=True)
+        return sum(steps), sum(evaluations)
 
     def far(self) -> str:
         """How far the motion is, in words."""
-        return f"t = {self.solver.t:.4g} of {self.span[1]:.4g} s"
+        return f"t = {self.solver.at[0]:.4g} of {self.span[1]:.4g} s"
 
     # ------------------------------------------------------------------------------------------------------- the loop
 
     def advance(self) -> End | None:
         """A step, or as many as the solver takes by itself."""
-        solver, most = self.solver, self.method.max_steps - self.steps
+        solver, steps, t = self.solver, self.steps, self.solver.at[0]
+        most = self.method.max_steps - steps
         if most <= 0:
-            return self.stopped(self.method.spent(solver.t))
-        told = self.pace.late(solver.t) or self.pace.crawls(solver.t, self.steps)
+            return self.stopped(self.method.spent(t))
+        told = self.pace.late(t) or self.pace.crawls(t, steps)
         if told:
             return self.stopped(told)
         end = self.follow(solver.step(most))
-        if (
-            end is None and self.back is not None and solver is self.solver
-        ):  # not yet where it has just been handed over to
+        if end is None and self.back is not None and solver is self.solver:  # which has stepped since it leads on
             self._return(self.back)
         return end
 
@@ -369,18 +353,14 @@ class Course:
             self.solver.avoid(step, math.inf)
             return None
         if found.verdict is Verdict.BENT:
-            return self.stopped(found.message, step.t, step.first)
+            return self.stopped(found.message, (step.t, step.first))
         if found.verdict is Verdict.TURNED:
             return self.stopped(f"another branch of the closures lies beyond t = {step.t:.6g}: {found.message}")
         return self.stopped(not_held(self.stepper, step.t, step.first, self.span, found.message))
 
     def _meets(self, step: StepFound, kept: Array) -> tuple[list[tuple[Event, float]], End | None, float]:
         """The events of a step, the end that they make, and when; without one, the beginning of the step."""
-        solver = self.solver
-        seen, largest = solver.seen(step, kept)
-        noted, end = met_along(
-            solver.now, step.dense, seen, largest, self.fresh, self.method.rtol, solver.acted, self.span[1]
-        )
+        noted, end = met_along(self.solver.seen(step, kept), step.dense, self.fresh, self.method.rtol, self.span[1])
         return noted, end, step.t if end is None else next(t for event, t in noted if event.breaks)
 
     def _passes(self, end: End, t: float, dense: Callable[[float], Array]) -> bool:
@@ -397,11 +377,12 @@ class Course:
 
     def _return(self, back: Callable[[float, Array], Solver]) -> None:
         """Where constraints are regular again the solver before leads on."""
-        solver, stepper = self.solver, self.stepper
-        if solver.ahead < math.inf or unheld(stepper) or not regular(stepper, stepper.keep(solver.t, solver.state)[1]):
+        solver, (t, y) = self.solver, self.solver.at
+        if solver.ahead < math.inf or unheld(self.stepper) or not regular(self.stepper, self.stepper.keep(t, y)[1]):
             return
-        self.counted = self.counted[0] + solver.steps, self.counted[1] + solver.evaluations
-        self.solver, self.back = back(solver.t, solver.state), None
+        steps, evaluations = solver.counts
+        self.counted = self.counted[0] + steps, self.counted[1] + evaluations
+        self.solver, self.back = back(t, y), None
 
     # -------------------------------------------------------------------------------------------- samples and the end
 
@@ -427,14 +408,14 @@ class Course:
         for t in [*before, *([end] if ends and end > self.t[-1] else [])]:
             self.sample(float(t), dense(float(t)))
 
-    def stopped(self, message: str, t: float | None = None, y: Array | None = None) -> End:
-        """What there is up to a state, that of the solver where none is given, is the motion."""
-        t, y = self.solver.t if t is None else t, self.solver.state if y is None else y
+    def stopped(self, message: str, at: tuple[float, Array] | None = None) -> End:
+        """What there is up to a time and state, those of the solver where none are given, is the motion."""
+        t, y = at or self.solver.at
         if t > self.t[-1] and np.all(np.isfinite(y)):
             self.sample(t, y)
         return End("stopped", message)
 
     def interrupted(self) -> End:
         """Ctrl-C ends it after the last step that was gone on from."""
-        self.stopped("", *self.solver.reached)
+        self.stopped("", self.solver.reached)
         return End("stopped", f"{MESSAGE}{self.t[-1]:.6g}")

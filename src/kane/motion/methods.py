@@ -180,6 +180,3 @@ def check_method(method: Any) -> str:
     if method == CVODE:
         check_installed()
     return str(method)
-
-
-# What a kernel is called with ----------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from kane.model.declarations import Event
 from kane.motion.arguments import Arguments
 from kane.motion.broken import chattering, no_step, standing
 from kane.motion.constraint_kernels import Holding
-from kane.motion.course import HELD, RECENT, Came, Course, Inspection, Method, StepFound
+from kane.motion.course import HELD, RECENT, Came, Counts, Course, Inspection, Method, StepFound
 from kane.motion.hybrid.automaton import End, ended_by, leapt_over, leaving, up_to_a_break
 from kane.motion.hybrid.events import StepSeen
 from kane.motion.inputs.breakpoints import next_end, on_from
@@ -141,30 +141,20 @@ class KernelSolver:
         return float(self.s[Slot.TIME])
 
     @property
-    def state(self) -> Array:
-        """The state there."""
-        return self.y.copy()
+    def at(self) -> tuple[float, Array]:
+        """The same, and the state there."""
+        return self.t, self.y.copy()
 
     @property
     def reached(self) -> tuple[float, Array]:
         """The same, with what was noted till then collected."""
         self._collect()
-        return self.t, self.state
+        return self.at
 
     @property
-    def acted(self) -> float:
-        """When an action was last taken, or the motion began."""
-        return float(self.s[Slot.PHASE])
-
-    @property
-    def steps(self) -> int:
-        """Steps so far."""
-        return int(self.s[Slot.STEPS])
-
-    @property
-    def evaluations(self) -> int:
-        """Evaluations of the right-hand side; those of all stages at once are one."""
-        return int(self.s[Slot.RATES])
+    def counts(self) -> Counts:
+        """Steps and evaluations of the right-hand side."""
+        return int(self.s[Slot.STEPS]), int(self.s[Slot.RATES])
 
     def _take_up(self, t: float) -> None:
         """From the state at hand on, by the equations that are stepped now."""
@@ -248,7 +238,7 @@ class KernelSolver:
             return None
         if over:
             if self.course.t[-1] < self.span[1]:
-                self.course.sample(self.span[1], self.state)
+                self.course.sample(self.span[1], self.y.copy())
             return self._met_at_the_end() or End("finished", f"reached t = {self.span[1]:g}")
         self._lead_on(back, changed)
         return None
@@ -319,7 +309,7 @@ class KernelSolver:
         t = float(self.s[Slot.TIME])
         if not self.switching or back is ReturnCode.LOOK:
             return ""
-        self.course.pace.note(t, self.state)
+        self.course.pace.note(t, self.y.copy())
         held = back is ReturnCode.LIMIT and t - before < HELD * (self.span[1] - self.span[0])
         told = (
             chattering(self.stepper.now, self.course.pace.states, self.course.pace.before)
@@ -385,7 +375,7 @@ class KernelSolver:
             found = states(np.atleast_1d(t))
             return found.T if np.ndim(t) else found[0]
 
-        return StepFound(start, start + h, dense, self.state, dense(start + h), held, not held)
+        return StepFound(start, start + h, dense, self.y.copy(), dense(start + h), held, not held)
 
     def singular(self, step: StepFound, numbers: Numbers | None, narrow: float) -> Inspection:
         """Whether constraints are singular in a step, or dependent speeds hardly follow."""
@@ -393,8 +383,8 @@ class KernelSolver:
         assert numbers is not None
         return self.holding.singular(step.dense, step.t, step.end, narrow, numbers)
 
-    def seen(self, step: StepFound, kept: Array) -> tuple[StepSeen, Array]:
-        """The events' quantities along a step, and the largest that they have been, as the kernel has it at both ends."""
+    def seen(self, step: StepFound, kept: Array) -> StepSeen:
+        """What events see of a step, as the kernel has it at both ends."""
         self._note_fresh()
         self.s[Slot.LOOKED] = 2.0
         times = step.t + self._next() * np.array(SHARES)
@@ -408,7 +398,7 @@ class KernelSolver:
         # at the end as the kernel has it, which is what it keeps for the next step: rounding must lose no crossing
         values[-1] = self.given["values"][ROOM:][: PARTS * count].reshape(count, PARTS)[:, -1]
         largest = np.fmax(self.given["largest"][:count], np.abs(values).max(axis=0))
-        return StepSeen(times, values[:, :own]), largest[:own]
+        return StepSeen(self.now, times, values[:, :own], largest[:own], float(self.s[Slot.PHASE]))
 
     def shorten(self, step: StepFound, length: float) -> None:
         """The step is taken again."""
@@ -448,7 +438,7 @@ class KernelSolver:
         """SciPy's steps lead on from here, past where constraints are singular, unless that is for good."""
         self._note_fresh()
         self.course.method = replace(self.course.method, first=None)
-        self.course.hand_over(t, self.state, name, None if for_good else self._resumed)
+        self.course.hand_over(t, self.y.copy(), name, None if for_good else self._resumed)
 
     def _resumed(self, t: float, y: Array) -> "KernelSolver":
         """The kernel leads on again."""

@@ -36,21 +36,24 @@ Dense = Callable[[float], Array]
 
 
 class StepSeen(NamedTuple):
-    """A step as events see it: its `times` (9), and the events' quantities there (9 × events)."""
+    """A step of some equations as events see it.
 
+    At its `times` (9) their quantities have `values` (9 × events), the sizes that they have had are the `largest`, and since the time
+    `since` no action was taken.
+    """
+
+    now: Routines
     times: Array
     values: Array
+    largest: Array
+    since: float
 
 
-def met_along(
-    now: Routines, dense: Dense, step: StepSeen, largest: Array, fresh: Fresh, rtol: float, since: float, end: float
-) -> tuple[list[Met], End | None]:
-    """The events that a step meets, up to one that ends the motion; `largest` are the sizes that their quantities have had.
-
-    The motion is to lead to `end`, and since the time `since` no action was taken.
-    """
-    events, (times, values) = now.eom.events, step
-    routine, count = now.routine(glance, *now.turning).flat, len(events)
+def met_along(seen: StepSeen, dense: Dense, fresh: Fresh, rtol: float, end: float) -> tuple[list[Met], End | None]:
+    """The events that a step meets, up to one that ends the motion, which is to lead to `end`."""
+    now, times, values, largest, since = seen
+    events, count = now.eom.events, len(now.eom.events)
+    routine = now.routine(glance, *now.turning).flat
 
     def look(t: float) -> Array:
         state = dense(t)

@@ -8,12 +8,11 @@ import numpy as np
 
 from kane.dynamics.poles import KinematicsEnd
 from kane.motion.broken import NESTED, broken_off, chattering
-from kane.motion.course import Course, Inspection, StepFound, Verdict
+from kane.motion.course import Counts, Course, Inspection, StepFound, Verdict
 from kane.motion.hybrid.events import PARTS, StepSeen, leapt, still_there, thresholds
 from kane.motion.inputs.breakpoints import next_end, on_from
 from kane.motion.inputs.expressions import controllers
 from kane.motion.projection import Numbers
-from kane.motion.right_hand_side import Routines
 from kane.motion.solvers.cvode import CVODE, CvodeSolver
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import SHARES
@@ -49,36 +48,20 @@ class SolverInPython:
         self.ahead = np.inf
 
     @property
-    def t(self) -> float:
-        """Up to when the motion is stepped."""
-        return float(self.solver.t)
-
-    @property
-    def state(self) -> Array:
-        """The state there."""
-        found: Array = self.solver.y
-        return found
+    def at(self) -> tuple[float, Array]:
+        """Up to when the motion is stepped, and the state there."""
+        return float(self.solver.t), self.solver.y
 
     @property
     def reached(self) -> tuple[float, Array]:
-        """The last state that was gone on from."""
+        """The last time and state that were gone on from."""
         states = self.course.pace.states
         return states[-1] if states else self._begun
 
     @property
-    def acted(self) -> float:
-        """When the motion began."""
-        return self.course.span[0]
-
-    @property
-    def now(self) -> Routines:
-        """The equations that are stepped."""
-        return self.stepper.now
-
-    @property
-    def evaluations(self) -> int:
-        """Evaluations of the right-hand side, those of solvers that were given up too."""
-        return self._spent + int(self.solver.nfev)
+    def counts(self) -> Counts:
+        """Steps that were tried, and evaluations of the right-hand side, those of solvers that were given up too."""
+        return self.steps, self._spent + int(self.solver.nfev)
 
     def step(self, most: int) -> StepFound | str:
         """One step, or why there is none."""
@@ -112,14 +95,14 @@ class SolverInPython:
         times = np.linspace(step.t, step.end, PARTS + 1)
         return leapt(now.switch, step.dense, times, now.switch_all(times, step.dense(times).T))
 
-    def seen(self, step: StepFound, kept: Array) -> tuple[StepSeen, Array]:
-        """The events' quantities along a step, and the largest that they have been."""
+    def seen(self, step: StepFound, kept: Array) -> StepSeen:
+        """What events see of a step."""
         now = self.stepper.now
         times = step.t + (step.end - step.t) * np.array(SHARES)
         states = step.dense(times[1:]).T
         values = np.vstack([self.watched, now.watch_all(times[1:-1], states[:-1]), now.watch(step.end, kept)])
         self.largest = np.fmax(self.largest, np.abs(values).max(axis=0))
-        return StepSeen(times, values), self.largest
+        return StepSeen(now, times, values, self.largest, self.course.span[0])
 
     def shorten(self, step: StepFound, length: float) -> None:
         """The step is taken again; where it was too long by what lies at its end, gently up to there."""
