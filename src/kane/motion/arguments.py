@@ -73,13 +73,7 @@ class Arguments:
     """
 
     def __init__(
-        self,
-        name: str,
-        now: Routines,
-        t: float,
-        s: Array,
-        y: Array,
-        fresh: Fresh = MappingProxyType({}),
+        self, name: str, now: Routines, t: float, s: Array, y: Array, fresh: Fresh = MappingProxyType({})
     ) -> None:
         p = np.append(now.p, [*now.numbers, 0.0])  # the last one says which dependent speeds are stepped
         now = replace(now, p=p[: len(now.p)])

@@ -22,6 +22,7 @@ from kane.expr.node import ZERO
 from kane.expr.regular import Sizes, size
 from kane.motion.arguments import Arguments, by_kind
 from kane.motion.course import Inspection, Verdict
+from kane.motion.inputs.expressions import parts
 from kane.motion.kinks import Dense
 from kane.motion.projection import Numbers
 from kane.motion.right_hand_side import Given, Routines, on_their_sides, routines
@@ -49,11 +50,7 @@ def holding(eom: Equations) -> Bundle[tuple[Array, ...]]:
         "a": solved.written([d.A[place] for place in entries(eom)]),
         "w": solved.written([d.W[place] for place in turns(eom)]),
     }
-    return Bundle("holding", ports(eom.derived), _parts, groups)
-
-
-def _parts(*parts: Array) -> tuple[Array, ...]:
-    return parts
+    return Bundle("holding", ports(eom.derived), parts, groups)
 
 
 def entries(eom: Equations) -> Pairs:

@@ -242,7 +242,7 @@ class Course:
         self.jumps: list[tuple[int, tuple[Event, ...], Array]] = []
         self.pace = Pace(span, method.max_seconds, method.bounded)
         self.pace.before.append((span[0], start.copy()))  # sizes of quantities at switches
-        self.names, self.counted = [method.name], (0, 0)
+        self.names, self.counted = {method.name: None}, (0, 0)
         self.back: Callable[[float, Array], Solver] | None = None
         self.solver: Solver
         self.solver = self.first = made(self, method.name, span[0], start)
@@ -251,11 +251,6 @@ class Course:
     def name(self) -> str:
         """The method, with those that have led on from a place, or past one."""
         return ", ".join(self.names)
-
-    def called(self, name: str) -> None:
-        """A method by that name leads on."""
-        if name not in self.names:
-            self.names.append(name)
 
     @property
     def steps(self) -> int:
@@ -272,8 +267,6 @@ class Course:
     def far(self) -> str:
         """How far the motion is, in words."""
         return f"t = {self.solver.at[0]:.4g} of {self.span[1]:.4g} s"
-
-    # ------------------------------------------------------------------------------------------------------- the loop
 
     def advance(self) -> End | None:
         """A step, or as many as the solver takes by itself."""
@@ -367,13 +360,11 @@ class Course:
         """Whether the kinematics that end a motion at t are regular there with other dependent speeds."""
         return isinstance(end.event, KinematicsEnd) and self.stepper.regular(t, dense(t)) is not None
 
-    # -------------------------------------------------------------------------------------------------- which solver
-
     def hand_over(self, t: float, y: Array, name: str, back: Callable[[float, Array], Solver] | None) -> None:
         """Another solver leads on; it gives `back` to the present one where constraints are regular again, if that is given."""
         self.pace.anew(t, self.steps, (self.t[0], self.rows[0][0]))
         self.solver, self.back = self.made(self, name, t, y), back
-        self.called(name)
+        self.names[name] = None
 
     def _return(self, back: Callable[[float, Array], Solver]) -> None:
         """Where constraints are regular again the solver before leads on."""
@@ -383,8 +374,6 @@ class Course:
         steps, evaluations = solver.counts
         self.counted = self.counted[0] + steps, self.counted[1] + evaluations
         self.solver, self.back = back(t, y), None
-
-    # -------------------------------------------------------------------------------------------- samples and the end
 
     def sample(self, t: float, y: Array) -> None:
         """A sample, moved onto the constraints."""

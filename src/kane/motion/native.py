@@ -107,9 +107,6 @@ def first_slots(method: Method, span: tuple[float, float], t: float, end: float)
     return t, 0.0, length, end, method.max_step, method.rtol, method.atol, EPS**2 * (span[1] - span[0]), 1.0
 
 
-SCIPY = "SciPy's "
-
-
 class KernelSolver:
     """A kernel that steps a course from t and y, and goes on by itself where nothing of a step is open."""
 
@@ -271,8 +268,8 @@ class KernelSolver:
         if not self.course.method.free or not self.stiffness.sets_in(self.s) or self.s[Slot.TIME] >= self.span[1]:
             return False
         name = implicit(self.stepper, self.stepper.now.drives)
-        own = name in INTEGRATORS
-        told = f"steps of {self.method} were short for stability alone; {'' if own else SCIPY}{name} leads on"
+        own, of_scipy = name in INTEGRATORS, f"SciPy's {name}"
+        told = f"steps of {self.method} were short for stability alone; {name if own else of_scipy} leads on"
         self._told("the equations are stiff", told)
         if own:
             self.stiffness.leaves(self.method)
@@ -301,7 +298,7 @@ class KernelSolver:
     def _go_over(self, t: float, name: str) -> None:
         """Another method in machine code leads on from here."""
         self.course.method = replace(self.course.method, name=name, first=None)
-        self.course.called(name)
+        self.course.names[name] = None
         self._take_up(t)
 
     def _stalled(self, back: ReturnCode, before: float) -> str:
@@ -452,9 +449,6 @@ class KernelSolver:
         """The length of the step that was looked at."""
         s = self.s
         shortest = s[Slot.SHORTEST] + 10 * EPS * abs(s[Slot.TIME])
-        return float(min(max(s[Slot.STEP], shortest), s[Slot.LONGEST], self._left()))
-
-    def _left(self) -> float:
-        """How long it is to the end that is aimed at: `start + h` of a step that leads there may round to a time before it."""
-        s = self.s
-        return float(s[Slot.END] - s[Slot.TIME] - s[Slot.TIME_LAG])
+        # `start + h` of a step that leads to the end that is aimed at may round to a time before it
+        left = s[Slot.END] - s[Slot.TIME] - s[Slot.TIME_LAG]
+        return float(min(max(s[Slot.STEP], shortest), s[Slot.LONGEST], left))

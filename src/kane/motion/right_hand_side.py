@@ -38,7 +38,7 @@ from kane.model.beams.beam import Beam
 from kane.model.bodies import parts_of
 from kane.model.declarations import Event, target
 from kane.motion.inputs.breakpoints import Clock, clock, is_timed
-from kane.motion.inputs.expressions import Formula, Number, SharedLaw, law_ports, turning_laws, value
+from kane.motion.inputs.expressions import Formula, Number, SharedLaw, law_ports, parts, turning_laws, value
 from kane.motion.inputs.expressions import along as input_along
 from kane.motion.inputs.functions import following, follows, law_and, law_of
 from kane.motion.projection import is_constrained
@@ -150,7 +150,7 @@ Given = dict[str, Any]
 def rates(eom: Equations) -> Bundle[tuple[Array, ...]]:
     """(q̇, u̇, ȧ, P)."""
     roots = without_unknowns(eom.solved, [*eom.right_hand_side, eom.power])
-    return Bundle("motion", ports(eom.derived), _parts, {"rates": roots}, [*rate_names(eom.derived), "P"])
+    return Bundle("motion", ports(eom.derived), parts, {"rates": roots}, [*rate_names(eom.derived), "P"])
 
 
 def timed(eom: Equations) -> Clock:
@@ -162,13 +162,13 @@ def watched(eom: Equations, *more: Expr) -> Bundle[tuple[Array, ...]]:
     """The events' quantities, and `more` of switches."""
     roots = [*without_unknowns(eom.solved, [e.quantity for e in eom.events]), *more]
     names = [*(e.name for e in eom.events), *map(str, range(len(more)))]
-    return Bundle("events", law_ports(eom, more) if more else ports(eom.derived), _parts, {"events": roots}, names)
+    return Bundle("events", law_ports(eom, more) if more else ports(eom.derived), parts, {"events": roots}, names)
 
 
 def switched(eom: Equations, *more: Expr) -> Bundle[tuple[Array, ...]]:
     """The quantities of the loads' switches, and `more` of the laws of inputs."""
     roots = [*without_unknowns(eom.solved, jumping(eom)), *more]
-    return Bundle("switches", law_ports(eom, more), _parts, {"switches": roots}, list(map(str, range(len(roots)))))
+    return Bundle("switches", law_ports(eom, more), parts, {"switches": roots}, list(map(str, range(len(roots)))))
 
 
 def jumping(eom: Equations, laws: Sequence[Expr] = ()) -> list[Expr]:
@@ -202,10 +202,6 @@ def _with_sides(symbols: Sequence[Symbol], count: int) -> tuple[Symbol, ...]:
     """So many sides between parameters and the numbers of laws."""
     first = next((k for k, s in enumerate(symbols) if isinstance(s, Number)), len(symbols))
     return (*symbols[:first], *map(side_symbol, range(count)), *symbols[first:])
-
-
-def _parts(*parts: Array) -> tuple[Array, ...]:
-    return parts
 
 
 class Unembedded(NamedTuple):
@@ -342,9 +338,6 @@ def routines(
     return Routines(eom, p, tuple(drives), settings, width, own_rates, quantities, sides, law.numbers)
 
 
-# Events ----------------------------------------------------------------------------------------------------------------
-
-
 def glance(eom: Equations, *more: Expr) -> Bundle[tuple[Array, ...]]:
     """The quantities of events, and `more` of switches, then the sizes of their terms and thresholds; 0 where nothing is known."""
     roots, memo = [*without_unknowns(eom.solved, [e.quantity for e in eom.events]), *more], Sizes()
@@ -380,7 +373,7 @@ def actions(eom: Equations) -> Bundle[tuple[Array, ...]]:
 
 def _of_events(eom: Equations, name: str, roots: list[Expr], laws: Sequence[Expr] = ()) -> Bundle[tuple[Array, ...]]:
     given = law_ports(eom, laws) if laws else ports(eom.derived)
-    return Bundle(name, given, _parts, {name: roots}, list(map(str, range(len(roots)))))
+    return Bundle(name, given, parts, {name: roots}, list(map(str, range(len(roots)))))
 
 
 def values_set(eom: Equations) -> list[tuple[int, int, Expr]]:
@@ -438,9 +431,6 @@ def bundles(eom: Equations) -> list[Callable[[Equations], Bundle[Any]]]:
     return [glance, *([tendency, actions] if values_set(eom) else [])]
 
 
-# Sides of switches -----------------------------------------------------------------------------------------------------
-
-
 def unfit(eom: Equations, laws: Sequence[Expr] = ()) -> bool:
     """Whether they jump and there are switches with more than two sides, tables of steps, or with none: what chooses pivots."""
     if not has_jumps(eom, laws):
@@ -479,8 +469,6 @@ def on_their_sides(now: Routines) -> Routines:
     on_them = replace(now, p=p, quantities=every, written=written, numbers=law.numbers, turning=turning, switches=None)
     return replace(on_them, rates=on_them.routine(rates).flat, events=on_them.routine(watched, *turning).flat)
 
-
-# The Jacobian ----------------------------------------------------------------------------------------------------------
 
 _STEP = 2.0**-24
 """Share by which inputs and states are moved for differences."""

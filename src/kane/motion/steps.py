@@ -32,10 +32,10 @@ from kane.motion.projection import (
     missed,
     mixes,
 )
-from kane.motion.right_hand_side import Routines, exact, pattern, routines
+from kane.motion.right_hand_side import Routines, exact, routines
 from kane.motion.solution.solution import Segment
 from kane.motion.start import regular_otherwise
-from kane.numeric.arrays import Array, Mask
+from kane.numeric.arrays import Array
 from kane.numeric.rank import Mixed, balanced, combinations, mobility, sizes, sure_rows
 from kane.numeric.scale import BETTER, MOTION_RANK, POOR, UNUSABLE
 from kane.program.native.machine import Settings
@@ -90,10 +90,6 @@ class Stepper:
             found = exact(self.now)
             self._slopes = self.eom, found
         return found(t, y)
-
-    def pattern(self) -> Mask | None:
-        """Which entries of `slopes` are not zero for all states; None where that is not known."""
-        return pattern(self.now)
 
     def _numbers(self, t: float, y: Array) -> Numbers:
         assert self.projection is not None

@@ -188,8 +188,6 @@ def leaving(given: Given, events: tuple[Event, ...]) -> dict[str, Leaves]:
     }
 
 
-# At the start ----------------------------------------------------------------------------------------------------------
-
 _ORDERS = 4
 """So many derivatives are asked to which side a quantity leaves its threshold."""
 
@@ -348,9 +346,6 @@ def _beyond(event: Event, now: Routines, t: float, state: Array) -> bool:
     """Whether a quantity is below zero by more than rounding of its terms."""
     value, terms = quantity_along(event, now, t, state)
     return not value >= -EQUAL * terms
-
-
-# Where it changes or ends the motion -----------------------------------------------------------------------------------
 
 
 class End(NamedTuple):

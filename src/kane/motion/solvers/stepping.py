@@ -13,6 +13,7 @@ from kane.motion.hybrid.events import PARTS, StepSeen, leapt, still_there, thres
 from kane.motion.inputs.breakpoints import next_end, on_from
 from kane.motion.inputs.expressions import controllers
 from kane.motion.projection import Numbers
+from kane.motion.right_hand_side import pattern
 from kane.motion.solvers.cvode import CVODE, CvodeSolver
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import SHARES
@@ -162,7 +163,7 @@ class SolverInPython:
         first_step = first_step and min(first_step, end - t, method.max_step)
         more: dict[str, Any] = {"jac": self.stepper.slopes} if name in _IMPLICIT else {}
         if name == CVODE:
-            more["pattern"] = self.stepper.pattern()
+            more["pattern"] = pattern(self.stepper.now)
         made = CvodeSolver if name == CVODE else getattr(integrate, name)
         options = {"rtol": method.rtol, "atol": method.atol, "max_step": method.max_step, **more}
         return made(self.stepper.rate, t, y, end, first_step=first_step, **options)

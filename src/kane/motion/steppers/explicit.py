@@ -167,13 +167,9 @@ class _Explicit:
 
     def look_at(self, h: Term, last: Term) -> None:
         """What of the step is looked at before it is gone on from."""
-
-        def along(begin: Term) -> None:
-            if self.watched is not None:
-                self.watched.look_along(begin, h, self.state, self.after)
-
-        step, looks = (h, last, lambda: self.after), (self.watched, self.held)
-        look_at(self.context, looks, step, self.dense, lambda: self.prepare(h), along)
+        looks, prepare = (self.watched, self.held), lambda: self.prepare(h)
+        step = (h, last, lambda: self.after)
+        look_at(self.context, looks, step, self.dense, prepare, lambda w, t: w.look_along(t, h, self.state, self.after))
 
     def go_on(self, h: Term, last: Term, longer: Term, pace: Term) -> None:
         """y at the end of the step; the next one is to be `longer`, if this one's `pace` goes on as it has come about."""

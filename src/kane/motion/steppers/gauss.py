@@ -449,10 +449,9 @@ class _Gauss:
     def look_at(self, h: Term, last: Term) -> None:
         """What of the step is looked at before it is gone on from."""
 
-        def along(begin: Term) -> None:
-            if self.watched is not None:
-                self.places(h, events())
-                self.watched.look(self.clock, self.states)
+        def along(watched: Watched, begin: Term) -> None:
+            self.places(h, events())
+            watched.look(self.clock, self.states)
 
         self.step_length.put(h)
         step, looks = (h, last, lambda: self.after), (self.watched, self.held)

@@ -337,13 +337,14 @@ class _Radau:
 
     def look_at(self, h: Term, last: Term) -> None:
         """What of the step is looked at before it is gone on from."""
-
-        def along(begin: Term) -> None:
-            if self.watched is not None:
-                self.watched.look_along(begin, h, self.row(_STATE), self.row(AFTER))
-
-        step, looks = (h, last, lambda: self.row(AFTER)), (self.watched, self.held)
-        look_at(self.context, looks, step, self.dense, lambda: None, along)
+        look_at(
+            self.context,
+            (self.watched, self.held),
+            (h, last, lambda: self.row(AFTER)),
+            self.dense,
+            lambda: None,
+            lambda w, t: w.look_along(t, h, self.row(_STATE), self.row(AFTER)),
+        )
 
     def go_on(self, h: Term, last: Term, factor: Term) -> None:
         """y at the end of the step; J and its factors are kept where that pays."""

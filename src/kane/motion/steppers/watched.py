@@ -651,7 +651,7 @@ def look_at(
     step: tuple[Term, Term, Callable[[], Term]],
     dense: Dense,
     prepare: Callable[[], None],
-    along: Callable[[Term], None],
+    along: Callable[[Watched, Term], None],
 ) -> None:
     """A step that was found: its end on the constraints, its events; `asks` tells whether Python looks before it is gone on from.
 
@@ -669,7 +669,7 @@ def look_at(
         held.look(begin, h, end, (o.work, at()), dense)
     if watched is not None:
         with w.when(~o.asked()):
-            along(begin)
+            along(watched, begin)
             watched.decide(begin, h)
 
 
