@@ -25,8 +25,9 @@ from benchmarks.machine import processor
 from benchmarks.paired import paired
 from benchmarks.peers.recursion import accelerations
 from kane.gallery import pendulums
-from kane.motion.course import Method
-from kane.motion.native import NativeCourse
+from kane.motion.course import Course, Method
+from kane.motion.loop import solver_by
+from kane.motion.native import KernelSolver
 from kane.motion.steps import Stepper
 
 SPAN = 10.0
@@ -66,10 +67,13 @@ class Kane:
         self.course(math.pi / 2 * np.ones(n), 1e-3, SAMPLES)
         self.seconds = time.perf_counter() - begun
 
-    def course(self, q: Array, tolerance: float, times: Array) -> NativeCourse:
+    def course(self, q: Array, tolerance: float, times: Array) -> KernelSolver:
         """Everything but the steps."""
         method = Method(self.method, tolerance, tolerance, 10**9)
-        return NativeCourse(self.stepper, method, (0.0, SPAN), np.concatenate([q, np.zeros(len(q) + 1)]), times)
+        start = np.concatenate([q, np.zeros(len(q) + 1)])
+        kernel = Course(self.stepper, method, (0.0, SPAN), start, times, solver_by).solver
+        assert isinstance(kernel, KernelSolver)
+        return kernel
 
     def sampled(self, q: Array, tolerance: float) -> Array:
         """The states at the samples."""

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import kane as kn
 from kane.gallery import four_bar
-from kane.motion import loop, native
+from kane.motion import Course, loop
 from tests.examples import examples
 
 N = kn.Frame("N")
@@ -237,7 +237,7 @@ def test_an_action_may_end_the_motion_and_set_off_others():
 def asked(monkeypatch):
     """What Python is asked for from now on: steps that it looks at, actions that it takes."""
     found = []
-    for module, name in ((native.NativeCourse, "_look"), (loop, "after_actions")):
+    for module, name in ((Course, "judge"), (loop, "after_actions")):
         own = getattr(module, name)
         monkeypatch.setattr(module, name, lambda *args, own=own: (found.append(1), own(*args))[1])
     return found

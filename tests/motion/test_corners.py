@@ -72,10 +72,10 @@ def test_lagranges_polynomials_and_places_along_a_step():
     nodes = gauss(8)
     assert np.array([lagrange(nodes, c) for c in nodes.c]) == pytest.approx(np.eye(8), abs=1e-13)
     assert np.dot(lagrange(nodes, 0.37), np.array(nodes.c) ** 7) == pytest.approx(0.37**7, abs=1e-15)
-    at = defects(nodes)
+    at = defects()
     assert at.shares[0] == 0.0
     assert at.shares[-1] == 1.0
-    for places in (at, events(nodes)):
+    for places in (at, events()):
         t, c = np.array(places.shares), np.array(nodes.c)
         for k in range(8):
             powers = c**k

@@ -11,8 +11,7 @@ import numpy as np
 from kane.dynamics.readings.quantities import without_unknowns
 from kane.equations.equations import Equations
 from kane.expr.node import Expr
-from kane.motion.hybrid.automaton import automaton
-from kane.motion.hybrid.events import Fresh
+from kane.motion.hybrid.automaton import Fresh, automaton
 from kane.motion.inputs.expressions import Formula, HeldInput, Law, LawInput, driving
 from kane.motion.inputs.functions import asked, constant, following, follows, law_of
 from kane.motion.right_hand_side import Given, Routines, derivatives, exact
@@ -74,13 +73,7 @@ class Arguments:
     """
 
     def __init__(
-        self,
-        name: str,
-        now: Routines,
-        t: float,
-        s: Array,
-        y: Array,
-        fresh: Fresh = MappingProxyType({}),
+        self, name: str, now: Routines, t: float, s: Array, y: Array, fresh: Fresh = MappingProxyType({})
     ) -> None:
         p = np.append(now.p, [*now.numbers, 0.0])  # the last one says which dependent speeds are stepped
         now = replace(now, p=p[: len(now.p)])

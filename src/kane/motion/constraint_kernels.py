@@ -5,7 +5,7 @@ Kernels keep them and tell where they may be singular, may not be held, or need 
 doubt is judged here, as those of SciPy's solvers are.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import combinations
@@ -13,7 +13,7 @@ from itertools import combinations
 import numpy as np
 
 from kane.dynamics.constraints.manifold import branches
-from kane.dynamics.constraints.partition import Partition, quality
+from kane.dynamics.constraints.partition import Partition
 from kane.equations.compiled import ports
 from kane.equations.equations import Equations, repartition
 from kane.errors import KaneError
@@ -21,21 +21,20 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO
 from kane.expr.regular import Sizes, size
 from kane.motion.arguments import Arguments, by_kind
-from kane.motion.hybrid.events import Inspection, Verdict
-from kane.motion.hybrid.sides import on_their_sides
-from kane.motion.projection import Numbers, Tolerances
-from kane.motion.right_hand_side import Given, Routines, routines
+from kane.motion.course import Inspection, Verdict
+from kane.motion.inputs.expressions import parts
+from kane.motion.kinks import Dense
+from kane.motion.projection import Numbers
+from kane.motion.right_hand_side import Given, Routines, on_their_sides, routines
 from kane.motion.steppers.context import ReturnCode, Slot
 from kane.motion.steppers.held import CHANGES, COUNTS, POORER, POORLY, room
-from kane.motion.steps import Stepper, better
+from kane.motion.steps import Stepper, better, regular
 from kane.numeric.arrays import Array
 from kane.numeric.scale import POOR, UNUSABLE
 from kane.program.from_expressions import Bundle
 from kane.program.native.entry import Selection, aligned, entry, hoist_entry, hoisted
 from kane.program.native.machine import Settings
 
-_WELL = 2.5
-"""Quality over the least one at which kernels take up a motion again."""
 Pairs = tuple[tuple[int, int], ...]
 
 
@@ -51,11 +50,7 @@ def holding(eom: Equations) -> Bundle[tuple[Array, ...]]:
         "a": solved.written([d.A[place] for place in entries(eom)]),
         "w": solved.written([d.W[place] for place in turns(eom)]),
     }
-    return Bundle("holding", ports(eom.derived), _parts, groups)
-
-
-def _parts(*parts: Array) -> tuple[Array, ...]:
-    return parts
+    return Bundle("holding", ports(eom.derived), parts, groups)
 
 
 def entries(eom: Equations) -> Pairs:
@@ -71,17 +66,6 @@ def turns(eom: Equations) -> Pairs:
 def _filled(matrix: Matrix) -> Pairs:
     rows, columns = matrix.shape
     return tuple((i, j) for i in range(rows) for j in range(columns) if matrix[i, j] is not ZERO)
-
-
-def unheld(stepper: Stepper) -> str:
-    """Why constraints are kept by Python alone, in words; "" where a kernel can."""
-    if stepper.projection is None:
-        return ""
-    if stepper.kinks is not None:
-        return "constraints bend"
-    if stepper.lost or stepper.mixes != (None, None):
-        return "constraints lose rank"
-    return "W has poles that the motion has not" if stepper.eom.solved.twin is not None else ""
 
 
 def structure(eom: Equations, n: int) -> Given:
@@ -238,34 +222,24 @@ class Holding:
         self.given["held_reach"][:-1] = self.stepper.reach[self.rows, self.columns]
         s[[Slot.QUIET, Slot.CHOICE, Slot.MEASURED]] = 0.0
 
-    def look(
-        self, dense: Callable[[Array], Array], start: float, end: float, narrow: float, tolerances: Tolerances
-    ) -> Inspection:
-        """A step that may lead where constraints are singular or cannot be kept; no step is made shorter than `narrow`."""
-        stepper, rows, columns = self.stepper, self.rows, self.columns
+    def measure(self) -> None:
+        """The sizes that the kernel has seen entries of A have are known to Python, too."""
+        rows, columns, stepper = self.rows, self.columns, self.stepper
         stepper.reach[rows, columns] = np.maximum(stepper.reach[rows, columns], self.given["held_reach"][:-1])
-        reach = stepper.reach
-        kept, numbers = stepper.keep(end, dense(np.array([end]))[0])
-        assert numbers is not None
-        turned, missed = stepper.turned(numbers), stepper.missed(end, kept, numbers, tolerances)
-        if (turned or missed or not numbers.finite) and end - start > narrow:
+        self.reach = stepper.reach
+
+    def singular(self, dense: Dense, start: float, end: float, narrow: float, numbers: Numbers) -> Inspection:
+        """A step, measured before, that may lead where constraints are singular; none is made shorter than `narrow`."""
+        stepper, long = self.stepper, end - start > narrow
+        if not numbers.finite and long:
             return Inspection(Verdict.SHORTER)
-        if turned:
-            return Inspection(Verdict.TURNED, message=turned)
-        if missed:
-            return Inspection(Verdict.MISSED, message=missed)
-
-        def states(t: float | Array) -> Array:
-            found = dense(np.atleast_1d(t))
-            return found.T if np.ndim(t) else found[0]
-
         if not numbers.finite or self._poor(numbers):
             return Inspection(Verdict.SINGULAR)
-        if not (stepper.jumped(numbers) or stepper.crosses(states, start, end)):
-            stepper.reach = reach
+        if not (stepper.jumped(numbers) or stepper.crosses(dense, start, end)):
+            stepper.reach = self.reach
             return Inspection(Verdict.TAKEN)
         # where speeds alone are poor others are taken, nearby: `settle`
-        lost = end - start <= narrow or stepper.crosses(states, start, end, rank_alone=True)
+        lost = not long or stepper.crosses(dense, start, end, rank_alone=True)
         return Inspection(Verdict.SINGULAR if lost else Verdict.SHORTER)
 
     def _poor(self, numbers: Numbers) -> bool:
@@ -277,11 +251,3 @@ class Holding:
             return False
         assert stepper.eom.embedding is not None
         return better(numbers.a, stepper.eom.embedding.partition, stepper.reach, False, stepper.mixes[1]) is None
-
-
-def regular(stepper: Stepper, numbers: Numbers | None, share: float = _WELL) -> bool:
-    """Whether the dependent speeds follow from the others at a state, by that share of what is wanted, so well that kernels go on."""
-    embedding = stepper.eom.embedding
-    if embedding is None or numbers is None:
-        return True
-    return quality(numbers.a, embedding.partition, stepper.reach) > share * POOR

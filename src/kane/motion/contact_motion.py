@@ -31,10 +31,10 @@ from kane.model.contacts import ContactMode, Modes, check_numbers, law_of
 from kane.model.declarations import Event
 from kane.motion.contact_runner import ContactRunner, Went, rests, runner
 from kane.motion.course import Method, Pace
+from kane.motion.hybrid.automaton import End, ended_by
 from kane.motion.hybrid.contact_automaton import AT_ONCE, Back
 from kane.motion.hybrid.contact_events import ENDS, FLAT, LOW, NOTHING, STARTS
 from kane.motion.hybrid.contact_tables import KNOWN, end_of
-from kane.motion.hybrid.events import End, ended_by
 from kane.motion.inputs.expressions import Formula, value
 from kane.motion.inputs.functions import constant
 from kane.motion.loop import admitted_start, run, solver, whole

@@ -19,7 +19,7 @@ from kane.expr.node import Expr
 from kane.model.contacts import ContactMode, Modes
 from kane.model.declarations import Event
 from kane.motion.arguments import Arguments
-from kane.motion.constraint_kernels import Holding, unheld
+from kane.motion.constraint_kernels import Holding
 from kane.motion.course import Method
 from kane.motion.hybrid.contact_automaton import Back, Row, automaton_kernel
 from kane.motion.hybrid.contact_tables import (
@@ -34,20 +34,19 @@ from kane.motion.hybrid.contact_tables import (
     structure,
     symbols,
 )
-from kane.motion.hybrid.event_routines import glance
 from kane.motion.inputs.functions import constant
 from kane.motion.loop import whole
 from kane.motion.methods import chosen, kernel_of
 from kane.motion.native import first_slots
 from kane.motion.projection import is_constrained
-from kane.motion.right_hand_side import Given, has_jumps, timed
+from kane.motion.right_hand_side import Given, glance, has_jumps, timed
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.solution import Segment, Solution
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.held import CHANGES, POORER
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steppers.watched import rooms
-from kane.motion.steps import Stepper
+from kane.motion.steps import Stepper, unheld
 from kane.numeric.arrays import Array
 from kane.program.native.entry import RESULT, CompiledKernel, KeptCalls, entry, hoisted
 from kane.program.native.machine import Settings

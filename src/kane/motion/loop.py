@@ -17,20 +17,19 @@ from kane.equations.equations import Equations
 from kane.errors import KaneError, SimulationError, warn
 from kane.expr.node import Expr
 from kane.model.declarations import Event
-from kane.motion.course import Method
-from kane.motion.hybrid.actions import Instant, acting, after_actions, phase_after
-from kane.motion.hybrid.contact_starts import check_forces
-from kane.motion.hybrid.events import End, at_start, ended_by, up_to_a_break
+from kane.motion.course import Course, Method, Solver
+from kane.motion.hybrid.actions import Instant, after_actions
+from kane.motion.hybrid.automaton import End, acting, at_start, check_forces, ended_by, phase_after, up_to_a_break
 from kane.motion.inputs.breakpoints import bumps_of
 from kane.motion.inputs.expressions import Formula, HeldInput, controllers
 from kane.motion.inputs.functions import Asked, Function, Signal, warn_of_jumps
 from kane.motion.methods import AUTO, check_method, chosen
-from kane.motion.native import NativeCourse, Stiffness
+from kane.motion.native import KernelSolver, Stiffness
 from kane.motion.right_hand_side import Given, timed
 from kane.motion.solution.phases import Phase, joined
 from kane.motion.solution.resumed import Begin
 from kane.motion.solution.solution import Solution
-from kane.motion.solvers.stepping import ScipyCourse
+from kane.motion.solvers.stepping import SolverInPython
 from kane.motion.start import (
     check_breakpoints,
     check_events,
@@ -190,12 +189,10 @@ def _phase(
         name=name,
         free=solver.name == AUTO,
     )
-    kind = NativeCourse if name in INTEGRATORS else ScipyCourse
     check_forces(stepper.now, span[0], start, begin.fresh)
     met, fresh = at_start(stepper.now, span[0], start, begin.fresh, begin.rtol, begin.rounded)
-    course = kind(stepper, solver, span, start, times, fresh)
+    course = Course(stepper, solver, span, start, times, solver_by, fresh, begin.since)
     course.pace.begun = begun
-    course.since(begin.since)
     course.events += met
     end = ended_by(up_to_a_break(met, 0.0)[1], met) or _to_its_end(course)
     return _solution(course, end, phase), end, course.rows[-1][1]
@@ -210,10 +207,17 @@ def continued(
     begun: float,
 ) -> Solution:
     """The rest of a motion of one phase whose kernel `came` back at its limit; `run` is its span, its start, times of samples."""
-    course = NativeCourse(stepper, method, *run)
+    course = Course(stepper, method, *run, solver_by)
     course.pace.begun = begun
-    end = course.take_over(*came) or _to_its_end(course)
+    kernel = course.solver
+    assert isinstance(kernel, KernelSolver)
+    end = course.follow(kernel.take_over(*came)) or _to_its_end(course)
     return _solution(course, end, phase)
+
+
+def solver_by(course: Course, name: str, t: float, y: Array) -> Solver:
+    """What steps a course by a method from t and y on: a kernel, or one of the solvers in Python."""
+    return KernelSolver(course, t, y) if name in INTEGRATORS else SolverInPython(course, name, t, y)
 
 
 def solver(options: Mapping[str, Any], bounds: Mapping[str, Any]) -> Method:
@@ -283,7 +287,7 @@ def _asked_bumps(function: Asked, span: tuple[float, float]) -> set[float]:
     return {t for t in found if span[0] < t < span[1]}
 
 
-def _to_its_end(course: ScipyCourse | NativeCourse) -> End:
+def _to_its_end(course: Course) -> End:
     try:
         while not is_noted():
             end = course.advance()
@@ -337,7 +341,7 @@ def _admissible(stepper: Stepper, t0: float, y: Array) -> Array:
     return start
 
 
-def _solution(course: ScipyCourse | NativeCourse, end: End, phase: Phase) -> Solution:
+def _solution(course: Course, end: End, phase: Phase) -> Solution:
     stepper, method = course.stepper, course.method
     states = np.array([y for y, _ in course.rows])
     jumps = course.jumps
@@ -357,8 +361,7 @@ def _solution(course: ScipyCourse | NativeCourse, end: End, phase: Phase) -> Sol
         end.message,
         end.event,
         tuple(sorted([*course.events, *stepper.changes], key=itemgetter(1))),
-        course.steps,
-        course.evaluations,
+        *course.counts,
         tuple(stepper.segments),
         tuple(eom for _, eom in course.rows) if stepper.segments else (),
         rtol=method.rtol,

@@ -16,17 +16,15 @@ from kane.expr.node import Expr, postorder
 from kane.expr.ops import OPS, Op
 from kane.expr.piecewise import Piecewise
 from kane.expr.symbols import time
-from kane.motion.constraint_kernels import unheld
-from kane.motion.hybrid.sides import on_one_side, unfit
 from kane.motion.inputs.expressions import CORNERS, Formula, HeldInput
 from kane.motion.inputs.functions import asked, following
 from kane.motion.projection import is_constrained
-from kane.motion.right_hand_side import Routines, has_jumps, is_long
+from kane.motion.right_hand_side import Routines, has_jumps, is_long, on_one_side, unfit
 from kane.motion.solvers.cvode import CVODE, check_installed
 from kane.motion.solvers.stepping import IMPLICIT as SLOW
 from kane.motion.solvers.stepping import STEPPED
 from kane.motion.steppers.table import INTEGRATORS, Integrator, compiled
-from kane.motion.steps import Stepper
+from kane.motion.steps import Stepper, unheld
 from kane.program.emit.llvm_printer import LIBRARY
 from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.entry import CompiledKernel
@@ -182,6 +180,3 @@ def check_method(method: Any) -> str:
     if method == CVODE:
         check_installed()
     return str(method)
-
-
-# What a kernel is called with ----------------------------------------------------------------------------------------

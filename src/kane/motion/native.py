@@ -3,70 +3,36 @@
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from types import MappingProxyType
 
 import numpy as np
 
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
 from kane.motion.arguments import Arguments
-from kane.motion.constraint_kernels import Holding, regular, unheld
-from kane.motion.course import HELD, RECENT, Course, Method, chattering, standing
-from kane.motion.hybrid.actions import leapt_over
-from kane.motion.hybrid.automaton import leaving
-from kane.motion.hybrid.events import End, Fresh, Inspection, StepSeen, Verdict, ended_by, up_to_a_break
-from kane.motion.hybrid.sides import on_their_sides
-from kane.motion.inputs.breakpoints import next_end, on_from, told_apart
+from kane.motion.broken import chattering, no_step, standing
+from kane.motion.constraint_kernels import Holding
+from kane.motion.course import HELD, RECENT, Came, Counts, Course, Inspection, Method, StepFound
+from kane.motion.hybrid.automaton import End, ended_by, leapt_over, leaving, up_to_a_break
+from kane.motion.hybrid.events import StepSeen
+from kane.motion.inputs.breakpoints import next_end, on_from
 from kane.motion.inputs.expressions import Held, controllers
 from kane.motion.methods import implicit, kernel_of
-from kane.motion.right_hand_side import Given, Routines, exact, switches
-from kane.motion.solvers.stepping import STEPPED, ScipyCourse, not_held
-from kane.motion.start import nearly_singular
+from kane.motion.projection import Numbers
+from kane.motion.right_hand_side import Given, Routines, exact, on_their_sides, switches
+from kane.motion.solvers.stepping import STEPPED
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.held import POORER
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steppers.watched import ROOM
-from kane.motion.steps import Stepper
+from kane.motion.steps import unheld
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import DEGREE as PARTS
 from kane.numeric.polynomials import SHARES
-from kane.numeric.scale import EPS, SAME_TIME
+from kane.numeric.scale import EPS
 from kane.program.native.entry import entry
 from kane.progress import is_noted
-
-_DOUBLINGS = 80
-
-
-def why(back: ReturnCode, method: Method, stepper: Stepper, s: Array, y: Array, span: tuple[float, float]) -> str:
-    """Why there is no step from the time in `s` and the state y."""
-    t, now = float(s[Slot.TIME]), stepper.now
-    if back is ReturnCode.UNDERFLOW and INTEGRATORS[method.name].fixed:
-        return f"a step of max_step={method.max_step:g} from t = {t:.6g} is not found by iteration: give a shorter one"
-    fastest = now.rates.labels[int(s[Slot.WORST])]
-    told = (
-        f"no step is short enough for {fastest}, which changes fastest"
-        if back is ReturnCode.UNDERFLOW
-        else _not_finite(stepper, s, y)
-    )
-    if back is ReturnCode.UNDERFLOW and (coarse := told_apart(t, span)):
-        return f"{told} at t = {t:.17g}: {coarse}"
-    singular = nearly_singular(stepper.eom, now.values(t, y))
-    return f"the right-hand side is singular or not finite near t = {t:.6g} ({told}){singular}"
-
-
-def _not_finite(stepper: Stepper, s: Array, y: Array) -> str:
-    """What is not finite first, on the way on by ever longer steps."""
-    t, now = float(s[Slot.TIME]), stepper.now
-    rate = stepper.rate(t, y)
-    for k in range(_DOUBLINGS):
-        step = float(s[Slot.SHORTEST]) * 2.0**k
-        told = now.explain(t + step, y + step * np.nan_to_num(rate)) if np.isfinite(step) else ""
-        if told:
-            return told
-    return "a stage of the step is not finite"
-
 
 _PACE = (Slot.STEPS, Slot.SMOOTH, Slot.LIMITED)
 _MANY, _SMOOTH, _LIMITED = 100, 0.5, 0.2
@@ -141,51 +107,59 @@ def first_slots(method: Method, span: tuple[float, float], t: float, end: float)
     return t, 0.0, length, end, method.max_step, method.rtol, method.atol, EPS**2 * (span[1] - span[0]), 1.0
 
 
-SCIPY = "SciPy's "
+class KernelSolver:
+    """A kernel that steps a course from t and y, and goes on by itself where nothing of a step is open."""
 
+    by_itself = True
+    ahead = np.inf
 
-class NativeCourse(Course):
-    """A motion on its way over `span`, as `Course`, where nothing is left to Python between two steps (`methods.py`)."""
-
-    def __init__(
-        self,
-        stepper: Stepper,
-        method: Method,
-        span: tuple[float, float],
-        start: Array,
-        times: Array,
-        fresh: Fresh = MappingProxyType({}),
-    ) -> None:
-        super().__init__(stepper, method, span, start, np.append(times[times > span[0]], np.inf), fresh)
-        self.pace.before.append((span[0], start.copy()))  # sizes of quantities at switches
+    def __init__(self, course: Course, t: float, y: Array) -> None:
+        self.course, self.stepper, self.span = course, course.stepper, course.span
+        self.times = np.append(course.times[course.times > t], np.inf)
         self.s = np.zeros(SIZE)
-        self.s[Slot.SPAN], self.s[Slot.PHASE] = span[1] - span[0], span[0]
-        self.y, self.out = start.copy(), np.empty((len(self.times) - 1, len(start)))
+        self.s[Slot.SPAN], self.s[Slot.PHASE] = self.span[1] - self.span[0], self.span[0]
+        self.s[Slot.SINCE] = course.since  # the first step is no longer than some such intervals
+        self.y, self.out = y.copy(), np.empty((len(self.times) - 1, len(y)))
         self.marks = np.zeros(len(self.times))
-        self.stepped: ScipyCourse | None = None
-        self.names, self.for_good = [method.name], False
-        self.stiffness = Stiffness(bool(method.breakpoints))
-        self.handed, self.cursor, self.given = (0, 0), 0, Given()
-        self.switching = bool(switches(stepper.eom, stepper.now.laws))
-        self.controllers = controllers(stepper.now.drives)
-        self._take_up(span[0])
+        self.stiffness = Stiffness(bool(course.method.breakpoints))
+        self.cursor, self.given = 0, Given()
+        self.switching = bool(switches(self.stepper.eom, self.stepper.now.laws))
+        self.controllers = controllers(self.stepper.now.drives)
+        self._take_up(t)
 
     @property
-    def acted(self) -> float:
-        """When an action was last taken, or the motion began."""
-        return float(self.s[Slot.PHASE])
+    def method(self) -> str:
+        """The integrator."""
+        return self.course.method.name
 
-    def since(self, interval: float) -> None:
-        """How long it is since an action was taken: the first step is no longer than some such intervals."""
-        self.s[Slot.SINCE] = interval
+    @property
+    def t(self) -> float:
+        """Up to when the motion is stepped."""
+        return float(self.s[Slot.TIME])
+
+    @property
+    def at(self) -> tuple[float, Array]:
+        """The same, and the state there."""
+        return self.t, self.y.copy()
+
+    @property
+    def reached(self) -> tuple[float, Array]:
+        """The same, with what was noted till then collected."""
+        self._collect()
+        return self.at
+
+    @property
+    def counts(self) -> Counts:
+        """Steps and evaluations of the right-hand side."""
+        return int(self.s[Slot.STEPS]), int(self.s[Slot.RATES])
 
     def _take_up(self, t: float) -> None:
         """From the state at hand on, by the equations that are stepped now."""
         stepper = self.stepper
         self._note_fresh()
         now = on_their_sides(stepper.now)
-        kernel = kernel_of(self.method.name, now, held=stepper.projection is not None)
-        self.arguments = Arguments(self.method.name, now, t, self.s, self.y, self.fresh)
+        kernel = kernel_of(self.method, now, held=stepper.projection is not None)
+        self.arguments = Arguments(self.method, now, t, self.s, self.y, self.course.fresh)
         self.now = self.arguments.now
         self.given = self.arguments.given | {"times": self.times, "rows": self.out, "samples": len(self.out)}
         self.holding = Holding(stepper, self.arguments, t, self.y) if stepper.projection else None
@@ -199,9 +173,9 @@ class NativeCourse(Course):
 
     def _begin(self, t: float) -> None:
         """From t on, up to just before the next breakpoint, as rates may jump there."""
-        end = next_end(self.method.breakpoints, t, self.span[1])
+        end = next_end(self.course.method.breakpoints, t, self.span[1])
         self._control(t)
-        self.s[: Slot.FRESH + 1] = first_slots(self.method, self.span, t, end)
+        self.s[: Slot.FRESH + 1] = first_slots(self.course.method, self.span, t, end)
         self.s[Slot.BREAKPOINT] = np.searchsorted(self.given["pauses"][:-1:3], t, side="right")
         self.s[Slot.SIDED] = self.s[Slot.TURNING] = 0.0
 
@@ -214,44 +188,18 @@ class NativeCourse(Course):
 
     def _pauses(self) -> Given:
         """The breakpoints of the motion, and what a kernel asks there."""
-        table = pauses(self.method.breakpoints, self.span, self.controllers)
+        table = pauses(self.course.method.breakpoints, self.span, self.controllers)
         hook = self.arguments.hooked(self._control) if self.controllers else entry(self.now.rates)
         return {"breakpoints": len(table) // 3, "pauses": np.append(table, 0.0), "control": hook}
 
-    @property
-    def name(self) -> str:
-        """The method, with those that have led on from a place, or past one."""
-        return ", ".join(self.names)
-
-    @property
-    def steps(self) -> int:
-        """Steps so far."""
-        return int(self.s[Slot.STEPS]) + self.handed[0] + (self.stepped.steps if self.stepped else 0)
-
-    @property
-    def evaluations(self) -> int:
-        """Evaluations of the right-hand side; those of all stages at once are one."""
-        return int(self.s[Slot.RATES]) + self.handed[1] + (self.stepped.evaluations if self.stepped else 0)
-
-    def far(self) -> str:
-        """How far the motion is, in words."""
-        return self.stepped.far() if self.stepped else f"t = {self.s[Slot.TIME]:.4g} of {self.span[1]:.4g} s"
-
-    def advance(self) -> End | None:
-        """Some steps."""
-        if self.stepped is not None:
-            return self._step_by_scipy(self.stepped)
-        if self.steps >= self.method.max_steps:
-            return self._stopped(self.method.spent(self.s[Slot.TIME]))
-        late = self.pace.late(float(self.s[Slot.TIME])) or self.pace.crawls(float(self.s[Slot.TIME]), self.steps)
-        if late:
-            return self._stopped(late)
-        limit = min(1 if self.looked else self.stiffness.limit, self.method.max_steps - self.steps)
-        before, done = float(self.s[Slot.TIME]), self.s[Slot.STEPS]
+    def step(self, most: int) -> Came:
+        """Steps, at most so many, until something is open."""
+        limit = min(1 if self.looked else self.stiffness.limit, most)
+        before, done = self.t, self.s[Slot.STEPS]
         back = ReturnCode(self.kernel(limit=min(limit, RECENT) if self.switching else limit))
         return self._after(back, before, done)
 
-    def take_over(self, given: Given, stiffness: Stiffness) -> End | None:
+    def take_over(self, given: Given, stiffness: Stiffness) -> Came:
         """The motion goes on from where a kernel of the same equations, which was called with `given`, came back at its limit."""
         self.stiffness = stiffness
         for name, array in given.items():
@@ -259,12 +207,12 @@ class NativeCourse(Course):
                 self.given[name][:] = array
         return self._after(ReturnCode.LIMIT, self.span[0], 0.0)
 
-    def _after(self, back: ReturnCode, before: float, done: float) -> End | None:
+    def _after(self, back: ReturnCode, before: float, done: float) -> Came:
         """What follows where the kernel has come `back`, which was called at the time `before` after so many steps."""
         self.arguments.check()
         self._collect()
         if back is ReturnCode.EVENT:
-            event, t = next(pair for pair in reversed(self.events) if pair[0].terminal)
+            event, t = next(pair for pair in reversed(self.course.events) if pair[0].terminal)
             return ended_by([event], [(event, t)], acted=True)
         if back is ReturnCode.FULL:
             return None
@@ -274,19 +222,20 @@ class NativeCourse(Course):
         if back in (ReturnCode.STANDS, ReturnCode.RESTS):
             return self._turning(back)
         if back is ReturnCode.LOOK:
-            return self._doubt() if self.s[Slot.HELD] and not self.s[Slot.LOOKED] else self._look()
+            return self._found()
         changed = self.looked and self._settled()
         told = self._stalled(back, before)
         if told:
-            return self._stopped(told)
+            return told
         if back in (ReturnCode.UNDERFLOW, ReturnCode.NOT_FINITE):
             if self.holding is None:
-                return self._stopped(why(back, self.method, self.stepper, self.s, self.y, self.span))
-            self._hand_over(float(self.s[Slot.TIME]))
+                fixed = self.course.method.max_step if INTEGRATORS[self.method].fixed else None
+                return no_step(back, fixed, self.stepper, self.s, self.y, self.span)
+            self._hand_over(self.t)
             return None
         if over:
-            if self.t[-1] < self.span[1]:
-                self.sample(self.span[1], self.y.copy())
+            if self.course.t[-1] < self.span[1]:
+                self.course.sample(self.span[1], self.y.copy())
             return self._met_at_the_end() or End("finished", f"reached t = {self.span[1]:g}")
         self._lead_on(back, changed)
         return None
@@ -298,7 +247,7 @@ class NativeCourse(Course):
             return None
         seen = self.given["seen"][: len(events)]
         met = [(event, t) for event in leapt_over(events, seen, self.now.watch(t, self.y)[: len(events)])]
-        self.events += met
+        self.course.events += met
         return ended_by(up_to_a_break(met, 0.0)[1], met)
 
     def _lead_on(self, back: ReturnCode, changed: bool) -> None:
@@ -316,18 +265,17 @@ class NativeCourse(Course):
 
     def _stiff(self) -> bool:
         """Whether the steps of "auto" are short for stability alone: then an implicit method leads on."""
-        if not self.method.free or not self.stiffness.sets_in(self.s) or self.s[Slot.TIME] >= self.span[1]:
+        if not self.course.method.free or not self.stiffness.sets_in(self.s) or self.s[Slot.TIME] >= self.span[1]:
             return False
         name = implicit(self.stepper, self.stepper.now.drives)
-        own = name in INTEGRATORS
-        told = f"steps of {self.method.name} were short for stability alone; {'' if own else SCIPY}{name} leads on"
+        own, of_scipy = name in INTEGRATORS, f"SciPy's {name}"
+        told = f"steps of {self.method} were short for stability alone; {name if own else of_scipy} leads on"
         self._told("the equations are stiff", told)
         if own:
-            self.stiffness.leaves(self.method.name)
-            self._go_over(float(self.s[Slot.TIME]), name)
+            self.stiffness.leaves(self.method)
+            self._go_over(self.t, name)
         else:
-            self._hand_over(float(self.s[Slot.TIME]), name)
-            self.for_good = True
+            self._hand_over(self.t, name, for_good=True)
         return True
 
     def _eased(self, back: ReturnCode, before: float, done: float) -> bool:
@@ -339,7 +287,7 @@ class NativeCourse(Course):
             return False
         name = self.stiffness.comes_back(self.s)
         self._told(
-            "the equations are stiff no more", f"steps of {self.method.name} were stable in {name}, too, which leads on"
+            "the equations are stiff no more", f"steps of {self.method} were stable in {name}, too, which leads on"
         )
         self._go_over(t, name)
         return True
@@ -349,23 +297,19 @@ class NativeCourse(Course):
 
     def _go_over(self, t: float, name: str) -> None:
         """Another method in machine code leads on from here."""
-        self.method = replace(self.method, name=name, first=None)
-        self._called(name)
+        self.course.method = replace(self.course.method, name=name, first=None)
+        self.course.names[name] = None
         self._take_up(t)
-
-    def _called(self, name: str) -> None:
-        if name not in self.names:
-            self.names.append(name)
 
     def _stalled(self, back: ReturnCode, before: float) -> str:
         """That a motion stands at a switch of a load, in words; "" where it does not."""
         t = float(self.s[Slot.TIME])
         if not self.switching or back is ReturnCode.LOOK:
             return ""
-        self.pace.note(t, self.y.copy())
+        self.course.pace.note(t, self.y.copy())
         held = back is ReturnCode.LIMIT and t - before < HELD * (self.span[1] - self.span[0])
         told = (
-            chattering(self.stepper.now, self.pace)
+            chattering(self.stepper.now, self.course.pace.states, self.course.pace.before)
             if held or back in (ReturnCode.UNDERFLOW, ReturnCode.NOT_FINITE)
             else ""
         )
@@ -382,92 +326,100 @@ class NativeCourse(Course):
             for row in self.given["jumps"][: int(s[Slot.JUMPS]) * (2 * n + 2)].reshape(-1, 2 * n + 2):
                 met = [(events[int(k)], float(t)) for t, k in log[done : int(row[1])]]
                 done = int(row[1])
-                self._jumped(float(row[0]), met, *row[2:].copy().reshape(2, n))
+                self._sample_to(t := float(row[0]))
+                self.course.jumped(t, met, *row[2:].copy().reshape(2, n))
             own = self.stepper.now.p
             own[:] = self.given["p"][: len(own)]
-            self.events += [(events[int(k)], float(t)) for t, k in log[done : int(s[Slot.LOGGED])]]
+            self.course.events += [(events[int(k)], float(t)) for t, k in log[done : int(s[Slot.LOGGED])]]
             s[Slot.LOGGED] = s[Slot.JUMPS] = 0.0
         self._sample_to(math.inf)
 
     def _note_fresh(self) -> None:
         """The events at whose thresholds the motion is, as the kernel has it."""
         if "leaves" in self.given:
-            self.fresh = leaving(self.given, self.arguments.now.eom.events)
-
-    def _jumped(self, t: float, met: list[tuple[Event, float]], before: Array, after: Array) -> None:
-        """The motion was ended or changed at a time by the last of the events that were met."""
-        self._sample_to(t)
-        self.events += met
-        if t > self.t[-1]:
-            self.sample(t, before)
-        by = tuple(event for event, _ in met if event.then is not None)
-        if by:
-            self.jumps.append((len(self.t), by, before))
-            self.t.append(t)
-            self.rows.append((after, self.stepper.eom))
+            self.course.fresh = leaving(self.given, self.arguments.now.eom.events)
 
     def _sample_to(self, end: float) -> None:
         """The samples that were taken before a time; one beside a doubtful state is moved onto the constraints once more."""
+        course = self.course
         while self.cursor < int(self.s[Slot.SAMPLE]) and (t := float(self.times[self.cursor])) < end:
             k, self.cursor = self.cursor, self.cursor + 1
-            if t <= self.t[-1]:  # the instant of an event
+            if t <= course.t[-1]:  # the instant of an event
                 continue
             y = self.out[k].copy()
             if self.marks[k]:
-                self.sample(t, y)
+                course.sample(t, y)
             else:
-                self.t.append(t)
-                self.rows.append((y, self.stepper.eom))
+                course.t.append(t)
+                course.rows.append((y, self.stepper.eom))
 
-    def _stopped(self, message: str) -> End:
-        return self.stopped(message, float(self.s[Slot.TIME]), self.y.copy())
+    # ------------------------------------------------------------------------------------------------ what is open
 
-    def interrupted(self) -> End:
-        """It ends after the last step that was taken."""
-        if self.stepped is not None:
-            return self.stepped.interrupted()
-        self._collect()
-        return self.broken(float(self.s[Slot.TIME]), self.y.copy())
-
-    def _doubt(self) -> End | None:
-        """The constraints of the step that is taken next, in which they may be singular or not be kept."""
+    def _found(self) -> StepFound | None:
+        """The step that is taken next, of which constraints are open, or events are."""
         s, holding = self.s, self.holding
-        assert holding is not None
-        if holding.completes(ReturnCode.LOOK, s):
-            return None
-        start, h = float(s[Slot.TIME]), self._next()
-        dense = self._dense(start, h)
-        narrow = SAME_TIME * max(abs(start + h), self.span[1] - self.span[0])
-        found = holding.look(dense, start, start + h, narrow, (self.method.rtol, self.method.atol))
-        if found.verdict is not Verdict.TAKEN:
-            return self._decided(found, start, h)
-        self.looked, s[Slot.LOOKED] = True, 1.0
-        return None
+        held = bool(s[Slot.HELD]) and not s[Slot.LOOKED]
+        if held and holding is not None:
+            if holding.completes(ReturnCode.LOOK, s):
+                return None
+            holding.measure()
+        along = INTEGRATORS[self.method].dense
+        assert along is not None
+        start, h = self.t, self._next()
+        states = along(self.given, h, start)
 
-    def _decided(self, found: Inspection, start: float, h: float) -> End | None:
-        """What follows for the step of length h from `start` that is not taken: it is taken otherwise, or the motion ends."""
-        verdict = found.verdict
+        def dense(t: float | Array) -> Array:
+            found = states(np.atleast_1d(t))
+            return found.T if np.ndim(t) else found[0]
+
+        return StepFound(start, start + h, dense, self.y.copy(), dense(start + h), held, not held)
+
+    def singular(self, step: StepFound, numbers: Numbers | None, narrow: float) -> Inspection:
+        """Whether constraints are singular in a step, or dependent speeds hardly follow."""
+        assert self.holding is not None
+        assert numbers is not None
+        return self.holding.singular(step.dense, step.t, step.end, narrow, numbers)
+
+    def seen(self, step: StepFound, kept: Array) -> StepSeen:
+        """What events see of a step, as the kernel has it at both ends."""
+        self._note_fresh()
+        self.s[Slot.LOOKED] = 2.0
+        times = step.t + self._next() * np.array(SHARES)
+        states = step.dense(times[1:]).T
+        if self.holding is not None:
+            end_of, n = INTEGRATORS[self.method].end, len(self.y)
+            assert end_of is not None
+            states[-1] = self.given["work"][end_of(n) : end_of(n) + n]
+        count, own = int(self.given["events"]), len(self.stepper.eom.events)
+        values = np.vstack([self.given["seen"][:count], self.now.watch_all(times[1:], states)])
+        # at the end as the kernel has it, which is what it keeps for the next step: rounding must lose no crossing
+        values[-1] = self.given["values"][ROOM:][: PARTS * count].reshape(count, PARTS)[:, -1]
+        largest = np.fmax(self.given["largest"][:count], np.abs(values).max(axis=0))
+        return StepSeen(self.now, times, values[:, :own], largest[:own], float(self.s[Slot.PHASE]))
+
+    def shorten(self, step: StepFound, length: float) -> None:
+        """The step is taken again."""
         self.looked, self.s[Slot.LOOKED] = False, 0.0
-        if verdict is Verdict.SHORTER:
-            self.s[Slot.STEP] = found.t or h / 2
-        elif verdict is Verdict.TURNED:
-            return self._stopped(f"another branch of the closures lies beyond t = {start:.6g}: {found.message}")
-        elif verdict is Verdict.MISSED:
-            return self._stopped(not_held(self.stepper, start, self.y.copy(), self.span, found.message))
-        else:
-            self._hand_over(start)
-        return None
+        self.s[Slot.STEP] = length or self._next() / 2
 
-    def _turning(self, back: ReturnCode) -> End | None:
+    def avoid(self, step: StepFound, t: float) -> None:
+        """SciPy's steps lead past the place."""
+        if step.held:
+            self.looked, self.s[Slot.LOOKED] = False, 0.0
+        self._hand_over(step.t)
+        self.course.solver.ahead = t
+
+    def go_on(self, step: StepFound, kept: Array, numbers: Numbers | None) -> None:
+        """The kernel takes the step, which it looks at no more."""
+        if step.held:
+            self.looked, self.s[Slot.LOOKED] = True, 1.0
+
+    def _turning(self, back: ReturnCode) -> str | None:
         """What follows where no side of a switch leads on: from the beginning, or where its quantity rests, SciPy's steps."""
-        t = float(self.s[Slot.TIME])
-        if back is ReturnCode.STANDS and t > self.span[0]:
+        if back is ReturnCode.STANDS and self.t > self.span[0]:
             which = self.now.quantities[int(self.s[Slot.WORST]) - len(self.stepper.eom.events)]
-            return self._stopped(
-                f"the motion does not get on beyond t = {t:.6g}: {standing(self.stepper.now, [which])}"
-            )
-        self._hand_over(t)
-        self.for_good = True
+            return f"the motion does not get on beyond t = {self.t:.6g}: {standing(self.stepper.now, [which])}"
+        self._hand_over(self.t, for_good=True)
         return None
 
     def _settled(self) -> bool:
@@ -479,81 +431,24 @@ class NativeCourse(Course):
             self.y[:] = kept
         return self.stepper.settle(t, self.y, numbers)
 
-    def _hand_over(self, t: float, name: str = STEPPED) -> None:
-        """SciPy's steps lead on from here, past where constraints are singular."""
+    def _hand_over(self, t: float, name: str = STEPPED, for_good: bool = False) -> None:
+        """SciPy's steps lead on from here, past where constraints are singular, unless that is for good."""
         self._note_fresh()
-        method = replace(self.method.after(self.steps), name=name, first=None)
-        self.stepped = ScipyCourse(self.stepper, method, (t, self.span[1]), self.y.copy(), self.times[:-1], self.fresh)
-        self.stepped.t, self.stepped.rows, self.stepped.events = self.t, self.rows, self.events
-        self.stepped.span = self.span
-        self._called(name)
-        self.stepped.pace.before.append((self.t[0], self.rows[0][0]))  # sizes of quantities at switches, farther back
+        self.course.method = replace(self.course.method, first=None)
+        self.course.hand_over(t, self.y.copy(), name, None if for_good else self._resumed)
 
-    def _step_by_scipy(self, course: ScipyCourse) -> End | None:
-        """One of SciPy's steps; machine code goes on where constraints are regular again."""
-        end = course.advance()
-        if end is not None or self.for_good or not course.clear or unheld(self.stepper):
-            return end
-        t, y = float(course.solver.t), course.solver.y
-        if not regular(self.stepper, self.stepper.keep(t, y)[1]):
-            return None
-        self.handed = (self.handed[0] + course.steps, self.handed[1] + course.evaluations)
-        self.stepped = None
+    def _resumed(self, t: float, y: Array) -> "KernelSolver":
+        """The kernel leads on again."""
         self.y[:] = y
         self._take_up(t)
         self.cursor = int(np.searchsorted(self.times, t, side="right"))
         self.s[Slot.SAMPLE] = self.cursor
-        return None
-
-    def _look(self) -> End | None:
-        """The events of the step that is taken next, up to one that ends the motion; without such a one it is gone on from."""
-        s, now, events = self.s, self.now, self.stepper.eom.events
-        self._note_fresh()
-        start, h = float(s[Slot.TIME]), self._next()
-        along = self._dense(start, h)
-        times = start + h * np.array(SHARES)
-        states = along(times[1:])
-        if self.holding is not None:
-            end_of, n = INTEGRATORS[self.method.name].end, len(self.y)
-            assert end_of is not None
-            states[-1] = self.given["work"][end_of(n) : end_of(n) + n]
-        count = int(self.given["events"])
-        values = np.vstack([self.given["seen"][:count], now.watch_all(times[1:], states)])
-        # at the end as the kernel has it, which is what it keeps for the next step: rounding must lose no crossing
-        values[-1] = self.given["values"][ROOM:][: PARTS * count].reshape(count, PARTS)[:, -1]
-        largest = np.fmax(self.given["largest"][:count], np.abs(values).max(axis=0))[: len(events)]
-
-        def dense(t: float) -> Array:
-            state: Array = along(np.array([t]))[0]
-            return state
-
-        s[Slot.LOOKED] = 2.0
-        values = values[:, : len(events)]
-        noted, end, t = self.meets(now, dense, StepSeen(times, values), largest)
-        if self.passes(end, t, dense):
-            self._hand_over(start)
-            assert self.stepped is not None
-            self.stepped.beware(t)
-            return None
-        self.events += noted
-        if end is not None:
-            self.sample_up_to(t, dense, True)
-            s[Slot.STEPS] += 1
-        return end
-
-    def _dense(self, start: float, h: float) -> Callable[[Array], Array]:
-        """The state (k × n) at times (k) in the step that the kernel has found."""
-        dense = INTEGRATORS[self.method.name].dense
-        assert dense is not None
-        return dense(self.given, h, start)
+        return self
 
     def _next(self) -> float:
         """The length of the step that was looked at."""
         s = self.s
         shortest = s[Slot.SHORTEST] + 10 * EPS * abs(s[Slot.TIME])
-        return float(min(max(s[Slot.STEP], shortest), s[Slot.LONGEST], self._left()))
-
-    def _left(self) -> float:
-        """How long it is to the end that is aimed at: `start + h` of a step that leads there may round to a time before it."""
-        s = self.s
-        return float(s[Slot.END] - s[Slot.TIME] - s[Slot.TIME_LAG])
+        # `start + h` of a step that leads to the end that is aimed at may round to a time before it
+        left = s[Slot.END] - s[Slot.TIME] - s[Slot.TIME_LAG]
+        return float(min(max(s[Slot.STEP], shortest), s[Slot.LONGEST], left))

@@ -24,12 +24,17 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, Expr
 from kane.model.beams.beam import Beam
 from kane.motion.arguments import Arguments
-from kane.motion.constraint_kernels import Holding, unheld
+from kane.motion.constraint_kernels import Holding
 from kane.motion.course import HELD, MANY_STEPS, RECENT, Method
-from kane.motion.hybrid.actions import phase_after
-from kane.motion.hybrid.automaton import asks, asks_for, evaluated, stands_beside
-from kane.motion.hybrid.events import check_witnesses, ended_by
-from kane.motion.hybrid.sides import on_their_sides, unfit
+from kane.motion.hybrid.automaton import (
+    asks,
+    asks_for,
+    check_witnesses,
+    ended_by,
+    evaluated,
+    phase_after,
+    stands_beside,
+)
 from kane.motion.inputs.breakpoints import next_end
 from kane.motion.inputs.functions import asked, constant
 from kane.motion.inputs.smooth import check_prescribed, pieces_prescribed
@@ -38,15 +43,15 @@ from kane.motion.loop import admitted_start, continued
 from kane.motion.methods import kernel_of
 from kane.motion.native import LOOKS, Stiffness, first_slots, pauses
 from kane.motion.projection import is_constrained
-from kane.motion.right_hand_side import Routines, has_jumps, only, switches, timed
+from kane.motion.right_hand_side import Routines, has_jumps, on_their_sides, only, switches, timed, unfit
 from kane.motion.solution.checks import keeps_sharply
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.resumed import Begin
 from kane.motion.solution.solution import Segment, Solution, some_of
-from kane.motion.start import POSITIVE, check_masses, moves_pivots, surely_have_mass
+from kane.motion.start import POSITIVE, check_masses, moving, surely_have_mass
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS
-from kane.motion.steps import Stepper
+from kane.motion.steps import Stepper, unheld
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.scale import SURELY_REGULAR
 from kane.program.from_expressions import Bundle
@@ -157,7 +162,7 @@ def is_plain(stepper: Stepper, method: Method) -> bool:
         and not (is_constrained(eom) and INTEGRATORS[method.name].implicit)
         and not (bool(eom.events) and (eom.numeric().value(asks) or asks_for(stepper.now)))
         and (not switches(eom) or (has_jumps(eom) and not unfit(eom)))
-        and not moves_pivots(eom)
+        and not moving(eom)
         and not any(eom.numeric().value(timed))
         and not any(isinstance(b, Beam) for b in eom.system.bodies)
         and (all(constant(f) is not None for f in stepper.now.drives) or not _reads_inputs(eom))

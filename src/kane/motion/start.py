@@ -49,24 +49,20 @@ class Vanishing(NamedTuple):
 
 def pivots(eom: Equations, values: Mapping[Expr, Any]) -> list[Vanishing]:
     """The pivots of W that change with the configuration, the smallest first."""
-    moving = _moving(eom)
-    if not moving:
+    found = moving(eom)
+    if not found:
         return []
-    usual = [abs(x) for x in sample(moving, SEED)]
+    usual = [abs(x) for x in sample(found, SEED)]
     rows = [
         Vanishing(p, float(v), abs(float(v)) / (scale or 1.0))
-        for p, v, scale in zip(moving, evaluate(moving, values), usual, strict=True)
+        for p, v, scale in zip(found, evaluate(found, values), usual, strict=True)
     ]
     return sorted(rows, key=lambda r: r.relative)
 
 
-def _moving(eom: Equations) -> list[Expr]:
+def moving(eom: Equations) -> list[Expr]:
+    """The pivots of W that change with the configuration."""
     return [p for p in dict.fromkeys(eom.solved.regular.kinematical.pivots) if not is_constant_in_time([p])]
-
-
-def moves_pivots(eom: Equations) -> bool:
-    """Whether pivots of W change with the configuration."""
-    return bool(_moving(eom))
 
 
 def check_regular(eom: Equations, values: Mapping[Expr, Any], t: float) -> None:

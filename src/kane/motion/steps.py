@@ -32,14 +32,16 @@ from kane.motion.projection import (
     missed,
     mixes,
 )
-from kane.motion.right_hand_side import Routines, exact, pattern, routines
+from kane.motion.right_hand_side import Routines, exact, routines
 from kane.motion.solution.solution import Segment
 from kane.motion.start import regular_otherwise
-from kane.numeric.arrays import Array, Mask
+from kane.numeric.arrays import Array
 from kane.numeric.rank import Mixed, balanced, combinations, mobility, sizes, sure_rows
 from kane.numeric.scale import BETTER, MOTION_RANK, POOR, UNUSABLE
 from kane.program.native.machine import Settings
 
+_WELL = 2.5
+"""Quality over the least one at which kernels take up a motion again."""
 _TAKES_PART = 0.01
 """Share of the largest coefficient above which a constraint is named among those that lose rank together."""
 
@@ -88,10 +90,6 @@ class Stepper:
             found = exact(self.now)
             self._slopes = self.eom, found
         return found(t, y)
-
-    def pattern(self) -> Mask | None:
-        """Which entries of `slopes` are not zero for all states; None where that is not known."""
-        return pattern(self.now)
 
     def _numbers(self, t: float, y: Array) -> Numbers:
         assert self.projection is not None
@@ -308,3 +306,22 @@ def share_of_rank(a: Array, rank: int, reach: Array, mix: Mixed | None = None) -
     values = combinations(a, reach, mix)[1]
     with np.errstate(invalid="ignore"):
         return float(values[rank - 1] / values[0])
+
+
+def unheld(stepper: Stepper) -> str:
+    """Why constraints are kept by Python alone, in words; "" where a kernel can."""
+    if stepper.projection is None:
+        return ""
+    if stepper.kinks is not None:
+        return "constraints bend"
+    if stepper.lost or stepper.mixes != (None, None):
+        return "constraints lose rank"
+    return "W has poles that the motion has not" if stepper.eom.solved.twin is not None else ""
+
+
+def regular(stepper: Stepper, numbers: Numbers | None, share: float = _WELL) -> bool:
+    """Whether the dependent speeds follow from the others at a state, by that share of what is wanted, so well that kernels go on."""
+    embedding = stepper.eom.embedding
+    if embedding is None or numbers is None:
+        return True
+    return quality(numbers.a, embedding.partition, stepper.reach) > share * POOR

@@ -10,7 +10,7 @@ import kane as kn
 from kane import Settings
 from kane.errors import SimulationError
 from kane.gallery import pendulums
-from kane.motion import DOP853, EXPLICIT, ReturnCode, Slot, compiled
+from kane.motion import DOP853, EXPLICIT, ReturnCode, Slot, compiled, tableau
 from tests.motion.steppers.runs import arguments, spring
 
 
@@ -27,16 +27,25 @@ def error(eom, method, h, at):
     return max(np.abs(given["rows"][:, 0] - np.cos(at)).max(), np.abs(given["rows"][:, 1] + np.sin(at)).max())
 
 
+@pytest.mark.parametrize("integrator", EXPLICIT, ids=lambda i: i.name)
+def test_what_is_told_of_a_method_is_true_of_its_tableau(integrator):
+    """Steps are of one length where there is no estimate, and inputs in Python are asked where no stage lies behind the step."""
+    own = tableau(integrator.name)
+    assert (own.name, integrator.fixed) == (integrator.name, not own.errors)
+    assert integrator.driven == (max(own.c) <= 1)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("tableau", EXPLICIT, ids=lambda t: t.name)
-def test_the_order_is_that_of_the_method(tableau, oscillator):
+@pytest.mark.parametrize("name", [i.name for i in EXPLICIT])
+def test_the_order_is_that_of_the_method(name, oscillator):
     """Halving the step divides the error at the end by 2^order or hardly more, and that between by one power less at least."""
-    coarse, fine = (1.0, 0.5) if tableau.order > 5 else (0.25, 0.125)
-    ends = [error(oscillator, tableau.name, h, [8.0]) for h in (coarse, fine)]
-    assert tableau.order - 0.4 < np.log2(ends[0] / ends[1]) < tableau.order + 1.3
+    method = tableau(name)
+    coarse, fine = (1.0, 0.5) if method.order > 5 else (0.25, 0.125)
+    ends = [error(oscillator, name, h, [8.0]) for h in (coarse, fine)]
+    assert method.order - 0.4 < np.log2(ends[0] / ends[1]) < method.order + 1.3
     between = np.arange(1, 80) / 10 + 0.03
-    within = [error(oscillator, tableau.name, h, [*between, 8.0]) for h in (coarse, fine)]
-    assert np.log2(within[0] / within[1]) > tableau.order - 1
+    within = [error(oscillator, name, h, [*between, 8.0]) for h in (coarse, fine)]
+    assert np.log2(within[0] / within[1]) > method.order - 1
 
 
 def test_a_number_that_is_mistyped_is_found():

@@ -16,10 +16,9 @@ from kane.errors import KaneError, SimulationError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import Input, Symbol, input_of
 from kane.model.declarations import Event, target
-from kane.motion.hybrid.event_routines import actions, values_set
+from kane.motion.hybrid.automaton import acting, leapt_over
 from kane.motion.inputs.expressions import value
 from kane.motion.inputs.functions import Function, input_functions
-from kane.motion.right_hand_side import Routines
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.resumed import inherited_inputs
 from kane.motion.start import check_masses
@@ -78,22 +77,6 @@ def acted(before: Instant, events: Sequence[Event], end: float) -> Instant:
     if moved or constants != before.phase.parameters:
         x = _state(Instant(eom, before.now, before.t, x, phase), moved, names)
     return Instant(eom, before.now, before.t, x, phase)
-
-
-def phase_after(now: Routines, phase: Phase, t: float, before: Array, by: tuple[Event, ...]) -> Phase:
-    """The phase that begins with actions that a kernel took at a state: parameters are what the same routine gives."""
-    eom, first = now.eom, len(now.eom.state) + 1
-    acting = [k for k, event in enumerate(eom.events) if event in by]
-    set_ = eom.numeric(now.settings).value(values_set)
-    places = [(i, place - first) for i, (k, place, _) in enumerate(set_) if k in acting and place >= first]
-    if not places:
-        return replace(phase, by=by)
-    own = np.array([phase.parameters[s] for s in eom.parameters])
-    routine, after = now.routine(actions).flat, replace(now, p=np.append(own, now.p[len(own) :]))
-    values = routine(t, before[: now.width], after.parameters(routine), now.inputs(t, before))
-    return replace(
-        phase, parameters={**phase.parameters, **{eom.parameters[j]: float(values[i]) for i, j in places}}, by=by
-    )
 
 
 def _wanted(before: Instant, events: Sequence[Event]) -> dict[Expr, Any]:
@@ -247,11 +230,6 @@ def after_actions(
     return after, met, by, None if leaving is None else dict.fromkeys([e.name for e in met], 0.0) | leaving
 
 
-def acting(events: Sequence[Event]) -> list[Event]:
-    """Those that change the motion."""
-    return [e for e in events if e.then is not None]
-
-
 def sides(before: Instant, after: Instant, events: Sequence[Event]) -> dict[str, float] | None:
     """To which side of their thresholds quantities leave: back (±1) where an action turned them, on (0) where they pass.
 
@@ -271,15 +249,4 @@ def sides(before: Instant, after: Instant, events: Sequence[Event]) -> dict[str,
             return None
         if new * came > -EQUAL * abs(old):
             found[event.name] = came
-    return found
-
-
-def leapt_over(events: Sequence[Event], before: Array, after: Array) -> list[Event]:
-    """The events whose thresholds lie between their quantities before and after."""
-    found = []
-    for event, a, b in zip(
-        events, before - [e.threshold for e in events], after - [e.threshold for e in events], strict=True
-    ):
-        if (a > 0 >= b and event.direction <= 0) or (a < 0 <= b and event.direction >= 0):
-            found.append(event)
     return found

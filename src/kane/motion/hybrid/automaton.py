@@ -6,26 +6,62 @@ speeds, states and parameters to expressions, and coordinates where no constrain
 of Python, set inputs, moments of inertia, or what turns at times or inputs depend on, are asked of Python.
 """
 
-from typing import Any
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from kane.dynamics.poles import SLIPS, KinematicsEnd, SlipEnd
+from kane.dynamics.readings.quantities import time_derivative, without_unknowns
 from kane.equations.equations import Equations
+from kane.errors import KaneError, SimulationError, cut, warn
+from kane.expr.evaluation import evaluate, free_symbols
+from kane.expr.node import ZERO, Expr, as_expr, postorder
+from kane.expr.ops import DIV, POW
+from kane.expr.regular import size
+from kane.expr.symbols import Rate, Reaction
+from kane.expr.visit import substituted
 from kane.model.declarations import Event
-from kane.motion.hybrid.contact_starts import ends_force
-from kane.motion.hybrid.event_routines import actions, bundles, glance, tendency, values_set
-from kane.motion.hybrid.events import Fresh, Leaves, leaves_row
-from kane.motion.inputs.expressions import Formula
-from kane.motion.right_hand_side import Given, Routines
+from kane.motion.inputs.expressions import Formula, HeldInput
+from kane.motion.inputs.functions import constant
+from kane.motion.right_hand_side import Given, Routines, actions, bundles, glance, tendency, values_set
+from kane.motion.solution.phases import Phase
 from kane.motion.steppers.crossings import KINDS, LEAVES, Kind
 from kane.motion.steppers.crossings import room as zoomed
 from kane.motion.steppers.watched import rooms
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.polynomials import DEGREE as PARTS
-from kane.numeric.scale import ROUNDED_TERMS
+from kane.numeric.scale import EQUAL, ROUNDED_TERMS, SAME_TIME, SOON
+from kane.program.from_expressions import Task, build_program
 from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.entry import aligned, entry, hoist_entry, hoisted, wide_entry
+from kane.program.passes.optimize import rounding
+from kane.program.program import Port
+
+Met = tuple[Event, float]
+"""An event, and when."""
+
+
+class Leaves(NamedTuple):
+    """How a quantity leaves its threshold at the beginning of a motion, by the derivative of an `order`.
+
+    To a `side`, 1 or −1, or 0 where it has passed; within `band` of the threshold rounding may give it any sign.
+    """
+
+    side: float
+    order: int = 1
+    band: float = 0.0
+
+
+Fresh = Mapping[str, Leaves]
+"""The events at whose thresholds a motion begins, by name."""
+
+
+def leaves_row(leaves: Leaves | None) -> tuple[float, ...]:
+    """A row of `leaves` of kernels."""
+    return (0.0,) * LEAVES if leaves is None else (1.0, *leaves, SOON ** (1 / leaves.order))
 
 
 def kind(eom: Equations, event: Event, acting: bool) -> Kind:
@@ -150,3 +186,234 @@ def leaving(given: Given, events: tuple[Event, ...]) -> dict[str, Leaves]:
         for event, row in zip(events, rows, strict=True)
         if row[0]
     }
+
+
+_ORDERS = 4
+"""So many derivatives are asked to which side a quantity leaves its threshold."""
+
+
+def at_start(
+    now: Routines, t: float, state: Array, known: Mapping[str, float], rtol: float = 0.0, rounded: float = 0.0
+) -> tuple[list[Met], Fresh]:
+    """The system's events that are met at the start of a motion, and how those at their thresholds leave them.
+
+    A quantity that leaves in the direction of its event meets it. Leaving is no crossing of an event in both directions. Those in
+    `known`, by name, were met before; their sides are given, but for 0, and they leave within the share `rounded` of their terms, as a
+    contact does that opens: an action sets values of its own. A state that a motion led to is known to `rtol`: a quantity
+    that constraints held at its threshold till then has rates that are as small, and leaves by those that are not.
+    """
+    share = max(ROUNDED_TERMS, rtol)
+    met: list[Met] = []
+    fresh: dict[str, Leaves] = {}
+    own = {e.name for e in now.eom.system.events}
+    for event, value in zip(now.eom.events, now.watch(t, state), strict=True):
+        if event.name not in own:  # what every model watches may not be passed
+            continue
+        if event.name in known:
+            side = known[event.name]
+            order = 1 if side else departure(event, now, t, state, share)[1]
+            band = _rounding(event, now, t, state, rounded) if rounded else 0.0
+            fresh[event.name] = Leaves(side, order, band)
+        elif abs(value - event.threshold) <= (band := _rounding(event, now, t, state, share)):
+            side, order = departure(event, now, t, state, share)
+            fresh[event.name] = Leaves(side, order, band)
+            if side and side == event.direction:
+                met.append((event, t))
+            elif side == 0 if event.direction else event.breaks:
+                warn(_undecided(event, t, side))
+    return met, fresh
+
+
+def _undecided(event: Event, t: float, side: float) -> str:
+    why, cure = (
+        ("leaving it is no crossing of an event in both directions", "Give direction=1 or -1, or begin")
+        if side
+        else (f"the first {_ORDERS} derivatives do not say to which side it leaves", "Begin")
+    )
+    return (
+        f"Expected a start beside the threshold {event.threshold:g} of the event {event.name!r}, got one on it at t = {t:.6g}. "
+        f"Whether the event is met there is not known: {why}. {cure} beside it."
+    )
+
+
+def departure(event: Event, now: Routines, t: float, state: Array, share: float) -> tuple[float, int]:
+    """The sign and order of the first derivative of an event's quantity along the motion that is not zero; 0 if it is not known.
+
+    A derivative is zero that is no larger than a `share` of its terms.
+    """
+    e = event.quantity
+    try:
+        for order in range(1, _ORDERS + 1):
+            e = time_derivative(now.eom.solved.derived, _known(e, now, t, state))
+            e = without_unknowns(now.eom.solved, [e])[0]
+            value, error = _with_terms(e, now, t, state)
+            if not abs(value) <= share * error / 2:
+                return (float(np.sign(value)), order) if math.isfinite(value) else (0.0, 1)
+    except (KaneError, KeyError):  # what has no derivative, or one in rates that are not known
+        pass
+    return 0.0, 1
+
+
+def _known(e: Expr, now: Routines, t: float, state: Array) -> Expr:
+    """An expression in time, the state and parameters alone, with what is solved for and inputs in their places."""
+    laws: dict[Expr, Expr] = {}
+    for s, f in zip(now.eom.inputs, now.drives, strict=True):
+        if isinstance(f, Formula):
+            laws[s] = f.expr
+        elif constant(f) is not None or isinstance(f, HeldInput):
+            laws[s] = as_expr(now.values(t, state)[s])
+    return substituted(without_unknowns(now.eom.solved, [e])[0], laws)
+
+
+def _with_terms(e: Expr, now: Routines, t: float, state: Array) -> tuple[float, float]:
+    """A value and the magnitude of what it is summed of."""
+    values, symbols = now.values(t, state), list(free_symbols([e]))
+    code = build_program("quantity", [Port("x", tuple(symbols))], [Task("rate", [e], (1,), ["rate"])])
+    ((value, error),) = rounding(code, [float(values[s]) for s in symbols])
+    return value, error
+
+
+def quantity_along(event: Event, now: Routines, t: float, state: Array) -> tuple[float, float]:
+    """The quantity of an event, reactions solved for, and the magnitude of its terms."""
+    return _with_terms(_known(event.quantity, now, t, state), now, t, state)
+
+
+def _rounding(event: Event, now: Routines, t: float, state: Array, share: float = ROUNDED_TERMS) -> float:
+    """What rounding may leave of the terms of a quantity; nothing is known of those of reactions and accelerations."""
+    if any(isinstance(s, Reaction | Rate) for s in free_symbols([event.quantity])):
+        return 0.0
+    terms = float(evaluate(size(event.quantity, {}), now.values(t, state)))
+    return share * (terms + abs(event.threshold))
+
+
+def check_witnesses(eom: Equations, constants: Mapping[Expr, float]) -> None:
+    """No event whose quantity stays at its threshold for ever, as a parameter that is zero makes it."""
+    for event in eom.system.events:
+        symbols = free_symbols([event.quantity])
+        gone: dict[Expr, Expr] = {s: ZERO for s in symbols if constants.get(s) == 0}
+        if not gone or any(isinstance(s, Rate | Reaction) for s in symbols):
+            continue
+        left = substituted(event.quantity, gone, {}) if not _divided(event.quantity) else event.quantity
+        if all(s in constants for s in free_symbols([left])) and evaluate(left, constants) == event.threshold:
+            raise SimulationError(
+                f"Expected a quantity of the event {event.name!r} that crosses {event.threshold:g}, got {cut(event.quantity)}, which "
+                f"stays there as {' and '.join(f'{s} = 0' for s in gone)}. Give other values, or leave the event out: "
+                "system.replace(events=[…])."
+            )
+
+
+def _divided(e: Expr) -> bool:
+    """Whether a zero in an expression may be divided by."""
+    return any(node.op in (DIV, POW) for node in postorder([e]))
+
+
+_TOLD = {
+    "opens": "that presses, got N = {value:.6g}: it is pulled. Take the mode 'separated'",
+    "slips": "whose friction suffices, got |F| > μ_s N, (Σ μ_s N)² − |F|² = {value:.6g}: it slips. Take a mode in which it does",
+}
+"""What is wrong with a contact in a mode, by the event that would have ended this before."""
+
+
+def ends_force(eom: Equations) -> tuple[str, ...]:
+    """By event, how it ends a mode where the forces of a contact leave their cone; "" of any other."""
+    if not eom.system.modes:
+        return ("",) * len(eom.events)
+    names = {f"{c.name} {kind}": kind for c in eom.system.contacts for kind in _TOLD}
+    return tuple(names.get(e.name, "") for e in eom.events)
+
+
+def check_forces(now: Routines, t: float, state: Array, known: Collection[str]) -> None:
+    """Refuse a mode whose forces are beyond their cone by more than rounding; events that are `known` are at their thresholds.
+
+    Raises
+    ------
+    SimulationError
+        if a contact is pulled, or sticks by more friction than it has
+    """
+    kinds = now.eom.numeric().value(ends_force)
+    if not any(kinds):
+        return
+    for event, kind, value in zip(now.eom.events, kinds, now.watch(t, state), strict=True):
+        if kind and event.name not in known and value < 0 and _beyond(event, now, t, state):
+            name = event.name.removesuffix(f" {kind}")
+            raise SimulationError(
+                f"Expected a contact {name!r} {_TOLD[kind].format(value=value)}, or simulate the system itself, which chooses "
+                f"its modes (t = {t:.6g})."
+            )
+
+
+def _beyond(event: Event, now: Routines, t: float, state: Array) -> bool:
+    """Whether a quantity is below zero by more than rounding of its terms."""
+    value, terms = quantity_along(event, now, t, state)
+    return not value >= -EQUAL * terms
+
+
+class End(NamedTuple):
+    """Why a motion ended: "finished", "event" or "stopped", in words, and which event ended it.
+
+    `at_once` are all events of that instant, with those that change the motion, which goes on then.
+    """
+
+    status: str
+    message: str
+    event: Event | None = None
+    at_once: tuple[Event, ...] = ()
+
+
+def ended_by(at_once: Sequence[Event], noted: Sequence[Met], acted: bool = False) -> End | None:
+    """The end that events of one instant make, whose actions may have been taken; None where there are none."""
+    if not at_once:
+        return None
+    event = next((e for e in at_once if e.terminal), None)
+    if event is None:
+        return End("event", "", None, tuple(at_once))
+    t = next(t for e, t in noted if e is event)
+    told = f"{event.name} at t = {t:.6g}: {event.message or 'terminal event'}"
+    return End("event", told, event, () if acted else tuple(at_once))
+
+
+def up_to_a_break(met: Sequence[Met], length: float) -> tuple[list[Met], tuple[Event, ...]]:
+    """The events up to the first that ends the motion or changes it, and those of that instant, if there is one.
+
+    What lies no farther behind than is known of times in a step of that `length` is of the same instant.
+    """
+    ordered = sorted(met, key=lambda pair: pair[1])
+    first = next((t for event, t in ordered if event.breaks), None)
+    if first is None:
+        return ordered, ()
+    near = 2 * SAME_TIME * length + 4 * float(np.spacing(abs(first)))
+    return [pair for pair in ordered if pair[1] <= first + near], tuple(
+        event for event, t in ordered if abs(t - first) <= near
+    )
+
+
+def acting(events: Sequence[Event]) -> list[Event]:
+    """Those that change the motion."""
+    return [e for e in events if e.then is not None]
+
+
+def leapt_over(events: Sequence[Event], before: Array, after: Array) -> list[Event]:
+    """The events whose thresholds lie between their quantities before and after."""
+    found = []
+    for event, a, b in zip(
+        events, before - [e.threshold for e in events], after - [e.threshold for e in events], strict=True
+    ):
+        if (a > 0 >= b and event.direction <= 0) or (a < 0 <= b and event.direction >= 0):
+            found.append(event)
+    return found
+
+
+def phase_after(now: Routines, phase: Phase, t: float, before: Array, by: tuple[Event, ...]) -> Phase:
+    """The phase that begins with actions that a kernel took at a state: parameters are what the same routine gives."""
+    eom, first = now.eom, len(now.eom.state) + 1
+    acting = [k for k, event in enumerate(eom.events) if event in by]
+    set_ = eom.numeric(now.settings).value(values_set)
+    places = [(i, place - first) for i, (k, place, _) in enumerate(set_) if k in acting and place >= first]
+    if not places:
+        return replace(phase, by=by)
+    own = np.array([phase.parameters[s] for s in eom.parameters])
+    routine, after = now.routine(actions).flat, replace(now, p=np.append(own, now.p[len(own) :]))
+    values = routine(t, before[: now.width], after.parameters(routine), now.inputs(t, before))
+    return replace(
+        phase, parameters={**phase.parameters, **{eom.parameters[j]: float(values[i]) for i, j in places}}, by=by
+    )

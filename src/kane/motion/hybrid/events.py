@@ -8,38 +8,24 @@ side it leaves.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from enum import Enum
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
 from kane.dynamics.poles import SLIPS, KinematicsEnd, SlipEnd
-from kane.dynamics.readings.quantities import time_derivative, without_unknowns
-from kane.equations.equations import Equations
-from kane.errors import KaneError, SimulationError, cut, warn
-from kane.expr.evaluation import evaluate, free_symbols
-from kane.expr.node import ZERO, Expr, as_expr, postorder
-from kane.expr.ops import DIV, POW
-from kane.expr.regular import size
-from kane.expr.symbols import Rate, Reaction
-from kane.expr.visit import substituted
+from kane.errors import SimulationError, cut, warn
 from kane.model.declarations import Event
-from kane.motion.hybrid.event_routines import glance
-from kane.motion.inputs.expressions import Formula, HeldInput
-from kane.motion.inputs.functions import constant
-from kane.motion.right_hand_side import Given, Routines
+from kane.motion.hybrid.automaton import End, Fresh, Leaves, Met, ended_by, leaves_row, up_to_a_break
+from kane.motion.right_hand_side import Given, Routines, glance
 from kane.motion.steppers.crossings import KINDS, LEAVES, MET, inspection_kernel, room
 from kane.motion.steppers.watched import LOOSE
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import SMALL
-from kane.numeric.scale import LATER, NEAR_TIME, ROUNDED_TERMS, SAME_TIME, SOON, UNRELATED
-from kane.program.from_expressions import Task, build_program
+from kane.numeric.scale import LATER, NEAR_TIME, SAME_TIME, UNRELATED
 from kane.program.native.entry import CompiledKernel, Hook, aligned, doubles
 from kane.program.native.machine import Settings
-from kane.program.passes.optimize import rounding
-from kane.program.program import Port
 
 PARTS = 8
 """In so many parts a step is looked at."""
@@ -47,84 +33,27 @@ _ENDLESS = 1e300
 
 Watch = Callable[[float, Array], Array]
 Dense = Callable[[float], Array]
-Met = tuple[Event, float]
-
-
-class Leaves(NamedTuple):
-    """How a quantity leaves its threshold at the beginning of a motion, by the derivative of an `order`.
-
-    To a `side`, 1 or −1, or 0 where it has passed; within `band` of the threshold rounding may give it any sign.
-    """
-
-    side: float
-    order: int = 1
-    band: float = 0.0
-
-
-Fresh = Mapping[str, Leaves]
-"""The events at whose thresholds a motion begins, by name."""
-
-
-class Verdict(Enum):
-    """What becomes of a step that has been inspected."""
-
-    TAKEN = "taken"
-    SHORTER = "taken again, shorter"
-
-    SINGULAR = "left to SciPy's solver, which passes singular states"
-    TURNED = "not taken: another branch of a closure lies there"
-    MISSED = "not taken: a constraint does not hold there"
-
-
-class Inspection(NamedTuple):
-    """The verdict on a step; `t` is where it ends or how long it is then, `which` the switches that turn, `message` what was found."""
-
-    verdict: Verdict
-    t: float = 0.0
-    which: tuple[int, ...] = ()
-    message: str = ""
-
-
-class End(NamedTuple):
-    """Why a motion ended: "finished", "event" or "stopped", in words, and which event ended it.
-
-    `at_once` are all events of that instant, with those that change the motion, which goes on then.
-    """
-
-    status: str
-    message: str
-    event: Event | None = None
-    at_once: tuple[Event, ...] = ()
-
-
-def ended_by(at_once: Sequence[Event], noted: Sequence[Met], acted: bool = False) -> End | None:
-    """The end that events of one instant make, whose actions may have been taken; None where there are none."""
-    if not at_once:
-        return None
-    event = next((e for e in at_once if e.terminal), None)
-    if event is None:
-        return End("event", "", None, tuple(at_once))
-    t = next(t for e, t in noted if e is event)
-    told = f"{event.name} at t = {t:.6g}: {event.message or 'terminal event'}"
-    return End("event", told, event, () if acted else tuple(at_once))
 
 
 class StepSeen(NamedTuple):
-    """A step as events see it: its `times` (9), and the events' quantities there (9 × events)."""
+    """A step of some equations as events see it.
 
+    At its `times` (9) their quantities have `values` (9 × events), the sizes that they have had are the `largest`, and since the time
+    `since` no action was taken.
+    """
+
+    now: Routines
     times: Array
     values: Array
+    largest: Array
+    since: float
 
 
-def met_along(
-    now: Routines, dense: Dense, step: StepSeen, largest: Array, fresh: Fresh, rtol: float, since: float, end: float
-) -> tuple[list[Met], End | None]:
-    """The events that a step meets, up to one that ends the motion; `largest` are the sizes that their quantities have had.
-
-    The motion is to lead to `end`, and since the time `since` no action was taken.
-    """
-    events, (times, values) = now.eom.events, step
-    routine, count = now.routine(glance, *now.turning).flat, len(events)
+def met_along(seen: StepSeen, dense: Dense, fresh: Fresh, rtol: float, end: float) -> tuple[list[Met], End | None]:
+    """The events that a step meets, up to one that ends the motion, which is to lead to `end`."""
+    now, times, values, largest, since = seen
+    events, count = now.eom.events, len(now.eom.events)
+    routine = now.routine(glance, *now.turning).flat
 
     def look(t: float) -> Array:
         state = dense(t)
@@ -230,26 +159,6 @@ def inspection() -> CompiledKernel:
     return CompiledKernel(inspection_kernel(), Settings())
 
 
-def leaves_row(leaves: Leaves | None) -> tuple[float, ...]:
-    """A row of `leaves` of kernels."""
-    return (0.0,) * LEAVES if leaves is None else (1.0, *leaves, SOON ** (1 / leaves.order))
-
-
-def up_to_a_break(met: Sequence[Met], length: float) -> tuple[list[Met], tuple[Event, ...]]:
-    """The events up to the first that ends the motion or changes it, and those of that instant, if there is one.
-
-    What lies no farther behind than is known of times in a step of that `length` is of the same instant.
-    """
-    ordered = sorted(met, key=lambda pair: pair[1])
-    first = next((t for event, t in ordered if event.breaks), None)
-    if first is None:
-        return ordered, ()
-    near = 2 * SAME_TIME * length + 4 * float(np.spacing(abs(first)))
-    return [pair for pair in ordered if pair[1] <= first + near], tuple(
-        event for event, t in ordered if abs(t - first) <= near
-    )
-
-
 def leapt(watch: Watch, dense: Dense, times: Array, values: Array) -> float | None:
     """A time at which a switch stands otherwise than at both ends of a step, which it leads across; None where there is none.
 
@@ -317,122 +226,3 @@ def _smallest(size: Callable[[float], float], start: float, end: float) -> float
 
     found = minimize_scalar(size, bounds=(start, end), method="bounded", options={"xatol": 1e-7 * (end - start)})
     return float(found.x)
-
-
-_ORDERS = 4
-"""So many derivatives are asked to which side a quantity leaves its threshold."""
-
-
-def at_start(
-    now: Routines, t: float, state: Array, known: Mapping[str, float], rtol: float = 0.0, rounded: float = 0.0
-) -> tuple[list[Met], Fresh]:
-    """The system's events that are met at the start of a motion, and how those at their thresholds leave them.
-
-    A quantity that leaves in the direction of its event meets it. Leaving is no crossing of an event in both directions. Those in
-    `known`, by name, were met before; their sides are given, but for 0, and they leave within the share `rounded` of their terms, as a
-    contact does that opens: an action sets values of its own. A state that a motion led to is known to `rtol`: a quantity
-    that constraints held at its threshold till then has rates that are as small, and leaves by those that are not.
-    """
-    share = max(ROUNDED_TERMS, rtol)
-    met: list[Met] = []
-    fresh: dict[str, Leaves] = {}
-    own = {e.name for e in now.eom.system.events}
-    for event, value in zip(now.eom.events, now.watch(t, state), strict=True):
-        if event.name not in own:  # what every model watches may not be passed
-            continue
-        if event.name in known:
-            side = known[event.name]
-            order = 1 if side else departure(event, now, t, state, share)[1]
-            band = _rounding(event, now, t, state, rounded) if rounded else 0.0
-            fresh[event.name] = Leaves(side, order, band)
-        elif abs(value - event.threshold) <= (band := _rounding(event, now, t, state, share)):
-            side, order = departure(event, now, t, state, share)
-            fresh[event.name] = Leaves(side, order, band)
-            if side and side == event.direction:
-                met.append((event, t))
-            elif side == 0 if event.direction else event.breaks:
-                warn(_undecided(event, t, side))
-    return met, fresh
-
-
-def _undecided(event: Event, t: float, side: float) -> str:
-    why, cure = (
-        ("leaving it is no crossing of an event in both directions", "Give direction=1 or -1, or begin")
-        if side
-        else (f"the first {_ORDERS} derivatives do not say to which side it leaves", "Begin")
-    )
-    return (
-        f"Expected a start beside the threshold {event.threshold:g} of the event {event.name!r}, got one on it at t = {t:.6g}. "
-        f"Whether the event is met there is not known: {why}. {cure} beside it."
-    )
-
-
-def departure(event: Event, now: Routines, t: float, state: Array, share: float) -> tuple[float, int]:
-    """The sign and order of the first derivative of an event's quantity along the motion that is not zero; 0 if it is not known.
-
-    A derivative is zero that is no larger than a `share` of its terms.
-    """
-    e = event.quantity
-    try:
-        for order in range(1, _ORDERS + 1):
-            e = time_derivative(now.eom.solved.derived, _known(e, now, t, state))
-            e = without_unknowns(now.eom.solved, [e])[0]
-            value, error = _with_terms(e, now, t, state)
-            if not abs(value) <= share * error / 2:
-                return (float(np.sign(value)), order) if math.isfinite(value) else (0.0, 1)
-    except (KaneError, KeyError):  # what has no derivative, or one in rates that are not known
-        pass
-    return 0.0, 1
-
-
-def _known(e: Expr, now: Routines, t: float, state: Array) -> Expr:
-    """An expression in time, the state and parameters alone, with what is solved for and inputs in their places."""
-    laws: dict[Expr, Expr] = {}
-    for s, f in zip(now.eom.inputs, now.drives, strict=True):
-        if isinstance(f, Formula):
-            laws[s] = f.expr
-        elif constant(f) is not None or isinstance(f, HeldInput):
-            laws[s] = as_expr(now.values(t, state)[s])
-    return substituted(without_unknowns(now.eom.solved, [e])[0], laws)
-
-
-def _with_terms(e: Expr, now: Routines, t: float, state: Array) -> tuple[float, float]:
-    """A value and the magnitude of what it is summed of."""
-    values, symbols = now.values(t, state), list(free_symbols([e]))
-    code = build_program("quantity", [Port("x", tuple(symbols))], [Task("rate", [e], (1,), ["rate"])])
-    ((value, error),) = rounding(code, [float(values[s]) for s in symbols])
-    return value, error
-
-
-def quantity_along(event: Event, now: Routines, t: float, state: Array) -> tuple[float, float]:
-    """The quantity of an event, reactions solved for, and the magnitude of its terms."""
-    return _with_terms(_known(event.quantity, now, t, state), now, t, state)
-
-
-def _rounding(event: Event, now: Routines, t: float, state: Array, share: float = ROUNDED_TERMS) -> float:
-    """What rounding may leave of the terms of a quantity; nothing is known of those of reactions and accelerations."""
-    if any(isinstance(s, Reaction | Rate) for s in free_symbols([event.quantity])):
-        return 0.0
-    terms = float(evaluate(size(event.quantity, {}), now.values(t, state)))
-    return share * (terms + abs(event.threshold))
-
-
-def check_witnesses(eom: Equations, constants: Mapping[Expr, float]) -> None:
-    """No event whose quantity stays at its threshold for ever, as a parameter that is zero makes it."""
-    for event in eom.system.events:
-        symbols = free_symbols([event.quantity])
-        gone: dict[Expr, Expr] = {s: ZERO for s in symbols if constants.get(s) == 0}
-        if not gone or any(isinstance(s, Rate | Reaction) for s in symbols):
-            continue
-        left = substituted(event.quantity, gone, {}) if not _divided(event.quantity) else event.quantity
-        if all(s in constants for s in free_symbols([left])) and evaluate(left, constants) == event.threshold:
-            raise SimulationError(
-                f"Expected a quantity of the event {event.name!r} that crosses {event.threshold:g}, got {cut(event.quantity)}, which "
-                f"stays there as {' and '.join(f'{s} = 0' for s in gone)}. Give other values, or leave the event out: "
-                "system.replace(events=[…])."
-            )
-
-
-def _divided(e: Expr) -> bool:
-    """Whether a zero in an expression may be divided by."""
-    return any(node.op in (DIV, POW) for node in postorder([e]))

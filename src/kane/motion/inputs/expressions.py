@@ -254,7 +254,7 @@ def _signs(node: Expr, sign: int, shapes: dict[Expr, tuple[int, bool]]) -> tuple
 
 def driving(eom: Equations, *values: Expr) -> Bundle[tuple[Array, ...]]:
     """The inputs as functions of time, the state, and parameters."""
-    return Bundle("driving", law_ports(eom, values), _parts, {"inputs": list(values)}, [s.name for s in eom.inputs])
+    return Bundle("driving", law_ports(eom, values), parts, {"inputs": list(values)}, [s.name for s in eom.inputs])
 
 
 def law_ports(eom: Equations, values: Sequence[Expr]) -> tuple[Port, ...]:
@@ -265,7 +265,8 @@ def law_ports(eom: Equations, values: Sequence[Expr]) -> tuple[Port, ...]:
     return t, x, replace(p, symbols=(*p.symbols, *numbers)), r
 
 
-def _parts(*parts: Array) -> tuple[Array, ...]:
+def parts(*parts: Array) -> tuple[Array, ...]:
+    """What a bundle of several arrays gives: these."""
     return parts
 
 

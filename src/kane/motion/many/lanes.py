@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.motion.arguments import Arguments
-from kane.motion.constraint_kernels import entries, holding, holding_one, unheld
+from kane.motion.constraint_kernels import entries, holding, holding_one
 from kane.motion.course import Method
 from kane.motion.hybrid.automaton import are_beside, asks, evaluated
 from kane.motion.inputs.functions import constant
@@ -24,7 +24,7 @@ from kane.motion.right_hand_side import Given, Routines, switches
 from kane.motion.steppers.context import LOADED, QUEUE, SAVED, SIZE, ReturnCode, Slot, turned_over
 from kane.motion.steppers.queue import queue_kernel
 from kane.motion.steppers.table import INTEGRATORS
-from kane.motion.steps import Stepper
+from kane.motion.steps import Stepper, unheld
 from kane.numeric.arrays import Array, Mask
 from kane.program.kernel.language import ArrayOf, Callee
 from kane.program.kernel.narrow import narrowed

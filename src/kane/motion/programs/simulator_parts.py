@@ -17,12 +17,11 @@ from kane.expr.node import Expr
 from kane.expr.piecewise import side_symbol
 from kane.motion.constraint_kernels import alike, among, choices, holding, structure
 from kane.motion.hybrid.automaton import tables
-from kane.motion.hybrid.event_routines import bundles, glance
 from kane.motion.inputs.breakpoints import Turning
 from kane.motion.inputs.smooth import pieces_prescribed
 from kane.motion.methods import needs
 from kane.motion.projection import is_constrained
-from kane.motion.right_hand_side import Given, has_jumps, quantities, rates, sided, timed, watched
+from kane.motion.right_hand_side import Given, bundles, glance, has_jumps, quantities, rates, sided, timed, watched
 from kane.motion.steppers.crossings import KINDS, Kind
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Gauss's and Radau's nodes on (0, 1] and what follows from them: weights along a step, and what Newton's method needs.
+"""Gauss's and Radau's nodes on (0, 1] and what follows from them: weights, and what Newton's method needs.
 
 L_j is Lagrange's polynomial that is 1 at node j and 0 at the others. By Legendre polynomials P_k and the weights b it is
 L_j(θ) = b_j Σ_k (2k+1) P_k(2c_j − 1) P_k(2θ − 1), whose integrals are sums of neighbours: Hairer & Wanner, *Solving Ordinary
@@ -8,22 +8,15 @@ Differential Equations II*, 2nd ed. 1996, sec. IV.5. Nodes are computed in 50 di
 z_i is the state at node i less y. With A⁻¹ = V Λ V⁻¹ the equations Σ_j A⁻¹_ij z_j / h − f(y + z_i) = 0, linearized, fall apart into
 (λ/h − J) x = … of one real eigenvalue λ and of pairs of conjugate ones: ibid., sec. IV.8. Plain Python computes them, so that they are
 the same numbers on every machine.
-
-The stages see a jump of the rates where it lies between two nodes, as the polynomial through them is bent by it. Before the first node
-and behind the last one, a fiftieth of the step at either end, it leaves no trace in them: the state is off by the jump times that
-part of the step. So rates that may jump are evaluated at both ends too, and between the nodes, in one call. A smooth motion differs
-there by the next divided difference of its rates alone, which is ω(1) = 1/12870 of the one that the step is judged by, times their
-ratio.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import localcontext
 from functools import cache
 from math import comb, cos, factorial, pi, prod
 
-from kane.numeric.polynomials import DIGITS, SHARES, D, gauss_nodes, legendre, root
-from kane.program.kernel.writer import Term, Writer
+from kane.numeric.polynomials import DIGITS, D, gauss_nodes, legendre, root
 
 Vector = tuple[float, ...]
 
@@ -69,7 +62,7 @@ def _of(x: list[D], p: list[list[D]], b: list[D]) -> Nodes:
     """Nodes at (x + 1)/2 with weights b, and P_0 … there."""
     stages = len(x)
     c = [(v + 1) / 2 for v in x]
-    once = [_integrals(row, (v + 1) / 2) for row, v in zip(p, x, strict=True)]
+    once = [once_integrated(row, (v + 1) / 2) for row, v in zip(p, x, strict=True)]
     r = range(stages)
     a = [[b[j] * sum((D(2 * k + 1) * p[j][k] * once[i][k] for k in r), D(0)) for i in r] for j in r]
     a2 = [[sum((a[k][i] * a[j][k] for k in r), D(0)) for i in r] for j in r]
@@ -99,33 +92,9 @@ def _all(rows: Sequence[Sequence[D]]) -> tuple[Vector, ...]:
     return tuple(map(_floats, rows))
 
 
-def _integrals(p: Sequence[D], theta: D) -> list[D]:
+def once_integrated(p: Sequence[D], theta: D) -> list[D]:
     """∫ P_k(2s − 1) ds from 0 to θ, for all k but the last."""
     return [theta] + [(p[k + 1] - p[k - 1]) / (2 * (2 * k + 1)) for k in range(1, len(p) - 1)]
-
-
-def integrals(nodes: Nodes, theta: float) -> tuple[Vector, Vector]:
-    """∫ L_j and ∫∫ L_j from 0 to θ."""
-    count, x = len(nodes.c), D(2 * theta - 1)
-    p = legendre(count + 3, x)
-    once = _integrals(p, D(theta))
-    twice = [D(theta) ** 2 / 2] + [(once[k + 1] - once[k - 1]) / (2 * (2 * k + 1)) for k in range(1, count)]
-    rows = [[(2 * k + 1) * b * v for k, v in enumerate(column)] for b, column in _columns(nodes)]
-    first, second = ([sum(float(i) * r for i, r in zip(of, row, strict=False)) for row in rows] for of in (once, twice))
-    return tuple(first), tuple(second)
-
-
-def lagrange(nodes: Nodes, theta: float) -> Vector:
-    """L_j at θ."""
-    p = legendre(len(nodes.c), D(2 * theta - 1))
-    return tuple(
-        float(sum((2 * k + 1) * float(p[k]) * v for k, v in enumerate(column)) * b) for b, column in _columns(nodes)
-    )
-
-
-def _columns(nodes: Nodes) -> Iterator[tuple[float, Vector]]:
-    """Of each node its weight, and P_0 … there."""
-    return zip(nodes.b, zip(*nodes.legendre[: len(nodes.c)], strict=True), strict=True)
 
 
 _ROUNDS = 200
@@ -218,65 +187,3 @@ def _solved(matrix: Rows, right: Sequence[complex]) -> list[complex]:
             if i != k:
                 rows[i] = [x - rows[i][k] * y for x, y in zip(rows[i], rows[k], strict=True)]
     return [row[-1] for row in rows]
-
-
-_BETWEEN = (0.0, 0.06, 0.17, 0.32, 0.5, 0.68, 0.83, 1.0)
-_REACH = 0.02
-"""Share of a step that lies behind its last node."""
-_TOLERANCES, _SMOOTH = 5.0, 1.5e-5
-"""What is let pass: so many times rtol; and the share of the step's own estimate that is ten times what smooth rates leave there."""
-
-
-@dataclass(frozen=True, slots=True)
-class Along:
-    """Eight `shares` of a step; row j of `once`, `twice` and `rates` says what the rates at node j count in ∫ k, ∫∫ k and k there.
-
-    Where it is `ended`, the last state is the one that is gone on from, moved onto the constraints.
-    """
-
-    shares: Vector
-    once: tuple[Vector, ...]
-    twice: tuple[Vector, ...]
-    rates: tuple[Vector, ...]
-    ended: bool
-
-    def larger(self, w: Writer, before: Term, gap: Term) -> Term:
-        """The larger sizes, lane by lane; what is not finite stays so."""
-        size = w.compute("abs", gap)
-        return w.select(size > before, size, before) + size * w.lanes(*[0.0] * len(self.shares))
-
-    def share(self, w: Writer, gaps: Term, rtol: Term, error: Term) -> Term:
-        """What a jump may have made of the state, by the gaps times h over sizes, over what is let pass."""
-        largest = w.compute("largest", gaps) + w.compute("sum", gaps) * 0.0
-        return largest * _REACH / (rtol * _TOLERANCES + error * _SMOOTH)
-
-
-@cache
-def events(nodes: Nodes) -> Along:
-    """The places at which events are looked at, but for the beginning of the step."""
-    return _along(nodes, SHARES[1:], True)
-
-
-@cache
-def defects(nodes: Nodes) -> Along:
-    """Both ends of the step, and places between."""
-    return _along(nodes, _BETWEEN, False)
-
-
-def _along(nodes: Nodes, shares: Vector, ended: bool) -> Along:
-    once, twice = (tuple(zip(*rows, strict=True)) for rows in zip(*(integrals(nodes, s) for s in shares), strict=True))
-    return Along(shares, once, twice, tuple(zip(*(lagrange(nodes, s) for s in shares), strict=True)), ended)
-
-
-def weights(w: Writer, theta: Term, nodes: Nodes) -> tuple[Term, Term]:
-    """What the rates of the nodes count in ∫ k and in ∫∫ k up to θ, lane by lane."""
-    count = len(nodes.c)
-    x = theta * 2.0 - 1.0
-    p = [w.constant(1.0), x]
-    for k in range(1, count + 1):
-        p.append((x * p[k] * float(2 * k + 1) - p[k - 1] * float(k)) * (1 / (k + 1)))
-    once = [theta] + [(p[k + 1] - p[k - 1]) * (0.5 / (2 * k + 1)) for k in range(1, count + 1)]
-    twice = [theta * theta * 0.5] + [(once[k + 1] - once[k - 1]) * (0.5 / (2 * k + 1)) for k in range(1, count)]
-    rows = [tuple((2 * k + 1) * b * v for b, v in zip(nodes.b, nodes.legendre[k], strict=True)) for k in range(count)]
-    first, second = ([w.compute("splat8", v) * r for v, r in zip(i, rows, strict=False)] for i in (once, twice))
-    return w.sum(first), w.sum(second)

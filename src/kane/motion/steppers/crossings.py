@@ -60,25 +60,10 @@ class Crossings:
         self.writer, self.count, self.ask = w, *_ = writer, count, ask
         self.kinds, self.leaves, self.met, self.zoom = map(w.array, ("kinds", "leaves", "met", "zoom"))
         self.answer = w.integer(_BEYOND)
-        integers = (
-            "found",
-            "asked",
-            "full",
-            "over",
-            "brackets",
-            "early",
-            "again",
-            "level",
-            "open",
-            "halvings",
-            "rounds",
-            "last_of",
-        )
-        doubles = (
-            "threshold", "begin", "end", "first_value", "last_value", "low", "width", "index", "sizes", "root", "usual", "broken",
-        )  # fmt: skip
-        self.cells: dict[str, Variable] = {name: w.variable(f"at_{name}", INT) for name in integers}
-        self.cells |= {name: w.variable(f"at_{name}") for name in doubles}
+        integers = "found asked full over brackets early again level open halvings rounds last_of"
+        doubles = "threshold begin end first_value last_value low width index sizes root usual broken"
+        self.cells: dict[str, Variable] = {name: w.variable(f"at_{name}", INT) for name in integers.split()}
+        self.cells |= {name: w.variable(f"at_{name}") for name in doubles.split()}
         self.points = [(w.variable(f"at_x{k}"), w.variable(f"at_f{k}")) for k in range(3)]
         self.part = w.variable("at_part")
 

@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext, add_exactly, dyadic_power
+from kane.motion.steppers.context import RATE, Slot, StepperContext, add_exactly, dyadic_power
 from kane.motion.steppers.held import Held
 from kane.motion.steppers.tableau import Row, Tableau
-from kane.motion.steppers.watched import Watched, go_on_or_jump, settling
+from kane.motion.steppers.watched import Watched, go_on_or_jump, look_at, settling
 from kane.numeric.arrays import Array as Numbers
-from kane.numeric.polynomials import DEGREE as PARTS
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Array, Term, Variable, Writer
 
@@ -40,6 +39,11 @@ def explicit_kernel(
 def rows(tableau: Tableau) -> int:
     """How many rows of n doubles `work` has."""
     return tableau.stages + 1 + len(tableau.later) + 3 + len(tableau.dense)
+
+
+def explicit_work(tableau: Tableau, n: int) -> int:
+    """How many doubles `work` has for n components."""
+    return rows(tableau) * n
 
 
 def explicit_end(tableau: Tableau, n: int) -> int:
@@ -162,27 +166,10 @@ class _Explicit:
             o.shorten(h * w.compute("min", factor, 1.0), finite)
 
     def look_at(self, h: Term, last: Term) -> None:
-        """The end of the step on the constraints; `asks` tells whether Python looks at the step before it is gone on from."""
-        w, o, held = self.writer, self.context, self.held
-        if o.asks is None:
-            return
-        begin = o.get(Slot.TIME)
-        o.ask(ReturnCode.ON)
-        self.prepare(h)
-        if held is not None:
-            end = w.select(last, o.get(Slot.END), begin + (h + o.get(Slot.TIME_LAG)))
-            held.look(begin, h, end, (o.work, self.after), self.dense)
-        if self.watched is not None:
-            with w.when(~o.asked()):
-                self.watched.look_along(begin, h, self.place, self.state)
-                self.watched.decide(begin, h)
-
-    def place(self, k: Term, theta: Term) -> None:
-        """The state at a place at which events are looked at; the last is what is gone on from."""
-        w, o = self.writer, self.context
-        self.dense(theta, o.work, self.state)
-        with w.when(k >= PARTS - 1), w.count(o.n) as i:
-            o.work[self.state + i] = o.work[self.after + i]
+        """What of the step is looked at before it is gone on from."""
+        looks, prepare = (self.watched, self.held), lambda: self.prepare(h)
+        step = (h, last, lambda: self.after)
+        look_at(self.context, looks, step, self.dense, prepare, lambda w, t: w.look_along(t, h, self.state, self.after))
 
     def go_on(self, h: Term, last: Term, longer: Term, pace: Term) -> None:
         """y at the end of the step; the next one is to be `longer`, if this one's `pace` goes on as it has come about."""

@@ -9,23 +9,30 @@ The error of component i is judged by r = h |top coefficient of k_i| / (|y_i| + 
 is twice that of the stages, and that within the step 1e-6 r: r is held to √rtol, and steps are accepted up to thirty times that, as
 the end is better by far. Iterations end where the rest is a tenth of rtol. Source of the method: Hairer, Lubich & Wanner, *Geometric
 Numerical Integration*, 2nd ed. 2006, sec. II.1.3, VIII.6.
+
+The stages see a jump of the rates where it lies between two nodes, as the polynomial through them is bent by it. Before the first node
+and behind the last one, a fiftieth of the step at either end, it leaves no trace in them: the state is off by the jump times that
+part of the step. So rates that may jump are evaluated at both ends too, and between the nodes, in one call. A smooth motion differs
+there by the next divided difference of its rates alone, which is ω(1) = 1/12870 of the one that the step is judged by, times their
+ratio.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 import numpy as np
 
-from kane.motion.steppers.collocation import Along, defects, events, gauss, weights
-from kane.motion.steppers.context import WIDE, ReturnCode, Slot, StepperContext, add_exactly, dyadic_power
+from kane.motion.steppers.collocation import Nodes, Vector, gauss, once_integrated
+from kane.motion.steppers.context import WIDE, Slot, StepperContext, add_exactly, dyadic_power
 from kane.motion.steppers.held import Held
-from kane.motion.steppers.watched import Watched, go_on_or_jump, settling
+from kane.motion.steppers.watched import Watched, go_on_or_jump, look_at, settling
 from kane.numeric.arrays import Array as Numbers
-from kane.numeric.polynomials import legendre
+from kane.numeric.polynomials import SHARES, D, legendre
 from kane.program.kernel.language import INT, Kernel, Type
-from kane.program.kernel.writer import Array, Term
+from kane.program.kernel.writer import Array, Term, Writer
 
 STAGES = 8
 _N = gauss(STAGES)
@@ -105,6 +112,92 @@ def along(theta: Numbers) -> tuple[Numbers, Numbers]:
     """∫ L_j and ∫∫ L_j (k × 8) from 0 to shares of a step (k)."""
     once, twice = (_legendre(theta) @ x for x in _integrals())
     return once, twice
+
+
+def integrals(nodes: Nodes, theta: float) -> tuple[Vector, Vector]:
+    """∫ L_j and ∫∫ L_j from 0 to θ."""
+    count, x = len(nodes.c), D(2 * theta - 1)
+    p = legendre(count + 3, x)
+    once = once_integrated(p, D(theta))
+    twice = [D(theta) ** 2 / 2] + [(once[k + 1] - once[k - 1]) / (2 * (2 * k + 1)) for k in range(1, count)]
+    rows = [[(2 * k + 1) * b * v for k, v in enumerate(column)] for b, column in _columns(nodes)]
+    first, second = ([sum(float(i) * r for i, r in zip(of, row, strict=False)) for row in rows] for of in (once, twice))
+    return tuple(first), tuple(second)
+
+
+def lagrange(nodes: Nodes, theta: float) -> Vector:
+    """L_j at θ."""
+    p = legendre(len(nodes.c), D(2 * theta - 1))
+    return tuple(
+        float(sum((2 * k + 1) * float(p[k]) * v for k, v in enumerate(column)) * b) for b, column in _columns(nodes)
+    )
+
+
+def _columns(nodes: Nodes) -> Iterator[tuple[float, Vector]]:
+    """Of each node its weight, and P_0 … there."""
+    return zip(nodes.b, zip(*nodes.legendre[: len(nodes.c)], strict=True), strict=True)
+
+
+_BETWEEN = (0.0, 0.06, 0.17, 0.32, 0.5, 0.68, 0.83, 1.0)
+_REACH = 0.02
+"""Share of a step that lies behind its last node."""
+_TOLERANCES, _BENT = 5.0, 1.5e-5
+"""What is let pass: so many times rtol; and the share of the step's own estimate that is ten times what smooth rates leave there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Along:
+    """Eight `shares` of a step; row j of `once`, `twice` and `rates` says what the rates at node j count in ∫ k, ∫∫ k and k there.
+
+    Where it is `ended`, the last state is the one that is gone on from, moved onto the constraints.
+    """
+
+    shares: Vector
+    once: tuple[Vector, ...]
+    twice: tuple[Vector, ...]
+    rates: tuple[Vector, ...]
+    ended: bool
+
+    def larger(self, w: Writer, before: Term, gap: Term) -> Term:
+        """The larger sizes, lane by lane; what is not finite stays so."""
+        size = w.compute("abs", gap)
+        return w.select(size > before, size, before) + size * w.lanes(*[0.0] * len(self.shares))
+
+    def share(self, w: Writer, gaps: Term, rtol: Term, error: Term) -> Term:
+        """What a jump may have made of the state, by the gaps times h over sizes, over what is let pass."""
+        largest = w.compute("largest", gaps) + w.compute("sum", gaps) * 0.0
+        return largest * _REACH / (rtol * _TOLERANCES + error * _BENT)
+
+
+@cache
+def events() -> Along:
+    """The places at which events are looked at, but for the beginning of the step."""
+    return _along(SHARES[1:], True)
+
+
+@cache
+def defects() -> Along:
+    """Both ends of the step, and places between."""
+    return _along(_BETWEEN, False)
+
+
+def _along(shares: Vector, ended: bool) -> Along:
+    once, twice = (tuple(zip(*rows, strict=True)) for rows in zip(*(integrals(_N, s) for s in shares), strict=True))
+    return Along(shares, once, twice, tuple(zip(*(lagrange(_N, s) for s in shares), strict=True)), ended)
+
+
+def weights(w: Writer, theta: Term, nodes: Nodes) -> tuple[Term, Term]:
+    """What the rates of the nodes count in ∫ k and in ∫∫ k up to θ, lane by lane."""
+    count = len(nodes.c)
+    x = theta * 2.0 - 1.0
+    p = [w.constant(1.0), x]
+    for k in range(1, count + 1):
+        p.append((x * p[k] * float(2 * k + 1) - p[k - 1] * float(k)) * (1 / (k + 1)))
+    once = [theta] + [(p[k + 1] - p[k - 1]) * (0.5 / (2 * k + 1)) for k in range(1, count + 1)]
+    twice = [theta * theta * 0.5] + [(once[k + 1] - once[k - 1]) * (0.5 / (2 * k + 1)) for k in range(1, count)]
+    rows = [tuple((2 * k + 1) * b * v for b, v in zip(nodes.b, nodes.legendre[k], strict=True)) for k in range(count)]
+    first, second = ([w.compute("splat8", v) * r for v, r in zip(i, rows, strict=False)] for i in (once, twice))
+    return w.sum(first), w.sum(second)
 
 
 class _Gauss:
@@ -310,7 +403,7 @@ class _Gauss:
     def compare(self, h: Term) -> None:
         """Rates between and beyond the nodes against their polynomials, which show no jump there: the error, where they differ."""
         w, o = self.writer, self.context
-        at = defects(_N)
+        at = defects()
         self.places(h, at)
         self.evaluate(self.next)  # which is no longer needed
         self.change.put(w.lanes(*[0.0] * STAGES))
@@ -354,22 +447,15 @@ class _Gauss:
             o.shorten(h * w.select(half, 0.5, w.compute("max", w.compute("min", factor, _SAFETY), _LEAST)), finite)
 
     def look_at(self, h: Term, last: Term) -> None:
-        """The end of the step on the constraints; `asks` tells whether Python looks at the step before it is gone on from."""
-        w, o = self.writer, self.context
+        """What of the step is looked at before it is gone on from."""
+
+        def along(watched: Watched, begin: Term) -> None:
+            self.places(h, events())
+            watched.look(self.clock, self.states)
+
         self.step_length.put(h)
-        if o.asks is None:
-            return
-        begin = o.get(Slot.TIME)
-        o.ask(ReturnCode.ON)
-        if self.held is not None:
-            self.advance(h)
-            end = w.select(last, o.get(Slot.END), begin + (h + o.get(Slot.TIME_LAG)))
-            self.held.look(begin, h, end, (o.work, self.after), self.along)
-        if self.watched is not None:
-            with w.when(~o.asked()):
-                self.places(h, events(_N))
-                self.watched.look(self.clock, self.states)
-                self.watched.decide(begin, h)
+        step, looks = (h, last, lambda: self.after), (self.watched, self.held)
+        look_at(self.context, looks, step, self.along, lambda: self.advance(h) if self.held else None, along)
 
     def places(self, h: Term, at: Along) -> None:
         """The states at eight places of the step, in those of the stages; the last is the end, from which is gone on."""

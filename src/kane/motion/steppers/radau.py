@@ -17,11 +17,10 @@ from typing import Any, Literal
 import numpy as np
 
 from kane.motion.steppers.collocation import radau_stages
-from kane.motion.steppers.context import RATE, ReturnCode, Slot, StepperContext, add_exactly, dyadic_power
+from kane.motion.steppers.context import RATE, Slot, StepperContext, add_exactly, dyadic_power
 from kane.motion.steppers.held import Held
-from kane.motion.steppers.watched import Watched, go_on_or_jump, settling
+from kane.motion.steppers.watched import Watched, go_on_or_jump, look_at, settling
 from kane.numeric.arrays import Array as Numbers
-from kane.numeric.polynomials import DEGREE as PARTS
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Array, Term, decompose, substitute
 
@@ -336,26 +335,15 @@ class _Radau:
     # -------------------------------------------------------------------------------------------------------- steps
 
     def look_at(self, h: Term, last: Term) -> None:
-        """The end of the step on the constraints; `asks` tells whether Python looks at the step before it is gone on from."""
-        w, o = self.writer, self.context
-        if o.asks is None:
-            return
-        begin = o.get(Slot.TIME)
-        o.ask(ReturnCode.ON)
-        if self.held is not None:
-            end = w.select(last, o.get(Slot.END), begin + (h + o.get(Slot.TIME_LAG)))
-            self.held.look(begin, h, end, (o.work, self.row(AFTER)), self.dense)
-        if self.watched is not None:
-            with w.when(~o.asked()):
-                self.watched.look_along(begin, h, self.place, self.row(_STATE))
-                self.watched.decide(begin, h)
-
-    def place(self, k: Term, theta: Term) -> None:
-        """The state at a place at which events are looked at; the last is what is gone on from."""
-        w, o = self.writer, self.context
-        self.dense(theta, o.work, self.row(_STATE))
-        with w.when(k >= PARTS - 1), w.count(o.n) as i:
-            o.work[self.row(_STATE) + i] = o.work[self.row(AFTER) + i]
+        """What of the step is looked at before it is gone on from."""
+        look_at(
+            self.context,
+            (self.watched, self.held),
+            (h, last, lambda: self.row(AFTER)),
+            self.dense,
+            lambda: None,
+            lambda w, t: w.look_along(t, h, self.row(_STATE), self.row(AFTER)),
+        )
 
     def go_on(self, h: Term, last: Term, factor: Term) -> None:
         """y at the end of the step; J and its factors are kept where that pays."""

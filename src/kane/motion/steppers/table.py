@@ -3,19 +3,12 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from importlib import import_module
 from typing import Any
 
-from kane.motion.steppers.dop853 import DOP853
-from kane.motion.steppers.explicit import explicit_dense, explicit_end, explicit_kernel, rows
 from kane.motion.steppers.gauss import STAGES, gauss_dense, gauss_end, gauss_kernel
 from kane.motion.steppers.midpoint import ROWS, midpoint_kernel
-from kane.motion.steppers.rk4 import RK4
-from kane.motion.steppers.tableau import Tableau
-from kane.motion.steppers.tsit5 import TSIT5
-from kane.motion.steppers.tsitpap8 import TSITPAP8
-from kane.motion.steppers.vern9 import VERN9
 from kane.numeric.arrays import Array
 from kane.program.kernel.language import Kernel
 from kane.program.native.entry import CompiledKernel
@@ -51,24 +44,34 @@ class Integrator:
     end: Callable[[int], int] | None = None
 
 
-def _explicit(tableau: Tableau) -> Integrator:
-    return Integrator(
-        tableau.name,
-        partial(explicit_kernel, tableau),
-        lambda n: rows(tableau) * n,
-        watches=True,
-        driven=max(tableau.c) <= 1,
-        fixed=not tableau.errors,
-        holds=True,
-        queues=True,
-        dense=partial(explicit_dense, tableau),
-        end=partial(explicit_end, tableau),
-    )
-
-
 def _late(module: str, name: str) -> Callable[..., Any]:
     """A function of a stepper that is imported when it is first called, as its numbers take their time."""
     return lambda *args, **options: getattr(import_module(f"kane.motion.steppers.{module}"), name)(*args, **options)
+
+
+def _explicit(name: str, driven: bool = True, fixed: bool = False) -> Integrator:
+    """One whose tableau stands in the module of its name, by that in capitals; a `driven` one has no stage behind the step."""
+
+    def of_tableau(function: str) -> Callable[..., Any]:
+        return lambda *args, **options: _late("explicit", function)(tableau(name), *args, **options)
+
+    return Integrator(
+        name,
+        of_tableau("explicit_kernel"),
+        of_tableau("explicit_work"),
+        watches=True,
+        driven=driven,
+        fixed=fixed,
+        holds=True,
+        queues=True,
+        dense=of_tableau("explicit_dense"),
+        end=of_tableau("explicit_end"),
+    )
+
+
+def tableau(name: str) -> Any:
+    """The table of numbers of an explicit method."""
+    return getattr(import_module(f"kane.motion.steppers.{name}"), name.upper())
 
 
 GAUSS16 = Integrator(
@@ -94,9 +97,15 @@ RADAU9 = Integrator(
     end=_late("radau", "radau_end"),
 )
 MIDPOINT = Integrator("midpoint", midpoint_kernel, lambda n: ROWS * n, driven=True, fixed=True)
-EXPLICIT = (DOP853, TSITPAP8, VERN9, TSIT5, RK4)
+EXPLICIT = (
+    _explicit("dop853"),
+    _explicit("tsitpap8", driven=False),
+    _explicit("vern9"),
+    _explicit("tsit5"),
+    _explicit("rk4", fixed=True),
+)
 """Those that are tables of numbers."""
-INTEGRATORS = {i.name: i for i in (GAUSS16, *map(_explicit, EXPLICIT), MIDPOINT, RADAU9)}
+INTEGRATORS = {i.name: i for i in (GAUSS16, *EXPLICIT, MIDPOINT, RADAU9)}
 """By the name that `simulate` takes as method."""
 
 

@@ -96,15 +96,17 @@ class Watched:
         self.call(*(o.work.at(x) for x in (clock, states)), o.p.at(0), o.r.at(0), self.h.at(0), self.values.at(ROOM))
         self.compare()
 
-    def look_along(self, t: Term, h: Term, state: Callable[[Term, Term], None], place: Term) -> None:
-        """The same where one state is looked at at a time: `state(k, θ)` writes it into `work` at a place, the kth one at a share."""
+    def look_along(self, t: Term, h: Term, place: Term, end: Term) -> None:
+        """The same where one state is looked at at a time, written into `work` at a place; the last, at `end`, is gone on from."""
         w, o = self.writer, self.context
         one = (self.count + 2) * PARTS
         shares = one + self.count
         self.values.store(shares, w.lanes(*PLACES))
         with w.few(PARTS) as k:
             share = self.values[shares + k]
-            state(k, share)
+            self.dense(share, o.work, place)
+            with w.when(k >= PARTS - 1), w.count(o.n) as i:
+                o.work[place + i] = o.work[end + i]
             o.drive(t + share * h, o.work.at(place))
             self.call(t + share * h, o.work.at(place), o.p.at(0), o.r.at(0), self.h.at(0), self.values.at(one))
             with w.few(self.count) as e:
@@ -641,6 +643,34 @@ class Watched:
         unsure = (there & ~moving) | (leapt & ((c.kind(e) >= float(Kind.ACTS)) | goes_on)) | beside
         with w.when((mine & unsure) | ~finite):
             c.put("asked", 1)
+
+
+def look_at(
+    context: StepperContext,
+    looks: tuple[Watched | None, Held | None],
+    step: tuple[Term, Term, Callable[[], Term]],
+    dense: Dense,
+    prepare: Callable[[], None],
+    along: Callable[[Watched, Term], None],
+) -> None:
+    """A step that was found: its end on the constraints, its events; `asks` tells whether Python looks before it is gone on from.
+
+    `step` is its length, whether it is the last one, and where in `work` its end stands; `along` gives the quantities along it, from
+    its begin on.
+    """
+    w, o, (watched, held), (h, last, at) = context.writer, context, looks, step
+    if o.asks is None:
+        return
+    begin = o.get(Slot.TIME)
+    o.ask(ReturnCode.ON)
+    prepare()
+    if held is not None:
+        end = w.select(last, o.get(Slot.END), begin + (h + o.get(Slot.TIME_LAG)))
+        held.look(begin, h, end, (o.work, at()), dense)
+    if watched is not None:
+        with w.when(~o.asked()):
+            along(watched, begin)
+            watched.decide(begin, h)
 
 
 def go_on_or_jump(

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Why a motion breaks off, in words: steps that are not found, constraints that are not held, loads that turn to and fro.
+
+A motion breaks off where a drive cannot hold its constraints any further, or where the equations are singular.
+"""
+
+from collections.abc import Collection, Iterable, Sequence
+
+import numpy as np
+
+from kane.dynamics.constraints.manifold import manifold
+from kane.errors import cut
+from kane.expr.build import neg
+from kane.expr.evaluation import evaluate, free_symbols
+from kane.expr.node import Expr
+from kane.expr.symbols import input_of, time
+from kane.model.contact_modes import friction_name
+from kane.motion.inputs.breakpoints import told_apart
+from kane.motion.right_hand_side import Routines, Switch, switches
+from kane.motion.start import nearly_singular
+from kane.motion.steppers.context import ReturnCode, Slot
+from kane.motion.steps import Stepper, share_of_rank
+from kane.numeric.arrays import Array
+from kane.numeric.scale import CHANGES_SIDE, CLOSED_FULLY, CLOSED_NEARLY, LATER, POOR
+
+_TURNS, _DOUBLINGS = 2, 80
+NESTED = (
+    "LSODA runs once at a time, and a function asked during the motion, of an input or an event, runs another LSODA: take another "
+    "method for one of them, such as method='auto' here or 'DOP853' there. The motion ends"
+)
+
+
+def no_step(
+    back: ReturnCode, fixed: float | None, stepper: Stepper, s: Array, y: Array, span: tuple[float, float]
+) -> str:
+    """Why there is no step from the time in `s` and the state y; `fixed` is its length where all have one."""
+    t, now = float(s[Slot.TIME]), stepper.now
+    if back is ReturnCode.UNDERFLOW and fixed:
+        return f"a step of max_step={fixed:g} from t = {t:.6g} is not found by iteration: give a shorter one"
+    fastest = now.rates.labels[int(s[Slot.WORST])]
+    told = (
+        f"no step is short enough for {fastest}, which changes fastest"
+        if back is ReturnCode.UNDERFLOW
+        else _not_finite(stepper, s, y)
+    )
+    if back is ReturnCode.UNDERFLOW and (coarse := told_apart(t, span)):
+        return f"{told} at t = {t:.17g}: {coarse}"
+    singular = nearly_singular(stepper.eom, now.values(t, y))
+    return f"the right-hand side is singular or not finite near t = {t:.6g} ({told}){singular}"
+
+
+def _not_finite(stepper: Stepper, s: Array, y: Array) -> str:
+    """What is not finite first, on the way on by ever longer steps."""
+    t, now = float(s[Slot.TIME]), stepper.now
+    rate = stepper.rate(t, y)
+    for k in range(_DOUBLINGS):
+        step = float(s[Slot.SHORTEST]) * 2.0**k
+        told = now.explain(t + step, y + step * np.nan_to_num(rate)) if np.isfinite(step) else ""
+        if told:
+            return told
+    return "a stage of the step is not finite"
+
+
+def broken_off(stepper: Stepper, t: float, y: Array, span: tuple[float, float], failure: str | None, told: str) -> str:
+    """Why there is no step from y at t; `failure` is what the solver said, `told` which load stands at a switch."""
+    if failure == NESTED:
+        return f"{failure} at t = {t:.6g}"
+    if told:
+        return f"the motion does not get on beyond t = {t:.6g} ({failure or 'no progress'}): {told}"
+    coarse = told_apart(t, span)
+    if coarse:
+        return f"no step is short enough at t = {t:.17g}: {coarse}"
+    return _locked(stepper, t, y, t + LATER * (span[1] - span[0])) or (
+        f"the right-hand side is singular or not finite near t = {t:.6g} ({failure or 'no progress'})"
+        f"{nearly_singular(stepper.eom, stepper.now.values(t, y))}"
+    )
+
+
+def not_held(stepper: Stepper, t: float, y: Array, span: tuple[float, float], missed: str) -> str:
+    """Why constraints hold up to y at t and not beyond, where one of them is `missed`."""
+    return _locked(stepper, t, y, t + LATER * (span[1] - span[0])) or (
+        f"the constraints cannot be kept beyond t = {t:.6g}: {missed} there, more than the tolerances leave open. They contradict "
+        "each other from there on, or those that were redundant before hold something else: leave one out, or correct it"
+    )
+
+
+def _locked(stepper: Stepper, t: float, y: Array, later: float) -> str:
+    """Which constraint a drive cannot hold beyond t, as no configuration near y closes it at `later`; "" without that evidence."""
+    eom = stepper.eom
+    driving = free_symbols(c.expr for c in eom.system.holonomic)
+    if not any(s is time or input_of(s) is not None for s in driving):
+        return ""
+    kept, numbers = stepper.keep(t, y)
+    if numbers is None or not all(np.all(np.isfinite(v)) for v in (numbers.a, numbers.f)):
+        return ""
+    least = share_of_rank(numbers.a, len(eom.dependent_speeds), stepper.reach, stepper.mixes[1])
+    constraints, moving = manifold(eom.system), set(eom.coordinates)
+    rest = {s: v for s, v in stepper.now.values(later, kept).items() if s not in moving}
+    level = constraints.at(rest)
+    nearest = level.closest(kept[: len(moving)], CLOSED_FULLY)
+    left = level.shares(nearest.residual)
+    if not (least < POOR and CLOSED_NEARLY < left.max(initial=0) < np.inf):
+        return ""
+    worst = int(np.argmax(left))
+    return (
+        f"{constraints.names[worst]!r} cannot be held beyond t = {t:.6g}, where the constraints lose rank (least singular value "
+        f"{least:.1e} of the largest): at t = {later:.6g} {nearest.residual[worst]:.2g} is left of it in the nearest "
+        "configuration. The drive carries the parts further than they reach: end before, drive them another way, or correct the "
+        "lengths"
+    )
+
+
+def chattering(now: Routines, states: Collection[tuple[float, Array]], before: Sequence[tuple[float, Array]]) -> str:
+    """Which load turns to and fro at a switch by the last `states`, or stands at it, and what to do; "" where none does.
+
+    Sizes are compared with those at states `before`.
+    """
+    ends = {friction_name(c) for c in now.eom.system.contacts}  # before |v| is zero, by an event that is near it
+    found = [s for s in switches(now.eom, now.laws) if s.jumps or s.load not in ends]
+    if not found or not states:
+        return ""
+
+    def numbers(states: Iterable[tuple[float, Array]]) -> Array:
+        return np.array([evaluate([s.quantity for s in found], now.values(t, y)) for t, y in states], dtype=float)
+
+    table = numbers(states)
+    turns = (np.diff(np.sign(table), axis=0) != 0).sum(axis=0)
+    size = np.abs(np.vstack([numbers(before), table]))
+    near = size[-1] <= CHANGES_SIDE * np.maximum(size.max(axis=0), np.finfo(float).tiny)
+    for s, count, at in zip(found, turns, near, strict=True):
+        if count >= _TURNS or at:
+            return _told(s)
+    return ""
+
+
+def standing(now: Routines, quantities: Sequence[Expr]) -> str:
+    """What is said of a load that stands at a switch of one of some quantities."""
+    found = [s for s in switches(now.eom, now.laws) if s.jumps]
+    return _told(next((s for s in found for c in quantities if c is s.quantity or c is neg(s.quantity)), found[0]))
+
+
+def _told(s: Switch) -> str:
+    return (
+        f"{cut(s.text, 80)} in the {s.load} turns to and fro, as {cut(s.quantity)} comes to zero again and again. Declare "
+        f"friction, kn.friction(…) or kn.dry_friction(…), or {s.smooth} in its place and choose "
+        'method="Radau"'
+    )
