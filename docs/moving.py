@@ -13,7 +13,7 @@ import kane as kn
 from kane.cli.derive import derived
 from kane.cli.models import model_of
 from kane.cli.simulate import motion, start
-from kane.present.viewer.raster import Shot, frames
+from kane.present.viewer.raster import PictureView, frames
 
 CARD = (280, 168)
 """Columns and rows of a picture of the gallery."""
@@ -45,7 +45,7 @@ def front(place: Path) -> None:
     _save([p.crop(_BAND) for p in drawn], FRONT, place, pause=80, quality=60)
 
 
-def _shot(name: str, seconds: float, azimuth: float = 0.3, height: float = 0.3, near: float = 0.42) -> Shot:
+def _shot(name: str, seconds: float, azimuth: float = 0.3, height: float = 0.3, near: float = 0.42) -> PictureView:
     """The motion of a system from where all of it is seen."""
     model = model_of(name)
     eom = derived(model)
@@ -60,7 +60,7 @@ def _shot(name: str, seconds: float, azimuth: float = 0.3, height: float = 0.3, 
         seen = replace(seen, travels=False, middle=(low + high) / 2, reach=near * across + 0.2)
     elif seen.travels:
         seen = replace(seen, reach=1.3 * seen.reach)
-    return Shot(seen, course, np.array(animation.camera["front"]), azimuth, height, animation.low, seconds)
+    return PictureView(seen, course, np.array(animation.camera["front"]), azimuth, height, animation.low, seconds)
 
 
 def _save(pictures: list[Image.Image], size: tuple[int, int], place: Path, pause: int, quality: int) -> None:
