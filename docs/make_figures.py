@@ -38,6 +38,7 @@ GROUPS = {
     "rolling": "Rolling and skating",
     "flexible": "Flexible beams",
     "contacts": "Contacts: impacts, stick and slip",
+    "walking": "Walking: legs that land",
 }
 """Headings of the gallery's folders."""
 
