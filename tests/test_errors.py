@@ -62,6 +62,22 @@ def test_an_unknown_attribute_names_one_that_resembles_it():
         _ = N.zz
 
 
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("plot", "There is a function: kn.plot."),
+        ("linearize", "There is a function: kn.linearize."),
+        ("latex", "There is a function: kn.to_latex."),
+        ("q1", "It is an entry: read it as ['q1']."),
+    ],
+)
+def test_what_is_no_attribute_but_a_function_or_an_entry_is_told(name, told):
+    eom = kn.derive(load("double_pendulum").system())
+    thing = kn.simulate(eom, (0, 0.1), q=[0, 0], u=[0, 0]) if name in ("plot", "q1") else eom
+    with pytest.raises(kn.MissingAttributeError, match=re.escape(f"got '{name}'. {told}")):
+        getattr(thing, name)
+
+
 def test_what_an_attribute_raises_itself_is_its_own():
     class Odd(kn.Frame):
         @property

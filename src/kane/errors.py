@@ -10,8 +10,9 @@ import sys
 import threading
 import warnings
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
-from typing import TYPE_CHECKING, NoReturn
+from contextlib import contextmanager, suppress
+from inspect import isfunction
+from typing import TYPE_CHECKING, Any, NoReturn
 
 
 def alike(word: str, known: Iterable[str]) -> str:
@@ -112,8 +113,21 @@ class MissingAttributeError(KaneError, AttributeError):
         label = getattr(thing, "__name__", None) or getattr(thing, "name", "")
         owner = f"{type(thing).__name__} {label if isinstance(label, str) else ''}".rstrip()
         known = [n for n in dir(thing) if not n.startswith("_")]
-        what = alike(name, known) or f" It has {cut(', '.join(known), 400)}."
+        what = elsewhere(thing, name) or alike(name, known) or f" It has {cut(', '.join(known), 400)}."
         return f"Expected an attribute of {owner}, got {name!r}.{what}"
+
+
+def elsewhere(thing: Any, name: str) -> str:
+    """Where what was looked for as an attribute is: an entry of the object, or a function of the package; "" where it is neither."""
+    if hasattr(type(thing), "__getitem__"):
+        with suppress(Exception):  # whatever it makes of a name that it does not know
+            thing[name]
+            return f" It is an entry: read it as [{name!r}]."
+    package = sys.modules["kane"]
+    for function in (name, f"to_{name}"):
+        if thing is not package and isfunction(getattr(package, function, None)):
+            return f" There is a function: kn.{function}."
+    return ""
 
 
 class Attributes:
