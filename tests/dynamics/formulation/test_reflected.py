@@ -13,6 +13,7 @@ from kane.dynamics import WAYS
 from tests.dynamics.test_tree_slopes import check
 from tests.examples import examples
 from tests.oracles.compare import tolerance
+from tests.systems.closed_states import states
 
 COUNTERWEIGHT = "counterweight"
 
@@ -42,7 +43,7 @@ def arm(seed, parents, *, moved=range(100), speeds="rates", held=False, felt=Fal
         inertia = kn.inertia(link, *map(float, rng.uniform(0.8, 1.2, 3)), *map(float, rng.uniform(-0.1, 0.1, 3)))
         bodies.append(kn.RigidBody(f"link {k}", frame=link, mass_center=centre, mass=m, inertia=inertia))
         if felt and k == 0:
-            reactions += [kn.reaction("bearing", at=link, along=axes[(k + 1 + seed) % 3])]
+            reactions += [kn.reaction("bearing", frame=link, along=axes[(k + 1 + seed) % 3])]
         frames.append(link)
         ends.append(joint.at(f"E{k}", float(rng.uniform(0.5, 1)) * link.y))
         ratio = float(rng.uniform(-3, 3))
@@ -66,9 +67,10 @@ TREES = st.sampled_from([(-1, 0), (-1, 0, 1), (-1, 0, 0, 2), (-1, 0, 1, 1, 3)])
 def compared(system, rng, routes=tuple(WAYS)):
     """Of each route what the classical one gives: u̇, reactions, multipliers, M and the kinetic energy."""
     usual, *others = (kn.derive(system, route=route) for route in ("classical", *routes))
-    n = len(usual.speeds)
-    for _ in range(3):
-        q, u = rng.uniform(-1, 1, (2, n))
+    drawn = (
+        states(usual, rng, 3, reach=1.0) if usual.system.constraints else rng.uniform(-1, 1, (3, 2, len(usual.speeds)))
+    )
+    for q, u in drawn:
         at = {"q": q, "u": u}
         condition = np.linalg.cond(np.array(usual.evaluate(usual.mass_matrix, **at)))
         wanted, *found = (

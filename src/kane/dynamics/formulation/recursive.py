@@ -47,8 +47,9 @@ from kane.tree.values import Reflected, Rigid, SpatialForce
 
 Exprs = tuple[Expr, ...]
 
-_PARALLEL, _BRANCH = 5, 9
-"""Joint speeds from the ground to one, on average, beyond which articulated inertias are shorter, with parallel axes and without."""
+_BRANCH = 5
+"""Joint speeds from the ground to one, on average, beyond which articulated inertias are shorter than composite ones, or as good as
+shorter: like limbs go in the lanes of vectors then."""
 BENT = 16
 """Speeds of a system with flexible bodies from which on articulated inertias are shorter than anything else."""
 _SAVED = 5
@@ -75,10 +76,10 @@ def recursions(derived: Derived, partition: Partition | None) -> Iterator[Solved
 def _worth_trying(derived: Derived, carried: "Carrying", *, closed: bool) -> Iterable[str]:
     """The recursions: one alone where the branches are long, joints tell what they transmit, or parallel axes are closed."""
     crossed = derived.reactions and carried.crossings is not None  # the other way does not tell that
-    steps, bent = carried.segments.steps, bool(carried.bent.bodies)
-    parallel = not bent and any(step.joins for step in steps)
-    both = len(derived.speeds) < BENT if bent else depth(steps) <= (_PARALLEL if parallel else _BRANCH)
-    planar = closed and parallel
+    steps = carried.segments.steps
+    bent = any(step.modes for step in steps)
+    both = len(derived.speeds) < BENT if bent else depth(steps) <= _BRANCH
+    planar = closed and not bent and any(step.joins for step in steps)
     return WAYS if both and not crossed and not planar else ("recursive",)
 
 
