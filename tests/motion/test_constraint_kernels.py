@@ -133,3 +133,14 @@ class TestSingularPositions(Parallelogram):
         assert len(set(taken_up)) == len(taken_up)  # SciPy has led on in between
         assert sol["u1"] == pytest.approx(1, abs=1e-6)
         assert sol.accuracy().largest["q1"] < 1e-4
+
+    def test_events_that_were_at_their_thresholds_before_are_met_once(self):
+        """The quantity leaves its threshold and passes it while SciPy leads on: machine code goes on from the other side."""
+        flat = {self.q[0]: -0.002, self.q[1]: 0.0, self.q[2]: np.pi - 0.002}
+        wave = kn.Event("wave", kn.sin(700 * (self.q[0] + 0.002)), terminal=False)
+        eom = self.derive(events=[wave])
+        found = kn.assemble(eom, q=flat, u={eom.speeds[0]: 1.0})
+        sol = kn.simulate(eom, (0, 0.02), q=found.q, u=found.u, method="gauss16", samples=3, rtol=1e-9, atol=1e-10)
+        assert sol.method == "gauss16, DOP853"
+        met = [t for event, t in sol.events if event.name == "wave"]
+        assert met == pytest.approx(np.pi / 700 * np.arange(1, 5), abs=1e-8)

@@ -168,7 +168,7 @@ class KernelSolver:
             self.holding.begin(self.s)
         self.given |= self._pauses()
         self.kernel = kernel.bound(self.given | {"limit": 0})
-        self.looked = False
+        self.looked, self.s[Slot.LOOKED] = False, 0.0
         self._begin(t)
 
     def _begin(self, t: float) -> None:
@@ -383,7 +383,6 @@ class KernelSolver:
     def seen(self, step: StepFound, kept: Array) -> StepSeen:
         """What events see of a step, as the kernel has it at both ends."""
         self._note_fresh()
-        self.s[Slot.LOOKED] = 2.0
         times = step.t + self._next() * np.array(SHARES)
         states = step.dense(times[1:]).T
         if self.holding is not None:
@@ -411,8 +410,7 @@ class KernelSolver:
 
     def go_on(self, step: StepFound, kept: Array, numbers: Numbers | None) -> None:
         """The kernel takes the step, which it looks at no more."""
-        if step.held:
-            self.looked, self.s[Slot.LOOKED] = True, 1.0
+        self.looked, self.s[Slot.LOOKED] = (True, 1.0) if step.held else (self.looked, 2.0)
 
     def _turning(self, back: ReturnCode) -> str | None:
         """What follows where no side of a switch leads on: from the beginning, or where its quantity rests, SciPy's steps."""
@@ -438,8 +436,9 @@ class KernelSolver:
         self.course.hand_over(t, self.y.copy(), name, None if for_good else self._resumed)
 
     def _resumed(self, t: float, y: Array) -> "KernelSolver":
-        """The kernel leads on again."""
+        """The kernel leads on again; what it had of events at their thresholds is of the past, the course knows better."""
         self.y[:] = y
+        self.given.pop("leaves", None)
         self._take_up(t)
         self.cursor = int(np.searchsorted(self.times, t, side="right"))
         self.s[Slot.SAMPLE] = self.cursor
