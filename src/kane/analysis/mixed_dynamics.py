@@ -218,6 +218,8 @@ class Inverse(Attributes):
                 f"Expected unknowns that the equations determine, got a combination they leave open: {' '.join(terms)} "
                 "can be added without any effect. Give one of these, or take another unknown in its place."
             )
+        if inverse is None:  # what underflows is regular once it is balanced
+            found = np.linalg.solve(scaled.matrix, sides / scaled.rows) / np.swapaxes(scaled.columns, 1, 2)
         return found[..., 0]
 
 
