@@ -25,11 +25,11 @@ from kane.space.rotation import NOTHING, Triple, cross3, product
 from kane.tree.composite import (
     Composite,
     Composites,
+    add_reflected,
     dof_count,
     elastic_parts,
     mass_rows,
     mode_numbers,
-    reflected,
     rows_of,
     with_more,
 )
@@ -70,7 +70,7 @@ class TreeInverse:
             for b, column in known.columns.items():
                 own = sum_of(mul(x, values[other]) for other, x in column.row.items())
                 on[numbers[b]] = add(on[numbers[b]], add(column.force, own))
-        reflected(self.tree, on, self.lambdas)
+        add_reflected(self.tree, on, self.lambdas)
         return list(map(add, forces(self.tree, [None, *wrenches[1:]], len(on)), on))
 
     def mass(self) -> Matrix:

@@ -165,7 +165,7 @@ def rows_of(tree: Tree) -> list[Row]:
     return [*(dof.row for dof in own), *({b: ONE} for b in mode_numbers(tree))]
 
 
-def reflected(tree: Tree, on: list[Expr], lambdas: Sequence[Expr]) -> None:
+def add_reflected(tree: Tree, on: list[Expr], lambdas: Sequence[Expr]) -> None:
     """Adds to generalized forces what is reflected to the joint speeds at these λ, both by number."""
     for dof in (dof for s in tree for dof in s.dofs):
         if dof.reflected is not None:
@@ -409,7 +409,7 @@ class Composite:
             if elastic:
                 whole = Composites(tree, with_more(spread, {i: moments(body) for i, body in rigid.items()}))
             mass = mass_rows(tree, whole, elastic)
-        reflected(tree, on, trial)
+        add_reflected(tree, on, trial)
         right = [neg(add(x, y)) for x, y in zip(left, on, strict=True)]
         factors = ldl(mass, sparse_order(mass))
         return _Factored(factors, trial, factors.forward(right))

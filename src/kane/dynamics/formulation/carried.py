@@ -10,7 +10,7 @@ Of links that turn about parallel axes each may have a mass at the end of its ar
 at two additions, and m r* of the link vanishes where it is along the arm.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import chain
 
 from kane.dynamics.derivation import Derived, free_fall
@@ -25,6 +25,7 @@ from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.links import Link
 from kane.kinematics.segments import JointStep, Segments
 from kane.model.bodies import Part
+from kane.space.frame import Point
 from kane.space.rotation import NOTHING, Basis, Cosines, Triple, path
 from kane.tree.triples import (
     NO_ROWS,
@@ -42,16 +43,23 @@ from kane.tree.values import NO_MASS, Rigid
 
 def rigid_bodies(derived: Derived, segments: Segments, links: Sequence[Link]) -> list[Rigid]:
     """What each segment carries, about its origin and along its B."""
-    bodies = [NO_MASS] * len(segments.steps)
+    bodies, inertias = [NO_MASS] * len(segments.steps), inertias_of(derived)
     for number, link in zip(segments.ends, links, strict=True):
         if number:
-            bodies[number] = bodies[number].plus(rigid_body(derived, link, segments.steps[number].shift))
+            bodies[number] = bodies[number].plus(rigid_body(inertias, link, segments.steps[number].shift))
     return bodies
 
 
-def rigid_body(derived: Derived, link: Link, shift: Triple = NOTHING) -> Rigid:
+Inertias = Mapping[tuple[str, Point], ConstantInertia | None]
+
+
+def inertias_of(derived: Derived) -> Inertias:
+    """The central inertias of the parts of bodies, by name and mass centre."""
+    return {(part.name, part.mass_center): inertia for _, part, inertia in derived.inertias}
+
+
+def rigid_body(inertias: Inertias, link: Link, shift: Triple = NOTHING) -> Rigid:
     """What a link carries, along its basis and about the point from which its origin lies at `shift`."""
-    inertias = {(part.name, part.mass_center): inertia for _, part, inertia in derived.inertias}
     body = NO_MASS
     for part, arm in link.parts:
         if part.momenta:  # those are in `flexible`

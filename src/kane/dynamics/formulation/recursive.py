@@ -6,9 +6,8 @@ speeds, one after the other: rates, sums and differences of rates, measure numbe
 of coordinates, of which u̇ follows by the definitions of the speeds. M and f are assembled when they are read.
 """
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cache
 from itertools import chain
 from typing import NamedTuple
 
@@ -22,7 +21,7 @@ from kane.dynamics.formulation.closed import Holding, products
 from kane.dynamics.formulation.crossings import Crossing, crossings, parted
 from kane.dynamics.formulation.elastic import Bent, bending_bodies, bent_frames, gauged, shared_rates
 from kane.dynamics.formulation.equations import evident, holds_reactions, solved_reactions
-from kane.dynamics.formulation.reflected import Geared, geared_to_ground, reflected
+from kane.dynamics.formulation.reflected import Geared, geared_to_ground, reflected_to_joints
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
 from kane.expr.build import add, mul, neg
@@ -142,46 +141,43 @@ def carrying(derived: Derived, *, shared: bool = False) -> Carrying:
     forces, on = gauged(derived)
     points = [p for p, _ in forces] + [p for c in derived.constraints.constraints for p, _ in c.forces]
     tree, roots = parted(derived, points, bent_frames(derived))
-    geared = cache(lambda: geared_to_ground(derived, tree, {k for k in roots or () if k is not None}))
-    found, rates, onto = _segments(derived, tree, rates, shared, geared)
-    links, apart = tree.links, {turn.basis for turn in geared().values()} if onto else ()
-    if onto:
-        kept, number = without(tree, geared())
-        links, roots = kept.links, roots and [None if k is None else number[k] for k in roots]
-    bodies = rigid_bodies(derived, found, links)
-    bent = Bent(bending_bodies(derived, found, links, rates), on)
+    found, rates, geared, onto = _segments(derived, tree, rates, shared, {k for k in roots or () if k is not None})
+    kept, number = without(tree, geared)
+    roots = roots and [None if k is None else number[k] for k in roots]
+    bodies = rigid_bodies(derived, found, kept.links)
+    bent = Bent(bending_bodies(derived, found, kept.links, rates), on)
     across = None if roots is None else crossings(derived, roots, found)
-    aligned = derived.kinematics.aligned
+    aligned, apart = derived.kinematics.aligned, {turn.basis for turn in geared.values()}
     torques = [x for load in derived.declared_loads for x in load.torques if aligned.rates(x[0])[0] not in apart]
     loads = together(placed(aligned, found, forces, torques))
     return Carrying(found, bodies, loads, bent, across, onto)
 
 
-_Found = tuple[Segments, Exprs, Mapping[int, Reflected]]
+_Found = tuple[Segments, Exprs, Geared, Mapping[int, Reflected]]
 
 
-def _segments(derived: Derived, tree: Tree, rates: Exprs, shared: bool, geared: Callable[[], Geared]) -> _Found:
-    """The segments, the rates that move several, and what is reflected to joints, by number.
+def _segments(derived: Derived, tree: Tree, rates: Exprs, shared: bool, kept: Collection[int]) -> _Found:
+    """The segments, the rates that move several, the links that are no segments, and what these reflect to joints, by number.
 
-    Where joints share coordinates, what turns or slides in the ground alone is reflected to the joints that it is `geared` to; what
-    is left of the sharing moves several segments as flexible bodies do.
+    Where joints share coordinates, what turns or slides in the ground alone is reflected to the joints that it is geared to, but for
+    the links that are `kept`; what is left of the sharing moves several segments as flexible bodies do.
     """
     try:
-        return segments(tree, derived.kinematics, rates), rates, {}
+        return segments(tree, derived.kinematics, rates), rates, {}, {}
     except Unsuited as why:
         unsuited = why
-    if apart := geared():
+    if geared := geared_to_ground(derived, tree, kept):
         try:
-            found = segments(without(tree, apart)[0], derived.kinematics, rates)
+            found = segments(without(tree, geared)[0], derived.kinematics, rates)
         except Unsuited:
             pass
         else:
-            if onto := reflected(derived, found, apart):
-                return found, rates, onto
+            if onto := reflected_to_joints(derived, found, geared):
+                return found, rates, geared, onto
     more = tuple(dict.fromkeys((*rates, *repeated(tree, derived.kinematical.rates)))) if shared else rates
     if len(more) == len(rates):
         raise unsuited
-    return segments(tree, derived.kinematics, more), more, {}
+    return segments(tree, derived.kinematics, more), more, {}, {}
 
 
 class _Accelerated(NamedTuple):

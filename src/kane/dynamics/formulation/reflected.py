@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import NamedTuple
 
 from kane.dynamics.derivation import Derived
-from kane.dynamics.formulation.carried import falling, rigid_body
+from kane.dynamics.formulation.carried import Inertias, falling, inertias_of, rigid_body
 from kane.expr.build import add, div, mul, sub
 from kane.expr.differentiation import affine_forms, time_derivative
 from kane.expr.evaluation import is_constant_in_time
@@ -48,10 +48,10 @@ def geared_to_ground(derived: Derived, tree: Tree, kept: Collection[int]) -> Gea
     crowded = _bases_below(rates(frame)[0] for c in derived.constraints.constraints for frame, _ in c.torques)
     crowded |= _bases_below(o.base for basis in torques if (o := basis.orientation) is not None)
     crowded = (crowded | {basis for basis in torques if count[basis] > 1}) - {derived.system.inertial}
-    found: dict[int, _Turn] = {}
+    found, inertias = dict[int, _Turn](), inertias_of(derived)
     for k, link in enumerate(tree.links):
         if link.parent == 0 and link.parts and k not in busy and link.basis not in crowded:
-            turn = _turning(derived, link, torques.get(link.basis, ()))
+            turn = _turning(derived, inertias, link, torques.get(link.basis, ()))
             if turn is not None:
                 found[k] = turn
     others = {s for k, link in enumerate(tree.links) if k not in found for s in link.rates}
@@ -69,7 +69,7 @@ def _bases_below(bases: Iterable[Basis]) -> set[Basis]:
     return found
 
 
-def _turning(derived: Derived, link: Link, torques: Iterable[Vector]) -> _Turn | None:
+def _turning(derived: Derived, inertias: Inertias, link: Link, torques: Iterable[Vector]) -> _Turn | None:
     """How a link in the ground moves, if that is by one rate about a fixed axis through its mass centre, and along a fixed line."""
     if any(part.momenta for part, _ in link.parts):
         return None
@@ -81,7 +81,7 @@ def _turning(derived: Derived, link: Link, torques: Iterable[Vector]) -> _Turn |
     (b,) = by
     axes = [row.get(b, ZERO) for row, _ in forms]
     spin, along = triple(axes[:3]), triple(axes[3:])
-    body = rigid_body(derived, link)
+    body = rigid_body(inertias, link)
     if not is_constant_in_time(axes) or not is_zero(cross3(spin, body.h)):
         return None
     inertia = add(mul(body.m, dot(along, along)), dot(spin, product(body.j, spin)))
@@ -91,7 +91,7 @@ def _turning(derived: Derived, link: Link, torques: Iterable[Vector]) -> _Turn |
     return _Turn(link.basis, b, Reflected(inertia, force))
 
 
-def reflected(derived: Derived, segments: Segments, geared: Geared) -> Mapping[int, Reflected]:
+def reflected_to_joints(derived: Derived, segments: Segments, geared: Geared) -> Mapping[int, Reflected]:
     """What is reflected to joint speeds, by number; nothing where a rate is that of no joint speed at a constant ratio."""
     rows = [f.row for step in segments.steps for f in (*step.slide.freedoms, *step.spin.freedoms)]
     found: dict[int, Reflected] = {}
