@@ -69,13 +69,23 @@ def test_an_unknown_attribute_names_one_that_resembles_it():
         ("linearize", "There is a function: kn.linearize."),
         ("latex", "There is a function: kn.to_latex."),
         ("q1", "It is an entry: read it as ['q1']."),
+        ("M", "It is called mass_matrix."),
+        ("nfev", "It is called evaluations."),
     ],
 )
 def test_what_is_no_attribute_but_a_function_or_an_entry_is_told(name, told):
     eom = kn.derive(load("double_pendulum").system())
-    thing = kn.simulate(eom, (0, 0.1), q=[0, 0], u=[0, 0]) if name in ("plot", "q1") else eom
+    thing = kn.simulate(eom, (0, 0.1), q=[0, 0], u=[0, 0]) if name in ("plot", "q1", "nfev") else eom
     with pytest.raises(kn.MissingAttributeError, match=re.escape(f"got '{name}'. {told}")):
         getattr(thing, name)
+
+
+@pytest.mark.parametrize("kind", [kn.Equations, kn.Solution])
+def test_other_names_lead_to_attributes(kind):
+    known = set(dir(kind)) | set(getattr(kind, "__annotations__", ()))
+    assert kind._other_names
+    assert set(kind._other_names.values()) <= known
+    assert not set(kind._other_names) & known
 
 
 def test_what_an_attribute_raises_itself_is_its_own():

@@ -9,10 +9,11 @@ import os
 import sys
 import threading
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from inspect import isfunction
-from typing import TYPE_CHECKING, Any, NoReturn
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 
 def alike(word: str, known: Iterable[str]) -> str:
@@ -118,7 +119,9 @@ class MissingAttributeError(KaneError, AttributeError):
 
 
 def elsewhere(thing: Any, name: str) -> str:
-    """Where what was looked for as an attribute is: an entry of the object, or a function of the package; "" where it is neither."""
+    """Where a name that is no attribute is found: under another name, as an entry, as a function of the package; else ""."""
+    if other := getattr(type(thing), "_other_names", {}).get(name):
+        return f" It is called {other}."
     if hasattr(type(thing), "__getitem__"):
         with suppress(Exception):  # whatever it makes of a name that it does not know
             thing[name]
@@ -131,9 +134,13 @@ def elsewhere(thing: Any, name: str) -> str:
 
 
 class Attributes:
-    """A base of what has attributes: an unknown one is refused by a `MissingAttributeError`; a notebook shows them as a table."""
+    """A base of what has attributes: an unknown one is refused by a `MissingAttributeError`; a notebook shows them as a table.
+
+    `_other_names` are names that textbooks and other packages have for an attribute.
+    """
 
     __slots__ = ()
+    _other_names: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
     def _repr_html_(self) -> str | None:
         from kane.show import html  # it wants NumPy

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import kane as kn
+from kane.gallery import pendulums
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)
@@ -215,3 +216,19 @@ def test_what_has_a_state_says_so():
     with pytest.raises(kn.errors.ArgumentError, match=r"Pass its \.state\.$"):
         CLOSED.evaluate(CLOSED.kinetic_energy, found)
     assert CLOSED.evaluate(x + y, found.state) == pytest.approx(1.4)
+
+
+def test_zero_stands_for_zeros_wherever_a_state_is_given():
+    eom = kn.derive(pendulums.system(2))
+    state = kn.State([1.0, 2.0], 0, t=2.0)
+    assert repr(state) == "State(q = [1, 2], u = 0; t = 2)"
+    named = kn.linearize(eom, q=[0.0, 0.0], u=[0.0, 0.0])
+    for point in ({"q": 0, "u": 0}, {"q": {"q1": 0.0, "q2": 0.0}, "u": 0}):
+        np.testing.assert_array_equal(kn.linearize(eom, **point).A, named.A)
+    np.testing.assert_array_equal(kn.linearize(eom, kn.State([0.0, 0.0]), u=0).A, named.A)
+    with pytest.raises(kn.ArgumentError, match="Expected values of u in the state or by keyword, got both"):
+        kn.linearize(eom, kn.State([0.0, 0.0], [0.0, 0.0]), u=0)
+    rest = kn.simulate(eom, (0, 1), q=[1.0, 2.0], u=[0.0, 0.0]).states
+    np.testing.assert_array_equal(kn.simulate(eom, (0, 1), q=[1.0, 2.0], u=0).states, rest)
+    many = kn.simulate_many(eom, (0, 1), q=np.tile([1.0, 2.0], (3, 1)), u=0)
+    np.testing.assert_allclose(many["end_state"][:, :4], np.tile(rest[-1], (3, 1)), rtol=1e-7)

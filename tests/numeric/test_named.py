@@ -72,3 +72,10 @@ def test_lookup():
 def test_what_is_no_number(value, message):
     with pytest.raises(kn.SimulationError, match=message):
         finite_number("start value", "x", value)
+
+
+@pytest.mark.parametrize("given", [0, 0.0])
+def test_zero_stands_for_all_at_zero_but_for_parameters(given):
+    assert named_values("coordinates", (x, y), given) == {x: 0.0, y: 0.0}
+    with pytest.raises(kn.ValueMissingError, match="a list of parameters or a dict"):
+        named_values("parameters", (m,), given)

@@ -89,6 +89,29 @@ class Equations(Immutable):
     that follow from the others at the configurations compared, see `derive(system, near=…)`.
     """
 
+    _other_names = MappingProxyType(
+        {
+            **{
+                "M": "mass_matrix",
+                "f": "forcing",
+                "rhs": "right_hand_side",
+                "lam": "multipliers",
+                "u_dot": "accelerations",
+            },
+            **{"udot": "accelerations", "u_dots": "accelerations", "qdd": "accelerations", "q_ddot": "accelerations"},
+            **{
+                "q": "coordinates",
+                "u": "speeds",
+                "qdot": "rates",
+                "q_dot": "rates",
+                "x": "state",
+                "p": "generalized_momenta",
+            },
+            **{"T": "kinetic_energy", "K": "kinetic_energy", "V": "potential_energy", "U": "potential_energy"},
+            **{"jac": "jacobian", "bodylist": "bodies", "loadlist": "loads", "params": "parameters"},
+        }
+    )
+
     solved: Solved
     events: tuple[Event, ...]
 

@@ -18,7 +18,7 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Input, Parameter, Symbol, time
 from kane.numeric.arrays import Array
-from kane.numeric.sampling import named_values, unknown
+from kane.numeric.sampling import named_values, spelled_out, unknown
 
 STARTS = ("q", "u", "states")
 
@@ -114,7 +114,7 @@ def _symbols(eom: Equations, given: Mapping[str, Any]) -> dict[str, tuple[Symbol
 
 def _by_symbol(kind: str, symbols: Sequence[Symbol], given: Any) -> dict[Any, Any]:
     """What is given of a kind by symbol; several inputs that have one function together stay so."""
-    table = table_of(given)
+    table = spelled_out(_WORDS[kind], symbols, table_of(given))
     if not isinstance(table, Mapping):
         table = _in_order(kind, symbols, table)
     together = {key: value for key, value in table.items() if isinstance(key, tuple)}

@@ -10,7 +10,7 @@ import numpy as np
 from kane import expect
 from kane.errors import ArgumentError, Attributes, ValueMissingError, cut
 from kane.expr.symbols import Symbol
-from kane.numeric.sampling import finite_number, named_values, symbol_named
+from kane.numeric.sampling import finite_number, named_values, stands_for_zeros, symbol_named
 
 GROUPS = {"q": "coordinates", "u": "speeds", "states": "states", "inputs": "inputs", "parameters": "parameters"}
 """The groups of values, by what `Equations` call their symbols."""
@@ -73,14 +73,15 @@ class State(Attributes):
     def __post_init__(self) -> None:
         for kind in GROUPS:
             group = getattr(self, kind)
-            right = group is None or (hasattr(group, "__len__") and not isinstance(group, str | set))
+            listed = hasattr(group, "__len__") and not isinstance(group, str | set)
+            right = group is None or listed or stands_for_zeros(kind, group)
             expected = f"{kind}= of a state as a dict {{symbol or name: value}} or as a sequence"
             expect.that(right, expected, group, error=ArgumentError)
 
     @property
     def arguments(self) -> dict[str, Any]:
         """The values as keyword arguments: q, u, parameters, inputs; t where it is not 0, states if any."""
-        rest = {"t": self.t} if _given(self.t) else {}
+        rest = {"t": self.t} if _is_later(self.t) else {}
         if _given(self.states):
             rest["states"] = self.states
         return {"q": self.q, "u": self.u, "parameters": self.parameters, "inputs": self.inputs, **rest}
@@ -116,18 +117,22 @@ class State(Attributes):
             if isinstance(group, Mapping):
                 parts += [f"{key} = {_shown(value)}" for key, value in group.items()]
             elif group is not None:
-                parts.append(f"{kind} = [{', '.join(map(_shown, group))}]")
-        return f"State({', '.join(parts)}{f'; t = {_shown(self.t)}' if _given(self.t) else ''})"
+                listed = hasattr(group, "__len__")
+                parts.append(f"{kind} = [{', '.join(map(_shown, group))}]" if listed else f"{kind} = {_shown(group)}")
+        return f"State({', '.join(parts)}{f'; t = {_shown(self.t)}' if _is_later(self.t) else ''})"
 
 
 def _shown(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float | int) else cut(value)
 
 
+def _is_later(t: Any) -> bool:
+    """Whether a time is given, and not 0."""
+    return bool(t != 0) if isinstance(t, float | int | np.number) else _given(t)
+
+
 def _given(value: Any) -> bool:
-    """Whether a group of values, or a time, is more than left out."""
-    if isinstance(value, float | int | np.number):
-        return bool(value != 0)
+    """Whether a group of values is more than left out."""
     return value is not None and (not hasattr(value, "__len__") or len(value) > 0)
 
 
@@ -161,7 +166,7 @@ def state_of(state: State | None, **values: Unpack[StateValues]) -> State:
         return State(**{**values, "t": own.get("t", 0.0)})
     cure = "Give kn.State(q={…}, u={…}), or q=, u=, …."
     given = expect.instance(state, State, "a kn.State, or values by keyword", cure, error=ArgumentError)
-    twice = [kind for kind in own if _given(getattr(given, kind))]
+    twice = [kind for kind in own if (_is_later if kind == "t" else _given)(getattr(given, kind))]
     if twice:
         raise ArgumentError(
             f"Expected values of {', '.join(twice)} in the state or by keyword, got both. Change those of the state: "

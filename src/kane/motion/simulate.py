@@ -78,7 +78,7 @@ def simulate(
     ----------
     eom : Equations
     span : (float, float), or the end alone where the motion goes on from `start`
-    q, u : start values by symbol or name, or in the order of `eom.coordinates` and `eom.speeds`
+    q, u : start values by symbol or name, or in the order of `eom.coordinates` and `eom.speeds`; 0 for all at zero
     rates : the rates of the coordinates at the start, by coordinate, in place of `u`
     start : a `kn.State`, in place of q, u, states, parameters, inputs and t; or a motion to go on from: from its end and with its
         work, parameters, inputs, tolerances and, unless it comes from a file, its other options, so far as none are given here. Its

@@ -109,14 +109,14 @@ def default_of(e: Expr) -> float | None:
 
 
 def named_values(what: str, symbols: Sequence[Symbol], given: Any) -> dict[Expr, Any]:
-    """Values by symbol, from a mapping by symbol or name, or a sequence in the symbols' order.
+    """Values by symbol, from a mapping by symbol or name, or a sequence in the symbols' order; the number 0 stands for all at zero.
 
     A parameter that the system does not hold is left out where it is given by symbol, so that variants of a model share their values.
     """
     if given is None:
         return {}
     if not isinstance(given, Mapping):
-        values = list(_listed(what, symbols, given))
+        values = list(_listed(what, symbols, spelled_out(what, symbols, given)))
         if len(values) != len(symbols):
             raise ValueMissingError(
                 f"Expected {len(symbols)} {what} ({', '.join(s.name for s in symbols)}), got {len(values)} values. Give one for each "
@@ -140,6 +140,16 @@ def named_values(what: str, symbols: Sequence[Symbol], given: Any) -> dict[Expr,
             )
         by_symbol[symbol] = value
     return by_symbol
+
+
+def spelled_out(what: str, symbols: Sequence[Symbol], given: Any) -> Any:
+    """Zeros in place of the number 0, but for parameters; else what is given."""
+    return [0.0] * len(symbols) if stands_for_zeros(what, given) else given
+
+
+def stands_for_zeros(what: str, given: Any) -> bool:
+    """Whether it is the number 0, but for parameters, which are hardly ever all 0."""
+    return type(given) in (int, float) and given == 0 and "parameters" not in what
 
 
 def symbols_named(what: str, symbols: Sequence[Symbol], keys: Any) -> Symbols[Any]:

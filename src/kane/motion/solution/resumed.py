@@ -71,7 +71,7 @@ def begin_of(start: Any, given: Mapping[str, Any], span: Any) -> tuple[Begin, An
                 "motion that is to go on: start=sol."
             )
         if (given["u"] is None) == (given["rates"] is None):
-            which = "neither" if given["u"] is None else "both"
+            which = "neither. At rest it is u=0" if given["u"] is None else "both"
             raise SimulationError(f"Expected either u= or rates= at the start, got {which}.")
         return Begin(given["q"], given["u"], given["rates"], given["states"]), span
     check_motion(start, Solution)

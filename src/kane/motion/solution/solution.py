@@ -4,6 +4,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any, NoReturn
 
 import numpy as np
@@ -74,6 +75,13 @@ class Solution(Attributes):
     is in: two samples have one time where a phase begins, before and after, and `jumps` tells of it. `parameters` and `inputs` are
     those at the start.
     """
+
+    _other_names = MappingProxyType(
+        {
+            **{"y": "states", "x": "states", "time": "t", "sol": "at", "success": "status", "nfev": "evaluations"},
+            **{"t_events": "events", "y_events": "jumps", "params": "parameters", "E": "energy"},
+        }
+    )
 
     equations: Equations
     t: Array
