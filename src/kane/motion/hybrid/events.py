@@ -17,8 +17,8 @@ import numpy as np
 from kane.dynamics.poles import SLIPS, KinematicsEnd, SlipEnd
 from kane.errors import SimulationError, cut, warn
 from kane.model.declarations import Event
-from kane.motion.hybrid.automaton import End, Fresh, Leaves, Met, ended_by, leaves_row, up_to_a_break
-from kane.motion.right_hand_side import Given, Routines, glance
+from kane.motion.hybrid.automaton import End, Fresh, Leaves, Met, ended_by, glance, leaves_row, up_to_a_break
+from kane.motion.right_hand_side import Given, Routines
 from kane.motion.steppers.crossings import KINDS, LEAVES, MET, inspection_kernel, room
 from kane.motion.steppers.watched import LOOSE
 from kane.numeric.arrays import Array
