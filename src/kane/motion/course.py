@@ -225,14 +225,8 @@ class Course:
         since: float = 0.0,
     ) -> None:
         self.since = since
-        self.stepper, self.method, self.span, self.times, self.fresh, self.made = (
-            stepper,
-            method,
-            span,
-            times,
-            fresh,
-            made,
-        )
+        self.stepper, self.method, self.span, self.times = stepper, method, span, times
+        self.fresh, self.made = fresh, made
         self.t = [span[0]]
         reach = stepper.reach
         # the start is on the constraints: what is left of them is rounding, and nothing of it counts

@@ -267,7 +267,7 @@ class Routines(SidedEquations):
 
     def rate(self, t: float, y: Array) -> Array:
         """(q̇, u̇, P)."""
-        return self._at(self.rates, t, y, self.p)
+        return self.at(self.rates, t, y, self.p)
 
     def least_rate(self, t: float, y: Array, m: Array, a: Array, reach: Array, mix: Mixed | None = None) -> Array:
         """(q̇, u̇, P) with the u̇ nearest to M⁻¹ f in the mass metric for which A u̇ = −(Ȧ u + ḃ)."""
@@ -278,7 +278,7 @@ class Routines(SidedEquations):
 
     def watch(self, t: float, y: Array) -> Array:
         """The events' quantities."""
-        return np.zeros(0) if self.events is None else self._at(self.events, t, y, self.parameters(self.events))
+        return np.zeros(0) if self.events is None else self.at(self.events, t, y)
 
     def watch_all(self, t: Array, y: Array) -> Array:
         """The events' quantities (k × events) at times (k) and states (k × n)."""
@@ -287,14 +287,16 @@ class Routines(SidedEquations):
     def switch(self, t: float, y: Array) -> Array:
         """The quantities of the loads' switches, of which there are some."""
         assert self.switches is not None
-        return self._at(self.switches, t, y, self.parameters(self.switches))
+        return self.at(self.switches, t, y)
 
     def switch_all(self, t: Array, y: Array) -> Array:
         """The quantities of the loads' switches (k × switches) at times (k) and states (k × n)."""
         assert self.switches is not None
         return self._at_all(self.switches, t, y)
 
-    def _at(self, routine: CompiledRoutine, t: float, y: Array, p: Array) -> Array:
+    def at(self, routine: CompiledRoutine, t: float, y: Array, p: Array | None = None) -> Array:
+        """What a routine gives at a time and state, by the p that it takes."""
+        p = self.parameters(routine) if p is None else p
         return routine(t, y[: self.width], p, self.inputs(t, y) if self.drives else None)
 
     def parameters(self, routine: CompiledRoutine) -> Array:

@@ -283,9 +283,7 @@ def asks_for(now: Routines) -> list[int]:
 
 def stands_beside(now: Routines, given: Given, t: float, y: Array) -> bool:
     """Whether no quantity is at its threshold at a start, which `given` then tells of, nor a force beyond its cone; all are finite."""
-    count = len(given["seen"])
-    routine = now.routine(glance, *now.turning).flat
-    found = routine(t, y[: now.width], now.parameters(routine), now.inputs(t, y) if now.drives else None)
+    count, found = len(given["seen"]), now.at(now.routine(glance, *now.turning).flat, t, y)
     given["seen"][:], given["largest"][:], given["leaves"][:] = found[:count], np.abs(found[:count]), 0.0
     return bool(are_beside(now, given, found[:count], found[count:])) and bool(np.isfinite(found).all())
 

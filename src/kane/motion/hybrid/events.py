@@ -57,8 +57,7 @@ def met_along(seen: StepSeen, dense: Dense, fresh: Fresh, rtol: float, end: floa
 
     def look(t: float) -> Array:
         state = dense(t)
-        x = state[: now.width]
-        found = routine(t, x, now.parameters(routine), now.inputs(t, state) if now.drives else None)
+        found = now.at(routine, t, state)
         return np.concatenate([now.watch(t, state)[:count], found[count + len(now.turning) :][:count]])
 
     found = crossings(events, look, times, values, thresholds(events, largest), fresh, steps_since(times, since, end))

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from kane.motion.steppers.context import RATE, Slot, StepperContext, add_exactly, dyadic_power
-from kane.motion.steppers.inspection import Inspection
+from kane.motion.steppers.inspection import StepInspection
 from kane.motion.steppers.tableau import Row, Tableau
 from kane.numeric.arrays import Array as Numbers
 from kane.program.kernel.language import INT, Kernel
@@ -74,7 +74,7 @@ class _Explicit:
         self.writer = self.context.writer
         self.rhs = self.writer.callee("rhs", *RATE)
         self.context.drives(*RATE)
-        self.inspection = Inspection(context, self.dense, held, watched, sided)
+        self.inspection = StepInspection(context, self.dense, held, watched, sided)
         last = tableau.stages + 1 + len(tableau.later)
         self.state, self.after, self.after_lag = (self.context.row(last + k) for k in range(3))
         self.weights = last + 3

@@ -27,7 +27,7 @@ import numpy as np
 
 from kane.motion.steppers.collocation import Nodes, Vector, gauss, once_integrated
 from kane.motion.steppers.context import WIDE, Slot, StepperContext, add_exactly, dyadic_power
-from kane.motion.steppers.inspection import Inspection
+from kane.motion.steppers.inspection import StepInspection
 from kane.motion.steppers.watched import Watched
 from kane.numeric.arrays import Array as Numbers
 from kane.numeric.polynomials import SHARES, D, legendre
@@ -44,6 +44,7 @@ _REST, _FLOOR = 0.1, 2.0**-50
 _SLOW, _STALLED = 0.9, 1e-8
 _TINY, _HUGE = 2.0**-1000, 1e300
 _GOING, _FOUND, _DIVERGED = range(3)
+Columns = Callable[[], Sequence[Term]]
 
 
 def gauss_kernel(
@@ -211,7 +212,7 @@ class _Gauss:
         o.drives(*WIDE, single=held or watched)
         self.pairs, self.free = w.array("pairs"), w.array("free")
         self.pair_count, self.free_count = w.number("pair_count"), w.number("free_count")
-        self.inspection = Inspection(o, self.along, held, watched, sided, wide=True)
+        self.inspection = StepInspection(o, self.along, held, watched, sided, wide=True)
         self.held = self.inspection.held
         n8 = o.n * STAGES
         self.k, self.next, self.states, self.rates = w.integer(0), n8, n8 * 2, n8 * 3
@@ -356,15 +357,18 @@ class _Gauss:
 
     def stages(self, h: Term, place: Term) -> None:
         """The states at the nodes by the rates that are kept at a place."""
+        self.states_at(_N.c, h, place, lambda: [m.get() for m in self.matrix], lambda: [m.get() for m in self.square])
+
+    def states_at(self, shares: Vector, h: Term, place: Term, once: Columns, twice: Columns) -> None:
+        """The states at eight shares of the step by the rates at a place, which count h ∫ L_j and h² ∫∫ L_j up to there."""
         w, o = self.writer, self.context
         with self.each_free() as at:
             i = self.index(self.free, at)
-            terms = self.combined(place, i, [m.get() for m in self.matrix])
-            self.keep(self.states, i, w.sum(terms) + self.splat(o.y[i]))
+            self.keep(self.states, i, w.sum(self.combined(place, i, once())) + self.splat(o.y[i]))
         with w.count(self.pair_count) as at:
             i, j = self.index(self.pairs, at * 2), self.index(self.pairs, at * 2 + 1)
-            terms = self.combined(place, j, [m.get() for m in self.square])
-            straight = self.splat(o.y[i]) + self.splat(h * o.y[j]) * _N.c
+            terms = self.combined(place, j, twice())
+            straight = self.splat(o.y[i]) + self.splat(h * o.y[j]) * shares
             self.keep(self.states, i, w.sum(terms) + straight)
 
     def judge(self, change: Term) -> None:
@@ -463,13 +467,7 @@ class _Gauss:
         once = [self.splat(h) * row for row in at.once]
         twice = [self.splat(h * h) * row for row in at.twice]
         self.tick(self.splat(o.get(Slot.TIME)) + self.splat(h) * at.shares)
-        with self.each_free() as k:
-            i = self.index(self.free, k)
-            self.keep(self.states, i, w.sum(self.combined(self.rates, i, once)) + self.splat(o.y[i]))
-        with w.count(self.pair_count) as k:
-            i, j = self.index(self.pairs, k * 2), self.index(self.pairs, k * 2 + 1)
-            straight = self.splat(o.y[i]) + self.splat(h * o.y[j]) * at.shares
-            self.keep(self.states, i, w.sum(self.combined(self.rates, j, twice)) + straight)
+        self.states_at(at.shares, h, self.rates, lambda: once, lambda: twice)
         if self.held is not None and at.ended:
             with w.count(o.n - 1) as i:
                 o.work[self.states + i * STAGES + (STAGES - 1)] = o.work[self.after + i]

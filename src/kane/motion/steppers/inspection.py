@@ -9,7 +9,7 @@ from kane.motion.steppers.watched import Dense, Watched
 from kane.program.kernel.writer import Term
 
 
-class Inspection:
+class StepInspection:
     """Constraints that are `held` at the end of a step and events that are `watched` along it; `dense` is the state there."""
 
     def __init__(

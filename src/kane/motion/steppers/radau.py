@@ -18,7 +18,7 @@ import numpy as np
 
 from kane.motion.steppers.collocation import radau_stages
 from kane.motion.steppers.context import RATE, Slot, StepperContext, add_exactly, dyadic_power
-from kane.motion.steppers.inspection import Inspection
+from kane.motion.steppers.inspection import StepInspection
 from kane.numeric.arrays import Array as Numbers
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Array, Term, decompose, substitute
@@ -85,7 +85,7 @@ class _Radau:
         self.along = w.callee("along", *LONG)
         self.long, self.hj = w.number("long"), w.hoisted("hj")
         o.drives(*RATE)
-        self.inspection = Inspection(o, self.dense, held, watched, sided)
+        self.inspection = StepInspection(o, self.dense, held, watched, sided)
         self._places()
         self.status, self.round = w.variable("status", INT), w.variable("round", INT)
         self.change, self.before = w.variable("change"), w.variable("before_last")
