@@ -19,7 +19,7 @@ from kane.motion.steppers.context import Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
 from kane.program.native.compiled_routine import CompiledRoutine
-from kane.program.native.entry import Hook, aligned, doubles, entry, hoist_entry, hoisted, wide_entry
+from kane.program.native.entry import Hook, aligned, doubles, entry, wide_entry
 
 Fill = Callable[[float, Array, Array], None]
 """It writes the inputs at a time and state."""
@@ -81,8 +81,7 @@ class Arguments:
         self.hooks: list[Hook] = []
         self.controlled = [(k, f) for k, f in enumerate(now.drives) if isinstance(f, HeldInput)]
         self.law = law_of(now.laid, now.eom.inputs)
-        work, r = aligned(self.integrator.work(len(y))), now.inputs(t, y)
-        h = hoisted(now.rates, t, y[: now.width], now.p, r)
+        work = aligned(self.integrator.work(len(y)))
         self.given: Given = {
             "n": len(y),
             "s": s,
@@ -90,8 +89,7 @@ class Arguments:
             "lag": np.zeros_like(y),
             "work": work,
             "p": p,
-            "h": h,
-            "hoist_h": hoist_entry(now.rates),
+            **now.hoisted("h", now.rates, t, y, now.inputs(t, y)),
             "breakpoints": 0,
             "pauses": np.zeros(1),
             "control": entry(now.rates),
@@ -114,18 +112,16 @@ class Arguments:
         now, width = self.now, self.integrator.width
         single = np.append(now.inputs(t, self.y), 0.0)
         r = single if width == 1 else np.repeat(single, width)
-        none, hoist = entry(now.rates), hoist_entry(now.rates)
-        h = hoisted(now.rates, t, self.y[: now.width], now.p, r[: len(now.drives)])
-        inputs: Given = {"r": r, "single_r": single, "driven": 0, "hd": h, "hoist_hd": hoist}
+        none, at = entry(now.rates), (t, self.y, r[: len(now.drives)])
+        inputs: Given = {"r": r, "single_r": single, "driven": 0, **now.hoisted("hd", now.rates, *at)}
         if all(_held(f) for f in now.drives):
             return inputs | {"drive": none, "single_drive": none}
         given = self._formulas()
         if given is None:
             hook = self._hook(single)
             return inputs | {"driven": 1, "drive": hook if width == 1 else self._hook(r), "single_drive": hook}
-        h = hoisted(given, t, self.y[: now.width], now.parameters(given), r[: len(now.drives)])
         own = entry(given)
-        inputs |= {"driven": 2 if follows(now.drives) else 1, "hd": h, "hoist_hd": hoist_entry(given)}
+        inputs |= {"driven": 2 if follows(now.drives) else 1, **now.hoisted("hd", given, *at)}
         return inputs | {"drive": own if width == 1 else wide_entry(given, width), "single_drive": own}
 
     def hold(self) -> None:

@@ -22,17 +22,18 @@ from kane.expr.node import ZERO
 from kane.expr.regular import Sizes, size
 from kane.motion.arguments import Arguments, by_kind
 from kane.motion.course import Inspection, Verdict
+from kane.motion.hybrid.automaton import on_their_sides, stepped
 from kane.motion.inputs.expressions import parts
 from kane.motion.kinks import Dense
 from kane.motion.projection import Numbers
-from kane.motion.right_hand_side import Given, Routines, on_their_sides, routines
+from kane.motion.right_hand_side import Given, Routines
 from kane.motion.steppers.context import ReturnCode, Slot
 from kane.motion.steppers.held import CHANGES, COUNTS, POORER, POORLY, room
 from kane.motion.steps import Stepper, better, regular
 from kane.numeric.arrays import Array
 from kane.numeric.scale import POOR, UNUSABLE
 from kane.program.from_expressions import Bundle
-from kane.program.native.entry import Selection, aligned, entry, hoist_entry, hoisted
+from kane.program.native.entry import Selection, aligned, entry, hoisted
 from kane.program.native.machine import Settings
 
 Pairs = tuple[tuple[int, int], ...]
@@ -106,8 +107,7 @@ def among(choices: Sequence[Partition], place: int) -> Given:
 def holding_one(now: Routines, t: float, y: Array) -> Given:
     """What a kernel is told of constraints that steps one choice of dependent speeds."""
     routine, given = now.eom.numeric(now.settings).routine(holding).flat, structure(now.eom, len(y))
-    given["held_h"] = hoisted(routine, t, y[: now.width], now.p[: len(now.eom.parameters)], now.inputs(t, y))
-    given["hoist_held_h"], given["constraints"] = hoist_entry(routine), entry(routine)
+    given |= now.hoisted("held_h", routine, t, y, now.inputs(t, y)) | {"constraints": entry(routine)}
     return given | among(choices(now.eom)[:1], 0)
 
 
@@ -170,7 +170,7 @@ class Holding:
         stepper.numeric.value(wanted).add(self.choices[k])
         with suppress(KaneError):
             eom = stepper.numeric.value(repartition, self.choices[k])
-            plain = routines(eom, stepper.now.p, stepper.now.drives, stepper.now.settings)
+            plain = stepped(eom, stepper.now.p, stepper.now.drives, stepper.now.settings)
             found = on_their_sides(plain)
             if self._is_alike(found):
                 t, y = self.at

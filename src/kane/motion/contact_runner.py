@@ -21,6 +21,7 @@ from kane.model.declarations import Event
 from kane.motion.arguments import Arguments
 from kane.motion.constraint_kernels import Holding
 from kane.motion.course import Method
+from kane.motion.hybrid.automaton import glance
 from kane.motion.hybrid.contact_automaton import Back, Row, automaton_kernel
 from kane.motion.hybrid.contact_tables import (
     KNOWN,
@@ -39,7 +40,7 @@ from kane.motion.loop import whole
 from kane.motion.methods import chosen, kernel_of
 from kane.motion.native import first_slots
 from kane.motion.projection import is_constrained
-from kane.motion.right_hand_side import Given, glance, has_jumps, timed
+from kane.motion.right_hand_side import Given, has_jumps, timed
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.solution import Segment, Solution
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot

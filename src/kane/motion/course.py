@@ -21,7 +21,7 @@ from kane.dynamics.poles import KinematicsEnd
 from kane.equations.equations import Equations
 from kane.model.declarations import Event
 from kane.motion.broken import chattering, not_held
-from kane.motion.hybrid.automaton import End, Fresh
+from kane.motion.hybrid.automaton import End, Fresh, ended_by, leapt_over, up_to_a_break
 from kane.motion.hybrid.events import StepSeen, met_along
 from kane.motion.projection import Numbers
 from kane.motion.right_hand_side import Routines
@@ -225,14 +225,8 @@ class Course:
         since: float = 0.0,
     ) -> None:
         self.since = since
-        self.stepper, self.method, self.span, self.times, self.fresh, self.made = (
-            stepper,
-            method,
-            span,
-            times,
-            fresh,
-            made,
-        )
+        self.stepper, self.method, self.span, self.times = stepper, method, span, times
+        self.fresh, self.made = fresh, made
         self.t = [span[0]]
         reach = stepper.reach
         # the start is on the constraints: what is left of them is rounding, and nothing of it counts
@@ -308,7 +302,7 @@ class Course:
             self.events += noted
             at = step.end if end is None else t
         if end is None and not solver.by_itself and step.end >= self.span[1]:
-            end = End("finished", f"reached t = {self.span[1]:g}")
+            end = self.reached()
         if end is not None or not solver.by_itself:
             self._sample_up_to(at, step.dense, end is not None)
         if end is None:
@@ -380,16 +374,30 @@ class Course:
         self.t.append(t)
         self.rows.append(self.stepper.sample(t, y))
 
-    def jumped(self, t: float, met: list[tuple[Event, float]], before: Array, after: Array) -> None:
-        """The motion was ended or changed at a time by the last of the events that were met."""
+    def noted(self, log: Array, jumps: Array, sample_to: Callable[[float], None]) -> None:
+        """What a kernel has noted: events (t, which one), and where they ended or changed the motion.
+
+        Rows of `jumps` are t, up to which `sample_to` samples it, how many events were noted by then, the states before and after.
+        """
+        met, done = [(self.stepper.eom.events[int(k)], float(t)) for t, k in log], 0
         self.events += met
-        if t > self.t[-1]:
-            self.sample(t, before)
-        by = tuple(event for event, _ in met if event.then is not None)
-        if by:
-            self.jumps.append((len(self.t), by, before))
-            self.t.append(t)
-            self.rows.append((after, self.stepper.eom))
+        for t, count, *states in jumps.tolist():
+            before, after = np.array(states).reshape(2, -1)
+            sample_to(t)
+            if t > self.t[-1]:
+                self.sample(t, before)
+            by, done = tuple(event for event, _ in met[done : int(count)] if event.then is not None), int(count)
+            if by:
+                self.jumps.append((len(self.t), by, before))
+                self.t.append(t)
+                self.rows.append((after, self.stepper.eom))
+
+    def reached(self, *seen: Array) -> End:
+        """The end of the span, where rounding alone may lead across thresholds: from quantities that were looked at to those there."""
+        events, t = self.stepper.eom.events, self.span[1]
+        met = [(event, t) for event in leapt_over(events, *(values[: len(events)] for values in seen))] if seen else []
+        self.events += met
+        return ended_by(up_to_a_break(met, 0.0)[1], met) or End("finished", f"reached t = {t:g}")
 
     def _sample_up_to(self, end: float, dense: Callable[[float], Array], ends: bool) -> None:
         """The samples before `end`, by the states along a step, and the one there if the motion ends there."""

@@ -14,13 +14,13 @@ from kane.motion.arguments import Arguments
 from kane.motion.broken import chattering, no_step, standing
 from kane.motion.constraint_kernels import Holding
 from kane.motion.course import HELD, RECENT, Came, Counts, Course, Inspection, Method, StepFound
-from kane.motion.hybrid.automaton import End, ended_by, leapt_over, leaving, up_to_a_break
+from kane.motion.hybrid.automaton import ended_by_last, leaving, on_their_sides
 from kane.motion.hybrid.events import StepSeen
 from kane.motion.inputs.breakpoints import next_end, on_from
 from kane.motion.inputs.expressions import Held, controllers
 from kane.motion.methods import implicit, kernel_of
 from kane.motion.projection import Numbers
-from kane.motion.right_hand_side import Given, Routines, exact, on_their_sides, switches
+from kane.motion.right_hand_side import Given, Routines, exact, switches
 from kane.motion.solvers.stepping import STEPPED
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.held import POORER
@@ -212,8 +212,7 @@ class KernelSolver:
         self.arguments.check()
         self._collect()
         if back is ReturnCode.EVENT:
-            event, t = next(pair for pair in reversed(self.course.events) if pair[0].terminal)
-            return ended_by([event], [(event, t)], acted=True)
+            return ended_by_last(self.course.events)
         if back is ReturnCode.FULL:
             return None
         over = back is ReturnCode.END and self.s[Slot.END] >= self.span[1]
@@ -236,19 +235,10 @@ class KernelSolver:
         if over:
             if self.course.t[-1] < self.span[1]:
                 self.course.sample(self.span[1], self.y.copy())
-            return self._met_at_the_end() or End("finished", f"reached t = {self.span[1]:g}")
+            seen = [] if self.now.events is None else [self.given["seen"], self.now.watch(self.span[1], self.y)]
+            return self.course.reached(*seen)
         self._lead_on(back, changed)
         return None
-
-    def _met_at_the_end(self) -> End | None:
-        """The events whose thresholds rounding alone leads across at the end: what is gone on from lies beyond what was looked at."""
-        events, t = self.stepper.eom.events, self.span[1]
-        if not events:
-            return None
-        seen = self.given["seen"][: len(events)]
-        met = [(event, t) for event in leapt_over(events, seen, self.now.watch(t, self.y)[: len(events)])]
-        self.course.events += met
-        return ended_by(up_to_a_break(met, 0.0)[1], met)
 
     def _lead_on(self, back: ReturnCode, changed: bool) -> None:
         """By other equations, where a switch has turned or other speeds are dependent, or beyond a breakpoint."""
@@ -321,16 +311,10 @@ class KernelSolver:
             self._sample_to(t)
             self.stepper.go_over(now, t)
         if self.now.events is not None:
-            events, s, n = self.stepper.eom.events, self.s, len(self.y)
-            log, done = self.given["log"].reshape(-1, 2), 0
-            for row in self.given["jumps"][: int(s[Slot.JUMPS]) * (2 * n + 2)].reshape(-1, 2 * n + 2):
-                met = [(events[int(k)], float(t)) for t, k in log[done : int(row[1])]]
-                done = int(row[1])
-                self._sample_to(t := float(row[0]))
-                self.course.jumped(t, met, *row[2:].copy().reshape(2, n))
-            own = self.stepper.now.p
+            s, own, width = self.s, self.stepper.now.p, 2 * len(self.y) + 2
+            log, jumps = self.given["log"].reshape(-1, 2), self.given["jumps"].reshape(-1, width)
+            self.course.noted(log[: int(s[Slot.LOGGED])], jumps[: int(s[Slot.JUMPS])], self._sample_to)
             own[:] = self.given["p"][: len(own)]
-            self.course.events += [(events[int(k)], float(t)) for t, k in log[done : int(s[Slot.LOGGED])]]
             s[Slot.LOGGED] = s[Slot.JUMPS] = 0.0
         self._sample_to(math.inf)
 

@@ -4,13 +4,12 @@
 ∂(q̇, u̇, P)/∂(q, u, ∫P dt), for methods that solve for a step, is exact: written out entry by entry where that is short, of large
 systems as products with all unit vectors in one native loop, whose code is as long as a few right-hand sides.
 
-Of events kernels evaluate the quantities, the sizes of their terms, their rates, and the values that actions set. Loads switch, and
-inputs that are expressions of the state, where signs, comparisons and directions do that they hold: in machine code the side of each
-switch is a number among the parameters, −1 or 1. With every switch replaced by what it is on its side, rates are smooth across the
-place where it turns, so that a step sees it as an event on its own polynomial (`steppers/watched.py`).
+Loads switch, and inputs that are expressions of the state, where signs, comparisons and directions do that they hold: in machine code
+the side of each switch is a number among the parameters, −1 or 1. With every switch replaced by what it is on its side, rates are
+smooth across the place where it turns, so that a step sees it as an event on its own polynomial (`steppers/watched.py`).
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, TypeVar
 
@@ -18,31 +17,24 @@ import numpy as np
 import numpy.typing as npt
 
 from kane.dynamics.poles import SLIPS
-from kane.dynamics.readings.quantities import time_derivative, without_unknowns
+from kane.dynamics.readings.quantities import without_unknowns
 from kane.dynamics.readings.regularity import with_regular_rates
 from kane.dynamics.slopes import forward, slopes
 from kane.equations.compiled import along, ports, rate_names
 from kane.equations.equations import Equations
-from kane.errors import ExpressionError, cut
-from kane.expr.build import add, sub
+from kane.errors import cut
+from kane.expr.build import sub
 from kane.expr.differentiation import tangent, weighted
-from kane.expr.evaluation import free_symbols, is_constant_in_time
-from kane.expr.node import ONE, ZERO, Expr, as_expr, postorder
+from kane.expr.evaluation import is_constant_in_time
+from kane.expr.node import ONE, Expr, postorder
 from kane.expr.ops import DIV, OPS, SQRT
 from kane.expr.piecewise import Piecewise, applied, leaps, on, on_sides, side_symbol, side_symbols
 from kane.expr.piecewise import switches as switches_of
-from kane.expr.regular import Sizes, size
-from kane.expr.symbols import Rate, Reaction, Symbol, time
-from kane.expr.visit import substituted
-from kane.model.beams.beam import Beam
-from kane.model.bodies import parts_of
-from kane.model.declarations import Event, target
+from kane.expr.symbols import Symbol, time
 from kane.motion.inputs.breakpoints import Clock, clock, is_timed
-from kane.motion.inputs.expressions import Formula, Number, SharedLaw, law_ports, parts, turning_laws, value
+from kane.motion.inputs.expressions import Number, SharedLaw, law_ports, parts, turning_laws, value
 from kane.motion.inputs.expressions import along as input_along
 from kane.motion.inputs.functions import following, follows, law_and, law_of
-from kane.motion.projection import is_constrained
-from kane.motion.start import moving
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.rank import Mixed, least_constraint
 from kane.numeric.scale import CHANGES_SIDE, ROUNDED_CHAIN
@@ -158,13 +150,6 @@ def timed(eom: Equations) -> Clock:
     return clock(rates(eom).task.roots)
 
 
-def watched(eom: Equations, *more: Expr) -> Bundle[tuple[Array, ...]]:
-    """The events' quantities, and `more` of switches."""
-    roots = [*without_unknowns(eom.solved, [e.quantity for e in eom.events]), *more]
-    names = [*(e.name for e in eom.events), *map(str, range(len(more)))]
-    return Bundle("events", law_ports(eom, more) if more else ports(eom.derived), parts, {"events": roots}, names)
-
-
 def switched(eom: Equations, *more: Expr) -> Bundle[tuple[Array, ...]]:
     """The quantities of the loads' switches, and `more` of the laws of inputs."""
     roots = [*without_unknowns(eom.solved, jumping(eom)), *more]
@@ -220,7 +205,28 @@ def unembedded(eom: Equations) -> Bundle[Unembedded]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Routines:
+class SidedEquations:
+    """Equations whose bundles are compiled by `settings`, with the switches of `quantities` on their sides."""
+
+    eom: Equations
+    settings: Settings | None
+    quantities: tuple[Expr, ...]
+
+    def routine(self, make: Callable[..., Bundle[R]], *arguments: Any) -> BundleRoutine[R]:
+        """The routine of a bundle."""
+        return self.eom.numeric(self.settings).routine(*self._on_sides(make, *arguments))
+
+    def compiled(self, *makes: tuple[Any, ...]) -> list[CompiledRoutine]:
+        """The routines of bundles, functions with their arguments, in one module."""
+        self.eom.numeric(self.settings).compile(*(self._on_sides(*make) for make in makes))
+        return [self.routine(*make).flat for make in makes]
+
+    def _on_sides(self, *make: Any) -> tuple[Any, ...]:
+        return (sided, len(self.quantities), *make) if self.quantities else make
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Routines(SidedEquations):
     """Equations with values `p` of their parameters and `drives`, the inputs as functions of time; `width` counts (q, u, a).
 
     `numbers` are those of the inputs that are expressions, and of the quantities at which they switch. Where a kernel decides
@@ -228,23 +234,15 @@ class Routines:
     routines take them.
     """
 
-    eom: Equations
     p: Array
     drives: tuple[Callable[[Any], Any], ...]
-    settings: Settings | None
     width: int
     rates: CompiledRoutine
-    events: CompiledRoutine | None
+    events: CompiledRoutine | None = None
     switches: CompiledRoutine | None = None
     numbers: tuple[float, ...] = ()
-    quantities: tuple[Expr, ...] = ()
     written: tuple[Callable[[Any], Any], ...] = ()
     turning: tuple[Expr, ...] = ()
-
-    def routine(self, make: Callable[..., Bundle[R]], *arguments: Any) -> BundleRoutine[R]:
-        """The routine of a bundle, on the sides of switches where a kernel decides these."""
-        numeric, count = self.eom.numeric(self.settings), len(self.quantities)
-        return numeric.routine(sided, count, make, *arguments) if count else numeric.routine(make, *arguments)
 
     @property
     def laid(self) -> tuple[Callable[[Any], Any], ...]:
@@ -269,7 +267,7 @@ class Routines:
 
     def rate(self, t: float, y: Array) -> Array:
         """(q̇, u̇, P)."""
-        return self.rates(t, y[: self.width], self.p, self.inputs(t, y) if self.drives else None)
+        return self.at(self.rates, t, y, self.p)
 
     def least_rate(self, t: float, y: Array, m: Array, a: Array, reach: Array, mix: Mixed | None = None) -> Array:
         """(q̇, u̇, P) with the u̇ nearest to M⁻¹ f in the mass metric for which A u̇ = −(Ȧ u + ḃ)."""
@@ -280,7 +278,7 @@ class Routines:
 
     def watch(self, t: float, y: Array) -> Array:
         """The events' quantities."""
-        return np.zeros(0) if self.events is None else self._at(self.events, t, y)
+        return np.zeros(0) if self.events is None else self.at(self.events, t, y)
 
     def watch_all(self, t: Array, y: Array) -> Array:
         """The events' quantities (k × events) at times (k) and states (k × n)."""
@@ -289,20 +287,27 @@ class Routines:
     def switch(self, t: float, y: Array) -> Array:
         """The quantities of the loads' switches, of which there are some."""
         assert self.switches is not None
-        return self._at(self.switches, t, y)
+        return self.at(self.switches, t, y)
 
     def switch_all(self, t: Array, y: Array) -> Array:
         """The quantities of the loads' switches (k × switches) at times (k) and states (k × n)."""
         assert self.switches is not None
         return self._at_all(self.switches, t, y)
 
-    def _at(self, routine: CompiledRoutine, t: float, y: Array) -> Array:
-        return routine(t, y[: self.width], self.parameters(routine), self.inputs(t, y) if self.drives else None)
+    def at(self, routine: CompiledRoutine, t: float, y: Array, p: Array | None = None) -> Array:
+        """What a routine gives at a time and state, by the p that it takes."""
+        p = self.parameters(routine) if p is None else p
+        return routine(t, y[: self.width], p, self.inputs(t, y) if self.drives else None)
 
     def parameters(self, routine: CompiledRoutine) -> Array:
         """What a routine takes as p: the parameters of the equations, and as many of the numbers of the inputs as it asks for."""
         wanted = sum(len(port.symbols) for port in routine.program.ports if port.name == "p")
         return self.p if wanted == len(self.p) else np.append(self.p, self.numbers)[:wanted]
+
+    def hoisted(self, name: str, routine: CompiledRoutine, t: float, y: Array, r: Array) -> Given:
+        """What is hoisted of a routine, and what hoists it anew, as arguments of a kernel."""
+        h = hoisted(routine, t, y[: self.width], self.parameters(routine), r)
+        return {name: h, f"hoist_{name}": hoist_entry(routine)}
 
     def _at_all(self, routine: CompiledRoutine, t: Array, y: Array) -> Array:
         return routine(t, y[:, : self.width], self.parameters(routine), self.inputs_all(t, y))
@@ -327,108 +332,12 @@ def routines(
     *others: Callable[[Equations], Bundle[Any]],
 ) -> Routines:
     """The equations compiled, and the bundles of `others` with them in one module."""
-    numeric, width = eom.numeric(settings), len(eom.state)
-    events = [watched] if eom.events else []
-    own, jumps = jumping(eom), jumping(eom, turning_laws(drives))
-    numeric.compile(rates, *events, *([switched] if own and len(jumps) == len(own) else []), *others)
-    law = law_and(drives, eom.inputs, jumps[len(own) :])
-    quantities = numeric.routine(watched).flat if events else None
-    sides = numeric.routine(switched, *law.values[len(eom.inputs) :]).flat if jumps else None
-    own_rates = numeric.routine(rates).flat
-    return Routines(eom, p, tuple(drives), settings, width, own_rates, quantities, sides, law.numbers)
-
-
-def glance(eom: Equations, *more: Expr) -> Bundle[tuple[Array, ...]]:
-    """The quantities of events, and `more` of switches, then the sizes of their terms and thresholds; 0 where nothing is known."""
-    roots, memo = [*without_unknowns(eom.solved, [e.quantity for e in eom.events]), *more], Sizes()
-    return _of_events(eom, "glance", [*roots, *map(_size, eom.events), *(size(c, memo) for c in more)], more)
-
-
-def _size(event: Event) -> Expr:
-    if any(isinstance(s, Reaction | Rate) for s in free_symbols([event.quantity])):
-        return ZERO
-    return add(size(event.quantity, {}), as_expr(abs(event.threshold)))
-
-
-def tendency(eom: Equations) -> Bundle[tuple[Array, ...]]:
-    """The rates of the quantities of the system's own events along the motion; 0 where they are not known."""
-    known, own = {s for port in ports(eom.derived) for s in port.symbols}, {e.name for e in eom.system.events}
-
-    def rate(event: Event) -> Expr:
-        if event.name not in own:
-            return ZERO
-        try:
-            (found,) = without_unknowns(eom.solved, [time_derivative(eom.solved.derived, event.quantity)])
-        except ExpressionError:
-            return ZERO
-        return found if known.issuperset(free_symbols([found])) else ZERO
-
-    return _of_events(eom, "tendency", list(map(rate, eom.events)))
-
-
-def actions(eom: Equations) -> Bundle[tuple[Array, ...]]:
-    """The values that events set which act in a kernel."""
-    return _of_events(eom, "act", [value for _, _, value in values_set(eom)])
-
-
-def _of_events(eom: Equations, name: str, roots: list[Expr], laws: Sequence[Expr] = ()) -> Bundle[tuple[Array, ...]]:
-    given = law_ports(eom, laws) if laws else ports(eom.derived)
-    return Bundle(name, given, parts, {name: roots}, list(map(str, range(len(roots)))))
-
-
-def values_set(eom: Equations) -> list[tuple[int, int, Expr]]:
-    """Of the events that act in a kernel: which one, the place that it sets, to what.
-
-    Places of parameters stand behind the components of a motion, (q, u, a) and the work; what has the place −1 is to be above zero.
-    """
-    if moving(eom) or (is_constrained(eom) and eom.system.contacts):
-        return []
-    place, known = _places(eom), {s for port in ports(eom.derived) for s in port.symbols}
-    found = []
-    for k, event in enumerate(eom.events):
-        if not isinstance(event.then, Mapping):
-            continue
-        set_ = {target(eom.system, event, key): as_expr(what) for key, what in event.then.items() if _is_value(what)}
-        values = without_unknowns(eom.solved, list(set_.values()))
-        if len(set_) == len(event.then) and set_.keys() <= place.keys() and known.issuperset(free_symbols(values)):
-            new: dict[Expr, Expr] = dict(zip(set_, values, strict=True))
-            found += [(k, place[s], value) for s, value in new.items()]
-            found += [
-                (k, -1, substituted(mass, new))
-                for mass in _masses(eom)
-                if not new.keys().isdisjoint(free_symbols([mass]))
-            ]
-    return found
-
-
-def _places(eom: Equations) -> dict[Expr, int]:
-    """What kernels set: the state, but for coordinates that constraints hold, and parameters that only rates and masses depend on."""
-    place: dict[Expr, int] = {s: k for k, s in enumerate(eom.state)}
-    if is_constrained(eom):
-        place = {s: k for s, k in place.items() if s not in set(eom.coordinates)}
-    parts, clock = list(parts_of(eom.system.bodies)), timed(eom)
-    if eom.system.contacts:
-        return place
-    judged = [x for part in parts if part.inertia for pair in part.inertia.dyads for v in pair for x in v.scalars()]
-    judged += [*clock.pulses, *(turning.quantity for turning in clock.turning)]
-    judged += [x for body in eom.system.bodies if isinstance(body, Beam) for _, x in body.measures()]
-    fixed, n = free_symbols(judged), len(eom.state) + 1
-    return place | {s: n + k for k, s in enumerate(eom.parameters) if s not in fixed}
-
-
-def _masses(eom: Equations) -> list[Expr]:
-    return list(dict.fromkeys(part.mass for part in parts_of(eom.system.bodies) if not part.momenta))
-
-
-def _is_value(what: object) -> bool:
-    return isinstance(what, Expr | int | float | np.number) and not isinstance(what, bool)
-
-
-def bundles(eom: Equations) -> list[Callable[[Equations], Bundle[Any]]]:
-    """What a kernel needs besides the quantities."""
-    if not eom.events:
-        return []
-    return [glance, *([tendency, actions] if values_set(eom) else [])]
+    equations, jumps = SidedEquations(eom, settings, ()), jumping(eom, turning_laws(drives))
+    law = law_and(drives, eom.inputs, jumps[len(jumping(eom)) :])
+    turning = [(switched, *law.values[len(eom.inputs) :])] if jumps else []
+    own, *more = equations.compiled((rates,), *turning, *((make,) for make in others))
+    sides = more[0] if turning else None
+    return Routines(eom, settings, (), p, tuple(drives), len(eom.state), own, None, sides, law.numbers)
 
 
 def unfit(eom: Equations, laws: Sequence[Expr] = ()) -> bool:
@@ -446,28 +355,6 @@ def on_one_side(eom: Equations, laws: Sequence[Expr] = ()) -> list[Expr]:
     """(q̇, u̇, ȧ, P), and the laws of inputs, with every switch on one side: what they are made of between two switches."""
     every = quantities(eom, laws)
     return list(map(on(every, (1,) * len(every)), (*rates(eom).task.roots, *laws)))
-
-
-def on_their_sides(now: Routines) -> Routines:
-    """The equations as a kernel takes them that decides switches; as they are where nothing jumps."""
-    eom = now.eom
-    if not has_jumps(eom, now.laws):
-        return now
-    every = quantities(eom, now.laws)
-    symbols, memo = side_symbols(every), dict[Expr, Expr]()
-
-    def fixed(e: Expr) -> Expr:
-        return on_sides(e, symbols, memo)
-
-    written = tuple(replace(f, expr=fixed(f.expr)) if isinstance(f, Formula) else f for f in now.drives)
-    own = quantities(eom)
-    law = law_and(written, eom.inputs, list(map(fixed, every[len(own) :])))
-    turning = (*own, *law.values[len(eom.inputs) :])
-    makes = ((rates,), (watched, *turning), (glance, *turning))
-    eom.numeric(now.settings).compile(*((sided, len(every), *make) for make in makes))
-    p = np.append(now.p, np.ones(len(every)))
-    on_them = replace(now, p=p, quantities=every, written=written, numbers=law.numbers, turning=turning, switches=None)
-    return replace(on_them, rates=on_them.routine(rates).flat, events=on_them.routine(watched, *turning).flat)
 
 
 _STEP = 2.0**-24

@@ -30,8 +30,9 @@ from kane.motion.hybrid.automaton import (
     asks,
     asks_for,
     check_witnesses,
-    ended_by,
+    ended_by_last,
     evaluated,
+    on_their_sides,
     phase_after,
     stands_beside,
 )
@@ -43,7 +44,7 @@ from kane.motion.loop import admitted_start, continued
 from kane.motion.methods import kernel_of
 from kane.motion.native import LOOKS, Stiffness, first_slots, pauses
 from kane.motion.projection import is_constrained
-from kane.motion.right_hand_side import Routines, has_jumps, on_their_sides, only, switches, timed, unfit
+from kane.motion.right_hand_side import Routines, has_jumps, only, switches, timed, unfit
 from kane.motion.solution.checks import keeps_sharply
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.resumed import Begin
@@ -408,8 +409,7 @@ class Runner:
         number = np.zeros(len(t) + len(places), dtype=np.int64)
         number[begins] = 1
         states = np.insert(states, places, rows, axis=0)
-        end = next(pair for pair in reversed(met) if pair[0].terminal) if back is ReturnCode.EVENT else None
-        ended = ended_by([end[0]], [end], acted=True) if end else None
+        ended = ended_by_last(met) if back is ReturnCode.EVENT else None
         return replace(
             self._finished(eom, phase, again),
             t=np.insert(t, places, times),
@@ -417,7 +417,7 @@ class Runner:
             work=states[:, -1],
             status="event" if ended else "finished",
             message=ended.message if ended else f"reached t = {self.span[1]:g}",
-            event=end and end[0],
+            event=ended and ended.event,
             phases=tuple(phases),
             phase=np.cumsum(number),
         )

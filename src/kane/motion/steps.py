@@ -18,6 +18,7 @@ from kane.equations.equations import Equations, repartition
 from kane.errors import ReactionError, SimulationError
 from kane.expr.node import ZERO
 from kane.model.declarations import Event
+from kane.motion.hybrid.automaton import stepped
 from kane.motion.kinks import Dense, Kink, kinks
 from kane.motion.projection import (
     Along,
@@ -32,7 +33,7 @@ from kane.motion.projection import (
     missed,
     mixes,
 )
-from kane.motion.right_hand_side import Routines, exact, routines
+from kane.motion.right_hand_side import Routines, exact
 from kane.motion.solution.solution import Segment
 from kane.motion.start import regular_otherwise
 from kane.numeric.arrays import Array
@@ -59,7 +60,7 @@ class Stepper:
     ) -> None:
         self.first, self.numeric = eom, eom.numeric(settings)
         own = [constraint_numbers] if is_constrained(eom) else []
-        self.now = routines(eom, p, drives, settings, *own)
+        self.now = stepped(eom, p, drives, settings, *own)
         self.projection = constraint_projection(self.numeric)
         self.kinks = kinks(self.numeric) if self.projection else None
         self.segments: list[Segment] = []
@@ -239,7 +240,7 @@ class Stepper:
     def _take(self, eom: Equations, t: float) -> None:
         """Equations with other dependent speeds are stepped from here on."""
         others = [constraint_numbers] if eom.solved.twin is not self.eom.solved.twin else []
-        now = routines(eom, self.now.p, self.now.drives, self.now.settings, *others)
+        now = stepped(eom, self.now.p, self.now.drives, self.now.settings, *others)
         if others:
             self.projection = constraint_projection(eom.numeric(self.now.settings))
         self.go_over(now, t, begun=False)

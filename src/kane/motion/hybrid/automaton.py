@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Events and switches as a kernel takes them: routines of their quantities, tables of what they do and how they leave thresholds.
+"""Events and switches as a kernel takes them: routines, tables of what they do and how they leave thresholds.
+
+Evaluated are the quantities, the sizes of their terms, their rates along the motion, and the values that actions set.
 
 A kernel decides what follows from numbers: passages of events that are noted or end the motion, switches, and actions that set
 speeds, states and parameters to expressions, and coordinates where no constraints hold them. Pivots of W, actions that are functions
@@ -7,7 +9,7 @@ of Python, set inputs, moments of inertia, or what turns at times or inputs depe
 """
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -15,28 +17,36 @@ import numpy as np
 
 from kane.dynamics.poles import SLIPS, KinematicsEnd, SlipEnd
 from kane.dynamics.readings.quantities import time_derivative, without_unknowns
+from kane.equations.compiled import ports
 from kane.equations.equations import Equations
-from kane.errors import KaneError, SimulationError, cut, warn
+from kane.errors import ExpressionError, KaneError, SimulationError, cut, warn
+from kane.expr.build import add
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ZERO, Expr, as_expr, postorder
 from kane.expr.ops import DIV, POW
-from kane.expr.regular import size
+from kane.expr.piecewise import on_sides, side_symbols
+from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Rate, Reaction
 from kane.expr.visit import substituted
-from kane.model.declarations import Event
-from kane.motion.inputs.expressions import Formula, HeldInput
-from kane.motion.inputs.functions import constant
-from kane.motion.right_hand_side import Given, Routines, actions, bundles, glance, tendency, values_set
+from kane.model.beams.beam import Beam
+from kane.model.bodies import parts_of
+from kane.model.declarations import Event, target
+from kane.motion.inputs.expressions import Formula, HeldInput, law_ports, parts
+from kane.motion.inputs.functions import constant, law_and
+from kane.motion.projection import is_constrained
+from kane.motion.right_hand_side import Given, Routines, has_jumps, quantities, rates, routines, timed
 from kane.motion.solution.phases import Phase
+from kane.motion.start import moving
 from kane.motion.steppers.crossings import KINDS, LEAVES, Kind
 from kane.motion.steppers.crossings import room as zoomed
 from kane.motion.steppers.watched import rooms
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.polynomials import DEGREE as PARTS
 from kane.numeric.scale import EQUAL, ROUNDED_TERMS, SAME_TIME, SOON
-from kane.program.from_expressions import Task, build_program
+from kane.program.from_expressions import Bundle, Task, build_program
 from kane.program.native.compiled_routine import CompiledRoutine
-from kane.program.native.entry import aligned, entry, hoist_entry, hoisted, wide_entry
+from kane.program.native.entry import aligned, entry, wide_entry
+from kane.program.native.machine import Settings
 from kane.program.passes.optimize import rounding
 from kane.program.program import Port
 
@@ -62,6 +72,133 @@ Fresh = Mapping[str, Leaves]
 def leaves_row(leaves: Leaves | None) -> tuple[float, ...]:
     """A row of `leaves` of kernels."""
     return (0.0,) * LEAVES if leaves is None else (1.0, *leaves, SOON ** (1 / leaves.order))
+
+
+def watched(eom: Equations, *more: Expr) -> Bundle[tuple[Array, ...]]:
+    """The events' quantities, and `more` of switches."""
+    roots = [*without_unknowns(eom.solved, [e.quantity for e in eom.events]), *more]
+    return _of_events(eom, "events", roots, more, [*(e.name for e in eom.events), *map(str, range(len(more)))])
+
+
+def glance(eom: Equations, *more: Expr) -> Bundle[tuple[Array, ...]]:
+    """The quantities of events, and `more` of switches, then the sizes of their terms and thresholds; 0 where nothing is known."""
+    roots, memo = [*without_unknowns(eom.solved, [e.quantity for e in eom.events]), *more], Sizes()
+    return _of_events(eom, "glance", [*roots, *map(_size, eom.events), *(size(c, memo) for c in more)], more)
+
+
+def _size(event: Event) -> Expr:
+    if any(isinstance(s, Reaction | Rate) for s in free_symbols([event.quantity])):
+        return ZERO
+    return add(size(event.quantity, {}), as_expr(abs(event.threshold)))
+
+
+def tendency(eom: Equations) -> Bundle[tuple[Array, ...]]:
+    """The rates of the quantities of the system's own events along the motion; 0 where they are not known."""
+    known, own = {s for port in ports(eom.derived) for s in port.symbols}, {e.name for e in eom.system.events}
+
+    def rate(event: Event) -> Expr:
+        if event.name not in own:
+            return ZERO
+        try:
+            (found,) = without_unknowns(eom.solved, [time_derivative(eom.solved.derived, event.quantity)])
+        except ExpressionError:
+            return ZERO
+        return found if known.issuperset(free_symbols([found])) else ZERO
+
+    return _of_events(eom, "tendency", list(map(rate, eom.events)))
+
+
+def actions(eom: Equations) -> Bundle[tuple[Array, ...]]:
+    """The values that events set which act in a kernel."""
+    return _of_events(eom, "act", [value for _, _, value in values_set(eom)])
+
+
+def _of_events(
+    eom: Equations, name: str, roots: list[Expr], laws: Sequence[Expr] = (), labels: Sequence[str] = ()
+) -> Bundle[tuple[Array, ...]]:
+    given = law_ports(eom, laws) if laws else ports(eom.derived)
+    return Bundle(name, given, parts, {name: roots}, labels or list(map(str, range(len(roots)))))
+
+
+def values_set(eom: Equations) -> list[tuple[int, int, Expr]]:
+    """Of the events that act in a kernel: which one, the place that it sets, to what.
+
+    Places of parameters stand behind the components of a motion, (q, u, a) and the work; what has the place −1 is to be above zero.
+    """
+    if moving(eom) or (is_constrained(eom) and eom.system.contacts):
+        return []
+    place, known = _places(eom), {s for port in ports(eom.derived) for s in port.symbols}
+    found = []
+    for k, event in enumerate(eom.events):
+        if not isinstance(event.then, Mapping):
+            continue
+        set_ = {target(eom.system, event, key): as_expr(what) for key, what in event.then.items() if _is_value(what)}
+        values = without_unknowns(eom.solved, list(set_.values()))
+        if len(set_) == len(event.then) and set_.keys() <= place.keys() and known.issuperset(free_symbols(values)):
+            new: dict[Expr, Expr] = dict(zip(set_, values, strict=True))
+            found += [(k, place[s], value) for s, value in new.items()]
+            found += [
+                (k, -1, substituted(mass, new))
+                for mass in _masses(eom)
+                if not new.keys().isdisjoint(free_symbols([mass]))
+            ]
+    return found
+
+
+def _places(eom: Equations) -> dict[Expr, int]:
+    """What kernels set: the state, but for coordinates that constraints hold, and parameters that only rates and masses depend on."""
+    place: dict[Expr, int] = {s: k for k, s in enumerate(eom.state)}
+    if is_constrained(eom):
+        place = {s: k for s, k in place.items() if s not in set(eom.coordinates)}
+    parts, clock = list(parts_of(eom.system.bodies)), timed(eom)
+    if eom.system.contacts:
+        return place
+    judged = [x for part in parts if part.inertia for pair in part.inertia.dyads for v in pair for x in v.scalars()]
+    judged += [*clock.pulses, *(turning.quantity for turning in clock.turning)]
+    judged += [x for body in eom.system.bodies if isinstance(body, Beam) for _, x in body.measures()]
+    fixed, n = free_symbols(judged), len(eom.state) + 1
+    return place | {s: n + k for k, s in enumerate(eom.parameters) if s not in fixed}
+
+
+def _masses(eom: Equations) -> list[Expr]:
+    return list(dict.fromkeys(part.mass for part in parts_of(eom.system.bodies) if not part.momenta))
+
+
+def _is_value(what: object) -> bool:
+    return isinstance(what, Expr | int | float | np.number) and not isinstance(what, bool)
+
+
+def stepped(
+    eom: Equations,
+    p: Array,
+    drives: Sequence[Callable[[Any], Any]],
+    settings: Settings | None,
+    *others: Callable[[Equations], Bundle[Any]],
+) -> Routines:
+    """The equations of a motion compiled, with the quantities of their events; see `routines`."""
+    now = routines(eom, p, drives, settings, *([watched] if eom.events else []), *others)
+    return replace(now, events=now.routine(watched).flat) if eom.events else now
+
+
+def on_their_sides(now: Routines) -> Routines:
+    """The equations as a kernel takes them that decides switches; as they are where nothing jumps."""
+    eom = now.eom
+    if not has_jumps(eom, now.laws):
+        return now
+    every = quantities(eom, now.laws)
+    symbols, memo = side_symbols(every), dict[Expr, Expr]()
+
+    def fixed(e: Expr) -> Expr:
+        return on_sides(e, symbols, memo)
+
+    written = tuple(replace(f, expr=fixed(f.expr)) if isinstance(f, Formula) else f for f in now.drives)
+    own = quantities(eom)
+    law = law_and(written, eom.inputs, list(map(fixed, every[len(own) :])))
+    turning = (*own, *law.values[len(eom.inputs) :])
+    p = np.append(now.p, np.ones(len(every)))
+    on_them = replace(now, p=p, quantities=every, written=written, numbers=law.numbers, turning=turning, switches=None)
+    there, events, _ = on_them.compiled((rates,), (watched, *turning), (glance, *turning))
+    return replace(on_them, rates=there, events=events)
 
 
 def kind(eom: Equations, event: Event, acting: bool) -> Kind:
@@ -99,17 +236,15 @@ def tables(eom: Equations, n: int, switches: int = 0) -> Given:
 def automaton(now: Routines, t: float, y: Array, fresh: Fresh, wide: bool = True) -> Given:
     """What tells a kernel of events, and of switches behind them, from t on."""
     assert now.events is not None
-    numeric, seen, at = now.eom.numeric(now.settings), now.watch(t, y), (t, y[: now.width])
+    numeric, seen, at = now.eom.numeric(now.settings), now.watch(t, y), (t, y, now.inputs(t, y))
     given = {name: _own(what) for name, what in numeric.value(tables, len(y), len(now.quantities)).items()}
     given |= {"seen": seen, "largest": np.nan_to_num(np.abs(seen)), "sides_at": len(now.eom.parameters)}
-    given["watch"] = wide_entry(now.events, PARTS) if wide else entry(now.events)
     begin_at(given, now.eom.events, fresh)
     given["kinds"][[k * KINDS for k in asks_for(now)]] = float(Kind.ASKED)
     for name, routine in evaluated(now).items():
-        own = {} if name == "watch" else {name: entry(routine)}
-        h = f"h{name[0]}"
-        given |= own | {h: hoisted(routine, *at, now.parameters(routine), now.inputs(t, y))}
-        given[f"hoist_{h}"] = hoist_entry(routine)
+        given |= {name: entry(routine)} | now.hoisted(f"h{name[0]}", routine, *at)
+    if wide:
+        given["watch"] = wide_entry(now.events, PARTS)
     return given
 
 
@@ -125,15 +260,11 @@ def _own(what: Any) -> Any:
 def evaluated(now: Routines) -> dict[str, CompiledRoutine]:
     """What a kernel evaluates of events, by the names of its arguments; the rates stand for what it does not."""
     assert now.events is not None
-    numeric = now.eom.numeric(now.settings)
-    if not now.quantities:
-        numeric.compile(*bundles(now.eom))
-    acting = bool(numeric.value(values_set))
-    found = {"watch": now.events, "glance": now.routine(glance, *now.turning).flat}
-    return found | {
-        name: now.routine(bundle).flat if acting else now.rates
-        for name, bundle in (("tendency", tendency), ("act", actions))
-    }
+    acts = now.eom.numeric(now.settings).value(values_set)
+    looked, *acting = now.compiled((glance, *now.turning), *([(tendency,), (actions,)] if acts else []))
+    return {"watch": now.events, "glance": looked} | dict(
+        zip(("tendency", "act"), acting or [now.rates] * 2, strict=True)
+    )
 
 
 def asks(eom: Equations) -> bool:
@@ -152,9 +283,7 @@ def asks_for(now: Routines) -> list[int]:
 
 def stands_beside(now: Routines, given: Given, t: float, y: Array) -> bool:
     """Whether no quantity is at its threshold at a start, which `given` then tells of, nor a force beyond its cone; all are finite."""
-    count = len(given["seen"])
-    routine = now.routine(glance, *now.turning).flat
-    found = routine(t, y[: now.width], now.parameters(routine), now.inputs(t, y) if now.drives else None)
+    count, found = len(given["seen"]), now.at(now.routine(glance, *now.turning).flat, t, y)
     given["seen"][:], given["largest"][:], given["leaves"][:] = found[:count], np.abs(found[:count]), 0.0
     return bool(are_beside(now, given, found[:count], found[count:])) and bool(np.isfinite(found).all())
 
@@ -367,9 +496,14 @@ def ended_by(at_once: Sequence[Event], noted: Sequence[Met], acted: bool = False
     event = next((e for e in at_once if e.terminal), None)
     if event is None:
         return End("event", "", None, tuple(at_once))
-    t = next(t for e, t in noted if e is event)
-    told = f"{event.name} at t = {t:.6g}: {event.message or 'terminal event'}"
-    return End("event", told, event, () if acted else tuple(at_once))
+    end = ended_by_last([pair for pair in noted if pair[0] is event][:1])
+    return end if acted else end._replace(at_once=tuple(at_once))
+
+
+def ended_by_last(noted: Sequence[Met]) -> End:
+    """The end that the last event has made which ends the motion, whose action has been taken."""
+    event, t = next(pair for pair in reversed(noted) if pair[0].terminal)
+    return End("event", f"{event.name} at t = {t:.6g}: {event.message or 'terminal event'}", event)
 
 
 def up_to_a_break(met: Sequence[Met], length: float) -> tuple[list[Met], tuple[Event, ...]]:

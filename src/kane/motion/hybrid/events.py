@@ -17,8 +17,8 @@ import numpy as np
 from kane.dynamics.poles import SLIPS, KinematicsEnd, SlipEnd
 from kane.errors import SimulationError, cut, warn
 from kane.model.declarations import Event
-from kane.motion.hybrid.automaton import End, Fresh, Leaves, Met, ended_by, leaves_row, up_to_a_break
-from kane.motion.right_hand_side import Given, Routines, glance
+from kane.motion.hybrid.automaton import End, Fresh, Leaves, Met, ended_by, glance, leaves_row, up_to_a_break
+from kane.motion.right_hand_side import Given, Routines
 from kane.motion.steppers.crossings import KINDS, LEAVES, MET, inspection_kernel, room
 from kane.motion.steppers.watched import LOOSE
 from kane.numeric.arrays import Array
@@ -57,8 +57,7 @@ def met_along(seen: StepSeen, dense: Dense, fresh: Fresh, rtol: float, end: floa
 
     def look(t: float) -> Array:
         state = dense(t)
-        x = state[: now.width]
-        found = routine(t, x, now.parameters(routine), now.inputs(t, state) if now.drives else None)
+        found = now.at(routine, t, state)
         return np.concatenate([now.watch(t, state)[:count], found[count + len(now.turning) :][:count]])
 
     found = crossings(events, look, times, values, thresholds(events, largest), fresh, steps_since(times, since, end))

@@ -16,12 +16,12 @@ from kane.errors import KaneError, ProgramError
 from kane.expr.node import Expr
 from kane.expr.piecewise import side_symbol
 from kane.motion.constraint_kernels import alike, among, choices, holding, structure
-from kane.motion.hybrid.automaton import tables
+from kane.motion.hybrid.automaton import actions, glance, tables, tendency, values_set, watched
 from kane.motion.inputs.breakpoints import Turning
 from kane.motion.inputs.smooth import pieces_prescribed
 from kane.motion.methods import needs
 from kane.motion.projection import is_constrained
-from kane.motion.right_hand_side import Given, bundles, glance, has_jumps, quantities, rates, sided, timed, watched
+from kane.motion.right_hand_side import Given, has_jumps, quantities, rates, sided, timed
 from kane.motion.steppers.crossings import KINDS, Kind
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
@@ -149,7 +149,8 @@ def events(eom: Equations) -> list[Part]:
     given, count = tables(eom, len(eom.state) + 1, len(turns)), len(eom.events) + len(turns)
     kinds = given["kinds"].reshape(-1, KINDS)[:, 0]
     asked = [e for e, kind in zip(eom.events, kinds, strict=False) if kind >= Kind.ASKED and e.then is not None]
-    made = [_task(eom, watched, *turns), _task(eom, glance, *turns), *(_task(eom, make) for make in bundles(eom)[1:])]
+    acting = [_task(eom, make) for make in (tendency, actions)] if values_set(eom) else []
+    made = [_task(eom, watched, *turns), _task(eom, glance, *turns), *acting]
     names = ", ".join(c_string(e.name) for e in eom.events) or '""'
     return [
         Part(

@@ -98,16 +98,15 @@ def check_follows(first: Any, second: Any) -> None:
 
 def merged(phases: Sequence[Phase], of: Indices) -> Phase:
     """Phases with the same inputs as one, whose parameters have a value for each of the samples `of` them (n) where they differ."""
-    own = sorted(set(of.tolist()))
-    first: Phase = phases[own[0]]
-    if len(own) == 1:
-        return first
-    names = [s for s in first.parameters if all(s in phases[k].parameters for k in own)]
-    table = np.array([[phases[k].parameters[s] for s in names] for k in own])
-    differs = (table != table[0]).any(axis=0)
-    rows = table[np.searchsorted(own, of)]
-    values: dict[Expr, Any] = {s: rows[:, k] if differs[k] else first.parameters[s] for k, s in enumerate(names)}
-    whole: Phase = replace(first, parameters=values)
+    own = np.flatnonzero(np.bincount(of)).tolist()
+    given = [phases[k].parameters for k in own]
+    values: dict[Expr, Any] = {}
+    for s, value in given[0].items():
+        column = [parameters[s] for parameters in given if s in parameters]
+        if len(column) == len(given):
+            differs = column.count(value) < len(column)
+            values[s] = np.array(column)[np.searchsorted(own, of)] if differs else value
+    whole: Phase = replace(phases[own[0]], parameters=values)
     return whole
 
 

@@ -106,40 +106,30 @@ _STILL, _NEAR, _CONSTANT = 1e-5, 1e-6, 1e-15
 class StepperContext:
     """The arguments of a stepper's kernel, its cell `back`, and `asks`: with what it comes back instead of going on from a step.
 
-    `turned` tells whether a switch turns at the end of the step, `renewed` whether other equations hold there; `hoists` are the
-    arrays of what is hoisted of each routine.
+    `turned` tells whether a switch turns at the end of the step, `renewed` whether other equations hold there.
     """
 
     def __init__(self, name: str, queued: bool = False) -> None:
         self.writer = w = Writer(name)
         self.n, self.limit, self.samples = w.number("n"), w.number("limit"), w.number("samples")
         self.s, self.y, self.lag, self.work = w.array("s"), w.array("y"), w.array("lag"), w.array("work")
-        self.p, self.r, self.h = w.array("p"), w.array("r"), w.array("h")
+        self.p, self.r, self.h = w.array("p"), w.array("r"), w.hoisted("h")
         self.times, self.rows = w.array("times"), w.array("rows")
-        self.driven, self.hd = w.number("driven"), w.array("hd")
+        self.driven, self.hd = w.number("driven"), w.hoisted("hd")
         self.breakpoints, self.pauses = w.number("breakpoints"), w.array("pauses")
         self.control = w.callee("control", *RATE)
         self.back = w.variable("back", INT)
         self.taken, self.arrived = w.variable("taken", INT), w.variable("arrived", INT)
-        self.asks: Variable | None = None
+        self.asks = w.variable("asks", INT)
         self.turned: Variable | None = None
         self.renewed, self.fixed = w.variable("renewed", INT), False
-        self.hoists: list[tuple[str, Array]] = [("h", self.h)]
-        self._hoisting: dict[str, Callable[..., None]] = {}
         self.cursor, self.prepared = w.variable("cursor", INT), w.variable("prepared", INT)
         self.queued = queued
 
-    def steps(
-        self,
-        begin: Callable[[], None],
-        step: Callable[[Term, Term], None],
-        fixed: bool = False,
-        settle: Callable[[], None] | None = None,
-    ) -> Kernel:
+    def steps(self, begin: Callable[[], None], step: Callable[[Term, Term], None], fixed: bool = False) -> Kernel:
         """The kernel: step(h, last) after step until there is a reason to come back, `begin()` before one that is FRESH.
 
-        Steps that are `fixed` are of one length; `settle()` gives switches their sides. Where instances are `queued`, the next one is
-        taken up instead of coming back.
+        Steps that are `fixed` are of one length. Where instances are `queued`, the next one is taken up instead of coming back.
         """
         w, self.fixed = self.writer, fixed
         if self.queued:
@@ -147,8 +137,6 @@ class StepperContext:
         with w.repeat(self.goes_on):
             admitted = self.get(Slot.FRESH) > 1.0
             with w.when(self.get(Slot.FRESH) > 0.0):
-                if settle is not None:
-                    settle()
                 begin()
             with w.when(admitted):
                 self.put(Slot.FRESH, 1.0)
@@ -173,7 +161,7 @@ class StepperContext:
                 take_next(*(Address(name, Immediate(INT, 0)) for name in arrays))
                 self.back.put(w.compute("int", self.get(Slot.BACK)))
                 with w.when(self.back.get() < 1):
-                    self.rehoist()
+                    w.rehoist(self.p)
         return self.back.get() < 1
 
     def forget(self) -> None:
@@ -230,44 +218,20 @@ class StepperContext:
         rhs(t, x.at(at), self.p.at(0), self.r.at(0), self.h.at(0), self.work.at(row))
         self.more(Slot.RATES, 1.0)
 
-    def drives(self, *takes: Literal["float", "array"]) -> None:
-        """The argument that gives r at a time, which a motion has whose inputs are `driven`; it takes what the rates take."""
-        self._drive = self.writer.callee("drive", *takes)
-        self.hoists.append(("hd", self.hd))
+    def drives(self, *takes: Literal["float", "array"], single: bool = False) -> None:
+        """The argument that gives r at a time, which a motion has whose inputs are `driven`; it takes what the rates take.
 
-    def rehoist(self) -> None:
-        """What is hoisted of all routines for the parameters as they are now."""
-        for name, array in self.hoists:
-            if name not in self._hoisting:
-                self._hoisting[name] = self.writer.callee(f"hoist_{name}", "array", "array")
-            self._hoisting[name](self.p.at(0), array.at(0))
+        Another one gives `single_r` at a `single` state, where the rates take lanes.
+        """
+        w = self.writer
+        self._drive, self.single_r = w.callee("drive", *takes), w.array("single_r") if single else self.r
+        self._drive_single = w.callee("single_drive", *RATE) if single else self._drive
 
-    def drive(self, t: Term | Address, x: Address) -> None:
-        """The inputs at a time."""
+    def drive(self, t: Term | Address, x: Address, single: bool = False) -> None:
+        """The inputs at a time; those of one state where it is `single`."""
+        drive, r = (self._drive_single, self.single_r) if single else (self._drive, self.r)
         with self.writer.when(self.driven > 0):
-            self._drive(t, x, self.p.at(0), self.r.at(0), self.hd.at(0), self.r.at(0))
-
-    def looks(self, wide: bool) -> None:
-        """The kernel looks at its steps: the cell `asks`; what gives the inputs at one state, in `single_r`, r itself but on lanes."""
-        if self.asks is None:
-            self.asks = self.writer.variable("asks", INT)
-            self.single_r = self.writer.array("single_r") if wide else self.r
-            self._drive_single = self.writer.callee("single_drive", *RATE) if wide else self._drive
-
-    def ask(self, code: ReturnCode) -> None:
-        """With what the kernel comes back instead of going on from the step, or takes it again; `ON` where it goes on."""
-        if self.asks is not None:
-            self.asks.put(int(code))
-
-    def asked(self) -> Term:
-        """Whether it does."""
-        assert self.asks is not None
-        return self.asks.get() > 0
-
-    def drive_single(self, t: Term, x: Address) -> None:
-        """The inputs at one state."""
-        with self.writer.when(self.driven > 0):
-            self._drive_single(t, x, self.p.at(0), self.single_r.at(0), self.hd.at(0), self.single_r.at(0))
+            drive(t, x, self.p.at(0), r.at(0), self.hd.at(0), r.at(0))
 
     def follow(self, t: Term | Address, x: Address) -> None:
         """The inputs at states, where they follow from these."""
@@ -399,17 +363,6 @@ class StepperContext:
         self.taken.put(self.taken.get() + 1)
         with self.writer.when(self.taken.get() >= self.limit):
             self.back.put(int(ReturnCode.LIMIT))
-
-    def pass_samples(self, t: Term) -> None:
-        """Samples up to a time are taken."""
-        w = self.writer
-
-        def behind() -> Term:
-            at = self.get(Slot.SAMPLE)
-            return (at < w.compute("float", self.samples)) & (self.times[w.compute("int", at)] <= t)
-
-        with w.repeat(behind):
-            self.more(Slot.SAMPLE, 1.0)
 
     def shorten(self, wished: Term, finite: Term) -> None:
         """A step is taken again, shorter, unless that is shorter than rounding."""

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from kane.motion.steppers.context import RATE, Slot, StepperContext, add_exactly, dyadic_power
-from kane.motion.steppers.held import Held
+from kane.motion.steppers.inspection import StepInspection
 from kane.motion.steppers.tableau import Row, Tableau
-from kane.motion.steppers.watched import Watched, go_on_or_jump, look_at, settling
 from kane.numeric.arrays import Array as Numbers
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Array, Term, Variable, Writer
@@ -75,10 +74,7 @@ class _Explicit:
         self.writer = self.context.writer
         self.rhs = self.writer.callee("rhs", *RATE)
         self.context.drives(*RATE)
-        self.held = Held(self.context) if held else None
-        self.watched = (
-            Watched(self.context, wide=False, dense=self.dense, held=self.held, sided=sided) if watched else None
-        )
+        self.inspection = StepInspection(context, self.dense, held, watched, sided)
         last = tableau.stages + 1 + len(tableau.later)
         self.state, self.after, self.after_lag = (self.context.row(last + k) for k in range(3))
         self.weights = last + 3
@@ -89,8 +85,7 @@ class _Explicit:
         shorter = self.writer.variable("shorter", INT)
 
         def begin() -> None:
-            if self.held is not None:
-                self.held.begin()
+            self.inspection.begin()
             o.rate(self.rhs, o.get(Slot.TIME), o.y, 0, 0)
             if self.tableau.errors:
                 o.first_step(self.tableau.exponent, self.rhs, 0, self.state, o.row(self.tableau.stages))
@@ -101,7 +96,7 @@ class _Explicit:
             self.stages(h)
             self.decide(h, last, self.error(h), shorter)
 
-        return o.steps(begin, step, fixed=not self.tableau.errors, settle=settling(self.watched))
+        return o.steps(begin, step, fixed=not self.tableau.errors)
 
     def stages(self, h: Term) -> None:
         """k_1, …, y' and k_S."""
@@ -157,26 +152,21 @@ class _Explicit:
         rising = w.select(before > 0.0, w.compute("min", w.compute("max", before / pace, _RISING), 1.0), 1.0)
         ahead = w.compute("max", factor * rising, _LEAST)
         with w.when(error <= 1.0):
-            self.look_at(h, last)
+            if self.inspection.looks:
+                self.prepare(h)
+            along = self.state, self.after
+            self.inspection.look(h, last, self.after, lambda w: w.look_along(o.get(Slot.TIME), h, *along))
             longer = h * w.compute("min", ahead, w.select(shorter.get() > 0, 1.0, _MOST))
-            go_on_or_jump(o, self.watched, self.held, lambda: self.go_on(h, last, longer, pace), self.sampled)
+            self.inspection.follow(lambda: self.go_on(h, last, longer, pace))
             shorter.put(0)
         with w.otherwise():
             shorter.put(1)
             o.shorten(h * w.compute("min", factor, 1.0), finite)
 
-    def look_at(self, h: Term, last: Term) -> None:
-        """What of the step is looked at before it is gone on from."""
-        looks, prepare = (self.watched, self.held), lambda: self.prepare(h)
-        step = (h, last, lambda: self.after)
-        look_at(self.context, looks, step, self.dense, prepare, lambda w, t: w.look_along(t, h, self.state, self.after))
-
     def go_on(self, h: Term, last: Term, longer: Term, pace: Term) -> None:
         """y at the end of the step; the next one is to be `longer`, if this one's `pace` goes on as it has come about."""
-        w, o, held = self.writer, self.context, self.held
-        o.sample(h, lambda: None if o.asks else self.prepare(h), self.sampled)
-        if self.watched is not None:
-            self.watched.keep()
+        w, o, held, looks = self.writer, self.context, self.inspection.held, self.inspection.looks
+        o.sample(h, lambda: None if looks else self.prepare(h), self.inspection.sample)
         o.put(Slot.PACE, pace)
         o.advance(h, last)
         with w.count(o.n) as i:
@@ -220,13 +210,6 @@ class _Explicit:
         with w.count(o.n) as i:
             for k, row in enumerate(self.tableau.dense):
                 o.work[o.row(self.weights + k) + i] = h * self.combined(row, i)
-
-    def sampled(self, k: Term, theta: Term) -> None:
-        """Row k of the samples."""
-        o = self.context
-        self.dense(theta, o.rows, k * o.n)
-        if self.held is not None:
-            self.held.sample(k, o.times[k], o.rows, k * o.n)
 
     def dense(self, theta: Term, array: Array, at: Term) -> None:
         """y at a share of the step, from a place on."""

@@ -27,8 +27,8 @@ import numpy as np
 
 from kane.motion.steppers.collocation import Nodes, Vector, gauss, once_integrated
 from kane.motion.steppers.context import WIDE, Slot, StepperContext, add_exactly, dyadic_power
-from kane.motion.steppers.held import Held
-from kane.motion.steppers.watched import Watched, go_on_or_jump, look_at, settling
+from kane.motion.steppers.inspection import StepInspection
+from kane.motion.steppers.watched import Watched
 from kane.numeric.arrays import Array as Numbers
 from kane.numeric.polynomials import SHARES, D, legendre
 from kane.program.kernel.language import INT, Kernel, Type
@@ -44,6 +44,7 @@ _REST, _FLOOR = 0.1, 2.0**-50
 _SLOW, _STALLED = 0.9, 1e-8
 _TINY, _HUGE = 2.0**-1000, 1e300
 _GOING, _FOUND, _DIVERGED = range(3)
+Columns = Callable[[], Sequence[Term]]
 
 
 def gauss_kernel(
@@ -208,11 +209,11 @@ class _Gauss:
         self.context = o = StepperContext("gauss16")
         self.writer = w = o.writer
         self.rhs = w.callee("rhs", *WIDE)
-        o.drives(*WIDE)
+        o.drives(*WIDE, single=held or watched)
         self.pairs, self.free = w.array("pairs"), w.array("free")
         self.pair_count, self.free_count = w.number("pair_count"), w.number("free_count")
-        self.held = Held(o, wide=True) if held else None
-        self.watched = Watched(o, wide=True, dense=self.along, held=self.held, sided=sided) if watched else None
+        self.inspection = StepInspection(o, self.along, held, watched, sided, wide=True)
+        self.held = self.inspection.held
         n8 = o.n * STAGES
         self.k, self.next, self.states, self.rates = w.integer(0), n8, n8 * 2, n8 * 3
         self.clock, self.weight = n8 * 4, n8 * 4 + STAGES
@@ -265,13 +266,12 @@ class _Gauss:
             self.iterate(h)
             self.decide(h, last)
 
-        return self.context.steps(self.begin, step, settle=settling(self.watched))
+        return self.context.steps(self.begin, step)
 
     def begin(self) -> None:
         """The rates at the beginning of the step, in the place of K."""
         o = self.context
-        if self.held is not None:
-            self.held.begin()
+        self.inspection.begin()
         now = self.at_one_state(o.get(Slot.TIME), lambda i: o.y[i])
         with self.writer.count(o.n) as i:
             self.keep(self.next, i, self.splat(now(i)))
@@ -357,15 +357,18 @@ class _Gauss:
 
     def stages(self, h: Term, place: Term) -> None:
         """The states at the nodes by the rates that are kept at a place."""
+        self.states_at(_N.c, h, place, lambda: [m.get() for m in self.matrix], lambda: [m.get() for m in self.square])
+
+    def states_at(self, shares: Vector, h: Term, place: Term, once: Columns, twice: Columns) -> None:
+        """The states at eight shares of the step by the rates at a place, which count h ∫ L_j and h² ∫∫ L_j up to there."""
         w, o = self.writer, self.context
         with self.each_free() as at:
             i = self.index(self.free, at)
-            terms = self.combined(place, i, [m.get() for m in self.matrix])
-            self.keep(self.states, i, w.sum(terms) + self.splat(o.y[i]))
+            self.keep(self.states, i, w.sum(self.combined(place, i, once())) + self.splat(o.y[i]))
         with w.count(self.pair_count) as at:
             i, j = self.index(self.pairs, at * 2), self.index(self.pairs, at * 2 + 1)
-            terms = self.combined(place, j, [m.get() for m in self.square])
-            straight = self.splat(o.y[i]) + self.splat(h * o.y[j]) * _N.c
+            terms = self.combined(place, j, twice())
+            straight = self.splat(o.y[i]) + self.splat(h * o.y[j]) * shares
             self.keep(self.states, i, w.sum(terms) + straight)
 
     def judge(self, change: Term) -> None:
@@ -439,7 +442,7 @@ class _Gauss:
         found = (self.status.get() < _DIVERGED) & (error <= self.accepted)
         with w.when(found):
             self.look_at(h, last)
-            go_on_or_jump(o, self.watched, self.held, lambda: self.go_on(h, last, factor), self.sampled)
+            self.inspection.follow(lambda: self.go_on(h, last, factor))
         with w.when((self.status.get() >= _DIVERGED) & finite):
             o.more(Slot.LIMITED, 1.0)
         with w.when(~found):
@@ -449,13 +452,14 @@ class _Gauss:
     def look_at(self, h: Term, last: Term) -> None:
         """What of the step is looked at before it is gone on from."""
 
-        def along(watched: Watched, begin: Term) -> None:
+        def along(watched: Watched) -> None:
             self.places(h, events())
             watched.look(self.clock, self.states)
 
         self.step_length.put(h)
-        step, looks = (h, last, lambda: self.after), (self.watched, self.held)
-        look_at(self.context, looks, step, self.along, lambda: self.advance(h) if self.held else None, along)
+        if self.held is not None:
+            self.advance(h)
+        self.inspection.look(h, last, self.after, along)
 
     def places(self, h: Term, at: Along) -> None:
         """The states at eight places of the step, in those of the stages; the last is the end, from which is gone on."""
@@ -463,13 +467,7 @@ class _Gauss:
         once = [self.splat(h) * row for row in at.once]
         twice = [self.splat(h * h) * row for row in at.twice]
         self.tick(self.splat(o.get(Slot.TIME)) + self.splat(h) * at.shares)
-        with self.each_free() as k:
-            i = self.index(self.free, k)
-            self.keep(self.states, i, w.sum(self.combined(self.rates, i, once)) + self.splat(o.y[i]))
-        with w.count(self.pair_count) as k:
-            i, j = self.index(self.pairs, k * 2), self.index(self.pairs, k * 2 + 1)
-            straight = self.splat(o.y[i]) + self.splat(h * o.y[j]) * at.shares
-            self.keep(self.states, i, w.sum(self.combined(self.rates, j, twice)) + straight)
+        self.states_at(at.shares, h, self.rates, lambda: once, lambda: twice)
         if self.held is not None and at.ended:
             with w.count(o.n - 1) as i:
                 o.work[self.states + i * STAGES + (STAGES - 1)] = o.work[self.after + i]
@@ -477,11 +475,9 @@ class _Gauss:
     def go_on(self, h: Term, last: Term, factor: Term) -> None:
         """y at the end of the step; K of the step is kept for the next one, which is to be longer by a factor."""
         w, o = self.writer, self.context
-        if self.watched is not None:
-            self.watched.keep()
         with w.when((self.error.get() <= _SMOOTH) | (self.bend() <= _STRAIGHT * o.get(Slot.RTOL))):
             o.more(Slot.SMOOTH, 1.0)
-        o.sample(h, lambda: None, self.sampled)
+        o.sample(h, lambda: None, self.inspection.sample)
         if self.held is None:
             self.advance(h)
         else:
@@ -523,13 +519,6 @@ class _Gauss:
             o.work[self.after_lag + i] = lag
 
     # ----------------------------------------------------------------------------------------------------- samples
-
-    def sampled(self, k: Term, theta: Term) -> None:
-        """Row k of the samples."""
-        o = self.context
-        self.along(theta, o.rows, k * o.n)
-        if self.held is not None:
-            self.held.sample(k, o.times[k], o.rows, k * o.n)
 
     def along(self, theta: Term, array: Array, to: Term) -> None:
         """y at a share of the step, from a place on."""

@@ -53,29 +53,18 @@ class Held:
     `quiet` is up to which ‖Ã‖ ‖B⁻¹‖ it is known from the start that no other speeds follow better, where that is poor.
     """
 
-    def __init__(self, context: StepperContext, wide: bool = False) -> None:
+    def __init__(self, context: StepperContext) -> None:
         self.context, self.writer = context, context.writer
         w = self.writer
-        context.looks(wide)
         self.call = w.callee("constraints", *RATE)
         counts = [w.number(f"held_{name}") for name in COUNTS]
         self.c, self.m, self.s, self.d, self.dc, self.a_count, self.w_count = counts[:7]
         self.spheres, self.branches, self.coordinates = counts[7:]
-        names = (
-            "h",
-            "entry_at",
-            "weights",
-            "turn_at",
-            "chosen_at",
-            "dependent",
-            "row_sizes",
-            "column_sizes",
-            "sphere_at",
-        )
+        self.h = w.hoisted("held_h")
+        names = ("entry_at", "weights", "turn_at", "chosen_at", "dependent", "row_sizes", "column_sizes", "sphere_at")
         arrays = [w.array(f"held_{name}") for name in names]
-        self.h, self.entries, self.weights, self.w_at, self.chosen, self.dependent = arrays[:6]
-        self.row_sizes, self.column_sizes, self.sphere_at = arrays[6:]
-        context.hoists.append(("held_h", self.h))
+        self.entries, self.weights, self.w_at, self.chosen, self.dependent = arrays[:5]
+        self.row_sizes, self.column_sizes, self.sphere_at = arrays[5:]
         self.reach, self.marks, self.room = (w.array(f"held_{name}") for name in ("reach", "marks", "room"))
         self.choices, self.choice_at = w.number("held_choices"), w.number("held_choice_at")
         self.ready, self.log, self.quiet = (w.array(f"held_{name}") for name in ("ready", "log", "quiet"))
@@ -128,7 +117,7 @@ class Held:
             with w.few(o.n) as i:
                 self.room[self.state + i] = array[place + i]
             array, place = self.room, self.state
-        o.drive_single(t, array.at(place))
+        o.drive(t, array.at(place), single=True)
         self.call(t, array.at(place), o.p.at(0), o.single_r.at(0), self.h.at(0), self.room.at(0))
 
     def matrix(self) -> None:
@@ -319,20 +308,20 @@ class Held:
         unknown = (next_ < 0) | (self.ready[w.select(next_ < 0, w.integer(0), next_)] < 1.0)
         o.put(Slot.HELD, w.select(self.doubt.get() > 0, DOUBTFUL, w.select(poor, POORER, 0.0)))
         with w.when(self.log[0] >= float(CHANGES)):
-            o.ask(ReturnCode.FULL)
+            o.asks.put(ReturnCode.FULL)
         with w.when((o.get(Slot.HELD) > 0.0) & ~looked):
             with w.when(o.get(Slot.MEASURED) < 1.0):
                 self.measure()
                 o.put(Slot.MEASURED, 1.0)
-                o.ask(ReturnCode.AGAIN)
+                o.asks.put(ReturnCode.AGAIN)
             with w.otherwise():
                 with w.when(shorter):  # as others do, these alone do not follow there
                     o.put(Slot.STEP, h * 0.5)
-                    o.ask(ReturnCode.AGAIN)
+                    o.asks.put(ReturnCode.AGAIN)
                 with w.otherwise():
                     with w.when((self.doubt.get() > 0) | unknown):
                         o.put(Slot.WORST, w.compute("float", next_))
-                        o.ask(ReturnCode.LOOK)
+                        o.asks.put(ReturnCode.LOOK)
                     with w.otherwise():  # it goes over by itself: whatever else is asked in this step is no doubt
                         o.put(Slot.HELD, 0.0)
 

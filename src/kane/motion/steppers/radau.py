@@ -18,8 +18,7 @@ import numpy as np
 
 from kane.motion.steppers.collocation import radau_stages
 from kane.motion.steppers.context import RATE, Slot, StepperContext, add_exactly, dyadic_power
-from kane.motion.steppers.held import Held
-from kane.motion.steppers.watched import Watched, go_on_or_jump, look_at, settling
+from kane.motion.steppers.inspection import StepInspection
 from kane.numeric.arrays import Array as Numbers
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Array, Term, decompose, substitute
@@ -84,11 +83,9 @@ class _Radau:
         self.writer = w = o.writer
         self.rhs, self.jac = (w.callee(name, *RATE) for name in ("rhs", "jac"))
         self.along = w.callee("along", *LONG)
-        self.long, self.hj = w.number("long"), w.array("hj")
-        o.hoists.append(("hj", self.hj))
+        self.long, self.hj = w.number("long"), w.hoisted("hj")
         o.drives(*RATE)
-        self.held = Held(o) if held else None
-        self.watched = Watched(o, wide=False, dense=self.dense, held=self.held, sided=sided) if watched else None
+        self.inspection = StepInspection(o, self.dense, held, watched, sided)
         self._places()
         self.status, self.round = w.variable("status", INT), w.variable("round", INT)
         self.change, self.before = w.variable("change"), w.variable("before_last")
@@ -117,8 +114,7 @@ class _Radau:
         o = self.context
 
         def begin() -> None:
-            if self.held is not None:
-                self.held.begin()
+            self.inspection.begin()
             o.rate(self.rhs, o.get(Slot.TIME), o.y, 0, self.row(_FIRST))
             o.first_step(_EXPONENT, self.rhs, self.row(_FIRST), self.row(_STATE), self.row(_SPARE))
             for place in (self.known, self.factored, self.followed):
@@ -131,7 +127,7 @@ class _Radau:
             self.iterate(h)
             self.decide(h, last)
 
-        return o.steps(begin, step, settle=settling(self.watched))
+        return o.steps(begin, step)
 
     def linearize(self, h: Term) -> None:
         """J, where it is not kept, and the factors of λ/h − J, where h or J are others."""
@@ -324,9 +320,10 @@ class _Radau:
             power = dyadic_power(w, w.compute("max", w.select(finite, error, 1.0), _TINY), _EXPONENT)
             factor = w.select(finite, w.compute("max", _SAFETY / power, _LEAST), _LEAST)
             with w.when(error <= 1.0):
-                self.look_at(h, last)
+                along = self.row(_STATE), self.row(AFTER)
+                self.inspection.look(h, last, along[1], lambda w: w.look_along(o.get(Slot.TIME), h, *along))
                 most = w.compute("min", factor, w.select(self.shorter.get() > 0, 1.0, _MOST))
-                go_on_or_jump(o, self.watched, self.held, lambda: self.go_on(h, last, most), self.sampled)
+                self.inspection.follow(lambda: self.go_on(h, last, most))
                 self.shorter.put(0)
             with w.otherwise():
                 self.shorter.put(1)
@@ -334,23 +331,10 @@ class _Radau:
 
     # -------------------------------------------------------------------------------------------------------- steps
 
-    def look_at(self, h: Term, last: Term) -> None:
-        """What of the step is looked at before it is gone on from."""
-        look_at(
-            self.context,
-            (self.watched, self.held),
-            (h, last, lambda: self.row(AFTER)),
-            self.dense,
-            lambda: None,
-            lambda w, t: w.look_along(t, h, self.row(_STATE), self.row(AFTER)),
-        )
-
     def go_on(self, h: Term, last: Term, factor: Term) -> None:
         """y at the end of the step; J and its factors are kept where that pays."""
-        w, o, held = self.writer, self.context, self.held
-        o.sample(h, lambda: None, self.sampled)
-        if self.watched is not None:
-            self.watched.keep()
+        w, o, held = self.writer, self.context, self.inspection.held
+        o.sample(h, lambda: None, self.inspection.sample)
         o.advance(h, last)
         with w.count(o.n) as i:
             o.y[i] = o.work[self.row(AFTER) + i]
@@ -367,13 +351,6 @@ class _Radau:
         # what is left before the end says nothing of the step that would do
         with w.when(~last):
             o.put(Slot.STEP, h * w.select(same, 1.0, factor))
-
-    def sampled(self, k: Term, theta: Term) -> None:
-        """Row k of the samples."""
-        o = self.context
-        self.dense(theta, o.rows, k * o.n)
-        if self.held is not None:
-            self.held.sample(k, o.times[k], o.rows, k * o.n)
 
     def dense(self, theta: Term, array: Array, at: Term) -> None:
         """y at a share of the step, from a place on."""

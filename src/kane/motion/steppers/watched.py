@@ -54,19 +54,18 @@ class Watched:
     def __init__(self, context: StepperContext, wide: bool, dense: Dense, held: Held | None, sided: bool) -> None:
         self.context, self.dense, self.held = context, dense, held
         self.writer = w = context.writer
-        context.looks(wide)
-        self.call = w.callee("watch", *(WIDE if wide else RATE))
-        self.glance, self.tendency, self.act = (w.callee(name, *RATE) for name in ("glance", "tendency", "act"))
-        self.count, self.own, self.acts = (w.number(name) for name in ("events", "own", "acts"))
-        names = ("hw", "seen", "largest", "least", "shares", "pivots", "values", "doubts", "probe", "hg", "ht", "ha")
-        self.h, self.seen, self.largest, self.least, self.shares, self.pivots, self.values = map(w.array, names[:7])
-        self.doubts, self.probe, self.glance_h, self.tendency_h, self.act_h = map(w.array, names[7:])
+        self.call, self.h = w.callee("watch", *(WIDE if wide else RATE)), w.hoisted("hw")
+        self.glance, self.tendency, self.act = (
+            (w.callee(name, *RATE), w.hoisted(f"h{name[0]}")) for name in ("glance", "tendency", "act")
+        )
+        self.count, self.own, self.acts = map(w.number, ("events", "own", "acts"))
+        names = ("seen", "largest", "least", "shares", "pivots", "values", "doubts", "probe")
+        self.seen, self.largest, self.least, self.shares, self.pivots, self.values, self.doubts, self.probe = map(
+            w.array, names
+        )
         self.actions, self.log, self.jumps, self.instant = map(w.array, ("actions", "log", "jumps", "instant"))
         self.doubtful, self.rests = w.variable("doubtful", INT), w.variable("asked_before", INT)
         self.crossings = Crossings(w, self.count, self.ask)
-        context.hoists += [
-            ("hw", self.h), ("hg", self.glance_h), ("ht", self.tendency_h), ("ha", self.act_h)
-        ]  # fmt: skip
         self.sided = sided
         if sided:
             context.turned = w.variable("turned", INT)
@@ -158,18 +157,18 @@ class Watched:
         """The quantities at a share of the step, and the sizes of their terms."""
         t = self.begin.get() + share * self.length.get()
         self.dense(share, self.probe, self.writer.integer(0))
-        self.at_state(self.glance, self.glance_h, t, (self.probe, self.writer.integer(0)), (array, place))
+        self.at_state(self.glance, t, (self.probe, self.writer.integer(0)), (array, place))
 
     def at_state(
-        self, routine: Callable[..., None], h: Array, t: Term, state: tuple[Array, Term], to: tuple[Array, Term]
+        self, routine: tuple[Callable[..., None], Array], t: Term, state: tuple[Array, Term], to: tuple[Array, Term]
     ) -> None:
         """A routine of one state is called, which stands in `probe`: lanes give routines places that are the same in all."""
-        o, (array, at), (out, place) = self.context, state, to
+        o, (call, h), (array, at), (out, place) = self.context, routine, state, to
         if array is not self.probe:
             with self.writer.count(o.n) as i:
                 self.probe[i] = array[at + i]
-        o.drive_single(t, self.probe.at(0))
-        routine(t, self.probe.at(0), o.p.at(0), o.single_r.at(0), h.at(0), out.at(place))
+        o.drive(t, self.probe.at(0), single=True)
+        call(t, self.probe.at(0), o.p.at(0), o.single_r.at(0), h.at(0), out.at(place))
 
     def decide(self, t: Term, h: Term) -> None:
         """Of a step of length h from t that was looked at the passages; `asks` why it is not gone on from, if it is not."""
@@ -201,11 +200,11 @@ class Watched:
                 self.turn(h)
             c.sort(2 * SAME_TIME + 4 * EPS * w.compute("abs", t) / h)
             full = o.get(Slot.LOGGED) + w.compute("float", c.get("found")) > float(LOG)
-            with w.when(~o.asked()):
+            with w.when(~(o.asks.get() > 0)):
                 with w.when(full | (o.get(Slot.JUMPS) + 1.0 > float(JUMPS))):
-                    o.ask(ReturnCode.FULL)
+                    o.asks.put(ReturnCode.FULL)
                 with w.when((c.get("asked") > 0) | (c.get("full") > 0)):
-                    o.ask(ReturnCode.LOOK)
+                    o.asks.put(ReturnCode.LOOK)
 
     # -------------------------------------------------------------------------------------------------- switches
 
@@ -264,14 +263,14 @@ class Watched:
             self.take_again(h)
         with w.when(self.verdict.get() > _BACK):
             with w.when(self.verdict.get() > int(ReturnCode.STANDS)):
-                o.ask(ReturnCode.RESTS)
+                o.asks.put(ReturnCode.RESTS)
             with w.otherwise():
-                o.ask(ReturnCode.STANDS)
+                o.asks.put(ReturnCode.STANDS)
 
     def take_again(self, h: Term) -> None:
         """The step is shortened, or begins on other sides, or is to end where switches turn."""
         w, o, c = self.writer, self.context, self.crossings
-        o.ask(ReturnCode.AGAIN)
+        o.asks.put(ReturnCode.AGAIN)
         back, aimed = self.verdict.get() >= _BACK, self.verdict.get() < _SHORTER
         with w.when(~aimed):
             self.no_end()
@@ -320,7 +319,7 @@ class Watched:
         with w.repeat(lambda: (self.again.get() > 0) & (self.rounds.get() < self.count + 2)):
             self.again.put(0)
             t = o.get(Slot.TIME)
-            self.at_state(self.glance, self.glance_h, t, (o.y, w.integer(0)), (self.instant, values))
+            self.at_state(self.glance, t, (o.y, w.integer(0)), (self.instant, values))
             with w.few(self.count, self.own) as e:
                 value, side, before = self.instant[values + e], -c.direction(e), self.turns[self.mark(2, e)]
                 size = w.compute("max", w.compute("abs", value), w.compute("abs", before))
@@ -336,7 +335,7 @@ class Watched:
                     self.again.put(1)
                     self.p_side(e, new)
             with w.when(self.again.get() > 0):
-                o.rehoist()
+                w.rehoist(o.p)
             self.rounds.put(self.rounds.get() + 1)
         with w.few(self.count) as e, w.when(~known):
             value = self.instant[values + e]
@@ -441,7 +440,7 @@ class Watched:
                 if self.sided:
                     with w.few(self.count, self.own) as e:
                         self.p_side(e, self.instant[self.kept_sides + e - self.own])
-                o.rehoist()
+                w.rehoist(o.p)
         with w.otherwise():
             o.sample(self.length.get(), lambda: None, sampled, t)
             self.jumps[row] = t
@@ -486,7 +485,13 @@ class Watched:
             self.no_end()
             o.turned.put(0)
             o.put(Slot.SIDED, 0.0)
-        o.pass_samples(t)
+
+        def behind() -> Term:
+            at = o.get(Slot.SAMPLE)
+            return (at < w.compute("float", o.samples)) & (o.times[w.compute("int", at)] <= t)
+
+        with w.repeat(behind):
+            o.more(Slot.SAMPLE, 1.0)
 
     def take_actions(self, t: Term, before: Term, after: Term) -> None:
         """The state after the actions, all from the state before; what is not sure is `asked`.
@@ -496,8 +501,8 @@ class Watched:
         """
         w, o, c = self.writer, self.context, self.crossings
         own = self.own
-        self.at_state(self.tendency, self.tendency_h, t, (self.jumps, before), (self.instant, self.before_rates))
-        self.at_state(self.glance, self.glance_h, t, (self.jumps, before), (self.instant, self.was))
+        self.at_state(self.tendency, t, (self.jumps, before), (self.instant, self.before_rates))
+        self.at_state(self.glance, t, (self.jumps, before), (self.instant, self.was))
         with w.count(o.n) as i:
             self.jumps[after + i] = self.jumps[before + i]
         # by their doubts the events of this instant are told from now on: 2, and 3 where they act
@@ -517,8 +522,8 @@ class Watched:
             self.follow(t, after)
         if self.sided:
             self.turn_over(t, after)
-        self.at_state(self.glance, self.glance_h, t, (self.jumps, after), (self.instant, w.integer(0)))
-        self.at_state(self.tendency, self.tendency_h, t, (self.jumps, after), (self.instant, self.after_rates))
+        self.at_state(self.glance, t, (self.jumps, after), (self.instant, w.integer(0)))
+        self.at_state(self.tendency, t, (self.jumps, after), (self.instant, self.after_rates))
         with w.few(own) as e:
             self.leave(e, self.instant[self.was + e] - self.least[e], t)
         if self.sided:
@@ -533,7 +538,7 @@ class Watched:
         """The values that the events of this instant set; two for one place are asked about."""
         w, c = self.writer, self.crossings
         place = self.set_at
-        self.at_state(self.act, self.act_h, t, (self.jumps, before), (self.instant, place))
+        self.at_state(self.act, t, (self.jumps, before), (self.instant, place))
         with w.few(self.acts) as k:
             event, slot = (w.compute("int", self.actions[k * 2 + j]) for j in (0, 1))
             value = self.instant[place + k]
@@ -570,12 +575,12 @@ class Watched:
         with w.when(self.renews.get() > 0):
             with w.few(self.acts) as k, w.when(self.sets_parameter(k)):
                 o.p[self.place(k) - o.n] = self.instant[self.set_at + k]
-            o.rehoist()
+            w.rehoist(o.p)
 
     def turn_over(self, t: Term, after: Term) -> None:
         """Switches have the sides of the state after the actions."""
         w, c = self.writer, self.crossings
-        self.at_state(self.glance, self.glance_h, t, (self.jumps, after), (self.instant, w.integer(0)))
+        self.at_state(self.glance, t, (self.jumps, after), (self.instant, w.integer(0)))
         self.again.put(0)
         with w.few(self.count, self.own) as e:
             value, side = self.instant[e], -c.direction(e)
@@ -587,7 +592,7 @@ class Watched:
                 self.again.put(1)
         with w.when(self.again.get() > 0):
             self.renews.put(1)
-            self.context.rehoist()
+            w.rehoist(self.context.p)
 
     def follow(self, t: Term, after: Term) -> None:
         """Speeds that are not set follow on the constraints: the dependent ones, or all where as many are set as are independent."""
@@ -643,70 +648,6 @@ class Watched:
         unsure = (there & ~moving) | (leapt & ((c.kind(e) >= float(Kind.ACTS)) | goes_on)) | beside
         with w.when((mine & unsure) | ~finite):
             c.put("asked", 1)
-
-
-def look_at(
-    context: StepperContext,
-    looks: tuple[Watched | None, Held | None],
-    step: tuple[Term, Term, Callable[[], Term]],
-    dense: Dense,
-    prepare: Callable[[], None],
-    along: Callable[[Watched, Term], None],
-) -> None:
-    """A step that was found: its end on the constraints, its events; `asks` tells whether Python looks before it is gone on from.
-
-    `step` is its length, whether it is the last one, and where in `work` its end stands; `along` gives the quantities along it, from
-    its begin on.
-    """
-    w, o, (watched, held), (h, last, at) = context.writer, context, looks, step
-    if o.asks is None:
-        return
-    begin = o.get(Slot.TIME)
-    o.ask(ReturnCode.ON)
-    prepare()
-    if held is not None:
-        end = w.select(last, o.get(Slot.END), begin + (h + o.get(Slot.TIME_LAG)))
-        held.look(begin, h, end, (o.work, at()), dense)
-    if watched is not None:
-        with w.when(~o.asked()):
-            along(watched, begin)
-            watched.decide(begin, h)
-
-
-def go_on_or_jump(
-    context: StepperContext,
-    watched: Watched | None,
-    held: Held | None,
-    go_on: Callable[[], None],
-    sampled: Callable[[Term, Term], None],
-) -> None:
-    """A step that was found is gone on from, ended at an event, or left to Python."""
-    w = context.writer
-    if context.asks is None:
-        go_on()
-        return
-    with w.when(context.asked()):
-        again = context.asks.get() >= int(ReturnCode.AGAIN)
-        context.back.put(w.select(again, w.integer(ReturnCode.ON), context.asks.get()))
-    with w.otherwise():
-        if watched is None:
-            go_on()
-        else:
-            with w.when(watched.breaks):
-                watched.jump(sampled)
-            with w.otherwise():
-                go_on()
-                watched.turned()
-        if held is not None:
-            with w.when(context.renewed.get() > 0):
-                context.renewed.put(0)
-                held.change_speeds()
-                context.begin_step_anew()
-
-
-def settling(watched: Watched | None) -> Callable[[], None] | None:
-    """What gives switches their sides before a step that begins anew."""
-    return watched.settle if watched is not None and watched.sided else None
 
 
 def rooms(count: int, own: int, acts: int, n: int) -> dict[str, int]:

@@ -141,6 +141,7 @@ class Writer:
         self.cells: list[language.Cell] = []
         self.blocks: list[list[language.Statement]] = [[]]
         self.values = 0
+        self.hoists: dict[str, Callable[..., None] | None] = {}
 
     def finished(self, result: Variable) -> language.Kernel:
         """The kernel, verified, without what nothing reads."""
@@ -173,6 +174,17 @@ class Writer:
 
         return call
 
+    def hoisted(self, name: str) -> Array:
+        """An argument: what is hoisted of a routine."""
+        self.hoists[name] = None
+        return self.array(name)
+
+    def rehoist(self, p: Array) -> None:
+        """What is hoisted of all routines is that for the parameters as they are now: by an argument `hoist_…` of each."""
+        for name, hoist in self.hoists.items():
+            self.hoists[name] = known = hoist or self.callee(f"hoist_{name}", "array", "array")
+            known(p.at(0), Address(name, self.operand(0, INT)))
+
     def variable(self, name: str, type_: Type = FLOAT) -> Variable:
         """A cell, zero at first."""
         cell = language.Cell(name, type_)
@@ -196,7 +208,7 @@ class Writer:
             return given.operand
         if type_.width > 1 and not isinstance(given, tuple):
             return language.Immediate(type_, (float(given),) * type_.width)
-        return language.Immediate(type_, given if isinstance(given, tuple) or type_.kind == "int" else float(given))
+        return language.Immediate(type_, given if isinstance(given, tuple) else (int if type_ == INT else float)(given))
 
     def integer(self, value: int) -> Term:
         """A constant."""
