@@ -308,21 +308,22 @@ def slip_events(loads: Sequence[Load]) -> tuple[Event, ...]:
         for s in pressing:
             if isinstance(s, Reaction):
                 contacts.setdefault(s, load.name)
+    told = {reaction: str(reaction) for reaction in contacts}
     return (
         *slips.values(),
         *(
-            Event(f"contact lost ({reaction} = 0)", reaction, direction=-1, message=_OPENS.format(name, reaction))
-            for reaction, name in contacts.items()
+            Event(f"contact lost ({told[r]} = 0)", r, direction=-1, message=_OPENS.format(name, told[r]))
+            for r, name in contacts.items()
         ),
     )
 
 
 def singular_events(speeds: Speeds) -> tuple[Event, ...]:
     """Each pivot of W through zero: there the coordinates' rates are not determined by the speeds."""
+    moving = {p: str(p) for p in dict.fromkeys(speeds.pivots) if not is_constant_in_time([p])}
     return tuple(
-        KinematicsEnd(f"{SINGULAR} ({pivot} = 0)", pivot, message=_HAS_NO_RATES.format(pivot))
-        for pivot in dict.fromkeys(speeds.pivots)
-        if not is_constant_in_time([pivot])
+        KinematicsEnd(f"{SINGULAR} ({told} = 0)", pivot, message=_HAS_NO_RATES.format(told))
+        for pivot, told in moving.items()
     )
 
 

@@ -90,9 +90,13 @@ def ordered_coordinates(
         return Symbols((*early, *(q for group in rest for q in group)))
     listed = _coordinates(by_name(order, seen))
     unused = (q for q in listed if q not in seen)
-    expected = f"coordinates= to list those that frames and points depend on ({_names(seen)})"
     cure = "Leave it out, or write it into a position or orientation; is a body missing from bodies=?"
-    expect.none(unused, expected, "{}, which nothing uses", cure)
+    expect.none(
+        unused,
+        lambda: f"coordinates= to list those that frames and points depend on ({_names(seen)})",
+        "{}, which nothing uses",
+        cure,
+    )
     absent = [q for q in seen if q not in set(listed)]
     if absent or len(listed) != len(seen):
         cure = f"Add {_names(absent)}" if absent else "List none twice"
