@@ -48,7 +48,7 @@ def split(a: Expr) -> tuple[Expr, Expr]:
     return ONE, a
 
 
-def joined(a: Expr, b: Expr, sign: int) -> Expr | None:
+def one_product(a: Expr, b: Expr, sign: int) -> Expr | None:
     """The sum a + sign·b, of which one is a product at least, where it is one, however the factors are grouped: None where it is not.
 
     c x ± d x, c x y ± d x y, x (y z) ± y (x z), and k sin² x + k cos² x.
@@ -214,7 +214,7 @@ def add(a: Expr, b: Expr) -> Expr:
     if bo is SUB and b.args[1] is a:
         return b.args[0]
     if ao is MUL or bo is MUL:
-        whole = joined(a, b, 1)
+        whole = one_product(a, b, 1)
         if whole is not None:
             return whole
     if ao is CONST or (bo is not CONST and (a.key < b.key or (a.key == b.key and precedes(a, b)))):
@@ -242,7 +242,7 @@ def sub(a: Expr, b: Expr) -> Expr:
         if rest is not None:
             return rest
     if ao is MUL or bo is MUL:
-        whole = joined(a, b, -1)
+        whole = one_product(a, b, -1)
         if whole is not None:
             return whole
     if ao is CONST or (bo is not CONST and (a.key < b.key or (a.key == b.key and precedes(a, b)))):

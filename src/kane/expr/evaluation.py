@@ -479,6 +479,25 @@ class Prices:
         return self._own + _cost(nodes(roots, self._known))
 
 
+class Together(tuple[Expr, ...]):
+    """Expressions that are computed together, with what is asked of them by one rewriting after the other."""
+
+    @classmethod
+    def of(cls, roots: Sequence[Expr]) -> "Together":
+        """These expressions, as they come where they are known together."""
+        return roots if isinstance(roots, cls) else cls(roots)
+
+    @cached_property
+    def order(self) -> list[Expr]:
+        """Every node below them once, arguments before their users."""
+        return postorder(self)
+
+    @cached_property
+    def price(self) -> int:
+        """Their `price`."""
+        return _cost(self.order if "order" in self.__dict__ else nodes(self))
+
+
 def exceeds(roots: Iterable[Expr], most: int) -> bool:
     """Whether the `price` of `roots` is more than `most`: no further nodes are looked at than tells that."""
     seen, total = set(roots), 0

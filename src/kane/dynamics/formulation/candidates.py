@@ -54,7 +54,7 @@ from kane.dynamics.formulation.speeds import ConstraintRates, by_definitions, tw
 from kane.dynamics.solved import Solved
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sum_of
 from kane.expr.differentiation import affine_forms
-from kane.expr.evaluation import Prices, exceeds, free_symbols, is_constant_in_time, price
+from kane.expr.evaluation import Prices, Together, exceeds, free_symbols, is_constant_in_time, price
 from kane.expr.forms.collect import collected, combined
 from kane.expr.forms.scales import scaled
 from kane.expr.forms.shorter import named, shared
@@ -422,19 +422,17 @@ def with_short_forms(s: Solved) -> Solved:
 
 def short_forms(exprs: Sequence[Expr], derived: Derived, e: Embedding | None) -> tuple[Expr, ...]:
     """Expressions that are computed together in fewer operations; themselves where they are long."""
-    best = tuple(exprs)
+    best = Together(exprs)
     if exceeds(best, SHORT):
         return best
-    least = price(best)
     given = _by_constraints(derived, e)
     kept = frozenset(e.guards_in_use) if e else frozenset()
     final: dict[str, tuple[Expr, ...]] = {}
     for rewritten in (lambda x, same: named(x, given, same), shared, combined, scaled, shared):
         if final.get(rewritten.__name__) is best:  # nothing has changed since
             continue
-        found = rewritten(best, kept)
-        if found is not best and (cost := price(found)) < least:
-            best, least = found, cost
+        found = Together.of(rewritten(best, kept))
+        best = found if found.price < best.price else best
         final[rewritten.__name__] = best
     return best
 

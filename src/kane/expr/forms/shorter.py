@@ -12,7 +12,7 @@ from operator import itemgetter
 from typing import NamedTuple
 
 from kane.expr.build import div, mul, neg
-from kane.expr.evaluation import price
+from kane.expr.evaluation import Together, price
 from kane.expr.forms.collect import collected, expanded, factored
 from kane.expr.node import ONE, Expr, Number, constant, nodes, number_of, postorder
 from kane.expr.ops import CONST, DIV, MUL, NEG
@@ -24,7 +24,8 @@ def named(roots: Sequence[Expr], given: Mapping[Expr, Expr], kept: Set[Expr] = f
     known = [(_factors(e), e, name) for e, name in given.items() if e.args]
     replaced: dict[Expr, Expr] = {}
     held: dict[Expr, frozenset[Expr]] = {}  # by products, also of the products that they divide
-    for node in postorder(roots):
+    together = Together.of(roots)
+    for node in together.order:
         if node.op is MUL or node.op is DIV:
             held[node] = frozenset().union(
                 *[held.get(a) or (a,) for a in node.args[: 2 if node.op is MUL else 1]], (node,)
@@ -36,7 +37,7 @@ def named(roots: Sequence[Expr], given: Mapping[Expr, Expr], kept: Set[Expr] = f
                 rest = _without(node, factors, kept)
                 if rest is not None:
                     replaced[node] = mul(rest, neg(name) if e.op is NEG else name)
-    return replaced_in(roots, replaced, kept)
+    return replaced_in(together, replaced, kept, together.order)
 
 
 def _factors(e: Expr) -> list[Expr]:
@@ -88,17 +89,15 @@ class _Product(NamedTuple):
 
 def shared(roots: Sequence[Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr, ...]:
     """`roots` with products, `kept` ones apart, made of others, or of what several have in common, where that is less."""
-    best, least, found = tuple(roots), price(roots), True
+    best, found = Together.of(roots), True
     search = _Products(kept)
     while found:
-        order = postorder(best)
-        products = search.within(best, order)
+        products = search.within(best, best.order)
         found = False
         for replaced in search.together(products):
-            trial = replaced_in(best, _settled(replaced, kept), kept, order)
-            cost = price(trial)
-            if cost < least:
-                best, least, found = trial, cost, True
+            trial = Together(replaced_in(best, _settled(replaced, kept), kept, best.order))
+            if trial.price < best.price:
+                best, found = trial, True
                 break
     return best
 
