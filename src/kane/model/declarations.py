@@ -187,7 +187,7 @@ def rates_by_quasi(euler: Sequence[EulerParameters]) -> dict[Expr, Expr]:
 def inputs_with_rates(
     symbols: Iterable[Symbol], shape: Iterable[Expr], constraints: Iterable[Constraint]
 ) -> tuple[Input | Rate, ...]:
-    """The inputs, each with the derivatives that the equations need.
+    """The inputs among `symbols`, those of everything, each with the derivatives that the equations need.
 
     Two where it places or turns something, one in a motion constraint, and those that loads name.
     """
@@ -202,6 +202,8 @@ def inputs_with_rates(
                 orders[r] = max(orders.get(r, 0), order + more)
 
     need(symbols, 0)
+    if not orders:
+        return ()
     held = {kind: [c.expr for c in constraints if c.kind == kind] for kind in ("configuration", "motion")}
     need(free_symbols([*shape, *held["configuration"]]), 2)
     need(free_symbols(held["motion"]), 1)
