@@ -179,10 +179,15 @@ class AdmittedSpeeds:
 
 
 class _Admitted(NamedTuple):
-    """B (rank × n) with B u = const. at a configuration, and whether rounding leaves enough there to tell."""
+    """B (rank × n) with B u = const. at one of several places, of which `every` says where rounding leaves enough to tell."""
 
     b: Array
-    told: Callable[[], bool]
+    place: int
+    every: Callable[[], Mask]
+
+    def told(self) -> bool:
+        """Whether rounding leaves enough here."""
+        return bool(self.every()[self.place])
 
 
 class _Places:
@@ -219,7 +224,7 @@ class _Places:
         for k, both in enumerate(every):
             b = self.rows.admitted(both)
             if b is not None:
-                yield _Admitted(b, lambda k=k: bool(told()[k]))
+                yield _Admitted(b, k, told)
 
     def _starts(self, values: Mapping[Expr, Any], pivot: Expr | None) -> Array:
         """Configurations drawn at random; those at which the pivot is smallest, none where it is nowhere small."""
@@ -317,12 +322,12 @@ def slip_events(loads: Sequence[Load]) -> tuple[Event, ...]:
         for s in pressing:
             if isinstance(s, Reaction):
                 contacts.setdefault(s, load.name)
-    told = {reaction: str(reaction) for reaction in contacts}
+    lost = [(r, str(r), name) for r, name in contacts.items()]
     return (
         *slips.values(),
         *(
-            Event(f"contact lost ({told[r]} = 0)", r, direction=-1, message=_OPENS.format(name, told[r]))
-            for r, name in contacts.items()
+            Event(f"contact lost ({told} = 0)", r, direction=-1, message=_OPENS.format(name, told))
+            for r, told, name in lost
         ),
     )
 

@@ -22,6 +22,8 @@ from kane.expr.visit import replaced_in
 def named(roots: Sequence[Expr], given: Mapping[Expr, Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr, ...]:
     """`roots` with the names of what is `given`, which is found as it is, or as factors of products; what is `kept` stays as it is."""
     known = [(_factors(e), e, name) for e, name in given.items() if e.args]
+    if not known:
+        return tuple(roots)
     replaced: dict[Expr, Expr] = {}
     held: dict[Expr, frozenset[Expr]] = {}  # by products, also of the products that they divide
     together = Together.of(roots)
@@ -87,10 +89,13 @@ class _Product(NamedTuple):
     own: int
 
 
-def shared(roots: Sequence[Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr, ...]:
-    """`roots` with products, `kept` ones apart, made of others, or of what several have in common, where that is less."""
+def shared(roots: Sequence[Expr], kept: Set[Expr] = frozenset(), known: "Products | None" = None) -> tuple[Expr, ...]:
+    """`roots` with products, `kept` ones apart, made of others, or of what several have in common, where that is less.
+
+    What products hold, apart from the `kept` ones, may be `known` from expressions before.
+    """
     best, found = Together.of(roots), True
-    search = _Products(kept)
+    search = known or Products(kept)
     while found:
         products = search.within(best, best.order)
         found = False
@@ -117,7 +122,7 @@ _Replacement = tuple[int, tuple[Expr, ...], dict[Expr, Expr]]
 """Operations that are saved, products that have to stay, and what comes in the places of which."""
 
 
-class _Products:
+class Products:
     """What products are products of, and what they have in common: found once for each, `kept` ones apart."""
 
     def __init__(self, kept: Set[Expr]) -> None:
@@ -189,8 +194,9 @@ class _Products:
         for pair in combinations([node for node, product in products.items() if product.own > 1], 2):
             known = self._common.get(pair)
             if known is None:
-                common = _common(*(products[node].powers for node in pair))
-                known = self._common[pair] = common, sum(map(abs, common.values())), frozenset(common.items())
+                common = _common(products[pair[0]].powers, products[pair[1]].powers)
+                degree = sum(map(abs, common.values())) if common else 0
+                known = self._common[pair] = common, degree, frozenset(common.items() if degree > 1 else ())
             common, degree, key = known
             if degree > 1 and key not in seen:
                 seen.add(key)
@@ -253,6 +259,8 @@ def _holds(powers: Powers, part: Powers) -> bool:
 
 
 def _common(a: Powers, b: Powers) -> Powers:
+    if a.keys().isdisjoint(b):
+        return {}
     found = {}
     for f, k in a.items():
         if f in b and k * (n := b[f]) > 0:
