@@ -11,8 +11,8 @@ Events that every system watches: the end of slip, Painlevé's case, and singula
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cache
-from typing import Any, NamedTuple
+from functools import cache, partial
+from typing import Any
 
 import numpy as np
 
@@ -67,17 +67,17 @@ def without_poles(derived: Derived, partition: Partition | None, fixed: bool = F
     own = f[len(derived.system.holonomic) :]  # the unit lengths of Euler parameters
     # off the constraints first: there most poles are seen to be true ones, for little
     for conditions in dict.fromkeys((own, f)):
-        poles = [x for p in pivots for x in places.admissible(conditions, p) if len(x.b) == len(dependent)]
+        poles = [(b, told) for p in pivots for b, told in places.admissible(conditions, p) if len(b) == len(dependent)]
         if not poles:
             return None
-        usual = [x.b for x in places.admissible(conditions) if len(x.b) == len(dependent)]
+        usual = [b for b, _ in places.admissible(conditions) if len(b) == len(dependent)]
         sizes = np.max([np.abs(b).max(axis=0) for b in usual], axis=0, initial=0)
         sizes = np.where(sizes > 0, sizes, 1.0)
         reach = np.broadcast_to(sizes, usual[0].shape) if usual else sizes
         others = [] if fixed else [choose(b, named, reach=reach).dependent for b in usual]
         choices = dict.fromkeys((dependent, *(tuple(sorted(d)) for d in others if len(d) == len(dependent))))
         best = max(choices, key=lambda d: round(min((_determined(b, d, sizes) for b in usual), default=0.0), 9))
-        if not any(_determined(x.b, best, sizes) > NEAR_SINGULAR and x.told() for x in poles):
+        if not any(_determined(b, best, sizes) > NEAR_SINGULAR and told() for b, told in poles):
             return None
     return Partition(partition.rows, best, partition.redundant)
 
@@ -178,28 +178,17 @@ class AdmittedSpeeds:
         return Partition(present.rows, tuple(sorted(dependent)), present.redundant)
 
 
-class _Admitted(NamedTuple):
-    """B (rank × n) with B u = const. at one of several places, of which `every` says where rounding leaves enough to tell."""
-
-    b: Array
-    place: int
-    every: Callable[[], Mask]
-
-    def told(self) -> bool:
-        """Whether rounding leaves enough here."""
-        return bool(self.every()[self.place])
-
-
 class _Places:
     """Configurations, and Y and A_q in the basic rates there."""
 
     def __init__(self, derived: Derived) -> None:
         self.system, self.rows = derived.system, RateRows(derived)
 
-    def admissible(self, f: tuple[Expr, ...], pivot: Expr | None = None) -> Iterator[_Admitted]:
-        """What is admitted at configurations with f = 0, and where `pivot` vanishes, if one is given.
+    def admissible(self, f: tuple[Expr, ...], pivot: Expr | None = None) -> Iterator[tuple[Array, Callable[[], bool]]]:
+        """B (rank × n) with B u = const. at configurations with f = 0, and where `pivot` vanishes, if one is given.
 
-        Left out are those at which Y and A_q together do not give the rates.
+        Each with a function that says whether rounding leaves enough there to tell. Left out are those at which Y and A_q together do
+        not give the rates.
         """
         q = self.system.coordinates
         if pivot is not None:
@@ -220,11 +209,11 @@ class _Places:
         places = np.array(closed).reshape(-1, len(q), 1)
         there = values | {x: places[:, k] for k, x in enumerate(q)}
         every = self.rows.at(there, len(places))
-        told = cache(lambda: self.rows.told(there, every))
+        told = cache(lambda: self.rows.told(there, every).tolist())
         for k, both in enumerate(every):
             b = self.rows.admitted(both)
             if b is not None:
-                yield _Admitted(b, k, told)
+                yield b, partial(lambda k: bool(told()[k]), k)
 
     def _starts(self, values: Mapping[Expr, Any], pivot: Expr | None) -> Array:
         """Configurations drawn at random; those at which the pivot is smallest, none where it is nowhere small."""

@@ -49,10 +49,7 @@ def split(a: Expr) -> tuple[Expr, Expr]:
 
 
 def one_product(a: Expr, b: Expr, sign: int) -> Expr | None:
-    """The sum a + sign·b, of which one is a product at least, where it is one, however the factors are grouped: None where it is not.
-
-    c x ± d x, c x y ± d x y, x (y z) ± y (x z), and k sin² x + k cos² x.
-    """
+    """a + sign·b, of which one is a product, where it is one: c x ± d x, c x y ± d x y, x (y z) ± y (x z), k sin² x + k cos² x."""
     if a.op is not b.op:
         (ca, ra), (cb, rb) = split(a), split(b)
         return mul(total(ca, cb, sign), ra) if ra is rb else None
@@ -62,8 +59,7 @@ def one_product(a: Expr, b: Expr, sign: int) -> Expr | None:
     if ao is CONST or bo is CONST or (inner and _has_number(a)) or (other and _has_number(b)):
         alike = _like_products(a, b, sign)
         if alike is not None:
-            c, x, y = alike
-            return mul(c, mul(x, y))
+            return alike
     if inner and other and same_product(a, b):
         return mul(TWO, a) if sign > 0 else ZERO
     if sign > 0 and (inner or p is q) and (other or r is s):
@@ -71,15 +67,15 @@ def one_product(a: Expr, b: Expr, sign: int) -> Expr | None:
     return None
 
 
-def _like_products(a: Expr, b: Expr, sign: int) -> tuple[Expr, Expr, Expr] | None:
-    """The sum a + sign·b of products, a number in one of them, as constant · x · y, if it is one product."""
+def _like_products(a: Expr, b: Expr, sign: int) -> Expr | None:
+    """The sum a + sign·b of products, a number in one of them, if it is one product."""
     (ca, ra), (cb, rb) = split(a), split(b)
     if ra is rb:
-        return total(ca, cb, sign), ra, ONE
+        return mul(total(ca, cb, sign), ra)
     for c, x, y in _scaled_pairs(a):
         for d, v, w in _scaled_pairs(b):
             if (x is v and y is w) or (x is w and y is v):
-                return total(c, d, sign), x, y
+                return mul(total(c, d, sign), mul(x, y))
     return None
 
 

@@ -487,15 +487,13 @@ class Together(tuple[Expr, ...]):
         """These expressions, as they come where they are known together."""
         return roots if isinstance(roots, cls) else cls(roots)
 
-    @cached_property
-    def order(self) -> list[Expr]:
-        """Every node below them once, arguments before their users."""
-        return postorder(self)
+    order = cached_property(postorder)
+    price = cached_property(lambda self: _cost(nodes(self)))
 
-    @cached_property
-    def price(self) -> int:
-        """Their `price`."""
-        return _cost(self.order if "order" in self.__dict__ else nodes(self))
+    def or_shorter(self, others: Sequence[Expr]) -> "Together":
+        """The `others` where they take fewer operations, else these."""
+        found = Together.of(others)
+        return found if found.price < self.price else self
 
 
 def exceeds(roots: Iterable[Expr], most: int) -> bool:

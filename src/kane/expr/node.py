@@ -204,9 +204,7 @@ def intern_node(op: Op, *args: Expr) -> Expr:
     if node is not None:
         return node
     made: Any = Blank()
-    made.op = op
-    made.args = args
-    made.key = hash((op.code, *[a.key for a in args]))
+    made.op, made.args, made.key = op, args, hash((op.code, *[a.key for a in args]))
     made.__class__ = Expr
     return enter(name, made, known)
 
@@ -219,9 +217,7 @@ def intern_pair(op: Op, a: Expr, b: Expr) -> Expr:
     if node is not None:
         return node
     made: Any = Blank()
-    made.op = op
-    made.args = args
-    made.key = hash((op.code, a.key, b.key))
+    made.op, made.args, made.key = op, args, hash((op.code, a.key, b.key))
     made.__class__ = Expr
     if _sweeping:
         return enter(args, made, known)
@@ -239,9 +235,7 @@ def intern_single(op: Op, a: Expr) -> Expr:
     if node is not None:
         return node
     made: Any = Blank()
-    made.op = op
-    made.args = args
-    made.key = hash((op.code, a.key))
+    made.op, made.args, made.key = op, args, hash((op.code, a.key))
     made.__class__ = Expr
     if _sweeping:
         return enter(args, made, known)

@@ -437,8 +437,7 @@ def short_forms(exprs: Sequence[Expr], derived: Derived, e: Embedding | None) ->
     final: dict[str, Together] = {}
     for name in ("named", "shared", "combined", "scaled", "shared"):
         if final.get(name) is not best:  # else nothing has changed since
-            found = Together.of(ways[name](best))
-            best = final[name] = found if found.price < best.price else best
+            best = final[name] = best.or_shorter(ways[name](best))
     return best
 
 

@@ -259,10 +259,7 @@ def combined(roots: Sequence[Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr
     for (x, y), sums in _alike(together.order).items():
         if 1 < len(sums) <= _MOST_SUMS:
             replaced |= _chain(x, y, sums)
-    if not replaced:
-        return together
-    found = Together(replaced_in(together, replaced, kept, together.order))
-    return found if found.price < together.price else together
+    return together.or_shorter(replaced_in(together, replaced, kept, together.order)) if replaced else together
 
 
 def joined(roots: Sequence[Expr]) -> tuple[Expr, ...]:

@@ -48,17 +48,14 @@ class _Graph:
         self.roots, self.kept, self.order = roots, kept, roots.order
         self.place: dict[Expr, int] = {}
         self.args: list[tuple[int, ...]] = []
-        self.kinds: list[int] = []
-        self.costs: list[int] = []
+        self.kinds = [_kind(node, kept) for node in self.order]
+        self.costs = [node.op.cost for node in self.order]
         self.states: list[_State] = []  # without powers
         place, states = self.place, self.states
         for i, node in enumerate(self.order):
-            op, args = node.op, tuple([place[a] for a in node.args])
-            kind = _kind(node, kept)
+            args = tuple([place[a] for a in node.args])
             self.args.append(args)
-            self.kinds.append(kind)
-            self.costs.append(op.cost)
-            states.append((states[args[0]][0] if kind == _NEGATIVE else i, 0, op.cost, ()))
+            states.append((states[args[0]][0] if self.kinds[i] == _NEGATIVE else i, 0, self.costs[i], ()))
             place[node] = i
         self.others = {i for i, kind in enumerate(self.kinds) if kind == _OTHER}
         self.cost = sum(self.costs)
@@ -266,8 +263,7 @@ def scaled(roots: Sequence[Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr, 
         if graph.roots is not best:
             graph = _Graph(best, kept)
         if p in graph.place:
-            found = Together(_rewritten(graph, p, _chosen(graph, p)))
-            best = found if found.price < best.price else best
+            best = best.or_shorter(_rewritten(graph, p, _chosen(graph, p)))
     return best
 
 

@@ -22,11 +22,11 @@ from kane.expr.visit import replaced_in
 def named(roots: Sequence[Expr], given: Mapping[Expr, Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr, ...]:
     """`roots` with the names of what is `given`, which is found as it is, or as factors of products; what is `kept` stays as it is."""
     known = [(_factors(e), e, name) for e, name in given.items() if e.args]
+    together = Together.of(roots)
     if not known:
-        return tuple(roots)
+        return together
     replaced: dict[Expr, Expr] = {}
     held: dict[Expr, frozenset[Expr]] = {}  # by products, also of the products that they divide
-    together = Together.of(roots)
     for node in together.order:
         if node.op is MUL or node.op is DIV:
             held[node] = frozenset().union(
@@ -90,10 +90,7 @@ class _Product(NamedTuple):
 
 
 def shared(roots: Sequence[Expr], kept: Set[Expr] = frozenset(), known: "Products | None" = None) -> tuple[Expr, ...]:
-    """`roots` with products, `kept` ones apart, made of others, or of what several have in common, where that is less.
-
-    What products hold, apart from the `kept` ones, may be `known` from expressions before.
-    """
+    """`roots` with products, `kept` ones apart, made of others, or of what several have in common, where that is less."""
     best, found = Together.of(roots), True
     search = known or Products(kept)
     while found:
