@@ -30,13 +30,17 @@ def refusal(error: type[E], expected: str, got: str, cure: str = "") -> E:
     return error(f"Expected {expected}, got {got}.{cure and ' '}{cure}")
 
 
+def said(words: Words) -> str:
+    """The text, made now where it takes long and is given by a function."""
+    return words if isinstance(words, str) else words()
+
+
 def that(
-    holds: Any, expected: str, given: object = None, cure: str = "", *, came: Words = "", error: Error = ModelError
+    holds: Any, expected: Words, given: object = None, cure: str = "", *, came: Words = "", error: Error = ModelError
 ) -> None:
-    """Refuse `given` unless something holds of it; `came` says in its place what came, where it takes long by a function."""
+    """Refuse `given` unless something holds of it; `came` says in its place what came."""
     if not holds:
-        told = came if isinstance(came, str) else came()
-        raise refusal(error, expected, told or cut(repr(given)), cure)
+        raise refusal(error, said(expected), said(came) or cut(repr(given)), cure)
 
 
 def instance(
@@ -88,12 +92,12 @@ def one_of(given: Any, known: Collection[str], expected: str, cure: str = "", *,
 
 
 def none(
-    wrong: Iterable[object], expected: str, came: str = "{}", cure: str = "", *, error: Error = ModelError
+    wrong: Iterable[object], expected: Words, came: str = "{}", cure: str = "", *, error: Error = ModelError
 ) -> None:
     """Refuse what is wrong, if anything is; `came` says of the list {} of it what it is."""
     listed = ", ".join(map(str, wrong))
     if listed:
-        raise refusal(error, expected, came.replace("{}", listed), cure)
+        raise refusal(error, said(expected), came.replace("{}", listed), cure)
 
 
 def different(given: Iterable[Hashable], expected: str, cure: str = "", *, error: Error = ModelError) -> None:
@@ -150,8 +154,7 @@ def floats(
     try:
         return np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as wrong:
-        told = came if isinstance(came, str) else came()
-        raise refusal(error, expected, told or cut(repr(given)), cure) from wrong
+        raise refusal(error, expected, said(came) or cut(repr(given)), cure) from wrong
 
 
 def keywords(*names: str) -> Callable[[F], F]:

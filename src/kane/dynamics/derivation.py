@@ -15,6 +15,7 @@ from kane.dynamics.constraints.partition import Compared, compared
 from kane.dynamics.forcing import Blocks, Inertias, Moving, blocks, homes, inertias_of, mass_rows, moving_parts
 from kane.dynamics.lazy import LazyMapping, read
 from kane.errors import ModelError, NotAffineError, ReactionError, cut
+from kane.expect import Words, said
 from kane.expr.build import add, sub, sum_of
 from kane.expr.differentiation import Affine, affine_forms, time_derivative
 from kane.expr.evaluation import Prices, free_symbols
@@ -95,17 +96,17 @@ def _null_vector(matrix: Matrix, system: System) -> Array | None:
 
 def check_released(system: System, rows: ConstraintRows) -> None:
     """Reactions at cuts need to know what the constraints exert on the far side."""
-    cuts = [str(r) for r in (*system.reactions, *system.auxiliary_speeds) if cut_of(r) is not None]
+    cuts = [r for r in (*system.reactions, *system.auxiliary_speeds) if cut_of(r) is not None]
     if cuts:
-        check_placed(f"reactions {', '.join(cuts)} feel", rows.constraints, "kn.rolling.")
+        check_placed(lambda: f"reactions {', '.join(map(str, cuts))} feel", rows.constraints, "kn.rolling.")
 
 
-def check_placed(who: str, constraints: Iterable[Constraint], last: str) -> None:
+def check_placed(who: Words, constraints: Iterable[Constraint], last: str) -> None:
     """Constraints whose forces `who` ("reactions … feel") needs must say where they act; `last` ends the list of what does."""
     bare = [c.name for c in constraints if not c.placed]
     if bare:
         raise ReactionError(
-            f"Expected constraints that say where their forces act, as the {who} them, got the bare "
+            f"Expected constraints that say where their forces act, as the {said(who)} them, got the bare "
             f"{'expression' if len(bare) == 1 else 'expressions'} {', '.join(bare)}. Declare them by places: kn.coincident, "
             f"kn.distance, kn.perpendicular, kn.no_slip, {last}"
         )

@@ -9,8 +9,9 @@ is dependent there is chosen from B.
 Events that every system watches: the end of slip, Painlevé's case, and singular kinematics.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -66,17 +67,17 @@ def without_poles(derived: Derived, partition: Partition | None, fixed: bool = F
     own = f[len(derived.system.holonomic) :]  # the unit lengths of Euler parameters
     # off the constraints first: there most poles are seen to be true ones, for little
     for conditions in dict.fromkeys((own, f)):
-        poles = [b for p in pivots for b in places.admissible(conditions, p) if len(b) == len(dependent)]
+        poles = [(b, told) for p in pivots for b, told in places.admissible(conditions, p) if len(b) == len(dependent)]
         if not poles:
             return None
-        usual = [b for b in places.admissible(conditions) if len(b) == len(dependent)]
+        usual = [b for b, _ in places.admissible(conditions) if len(b) == len(dependent)]
         sizes = np.max([np.abs(b).max(axis=0) for b in usual], axis=0, initial=0)
         sizes = np.where(sizes > 0, sizes, 1.0)
         reach = np.broadcast_to(sizes, usual[0].shape) if usual else sizes
         others = [] if fixed else [choose(b, named, reach=reach).dependent for b in usual]
         choices = dict.fromkeys((dependent, *(tuple(sorted(d)) for d in others if len(d) == len(dependent))))
         best = max(choices, key=lambda d: round(min((_determined(b, d, sizes) for b in usual), default=0.0), 9))
-        if not any(_determined(b, best, sizes) > NEAR_SINGULAR for b in poles):
+        if not any(_determined(b, best, sizes) > NEAR_SINGULAR and told() for b, told in poles):
             return None
     return Partition(partition.rows, best, partition.redundant)
 
@@ -183,10 +184,11 @@ class _Places:
     def __init__(self, derived: Derived) -> None:
         self.system, self.rows = derived.system, RateRows(derived)
 
-    def admissible(self, f: tuple[Expr, ...], pivot: Expr | None = None) -> Iterator[Array]:
+    def admissible(self, f: tuple[Expr, ...], pivot: Expr | None = None) -> Iterator[tuple[Array, Callable[[], bool]]]:
         """B (rank × n) with B u = const. at configurations with f = 0, and where `pivot` vanishes, if one is given.
 
-        Left out are those at which Y and A_q together do not give the rates.
+        Each with a function that says whether rounding leaves enough there to tell. Left out are those at which Y and A_q together do
+        not give the rates.
         """
         q = self.system.coordinates
         if pivot is not None:
@@ -207,10 +209,11 @@ class _Places:
         places = np.array(closed).reshape(-1, len(q), 1)
         there = values | {x: places[:, k] for k, x in enumerate(q)}
         every = self.rows.at(there, len(places))
-        found = [self.rows.admitted(both) for both in every]
-        if pivot is not None and any(b is not None for b in found):
-            found = [b for b, told in zip(found, self.rows.told(there, every), strict=True) if told]
-        yield from (b for b in found if b is not None)
+        told = cache(lambda: self.rows.told(there, every).tolist())
+        for k, both in enumerate(every):
+            b = self.rows.admitted(both)
+            if b is not None:
+                yield b, partial(lambda k: bool(told()[k]), k)
 
     def _starts(self, values: Mapping[Expr, Any], pivot: Expr | None) -> Array:
         """Configurations drawn at random; those at which the pivot is smallest, none where it is nowhere small."""
@@ -308,21 +311,22 @@ def slip_events(loads: Sequence[Load]) -> tuple[Event, ...]:
         for s in pressing:
             if isinstance(s, Reaction):
                 contacts.setdefault(s, load.name)
+    lost = [(r, str(r), name) for r, name in contacts.items()]
     return (
         *slips.values(),
         *(
-            Event(f"contact lost ({reaction} = 0)", reaction, direction=-1, message=_OPENS.format(name, reaction))
-            for reaction, name in contacts.items()
+            Event(f"contact lost ({told} = 0)", r, direction=-1, message=_OPENS.format(name, told))
+            for r, told, name in lost
         ),
     )
 
 
 def singular_events(speeds: Speeds) -> tuple[Event, ...]:
     """Each pivot of W through zero: there the coordinates' rates are not determined by the speeds."""
+    moving = {p: str(p) for p in dict.fromkeys(speeds.pivots) if not is_constant_in_time([p])}
     return tuple(
-        KinematicsEnd(f"{SINGULAR} ({pivot} = 0)", pivot, message=_HAS_NO_RATES.format(pivot))
-        for pivot in dict.fromkeys(speeds.pivots)
-        if not is_constant_in_time([pivot])
+        KinematicsEnd(f"{SINGULAR} ({told} = 0)", pivot, message=_HAS_NO_RATES.format(told))
+        for pivot, told in moving.items()
     )
 
 

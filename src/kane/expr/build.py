@@ -48,29 +48,41 @@ def split(a: Expr) -> tuple[Expr, Expr]:
     return ONE, a
 
 
-def like_terms(a: Expr, b: Expr, sign: int) -> tuple[Expr, Expr, Expr] | None:
-    """The sum a + sign·b as constant · x · y, if it is one product: c x ± d x, or c x y ± d x y however they are grouped."""
-    if a.op is not MUL or b.op is not MUL:
-        ca, ra = split(a)
-        cb, rb = split(b)
-        return (total(ca, cb, sign), ra, ONE) if ra is rb else None
-    if not (_has_number(a) or _has_number(b)):  # two products of two are alike only with a number in one of them
-        return None
-    ca, ra = split(a)
-    cb, rb = split(b)
+def one_product(a: Expr, b: Expr, sign: int) -> Expr | None:
+    """a + sign·b, of which one is a product, where it is one: c x ± d x, c x y ± d x y, x (y z) ± y (x z), k sin² x + k cos² x."""
+    if a.op is not b.op:
+        (ca, ra), (cb, rb) = split(a), split(b)
+        return mul(total(ca, cb, sign), ra) if ra is rb else None
+    (p, q), (r, s) = a.args, b.args
+    ao, bo = p.op, r.op
+    inner, other = ao is MUL or q.op is MUL, bo is MUL or s.op is MUL  # whether a factor is a product
+    if ao is CONST or bo is CONST or (inner and _has_number(a)) or (other and _has_number(b)):
+        alike = _like_products(a, b, sign)
+        if alike is not None:
+            return alike
+    if inner and other and same_product(a, b):
+        return mul(TWO, a) if sign > 0 else ZERO
+    if sign > 0 and (inner or p is q) and (other or r is s):
+        return sin2_cos2(a, b)
+    return None
+
+
+def _like_products(a: Expr, b: Expr, sign: int) -> Expr | None:
+    """The sum a + sign·b of products, a number in one of them, if it is one product."""
+    (ca, ra), (cb, rb) = split(a), split(b)
     if ra is rb:
-        return total(ca, cb, sign), ra, ONE
+        return mul(total(ca, cb, sign), ra)
     for c, x, y in _scaled_pairs(a):
         for d, v, w in _scaled_pairs(b):
             if (x is v and y is w) or (x is w and y is v):
-                return total(c, d, sign), x, y
+                return mul(total(c, d, sign), mul(x, y))
     return None
 
 
 def _has_number(a: Expr) -> bool:
-    """Whether a product of two factors has a number in front, or in front of a factor."""
+    """Whether a product of two factors, one of them a product, has a number in front of that."""
     x, y = a.args
-    return x.op is CONST or (x.op is MUL and x.args[0].op is CONST) or (y.op is MUL and y.args[0].op is CONST)
+    return (x.op is MUL and x.args[0].op is CONST) or (y.op is MUL and y.args[0].op is CONST)
 
 
 def _scaled_pairs(a: Expr) -> list[tuple[Expr, Expr, Expr]]:
@@ -90,8 +102,6 @@ def same_product(a: Expr, b: Expr) -> bool:
     """Whether x·(y·z) and y·(x·z) are at hand: the same three factors, grouped otherwise."""
     p, q = a.args
     r, s = b.args
-    if (p.op is not MUL and q.op is not MUL) or (r.op is not MUL and s.op is not MUL):
-        return False
     for x, y in ((p, q), (q, p)):
         if y.op is not MUL:
             continue
@@ -200,10 +210,7 @@ def add(a: Expr, b: Expr) -> Expr:
     if bo is SUB and b.args[1] is a:
         return b.args[0]
     if ao is MUL or bo is MUL:
-        alike = like_terms(a, b, 1)
-        if alike is not None:
-            return _scaled_product(*alike)
-        whole = (mul(TWO, a) if same_product(a, b) else sin2_cos2(a, b)) if ao is bo else None
+        whole = one_product(a, b, 1)
         if whole is not None:
             return whole
     if ao is CONST or (bo is not CONST and (a.key < b.key or (a.key == b.key and precedes(a, b)))):
@@ -231,11 +238,9 @@ def sub(a: Expr, b: Expr) -> Expr:
         if rest is not None:
             return rest
     if ao is MUL or bo is MUL:
-        alike = like_terms(a, b, -1)
-        if alike is not None:
-            return _scaled_product(*alike)
-        if ao is bo and same_product(a, b):
-            return ZERO
+        whole = one_product(a, b, -1)
+        if whole is not None:
+            return whole
     if ao is CONST or (bo is not CONST and (a.key < b.key or (a.key == b.key and precedes(a, b)))):
         return intern_pair(SUB, a, b)
     return neg(intern_pair(SUB, b, a))
@@ -314,10 +319,6 @@ def _times_quotient(a: Expr, b: Expr) -> Expr | None:
         if b.args[0] is ONE:
             return div(a, b.args[1])
     return None
-
-
-def _scaled_product(c: Expr, x: Expr, y: Expr) -> Expr:
-    return mul(c, mul(x, y))
 
 
 def _scaled(c: Expr, x: Expr) -> Expr:

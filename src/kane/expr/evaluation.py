@@ -479,6 +479,23 @@ class Prices:
         return self._own + _cost(nodes(roots, self._known))
 
 
+class Together(tuple[Expr, ...]):
+    """Expressions that are computed together, with what is asked of them by one rewriting after the other."""
+
+    @classmethod
+    def of(cls, roots: Sequence[Expr]) -> "Together":
+        """These expressions, as they come where they are known together."""
+        return roots if isinstance(roots, cls) else cls(roots)
+
+    order = cached_property(postorder)
+    price = cached_property(lambda self: _cost(nodes(self)))
+
+    def or_shorter(self, others: Sequence[Expr]) -> "Together":
+        """The `others` where they take fewer operations, else these."""
+        found = Together.of(others)
+        return found if found.price < self.price else self
+
+
 def exceeds(roots: Iterable[Expr], most: int) -> bool:
     """Whether the `price` of `roots` is more than `most`: no further nodes are looked at than tells that."""
     seen, total = set(roots), 0

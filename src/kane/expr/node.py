@@ -61,14 +61,20 @@ _FROM_SYMPY = "Translate SymPy's with kn.from_sympy(expression, {SymPy's symbol:
 _CONDITION = "For a condition inside the equations write kn.where(kn.less({}), {})."
 
 
-class Expr(Attributes):
-    """A scalar expression. Build it from symbols with operators and the functions of `kane`."""
+class Blank:
+    """A node while it is made, which can be written; then it becomes an expression, in half the time that slots of one take."""
 
     __slots__ = ("__weakref__", "args", "key", "op")
 
     op: Op
     args: tuple[Expr, ...]
     key: int
+
+
+class Expr(Blank, Attributes):
+    """A scalar expression. Build it from symbols with operators and the functions of `kane`."""
+
+    __slots__ = ()
 
     def __init__(self) -> None:
         raise ExpressionError("An Expr is made by operators and functions on symbols, not by calling Expr().")
@@ -180,9 +186,9 @@ _sweeping = False
 """Whether nodes are being dropped: they are entered under the lock then. No thread is switched between a look at this and the entry,
 as an interpreter does that after calls and jumps alone."""
 
-_set_op = Expr.__dict__["op"].__set__
-_set_args = Expr.__dict__["args"].__set__
-_set_key = Expr.__dict__["key"].__set__
+_set_op = Blank.__dict__["op"].__set__
+_set_args = Blank.__dict__["args"].__set__
+_set_key = Blank.__dict__["key"].__set__
 _set_value = Constant.__dict__["value"].__set__
 _set_error = Constant.__dict__["error"].__set__
 _new = object.__new__
@@ -197,11 +203,10 @@ def intern_node(op: Op, *args: Expr) -> Expr:
     node = known.get(name)
     if node is not None:
         return node
-    node = _new(Expr)
-    _set_op(node, op)
-    _set_args(node, args)
-    _set_key(node, hash((op.code, *[a.key for a in args])))
-    return enter(name, node, known)
+    made: Any = Blank()
+    made.op, made.args, made.key = op, args, hash((op.code, *[a.key for a in args]))
+    made.__class__ = Expr
+    return enter(name, made, known)
 
 
 def intern_pair(op: Op, a: Expr, b: Expr) -> Expr:
@@ -211,13 +216,12 @@ def intern_pair(op: Op, a: Expr, b: Expr) -> Expr:
     node = known.get(args)
     if node is not None:
         return node
-    node = _new(Expr)
-    _set_op(node, op)
-    _set_args(node, args)
-    _set_key(node, hash((op.code, a.key, b.key)))
+    made: Any = Blank()
+    made.op, made.args, made.key = op, args, hash((op.code, a.key, b.key))
+    made.__class__ = Expr
     if _sweeping:
-        return enter(args, node, known)
-    first = known.setdefault(args, node)
+        return enter(args, made, known)
+    first = known.setdefault(args, made)
     if len(known) > _limit:
         sweep()
     return first
@@ -230,13 +234,12 @@ def intern_single(op: Op, a: Expr) -> Expr:
     node = known.get(args)
     if node is not None:
         return node
-    node = _new(Expr)
-    _set_op(node, op)
-    _set_args(node, args)
-    _set_key(node, hash((op.code, a.key)))
+    made: Any = Blank()
+    made.op, made.args, made.key = op, args, hash((op.code, a.key))
+    made.__class__ = Expr
     if _sweeping:
-        return enter(args, node, known)
-    first = known.setdefault(args, node)
+        return enter(args, made, known)
+    first = known.setdefault(args, made)
     if len(known) > _limit:
         sweep()
     return first
@@ -565,7 +568,7 @@ def nodes(roots: Iterable[Expr], known: Set[Expr] = frozenset()) -> set[Expr]:
     found = list(seen)
     for node in found:  # which grows meanwhile
         for a in node.args:
-            if a not in seen and a not in known:
+            if a not in seen and (not known or a not in known):
                 seen.add(a)
                 found.append(a)
     return seen

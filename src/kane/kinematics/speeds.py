@@ -421,6 +421,8 @@ class Matching:
                 score = sum(f.exact for f in forms)
                 if score and (best is None or score > best[0]):
                     best = (score, (target, forms))
+                if score >= count:
+                    break
         return best and best[1]
 
     def _translation(self, point: Point) -> Match | None:
@@ -438,9 +440,13 @@ class Matching:
         return None
 
     def _along(self, v: Vector, frame: Basis) -> Iterator[Forms]:
-        """The measure numbers of `v` along `frame`, in two ways where they differ."""
-        found = list(measured(v, frame))
-        return map(self._forms, found[: 1 + any(x is not y for x, y in zip(*found, strict=True))])
+        """The measure numbers of `v` along `frame`, in two ways where they differ, the second where it is asked for."""
+        ways = measured(v, frame)
+        first = next(ways)
+        yield self._forms(first)
+        for second in ways:
+            if any(x is not y for x, y in zip(first, second, strict=True)):
+                yield self._forms(second)
 
 
 def measured(v: Vector, frame: Basis) -> Iterator[Triple]:

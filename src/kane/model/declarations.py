@@ -90,9 +90,13 @@ def ordered_coordinates(
         return Symbols((*early, *(q for group in rest for q in group)))
     listed = _coordinates(by_name(order, seen))
     unused = (q for q in listed if q not in seen)
-    expected = f"coordinates= to list those that frames and points depend on ({_names(seen)})"
     cure = "Leave it out, or write it into a position or orientation; is a body missing from bodies=?"
-    expect.none(unused, expected, "{}, which nothing uses", cure)
+    expect.none(
+        unused,
+        lambda: f"coordinates= to list those that frames and points depend on ({_names(seen)})",
+        "{}, which nothing uses",
+        cure,
+    )
     absent = [q for q in seen if q not in set(listed)]
     if absent or len(listed) != len(seen):
         cure = f"Add {_names(absent)}" if absent else "List none twice"
@@ -183,7 +187,7 @@ def rates_by_quasi(euler: Sequence[EulerParameters]) -> dict[Expr, Expr]:
 def inputs_with_rates(
     symbols: Iterable[Symbol], shape: Iterable[Expr], constraints: Iterable[Constraint]
 ) -> tuple[Input | Rate, ...]:
-    """The inputs, each with the derivatives that the equations need.
+    """The inputs among `symbols`, those of everything, each with the derivatives that the equations need.
 
     Two where it places or turns something, one in a motion constraint, and those that loads name.
     """
@@ -198,6 +202,8 @@ def inputs_with_rates(
                 orders[r] = max(orders.get(r, 0), order + more)
 
     need(symbols, 0)
+    if not orders:
+        return ()
     held = {kind: [c.expr for c in constraints if c.kind == kind] for kind in ("configuration", "motion")}
     need(free_symbols([*shape, *held["configuration"]]), 2)
     need(free_symbols(held["motion"]), 1)

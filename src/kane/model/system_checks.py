@@ -146,10 +146,10 @@ def check_constraints(constraints: tuple[Constraint, ...], reactions: tuple[Reac
     expect.different(names, "constraints of different names", "Say name=… for each.")
     for r in reactions:
         c = constraint_of(r)
-        if c is not None:
+        if c is not None and c not in constraints:
             expected = f"the constraint of the reaction {r} among the system's ({', '.join(names) or 'none'})"
             cure = "List it in holonomic= or nonholonomic=."
-            expect.that(c in constraints, expected, c.name, cure, error=ReactionError)
+            raise expect.refusal(ReactionError, expected, cut(repr(c.name)), cure)
 
 
 def check_dependent(
@@ -195,11 +195,12 @@ def _check_known(a: StateVariable, s: Symbol) -> None:
 
 
 def check_states(system: Declarations, symbols: Iterable[Symbol]) -> None:
-    """Every state has a rate; nothing by which motions are described depends on one."""
-    for s in symbols:
-        origin: Any = s.place if isinstance(s, Rate) else s
-        if not isinstance(origin, StateVariable):
-            continue
+    """Every state among `symbols`, those of everything, has a rate; nothing by which motions are described depends on one."""
+    origins = [(s, s.place if isinstance(s, Rate) else s) for s in symbols]
+    states = [(s, origin) for s, origin in origins if isinstance(origin, StateVariable)]
+    if not states:
+        return
+    for s, origin in states:
         kinds = "coordinates, speeds, states, parameters, inputs and time"
         cure = f"Say it: System(states={{{origin}: …}}), an expression of {kinds}."
         expect.that(origin in system.states, f"a rate for the state {origin}", came="none", cure=cure)

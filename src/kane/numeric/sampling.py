@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from kane.errors import SimulationError, ValueMissingError, alike, cut
 from kane.expr.evaluation import FLOAT
 from kane.expr.node import Expr, constant_value, postorder
-from kane.expr.ops import CONST, PI, SYMBOL
+from kane.expr.ops import ADD, CONST, MUL, PI, SUB, SYMBOL
 from kane.expr.symbols import Parameter, Symbol, Symbols, declared
 
 LOW, HIGH = 0.3, 1.2
@@ -89,14 +89,19 @@ def sample(roots: Iterable[Expr], seed: int, groups: Iterable[Sequence[Expr]] = 
     values = {s: float(x) for s, x in unit(values, groups).items()}
     with np.errstate(all="ignore"):
         for node in order:
-            if node.op is SYMBOL:
-                continue
-            if node.op is CONST:
+            op, args = node.op, node.args
+            if op is MUL:  # most are, or sums
+                values[node] = values[args[0]] * values[args[1]]
+            elif op is ADD:
+                values[node] = values[args[0]] + values[args[1]]
+            elif op is SUB:
+                values[node] = values[args[0]] - values[args[1]]
+            elif args:
+                values[node] = FLOAT[op](*[values[a] for a in args])
+            elif op is CONST:
                 values[node] = float(constant_value(node) or 0)
-            elif node.op is PI:
+            elif op is PI:
                 values[node] = math.pi
-            else:
-                values[node] = FLOAT[node.op](*[values[a] for a in node.args])
     return [values[e] for e in wanted]
 
 

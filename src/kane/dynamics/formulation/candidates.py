@@ -54,10 +54,10 @@ from kane.dynamics.formulation.speeds import ConstraintRates, by_definitions, tw
 from kane.dynamics.solved import Solved
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sum_of
 from kane.expr.differentiation import affine_forms
-from kane.expr.evaluation import Prices, exceeds, free_symbols, is_constant_in_time, price
+from kane.expr.evaluation import Prices, Together, exceeds, free_symbols, is_constant_in_time, price
 from kane.expr.forms.collect import collected, combined
 from kane.expr.forms.scales import scaled
-from kane.expr.forms.shorter import named, shared
+from kane.expr.forms.shorter import Products, named, shared
 from kane.expr.forms.shorter import with_short_quotients as shortened
 from kane.expr.matrix import Matrix
 from kane.expr.node import TWO, ZERO, Expr, nodes
@@ -422,20 +422,22 @@ def with_short_forms(s: Solved) -> Solved:
 
 def short_forms(exprs: Sequence[Expr], derived: Derived, e: Embedding | None) -> tuple[Expr, ...]:
     """Expressions that are computed together in fewer operations; themselves where they are long."""
-    best = tuple(exprs)
+    best = Together(exprs)
     if exceeds(best, SHORT):
         return best
-    least = price(best)
     given = _by_constraints(derived, e)
     kept = frozenset(e.guards_in_use) if e else frozenset()
-    final: dict[str, tuple[Expr, ...]] = {}
-    for rewritten in (lambda x, same: named(x, given, same), shared, combined, scaled, shared):
-        if final.get(rewritten.__name__) is best:  # nothing has changed since
-            continue
-        found = rewritten(best, kept)
-        if found is not best and (cost := price(found)) < least:
-            best, least = found, cost
-        final[rewritten.__name__] = best
+    products = Products(kept)
+    ways: dict[str, Callable[[Together], tuple[Expr, ...]]] = {
+        "named": lambda x: named(x, given, kept),
+        "shared": lambda x: shared(x, kept, products),
+        "combined": lambda x: combined(x, kept),
+        "scaled": lambda x: scaled(x, kept),
+    }
+    final: dict[str, Together] = {}
+    for name in ("named", "shared", "combined", "scaled", "shared"):
+        if final.get(name) is not best:  # else nothing has changed since
+            best = final[name] = best.or_shorter(ways[name](best))
     return best
 
 

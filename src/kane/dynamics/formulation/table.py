@@ -275,7 +275,10 @@ class _Search:
         every, d, e = self.accelerations(), self.derived, self.e
         if e is not None and (not every or (d.reactions and all(c is not self.usual for c, _ in every))):
             every.append((self.usual, self.usual.solution.accelerations))
-        whole = [(with_reactions(c, u_dot, d, e), c, u_dot) for c, u_dot in every]
+        whole: list[tuple[Solved, Candidate, Exprs]] = []
+        for c, u_dot in every:  # no longer with reactions than another one is without them
+            if not whole or price(u_dot) < min(s.price for s, _, _ in whole):
+                whole.append((with_reactions(c, u_dot, d, e), c, u_dot))
         best, candidate, u_dot = min(whole, key=lambda each: each[0].price) if len(whole) > 1 else whole[0]
         if self.coupled or not d.reactions:
             return best

@@ -27,7 +27,7 @@ from operator import attrgetter
 from typing import NamedTuple
 
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sub
-from kane.expr.evaluation import price
+from kane.expr.evaluation import Together, price
 from kane.expr.node import ONE, ZERO, Expr, Number, constant, constant_value, number_of, postorder, precedes
 from kane.expr.numbers import times
 from kane.expr.ops import ADD, CONST, COS, DIV, MUL, NEG, SIN, SUB, TAN
@@ -255,10 +255,11 @@ class _Way(NamedTuple):
 def combined(roots: Sequence[Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr, ...]:
     """`roots` with their sums of two terms made of each other, `kept` ones apart, where all together take fewer operations."""
     replaced: dict[Expr, Expr] = {}
-    for (x, y), sums in _alike(roots).items():
+    together = Together.of(roots)
+    for (x, y), sums in _alike(together.order).items():
         if 1 < len(sums) <= _MOST_SUMS:
             replaced |= _chain(x, y, sums)
-    return min((tuple(roots), replaced_in(roots, replaced, kept)), key=price) if replaced else tuple(roots)
+    return together.or_shorter(replaced_in(together, replaced, kept, together.order)) if replaced else together
 
 
 def joined(roots: Sequence[Expr]) -> tuple[Expr, ...]:
@@ -300,10 +301,10 @@ def _summed(found: Iterable[tuple[Expr, Number]]) -> dict[Expr, Number]:
     return terms
 
 
-def _alike(roots: Sequence[Expr]) -> dict[tuple[Expr, Expr], dict[Pair, Expr]]:
-    """Sums by their two terms, with rational numbers."""
+def _alike(order: Sequence[Expr]) -> dict[tuple[Expr, Expr], dict[Pair, Expr]]:
+    """Sums among nodes by their two terms, with rational numbers."""
     found: dict[tuple[Expr, Expr], dict[Pair, Expr]] = {}
-    for node in postorder(roots):
+    for node in order:
         if node.op is ADD or node.op is SUB:
             terms = _summed(_numbered_terms(node))
             if len(terms) == 2 and all(isinstance(a, int | Fraction) and a for a in terms.values()):

@@ -14,8 +14,8 @@ from collections.abc import Iterable, Iterator, Sequence, Set
 from functools import reduce
 
 from kane.expr.build import NODE_BUILDERS, div, mul, neg
-from kane.expr.evaluation import price
-from kane.expr.node import ONE, Expr, postorder
+from kane.expr.evaluation import Together
+from kane.expr.node import ONE, Expr
 from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
 from kane.expr.symbols import Parameter
 
@@ -44,22 +44,29 @@ class _Graph:
     What is `kept` stays as it is, of power 0.
     """
 
-    def __init__(self, roots: Sequence[Expr], kept: Set[Expr]) -> None:
-        self.roots, self.kept, self.order = roots, kept, postorder(roots)
-        self.place = {node: i for i, node in enumerate(self.order)}
-        self.args = [tuple([self.place[a] for a in node.args]) for node in self.order]
-        self.args += [(self.place[r],) for r in roots]
-        self.users: list[list[int]] = [[] for _ in self.args]
-        for i, args in enumerate(self.args):
-            for a in args:
-                self.users[a].append(i)
-        self.kinds = [_kind(node, kept) for node in self.order] + [_ELSE] * len(roots)
-        self.others = {i for i, kind in enumerate(self.kinds) if kind == _OTHER}
-        self.costs = [node.op.cost for node in self.order] + [0] * len(roots)
-        self.cost = sum(self.costs)
+    def __init__(self, roots: Together, kept: Set[Expr]) -> None:
+        self.roots, self.kept, self.order = roots, kept, roots.order
+        self.place: dict[Expr, int] = {}
+        self.args: list[tuple[int, ...]] = []
+        self.kinds = [_kind(node, kept) for node in self.order]
+        self.costs = [node.op.cost for node in self.order]
         self.states: list[_State] = []  # without powers
-        for i, kind in enumerate(self.kinds):
-            self.states.append((self.states[self.args[i][0]][0] if kind == _NEGATIVE else i, 0, self.costs[i], ()))
+        place, states = self.place, self.states
+        for i, node in enumerate(self.order):
+            args = tuple([place[a] for a in node.args])
+            self.args.append(args)
+            states.append((states[args[0]][0] if self.kinds[i] == _NEGATIVE else i, 0, self.costs[i], ()))
+            place[node] = i
+        self.others = {i for i, kind in enumerate(self.kinds) if kind == _OTHER}
+        self.cost = sum(self.costs)
+        self.args += [(place[r],) for r in roots]
+        self.kinds += [_ELSE] * len(roots)
+        self.costs += [0] * len(roots)
+        states += [(i, 0, 0, ()) for i in range(len(states), len(self.args))]
+        self.users: list[list[int]] = [[] for _ in self.args]
+        for i, numbers in enumerate(self.args):
+            for a in numbers:
+                self.users[a].append(i)
 
     def above(self, places: Iterable[int]) -> list[int]:
         """These places and those of all that is made of them, in order."""
@@ -250,15 +257,13 @@ _Image = tuple[Expr, int]
 
 def scaled(roots: Sequence[Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr, ...]:
     """`roots` with parameters' powers, `kept` ones apart, where all take fewer operations; by no other parameter is divided."""
-    best, least = tuple(roots), price(roots)
+    best = Together.of(roots)
     graph = _Graph(best, kept)
     for p in _frequent(graph.order):
         if graph.roots is not best:
             graph = _Graph(best, kept)
-        found = _rewritten(graph, p, _chosen(graph, p)) if p in graph.place else best
-        cost = price(found)
-        if cost < least:
-            best, least = found, cost
+        if p in graph.place:
+            best = best.or_shorter(_rewritten(graph, p, _chosen(graph, p)))
     return best
 
 

@@ -12,7 +12,7 @@ from operator import itemgetter
 from typing import NamedTuple
 
 from kane.expr.build import div, mul, neg
-from kane.expr.evaluation import price
+from kane.expr.evaluation import Together, price
 from kane.expr.forms.collect import collected, expanded, factored
 from kane.expr.node import ONE, Expr, Number, constant, nodes, number_of, postorder
 from kane.expr.ops import CONST, DIV, MUL, NEG
@@ -22,9 +22,12 @@ from kane.expr.visit import replaced_in
 def named(roots: Sequence[Expr], given: Mapping[Expr, Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr, ...]:
     """`roots` with the names of what is `given`, which is found as it is, or as factors of products; what is `kept` stays as it is."""
     known = [(_factors(e), e, name) for e, name in given.items() if e.args]
+    together = Together.of(roots)
+    if not known:
+        return together
     replaced: dict[Expr, Expr] = {}
     held: dict[Expr, frozenset[Expr]] = {}  # by products, also of the products that they divide
-    for node in postorder(roots):
+    for node in together.order:
         if node.op is MUL or node.op is DIV:
             held[node] = frozenset().union(
                 *[held.get(a) or (a,) for a in node.args[: 2 if node.op is MUL else 1]], (node,)
@@ -36,7 +39,7 @@ def named(roots: Sequence[Expr], given: Mapping[Expr, Expr], kept: Set[Expr] = f
                 rest = _without(node, factors, kept)
                 if rest is not None:
                     replaced[node] = mul(rest, neg(name) if e.op is NEG else name)
-    return replaced_in(roots, replaced, kept)
+    return replaced_in(together, replaced, kept, together.order)
 
 
 def _factors(e: Expr) -> list[Expr]:
@@ -86,19 +89,17 @@ class _Product(NamedTuple):
     own: int
 
 
-def shared(roots: Sequence[Expr], kept: Set[Expr] = frozenset()) -> tuple[Expr, ...]:
+def shared(roots: Sequence[Expr], kept: Set[Expr] = frozenset(), known: "Products | None" = None) -> tuple[Expr, ...]:
     """`roots` with products, `kept` ones apart, made of others, or of what several have in common, where that is less."""
-    best, least, found = tuple(roots), price(roots), True
-    search = _Products(kept)
+    best, found = Together.of(roots), True
+    search = known or Products(kept)
     while found:
-        order = postorder(best)
-        products = search.within(best, order)
+        products = search.within(best, best.order)
         found = False
         for replaced in search.together(products):
-            trial = replaced_in(best, _settled(replaced, kept), kept, order)
-            cost = price(trial)
-            if cost < least:
-                best, least, found = trial, cost, True
+            trial = Together(replaced_in(best, _settled(replaced, kept), kept, best.order))
+            if trial.price < best.price:
+                best, found = trial, True
                 break
     return best
 
@@ -118,7 +119,7 @@ _Replacement = tuple[int, tuple[Expr, ...], dict[Expr, Expr]]
 """Operations that are saved, products that have to stay, and what comes in the places of which."""
 
 
-class _Products:
+class Products:
     """What products are products of, and what they have in common: found once for each, `kept` ones apart."""
 
     def __init__(self, kept: Set[Expr]) -> None:
@@ -190,8 +191,9 @@ class _Products:
         for pair in combinations([node for node, product in products.items() if product.own > 1], 2):
             known = self._common.get(pair)
             if known is None:
-                common = _common(*(products[node].powers for node in pair))
-                known = self._common[pair] = common, sum(map(abs, common.values())), frozenset(common.items())
+                common = _common(products[pair[0]].powers, products[pair[1]].powers)
+                degree = sum(map(abs, common.values())) if common else 0
+                known = self._common[pair] = common, degree, frozenset(common.items() if degree > 1 else ())
             common, degree, key = known
             if degree > 1 and key not in seen:
                 seen.add(key)
@@ -254,6 +256,8 @@ def _holds(powers: Powers, part: Powers) -> bool:
 
 
 def _common(a: Powers, b: Powers) -> Powers:
+    if a.keys().isdisjoint(b):
+        return {}
     found = {}
     for f, k in a.items():
         if f in b and k * (n := b[f]) > 0:
