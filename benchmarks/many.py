@@ -4,7 +4,7 @@
 Rods start at rest at random angles and move for 10 s, at the loosest tolerances that keep the energy to 1e-8 in the median: `drift`
 is its change over the largest that there is. Both sides run in turn. Two threads are compared with two processes, too, which share
 nothing: each has half of the motions. `python -m benchmarks.many poses`: what a pose costs of a crank's turn and of a trajectory of a
-Stewart platform, in whole calls.
+Stewart platform, in whole calls; a trim beside that of two poses, as the first is searched for.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class TwoProcesses:
         return list(self.pool.map(_end, self.halves))
 
 
-def _per_pose(name: str, count: int, call: Callable[[], object]) -> None:
+def _seconds(call: Callable[[], object]) -> float:
     """The median of five whole calls after the first."""
     call()
     times = []
@@ -85,7 +85,11 @@ def _per_pose(name: str, count: int, call: Callable[[], object]) -> None:
         begin = perf_counter()
         call()
         times.append(perf_counter() - begin)
-    print(f"{name}: {median(times) / count * 1e3:.3f} ms a pose of {count}")
+    return median(times)
+
+
+def _per_pose(name: str, count: int, call: Callable[[], object]) -> None:
+    print(f"{name}: {_seconds(call) / count * 1e3:.3f} ms a pose of {count}")
 
 
 def crank_turn(count: int) -> None:
@@ -122,6 +126,10 @@ def platform(count: int) -> None:
     forces = [f"f{k}" for k in stewart.LEGS]
     given = {u.dt: 0.0 for u in eom.independent_speeds}
     _of_poses("platform", count, assemble, kn.inverse(eom, forces), (given, dict.fromkeys(forces, 0.0)), eom)
+    held = partial(kn.trim, eom, inputs=dict.fromkeys(forces, kn.guess(0.0)))
+    few, many = ({**{name: x[:k] if np.ndim(x) else x for name, x in path.items()}, **legs} for k in (2, count))
+    first, whole = _seconds(lambda: held(q=few)), _seconds(lambda: held(q=many))
+    print(f"platform, trim: {whole:.2f} s for {count} poses, {first:.2f} s for two")
 
 
 def _of_poses(

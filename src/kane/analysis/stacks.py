@@ -7,8 +7,7 @@ as in `numeric.rank.balance`: σ_min/σ_max ≥ 1/(‖A‖ ‖A⁻¹‖) in Frob
 kernel, in vectors along the rows.
 """
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from functools import cache
 from typing import NamedTuple
 
@@ -17,13 +16,12 @@ import numpy as np
 from kane.numeric.arrays import Array, Mask
 from kane.numeric.rank import balanced, surely_regular
 from kane.numeric.scale import ROUNDED
-from kane.program.kernel.language import INT, Kernel, Type
-from kane.program.kernel.writer import Given, Term, Writer
+from kane.program.kernel.language import INT, Kernel
+from kane.program.kernel.rows import LANES, VECTOR, Rows, vectors
+from kane.program.kernel.writer import Term, Writer
 from kane.program.native.entry import CompiledKernel
 from kane.program.native.machine import Settings
 
-_LANES = 8
-_VECTOR = Type("float", _LANES)
 _STATES = 10_000
 """So many states in one call: an interrupt comes through between two."""
 
@@ -91,7 +89,7 @@ def surely_independent(a: Entries, threshold: float, settings: Settings) -> Mask
 def _run(kernel: CompiledKernel, b: Entries, found: Stack, order: Sequence[int], rounding: float) -> None:
     a = found.a
     (m, n), sides = a.places.shape, b.places.shape[1]
-    wide, tall, across = (-(-size // _LANES) for size in (n, m, sides))
+    wide, tall, across = (-(-size // LANES) for size in (n, m, sides))
     given = {
         "m": m,
         "n": n,
@@ -111,7 +109,7 @@ def _run(kernel: CompiledKernel, b: Entries, found: Stack, order: Sequence[int],
         "of_a": np.append(a.places.astype(float), 0.0),
         "of_b": np.append(b.places.astype(float), 0.0),
         "limit": np.array([rounding]),
-        "room": np.zeros(_LANES * ((m + 1) * wide + tall + m * (2 * tall + across))),
+        "room": np.zeros(LANES * ((m + 1) * wide + tall + m * (2 * tall + across))),
         "x": found.x,
         "inverse": found.inverse,
         "share": found.share,
@@ -141,9 +139,8 @@ class _Eliminating:
     def __init__(self) -> None:
         self.writer = w = Writer("solve_each")
         self.m, self.n, self.sides = map(w.number, ("m", "n", "sides"))
-        vectors = [w.number(name) for name in ("wide", "tall", "across")]
-        self.v_wide, self.v_tall, self.v_width = vectors[0], vectors[1], vectors[1] * 2 + vectors[2]
-        self.wide, self.tall, self.across = (count * _LANES for count in vectors)
+        self.v_wide, self.v_tall, across = (w.number(name) for name in ("wide", "tall", "across"))
+        self.wide, self.tall = self.v_wide * LANES, self.v_tall * LANES
         self.passes, self.begin, self.wanted = map(w.number, ("passes", "begin", "wanted"))
         self.step_a, self.step_b = map(w.number, ("step_a", "step_b"))
         self.start, self.stop = map(w.number, ("start", "stop"))
@@ -152,11 +149,13 @@ class _Eliminating:
         self.columns = self.m * self.wide
         self.sizes = self.columns + self.wide
         self.work = self.sizes + self.tall
-        self.width, self.unit = self.tall * 2 + self.across, self.tall + self.across
-        self.zeros, self.ones = (w.lanes(*[x] * _LANES) for x in (0.0, 1.0))
-        self.lost, self.largest, self.norm = map(w.variable, ("lost", "largest", "norm"))
-        self.axis, self.place, self.begun = (w.variable(name, INT) for name in ("axis", "place", "begun"))
-        self.most = w.variable("most", _VECTOR)
+        self.unit = self.tall + across * LANES
+        self.rows = Rows(self.room, self.work, self.m, self.v_tall, self.v_tall * 2 + across)
+        self.width, self.v_width = self.rows.width, self.rows.whole
+        self.zeros, self.ones = (w.lanes(*[x] * LANES) for x in (0.0, 1.0))
+        self.lost, self.norm = map(w.variable, ("lost", "norm"))
+        self.axis = w.variable("axis", INT)
+        self.most = w.variable("most", VECTOR)
 
     def kernel(self) -> Kernel:
         """All of it."""
@@ -169,8 +168,7 @@ class _Eliminating:
                 self.norm.put(self._squares(self.work, self.width, self.v_tall))
             with w.otherwise():
                 self.norm.put(self._squares(w.integer(0), self.wide, self.v_wide))
-            self._eliminate()
-            self._return()
+            self.rows.solve()
             self._answer(k)
             with w.when(~(self.m < self.n)):
                 self._scale()
@@ -181,20 +179,14 @@ class _Eliminating:
         result.put(0)
         return w.finished(result)
 
-    @contextmanager
-    def _vectors(self, stop: Term, start: Given = 0) -> Iterator[Term]:
-        """Where the vectors of a row begin, from one to before another."""
-        with self.writer.few(stop, start) as j:
-            yield j * _LANES
-
     def _pick(self, k: Term) -> None:
         """S and what is eliminated, b and the unit matrix."""
         w, room = self.writer, self.room
         with w.few(self.m) as i:
             row = self.work + i * self.width
-            with self._vectors(self.v_wide) as j:
+            with vectors(w, self.v_wide) as j:
                 room.store(i * self.wide + j, self.zeros)
-            with self._vectors(self.v_width) as j:
+            with vectors(w, self.v_width) as j:
                 room.store(row + j, self.zeros)
             with w.few(self.n) as j:
                 entry = self.a[k * self.step_a + w.compute("int", self.of_a[i * self.n + j])]
@@ -210,16 +202,16 @@ class _Eliminating:
         """S without rounding, with columns and rows divided by their sizes in turn; the sizes."""
         w, room = self.writer, self.room
         self.most.put(self.zeros)
-        with self._vectors(self.m * self.v_wide) as j:
+        with vectors(w, self.m * self.v_wide) as j:
             self.most.put(w.compute("max", self.most.get(), self._size(j)))
         least = w.compute("splat8", self.limit[0] * w.compute("largest", self.most.get()))
         self.lost.put(0.0)
-        with self._vectors(self.m * self.v_wide) as j:
+        with vectors(w, self.m * self.v_wide) as j:
             small = self._size(j) <= least
-            with w.when(w.compute("any", small & ~room.lanes(j, _LANES).equals(self.zeros))):
+            with w.when(w.compute("any", small & ~room.lanes(j, LANES).equals(self.zeros))):
                 self.lost.put(1.0)
-            room.store(j, w.select(small, self.zeros, room.lanes(j, _LANES)))
-        with self._vectors(self.v_wide + self.v_tall) as j:
+            room.store(j, w.select(small, self.zeros, room.lanes(j, LANES)))
+        with vectors(w, self.v_wide + self.v_tall) as j:
             room.store(self.columns + j, self.ones)
         self.axis.put(self.begin)
         with w.few(self.passes):
@@ -230,98 +222,54 @@ class _Eliminating:
             self.axis.put(1 - self.axis.get())
 
     def _size(self, place: Term) -> Term:
-        return self.writer.compute("abs", self.room.lanes(place, _LANES))
+        return self.writer.compute("abs", self.room.lanes(place, LANES))
 
     def _divide_rows(self) -> None:
         w, room = self.writer, self.room
         with w.few(self.m) as i:
             row = i * self.wide
             self.most.put(self.zeros)
-            with self._vectors(self.v_wide) as j:
+            with vectors(w, self.v_wide) as j:
                 self.most.put(w.compute("max", self.most.get(), self._size(row + j)))
             size = w.compute("largest", self.most.get())
             size = w.select(size.equals(0.0), 1.0, size)
             room[self.sizes + i] = room[self.sizes + i] * size
             share = w.compute("splat8", 1.0 / size)
-            with self._vectors(self.v_wide) as j:
-                room.store(row + j, room.lanes(row + j, _LANES) * share)
+            with vectors(w, self.v_wide) as j:
+                room.store(row + j, room.lanes(row + j, LANES) * share)
 
     def _divide_columns(self) -> None:
         w, room = self.writer, self.room
-        with self._vectors(self.v_wide) as j:
+        with vectors(w, self.v_wide) as j:
             self.most.put(self.zeros)
             with w.few(self.m) as i:
                 self.most.put(w.compute("max", self.most.get(), self._size(i * self.wide + j)))
             size = w.select(self.most.get().equals(self.zeros), self.ones, self.most.get())
-            room.store(self.columns + j, room.lanes(self.columns + j, _LANES) * size)
+            room.store(self.columns + j, room.lanes(self.columns + j, LANES) * size)
             share = 1.0 / size
             with w.few(self.m) as i:
-                room.store(i * self.wide + j, room.lanes(i * self.wide + j, _LANES) * share)
+                room.store(i * self.wide + j, room.lanes(i * self.wide + j, LANES) * share)
 
     def _multiply(self) -> None:
         """S Sᵀ is what is eliminated."""
         w, room = self.writer, self.room
         with w.few(self.m) as i, w.few(i + 1) as j:
             self.most.put(self.zeros)
-            with self._vectors(self.v_wide) as c:
-                product = room.lanes(i * self.wide + c, _LANES) * room.lanes(j * self.wide + c, _LANES)
+            with vectors(w, self.v_wide) as c:
+                product = room.lanes(i * self.wide + c, LANES) * room.lanes(j * self.wide + c, LANES)
                 self.most.put(self.most.get() + product)
             entry = w.compute("sum", self.most.get())
             room[self.work + i * self.width + j] = entry
             room[self.work + j * self.width + i] = entry
 
-    def _squares(self, begin: Term, step: Term, vectors: Term) -> Term:
+    def _squares(self, begin: Term, step: Term, length: Term) -> Term:
         """The sum of squares of the rows, `step` apart and so many vectors long."""
         w, room = self.writer, self.room
         self.most.put(self.zeros)
-        with w.few(self.m) as i, self._vectors(vectors) as j:
-            entry = room.lanes(begin + i * step + j, _LANES)
+        with w.few(self.m) as i, vectors(w, length) as j:
+            entry = room.lanes(begin + i * step + j, LANES)
             self.most.put(self.most.get() + entry * entry)
         return w.compute("sum", self.most.get())
-
-    def _eliminate(self) -> None:
-        """Rows from above, the largest entry of a column first; vectors before the pivot's are done with."""
-        w, room = self.writer, self.room
-        self.begun.put(0)
-        with w.few(self.m) as k:
-            with w.when(~(k < (self.begun.get() + 1) * _LANES)):
-                self.begun.put(self.begun.get() + 1)
-            self.largest.put(-1.0)
-            self.place.put(k)
-            with w.few(self.m, k) as i:
-                tall = w.compute("abs", room[self.work + i * self.width + k])
-                with w.when(tall > self.largest.get()):
-                    self.largest.put(tall)
-                    self.place.put(i)
-            row, other = self.work + k * self.width, self.work + self.place.get() * self.width
-            with w.when(k < self.place.get()), self._vectors(self.v_width, self.begun.get()) as j:
-                mine, theirs = room.lanes(row + j, _LANES), room.lanes(other + j, _LANES)
-                room.store(other + j, mine)
-                room.store(row + j, theirs)
-            pivot = 1.0 / room[row + k]
-            with w.few(self.m, k + 1) as i:
-                self._subtract(self.work + i * self.width, row, k, pivot, self.begun.get())
-
-    def _subtract(self, row: Term, other: Term, k: Term, pivot: Given, start: Term) -> None:
-        """What makes the kth entry of a row vanish, a share of another row, leaves it from a vector on."""
-        w, room = self.writer, self.room
-        entry = room[row + k]
-        with w.when(~entry.equals(0.0)):  # of NaN, too
-            share = w.compute("splat8", entry * pivot)
-            with self._vectors(self.v_width, start) as j:
-                room.store(row + j, room.lanes(row + j, _LANES) - share * room.lanes(other + j, _LANES))
-
-    def _return(self) -> None:
-        """Rows from below: b becomes x and the unit matrix the inverse."""
-        w, room = self.writer, self.room
-        with w.few(self.m) as done:
-            k = self.m - 1 - done
-            row = self.work + k * self.width
-            pivot = w.compute("splat8", 1.0 / room[row + k])
-            with self._vectors(self.v_width, self.v_tall) as j:
-                room.store(row + j, room.lanes(row + j, _LANES) * pivot)
-            with w.few(k) as i:
-                self._subtract(self.work + i * self.width, row, k, 1.0, self.v_tall)
 
     def _answer(self, k: Term) -> None:
         w, room = self.writer, self.room
@@ -337,6 +285,6 @@ class _Eliminating:
         w, room = self.writer, self.room
         with w.few(self.m) as i:
             own = w.compute("splat8", room[self.columns + i])
-            with self._vectors(self.v_tall) as j:
+            with vectors(w, self.v_tall) as j:
                 place = self.work + i * self.width + self.unit + j
-                room.store(place, room.lanes(place, _LANES) * own * room.lanes(self.sizes + j, _LANES))
+                room.store(place, room.lanes(place, LANES) * own * room.lanes(self.sizes + j, LANES))
