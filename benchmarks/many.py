@@ -4,7 +4,8 @@
 Rods start at rest at random angles and move for 10 s, at the loosest tolerances that keep the energy to 1e-8 in the median: `drift`
 is its change over the largest that there is. Both sides run in turn. Two threads are compared with two processes, too, which share
 nothing: each has half of the motions. `python -m benchmarks.many poses`: what a pose costs of a crank's turn and of a trajectory of a
-Stewart platform, in whole calls.
+Stewart platform, in whole calls; a trim beside that of two poses, as the first is searched for. `python -m benchmarks.many
+lanes`: a right-hand side of eight instances at once, an instance, beside one by itself.
 """
 
 from __future__ import annotations
@@ -21,9 +22,10 @@ from typing import Any
 import numpy as np
 
 import kane as kn
-from benchmarks.native import Array
+from benchmarks.native import LANES, Array, kernel_of, lanes_loop
 from benchmarks.paired import paired
 from benchmarks.rhs_cases import optional
+from benchmarks.systems import COUNTED
 from kane.gallery import four_bar, pendulums
 from tests.systems import stewart
 
@@ -77,7 +79,7 @@ class TwoProcesses:
         return list(self.pool.map(_end, self.halves))
 
 
-def _per_pose(name: str, count: int, call: Callable[[], object]) -> None:
+def _seconds(call: Callable[[], object]) -> float:
     """The median of five whole calls after the first."""
     call()
     times = []
@@ -85,7 +87,11 @@ def _per_pose(name: str, count: int, call: Callable[[], object]) -> None:
         begin = perf_counter()
         call()
         times.append(perf_counter() - begin)
-    print(f"{name}: {median(times) / count * 1e3:.3f} ms a pose of {count}")
+    return median(times)
+
+
+def _per_pose(name: str, count: int, call: Callable[[], object]) -> None:
+    print(f"{name}: {_seconds(call) / count * 1e3:.3f} ms a pose of {count}")
 
 
 def crank_turn(count: int) -> None:
@@ -109,7 +115,7 @@ def crank_turn(count: int) -> None:
 def platform(count: int) -> None:
     """A closed path of a Stewart platform, its 18 coordinates of the legs sought."""
     eom, s = kn.derive(stewart.system()), np.linspace(0, 2 * np.pi, count)
-    path = {
+    path: dict[str, Any] = {
         "x": 0.2 * np.cos(s),
         "y": 0.2 * np.sin(s),
         "z": 1.2 + 0.1 * np.sin(2 * s),
@@ -122,6 +128,10 @@ def platform(count: int) -> None:
     forces = [f"f{k}" for k in stewart.LEGS]
     given = {u.dt: 0.0 for u in eom.independent_speeds}
     _of_poses("platform", count, assemble, kn.inverse(eom, forces), (given, dict.fromkeys(forces, 0.0)), eom)
+    held = partial(kn.trim, eom, inputs=dict.fromkeys(forces, kn.guess(0.0)))
+    few, many = ({**{name: x[:k] if np.ndim(x) else x for name, x in path.items()}, **legs} for k in (2, count))
+    first, whole = _seconds(lambda: held(q=few)), _seconds(lambda: held(q=many))
+    print(f"platform, trim: {whole:.2f} s for {count} poses, {first:.2f} s for two")
 
 
 def _of_poses(
@@ -140,8 +150,24 @@ def _of_poses(
     _per_pose(f"{name}, linearize", count, lambda: kn.linearize(eom, found, inputs=inputs, steady=False))
 
 
+def lanes() -> None:
+    """The least of twenty turns of each, in ns."""
+    systems: dict[str, Callable[[], kn.System]] = {f"{n} rods": partial(pendulums.system, n) for n in (10, 40, 100)}
+    systems["7R arm"] = COUNTED["7R arm"]
+    for name, system in systems.items():
+        rhs = kn.derive(system()).compile().rhs
+        x = np.random.default_rng(0).uniform(-0.5, 0.5, (len(rhs.program.port("x").symbols), LANES))
+        loops = kernel_of(rhs, x[:, 0]).loop, lanes_loop(rhs, x)
+        turns = np.array([[loop(1000) for loop in loops] for _ in range(20)])
+        one, eight = turns.min(axis=0) * 1e6
+        print(f"{name}: {eight / LANES:.1f} ns an instance of {LANES}, {one:.1f} by itself")
+
+
 def main() -> None:
-    """Drifts, then pairs: two threads beside one, beside two processes, and the peer; or poses alone."""
+    """Drifts, then pairs: two threads beside one, beside two processes, and the peer; or poses alone, or right-hand sides in lanes."""
+    if sys.argv[1:] == ["lanes"]:
+        lanes()
+        return
     if sys.argv[1:] == ["poses"]:
         for count in (401, 4001):
             crank_turn(count)

@@ -6,6 +6,7 @@
 #include <time.h>
 
 typedef void (*program_fn)(double, const double *, const double *, const double *, const double *, double *);
+typedef void (*lanes_fn)(const double *, const double *, const double *, const double *, const double *, double *);
 typedef void (*hoist_fn)(const double *, double *);
 typedef int (*casadi_fn)(const double **, double **, long long *, double *, int);
 typedef void (*heyoka_fn)(double *, const double *, const double *, const double *);
@@ -31,6 +32,12 @@ static double seconds(void)
 
 double loop_program(long n, program_fn f, double t, double *x, const double *p, const double *r, const double *h,
                     double *out)
+{
+    LOOP(f(t, x, p, r, h, out))
+}
+
+double loop_lanes(long n, lanes_fn f, const double *t, double *x, const double *p, const double *r, const double *h,
+                  double *out)
 {
     LOOP(f(t, x, p, r, h, out))
 }

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 import kane as kn
+from kane.program import aligned, hoisted, wide_entry
 from kane.program.emit.llvm import hoists
 
 Array = npt.NDArray[np.float64]
@@ -25,6 +26,7 @@ CC = "cc"
 FLAGS = ("-O3", "-march=native")
 _SOURCE = Path(__file__).with_name("native.c")
 _numbers = count()
+LANES = 8
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,17 @@ def kernel_of(routine: kn.Handle, x: Array) -> Kernel:
     ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(hoist)(p.ctypes.data, h.ctypes.data)
     r = np.zeros(len(program.port("r").symbols))
     return kane_loop(KaneKernel(library.address(routine.name), hoist, x.copy(), p, r, h, out, routine))
+
+
+def lanes_loop(routine: kn.Handle, x: Array) -> Callable[[int], float]:
+    """The loop over a compiled routine at eight states at once (n × 8), parameters at their defaults and inputs zero."""
+    program = routine.program
+    p = np.array([0.0 if s.default is None else s.default for s in program.port("p").symbols])
+    r = np.zeros(len(program.port("r").symbols))
+    h, out, rows = hoisted(routine, 0.0, x[:, 0], p, r), aligned(LANES * len(x)), aligned(x.size)
+    rows[:] = x.ravel()
+    code = wide_entry(routine, LANES)
+    return _loop("loop_lanes", code.address, aligned(LANES), rows, p, aligned(LANES * (len(r) + 1)), h, out, owner=code)
 
 
 def kane_compile(eom: kn.Equations) -> float:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 import numpy as np
 
 from kane import expect
+from kane.analysis.stacks import Entries, surely_independent
 from kane.analysis.state_checks import StateArrays
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.formulation.recursive import WAYS
@@ -30,9 +31,10 @@ from kane.expr.symbols import Symbol, time
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited
 from kane.numeric.arrays import Array
-from kane.numeric.rank import balanced, mobility, singular, surely_regular
+from kane.numeric.rank import balanced, mobility, singular
 from kane.numeric.scale import NEAR_SINGULAR, SOLVE_RANK, SURE_RANK
 from kane.program.from_expressions import Bundle
+from kane.program.native.machine import Settings
 from kane.program.program import Port
 
 _TOLD = 3
@@ -175,13 +177,13 @@ def independent_rows(eom: Equations, a: Array) -> tuple[int, ...]:
     return partition.rows
 
 
-def independent_rows_of(eom: Equations, a: Array) -> list[tuple[int, ...]]:
+def independent_rows_of(eom: Equations, a: Entries, settings: Settings) -> list[tuple[int, ...]]:
     """`independent_rows` at each of several A (k × m × n)."""
-    if eom.embedding is None or not len(a):
-        return [()] * len(a)
+    if eom.embedding is None or not len(a.rows):
+        return [()] * len(a.rows)
     rows = eom.embedding.partition.rows
-    sure = surely_regular(balanced(a[:, list(rows)]), SURE_RANK)
-    return [rows if surely else independent_rows(eom, own) for surely, own in zip(sure.tolist(), a, strict=True)]
+    sure = surely_independent(Entries(a.rows, a.places[list(rows)]), SURE_RANK, settings)
+    return [rows if surely else independent_rows(eom, a.of(k)) for k, surely in enumerate(sure.tolist())]
 
 
 def _units(values: Values, n: int) -> Array:

@@ -15,6 +15,7 @@ import numpy as np
 from kane import expect
 from kane.analysis.local import at_false_pole, independent_rows_of
 from kane.analysis.many.poses import poses
+from kane.analysis.stacks import Entries, solve_each
 from kane.analysis.state_checks import StateArrays, check_branch, check_configuration
 from kane.dynamics.readings.quantities import parameter_values
 from kane.dynamics.readings.unsolved import Unsolved, unsolved
@@ -28,8 +29,8 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO, Expr
 from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Symbol, rate, time
-from kane.numeric.arrays import Array, blocks
-from kane.numeric.rank import balance, singular, surely_regular
+from kane.numeric.arrays import Array
+from kane.numeric.rank import balance, singular
 from kane.numeric.sampling import named_values, symbol_named
 from kane.numeric.scale import INVERSE_RANK, STATE_RANK, TAKES_PART
 from kane.program.from_expressions import Bundle
@@ -145,7 +146,9 @@ class Inverse(Attributes):
 
     def _solved(self, t: Array, x: Array, p: Array, r: Array, full: Mapping[Expr, Array]) -> Array:
         eom = self.eom
-        solution = eom.numeric(self.settings).routine(_mixed, *self.driven)(t, x, p, r)
+        routine = eom.numeric(self.settings).routine(_mixed, *self.driven)
+        flat = routine.flat(t, x, p, r)
+        solution = routine.bundle.split(flat)
         if t.size:
             first = (0,) * t.ndim
             own = p[first] if p.ndim > 1 else p
@@ -157,70 +160,63 @@ class Inverse(Attributes):
         rest |= dict(zip(eom.inputs, np.moveaxis(r, -1, 0), strict=True))
         check_branch(eom, x[..., : len(eom.coordinates)], rest, "states", ", kn.guess(…) of the coordinates")
         told = np.stack([full[a].reshape(-1) for a in self.known], axis=-1) if self.known else np.zeros((t.size, 0))
-        matrix, drive, right = (
-            x.reshape(t.size, *x.shape[t.ndim :]) for x in (solution.matrix, solution.drive, solution.right)
-        )
-        z = np.empty((t.size, len(self.unknowns)))
-        for at in blocks(t.size):
-            z[at] = self._of_matrices(matrix[at], drive[at], right[at], told[at])
+        z = self._of_matrices(routine.bundle, flat.reshape(t.size, flat.shape[-1]), told)
         return z.reshape(*t.shape, len(self.unknowns))
 
-    def _of_matrices(self, matrix: Array, drive: Array, right: Array, given: Array) -> Array:
+    def _of_matrices(self, bundle: Bundle[Any], rows: Array, given: Array) -> Array:
         """The unknowns by K, H and k at several states, and what is known (states × …)."""
-        eom = self.eom
-        n, m, size = len(eom.speeds), len(eom.b), right.shape[-1]
-        whole = np.concatenate([matrix, -drive], axis=-1)
-        rates: tuple[Symbol, ...] = tuple(map(rate, eom.speeds))
-        columns: dict[Expr, int] = {a: i for i, a in enumerate(rates)}
-        columns |= {a: n + m + i for i, a in enumerate(eom.reactions)}
-        columns |= {a: size + i for i, a in enumerate(self.driven)}
-        for i, a in enumerate(self.known):
-            if a in columns:
-                right = right - whole[:, :, columns[a]] * given[:, i, None]
-        if not np.all(np.isfinite(whole)):
+        eom, settings, own = self.eom, self.eom.numeric(self.settings).settings, bundle.split(rows)
+        if not (np.isfinite(own.matrix).all() and np.isfinite(own.drive).all()):
             raise SingularError(
                 at_false_pole(eom)
                 or "Expected equations of motion that are finite at the states given, got infinity or NaN: coordinates, speeds or "
                 "parameters are singular there. Take other states."
             )
+        n, m, size = len(eom.speeds), len(eom.b), own.right.shape[-1]
+        places = np.hstack([bundle.places("matrix"), bundle.places("drive")])
+        rates: tuple[Symbol, ...] = tuple(map(rate, eom.speeds))
+        columns: dict[Expr, int] = {a: i for i, a in enumerate(rates)}
+        columns |= {a: n + m + i for i, a in enumerate(eom.reactions)}
+        columns |= {a: size + i for i, a in enumerate(self.driven)}
+        told, moved = [i for i, a in enumerate(self.known) if a in columns], np.zeros((len(rows), size, 1))
+        moved[:, [columns[self.known[i]] for i in told], 0] = given[:, told]
+        right = own.right - (own.matrix @ moved)[:, :, 0]
         held: dict[tuple[int, ...], list[int]] = {}
-        for k, rows in enumerate(independent_rows_of(eom, whole[:, n : n + m, :n])):
-            held.setdefault(rows, []).append(k)
-        z = np.empty((len(whole), len(self.unknowns)))
-        for independent, places in held.items():
+        for k, independent in enumerate(independent_rows_of(eom, Entries(rows, places[n : n + m, :n]), settings)):
+            held.setdefault(independent, []).append(k)
+        z = np.empty((len(rows), len(self.unknowns)))
+        for independent, states in held.items():
             kept = [*range(n), *(n + i for i in independent), *range(n + m, size)]
             taken = [*(columns[a] for a in self.unknowns), *(n + i for i in independent)]
-            square = whole[np.ix_(places, kept, taken)]
-            z[places] = self._solution(square, right[np.ix_(places, kept)])[:, : len(self.unknowns)]
+            at: list[int] | slice = slice(None) if len(held) == 1 else states
+            signs = np.where(np.array(taken) < size, 1.0, -1.0)
+            found = self._solution(Entries(rows[at], places[np.ix_(kept, taken)]), right[at][:, kept], signs)
+            z[at] = found[:, : len(self.unknowns)]
         return z
 
-    def _solution(self, square: Array, right: Array) -> Array:
-        """The solutions; square matrices (k × n × n) must be regular, which their inverses tell, found on the way."""
+    def _solution(self, square: Entries, right: Array, signs: Array) -> Array:
+        """The solutions; square matrices (k × n × n), their columns times signs, must be regular, which their inverses tell."""
         told = at_false_pole(self.eom)
         threshold = STATE_RANK if told else INVERSE_RANK
-        scaled = balance(square, order=(1, 0), rounding=0.0)
-        sides = np.concatenate([right[..., None], np.broadcast_to(np.eye(right.shape[1]), square.shape)], axis=2)
-        try:
-            found = np.linalg.solve(square, sides)
-            inverse = np.swapaxes(scaled.columns, 1, 2) * found[..., 1:] * np.swapaxes(scaled.rows, 1, 2)
-        except np.linalg.LinAlgError:
-            found, inverse = np.full(sides.shape, np.nan), None
-        for k in np.flatnonzero(~surely_regular(scaled.matrix, threshold, inverse)).tolist():
-            values = singular(scaled.matrix[k])
-            if values.regular(threshold):
+        sides = Entries(right, np.arange(len(signs))[:, None])
+        found = solve_each(square, sides, self.eom.numeric(self.settings).settings, order=(1, 0), rounding=0.0)
+        z = found.x[:, :, 0] * signs
+        for k in np.flatnonzero(~(found.share > threshold)).tolist():
+            scaled = balance(square.of(k) * signs, order=(1, 0), rounding=0.0)
+            values = singular(scaled.matrix)
+            if values.regular(threshold):  # what underflows is regular once it is balanced
+                z[k] = np.linalg.solve(scaled.matrix, right[k] / scaled.rows[:, 0]) / scaled.columns[0]
                 continue
             if told:
                 raise SingularError(told)
-            own = (values.right[-1] / scaled.columns[k, 0])[: len(self.unknowns)]
+            own = (values.right[-1] / scaled.columns[0])[: len(self.unknowns)]
             own = own / (np.abs(own).max(initial=0) or 1.0)
             terms = [f"{v:+.4g} {a.name}" for a, v in zip(self.unknowns, own, strict=True) if abs(v) > TAKES_PART]
             raise SingularError(
                 f"Expected unknowns that the equations determine, got a combination they leave open: {' '.join(terms)} "
                 "can be added without any effect. Give one of these, or take another unknown in its place."
             )
-        if inverse is None:  # what underflows is regular once it is balanced
-            found = np.linalg.solve(scaled.matrix, sides / scaled.rows) / np.swapaxes(scaled.columns, 1, 2)
-        return found[..., 0]
+        return z
 
 
 class _Mixed(NamedTuple):

@@ -186,33 +186,36 @@ def trim(
             return _of_many(many, eom.numeric(settings), (moving, independent, tolerance))
     with working("Trimming"):
         numeric = eom.numeric(settings)
-        task = problem(numeric, state_of(state, **values), moving, independent)
-        x = solve_problem(task, tolerance)
-        expected, came = "values that determine the steady motion", "too few: {} can still take other values"
-        cure = "Give some of them, or a guess for each: kn.guess(value)."
-        expect.none(undetermined(task, x, task.missing), expected, came, cure, error=ValueMissingError)
-        arrays = closed(numeric, task.conditions.state(x))
-        warn_of_jumps(numeric, arrays, tolerance)
-        found = state_from(eom, arrays)
-        warn_of_contacts(eom, [found])
-        return found
+        return _found(problem(numeric, state_of(state, **values), moving, independent), tolerance)
+
+
+def _found(task: Problem, tolerance: float) -> State:
+    """The steady motion of a problem."""
+    numeric, x = task.conditions.numeric, solve_problem(task, tolerance)
+    expected, came = "values that determine the steady motion", "too few: {} can still take other values"
+    cure = "Give some of them, or a guess for each: kn.guess(value)."
+    expect.none(undetermined(task, x, task.missing), expected, came, cure, error=ValueMissingError)
+    arrays = closed(numeric, task.conditions.state(x))
+    warn_of_jumps(numeric, arrays, tolerance)
+    found = state_from(numeric.equations, arrays)
+    warn_of_contacts(numeric.equations, [found])
+    return found
 
 
 def _of_many(many: Poses, numeric: Numeric[Equations], options: tuple[Sequence[Any], Sequence[Any], float]) -> Any:
     """Those of many states as a Dataset, on the branch of the first."""
     moving, independent, tolerance = options
+    last: dict[int, Problem] = {}
 
     def alone(k: int) -> State:
-        found: State = trim(
-            numeric.equations, many.state(k), moving=moving, independent=independent, tolerance=tolerance,
-            settings=numeric.settings,
-        )  # fmt: skip
-        return found
+        last.clear()
+        last[k] = problem(numeric, many.state(k), moving, independent)
+        return _found(last[k], tolerance)
 
     def followed(k: int, first: Array) -> SteadyEquations | None:
         if isinstance(many.given("t")[time], np.ndarray) or numeric.value(all_switches):
             return None
-        return followed_from(problem(numeric, many.state(k), moving, independent), first, tolerance)
+        return followed_from(last[k], first, tolerance)
 
     return trimmed(many, Routes(alone, followed))
 

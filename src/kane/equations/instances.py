@@ -86,7 +86,7 @@ def instances(eom: Equations, given: Mapping[str, Any], design: Mapping[Any, Any
     values = {kind: _by_symbol(kind, symbols[kind], own) for kind, own in given.items()}
     _add_design(values, {kind: symbols[kind] for kind in given}, design or {})
     columns = {kind: _columns(kind, own) for kind, own in values.items()}
-    lengths = {f"{s} ({kind})": len(c) for kind, own in columns.items() for s, c in own.items()}
+    lengths = {(s, kind): len(c) for kind, own in columns.items() for s, c in own.items()}
     many = _common_length(lengths)
     common: dict[str, Any] = {}
     for kind, own in values.items():
@@ -207,16 +207,16 @@ def _column(kind: str, s: Any, value: Any) -> Array:
     return column
 
 
-def _common_length(lengths: Mapping[str, int]) -> int:
+def _common_length(lengths: Mapping[tuple[Any, str], int]) -> int:
     """The number of instances."""
-    none = [name for name, n in lengths.items() if n == 0]
+    none = [f"{s} ({kind})" for (s, kind), n in lengths.items() if n == 0]
     if none:
         raise SimulationError(
             f"Expected at least one instance, got an array without numbers for {', '.join(none)}. Give some, or a number."
         )
-    several = {name: n for name, n in lengths.items() if n != 1}
+    several = {key: n for key, n in lengths.items() if n != 1}
     if len(set(several.values())) > 1:
-        told = ", ".join(f"{n} for {name}" for name, n in several.items())
+        told = ", ".join(f"{n} for {s} ({kind})" for (s, kind), n in several.items())
         raise SimulationError(
             f"Expected arrays of one length, a number for each instance, got {told}. Give as many of each, one number for all, or "
             'let a design combine them, design={…}, sampler="product".'

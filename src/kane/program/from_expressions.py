@@ -190,6 +190,11 @@ class Bundle(Generic[R]):
         lead = values.shape[:-1]
         return self.record(*(values[..., place].reshape(lead + shape) for place, shape in self._places))
 
+    def places(self, name: str) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
+        """Where in a row of results those of a group stand, in its shape."""
+        place, shape = self._places[list(self.groups).index(name)]
+        return np.arange(place.start, place.stop).reshape(shape)
+
     def reference(self, leaves: Sequence[Expr]) -> Callable[[Sequence[Any]], R]:
         """A function from numbers for `leaves` to the record, on the reference evaluator: nothing is compiled."""
         run = compile_reference(self.task.roots, leaves)

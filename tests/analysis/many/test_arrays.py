@@ -263,6 +263,17 @@ def test_equilibria_under_a_load_that_grows():
         close([found[s.name].values[k] for s in BAR.state], [one[s] for s in BAR.state], 1e-9)
 
 
+def test_torques_that_hold_a_crank_beside_virtual_work(turn):
+    """T u1 = d/dt of the weights' energy; guessed from zero, however far the torque goes from there."""
+    found = kn.trim(BAR, q={"q1": TURN, **OPEN}, inputs={"drive": kn.guess(0.0)})
+    assert set(found["status"].values) == {"found"}
+    m1, m2, m3 = 0.8, 2.0, 1.6
+    rates = [np.cos(turn[f"q{i}"].values) * turn[f"u{i}"].values for i in (1, 2, 3)]
+    shares = (A * (m1 / 2 + m2 + m3), B * (m2 / 2 + m3), C * m3 / 2)
+    power = 9.81 * sum(x * rate for x, rate in zip(shares, rates, strict=True))
+    close(found["drive"], power / turn["u1"].values, 1e-9)
+
+
 # Bad input -------------------------------------------------------------------------------------------------------------
 
 

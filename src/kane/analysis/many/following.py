@@ -15,7 +15,8 @@ import numpy as np
 
 from kane.numeric.arrays import Array
 from kane.program.kernel.language import INT, Kernel
-from kane.program.kernel.writer import Term, Writer, decompose, substitute
+from kane.program.kernel.rows import LANES, Rows
+from kane.program.kernel.writer import Term, Writer
 from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.entry import CompiledKernel, entry, hoist_entry
 from kane.program.native.machine import Settings
@@ -83,6 +84,7 @@ def follow(routine: CompiledRoutine, data: Array, x: Array, unknowns: Unknowns) 
     found, ends = np.full((len(data), n), np.nan), np.zeros((len(data), 3))
     roots = np.zeros(_OLD * n + 1)
     roots[:n] = x
+    square = -(-n // LANES)
     given = {
         "width": data.shape[1],
         "n": n,
@@ -95,7 +97,8 @@ def follow(routine: CompiledRoutine, data: Array, x: Array, unknowns: Unknowns) 
         "places": np.append(1.0 + np.array(unknowns.places, dtype=float), 0.0),
         "sizes": np.append(unknowns.sizes, 0.0),
         "rows": np.append(unknowns.rows, 0.0),
-        "room": np.zeros(n * n + 3 * n + 1),
+        "square": square,
+        "room": np.zeros(n * LANES * (square + 1) + n + 1),
         "out": np.zeros(n * n + n + 1),
         "h": np.zeros(max(1, len(routine.program.kept))),
         "roots": roots,
@@ -133,6 +136,7 @@ class _Following:
             w.number, ("width", "n", "measured", "start", "stop")
         )
         self.ports = [w.number(f"port{k}") for k in range(ports)]
+        square = w.number("square")
         self.data, self.at, self.places, self.sizes, self.rows = map(w.array, ("data", "at", "places", "sizes", "rows"))
         self.room, self.out, self.h, self.roots = map(w.array, ("room", "out", "h", "roots"))
         self.s, self.ends, self.found = map(w.array, ("s", "ends", "found"))
@@ -145,8 +149,8 @@ class _Following:
         self.moved, self.most, self.done, self.part, self.to, self.odd = (
             w.variable(name) for name in ("moved", "most", "done", "part", "to", "odd")
         )
-        self.swaps = self.n * self.n
-        self.change, self.x = self.swaps + self.n, self.swaps + self.n * 2
+        self.system = Rows(self.room, w.integer(0), self.n, square, square + 1)
+        self.right, self.x = square * LANES, self.n * self.system.width
 
     def kernel(self) -> Kernel:
         """All of it."""
@@ -219,19 +223,18 @@ class _Following:
             self._evaluate()
             with w.few(n) as i:
                 row = 1.0 / self.rows[i]
-                room[self.change + i] = -self.out[i] * row
+                room[self.system.row(i) + self.right] = -self.out[i] * row
                 with w.few(n) as j:
-                    room[i * n + j] = self.out[n + i * n + j] * self.sizes[j] * row
-            decompose(room, w.integer(0), n, self.swaps)
-            self._sign()
-            substitute(room, w.integer(0), n, self.swaps, self.change)
+                    room[self.system.row(i) + j] = self.out[n + i * n + j] * self.sizes[j] * row
+            self.odd.put(0.0)
+            self.system.solve(self.odd)
             self.moved.put(0.0)
             with w.few(self.measured) as i:
-                self.moved.put(w.compute("max", self.moved.get(), w.compute("abs", room[self.change + i])))
+                self.moved.put(w.compute("max", self.moved.get(), w.compute("abs", self._change(i))))
             moved = self.moved.get()
             with w.when(moved <= self.most.get()):
                 with w.few(n) as i:
-                    room[self.x + i] = room[self.x + i] + room[self.change + i] * self.sizes[i]
+                    room[self.x + i] = room[self.x + i] + self._change(i) * self.sizes[i]
                 self.most.put(w.compute("max", moved * _CONTRACTS, _ENOUGH))
                 self.steps.put(self.steps.get() + 1)
                 self.going.put(w.select(moved <= _ENOUGH, 0, w.select(self.steps.get() < _STEPS, 1, w.integer(-1))))
@@ -244,14 +247,9 @@ class _Following:
         self.hoist(ports[1], self.h.at(0))
         self.function(self.at[0], *ports, self.h.at(0), self.out.at(0))
 
-    def _sign(self) -> None:
-        """`odd` is one where the determinant is negative."""
-        w, n = self.writer, self.n
-        self.odd.put(0.0)
-        with w.few(n) as i:
-            swapped = self.room[self.swaps + i] > w.compute("float", i)
-            for negative in (swapped, self.room[i * n + i] < 0.0):
-                self.odd.put(w.select(negative, 1.0 - self.odd.get(), self.odd.get()))
+    def _change(self, i: Term) -> Term:
+        """What a step adds to x over its size; `odd` is one where the determinant is negative."""
+        return self.room[self.system.row(i) + self.right]
 
     def _judge(self, k: Term, right: Term, first: Term) -> None:
         """What follows from a place that is `right`, or is not: `going` is zero where the row is done."""

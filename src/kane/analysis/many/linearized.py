@@ -7,6 +7,7 @@ finite) is linearized by itself.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from kane.analysis.local import Outputs, Values, all_switches, answers, coded, r
 from kane.analysis.many.poses import Poses
 from kane.analysis.one_sided import lengths
 from kane.analysis.perturbations import perturbations
+from kane.analysis.stacks import Entries, Stack, solve_each
 from kane.dynamics.constraints.partition import choose
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations
@@ -24,8 +26,8 @@ from kane.errors import SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import time
 from kane.numeric.arrays import Array, Mask, blocks
-from kane.numeric.rank import balanced, surely_regular
 from kane.numeric.scale import NEAR_SINGULAR, ROUNDED_CHAIN
+from kane.program.native.machine import Settings
 
 PARTS = {"A": "A", "B": "B", "C": "C", "D": "D", "rates": "rates", "values": "output_values"}
 """Arrays of a `Linear`, and their names in a Dataset, of which `values` is a method."""
@@ -87,25 +89,21 @@ def _of_block(
 ) -> Mask:
     """The same of some states; which rows tell what depends is `chosen` once."""
     eom, run, count = numeric.equations, coded(numeric), len(state[0])
-    own: Values = run(values)(*state)
-    nq, n = len(eom.coordinates), len(eom.speeds)
-    keep, sure = _regular(eom, own)
-    k, right = own.matrix[:, keep][:, :, keep], own.right
-    k[~sure] = np.eye(len(keep))
-    z = np.zeros(right.shape)
-    z[:, keep] = np.linalg.solve(k, right[:, keep, None])[:, :, 0]
+    nq, n, keep = len(eom.coordinates), len(eom.speeds), list(regular_rows(eom))
+    own, solved, sure = _solved(numeric, keep, state)
+    z = np.zeros(own.right.shape)
+    z[:, keep] = np.where(sure[:, None], solved.x[:, :, 0], 0.0)
     sloped = run(slopes)(*state, z)
     sure &= _placed(eom, own, state)
     free_q = [i for i, q in enumerate(eom.coordinates) if q.name in first.coordinates]
     free_u = [i for i, u in enumerate(eom.speeds) if u.name in first.speeds]
-    of_q, sure_q = _by_free(
-        sloped.configuration, range(nq), free_q, range(nq + n, sloped.configuration.shape[2]), ("q", chosen)
-    )
+    by_free = partial(_by_free, settings=numeric.settings, kept=chosen)
+    of_q, sure_q = by_free("q", sloped.configuration, range(nq), free_q, range(nq + n, sloped.configuration.shape[2]))
     shift = sloped.motion[:, :, :nq] @ of_q
     i, j = len(free_q), len(free_u)
     shift[:, :, i:] += sloped.motion[:, :, nq + n :]
     whole = np.concatenate([sloped.motion[:, :, nq : nq + n], shift], axis=2)
-    of_u, sure_u = _by_free(whole, range(n), free_u, range(n, whole.shape[2]), ("u", chosen))
+    of_u, sure_u = by_free("u", whole, range(n), free_u, range(n, whole.shape[2]))
     sure &= sure_q & sure_u
     more = of_q.shape[2] - i
     moves = np.zeros((count, nq + n + more, i + j + more))
@@ -114,7 +112,7 @@ def _of_block(
     moves[:, nq : nq + n, i : i + j] = of_u[:, :, :j]
     moves[:, nq + n :, i + j :] = np.eye(more)
     answer = np.zeros((*z.shape, moves.shape[2]))
-    answer[:, keep] = -np.linalg.solve(k, (sloped.residual @ moves)[:, keep])
+    answer[:, keep] = -(solved.inverse @ (sloped.residual @ moves)[:, keep])
     rows = np.concatenate([(sloped.rates @ moves)[:, free_q], answer[:, free_u], sloped.states @ moves], axis=1)
     rates = rows.shape[1]
     found["A"][:], found["B"][:] = rows[:, :, :rates], rows[:, :, rates:]
@@ -136,12 +134,16 @@ def _states(poses: Poses) -> Array:
     return x
 
 
-def _regular(eom: Equations, own: Values) -> tuple[list[int], Mask]:
-    """Rows of K without those of constraints that follow from others, and at which states they are surely regular."""
-    keep = list(regular_rows(eom))
-    k = own.matrix[:, keep][:, :, keep]
-    finite = np.asarray(np.isfinite(k).all(axis=(1, 2)) & np.isfinite(own.right).all(axis=1))
-    return keep, finite & surely_regular(balanced(np.where(finite[:, None, None], k, 1.0)), NEAR_SINGULAR**2)
+def _solved(numeric: Numeric[Equations], keep: Sequence[int], state: tuple[Array, ...]) -> tuple[Values, Stack, Mask]:
+    """K z = k without the rows of constraints that follow from others, its solution, and where it is sure."""
+    routine = numeric.routine(values)
+    rows = routine.flat(*state)
+    matrix, right = routine.bundle.places("matrix"), routine.bundle.places("right")
+    a, b = Entries(rows, matrix[np.ix_(keep, keep)]), Entries(rows, right[list(keep), None])
+    found = solve_each(a, b, numeric.settings, inverse=True)
+    sure = found.regular(NEAR_SINGULAR**2) & np.isfinite(found.x[:, :, 0]).all(axis=1)
+    found.inverse[~sure] = 0.0
+    return routine.bundle.split(rows), found, np.asarray(sure)
 
 
 def _placed(eom: Equations, own: Values, state: tuple[Array, ...]) -> Mask:
@@ -158,11 +160,18 @@ def _placed(eom: Equations, own: Values, state: tuple[Array, ...]) -> Mask:
 
 
 def _by_free(
-    a: Array, own: Sequence[int], free: Sequence[int], rest: Sequence[int], chosen: tuple[str, dict[str, list[int]]]
+    name: str,
+    a: Array,
+    own: Sequence[int],
+    free: Sequence[int],
+    rest: Sequence[int],
+    *,
+    settings: Settings,
+    kept: dict[str, list[int]],
 ) -> tuple[Array, Mask]:
     """x of A x + rest y = 0 by those that are `free`, S of x = S (x_free, y) at all states, and where it is sure.
 
-    A stands in the columns `own` of `a` (k × m × …), what multiplies y in the columns `rest`. Its rows are `chosen` by a name, once.
+    A stands in the columns `own` of `a` (k × m × …), what multiplies y in the columns `rest`. Its rows are `kept` by a name, once.
     """
     dependent = [i for i in own if i not in set(free)]
     columns = [*(own[i] for i in free), *rest]
@@ -170,17 +179,18 @@ def _by_free(
     solution[:, list(free), range(len(free))] = 1.0
     if not dependent:
         return solution, np.ones(len(a), dtype=bool)
-    name, kept = chosen
     sure = np.asarray(np.isfinite(a).all(axis=(1, 2)))
     if name not in kept and sure.any():
         kept[name] = sorted(choose(a[int(np.argmax(sure))][:, dependent]).rows)
     rows = kept.get(name, [])
     if len(rows) < len(dependent):
         return solution, np.zeros(len(a), dtype=bool)
-    block = a[:, rows][:, :, dependent]
-    sure &= surely_regular(balanced(np.where(sure[:, None, None], block, 1.0)), NEAR_SINGULAR)
-    block = np.where(sure[:, None, None], block, np.eye(len(rows)))
-    solution[:, dependent] = np.linalg.solve(block, -a[:, rows][:, :, columns])
+    entries, places = a.reshape(len(a), -1), np.arange(a[0].size).reshape(a.shape[1:])
+    found = solve_each(
+        Entries(entries, places[np.ix_(rows, dependent)]), Entries(entries, places[np.ix_(rows, columns)]), settings
+    )
+    sure &= found.regular(NEAR_SINGULAR)
+    solution[:, dependent] = np.where(sure[:, None, None], -found.x, 0.0)
     return solution, sure
 
 

@@ -13,10 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane.analysis.flow import share
-from kane.analysis.local import coded, regular_rows, unknowns, values
+from kane.analysis.local import regular_rows, unknowns, values
 from kane.analysis.many.following import SquareEquations, Unknowns, follow
 from kane.analysis.many.poses import Poses
 from kane.analysis.perturbations import perturbations
+from kane.analysis.stacks import Entries, solve_each
 from kane.analysis.steady_conditions import Applying, Conditions, Problem, shares
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.readings.unsolved import partials, unsolved
@@ -24,6 +25,7 @@ from kane.equations.compiled import ports
 from kane.equations.equations import Equations
 from kane.equations.state import GROUPS, Guess, State
 from kane.expr.build import sub
+from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import Matrix, dot
 from kane.expr.node import ONE, ZERO
 from kane.expr.symbols import Symbol, time
@@ -124,14 +126,15 @@ _SURELY = 1e-3
 
 def followed(task: Problem, first: Array, tolerance: float) -> SteadyEquations | None:
     """What is followed from the steady motion X; None where the conditions do not determine what is free."""
-    conditions, free = replace(task.conditions, quick=True), list(task.free)
+    conditions = replace(task.conditions, quick=True)
+    free, measured_alone = _linear_last(conditions, task.free)
     numeric, eom, measured = conditions.numeric, conditions.eom, task.measured
     _, j = conditions(first)
     rows = sorted(choose(j[:, free] * measured.columns[free] / measured.rows[:, None]).rows) if free else []
     if len(rows) < len(free):
         return None
     _, z, slopes, _ = conditions.numbers(first)
-    keep, terms = regular_rows(eom), conditions.sizes(task.start).terms
+    keep, terms = regular_rows(eom), conditions.sizes(first).terms
     routine = numeric.routine(steady_rows, conditions.applying, tuple(rows), tuple(free), keep).flat
     # X is (x, r, p), what routines take (x, p, r, z)
     x, r, p = (len(s) for s in (eom.state, eom.inputs, eom.parameters))
@@ -141,7 +144,7 @@ def followed(task: Problem, first: Array, tolerance: float) -> SteadyEquations |
         [*(places[i] for i in free), *(x + p + r + k for k in keep)],
         np.concatenate([measured.columns[free], np.ones(len(keep))]),
         np.concatenate([measured.rows[rows], np.where(pushed > 0, pushed, 1.0)]),
-        len(free),
+        measured_alone,
     )
 
     def left(xs: Array) -> Array:
@@ -154,6 +157,22 @@ def followed(task: Problem, first: Array, tolerance: float) -> SteadyEquations |
     return SteadyEquations(
         task.start, free, conditions.symbols, places, routine, unknowns, z[list(keep)], left, tolerance
     )
+
+
+def _linear_last(conditions: Conditions, free: Sequence[int]) -> tuple[list[int], int]:
+    """What is free of X, last the inputs that K z − k, linear in z, is linear in too; and how many come before these.
+
+    They follow from the others as z does: how far they go says nothing of the branch.
+    """
+    symbols, u = conditions.symbols, unsolved(conditions.eom.derived)
+    inputs = set(conditions.eom.inputs)
+    asked, together, linear = [i for i in free if symbols[i] in inputs], set(u.unknowns), list[int]()
+    slopes = partials([*u.places, *u.residual], [symbols[i] for i in asked])
+    for k, i in enumerate(asked):
+        if {*together, symbols[i]}.isdisjoint(free_symbols([row[k] for row in slopes.rows])):
+            together.add(symbols[i])
+            linear.append(i)
+    return [*(i for i in free if i not in set(linear)), *linear], len(free) - len(linear)
 
 
 def steady_rows(
@@ -179,15 +198,15 @@ def steady_rows(
 
 
 def _quick_shares(conditions: Conditions, xs: Array, terms: Array) -> Array:
-    """What is left of F at each X (k × …), by sizes of its terms that are known; infinity where K is singular at one of them."""
-    eom, run = conditions.eom, coded(conditions.numeric)
+    """What is left of F at each X (k × …), by sizes of its terms that are known; NaN where K is singular."""
+    numeric, eom = conditions.numeric, conditions.eom
     x, r, p = np.split(xs, np.cumsum([len(eom.state), len(eom.inputs)]), axis=1)
-    own, keep, n = run(values)(conditions.t, x, p, r), list(regular_rows(eom)), len(eom.speeds)
-    z = np.zeros(own.right.shape)
-    try:
-        z[:, keep] = np.linalg.solve(own.matrix[:, keep][:, :, keep], own.right[:, keep, None])[:, :, 0]
-    except np.linalg.LinAlgError:
-        return np.full(len(xs), np.inf)
+    routine, keep, n = numeric.routine(values), regular_rows(eom), len(eom.speeds)
+    rows = routine.flat(conditions.t, x, p, r)
+    matrix, right = routine.bundle.places("matrix"), routine.bundle.places("right")
+    own, z = routine.bundle.split(rows), np.zeros((len(rows), len(right)))
+    a, b = Entries(rows, matrix[np.ix_(keep, keep)]), Entries(rows, right[list(keep), None])
+    z[:, keep] = solve_each(a, b, numeric.settings).x[:, :, 0]
     norms = [(x[:, list(places)] ** 2).sum(axis=1)[:, None] - 1.0 for places in conditions.perturbed.sets]
     moved = np.hstack([own.rates[:, list(conditions.perturbed.coordinates)], own.spins])
     applying = conditions.applying

@@ -1,0 +1,290 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Linear equations of many states, A x = b, and of which A it is sure that they are regular.
+
+A and b are picked from rows of numbers, as routines give them. A zero below a pivot, or above it on the way back, costs nothing: the
+equations of mechanisms are mostly zeros. With x comes A⁻¹, by the same factors, which bounds the least singular value of A, balanced
+as in `numeric.rank.balance`: σ_min/σ_max ≥ 1/(‖A‖ ‖A⁻¹‖) in Frobenius' norm. Of wide A that of A Aᵀ is bounded. All of it is one
+kernel, in vectors along the rows.
+"""
+
+from collections.abc import Sequence
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from kane.numeric.arrays import Array, Mask
+from kane.numeric.rank import balanced, surely_regular
+from kane.numeric.scale import ROUNDED
+from kane.program.kernel.language import INT, Kernel
+from kane.program.kernel.rows import LANES, VECTOR, Rows, vectors
+from kane.program.kernel.writer import Term, Writer
+from kane.program.native.entry import CompiledKernel
+from kane.program.native.machine import Settings
+
+_STATES = 10_000
+"""So many states in one call: an interrupt comes through between two."""
+
+
+Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
+
+
+class Entries(NamedTuple):
+    """Matrices (k × m × n): where in rows of numbers (k × …) the entries of each stand."""
+
+    rows: Array
+    places: Places
+
+    def of(self, states: Mask | int) -> Array:
+        """Those of some states."""
+        return np.asarray(self.rows[states][..., self.places])
+
+
+class Stack(NamedTuple):
+    """x (k × n × c) and A⁻¹ (k × n × n), which mean nothing where A is singular; `share` is the bound of σ_min/σ_max.
+
+    A share below zero says nothing: what balancing drops as rounding stands in the inverse.
+    """
+
+    a: Entries
+    x: Array
+    inverse: Array
+    share: Array
+
+    def regular(self, threshold: float) -> Mask:
+        """Where the least singular value of A, balanced, surely counts."""
+        sure, lost = np.asarray(self.share > max(threshold, ROUNDED)), self.share < 0
+        if lost.any():
+            sure[lost] = surely_regular(balanced(self.a.of(lost)), threshold)
+        return sure
+
+
+def solve_each(
+    a: Entries,
+    b: Entries,
+    settings: Settings,
+    *,
+    inverse: bool = False,
+    order: Sequence[int] = (0, 1, 0, 1),
+    rounding: float = ROUNDED,
+) -> Stack:
+    """x of A x = b at each state; `order` and `rounding` are those of `balance`. Of wide A the share is that of A Aᵀ, and x is none.
+
+    The inverse is empty where it is not asked for.
+    """
+    count, m, sides = len(a.rows), len(a.places), b.places.shape[1]
+    found = Stack(a, np.empty((count, m, sides)), np.empty((count, m, m) if inverse else 0), np.empty(count))
+    _run(_compiled(settings), b, found, order, rounding)
+    return found
+
+
+def surely_independent(a: Entries, threshold: float, settings: Settings) -> Mask:
+    """At which states σ_m/σ_1 of A (m × n, m ≤ n), balanced, surely is larger than the threshold."""
+    m, n = a.places.shape
+    found = solve_each(a, Entries(a.rows, a.places[:, :0]), settings)
+    power = 1 if m == n else 2
+    return np.asarray(np.abs(found.share) > max(threshold**power, ROUNDED)) if m < n else found.regular(threshold)
+
+
+def _run(kernel: CompiledKernel, b: Entries, found: Stack, order: Sequence[int], rounding: float) -> None:
+    a = found.a
+    (m, n), sides = a.places.shape, b.places.shape[1]
+    wide, tall, across = (-(-size // LANES) for size in (n, m, sides))
+    given = {
+        "m": m,
+        "n": n,
+        "sides": sides,
+        "wide": wide,
+        "tall": tall,
+        "across": across,
+        "passes": len(order),
+        "begin": order[0],
+        "wanted": min(1, found.inverse.size),
+        "step_a": a.rows.shape[1],
+        "step_b": b.rows.shape[1],
+        "start": 0,
+        "stop": 0,
+        "a": np.require(a.rows, float, ["C", "W"]),
+        "b": np.require(b.rows, float, ["C", "W"]),
+        "of_a": np.append(a.places.astype(float), 0.0),
+        "of_b": np.append(b.places.astype(float), 0.0),
+        "limit": np.array([rounding]),
+        "room": np.zeros(LANES * ((m + 1) * wide + tall + m * (2 * tall + across))),
+        "x": found.x,
+        "inverse": found.inverse,
+        "share": found.share,
+    }
+    bound = kernel.bound(given)
+    for start in range(0, len(found.share), _STATES):
+        bound(start=start, stop=min(start + _STATES, len(found.share)))
+
+
+@cache
+def _compiled(settings: Settings) -> CompiledKernel:
+    return CompiledKernel(stacks_kernel(), settings)
+
+
+def stacks_kernel() -> Kernel:
+    """The kernel."""
+    return _Eliminating().kernel()
+
+
+class _Eliminating:
+    """The kernel while it is written: states from `start` to `stop`.
+
+    In `room` stand S (m × wide), which becomes A balanced, its columns' sizes and its rows', then the rows that are eliminated: A or
+    A Aᵀ (tall), b (across) and the unit matrix (tall). All begin at multiples of a vector's lanes, with zeros between.
+    """
+
+    def __init__(self) -> None:
+        self.writer = w = Writer("solve_each")
+        self.m, self.n, self.sides = map(w.number, ("m", "n", "sides"))
+        self.v_wide, self.v_tall, across = (w.number(name) for name in ("wide", "tall", "across"))
+        self.wide, self.tall = self.v_wide * LANES, self.v_tall * LANES
+        self.passes, self.begin, self.wanted = map(w.number, ("passes", "begin", "wanted"))
+        self.step_a, self.step_b = map(w.number, ("step_a", "step_b"))
+        self.start, self.stop = map(w.number, ("start", "stop"))
+        self.a, self.b, self.of_a, self.of_b, self.limit = map(w.array, ("a", "b", "of_a", "of_b", "limit"))
+        self.room, self.x, self.inverse, self.share = map(w.array, ("room", "x", "inverse", "share"))
+        self.columns = self.m * self.wide
+        self.sizes = self.columns + self.wide
+        self.work = self.sizes + self.tall
+        self.unit = self.tall + across * LANES
+        self.rows = Rows(self.room, self.work, self.m, self.v_tall, self.v_tall * 2 + across)
+        self.width, self.v_width = self.rows.width, self.rows.whole
+        self.zeros, self.ones = (w.lanes(*[x] * LANES) for x in (0.0, 1.0))
+        self.lost, self.norm = map(w.variable, ("lost", "norm"))
+        self.axis = w.variable("axis", INT)
+        self.most = w.variable("most", VECTOR)
+
+    def kernel(self) -> Kernel:
+        """All of it."""
+        w = self.writer
+        with w.count(self.stop, self.start) as k:
+            self._pick(k)
+            self._balance()
+            with w.when(self.m < self.n):
+                self._multiply()
+                self.norm.put(self._squares(self.work, self.width, self.v_tall))
+            with w.otherwise():
+                self.norm.put(self._squares(w.integer(0), self.wide, self.v_wide))
+            self.rows.solve()
+            self._answer(k)
+            with w.when(~(self.m < self.n)):
+                self._scale()
+            inverted = self._squares(self.work + self.unit, self.width, self.v_tall)
+            share = 1.0 / w.compute("sqrt", self.norm.get() * inverted)
+            self.share[k] = w.select(self.lost.get() > 0.0, -share, share)
+        result = w.variable("result", INT)
+        result.put(0)
+        return w.finished(result)
+
+    def _pick(self, k: Term) -> None:
+        """S and what is eliminated, b and the unit matrix."""
+        w, room = self.writer, self.room
+        with w.few(self.m) as i:
+            row = self.work + i * self.width
+            with vectors(w, self.v_wide) as j:
+                room.store(i * self.wide + j, self.zeros)
+            with vectors(w, self.v_width) as j:
+                room.store(row + j, self.zeros)
+            with w.few(self.n) as j:
+                entry = self.a[k * self.step_a + w.compute("int", self.of_a[i * self.n + j])]
+                room[i * self.wide + j] = entry
+                with w.when(~(self.m < self.n)):
+                    room[row + j] = entry
+            with w.few(self.sides) as j:
+                entry = self.b[k * self.step_b + w.compute("int", self.of_b[i * self.sides + j])]
+                room[row + self.tall + j] = entry
+            room[row + self.unit + i] = 1.0
+
+    def _balance(self) -> None:
+        """S without rounding, with columns and rows divided by their sizes in turn; the sizes."""
+        w, room = self.writer, self.room
+        self.most.put(self.zeros)
+        with vectors(w, self.m * self.v_wide) as j:
+            self.most.put(w.compute("max", self.most.get(), self._size(j)))
+        least = w.compute("splat8", self.limit[0] * w.compute("largest", self.most.get()))
+        self.lost.put(0.0)
+        with vectors(w, self.m * self.v_wide) as j:
+            small = self._size(j) <= least
+            with w.when(w.compute("any", small & ~room.lanes(j, LANES).equals(self.zeros))):
+                self.lost.put(1.0)
+            room.store(j, w.select(small, self.zeros, room.lanes(j, LANES)))
+        with vectors(w, self.v_wide + self.v_tall) as j:
+            room.store(self.columns + j, self.ones)
+        self.axis.put(self.begin)
+        with w.few(self.passes):
+            with w.when(self.axis.get() > 0):
+                self._divide_rows()
+            with w.otherwise():
+                self._divide_columns()
+            self.axis.put(1 - self.axis.get())
+
+    def _size(self, place: Term) -> Term:
+        return self.writer.compute("abs", self.room.lanes(place, LANES))
+
+    def _divide_rows(self) -> None:
+        w, room = self.writer, self.room
+        with w.few(self.m) as i:
+            row = i * self.wide
+            self.most.put(self.zeros)
+            with vectors(w, self.v_wide) as j:
+                self.most.put(w.compute("max", self.most.get(), self._size(row + j)))
+            size = w.compute("largest", self.most.get())
+            size = w.select(size.equals(0.0), 1.0, size)
+            room[self.sizes + i] = room[self.sizes + i] * size
+            share = w.compute("splat8", 1.0 / size)
+            with vectors(w, self.v_wide) as j:
+                room.store(row + j, room.lanes(row + j, LANES) * share)
+
+    def _divide_columns(self) -> None:
+        w, room = self.writer, self.room
+        with vectors(w, self.v_wide) as j:
+            self.most.put(self.zeros)
+            with w.few(self.m) as i:
+                self.most.put(w.compute("max", self.most.get(), self._size(i * self.wide + j)))
+            size = w.select(self.most.get().equals(self.zeros), self.ones, self.most.get())
+            room.store(self.columns + j, room.lanes(self.columns + j, LANES) * size)
+            share = 1.0 / size
+            with w.few(self.m) as i:
+                room.store(i * self.wide + j, room.lanes(i * self.wide + j, LANES) * share)
+
+    def _multiply(self) -> None:
+        """S Sᵀ is what is eliminated."""
+        w, room = self.writer, self.room
+        with w.few(self.m) as i, w.few(i + 1) as j:
+            self.most.put(self.zeros)
+            with vectors(w, self.v_wide) as c:
+                product = room.lanes(i * self.wide + c, LANES) * room.lanes(j * self.wide + c, LANES)
+                self.most.put(self.most.get() + product)
+            entry = w.compute("sum", self.most.get())
+            room[self.work + i * self.width + j] = entry
+            room[self.work + j * self.width + i] = entry
+
+    def _squares(self, begin: Term, step: Term, length: Term) -> Term:
+        """The sum of squares of the rows, `step` apart and so many vectors long."""
+        w, room = self.writer, self.room
+        self.most.put(self.zeros)
+        with w.few(self.m) as i, vectors(w, length) as j:
+            entry = room.lanes(begin + i * step + j, LANES)
+            self.most.put(self.most.get() + entry * entry)
+        return w.compute("sum", self.most.get())
+
+    def _answer(self, k: Term) -> None:
+        w, room = self.writer, self.room
+        with w.few(self.m) as i:
+            row = self.work + i * self.width
+            with w.few(self.sides) as j:
+                self.x[(k * self.m + i) * self.sides + j] = room[row + self.tall + j]
+            with w.when(self.wanted > 0), w.few(self.m) as j:
+                self.inverse[(k * self.m + i) * self.m + j] = room[row + self.unit + j]
+
+    def _scale(self) -> None:
+        """The inverse becomes that of S."""
+        w, room = self.writer, self.room
+        with w.few(self.m) as i:
+            own = w.compute("splat8", room[self.columns + i])
+            with vectors(w, self.v_tall) as j:
+                place = self.work + i * self.width + self.unit + j
+                room.store(place, room.lanes(place, LANES) * own * room.lanes(self.sizes + j, LANES))
