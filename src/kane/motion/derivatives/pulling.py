@@ -225,7 +225,7 @@ class Pulling:
         slopes = np.zeros((laws, n + len(self.by), m, STAGES))
         for i, row in enumerate(self.laws.values()):
             slopes[i] = _evaluated(row, now, times, states).reshape(-1, m, STAGES)
-        source, factors, by_p = np.zeros((m, n, STAGES)), np.zeros(rows), None
+        source, factors, by_p = np.zeros(0), np.zeros(rows), None
         if integrand is not None:
             _, by_x, by_p = integrand.slopes(now, self.by, times, states)
             source, factors = by_x.reshape(m, STAGES, n).transpose(0, 2, 1), integrand.factors
