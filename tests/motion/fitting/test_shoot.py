@@ -100,3 +100,23 @@ def test_what_cannot_be_met():
         kn.fitting.shoot(eom, (0, 1), F.nodes, end={"x": 1}, bounds=dict.fromkeys(F.nodes, (1, 2)), **given)
     with pytest.raises(kn.SimulationError, match="bounds of F_0"):
         kn.fitting.shoot(eom, (0, 1), F.nodes, end={"x": 1}, bounds={F.nodes[0]: (2, 1)}, **given)
+
+
+def test_few_numbers_by_many_unknowns_are_differentiated_on_the_way_back(monkeypatch):
+    """A ball that bounces: at T it is to be where it is asked to be, with a cost of its speed on the way; no variational equations."""
+    monkeypatch.setattr("kane.motion.derivatives.course.Course.sensitivities", None)
+    eom = kn.derive(load("bouncing_ball").system())
+    (y,), (v,), (m, g, e) = eom.coordinates, eom.speeds, eom.parameters
+    given = {"q": {y: 1.0}, "u": {v: 0.3}, "parameters": {m: 1.0, g: 9.81, e: 0.8}}
+    end, within = {y: 0.4}, {e: (0.5, 0.95)}
+    shot = kn.shoot(eom, (0, 0.8), [y, v, e], end=end, bounds=within, **given)
+    assert len(shot.motion.events) >= 1
+    assert abs(shot.motion.q[-1, 0] - 0.4) < 1e-7
+    cost = {"cost": (e - 0.7) ** 2, "integral": v**2, "end": end, "bounds": within}
+    least = kn.shoot(eom, (0, 0.8), [y, v, e], **cost, **given)
+    assert abs(least.motion.q[-1, 0] - 0.4) < 1e-7
+    beside = [
+        kn.shoot(eom, (0, 0.8), [y, e], **cost, **given | {"u": {v: value}}).cost
+        for value in (least.values[v] - 0.02, least.values[v] + 0.02)
+    ]
+    assert all(least.cost <= cost for cost in beside)

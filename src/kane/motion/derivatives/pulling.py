@@ -145,11 +145,12 @@ class _Gains(NamedTuple):
 
     def add(self, given: Array, slopes: Array) -> None:
         """Of weights (rows × steps × laws · 8), those of the nodes among them, times slopes (steps × laws × 8 × p)."""
-        rows, steps, _ = given.shape
-        by = slopes.reshape(steps, given.shape[2], slopes.shape[-1])
-        self.own[:] += given.reshape(rows, -1) @ by.reshape(-1, by.shape[2])
-        self.sized[:] += np.abs(given).reshape(rows, -1) @ np.abs(by).reshape(-1, by.shape[2])
-        laws = given.shape[2] // STAGES
+        rows, steps, count = given.shape
+        by = slopes.reshape(steps, count, slopes.shape[-1])
+        whole, along = given.reshape(rows, steps * count), by.reshape(steps * count, by.shape[2])
+        self.own[:] += whole @ along
+        self.sized[:] += np.abs(whole) @ np.abs(along)
+        laws = count // STAGES
         last = [np.abs(np.einsum("rmi,mip->rmp", given * np.tile(row, laws), by)) for row in np.array(LAST) / _B]
         first, second, above = (np.maximum(*last[m : m + 2]) for m in (0, 2, 4))
         shares = [np.divide(above, x, out=np.ones_like(x), where=above < x) for x in (first, second)]
@@ -193,6 +194,7 @@ class Pulling:
         size = STAGES * (now.width * (2 + len(self.laws)) + 1 + len(now.drives)) + 1
         most, total = max(1, _DOUBLES // size), len(steps.h)
         kept = {"lam": end.x.copy().reshape(-1), "k": aligned(rows * now.width * STAGES), "last": np.zeros(rows)}
+        kept |= {name: np.zeros(rows * now.width) for name in ("edge", "tail")}
         kept |= {name: np.zeros(rows * count + 1) for name in ("own", "sized", "bent")} | {"told": np.zeros(len(Place))}
         of_laws, rough = _Gains.none(rows, len(self.by)), np.full(total, np.inf)
         found = True
@@ -225,7 +227,7 @@ class Pulling:
         slopes = np.zeros((laws, n + len(self.by), m, STAGES))
         for i, row in enumerate(self.laws.values()):
             slopes[i] = _evaluated(row, now, times, states).reshape(-1, m, STAGES)
-        source, factors, by_p = np.zeros(0), np.zeros(rows), None
+        source, factors, by_p = np.zeros((0, n, STAGES)), np.zeros(rows), None
         if integrand is not None:
             _, by_x, by_p = integrand.slopes(now, self.by, times, states)
             source, factors = by_x.reshape(m, STAGES, n).transpose(0, 2, 1), integrand.factors

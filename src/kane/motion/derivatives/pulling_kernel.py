@@ -10,10 +10,12 @@ Rev. 58). The states at the stages are known, so that K is linear in Λ; it is f
 behind, extrapolated, all stages in one call of the routine on eight lanes. Where q_i′ = u_j, K of u_j holds Λ of q_i, and takes that
 of the same round: so iterations converge as h² does.
 
-How well a step is resolved is read off K in Legendre's polynomials. Where K is smooth their coefficients c_k fall as ρ^k, and what the
-quadrature, exact to the degree 15, leaves out is about h A ρ⁸ with A = max(c_6, c_7). Of max(c_4, c_5) A is the share ρ², of
-max(c_2, c_3) the share ρ⁴, and ρ is taken from what is less, as coefficients may vanish by chance. Where K or a slope of it jumps, ρ is
-about 1. The share of this in Λ is the error of the step.
+How well a step is resolved is read off K in Legendre's polynomials. Where K is smooth their coefficients c_k fall as ρ^k, and
+what the quadrature, exact to the degree 15, leaves out is about h A ρ⁸ with A = max(c_6, c_7). Of max(c_4, c_5) A is the share ρ², of
+max(c_2, c_3) the share ρ⁴, and ρ is taken from what is less, as coefficients may vanish by chance. Where K or a slope of it jumps, ρ
+is about 1. Before the first node and behind the last one, a fiftieth of the step at either end, a jump leaves no trace: there the
+polynomials of two steps differ where they meet, by more than what they leave out. What may be off is the error of the step, as a
+share of Λ.
 """
 
 from collections.abc import Sequence
@@ -21,6 +23,7 @@ from enum import IntEnum
 
 from kane.motion.steppers.collocation import gauss
 from kane.motion.steppers.context import WIDE
+from kane.motion.steppers.gauss import lagrange
 from kane.program.kernel.language import INT, Kernel, Type
 from kane.program.kernel.writer import Array, Term, Writer
 
@@ -30,6 +33,9 @@ LAST = tuple(
     tuple((2 * k + 1) * x * b for x, b in zip(NODES.legendre[k], NODES.b, strict=True)) for k in range(2, STAGES)
 )
 """Of numbers at the nodes these make the last six coefficients in Legendre's polynomials."""
+_ENDS = lagrange(NODES, 0.0), lagrange(NODES, 1.0)
+_USUAL = 20.0
+"""By so many times their last coefficients polynomials of smooth K may differ where steps meet."""
 ROUNDS = 24
 """Rounds of the fixed point at most."""
 _FOUND_AT = 1e-12
@@ -49,17 +55,17 @@ class Place(IntEnum):
 
 
 ARRAYS = (
-    "times", "x", "p", "r", "h", "lengths", "through", "source", "sourced", "pairs", "scale", "seeds", "seeded", "w", "k", "out", "lam",
-    "last", "own", "sized", "bent", "of_inputs", "rough", "told",
+    "times", "x", "p", "r", "h", "lengths", "through", "source", "sourced", "pairs", "scale", "seeds", "seeded", "w", "k", "out",
+    "lam", "last", "edge", "tail", "own", "sized", "bent", "of_inputs", "rough", "told",
 )  # fmt: skip
 """
-`times` (steps × 8), `x` (steps × n × 8), `r` (steps × inputs × 8): the stages of steps with `lengths`; p, and h that is hoisted of it.
-`through` (steps × laws × n × 8): slopes of the laws of inputs; `source` (steps × n × 8): ∂L/∂x, which counts where a row is `sourced`.
-`pairs`: the (i, j) with q_i′ = u_j; `scale` (n): sizes of states. `seeds` (… × rows × n) are added at the ends of steps where `seeded`
-(steps) says which. `lam` (rows × n): the weights. `own`, `sized`, `bent` (rows × p) gain weights of parameters, their sizes, and by how
-much they may be off; `of_inputs` (rows × steps × laws × 8) is what laws are given. `rough` (steps): errors, infinite where a step was
-not found, with which the kernel ends. `w`, `out` are room; `k` (rows × n × 8) and `last` (rows), the K and length of the step
-behind, none where that is 0, are kept from one call to the next.
+`times` (steps × 8), `x` (steps × n × 8), `r` (steps × inputs × 8): the stages of steps with `lengths`; p, and h that is hoisted of
+it. `through` (steps × laws × n × 8): slopes of the laws of inputs; `source` (steps × n × 8): ∂L/∂x, which counts where a row is
+`sourced`. `pairs`: the (i, j) with q_i′ = u_j; `scale` (n): sizes of states. `seeds` (… × rows × n) are added at the ends of steps
+where `seeded` (steps) says which. `lam` (rows × n): the weights. `own`, `sized`, `bent` (rows × p) gain weights of parameters, their
+sizes, and by how much they may be off; `of_inputs` (rows × steps × laws × 8) is what laws are given. `rough` (steps): errors,
+infinite where a step was not found, with which the kernel ends. `w`, `out` are room. Of the step behind `k` (rows × n × 8), `last`
+(rows), its length, 0 where there is none, and `edge`, `tail` (rows × n), K at its beginning and A, are kept from call to call.
 """
 
 
@@ -74,7 +80,8 @@ class _Pulling:
         self.routine = w.callee("pull", *WIDE[:2], "array", *WIDE[2:])
         self.columns = [w.variable(f"a{j}", _LANES) for j in range(STAGES)]
         self.status, self.round = w.variable("status", INT), w.variable("round", INT)
-        self.before, self.worst, self.rough = (w.variable(name) for name in ("before", "worst", "roughness"))
+        cells = ("before", "worst", "roughness", "gap")
+        self.before, self.worst, self.rough, self.gap = map(w.variable, cells)
         self.change, self.size = (w.variable(name, _LANES) for name in ("change", "size"))
         self.done = w.variable("done", INT)
 
@@ -234,32 +241,48 @@ class _Pulling:
         self.before.put(change)
         self.round.put(self.round.get() + 1)
 
-    def left(self, k: Term) -> Term:
-        """What the quadrature of a step leaves out, over its length."""
+    def left(self, k: Term) -> tuple[Term, Term]:
+        """What the quadrature of a step leaves out, over its length; A."""
         w, none = self.writer, self.writer.constant(1.0)
         sizes = [w.compute("abs", w.compute("sum", k * row)) for row in LAST]
         first, second, last = (w.compute("max", *sizes[m : m + 2]) for m in (0, 2, 4))
         by_first = w.select(last < first, last / first, none)
         by_second = w.select(last < second, last / second, none)
-        return last * w.compute("min", by_first * by_first, (by_second * by_second) * (by_second * by_second))
+        return last * w.compute("min", by_first * by_first, (by_second * by_second) * (by_second * by_second)), last
+
+    def leap(self, k: Term, at: Term, tail: Term, h: Term, last: Term) -> Term:
+        """What a jump of K leaves out that lies beside the node where the step meets the one behind."""
+        w, a = self.writer, self.a
+        gap = w.compute("abs", w.compute("sum", k * _ENDS[1]) - a["edge"][at]) - (tail + a["tail"][at]) * _USUAL
+        return w.compute("max", gap, 0.0) * w.compute("max", h, last) * NODES.c[0]
 
     def go_on(self, step: Term, row: Term, k: Term, h: Term) -> None:
         """The weights before the step, and what parameters gain."""
         w, a = self.writer, self.a
-        a["last"][row] = h
+        last, meets = a["last"][row], w.compute("int", a["seeded"][step]) < 0
         self.rough.put(0.0)
+        self.gap.put(0.0)
         with w.count(self.n) as j:
             own, at = a["k"].lanes(k + j * STAGES, STAGES), row * self.n + j
             a["lam"][at] = a["lam"][at] + h * w.compute("sum", own * NODES.b)
-            self.rough.put(self.larger(self.rough.get(), self.left(own) * a["scale"][j]))
+            left, tail = self.left(own)
+            self.rough.put(self.larger(self.rough.get(), h * left * a["scale"][j]))
+            with w.when(meets & (last > 0.0)):
+                self.gap.put(self.larger(self.gap.get(), self.leap(own, at, tail, h, last) * a["scale"][j]))
+            a["edge"][at] = w.compute("sum", own * _ENDS[0])
+            a["tail"][at] = tail
+        a["last"][row] = h
         size = w.compute("largest", self.size.get())
         with w.when(size > 0.0):
-            self.worst.put(self.larger(self.worst.get(), h * self.rough.get() / size))
+            gap = self.gap.get() / size
+            self.worst.put(self.larger(self.worst.get(), self.rough.get() / size + gap))
+            with w.when(step + 1 < self.steps):
+                a["rough"][step + 1] = self.larger(a["rough"][step + 1], gap)
         with w.count(self.count) as j:
             own, at = self.eight("out", self.n + j), row * self.count + j
             a["own"][at] = a["own"][at] + h * w.compute("sum", own * NODES.b)
             a["sized"][at] = a["sized"][at] + h * w.compute("sum", w.compute("abs", own) * NODES.b)
-            a["bent"][at] = a["bent"][at] + h * self.left(own)
+            a["bent"][at] = a["bent"][at] + h * self.left(own)[0]
         with w.count(self.laws) as m:
             given = self.eight("out", self.n + self.count + m) * self.splat(h) * NODES.b
             a["of_inputs"].store(((row * self.steps + step) * self.laws + m) * STAGES, given)
