@@ -24,8 +24,8 @@ _ROUGH = 1e-9
 """Sum of the errors of steps, see `pulling_kernel`, at which weights are known."""
 _FINER, _MOST = 24, 40
 """So often are steps made shorter, and so many are made of one, at most; what then is not known is left to collocation."""
-_STIFF = 20.0
-"""Pace of iterations from which on steps that make them converge would be too many."""
+_FINDS = 0.3
+"""Pace with which iterations find a step; it is about as long as the step is."""
 _ORDER = 16
 _MOST_PARTS = 4
 """Parts of a step at most that are made of it at once."""
@@ -140,10 +140,8 @@ class Adjoint:
             if off <= _ROUGH:
                 last = found.weights
                 return last._replace(x=last.x + edges[0]) if 0 in edges else last
-            if found.pace > _STIFF:
-                break
             parts = _parts(found.rough, off)
-            if grid is None or parts.sum() > _MOST * len(grid.h):
+            if grid is None or max(parts.sum(), len(parts) * found.pace / _FINDS) > _MOST * len(grid.h):
                 break
             (own,) = self._grids([s], [own.cut(parts)])
         return self._collocated(s, grid, end, edges, integrand)
@@ -209,8 +207,11 @@ class Adjoint:
 
 
 def _parts(rough: Array, off: float) -> Indices:
-    """Into how many parts steps are cut: those with more than their share of what is off; all, where that is not of steps."""
+    """Into how many parts steps are cut: those with more than their share of what is off; all, where that is not of steps.
+
+    Those that were not found, or not come to, are cut into as many as may be.
+    """
     share = rough * len(rough) / _ROUGH
     parts = np.where(share > 1, np.ceil(np.minimum(share, 1e300) ** (1 / _ORDER)), 1.0)
-    parts = np.minimum(np.where(np.isfinite(share), parts, 2.0), _MOST_PARTS).astype(np.int64)
+    parts = np.minimum(np.where(np.isfinite(share), parts, _MOST_PARTS), _MOST_PARTS).astype(np.int64)
     return parts if (parts > 1).any() or off <= _ROUGH else np.full(len(rough), 2)
