@@ -5,6 +5,7 @@ import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import repeat
 
 import numpy as np
 
@@ -325,12 +326,18 @@ class KernelSolver:
 
     def _sample_to(self, end: float) -> None:
         """The samples that were taken before a time; one beside a doubtful state is moved onto the constraints once more."""
-        course = self.course
-        while self.cursor < int(self.s[Slot.SAMPLE]) and (t := float(self.times[self.cursor])) < end:
-            k, self.cursor = self.cursor, self.cursor + 1
-            if t <= course.t[-1]:  # the instant of an event
-                continue
-            y = self.out[k].copy()
+        course, times = self.course, self.times[self.cursor : int(self.s[Slot.SAMPLE])]
+        last = self.cursor + int(np.searchsorted(times, end))
+        first = self.cursor + int(np.searchsorted(times, course.t[-1], side="right"))  # beyond the instant of an event
+        self.cursor = last
+        if first >= last:
+            return
+        if not self.marks[first:last].any():
+            course.t += self.times[first:last].tolist()
+            course.rows += zip(self.out[first:last], repeat(self.stepper.eom), strict=False)
+            return
+        for k in range(first, last):
+            t, y = float(self.times[k]), self.out[k].copy()
             if self.marks[k]:
                 course.sample(t, y)
             else:

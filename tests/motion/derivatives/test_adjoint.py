@@ -134,6 +134,55 @@ def test_what_is_stiff_is_left_to_collocation():
     np.testing.assert_allclose(found.gradient, forth, rtol=1e-9, atol=1e-12)
 
 
+def spring(law):
+    """A mass on a line with a force of this law(x, u, parameters), from x = 1 at rest; what is differentiated by."""
+    m, k, N = kn.parameter("m", 1.0), kn.parameter("k", 20.0), kn.Frame("N")
+    x, u = kn.coordinate("x"), kn.speed("u")
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x)
+    system = kn.System(N, bodies=[kn.Particle("B", P, m)], speeds={u: x.dt}, loads=[kn.Force(P, law(x, u, k) * N.x)])
+    return kn.derive(system), {"q": [1.0], "u": [0.0]}, [m, k, x]
+
+
+def test_across_bends_of_a_spring():
+    """A spring twice as stiff on one side: x(T) = −√2 x₀ sin(√(k/m) T − π/√8) in the first stretch on the other one."""
+    eom, given, by = spring(lambda x, u, k: -k * x - k * kn.max(0.0, x))
+    end, w, m, k = 0.7, np.sqrt(20.0), 1.0, 20.0
+    phase = w * end - np.pi / np.sqrt(8)
+    by_phase = -np.sqrt(2) * np.cos(phase) * w * end / 2
+    found = sensitivities(eom, (0, end), by, samples=2, **ADJOINT, **given).cost("x")
+    wanted = [-by_phase / m, by_phase / k, -np.sqrt(2) * np.sin(phase)]
+    np.testing.assert_allclose([found.value, *found.gradient], [wanted[2], *wanted], rtol=1e-8)
+
+
+def test_by_all_parameters_and_start_values_of_three_rods():
+    """A cost of the end, weighted samples and an integral, beside differences of motions with a further state."""
+    system = load("pendulums").system(3)
+    eom = kn.derive(system)
+    q1, q2, _, u1, *_ = eom.state
+    m1, by = eom.parameters[1], [*eom.parameters, *eom.state]
+    given = {"q": dict(zip(eom.coordinates, (0.9, -0.4, 0.3), strict=True))}
+    given |= {
+        "u": dict(zip(eom.speeds, (0.1, 0.0, -0.2), strict=True)),
+        "parameters": {p: p.default for p in eom.parameters},
+    }
+    s = sensitivities(eom, (0, 1.5), by, samples=4, **ADJOINT, **given)
+    found = s.cost(q1 * u1 + m1 * q2, integral=q1**2, samples={q2: [0.0, -2.0, 0.0, 0.0]}).gradient
+    with_sum, J = with_integral(system, q1**2)
+    more = {**given, "states": {J: 0.0}}
+    wanted = differences(with_sum, (0, 1.5), by, more, 4, q1 * u1 + m1 * q2 + J, rows=-1)
+    wanted -= 2.0 * differences(with_sum, (0, 1.5), by, more, 4, q2, rows=1)
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-8 * np.abs(wanted).max())
+
+
+def test_what_nothing_depends_on_is_not_written_out(monkeypatch):
+    """The way back needs no ∂f/∂p of all of f, which takes longest to compile."""
+    monkeypatch.setattr("kane.motion.derivatives.forcing.symbol_slopes", None)
+    eom, given, by = spring(lambda x, u, k: -k * x)
+    found = sensitivities(eom, (0, 1), by, samples=2, **ADJOINT, **given).cost("x").gradient
+    w = np.sqrt(20.0)
+    np.testing.assert_allclose(found, [np.sin(w) * w / 2, -np.sin(w) / (2 * w), np.cos(w)], rtol=1e-9)
+
+
 def test_what_cannot_be_asked():
     eom, inputs, (_, _, _, _, x, _) = oscillator()
     given = {"q": [0.4], "u": [0.0], "inputs": inputs, "samples": 3}

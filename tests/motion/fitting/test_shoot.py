@@ -100,3 +100,29 @@ def test_what_cannot_be_met():
         kn.fitting.shoot(eom, (0, 1), F.nodes, end={"x": 1}, bounds=dict.fromkeys(F.nodes, (1, 2)), **given)
     with pytest.raises(kn.SimulationError, match="bounds of F_0"):
         kn.fitting.shoot(eom, (0, 1), F.nodes, end={"x": 1}, bounds={F.nodes[0]: (2, 1)}, **given)
+
+
+def test_few_numbers_by_many_unknowns_are_differentiated_on_the_way_back(monkeypatch):
+    """A mass on a spring that a wall throws back ends where it should, at the least cost: no variational equations are solved."""
+    monkeypatch.setattr("kane.motion.derivatives.course.Course.sensitivities", None)
+    m, k, e, N = kn.parameter("m", 1.0), kn.parameter("k", 9.0), kn.parameter("e", 0.8), kn.Frame("N")
+    x, u = kn.coordinate("x"), kn.speed("u")
+    P = kn.Point("O", fixed_in=N).at("P", x * N.x)
+    system = kn.System(
+        N,
+        bodies=[kn.Particle("B", P, m)],
+        speeds={u: x.dt},
+        loads=[kn.Force(P, -k * x * N.x)],
+        events=[kn.Event("wall", x + 0.2, direction=-1, then={u: -e * u})],
+    )
+    eom = kn.derive(system)
+    given = {"q": {x: 1.0}, "u": {u: 0.3}}
+    span, end = (0, 1.2), {"end": {x: 0.4}, "bounds": {x: (0.5, 1.5)}}
+    shot = kn.shoot(eom, span, [x, u, e, k], **end, **given)
+    assert len(shot.motion.events) == 1
+    assert abs(shot.motion.q[-1, 0] - 0.4) < 1e-8
+    cost = end | {"cost": (e - 0.7) ** 2 + u**2}
+    least = kn.shoot(eom, span, [x, u, e], **cost, **given)
+    assert len(least.motion.events) == 1
+    for value in (least.values[u] - 0.05, least.values[u] + 0.05):
+        assert least.cost < kn.shoot(eom, span, [x, e], **cost, **given | {"u": {u: value}}).cost

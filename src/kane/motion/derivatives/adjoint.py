@@ -5,12 +5,13 @@ Weights λ = ∂J/∂x go back over the stretches of a motion, and over its even
 that is met at another time changes L⁻ − L⁺ times that, too.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from kane.motion.derivatives.pulling import Integrand, Pulling, Weights
+from kane.motion.derivatives.pulling import Integrand, Pulled, Pulling, Steps, Weights
+from kane.motion.derivatives.pulling_kernel import NODES
 from kane.motion.derivatives.transition import Stretch
 from kane.motion.derivatives.variation import Again, Differential
 from kane.motion.right_hand_side import Routines
@@ -19,12 +20,15 @@ from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import gauss
 
-_AGREES = 5e-8
-"""Change of weights by halved steps at which they are known: they are off by 2⁻⁹ of it."""
-_HALVINGS = 5
-"""So often are steps halved; what goes on changing then is stiff, and is left to collocation."""
-_FALLS = 8.0
-"""So much smaller the change is at least after one more halving, if it is worth another."""
+_ROUGH = 1e-9
+"""Sum of the errors of steps, see `pulling_kernel`, at which weights are known."""
+_FINER, _MOST = 24, 40
+"""So often are steps made shorter, and so many are made of one, at most; what then is not known is left to collocation."""
+_FINDS = 0.3
+"""Pace with which iterations find a step; it is about as long as the step is."""
+_ORDER = 16
+_MOST_PARTS = 4
+"""Parts of a step at most that are made of it at once."""
 _POINTS = 8
 """Points of the quadrature of an integrand in a step of collocation."""
 
@@ -37,7 +41,7 @@ class Seeds(NamedTuple):
 
 
 class _Grid(NamedTuple):
-    """Steps of a stretch: beginnings, lengths, states there, and behind which of them its edges are."""
+    """Steps of a stretch: beginnings, lengths, states at their stages (steps × 8 × n), and behind which of them its edges are."""
 
     t: Array
     h: Array
@@ -45,9 +49,20 @@ class _Grid(NamedTuple):
     ends: list[int]
 
     @property
-    def coarse(self) -> "_Grid":
-        """The same with two steps as one."""
-        return _Grid(self.t[::2], 2 * self.h[::2], self.x[::2], [e // 2 for e in self.ends])
+    def times(self) -> Array:
+        """Those of the stages (steps × 8)."""
+        return _stages(self.t, self.h)
+
+    def cut(self, parts: Indices) -> tuple[Array, Array, list[int]]:
+        """Beginnings, lengths and edges with each step in so many parts."""
+        h = np.repeat(self.h / parts, parts)
+        place = np.concatenate([np.arange(m) for m in parts])
+        behind = np.cumsum(parts)
+        return np.repeat(self.t, parts) + place * h, h, [int(behind[e - 1]) for e in self.ends]
+
+
+def _stages(t: Array, h: Array) -> Array:
+    return np.asarray(t[:, None] + h[:, None] * NODES.c)
 
 
 class Adjoint:
@@ -70,7 +85,7 @@ class Adjoint:
         self._pulling = {}
         n, k = motion.states.shape[1], len(walk.by)
         stretches = walk.stretches(motion, sorted(seeds.rows))
-        grids = self._grids(stretches, [2 * s.parts(max(1, m)) for s, m in self._counts(stretches)])
+        grids = self._grids(stretches, [self._first(s) for s in stretches])
         weights = Weights(np.zeros((count, n)), np.zeros((count, k)), np.zeros((count, k)))
         left = dict(seeds.rows)
         for number in reversed(range(int(motion.phase[-1]) + 1)):
@@ -84,27 +99,30 @@ class Adjoint:
                 weights = self._across(number, weights, seeds.integrand)
         return weights
 
-    def _counts(self, stretches: Sequence[Stretch]) -> Iterator[tuple[Stretch, int]]:
-        """Half of the steps that each stretch takes at first: as many in all as the motion took."""
-        for s in stretches:
-            yield s, int(np.ceil(self.motion.steps * (s.t1 - s.t0) / max(self.walk.length, 1e-300)))
+    def _first(self, s: Stretch) -> tuple[Array, Array, list[int]]:
+        """Beginnings, lengths and edges of the steps that a stretch takes at first: as many in all as the motion took."""
+        count = int(np.ceil(self.motion.steps * (s.t1 - s.t0) / max(self.walk.length, 1e-300)))
+        parts = s.parts(max(1, count))
+        return *s.steps(parts), np.cumsum(parts).tolist()
 
-    def _grids(self, stretches: Sequence[Stretch], parts: Sequence[Indices]) -> list[_Grid | None]:
-        """Steps of stretches, by one more motion for all; None where times do not tell them apart."""
-        steps = [s.steps(m) for s, m in zip(stretches, parts, strict=True)]
-        clear = [bool(np.all(np.diff(t) > 0) and t[-1] < s.t1) for s, (t, _) in zip(stretches, steps, strict=True)]
-        wanted = np.unique(np.concatenate([t for (t, _), ok in zip(steps, clear, strict=True) if ok] or [np.zeros(0)]))
+    def _grids(
+        self, stretches: Sequence[Stretch], steps: Sequence[tuple[Array, Array, list[int]]]
+    ) -> list[_Grid | None]:
+        """The states at the stages of steps, by one more motion for all stretches; None where times do not tell stages apart."""
+        times = [_stages(t, h).reshape(-1) for t, h, _ in steps]
+        clear = [
+            bool(np.all(np.diff(t) > 0) and s.t0 < t[0] and t[-1] < s.t1) for s, t in zip(stretches, times, strict=True)
+        ]
+        wanted = np.unique(np.concatenate([t for t, ok in zip(times, clear, strict=True) if ok] or [np.zeros(0)]))
         motion = self.again(wanted) if len(wanted) else None
         found = list[_Grid | None]()
-        for s, m, (t, h), ok in zip(stretches, parts, steps, clear, strict=True):
+        for s, (t, h, ends), at, ok in zip(stretches, steps, times, clear, strict=True):
             if motion is None or not ok:
                 found.append(None)
                 continue
             rows = np.flatnonzero(motion.phase == s.phase)
-            x = motion.states[rows[np.minimum(np.searchsorted(motion.t[rows], t), len(rows) - 1)]].copy()
-            if s.x is not None:
-                x[0] = s.x
-            found.append(_Grid(t, h, x, np.cumsum(m).tolist()))
+            x = motion.states[rows[np.minimum(np.searchsorted(motion.t[rows], at), len(rows) - 1)]]
+            found.append(_Grid(t, h, x.reshape(len(t), len(NODES.c), -1), ends))
         return found
 
     # ------------------------------------------------------------------------------------------ one stretch
@@ -112,37 +130,43 @@ class Adjoint:
     def _stretch(
         self, s: Stretch, grid: _Grid | None, end: Weights, edges: dict[int, Array], integrand: Integrand | None
     ) -> Weights:
-        """Weights at its beginning, with steps halved until they are known; by collocation where there is no end of it."""
-        if grid is not None and Pulling.serves(s.now):
-            if s.now not in self._pulling:
-                self._pulling[s.now] = Pulling(s.now, self.walk.by)
-            pulling = self._pulling[s.now]
-            before, last = _pulled(pulling, grid.coarse, end, edges, integrand), np.inf
-            for _ in range(_HALVINGS):
-                found = _pulled(pulling, grid, end, edges, integrand)
-                off = self._off(before, found, end)
-                if off <= _AGREES:
-                    return found
-                (finer,) = self._grids([s], [2 * np.diff([0, *grid.ends])])
-                if finer is None or not off < last / _FALLS:
-                    break
-                before, grid, last = found, finer, off
+        """Weights at its beginning, with steps made shorter until they are known; by collocation where there is no end of it."""
+        own, known = grid, Pulling.serves(s.now)
+        for _ in range(_FINER + 1):
+            if own is None or not known:
+                break
+            found = self._pulled(s, own, end, edges, integrand)
+            off = self._off(found)
+            if off <= _ROUGH:
+                last = found.weights
+                return last._replace(x=last.x + edges[0]) if 0 in edges else last
+            parts = _parts(found.rough, off)
+            if grid is None or max(parts.sum(), len(parts) * found.pace / _FINDS) > _MOST * len(grid.h):
+                break
+            (own,) = self._grids([s], [own.cut(parts)])
         return self._collocated(s, grid, end, edges, integrand)
 
-    def _off(self, before: Weights, found: Weights, end: Weights) -> float:
-        """The largest change, in sizes of what it is a part of; infinite where numbers are not finite."""
-        sizes = np.abs(found.x * self.walk.scale).max(axis=1, initial=0)
-        sizes = np.maximum(np.maximum(sizes, np.abs(end.x * self.walk.scale).max(axis=1, initial=0)), 1e-300)
-        by_x = np.abs((found.x - before.x) * self.walk.scale) / sizes[:, None]
-        by_p = np.abs(found.p - before.p) / np.maximum(found.sizes, 1e-300)
-        whole = np.concatenate([by_x.reshape(-1), by_p.reshape(-1)])
-        return float(whole.max(initial=0)) if np.isfinite(whole).all() else np.inf
+    def _pulled(
+        self, s: Stretch, grid: _Grid, end: Weights, edges: dict[int, Array], integrand: Integrand | None
+    ) -> Pulled:
+        """Weights at the beginning of the steps, but for those of the edge there."""
+        if s.now not in self._pulling:
+            self._pulling[s.now] = Pulling(s.now, self.walk.by)
+        seeds = {grid.ends[place - 1] - 1: seed for place, seed in edges.items() if place}
+        steps = Steps(grid.times, grid.h, grid.x)
+        return self._pulling[s.now](steps, end, seeds, integrand, self.walk.scale)
+
+    def _off(self, found: Pulled) -> float:
+        """By how much weights may be off, in their sizes: what steps add up to, or the largest of a parameter."""
+        by_p = found.bent / np.maximum(found.weights.sizes, 1e-300)
+        off = max(float(found.rough.sum()), float(by_p.max(initial=0)))
+        return off if np.isfinite(off) else np.inf
 
     def _collocated(
         self, s: Stretch, grid: _Grid | None, end: Weights, edges: dict[int, Array], integrand: Integrand | None
     ) -> Weights:
         """The same by Φ of the way forwards, at the places that are asked for and those of the quadrature."""
-        n, x = self.motion.states.shape[1], s.x if grid is None else grid.x[0]
+        n, x = self.motion.states.shape[1], s.x
         if x is None:
             x = self.again(np.array([s.t0])).states[-1]
         own = {float(s.edges[place]): seed for place, seed in edges.items()}
@@ -182,21 +206,12 @@ class Adjoint:
         return Weights(moved[:, :n], after.p + moved[:, n:], after.sizes + np.abs(moved[:, n:]))
 
 
-def _pulled(
-    pulling: Pulling, grid: _Grid, weights: Weights, edges: dict[int, Array], integrand: Integrand | None
-) -> Weights:
-    """Weights at the beginning of the steps; those of edges are added where they are met. Rows that have none yet wait."""
-    for place in reversed(range(1, len(grid.ends) + 1)):
-        if place in edges:
-            weights = weights._replace(x=weights.x + edges[place])
-        some = slice(grid.ends[place - 2] if place > 1 else 0, grid.ends[place - 1])
-        active = np.flatnonzero(weights.x.any(axis=1) | (integrand is not None))
-        if not len(active):
-            continue
-        own = integrand if integrand is None else Integrand(integrand.expr, integrand.factors[active], integrand.inputs)
-        found = pulling((grid.t[some], grid.h[some], grid.x[some]), Weights(*(part[active] for part in weights)), own)
-        whole = Weights(*(part.copy() for part in weights))
-        for part, new in zip(whole, found, strict=True):
-            part[active] = new
-        weights = whole
-    return weights._replace(x=weights.x + edges[0]) if 0 in edges else weights
+def _parts(rough: Array, off: float) -> Indices:
+    """Into how many parts steps are cut: those with more than their share of what is off; all, where that is not of steps.
+
+    Those that were not found, or not come to, are cut into as many as may be.
+    """
+    share = rough * len(rough) / _ROUGH
+    parts = np.where(share > 1, np.ceil(np.minimum(share, 1e300) ** (1 / _ORDER)), 1.0)
+    parts = np.minimum(np.where(np.isfinite(share), parts, _MOST_PARTS), _MOST_PARTS).astype(np.int64)
+    return parts if (parts > 1).any() or off <= _ROUGH else np.full(len(rough), 2)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """`AdjointSensitivities`: derivatives of what is asked of a motion, by any number of parameters, each found by a way back along it."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -89,7 +89,7 @@ class AdjointSensitivities(Attributes):
         SimulationError
             if nothing is asked for, or weights are not as many numbers as there are samples
         """
-        motion, own = self.motion, self.parameters
+        motion = self.motion
         e, integrand = (_one(motion, what) for what in (end, integral))
         table: dict[Expr, Array] = {}
         for what, weights in dict(samples or {}).items():
@@ -100,14 +100,24 @@ class AdjointSensitivities(Attributes):
             table[e] = table.get(e, np.zeros(len(motion))) + np.eye(len(motion))[-1]
         if not table and integrand is ZERO:
             raise SimulationError("Expected something to differentiate, got neither end, integral= nor samples=.")
-        n, value, slopes = motion.states.shape[1], 0.0, np.zeros((len(motion), motion.states.shape[1] + len(own)))
-        for y, w in table.items():
-            value += float(w @ motion[y])
-            slopes += w[:, None] * slopes_along(motion, y, own)
-        rows = {k: row[None, :n] for k, row in enumerate(slopes) if row[:n].any()}
         more = Integrand(integrand, np.ones(1), motion.inputs) if integrand is not ZERO else None
-        gradient = self.back(Seeds(rows, more), 1, slopes[:, n:].sum(axis=0)[None])
-        return Cost(value, gradient[0])
+        values, gradients = self.weighted([table], more)
+        return Cost(float(values[0]), gradients[0])
+
+    def weighted(
+        self, numbers: Sequence[Mapping[Expr, Array]], integrand: Integrand | None = None
+    ) -> tuple[Array, Array]:
+        """Numbers Σ w·y(t_i), each {y: weights w of the samples}, m of them, and their gradients (m × k), by one way back."""
+        motion, own = self.motion, self.parameters
+        n, count, parts = motion.states.shape[1], len(motion), dict.fromkeys(y for number in numbers for y in number)
+        known = {y: (motion[y], slopes_along(motion, y, own)) for y in parts}
+        values, slopes = np.zeros(len(numbers)), np.zeros((len(numbers), count, n + len(own)))
+        for k, number in enumerate(numbers):
+            for y, w in number.items():
+                values[k] += w @ known[y][0]
+                slopes[k] += w[:, None] * known[y][1]
+        rows = {i: slopes[:, i, :n].copy() for i in np.flatnonzero(slopes[:, :, :n].any(axis=(0, 2))).tolist()}
+        return values, self.back(Seeds(rows, integrand), len(numbers), slopes[:, :, n:].sum(axis=1))
 
     def __repr__(self) -> str:
         return f"AdjointSensitivities(by {', '.join(s.name for s in self.by)}, {len(self.t)} samples)"

@@ -19,7 +19,10 @@ from kane.numeric.arrays import Array
 from kane.program.from_expressions import Bundle, Shaped
 
 Slopes = Callable[[Array, Array], Array] | None
-"""A derivative of f (m × n × k) at times (m) and states (m × n); None where it is zero."""
+"""A derivative of f (m × n × k) at times (m) and states (m × n); None where it is zero.
+
+It is written out and compiled when it is first asked for: the way back along a motion hardly ever needs it.
+"""
 
 
 def symbol_slopes(eom: Equations, *by: Symbol) -> Bundle[Array]:
@@ -40,10 +43,9 @@ def input_slopes(now: Routines, by: Sequence[Symbol]) -> Slopes:
     turned = {s: row for s, row in turned.items() if any(e is not ZERO for e in row)}
     if not turned:
         return None
-    routine = now.routine(symbol_slopes, *turned)
 
     def along(t: Array, x: Array) -> Array:
-        of_inputs = routine(t, x, now.p, now.inputs_all(t, x))
+        of_inputs = now.routine(symbol_slopes, *turned)(t, x, now.p, now.inputs_all(t, x))
         slopes = np.empty((len(t), len(turned), len(by)))
         for i, (s, row) in enumerate(turned.items()):
             at: dict[Expr, Any] = {
@@ -65,13 +67,12 @@ def forcing(now: Routines, by: Sequence[Symbol]) -> Slopes:
         return None
     own = set(now.eom.parameters)
     place = [k for k, s in enumerate(by) if s in own]
-    routine = now.routine(symbol_slopes, *(by[k] for k in place)) if place else None
     through = input_slopes(now, by)
 
     def along(t: Array, x: Array) -> Array:
         found = np.zeros((len(t), x.shape[1], len(by)))
-        if routine is not None:
-            found[:, :, place] = routine(t, x, now.p, now.inputs_all(t, x))
+        if place:
+            found[:, :, place] = now.routine(symbol_slopes, *(by[k] for k in place))(t, x, now.p, now.inputs_all(t, x))
         return found if through is None else found + through(t, x)
 
     return along

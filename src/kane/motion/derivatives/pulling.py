@@ -1,14 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Weights of the end of a stretch of a motion, pulled back to its beginning: the reverse sweep over Runge and Kutta's steps.
+"""Weights of the end of a stretch of a motion, pulled back to its beginning along the motion that was found.
 
-A step from x has stages X_i = x + h Σ a_ij f(X_j), and ends at x + h Σ b_i f(X_i). Weights λ of its end are, backwards through the
-stages, with ℓ_i = h b_i ∂L/∂x of an integrand L,
-
-    w_i = h (b_i λ + Σ_j a_ji k_j),   k_i = J(X_i)ᵀ w_i + ℓ_i,   weights of x: λ + Σ k_i,   of p: Σ (∂f/∂p)ᵀ w_i + h b_i ∂L/∂p
-
-(Hager 2000, Numer. Math. 87; Sanz-Serna 2016, SIAM Rev. 58). wᵀ ∂f/∂(x, p, r) is one routine, made by one sweep backwards through the
-equations, and a kernel calls it from stage to stage. States at which steps begin are what is kept of a motion; stages are made anew,
-for some steps at a time.
+wᵀ ∂f/∂(x, p, r) is one routine, made by one sweep backwards through the equations; a kernel calls it from step to step
+(`pulling_kernel`). What laws of inputs and an integrand add is evaluated beside it, for some steps at a time.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,21 +22,17 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Parameter, Symbol, time
 from kane.expr.visit import substituted
 from kane.model.contact_modes import in_mode
-from kane.motion.derivatives.transition import rates
+from kane.motion.arguments import by_kind
+from kane.motion.derivatives.pulling_kernel import LAST, NODES, STAGES, Place, pulling_kernel
 from kane.motion.inputs.expressions import Formula
 from kane.motion.right_hand_side import Routines, only
-from kane.motion.steppers.vern9 import VERN9
 from kane.numeric.arrays import Array
 from kane.program.from_expressions import Bundle, Shaped
-from kane.program.kernel.language import INT, Kernel
-from kane.program.kernel.writer import Writer
-from kane.program.native.entry import CompiledKernel, entry, hoisted
+from kane.program.native.entry import CompiledKernel, aligned, hoisted, wide_entry
 from kane.program.native.machine import Settings
 from kane.program.program import Port
 
-_S = VERN9.stages
-_A = np.array([[*row, *[0.0] * (_S - len(row))] for row in ((), *VERN9.a)])
-_B, _C = np.array(VERN9.b), np.array(VERN9.c)
+_B = np.array(NODES.b)
 _DOUBLES = 1 << 21
 """So many, at most, are kept of the stages of steps."""
 
@@ -55,57 +45,17 @@ def pulls(eom: Equations, *by: Symbol) -> Bundle[Array]:
     return Bundle("pulls", own, only, {"x": Shaped((len(by),), tuple(backward(eom.solved, by, w)))})
 
 
-def pulling_kernel() -> Kernel:
-    """Weights `lam` (rows × n) pulled back through steps: of parameters `own` gains (rows × p), of inputs `of_inputs` is written.
-
-    `sized` gains the sizes of what `own` gains. `out` has what the routine gives: n, then p, then `inputs` numbers, which the laws of
-    inputs carry on by `through` (stages × inputs × n). Of an integrand `source` (stages × n) is added where a row is `sourced`.
-    """
-    w = Writer("pull_back")
-    rows, steps, stages, n, count, inputs, wide = map(
-        w.number, ("rows", "steps", "stages", "n", "count", "inputs", "wide")
-    )
-    names = (
-        "times", "x", "p", "r", "h", "lengths", "a", "b", "through", "source", "sourced", "w", "k", "out", "lam", "own", "sized",
-        "of_inputs",
-    )  # fmt: skip
-    a = {name: w.array(name) for name in names}
-    pull = w.callee("pull", "float", "array", "array", "array", "array", "array", "array")
-    total, done = w.variable("total"), w.variable("done", INT)
-    with w.count(rows) as row, w.count(steps) as back:
-        step = steps - 1 - back
-        h = a["lengths"][step]
-        with w.count(stages) as later:
-            i = stages - 1 - later
-            at = step * stages + i
-            with w.count(n) as j:
-                total.put(a["b"][i] * a["lam"][row * n + j])
-                with w.count(stages, i + 1) as m:
-                    total.put(total.get() + a["a"][m * stages + i] * a["k"][m * n + j])
-                a["w"][j] = h * total.get()
-            pull(
-                a["times"][at], a["x"].at(at * n), a["w"].at(0), a["p"].at(0), a["r"].at(at * wide), a["h"].at(0),
-                a["out"].at(0),
-            )  # fmt: skip
-            with w.count(n) as j:
-                total.put(a["out"][j] + a["sourced"][row] * a["source"][at * n + j])
-                with w.count(inputs) as m:
-                    total.put(total.get() + a["out"][n + count + m] * a["through"][(at * inputs + m) * n + j])
-                a["k"][i * n + j] = total.get()
-            with w.count(count) as j:
-                a["own"][row * count + j] = a["own"][row * count + j] + a["out"][n + j]
-                a["sized"][row * count + j] = a["sized"][row * count + j] + w.compute("abs", a["out"][n + j])
-            with w.count(inputs) as m:
-                a["of_inputs"][(row * steps * stages + at) * inputs + m] = a["out"][n + count + m]
-        with w.count(n) as j, w.count(stages) as i:
-            a["lam"][row * n + j] = a["lam"][row * n + j] + a["k"][i * n + j]
-    done.put(rows)
-    return w.finished(done)
-
-
 @cache
 def _compiled(settings: Settings) -> CompiledKernel:
     return CompiledKernel(pulling_kernel(), settings)
+
+
+class Steps(NamedTuple):
+    """Times of stages (steps × 8), lengths (steps), states at the stages (steps × 8 × n)."""
+
+    t: Array
+    h: Array
+    x: Array
 
 
 class Weights(NamedTuple):
@@ -114,6 +64,18 @@ class Weights(NamedTuple):
     x: Array
     p: Array
     sizes: Array
+
+
+class Pulled(NamedTuple):
+    """Weights at the beginning; errors of the steps, infinite where one was not found, and of parameters, in their units.
+
+    `pace` is the share of a change in the one before, where iterations have not found a step.
+    """
+
+    weights: Weights
+    rough: Array
+    bent: Array
+    pace: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -169,6 +131,39 @@ def _evaluated(roots: Sequence[Expr], now: Routines, t: Array, x: Array) -> Arra
     return np.array([np.broadcast_to(v, t.shape) for v in evaluate(roots, values)])
 
 
+class _Gains(NamedTuple):
+    """What parameters gain (rows × p), what it is added up of in size, and by how much it may be off."""
+
+    own: Array
+    sized: Array
+    bent: Array
+
+    @staticmethod
+    def none(rows: int, count: int) -> "_Gains":
+        """Nothing yet."""
+        return _Gains(*np.zeros((3, rows, count)))
+
+    def add(self, given: Array, slopes: Array) -> None:
+        """Of weights (rows × steps × laws · 8), those of the nodes among them, times slopes (steps × laws × 8 × p)."""
+        rows, steps, count = given.shape
+        by = slopes.reshape(steps, count, slopes.shape[-1])
+        whole, along = given.reshape(rows, steps * count), by.reshape(steps * count, by.shape[2])
+        self.own[:] += whole @ along
+        self.sized[:] += np.abs(whole) @ np.abs(along)
+        laws = count // STAGES
+        last = [np.abs(np.einsum("rmi,mip->rmp", given * np.tile(row, laws), by)) for row in np.array(LAST) / _B]
+        first, second, above = (np.maximum(*last[m : m + 2]) for m in (0, 2, 4))
+        shares = [np.divide(above, x, out=np.ones_like(x), where=above < x) for x in (first, second)]
+        self.bent[:] += (above * np.minimum(shares[0] ** 2, shares[1] ** 4)).sum(axis=1)
+
+
+def _lanes(numbers: Array) -> Array:
+    """The numbers in their order, one more where there is none, from where vectors may begin."""
+    found = aligned(max(1, numbers.size))
+    found[: numbers.size] = numbers.reshape(-1)
+    return found
+
+
 class Pulling:
     """What pulls weights back through steps of one set of equations with numbers."""
 
@@ -182,6 +177,8 @@ class Pulling:
         self.routine = now.routine(pulls, *eom.state, *(by[k] for k in self.place), *self.laws).flat
         r = now.inputs(0.0, np.zeros(now.width)) if not now.drives else np.zeros(len(now.drives))
         zero = np.zeros(now.width)
+        kinds = eom.numeric(now.settings).value(by_kind)
+        self.pairs, self.pair_count = kinds["pairs"], kinds["pair_count"]
         self.h = hoisted(self.routine, 0.0, zero, zero, now.p, r)
 
     @staticmethod
@@ -189,55 +186,68 @@ class Pulling:
         """Whether inputs are numbers, functions of time and expressions, as is needed."""
         return not any(getattr(f, "of_state", False) and not isinstance(f, Formula) for f in now.drives)
 
-    def __call__(self, start: tuple[Array, Array, Array], weights: Weights, integrand: Integrand | None) -> Weights:
-        """Weights at the beginning of steps from (times, lengths, states at the beginnings), of weights at the end."""
-        size = _S * (self.now.width * (2 + len(self.laws)) + 1 + len(self.now.drives)) + 1
-        most = max(1, _DOUBLES // size)
-        for k in reversed(range(0, len(start[0]), most)):
-            t, h, x = (part[k : k + most] for part in start)
-            weights = self._some(t, h, x, weights, integrand)
-        return weights
+    def __call__(
+        self, steps: Steps, end: Weights, seeds: Mapping[int, Array], integrand: Integrand | None, scale: Array
+    ) -> Pulled:
+        """Weights at the beginning of steps, of weights at the end; `seeds` (rows × n) are added at the ends of some steps."""
+        now, rows, count = self.now, len(end.x), len(self.place)
+        size = STAGES * (now.width * (2 + len(self.laws)) + 1 + len(now.drives)) + 1
+        most, total = max(1, _DOUBLES // size), len(steps.h)
+        kept = {"lam": end.x.copy().reshape(-1), "k": aligned(rows * now.width * STAGES), "last": np.zeros(rows)}
+        kept |= {name: np.zeros(rows * now.width) for name in ("edge", "tail")}
+        kept |= {name: np.zeros(rows * count + 1) for name in ("own", "sized", "bent")} | {"told": np.zeros(len(Place))}
+        of_laws, rough = _Gains.none(rows, len(self.by)), np.full(total, np.inf)
+        found = True
+        for k in reversed(range(0, total, most)):
+            some = Steps(*(part[k : k + most] for part in steps))
+            own = {i - k: seed for i, seed in seeds.items() if k <= i < k + most}
+            found = self._some(some, (kept, rough[k : k + most], of_laws), own, integrand, scale)
+            if not found:
+                break
+        whole = _Gains.none(rows, len(self.by))
+        for name, to in (("own", whole.own), ("sized", whole.sized), ("bent", whole.bent)):
+            to[:, self.place] = kept[name][:-1].reshape(rows, count)
+        gains = _Gains(*(x + y for x, y in zip(whole, of_laws, strict=True)))
+        lam = kept["lam"].reshape(rows, -1)
+        weights = Weights(lam, end.p + gains.own, end.sizes + gains.sized)
+        return Pulled(weights, rough, gains.bent, float(kept["told"][Place.PACE]))
 
-    def _some(self, t: Array, h: Array, x: Array, weights: Weights, integrand: Integrand | None) -> Weights:
-        now, n, steps = self.now, self.now.width, len(t)
-        rows, (times, states) = len(weights.x), _stages(now, t, h, x)
-        drives, count, inputs = len(now.drives), len(self.place), len(self.laws)
-        slopes = np.zeros((inputs, n + len(self.by), len(times)))
+    def _some(
+        self,
+        steps: Steps,
+        to: tuple[dict[str, Array], Array, _Gains],
+        seeds: Mapping[int, Array],
+        integrand: Integrand | None,
+        scale: Array,
+    ) -> bool:
+        """The same of some steps: what the kernel keeps, r of the steps, and what laws and integrand give parameters are written."""
+        now, n, (kept, rough, gains) = self.now, self.now.width, to
+        rows, count, laws, m = len(kept["last"]), len(self.place), len(self.laws), len(steps.h)
+        times, states = steps.t.reshape(-1), steps.x.reshape(-1, n)
+        slopes = np.zeros((laws, n + len(self.by), m, STAGES))
         for i, row in enumerate(self.laws.values()):
-            slopes[i] = _evaluated(row, now, times, states)
-        lam, own, sized = weights.x.copy(), np.zeros(rows * count + 1), np.zeros(rows * count + 1)
-        of_inputs, source = np.zeros(rows * len(times) * inputs + 1), np.zeros((len(times), n))
-        p_gain = np.zeros((rows, len(self.by)))
-        share, factors = (h[:, None] * _B).reshape(-1), np.zeros(rows)
+            slopes[i] = _evaluated(row, now, times, states).reshape(-1, m, STAGES)
+        source, factors, by_p = np.zeros((0, n, STAGES)), np.zeros(rows), None
         if integrand is not None:
             _, by_x, by_p = integrand.slopes(now, self.by, times, states)
-            source, factors = share[:, None] * by_x, integrand.factors
-            p_gain = np.outer(factors, share @ by_p)
-        _compiled(now.settings or Settings())(
-            {
-                "rows": rows, "steps": steps, "stages": _S, "n": n, "count": count, "inputs": inputs, "wide": drives,
-                "times": times, "x": states.reshape(-1), "p": np.append(now.p, 0.0),
-                "r": np.append(now.inputs_all(times, states), 0.0), "h": self.h, "lengths": np.ascontiguousarray(h),
-                "a": _A.reshape(-1).copy(), "b": _B.copy(),
-                "through": np.append(slopes[:, :n].transpose(2, 0, 1), 0.0), "source": source.reshape(-1),
-                "sourced": factors.copy(), "w": np.zeros(n), "k": np.zeros(_S * n), "out": np.zeros(n + count + inputs),
-                "lam": lam.reshape(-1), "own": own, "sized": sized, "of_inputs": of_inputs,
-                "pull": entry(self.routine),
+            source, factors = by_x.reshape(m, STAGES, n).transpose(0, 2, 1), integrand.factors
+        inputs = now.inputs_all(times, states).reshape(m, STAGES, -1).transpose(0, 2, 1)
+        seeded, of_inputs = np.full(m, -1.0), aligned(rows * m * laws * STAGES)
+        seeded[list(seeds)] = np.arange(len(seeds))
+        back = _compiled(now.settings or Settings())(
+            kept
+            | {
+                "rows": rows, "steps": m, "n": n, "count": count, "laws": laws, "wide": len(now.drives),
+                "times": _lanes(steps.t), "x": _lanes(steps.x.transpose(0, 2, 1)), "p": np.append(now.p, 0.0),
+                "r": _lanes(inputs), "h": self.h, "lengths": np.append(steps.h, 0.0), "rough": rough,
+                "through": _lanes(slopes[:, :n].transpose(2, 0, 1, 3)), "source": _lanes(source),
+                "sourced": factors.copy(), "scale": scale.copy(), "seeded": seeded,
+                "seeds": np.append(np.array([*seeds.values()]), 0.0), "w": aligned(n * STAGES),
+                "out": aligned((n + count + laws) * STAGES), "of_inputs": of_inputs,
+                "pairs": self.pairs, "pair_count": self.pair_count, "pull": wide_entry(self.routine, STAGES),
             }
         )  # fmt: skip
-        gained, sizes = np.zeros((rows, len(self.by))), np.zeros((rows, len(self.by)))
-        gained[:, self.place], sizes[:, self.place] = (a[:-1].reshape(rows, count) for a in (own, sized))
-        carried = of_inputs[:-1].reshape(rows, len(times), inputs)
-        gained += np.einsum("mti,ikt->mk", carried, slopes[:, n:]) + p_gain
-        sizes += np.einsum("mti,ikt->mk", np.abs(carried), np.abs(slopes[:, n:])) + np.abs(p_gain)
-        return Weights(lam, weights.p + gained, weights.sizes + sizes)
-
-
-def _stages(now: Routines, t: Array, h: Array, x: Array) -> tuple[Array, Array]:
-    """Times and states of all stages, of the first step first."""
-    steps, n = x.shape
-    times, states, f = t[:, None] + h[:, None] * _C, np.empty((steps, _S, n)), np.empty((steps, _S, n))
-    for i in range(_S):
-        states[:, i] = x + h[:, None] * np.einsum("j,mjn->mn", _A[i, :i], f[:, :i])
-        f[:, i] = rates(now, times[:, i], states[:, i])
-    return times.reshape(-1), states.reshape(-1, n)
+        gains.add(of_inputs.reshape(rows, m, laws * STAGES), slopes[:, n:].transpose(2, 0, 3, 1))
+        if by_p is not None:
+            gains.add(factors[:, None, None] * (steps.h[:, None] * _B), by_p.reshape(m, STAGES, -1))
+        return back == 0

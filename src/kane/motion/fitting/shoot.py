@@ -2,8 +2,9 @@
 """`shoot`: inputs, parameters and start values with which a motion ends where it should, at the least cost, by shooting.
 
 The cost is J = e(x(T)) + ∫ L dt, the integral by Gauss and Legendre's quadrature over panels. Gradients of costs and conditions are
-those of the variational equations, exact as the motion is (Betts 2010, ch. 3: direct shooting). Inputs of time that are linear in the
-unknowns are found from many short motions that are joined (`lifted`, `least_cost`), and what they lead to is run as one.
+those of the variational equations, or of the adjoint ones, exact as the motion is (Betts 2010, ch. 3: direct shooting). Inputs of
+time that are linear in the unknowns are found from many short motions that are joined (`lifted`, `least_cost`), and what they lead to
+is run as one.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -21,10 +22,12 @@ from kane.errors import Attributes, KaneError, SimulationError
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.piecewise import Kind, table
 from kane.expr.symbols import Parameter, Symbol, time
+from kane.motion.derivatives.backwards import AdjointSensitivities
 from kane.motion.derivatives.course import Course
 from kane.motion.derivatives.sensitivities import Sensitivities
 from kane.motion.fitting.least_cost import Limits, least_cost
 from kane.motion.fitting.lifted import cut_at_bends, steps_of
+from kane.motion.solution.phases import Indices
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 from kane.numeric.polynomials import gauss
@@ -33,6 +36,9 @@ from kane.progress import far, working
 
 _POINTS = 4
 """Points of the quadrature in a panel, exact to the seventh degree."""
+_MANY = 2
+"""Up to so many numbers an unknown a way back along the motion is taken: of two rods it takes 3 to 6 ms where the variational
+equations take 9 to 50, of ten rods 8 in place of 1,000."""
 
 
 class Curve(NamedTuple):
@@ -130,6 +136,11 @@ class Aim:
         """How far each condition is missed, of sizes of one."""
         return self.apart(np.maximum(np.maximum(self.low - values, values - self.high), 0.0))
 
+    @property
+    def numbers(self) -> int:
+        """How many are differentiated: the conditions, and the cost."""
+        return len(self.ends) + self.costs
+
     def value(self, motion: Solution) -> float:
         """J of a motion with samples at `times`."""
         total = 0.0 if self.cost is ZERO else float(motion[self.cost][-1])
@@ -139,12 +150,21 @@ class Aim:
         return total
 
 
+class Differentiated(NamedTuple):
+    """Values (m) of the conditions at the end and their Jacobian, the cost and its gradient."""
+
+    ends: Array
+    by_ends: Array
+    cost: float
+    by_cost: Array
+
+
 class Flight:
     """Motions at values of the unknowns, the last one kept."""
 
     def __init__(self, course: Course, aim: Aim, sizes: Array) -> None:
         self.course, self.aim, self.sizes, self.steps = course, aim, sizes, 0
-        self._last: tuple[bytes, Sensitivities] | None = None
+        self._last: tuple[bytes, Differentiated] | None = None
 
     def at(self, z: Array) -> Course:
         """The motions at z, in sizes of the unknowns."""
@@ -161,34 +181,49 @@ class Flight:
             )
         return motion
 
-    def sensitivities(self, z: Array) -> Sensitivities:
-        """The motion at z with its derivatives."""
+    def slopes(self, z: Array) -> Differentiated:
+        """What is wanted of the motion at z and its slopes: by one way back where that is cheaper."""
         key = z.tobytes()
         if self._last is None or self._last[0] != key:
-            self._last = key, self.at(z).sensitivities(self.motion(z, self.aim.times))
+            course, motion = self.at(z), self.motion(z, self.aim.times)
+            back = self.aim.numbers <= _MANY * len(course.by)
+            ends, by_ends, cost = (
+                self._backwards(course.backwards(motion)) if back else self._forwards(course.sensitivities(motion))
+            )
+            self._last = key, Differentiated(ends, by_ends * self.sizes, self.aim.value(motion), cost * self.sizes)
         return self._last[1]
+
+    def _forwards(self, s: Sensitivities) -> tuple[Array, Array, Array]:
+        """Values of the conditions, their slopes, and those of the cost."""
+        aim, k = self.aim, len(self.sizes)
+        cost = np.zeros(k) if aim.cost is ZERO else s[aim.cost][-1].copy()
+        if aim.integral is not ZERO:
+            cost = cost + aim.weights @ s[aim.integral][self._rows(s.motion)]
+        values, slopes = [s.motion[e][-1] for e in aim.ends], [s[e][-1] for e in aim.ends]
+        return np.array(values), np.array(slopes).reshape(-1, k), cost
+
+    def _backwards(self, s: AdjointSensitivities) -> tuple[Array, Array, Array]:
+        """The same."""
+        aim, last = self.aim, np.eye(len(s.motion))[-1]
+        numbers: list[dict[Expr, Array]] = [{e: last} for e in aim.ends]
+        if aim.costs:
+            whole = {} if aim.cost is ZERO else {aim.cost: last}
+            if aim.integral is not ZERO:
+                along = np.bincount(self._rows(s.motion), aim.weights, len(s.motion))
+                whole[aim.integral] = whole.get(aim.integral, np.zeros(len(s.motion))) + along
+            numbers.append(whole)
+        values, slopes = s.weighted(numbers)
+        m = len(aim.ends)
+        return values[:m], slopes[:m], slopes[m] if aim.costs else np.zeros(len(self.sizes))
+
+    def _rows(self, motion: Solution) -> Indices:
+        """The samples at the times of the quadrature."""
+        return np.minimum(np.searchsorted(motion.t, self.aim.times), len(motion) - 1)
 
     def end(self, z: Array) -> Array:
         """The values of the conditions at the end."""
         motion = self.motion(z, 2)
         return np.array([motion[e][-1] for e in self.aim.ends])
-
-    def ends(self, z: Array) -> tuple[Array, Array]:
-        """Values (m) of the conditions at the end and their Jacobian."""
-        s = self.sensitivities(z)
-        if not self.aim.ends:
-            return np.zeros(0), np.zeros((0, len(z)))
-        values = np.array([s.motion[e][-1] for e in self.aim.ends])
-        return values, np.array([s[e][-1] for e in self.aim.ends]) * self.sizes
-
-    def cost(self, z: Array) -> tuple[float, Array]:
-        """J and its gradient."""
-        s, aim = self.sensitivities(z), self.aim
-        slope = np.zeros(len(z)) if aim.cost is ZERO else s[aim.cost][-1].copy()
-        if aim.integral is not ZERO:
-            rows = np.minimum(np.searchsorted(s.motion.t, aim.times), len(s.motion) - 1)
-            slope = slope + aim.weights @ s[aim.integral][rows]
-        return aim.value(s.motion), slope * self.sizes
 
 
 @by_keyword
@@ -242,6 +277,8 @@ def shoot(
 
     Notes
     -----
+    Where the conditions and the cost are no more than twice as many numbers as there are unknowns, they are differentiated by one way
+    back along each motion, as `kn.fitting.sensitivities` does by method "adjoint"; else by the variational equations.
     `scipy.optimize.minimize`, method "SLSQP"; `least_squares` without a cost. Betts, J. T. (2010), Practical Methods for Optimal
     Control and Estimation Using Nonlinear Programming, SIAM, ch. 3. Where equations have no constraints, contacts and events, and the
     unknowns are those of inputs of time that are linear in them, as curves are, Newton's steps on many short motions that are joined
@@ -262,7 +299,7 @@ def shoot(
         if found is not None:
             return _shot(flight, *found, tolerance)
         z, message = first / flight.sizes, ""
-        flight.sensitivities(z)
+        flight.slopes(z)
         if aim.ends:
             z, message = _met(flight, z, (low, high), max_steps)
         if aim.costs:
@@ -356,7 +393,7 @@ def _met(flight: Flight, z: Array, bounds: tuple[Array, Array], most: int) -> tu
     call: Callable[..., Any] = least_squares
 
     def missed(at: Array) -> tuple[Array, Array]:
-        values, slopes = flight.ends(at)
+        values, slopes, *_ = flight.slopes(at)
         below, above = np.minimum(values - aim.low, 0), np.maximum(values - aim.high, 0)
         return below + above, np.where((below + above != 0)[:, None], slopes, 0.0)
 
@@ -389,16 +426,16 @@ def _least(flight: Flight, z: Array, bounds: tuple[Array, Array], tolerance: flo
     conditions = [
         {
             "type": kind,
-            "fun": lambda at, rows=rows, to=to, sign=sign: sign * (flight.ends(at)[0] - to)[rows],
-            "jac": lambda at, rows=rows, sign=sign: sign * flight.ends(at)[1][rows],
+            "fun": lambda at, rows=rows, to=to, sign=sign: sign * (flight.slopes(at).ends - to)[rows],
+            "jac": lambda at, rows=rows, sign=sign: sign * flight.slopes(at).by_ends[rows],
         }
         for kind, rows, to, sign in kinds
         if len(rows)
     ]
-    scale = abs(flight.cost(z)[0]) or 1.0
+    scale = abs(flight.slopes(z).cost) or 1.0
     call: Callable[..., Any] = minimize
     found = call(
-        lambda at: flight.cost(at)[0] / scale, z, jac=lambda at: flight.cost(at)[1] / scale, constraints=conditions,
+        lambda at: flight.slopes(at).cost / scale, z, jac=lambda at: flight.slopes(at).by_cost / scale, constraints=conditions,
         bounds=list(zip(*_scaled(bounds, flight), strict=True)), method="SLSQP", options={"maxiter": most, "ftol": tolerance},
     )  # fmt: skip
     return np.asarray(found.x), str(found.message)
