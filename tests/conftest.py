@@ -2,12 +2,13 @@
 """Hypothesis profiles (`--hypothesis-profile=quick|full`), which tests run, and a cache of the tests' own."""
 
 import gc
+import hashlib
 import importlib.util
 import os
 import shutil
-import tempfile
 import zlib
 from itertools import islice
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -38,11 +39,19 @@ collect_ignore = (
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Compiled code goes to a folder that begins empty and goes with the session; xdist's workers share it."""
+    """Compiled code goes to a folder of the tests' own, which workers share and the next sessions find; `make clean` removes it.
+
+    Keys of entries tell of text, processor and versions; the folder's name of the files that make code of text, so that a change to
+    these is tried on everything anew.
+    """
     if "PYTEST_XDIST_WORKER" not in os.environ:
-        folder = tempfile.mkdtemp(prefix="kane-tests-")
-        os.environ["KANE_CACHE"] = folder
-        config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
+        root, digest = Path(config.rootpath), hashlib.sha256()
+        for file in sorted((root / "src" / "kane" / "program" / "native").glob("*.py")):
+            digest.update(file.read_bytes())
+        folder = root / ".pytest_cache" / "code" / digest.hexdigest()[:16]
+        os.environ["KANE_CACHE"] = str(folder)
+        for other in set(folder.parent.glob("*")) - {folder}:
+            shutil.rmtree(other, ignore_errors=True)
 
 
 def pytest_collection() -> None:

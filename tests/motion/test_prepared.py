@@ -118,7 +118,7 @@ def test_inputs_that_are_numbers_stay_and_others_are_asked():
         assert same(controller([1], [0], parameters={"k": 3}), anew(eom, q=[1], u=[0], **given))
 
 
-@pytest.mark.parametrize("method", ["gauss16", "dop853", "radau9"])
+@pytest.mark.parametrize("method", ["gauss16", "dop853", pytest.param("radau9", marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "law",
     [

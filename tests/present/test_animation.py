@@ -108,62 +108,62 @@ def until(page, condition):
     pytest.fail(condition)
 
 
-def test_a_page_plays_scrubs_and_turns_by_hand(tmp_path):
+@pytest.mark.parametrize("width", [1280, pytest.param(390, marks=pytest.mark.slow)])
+def test_a_page_plays_scrubs_and_turns_by_hand(tmp_path, width):
     """Clicks, keys and touches; poses equal Python's; no message, no request, nothing beyond the page's width."""
     sol = motion("four_bar", 2.0)
     animation = kn.figures.animate(sol, tmp_path / "motion.html", autoplay=False)
     places = transforms(animation.model, animation.courses[0].poses)
     with chromium(*GL) as browser:
-        for width in (1280, 390):
-            context = browser.new_context(viewport={"width": width, "height": 800}, has_touch=True)
-            page = context.new_page()
-            said: list[str] = []
-            page.on("console", lambda m, said=said: said.append(m.text))
-            page.on("pageerror", lambda e, said=said: said.append(str(e)))
-            page.on("request", lambda r, said=said: said.append(r.url) if not r.url.startswith("file:") else None)
-            page.goto((tmp_path / "motion.html").as_uri())
-            view = "document.querySelector('.kane-view').viewer"
-            until(page, f"!!{view}?.slider")
-            assert page.evaluate("document.documentElement.scrollWidth") <= width
-            for k in (0, 57, 199):
-                t = float(animation.courses[0].times[k])
-                for part in range(len(animation.model.parts)):
-                    shown = np.reshape(page.evaluate(f"{view}.matrix({part}, {t!r})"), (4, 3)).T
-                    np.testing.assert_allclose(shown, places[k, part], rtol=0, atol=1e-6)
-            begin = page.evaluate(f"[{view}.t, {view}.azimuth, {view}.height, {view}.distance]")
-            page.get_by_role("button", name="play").click()
-            until(page, f"{view}.t > 0.2")
-            page.get_by_role("button", name="pause").click()
-            assert not page.evaluate(f"{view}.playing")
-            page.get_by_label("time").fill("0.5")
-            assert page.evaluate(f"{view}.t") == pytest.approx(1.0)
-            box = page.locator("canvas").bounding_box()
-            x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-            page.mouse.move(x, y)
-            page.mouse.down()
-            page.mouse.move(x + 60, y + 20)
-            page.mouse.up()
-            turned = page.evaluate(f"[{view}.azimuth, {view}.height]")
-            assert turned[0] < begin[1] - 0.3
-            assert turned[1] > begin[2] + 0.1
-            page.keyboard.press("ArrowLeft")
-            page.keyboard.press("+")
-            page.keyboard.press(".")
-            after = page.evaluate(f"[{view}.t, {view}.azimuth, {view}.height, {view}.distance]")
-            assert after[0] > 1.0
-            assert after[1] < turned[0]
-            assert after[3] < begin[3]
-            page.keyboard.press("Home")
-            page.touchscreen.tap(x, y)
-            assert page.evaluate(f"{view}.azimuth") == begin[1]
-            pixels = page.evaluate(
-                f"(() => {{ {view}.paint(); const c = {view}.canvas, g = {view}.gl, p = new Uint8Array(4 * c.width * c.height);"
-                " g.readPixels(0, 0, c.width, c.height, g.RGBA, g.UNSIGNED_BYTE, p); const s = new Set();"
-                " for (let k = 0; k < p.length; k += 4) s.add(p[k] * 65536 + p[k + 1] * 256 + p[k + 2]); return s.size; })()"
-            )
-            assert pixels > 20
-            assert said == []
-            context.close()
+        context = browser.new_context(viewport={"width": width, "height": 800}, has_touch=True)
+        page = context.new_page()
+        said: list[str] = []
+        page.on("console", lambda m, said=said: said.append(m.text))
+        page.on("pageerror", lambda e, said=said: said.append(str(e)))
+        page.on("request", lambda r, said=said: said.append(r.url) if not r.url.startswith("file:") else None)
+        page.goto((tmp_path / "motion.html").as_uri())
+        view = "document.querySelector('.kane-view').viewer"
+        until(page, f"!!{view}?.slider")
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        for k in (0, 57, 199):
+            t = float(animation.courses[0].times[k])
+            for part in range(len(animation.model.parts)):
+                shown = np.reshape(page.evaluate(f"{view}.matrix({part}, {t!r})"), (4, 3)).T
+                np.testing.assert_allclose(shown, places[k, part], rtol=0, atol=1e-6)
+        begin = page.evaluate(f"[{view}.t, {view}.azimuth, {view}.height, {view}.distance]")
+        page.get_by_role("button", name="play").click()
+        until(page, f"{view}.t > 0.2")
+        page.get_by_role("button", name="pause").click()
+        assert not page.evaluate(f"{view}.playing")
+        page.get_by_label("time").fill("0.5")
+        assert page.evaluate(f"{view}.t") == pytest.approx(1.0)
+        box = page.locator("canvas").bounding_box()
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(x + 60, y + 20)
+        page.mouse.up()
+        turned = page.evaluate(f"[{view}.azimuth, {view}.height]")
+        assert turned[0] < begin[1] - 0.3
+        assert turned[1] > begin[2] + 0.1
+        page.keyboard.press("ArrowLeft")
+        page.keyboard.press("+")
+        page.keyboard.press(".")
+        after = page.evaluate(f"[{view}.t, {view}.azimuth, {view}.height, {view}.distance]")
+        assert after[0] > 1.0
+        assert after[1] < turned[0]
+        assert after[3] < begin[3]
+        page.keyboard.press("Home")
+        page.touchscreen.tap(x, y)
+        assert page.evaluate(f"{view}.azimuth") == begin[1]
+        pixels = page.evaluate(
+            f"(() => {{ {view}.paint(); const c = {view}.canvas, g = {view}.gl, p = new Uint8Array(4 * c.width * c.height);"
+            " g.readPixels(0, 0, c.width, c.height, g.RGBA, g.UNSIGNED_BYTE, p); const s = new Set();"
+            " for (let k = 0; k < p.length; k += 4) s.add(p[k] * 65536 + p[k + 1] * 256 + p[k + 2]); return s.size; })()"
+        )
+        assert pixels > 20
+        assert said == []
+        context.close()
 
 
 def test_gltf(tmp_path):

@@ -268,7 +268,7 @@ def test_motions_in_lanes_are_those_of_one(threads):
 @pytest.mark.parametrize(("eom", "end"), [(BALL, 1.5), (LANDS, 0.5)], ids=["acts", "ends"])
 def test_events_in_lanes(eom, end):
     heights = spread(0.2, 2, 20)
-    given = {"u": {v: 0}, "samples": 16, "settings": EXACT, "method": "vern9"}
+    given = {"u": {v: 0}, "samples": 16, "settings": EXACT, "method": "dop853"}
     runs = kn.simulate_many(eom, (0, end), q={x: heights}, lanes=True, **given)
     one_by_one(eom, (0, end), runs, [{"q": {x: h}, **given} for h in heights])
 

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Threads, processes and the end of the interpreter."""
 
+import ctypes
 import multiprocessing
 import os
 import threading
+import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
@@ -11,6 +13,7 @@ import pytest
 
 import kane as kn
 from kane.gallery.pendulums import system as chain
+from kane.program import machine
 from tests.program.child import child
 
 pytestmark = pytest.mark.slow
@@ -139,6 +142,25 @@ class TestCompiling:
         assert all(same(a, found[0]) for a in found)
         assert len(list((tmp_path / "objects").iterdir())) == 1
 
+    def test_a_text_is_compiled_once(self, tmp_path, monkeypatch):
+        """Threads that ask for the same text wait for the one that compiles it."""
+        monkeypatch.setenv("KANE_CACHE", str(tmp_path / "objects"))
+        own, compiled = machine.object_code, []
+
+        def object_code(text, *more):
+            compiled.append(text)
+            time.sleep(0.05)  # the others ask meanwhile
+            return own(text, *more)
+
+        monkeypatch.setattr(machine, "object_code", object_code)
+        texts = [f"define double @f() {{ ret double {k}.25 }}" for k in range(2)]
+
+        def value(k):
+            return machine.compile_text(texts[k % 2], machine.target(), ["f"]).function("f", ctypes.c_double)()
+
+        assert together(value) == [k % 2 + 0.25 for k in range(WORKERS)]
+        assert sorted(compiled) == texts
+
     def test_first_use_of_llvm_at_once(self):
         """Nothing has been set up yet: all threads find LLVM as it was loaded."""
         child("""
@@ -238,6 +260,39 @@ class TestProcesses:
             os._exit(0)
         assert os.waitpid(pid, 0)[1] == 0
         time.sleep(0.007)
+        """)
+
+    @pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork here")
+    def test_fork_while_another_thread_compiles_the_same(self, tmp_path):
+        """The child does not wait for that thread, which it does not have."""
+        child("""
+            import ctypes, os, signal, threading, warnings
+            from kane.program import machine
+
+            warnings.simplefilter("ignore", DeprecationWarning)
+            parent, own, begun, go_on = os.getpid(), machine.object_code, threading.Event(), threading.Event()
+
+            def object_code(*arguments):
+                if os.getpid() == parent:
+                    begun.set()
+                    go_on.wait()
+                return own(*arguments)
+
+            def value():
+                text = "define double @f() { ret double 2.5 }"
+                return machine.compile_text(text, machine.target(), ["f"]).function("f", ctypes.c_double)()
+
+            machine.object_code = object_code
+            thread = threading.Thread(target=value)
+            thread.start()
+            begun.wait()
+            pid = os.fork()
+            if pid == 0:
+                signal.alarm(20)
+                os._exit(value() != 2.5)
+            assert os.waitpid(pid, 0)[1] == 0
+            go_on.set()
+            thread.join()
         """)
 
 

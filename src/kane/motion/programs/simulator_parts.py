@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -103,7 +103,13 @@ def stepping_kernel(method: str, held: bool = False, watched: bool = False, side
 
 def only_read(array: str, printed: str) -> bool:
     """Whether functions in C that are printed only read an array."""
-    return re.search(rf"(?<!const )double \*{array}[,)]", printed) is None
+    return array not in _written(printed)
+
+
+@lru_cache(maxsize=2)
+def _written(printed: str) -> frozenset[str]:
+    """The arrays that functions in C write to: of a million characters, which are looked through once."""
+    return frozenset(re.findall(r"(?<!const )double \*(\w+)[,)]", printed))
 
 
 def turning(eom: Equations) -> tuple[Expr, ...]:

@@ -192,21 +192,35 @@ class Library:
         return function
 
 
+_turns = [threading.RLock() for _ in range(64)]
+"""One for all texts whose keys begin alike: threads that run the same motions ask for the same kernels at the same time."""
+
+
+def _renew_turns() -> None:
+    _turns[:] = [threading.RLock() for _ in _turns]
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_renew_turns)  # the threads that have a turn are not in the child
+
+
 def compile_text(text: str, on: Processor, symbols: Sequence[str], cached: bool = True, loops: bool = False) -> Library:
     """The library of an LLVM module, from the cache where it is there; `loops` says that there is something for LLVM to improve."""
     options = [*(f"{name}={value}" for name, value in _options(text).items()), *(["loops"] if loops else [])]
     key = store.key(text, on.triple, on.cpu, on.features, *options, *versions())
-    image = store.read(key) if cached else None
-    if image is not None:
-        try:
-            return Library(image, symbols)
-        except ProgramError as error:
-            warn(f"{error} It is the cache entry {key}. Compiling anew.")
-    image = object_code(text, on, loops)
-    library = Library(image, symbols)
-    if cached:
+    if not cached:
+        return Library(object_code(text, on, loops), symbols)
+    with _turns[int(key[:4], 16) % len(_turns)]:  # who asks while another thread compiles it finds it in the cache
+        image = store.read(key)
+        if image is not None:
+            try:
+                return Library(image, symbols)
+            except ProgramError as error:
+                warn(f"{error} It is the cache entry {key}. Compiling anew.")
+        image = object_code(text, on, loops)
+        library = Library(image, symbols)
         store.write(key, image)
-    return library
+        return library
 
 
 def build_library(programs: Sequence[Program], settings: Settings) -> Library:
