@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 
-from kane.program import Callee, Integer
+from kane.program import Callee, Integer, Module, add_kernel
 from tests.peer import require
 from tests.program.programs import by_port
 
@@ -85,13 +85,21 @@ def from_wasm(program, raw):
     return results
 
 
-def in_wasm(kernel, raw_of):
+def kernel_module(kernel, lengths):
+    """The module of a kernel that calls no routine, and has arrays of these lengths, `at` the places that its section "kane" tells."""
+    module = Module({})
+    places = {name: module.room(length, 64) for name, length in lengths.items()}
+    module.exports[kernel.name] = add_kernel(module, kernel, places, {})
+    return module.raw({"at": places})
+
+
+def in_wasm(kernel):
     """A function of a kernel's arguments by name."""
     assert not any(isinstance(a, Callee) for a in kernel.arguments)
 
     def call(given):
         arrays = {name: v for name, v in given.items() if isinstance(v, np.ndarray)}
-        hosted = Hosted(raw_of(kernel, {name: v.size for name, v in arrays.items()}))
+        hosted = Hosted(kernel_module(kernel, {name: v.size for name, v in arrays.items()}))
         places = {name: hosted.array(hosted.told["at"][name], v.size) for name, v in arrays.items()}
         for name, v in arrays.items():
             places[name][:] = v.reshape(-1)

@@ -19,7 +19,7 @@ from typing import Any, Literal, NamedTuple, Unpack, overload
 import numpy as np
 
 from kane import expect
-from kane.analysis.many.assembled import One, Routes, assembled, level_of
+from kane.analysis.many.assembled import One, assembled, level_of
 from kane.analysis.many.poses import Poses, poses
 from kane.analysis.perturbations import turning
 from kane.analysis.state_checks import GivenEntries, entries, misses
@@ -463,7 +463,7 @@ def _of_many(many: Poses, all_branches: bool) -> Any:
         at = _constants(eom, given) | dict(zip(eom.coordinates, q.tolist(), strict=True))
         return _motion(eom, wanted, at, by_rates)
 
-    return assembled(many, Routes(alone, motion, not by_rates and eom.solved.twin is None))
+    return assembled(many, alone, motion, not by_rates and eom.solved.twin is None)
 
 
 def _configurations(

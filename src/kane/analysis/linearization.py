@@ -18,7 +18,7 @@ from kane.analysis.differentiable import Side, differentiable
 from kane.analysis.flow import Flow, Preference, Steadiness, changing, dependence, flow_at, steadiness
 from kane.analysis.linear import Linear
 from kane.analysis.local import Outputs, outputs_of
-from kane.analysis.many.linearized import Routes, linearized
+from kane.analysis.many.linearized import linearized
 from kane.analysis.many.poses import Poses, poses
 from kane.analysis.one_sided import Piece
 from kane.analysis.operating_point import arrays_at, state_from, warn_of_beams, warn_of_contacts
@@ -101,7 +101,7 @@ class Linearizer(Attributes):
             return found
 
         together = not (options["steady"] or options["leave_out"] or options["side"])
-        return linearized(many, eom.numeric(self.settings), self.outputs, Routes(alone, together))
+        return linearized(many, eom.numeric(self.settings), self.outputs, alone, together)
 
     @staticmethod
     def _steady_with(flow: Flow, fixed: bool, tolerance: float) -> str:

@@ -19,7 +19,7 @@ from kane.analysis.local import (
     all_switches,
 )
 from kane.analysis.many.poses import Poses, poses
-from kane.analysis.many.trimmed import Routes, SteadyEquations, trimmed
+from kane.analysis.many.trimmed import SteadyEquations, trimmed
 from kane.analysis.many.trimmed import followed as followed_from
 from kane.analysis.operating_point import closed, state_from, warn_of_contacts
 from kane.analysis.perturbations import perturbations
@@ -217,7 +217,7 @@ def _of_many(many: Poses, numeric: Numeric[Equations], options: tuple[Sequence[A
             return None
         return followed_from(last[k], first, tolerance)
 
-    return trimmed(many, Routes(alone, followed))
+    return trimmed(many, alone, followed)
 
 
 def equilibrium(

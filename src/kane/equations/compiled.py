@@ -23,7 +23,7 @@ from kane.dynamics.readings.unsolved import forcing, inverse_dynamics, mass_matr
 from kane.dynamics.slopes import backward, forward, second, slopes
 from kane.dynamics.solved import Solved
 from kane.equations.jacobian import KINDS, rate_symbols
-from kane.errors import ArgumentError, Attributes, ExpressionError, ValueMissingError, cut, none_of
+from kane.errors import ArgumentError, Attributes, ExpressionError, ValueMissingError, cut
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol, rate, time
@@ -433,14 +433,11 @@ class Compiled(Attributes):
         """
         from importlib.metadata import version
 
-        from kane.program.emit.targets import BINARY, EMITTERS
+        from kane.program.emit.targets import emit
 
         chosen = (routines,) if isinstance(routines, str) else routines
         program = self.program if chosen is None else self._program(chosen)
-        emitters: Mapping[str, Callable[..., str | bytes]] = {**EMITTERS, **BINARY}
-        if target not in emitters:
-            raise ArgumentError(f"Expected one of {none_of(emitters, target)}")
-        return emitters[target](program, contract=self.settings.contract, version=version("kane"))
+        return emit(program, target, contract=self.settings.contract, version=version("kane"))
 
     def __reduce__(self) -> NoReturn:
         raise ArgumentError(

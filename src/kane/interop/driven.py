@@ -2,14 +2,19 @@
 """Coordinates for what a source moves by velocities alone, which it has none for: each with the rate that the velocity gives it.
 
 A point moves by a length for each component of its velocity. A frame turns by an angle where its axis stands still, else by Euler
-parameters, whose quasi-rates are the components of its angular velocity.
+parameters, whose quasi-rates are the components of its angular velocity. Of kinematical rows those that are independent define speeds.
 """
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from kane.errors import ModelError
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Coordinate, rate
+from kane.numeric.arrays import Array
+from kane.numeric.scale import SPEEDS_RANK
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector, axes
 
@@ -51,3 +56,22 @@ def spinning(frame: Frame, spin: Iterable[Expr]) -> GivenRates:
     turn = frame.orientation
     assert turn is not None
     return GivenRates(turn.parameters, tuple(zip(turn.quasi, spin, strict=True)))
+
+
+def independent_rows(numbers: Array) -> list[int]:
+    """The first rows (rows × columns × states) that are independent at all states; a ModelError where their number differs."""
+    kept: list[int] = []
+    for i in range(len(numbers)):
+        ranks = {int(_rank(numbers[[*kept, i], :, k])) for k in range(numbers.shape[2])}
+        if len(ranks) != 1:
+            raise ModelError(
+                "Expected kinematical equations of one rank at all configurations, got some that are singular at random ones."
+            )
+        if ranks.pop() == len(kept) + 1:
+            kept.append(i)
+    return kept
+
+
+def _rank(a: Array) -> int:
+    sizes = np.abs(a).max(axis=1, keepdims=True, initial=0)
+    return int(np.linalg.matrix_rank(a / np.where(sizes > 0, sizes, 1.0), tol=SPEEDS_RANK)) if a.size else 0

@@ -34,7 +34,7 @@ SYSTEMS = {"rolling disk": rolling_disk.system, "angles of angles": lambda: pend
 
 
 def emitter(style):
-    def emit(program, *, contract, version):
+    def emit(program, *, version):
         names = local_names(program, str.isidentifier)
         lines = [f"# {program.name} by kane {version}"]
         for function in (hoisting(program), *(function_of(program, r) for r in program.routines)):

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import kane as kn
 from benchmarks.random_trees import random_tree
 from kane.gallery import load, pendulums
-from kane.program import LIMIT, CompiledKernel, emit_kernel_wasm, emit_wasm, sine_cosine, specialized, values
+from kane.program import LIMIT, CompiledKernel, emit_wasm, sine_cosine, specialized, values
 from tests.examples import examples
 from tests.peer import require
 from tests.program.hosted import Hosted, from_wasm, in_wasm, told
@@ -139,7 +139,7 @@ def kernels_agree(kernel, given, integers):
     results = []
     for one in (kernel, known):
         own = copied({a.name: given[a.name] for a in one.arguments} | arrays)
-        results.append((in_wasm(one, emit_kernel_wasm)(own), own))
+        results.append((in_wasm(one)(own), own))
     return results
 
 

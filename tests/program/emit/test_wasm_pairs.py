@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from kane.program import INT, Count, Writer, emit_kernel_wasm, in_pairs, specialized
+from kane.program import INT, Count, Writer, in_pairs, specialized
 from tests.peer import require
 from tests.program.hosted import in_wasm
 from tests.program.programs import bits
@@ -33,7 +33,7 @@ def test_turns_two_by_two(n, offset, paired, rng):
     assert (in_pairs(next(s for s in kernel.body if isinstance(s, Count))) is not None) is paired
     given = {"w": rng.normal(size=4 * n), "s": np.array([0.3, 0.7]), "r": np.zeros(n + 3), "at": 2}
     x, before = given["w"].reshape(4, n).copy(), given["w"].copy()
-    in_wasm(kernel, emit_kernel_wasm)(given)
+    in_wasm(kernel)(given)
     now = x[0] + (0.3 * 3.0) * (x[1] * 0.1 - np.sqrt(np.abs(x[0])) / 0.7)
     assert bits(given["w"].reshape(4, n)[offset]) == bits(now)
     assert bits(given["r"][2 : 2 + n]) == bits(-(now if offset == 1 else x[1]))

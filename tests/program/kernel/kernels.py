@@ -18,7 +18,6 @@ from kane.program import (
     Kernel,
     NamedPrinter,
     emit_kernel_c,
-    emit_kernel_wasm,
     language,
 )
 from tests.program.emitted import library, module
@@ -194,7 +193,7 @@ def agree(kernel: Kernel, given, source: Path):
         "c": in_c(kernel, source),
     }
     if not any(isinstance(a, Callee) for a in kernel.arguments):
-        runs["wasm"] = in_wasm(kernel, emit_kernel_wasm)
+        runs["wasm"] = in_wasm(kernel)
     results = []
     for spoken, run in runs.items():
         own = {name: v[spoken] if isinstance(v, dict) else v for name, v in copied(given).items()}

@@ -63,35 +63,31 @@ def square(eom: Equations, rows: Sequence[int], columns: Sequence[int]) -> Bundl
     )  # fmt: skip
 
 
-class Routes(NamedTuple):
-    """How one is found by itself: the kth state, and the kth speeds at q with what is left of the constraints on them.
+Motion = Callable[[int, Array], tuple[Array, float]]
+"""The kth speeds at q, with what is left of the constraints on them."""
 
-    Speeds of all are found `together` where A u + b = 0 says what is held.
+
+def assembled(poses: Poses, alone: Callable[[int], One], motion: Motion, together: bool) -> Any:
+    """The states as a Dataset; coordinates that are guessed or left out are solved for.
+
+    `alone` finds the kth by itself. Speeds of all are found `together` where A u + b = 0 says what is held.
     """
-
-    alone: Callable[[int], One]
-    motion: Callable[[int, Array], tuple[Array, float]]
-    together: bool
-
-
-def assembled(poses: Poses, routes: Routes) -> Any:
-    """The states as a Dataset; coordinates that are guessed or left out are solved for."""
     eom = poses.eom
     q = np.full((poses.count, len(eom.coordinates)), np.nan)
     u, left = np.full((poses.count, len(eom.speeds)), np.nan), np.full(poses.count, np.nan)
     base, free = _start(poses)
     causes = dict(poses.failed)
     if eom.derived.conditions.f and not free:
-        found, causes = poses.each(routes.alone)
+        found, causes = poses.each(alone)
         for k, one in found.items():
             q[k], u[k], left[k], _ = one
         return _dataset(poses, q, u, left, causes)
-    first = poses.first(routes.alone, causes)
+    first = poses.first(alone, causes)
     if first is not None:
         q[:], left[:] = base, 0.0
         if free:
             _follow(poses, (q, left), free, *first, causes)
-        _move(poses, (q, u, left), routes, causes)
+        _move(poses, (q, u, left), motion, together, causes)
     for values in (q, u, left):
         values[list(causes)] = np.nan
     return _dataset(poses, q, u, left, causes)
@@ -198,17 +194,19 @@ def _check(poses: Poses, level: LevelSet, q: Array, reached: Array, f: Array, ca
         )
 
 
-def _move(poses: Poses, places: tuple[Array, Array, Array], routes: Routes, causes: dict[int, str]) -> None:
+def _move(
+    poses: Poses, places: tuple[Array, Array, Array], motion: Motion, together: bool, causes: dict[int, str]
+) -> None:
     """Speeds u (k × n) with A u + b = 0 where there are configurations."""
     q, u, left = places
     there = np.array([k for k in range(poses.count) if k not in causes], dtype=int)
     doubtful = np.ones(len(there), dtype=bool)
-    if routes.together:
+    if together:
         u[there], rest, doubtful = _speeds(poses, q, there)
         left[there] = np.maximum(left[there], rest)
     for k in there[doubtful].tolist():
         try:
-            u[k], open_ = routes.motion(k, q[k])
+            u[k], open_ = motion(k, q[k])
             left[k] = max(left[k], open_)
         except KaneError as error:
             causes[k] = str(error)

@@ -8,7 +8,7 @@ finite) is linearized by itself.
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -34,26 +34,28 @@ PARTS = {"A": "A", "B": "B", "C": "C", "D": "D", "rates": "rates", "values": "ou
 _TINY = np.finfo(float).tiny
 
 
-class Routes(NamedTuple):
-    """How the kth is linearized by itself, with the names of what is to be independent; whether all may be at once."""
+def linearized(
+    poses: Poses,
+    numeric: Numeric[Equations],
+    outputs: Outputs,
+    alone: Callable[[int, Sequence[str]], Linear],
+    together: bool,
+) -> Any:
+    """A, B, C, D, rates and values of all states as a Dataset.
 
-    alone: Callable[[int, Sequence[str]], Linear]
-    together: bool
-
-
-def linearized(poses: Poses, numeric: Numeric[Equations], outputs: Outputs, routes: Routes) -> Any:
-    """A, B, C, D, rates and values of all states as a Dataset."""
+    `alone` linearizes the kth by itself, with the names of what is to be independent; `together` says whether all may be at once.
+    """
     causes = dict(poses.failed)
-    place = poses.first(lambda k: routes.alone(k, ()), causes, (SimulationError, ArithmeticError))
+    place = poses.first(lambda k: alone(k, ()), causes, (SimulationError, ArithmeticError))
     if place is None:
         raise SimulationError(f"Expected a state to linearize about, got none of {poses.count}. {causes[0]}")
     _, first = place
     names = [s for s in first.states if s not in first.further]
     found = {part: np.full((poses.count, *getattr(first, part).shape), np.nan) for part in PARTS}
     sure = np.zeros(poses.count, dtype=bool)
-    if routes.together and is_plain(numeric, outputs):
+    if together and is_plain(numeric, outputs):
         sure = _together(poses, numeric, outputs, first, found)
-    for k, own in poses.rest(lambda k: routes.alone(k, names), causes, set(np.flatnonzero(sure))):
+    for k, own in poses.rest(lambda k: alone(k, names), causes, set(np.flatnonzero(sure))):
         for part, whole in found.items():
             whole[k] = getattr(own, part)
     for whole in found.values():

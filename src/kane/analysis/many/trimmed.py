@@ -54,26 +54,19 @@ class SteadyEquations(NamedTuple):
     tolerance: float
 
 
-class Routes(NamedTuple):
-    """How the kth is found by itself, and what to follow from the X that it has, None where that cannot be."""
-
-    alone: Callable[[int], State]
-    followed: Callable[[int, Array], SteadyEquations | None]
-
-
-def trimmed(poses: Poses, routes: Routes) -> Any:
-    """The steady motions as a Dataset."""
+def trimmed(poses: Poses, alone: Callable[[int], State], branch: Callable[[int, Array], SteadyEquations | None]) -> Any:
+    """The steady motions as a Dataset; `alone` finds the kth by itself, `branch` is what to follow from its X, if that can be."""
     eom, causes = poses.eom, dict(poses.failed)
-    first = poses.first(routes.alone, causes)
+    first = poses.first(alone, causes)
     symbols: tuple[Symbol, ...] = (*eom.state, *eom.inputs, *eom.parameters)
     x = np.full((poses.count, len(symbols)), np.nan)
     if first is not None:
         start, state = first
         x[start] = [state[s] for s in symbols]
-        task = routes.followed(start, x[start])
+        task = branch(start, x[start])
         if task is not None:
             _follow(poses, task, (x, start), causes)
-    for k, one in poses.rest(routes.alone, causes, set(np.flatnonzero(~np.isnan(x).any(axis=1)))):
+    for k, one in poses.rest(alone, causes, set(np.flatnonzero(~np.isnan(x).any(axis=1)))):
         x[k] = [one[s] for s in symbols]
     x[list(causes)] = np.nan
     return _dataset(poses, symbols, x, causes)

@@ -14,10 +14,11 @@ from kane.errors import KaneError, ModelError
 from kane.expr.differentiation import affine_forms
 from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import solve_linear
-from kane.expr.node import ONE, ZERO, Expr, constant_value
+from kane.expr.node import ZERO, Expr, constant_value
 from kane.expr.symbols import Coordinate, Speed, rate
 from kane.interop.autolev.model import LastForm, replacing, undefined
 from kane.interop.autolev.space import RateRow, Space
+from kane.interop.driven import independent_rows
 from kane.numeric.sampling import SEEDS, sample
 
 
@@ -82,12 +83,11 @@ def _independent(rows: Sequence[RateRow], speeds: Sequence[Speed], space: Space)
     forms = [form for form, _ in affine_forms([r.value for r in rows], speeds)]
     weight = [sum(1 if constant_value(c) is not None else 10 for c in form.values()) for form in forms]
     flat = [form.get(u, ZERO) for form in forms for u in speeds]
-    matrix = np.array(sample(map(undefined, flat), SEEDS[0], space.groups), dtype=float).reshape(len(rows), len(speeds))
-    chosen: list[int] = []
-    for k in sorted(range(len(rows)), key=lambda k: weight[k]):
-        if np.any(matrix[k]) and np.linalg.matrix_rank(matrix[[*chosen, k]]) > len(chosen):
-            chosen.append(k)
-    return sorted(chosen)
+    matrix = np.array(sample(map(undefined, flat), SEEDS[0], space.groups), dtype=float).reshape(
+        len(rows), len(speeds), 1
+    )
+    order = sorted(range(len(rows)), key=weight.__getitem__)
+    return sorted(order[k] for k in independent_rows(matrix[order]))
 
 
 def _turned(
@@ -100,14 +100,7 @@ def _turned(
     forms = affine_forms([r.value for r in rows], speeds)
     matrix = [[form.get(u, ZERO) for u in speeds] for form, _ in forms]
     right = [r.rates - x for r, (_, x) in zip(rows, forms, strict=True)]
-    definitions = dict(zip(speeds, _solved(matrix, right), strict=True))
+    definitions = dict(zip(speeds, solve_linear(matrix, right), strict=True))
     replace = replacing(definitions)
     left = {Speed.declare(f"slip_{k}", None, "", ""): r.rates - replace(r.value) for k, r in enumerate(rest, 1)}
     return TurnedRates(definitions, left, states)
-
-
-def _solved(matrix: list[list[Expr]], right: list[Expr]) -> tuple[Expr, ...]:
-    if all(sum(x is not ZERO for x in row) == 1 and ONE in set(row) for row in matrix):
-        at = [next(j for j, x in enumerate(row) if x is not ZERO) for row in matrix]
-        return tuple(right[at.index(j)] for j in range(len(matrix)))
-    return solve_linear(matrix, right)

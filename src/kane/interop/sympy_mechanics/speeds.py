@@ -16,12 +16,12 @@ from kane.expr.matrix import solve_linear
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, QuasiRate, Speed, rate
 from kane.expr.visit import substituted
-from kane.interop.driven import GivenRates
+from kane.interop.driven import GivenRates, independent_rows
 from kane.interop.imported import Remarks
 from kane.interop.sympy_mechanics.names import Translation
 from kane.interop.sympy_mechanics.states import Kinematical, States
 from kane.numeric.arrays import Array
-from kane.numeric.scale import ROUNDED_SUM, SPEEDS_RANK
+from kane.numeric.scale import ROUNDED_SUM
 
 
 @dataclass(slots=True)
@@ -53,8 +53,8 @@ def define(
     equations, speeds = _equations(known, kinematical, sets, states), known.speeds
     shape = (len(equations.rows), len(speeds), -1)
     numbers = states.of([x for row in equations.rows for x in row]).reshape(shape)
-    chosen = _independent(numbers)
-    columns = _independent(numbers[chosen].transpose(1, 0, 2))
+    chosen = independent_rows(numbers)
+    columns = independent_rows(numbers[chosen].transpose(1, 0, 2))
     found = Definitions()
     for k, u in enumerate(speeds):
         if k not in columns:
@@ -96,25 +96,6 @@ def _less(
         if row[k] is not ZERO:
             basic = add(basic, neg(mul(row[k], by[speeds[k]])))
     return basic
-
-
-def _independent(numbers: Array) -> list[int]:
-    """The first rows (rows × columns × states) that are independent at all states; a ModelError where their number differs."""
-    kept: list[int] = []
-    for i in range(len(numbers)):
-        ranks = {int(_rank(numbers[[*kept, i], :, k])) for k in range(numbers.shape[2])}
-        if len(ranks) != 1:
-            raise ModelError(
-                "Expected kinematical equations of one rank at all configurations, got some that are singular at random ones."
-            )
-        if ranks.pop() == len(kept) + 1:
-            kept.append(i)
-    return kept
-
-
-def _rank(a: Array) -> int:
-    sizes = np.abs(a).max(axis=1, keepdims=True, initial=0)
-    return int(np.linalg.matrix_rank(a / np.where(sizes > 0, sizes, 1.0), tol=SPEEDS_RANK)) if a.size else 0
 
 
 def _equations(

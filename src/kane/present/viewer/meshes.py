@@ -39,13 +39,6 @@ def joined(meshes: Sequence[Mesh]) -> Mesh:
     return Mesh(*(np.concatenate(p) for p in parts))
 
 
-def moved(mesh: Mesh, offset: Sequence[float] = (0, 0, 0), scale: Sequence[float] = (1, 1, 1)) -> Mesh:
-    """A mesh scaled along its axes, then shifted."""
-    normals = mesh.normals / np.asarray(scale, dtype=float)
-    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-    return mesh._replace(vertices=mesh.vertices * scale + np.asarray(offset, dtype=float), normals=normals)
-
-
 def flat(corners: Array, faces: Iterable[Sequence[int]]) -> Mesh:
     """Plane faces, each with its own normal."""
     vertices: list[Array] = []

@@ -228,8 +228,8 @@ def emit_c(
     return "\n".join(part for part in parts if part)
 
 
-def emit_header(program: Program, *, contract: bool = True, version: str = "") -> str:
-    """The text of the header that belongs to the file of `emit_c`, for C and C++; it is the same for both ways to round."""
+def emit_header(program: Program, *, version: str = "") -> str:
+    """The text of the header that belongs to the file of `emit_c`, for C and C++."""
     file = c_file(program)
     title = f"/* {c_comment(f'{program.name}: declarations. {made_by(version)}')} */"
     return f"{title}\n#ifndef {file.guard}\n#define {file.guard}\n\n{_declarations(file)}\n#endif\n"

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The languages in which a Program can be printed: a new one is a file and a row here."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
+from kane.errors import ArgumentError, none_of
 from kane.program.emit.c import emit_c, emit_header
 from kane.program.emit.languages.cpp import emit_cpp, emit_eigen
 from kane.program.emit.languages.javascript import emit_javascript
@@ -15,6 +16,7 @@ from kane.program.emit.languages.python_symbols import emit_casadi, emit_sympy
 from kane.program.emit.languages.rust import emit_cargo, emit_rust
 from kane.program.emit.languages.simulink import emit_simulink
 from kane.program.emit.wasm import emit_wasm
+from kane.program.program import Program
 
 EMITTERS: dict[str, Callable[..., str]] = {
     "c": emit_c,
@@ -34,6 +36,16 @@ EMITTERS: dict[str, Callable[..., str]] = {
     "javascript": emit_javascript,
     "sfunction": emit_simulink,
 }
-"""By target: functions of a Program; `contract` allows a·b + c in one rounding, `version` is kane's, for comments."""
+"""By target: functions of a Program; `version` is kane's, for comments."""
 BINARY: dict[str, Callable[..., bytes]] = {"wasm": emit_wasm}
 """Those of which the result is no text."""
+CONTRACTED = frozenset({"c", "sfunction"})
+"""Those that say, by `contract`, whether compilers may round a·b + c once; elsewhere it is not asked."""
+
+
+def emit(program: Program, target: str, *, contract: bool, version: str) -> str | bytes:
+    """A Program in a language."""
+    emitters: Mapping[str, Callable[..., str | bytes]] = {**EMITTERS, **BINARY}
+    if target not in emitters:
+        raise ArgumentError(f"Expected one of {none_of(emitters, target)}")
+    return emitters[target](program, version=version, **({"contract": contract} if target in CONTRACTED else {}))

@@ -37,8 +37,8 @@ LONGEST = 300
 """Instructions of a Program in one function at most: engines compile longer ones slowly, and keep what these read in memory."""
 
 
-def emit_wasm(program: Program, *, contract: bool = False, version: str = "") -> bytes:
-    """The module of a Program; `contract` changes nothing, as no operation is contracted there."""
+def emit_wasm(program: Program, *, version: str = "") -> bytes:
+    """The module of a Program; no operation is contracted there."""
     module = Module(library([program]))
     tells = _tells(program, version)
     tells |= add_program(module, program)

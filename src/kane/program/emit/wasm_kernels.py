@@ -30,14 +30,6 @@ LONGEST = 250
 """Statements of a block above which it is a function of its own."""
 
 
-def emit_kernel_wasm(kernel: Kernel, lengths: Mapping[str, int]) -> bytes:
-    """The module of a kernel that calls no routine, and has arrays of these lengths, `at` the places that its section "kane" tells."""
-    module = Module({})
-    places = {name: module.room(length, 64) for name, length in lengths.items()}
-    module.exports[kernel.name] = add_kernel(module, kernel, places, {})
-    return module.raw({"at": places})
-
-
 def add_kernel(module: Module, kernel: Kernel, arrays: Mapping[str, int], routines: Mapping[str, int]) -> int:
     """The number of the function of a kernel, which takes its integers as 64 bits and gives one of 32.
 

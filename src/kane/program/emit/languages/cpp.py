@@ -12,12 +12,12 @@ from kane.program.program import Program
 _ARRAY, _EIGEN = "std::array<double, {0}>", "Eigen::Matrix<double, {0}, 1>"
 
 
-def emit_cpp(program: Program, *, contract: bool = True, version: str = "") -> str:
-    """The text of `<name>.hpp` with std::array; `contract` as for C says what compilers may do and is theirs to choose."""
+def emit_cpp(program: Program, *, version: str = "") -> str:
+    """The text of `<name>.hpp` with std::array."""
     return _emit(program, version, False)
 
 
-def emit_eigen(program: Program, *, contract: bool = True, version: str = "") -> str:
+def emit_eigen(program: Program, *, version: str = "") -> str:
     """The text of `<name>.hpp` with vectors and matrices of Eigen."""
     return _emit(program, version, True)
 

@@ -36,8 +36,8 @@ function kane_pow(x, p) { // as C has it: 1 to any power, and -1 to an infinite 
 """
 
 
-def emit_javascript(program: Program, *, contract: bool = False, version: str = "") -> str:
-    """The text of the module; matrices are one array, row by row. `contract` is there as in other emitters."""
+def emit_javascript(program: Program, *, version: str = "") -> str:
+    """The text of the module; matrices are one array, row by row."""
     file = file_of(program, _JAVASCRIPT, ("defaults", "names"))
     first, arguments = file.first.name, ", ".join(file.arguments)
     call = [

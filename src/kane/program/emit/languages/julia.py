@@ -34,8 +34,8 @@ _POW = (
 )
 
 
-def emit_julia(program: Program, *, contract: bool = False, version: str = "") -> str:
-    """The text of `<Name>.jl`; results are vectors or matrices. `contract` is there as in other emitters."""
+def emit_julia(program: Program, *, version: str = "") -> str:
+    """The text of `<Name>.jl`; results are vectors or matrices."""
     file = file_of(program, _JULIA, ("defaults", "T"))
     module = file.prefix[:1].upper() + file.prefix[1:] + "Model"
     first, arguments = file.first.name, ", ".join(file.arguments)

@@ -45,8 +45,8 @@ _HELPERS = {
 }
 
 
-def emit_matlab(program: Program, *, contract: bool = False, version: str = "") -> str:
-    """The text of `<name>.m`; results are columns, or matrices. `contract` is there as in other emitters."""
+def emit_matlab(program: Program, *, version: str = "") -> str:
+    """The text of `<name>.m`; results are columns, or matrices."""
     file = file_of(program, _MATLAB, ("m", "s", "c", "a", "b", "y"))
     prefix, arguments = file.prefix, ", ".join(file.arguments)
     first = file.first.name

@@ -52,8 +52,8 @@ _REGULAR = """
 """
 
 
-def emit_modelica(program: Program, *, contract: bool = False, version: str = "") -> str:
-    """The text of `<name>.mo`; results are vectors, of matrices row by row. `contract` is there as in other emitters."""
+def emit_modelica(program: Program, *, version: str = "") -> str:
+    """The text of `<name>.mo`; results are vectors, of matrices row by row."""
     file = file_of(program, _MODELICA, ("kane_regular",))
     call = [
         f"Call:     {file.prefix}.{file.first.name}({', '.join(file.arguments)}), of matrices row by row;",

@@ -61,10 +61,10 @@ def _vector(values, table, name):
 '''
 
 
-def emit_numpy(program: Program, *, contract: bool = False, version: str = "") -> str:
+def emit_numpy(program: Program, *, version: str = "") -> str:
     """The text of the module: a table for each vector, `hoist(parameters)` and `<routine>(ports)` for each routine.
 
-    `contract` is there as in other emitters; NumPy rounds each operation by itself.
+    NumPy rounds each operation by itself.
     """
     module = python_module(program)
     vectors = sorted(module.tables, key=lambda port: not port.hoisted)

@@ -121,13 +121,13 @@ _TORCH = _Arrays(
 )
 
 
-def emit_jax(program: Program, *, contract: bool = False, version: str = "") -> str:
-    """The text of a module for JAX; `contract` is there as in other emitters."""
+def emit_jax(program: Program, *, version: str = "") -> str:
+    """The text of a module for JAX."""
     return _emit(program, _JAX, version)
 
 
-def emit_torch(program: Program, *, contract: bool = False, version: str = "") -> str:
-    """The text of a module for PyTorch; `contract` is there as in other emitters."""
+def emit_torch(program: Program, *, version: str = "") -> str:
+    """The text of a module for PyTorch."""
     return _emit(program, _TORCH, version)
 
 

@@ -32,8 +32,8 @@ _CASADI = Language(
 )
 
 
-def emit_casadi(program: Program, *, contract: bool = False, version: str = "") -> str:
-    """The text of a module; each routine is a function of SX, DM or numbers. `contract` is there as in other emitters."""
+def emit_casadi(program: Program, *, version: str = "") -> str:
+    """The text of a module; each routine is a function of SX, DM or numbers."""
     file = file_of(program, _CASADI, ("SIZES", "DEFAULTS", "ROUTINES", "function", "out", "routine", "given"))
     hoist, *routines = file.functions
     arguments = ", ".join(file.arguments)
@@ -128,11 +128,8 @@ class Steps(list):
 '''
 
 
-def emit_sympy(program: Program, *, contract: bool = False, version: str = "") -> str:
-    """The text of a module; each routine gives (intermediates, results) as `sympy.cse` does, so that nothing grows.
-
-    `contract` is there as in other emitters.
-    """
+def emit_sympy(program: Program, *, version: str = "") -> str:
+    """The text of a module; each routine gives (intermediates, results) as `sympy.cse` does, so that nothing grows."""
     file = file_of(program, _SYMPY, ("steps", "SYMBOLS"), whole=True)
     routines = file.functions[1:]
     call = [

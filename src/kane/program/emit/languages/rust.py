@@ -89,7 +89,7 @@ class RustPrinter(StraightPrinter):
         self.add(f"let ({sine}, {cosine}) = kane_sincos({self.names[angle]});")
 
 
-def emit_cargo(program: Program, *, contract: bool = False, version: str = "") -> str:
+def emit_cargo(program: Program, *, version: str = "") -> str:
     """The text of `Cargo.toml`, which belongs to the `src/lib.rs` of `emit_rust`."""
     name = (identifier(program.name) or "system").lower()
     lines = [
@@ -101,10 +101,10 @@ def emit_cargo(program: Program, *, contract: bool = False, version: str = "") -
     return "\n".join([*lines, 'edition = "2021"', 'rust-version = "1.63"', "", "[dependencies]", ""])
 
 
-def emit_rust(program: Program, *, contract: bool = False, version: str = "") -> str:
+def emit_rust(program: Program, *, version: str = "") -> str:
     """The text of `src/lib.rs`: `hoist(p, h)` and `<routine>(ports, h, out)`, arrays of fixed length.
 
-    Rust rounds each operation by itself; `contract` is there as in other emitters.
+    Rust rounds each operation by itself.
     """
     file = file_of(program, _RUST, ("w", "DEFAULTS"), style=_STYLE, printer=RustPrinter)
     hoist, *routines = file.functions
