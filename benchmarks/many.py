@@ -79,11 +79,11 @@ class TwoProcesses:
         return list(self.pool.map(_end, self.halves))
 
 
-def _seconds(call: Callable[[], object]) -> float:
-    """The median of five whole calls after the first."""
+def _seconds(call: Callable[[], object], turns: int = 5) -> float:
+    """The median of whole calls after the first."""
     call()
     times = []
-    for _ in range(5):
+    for _ in range(turns):
         begin = perf_counter()
         call()
         times.append(perf_counter() - begin)
@@ -130,7 +130,7 @@ def platform(count: int) -> None:
     _of_poses("platform", count, assemble, kn.inverse(eom, forces), (given, dict.fromkeys(forces, 0.0)), eom)
     held = partial(kn.trim, eom, inputs=dict.fromkeys(forces, kn.guess(0.0)))
     few, many = ({**{name: x[:k] if np.ndim(x) else x for name, x in path.items()}, **legs} for k in (2, count))
-    first, whole = _seconds(lambda: held(q=few)), _seconds(lambda: held(q=many))
+    first, whole = _seconds(lambda: held(q=few), 1), _seconds(lambda: held(q=many), 1)
     print(f"platform, trim: {whole:.2f} s for {count} poses, {first:.2f} s for two")
 
 

@@ -11,6 +11,7 @@ A steady motion may move coordinates on which nothing depends: those from which 
 read off A at the state, and tried at states displaced along what moves.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -92,7 +93,7 @@ class Flow:
     """F, A, B at a state. `rest` is F, `mass` the mass matrix of the independent speeds, `moves` δ(q, u, a, r) of δ(ξ_I, u_I, a, r).
 
     `terms` are the sizes of the terms of F. `scale` says how far equal energies move each x, in the time 1/`pace`: D⁻¹ A D with the
-    diagonal D is the same in any units. `answers` is δ(u̇, λ, R) of the same; `run` evaluates it all.
+    diagonal D is the same in any units. `answers` is δ(u̇, λ, R) of the same; `run` evaluates it all, and `solve` gives (u̇, λ, R).
     """
 
     numeric: Numeric[Equations]
@@ -100,6 +101,7 @@ class Flow:
     state: StateArrays
     choice: Preference
     values: Values
+    solve: Callable[[Array], Array]
     slopes: Slopes
     z: Array
     tangents: Tangents
@@ -128,15 +130,27 @@ class Flow:
 
 
 @np.errstate(invalid="ignore")
-def flow_at(numeric: Numeric[Equations], state: StateArrays, choice: Preference, run: Run | None = None) -> Flow:
-    """F and its derivatives at a state on the constraints, by compiled code unless something else is to `run`."""
+def flow_at(
+    numeric: Numeric[Equations],
+    state: StateArrays,
+    choice: Preference,
+    run: Run | None = None,
+    known: Flow | None = None,
+) -> Flow:
+    """F and its derivatives at a state on the constraints, by compiled code unless something else is to `run`.
+
+    A flow that is `known` there, with another choice, has what does not depend on it.
+    """
     run = run or coded(numeric)
     eom, perturbed = numeric.equations, numeric.value(perturbations)
     nq, n = len(eom.coordinates), len(eom.speeds)
-    values = values_at(run, state)
-    solve = solver(eom, values, state)
-    z = solve(values.right)
-    slopes = slopes_at(run, state, z)
+    if known is None:
+        values = values_at(run, state)
+        solve = solver(eom, values, state)
+        z = solve(values.right)
+        slopes = slopes_at(run, state, z)
+    else:
+        values, solve, z, slopes = known.values, known.solve, known.z, known.slopes
     held = values.constraints(n)
     m = values.matrix[:n, :n]
     given_u = choice.u or _own(eom, held, m)
@@ -157,15 +171,16 @@ def flow_at(numeric: Numeric[Equations], state: StateArrays, choice: Preference,
     rows = np.vstack([own[free_q], answers[:n][free_u], slopes.states @ moves])
     rest = np.concatenate([rates[free_q], z[:n][free_u], values.states])
     a, b = rows[:, : len(rows)], rows[:, len(rows) :]
-    size = magnitudes(eom, values, slopes, z, state.x[nq : nq + n])
+    size = known.magnitudes if known else magnitudes(eom, values, slopes, z, state.x[nq : nq + n])
     terms, far = np.append(size.rates[plain], size.spins), np.linalg.norm(rate_slopes[:, nq : nq + n] @ root, axis=1)
     terms = np.concatenate([terms[free_q], size.accelerations[free_u], values.state_terms])
     scale = np.append(far[free_q] / (size.pace or 1.0), np.linalg.norm(root, axis=1)[free_u])
     scale = _with_states(scale, a, size.pace or 1.0)
     mass = tangent.b.T @ m @ tangent.b
     return Flow(
-        numeric, run, state, choice, values, slopes, z, tangent, rest, a, b, mass, moves, answers, size, terms, scale
-    )
+        numeric, run, state, choice, values, solve, slopes, z, tangent, rest, a, b, mass, moves, answers, size, terms,
+        scale,
+    )  # fmt: skip
 
 
 def _with_states(scale: Array, a: Array, pace: float) -> Array:

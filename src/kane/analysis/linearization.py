@@ -200,7 +200,7 @@ def _flow(
     verdict = steadiness(flow, tolerance)
     if verdict.holds or fixed or eom.embedding is None:
         return flow, verdict
-    second = flow_at(numeric, state, Preference(choice.q, changing(flow, tolerance)))
+    second = flow_at(numeric, state, Preference(choice.q, changing(flow, tolerance)), known=flow)
     again = steadiness(second, tolerance)
     return (second, again) if again.holds else (flow, verdict)
 

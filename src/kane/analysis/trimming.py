@@ -96,7 +96,7 @@ def freest(flow: Flow) -> Flow:
         dependent = [i for i in range(count) if i not in free]
         for i, d in product(free, dependent):
             choice = Preference(flow.choice.q, (i, *(k for k in dependent if k != d)))
-            other = flow_at(flow.numeric, flow.state, choice)
+            other = flow_at(flow.numeric, flow.state, choice, known=flow)
             fewer = int(_matter(other)[: other.counts[0]].sum())
             if fewer < least:
                 flow, least, again = other, fewer, True

@@ -104,11 +104,10 @@ def singular(a: Array) -> Singular:
     return Singular(*np.linalg.svd(a))
 
 
-def surely_regular(a: Array, threshold: float, inverse: Array | None = None) -> Mask:
+def surely_regular(a: Array, threshold: float) -> Mask:
     """Of which matrices (k × m × n, m ≤ n) the least singular value counts, by σ_m ≥ 1/‖A⁻¹‖ and σ_1 ≤ ‖A‖ in Frobenius' norm.
 
-    Of wide ones by A Aᵀ, whose singular values are σ². Where the bound leaves doubt nothing is said. The `inverse` of square ones may
-    be known.
+    Of wide ones by A Aᵀ, whose singular values are σ². Where the bound leaves doubt nothing is said.
     """
     whole = np.asarray(np.isfinite(a).all(axis=(1, 2)))
     m, power = a.shape[1], 1 if a.shape[1] == a.shape[2] else 2
@@ -116,8 +115,7 @@ def surely_regular(a: Array, threshold: float, inverse: Array | None = None) -> 
     if not whole.all():
         inner = np.where(whole[:, None, None], inner, np.eye(m))
     try:
-        own: Array = np.asarray(np.linalg.inv(inner)) if inverse is None else inverse
-        share = 1 / np.sqrt(_squares(inner) * _squares(own))
+        share = 1 / np.sqrt(_squares(inner) * _squares(np.asarray(np.linalg.inv(inner))))
     except np.linalg.LinAlgError:  # where one is singular there is no inverse of any
         values = np.linalg.svd(inner, compute_uv=False)
         share = values[:, -1] / np.maximum(values[:, 0], np.finfo(float).tiny)
