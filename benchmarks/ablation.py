@@ -22,7 +22,7 @@ from typing import Any
 import kane as kn
 from benchmarks.systems import COUNTED
 from kane.dynamics.formulation.candidates import TRIED, Tried
-from kane.dynamics.formulation.table import FINISHES, shortest, without_held_forces
+from kane.dynamics.formulation.table import FINISHES, shortest, without_constraint_forces
 from kane.dynamics.solved import Solved
 from kane.equations.compiled import program
 from kane.gallery import GALLERY, load
@@ -75,7 +75,7 @@ def operations(of: Program) -> int:
 
 
 def _search(tried: Tried = TRIED, finishes: Sequence[Any] = FINISHES) -> Callable[..., Solved]:
-    return without_held_forces(partial(shortest, tried=tried, finishes=finishes))
+    return without_constraint_forces(partial(shortest, tried=tried, finishes=finishes))
 
 
 def searches() -> dict[str, Callable[..., Solved]]:

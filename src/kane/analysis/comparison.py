@@ -191,11 +191,11 @@ def _condition(a: Array, sizes: Callable[[Array], Array]) -> Array:
     """cond A (n), measured by the sizes that follow from those that its entries usually have."""
     finite: Mask = np.asarray(np.isfinite(a).all(axis=(1, 2)))
     usual = np.median(np.abs(a[finite]), axis=0) if finite.any() else np.ones(a.shape[1:])
-    found = np.full(len(a), np.inf)
+    result = np.full(len(a), np.inf)
     with np.errstate(divide="ignore"):
         values = np.linalg.svd(a[finite] / sizes(usual), compute_uv=False)
-        found[finite] = values[:, 0] / values[:, -1]
-    return found
+        result[finite] = values[:, 0] / values[:, -1]
+    return result
 
 
 def _of_entries(usual: Array) -> Array:

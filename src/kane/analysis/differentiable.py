@@ -109,13 +109,13 @@ def one_side(sides: Sides, side: Side) -> Piece:
 
 
 def _led_into(every: Sequence[Piece], d: Array) -> list[Piece]:
-    found = []
+    result = []
     for p in every:
         change = p.gradients @ d
         noise = EPS * (np.abs(p.gradients) @ np.abs(d))
         if (np.array(p.signs) * change >= -noise).all() and not np.isnan(change).any():
-            found.append(p)
-    return found
+            result.append(p)
+    return result
 
 
 def warn_of_jumps(numeric: Numeric[Equations], state: StateArrays, tolerance: float) -> None:
@@ -129,7 +129,7 @@ def warn_of_jumps(numeric: Numeric[Equations], state: StateArrays, tolerance: fl
     found = difference(sides) if sides else None
     if sides and found and found.jumps.any():
         warn(
-            f"Expected a steady motion that small disturbances leave near itself, got one at which {told(sides, found)}: "
+            f"Expected a steady motion that small disturbances leave near itself, got one at which {difference_text(sides, found)}: "
             f"{jumping(sides, found)}. It lasts where both sides lead back, as dry friction does at rest."
         )
 
@@ -140,7 +140,7 @@ def warn_of_jumps(numeric: Numeric[Equations], state: StateArrays, tolerance: fl
 def corner_error(sides: Sides) -> CornerError:
     """Which switches leave the derivative open, and what to do."""
     found = difference(sides)
-    what = told(sides, found)
+    what = difference_text(sides, found)
     if found.jumps.any():
         error = CornerError(
             f"Expected a state at which the equations have a value and a derivative, got one at which {what}: "
@@ -156,19 +156,19 @@ def corner_error(sides: Sides) -> CornerError:
     return error
 
 
-def told(sides: Sides, found: Difference) -> str:
+def difference_text(sides: Sides, found: Difference) -> str:
     """The switches that make a difference, with what they turn at and where they stand."""
     eom = sides.corner.flow.numeric.equations
     texts = []
     for k in found.switches[:_TOLD]:
         s = sides.switches[k]
-        node, place = _place(eom, sides.corner.outputs, s.nodes)
+        node, place = _declaration_of(eom, sides.corner.outputs, s.nodes)
         texts.append(f"{cut(str(node), 80)}{place} turns at {cut(str(s.quantity))} = 0")
     more = len(found.switches) - _TOLD
     return "; ".join(texts) + (f"; and {more} more" if more > 0 else "")
 
 
-def _place(eom: Equations, outputs: Outputs, nodes: Sequence[Expr]) -> tuple[Expr, str]:
+def _declaration_of(eom: Equations, outputs: Outputs, nodes: Sequence[Expr]) -> tuple[Expr, str]:
     """Which of the nodes stands in a declaration, and in which."""
     wanted = set(nodes)
     loads = eom.solved.regular.declared_loads

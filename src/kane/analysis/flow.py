@@ -153,7 +153,7 @@ def flow_at(
         values, solve, z, slopes = known.values, known.solve, known.z, known.slopes
     held = values.constraints(n)
     m = values.matrix[:n, :n]
-    given_u = choice.u or _own(eom, held, m)
+    given_u = choice.u or _dependent_speeds_of(eom, held, m)
     t, plain = spread(perturbed, state.x[:nq]), list(perturbed.coordinates)
 
     def by_xi(slope: Array) -> Array:
@@ -200,7 +200,7 @@ def _with_states(scale: Array, a: Array, pace: float) -> Array:
     return np.where(whole > 0, whole, 1.0)
 
 
-def _own(eom: Equations, a: Array, m: Array) -> tuple[int, ...]:
+def _dependent_speeds_of(eom: Equations, a: Array, m: Array) -> tuple[int, ...]:
     """The dependent speeds of the equations, where they are well determined."""
     if eom.embedding is None:
         return ()

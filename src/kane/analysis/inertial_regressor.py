@@ -199,7 +199,7 @@ class Regressor(Attributes):
             u = {s: float(rng.normal()) for s in eom.speeds}
             accelerations = rng.normal(size=len(eom.speeds))
             try:
-                found.append(self._kept(q, u, accelerations, parameters))
+                found.append(self._on_constraints(q, u, accelerations, parameters))
             except KaneError:
                 continue
             if len(found) == count:
@@ -213,7 +213,7 @@ class Regressor(Attributes):
             f"{count} that were drawn. Give near=, coordinates at which the mechanism closes."
         )
 
-    def _kept(
+    def _on_constraints(
         self, q: Mapping[Any, float], u: Mapping[Any, float], accelerations: Array, parameters: Any
     ) -> tuple[Mapping[Any, float], Mapping[Any, float], Array]:
         """A state near this one on the constraints, with accelerations that keep them."""

@@ -114,7 +114,7 @@ class Linear(Attributes):
         """Whether every eigenvalue has a negative real part."""
         return bool(np.all(self.eigenvalues.real < 0))
 
-    def _places(self, states: Sequence[Any]) -> list[int]:
+    def _indices(self, states: Sequence[Any]) -> list[int]:
         names = [x.name if isinstance(x, Symbol) else x for x in states]
         unknown = (n for n in names if n not in self.states)
         cure = "The others follow from the constraints; independent= chooses which."
@@ -130,7 +130,7 @@ class Linear(Attributes):
             if a state that is kept, or an output, depends on one that is left out
         """
         names = self.cyclic if states == ("cyclic",) else states
-        gone = self._places(names)
+        gone = self._indices(names)
         keep = [i for i in range(len(self.states)) if i not in gone]
         own = [self.states[i] for i in keep]
         self._check_untied(self.A[keep], self.A, own if states != ("cyclic",) else [], gone)
@@ -170,7 +170,7 @@ class Linear(Attributes):
         cure = "Use A and B; a state by which nothing else changes may be left out: linear.without(…)."
         expect.none(self.further, expected, "the further states {}", cure, error=SimulationError)
         count = len(self.coordinates)
-        q = list(range(count)) if coordinates == "all" else self._places(coordinates)
+        q = list(range(count)) if coordinates == "all" else self._indices(coordinates)
         wrong = (self.states[i] for i in q if i >= count)
         expect.none(wrong, "coordinates for the second-order form", "the speeds {}", error=SimulationError)
         u = slice(count, len(self.states))

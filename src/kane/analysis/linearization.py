@@ -97,8 +97,8 @@ class Linearizer(Attributes):
             many = whole
 
         def alone(k: int, names: Sequence[str]) -> Linear:
-            found: Linear = self(many.state(k), independent=names or independent, **options)
-            return found
+            result: Linear = self(many.state(k), independent=names or independent, **options)
+            return result
 
         together = not (options["steady"] or options["leave_out"] or options["side"])
         return linearized(many, eom.numeric(self.settings), self.outputs, alone, together)

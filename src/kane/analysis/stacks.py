@@ -73,9 +73,9 @@ def solve_each(
     The inverse is empty where it is not asked for.
     """
     count, m, sides = len(a.rows), len(a.places), b.places.shape[1]
-    found = Stack(a, np.empty((count, m, sides)), np.empty((count, m, m) if inverse else 0), np.empty(count))
-    _run(_compiled(settings), b, found, order, rounding)
-    return found
+    result = Stack(a, np.empty((count, m, sides)), np.empty((count, m, m) if inverse else 0), np.empty(count))
+    _run(_compiled(settings), b, result, order, rounding)
+    return result
 
 
 def surely_independent(a: Entries, threshold: float, settings: Settings) -> Mask:

@@ -15,7 +15,7 @@ from kane.equations.state import Guess
 from kane.errors import SimulationError, ValueMissingError
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol, time
-from kane.numeric.arrays import Array, first_place
+from kane.numeric.arrays import Array, first_index
 from kane.numeric.rank import negative_direction
 from kane.numeric.sampling import finite_number, named_values
 from kane.numeric.scale import GIVEN, TAKES_PART
@@ -99,9 +99,9 @@ def start_state(eom: Equations, q: Any, u: Any, states: Any = None) -> Array:
 
 def _numbers(what: str, symbols: Sequence[Symbol], given: Any) -> list[float]:
     if type(given) is np.ndarray and given.shape == (len(symbols),) and given.dtype == float:
-        found: list[float] = given.tolist()
-        if all(map(math.isfinite, found)):
-            return found
+        result: list[float] = given.tolist()
+        if all(map(math.isfinite, result)):
+            return result
     values = named_values(what, symbols, given)
     missing, cure = (s.name for s in symbols if s not in values), "Give one for each, by symbol or name."
     expect.none(missing, f"a start value for all {what}", "none for {}", cure, error=ValueMissingError)
@@ -146,7 +146,7 @@ def check_branch(eom: Equations, q: Array, rest: Mapping[Expr, Any], what: str, 
     angles = conditions.at(rest).turned(q)
     away = angles.any(axis=-1)
     if away.any():
-        first = first_place(away)
+        first = first_index(away)
         where = f" at index {first.written}" if first.place else ""
         turned = turned_closures(conditions.branches, angles[first.place])
         raise SimulationError(

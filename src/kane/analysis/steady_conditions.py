@@ -94,7 +94,7 @@ class Conditions:
     def __call__(self, x: Array) -> tuple[Array, Array]:
         """F and ∂F/∂X."""
         values, z, slopes, solve = self.numbers(x)
-        places, held = self._places(x, values, slopes)
+        places, held = self._residuals(x, values, slopes)
         f, j = list(places), list(held)
         if not self.constraints_only:
             plain, n = list(self.perturbed.coordinates), len(self.eom.speeds)
@@ -115,7 +115,7 @@ class Conditions:
         held = [values.configuration_terms, np.ones(len(self.perturbed.sets)), size.motion]
         terms = np.concatenate([*held, size.rates[plain], size.spins, size.accelerations, values.state_terms])
         pushed = np.maximum(np.abs(size.inverse @ slopes.residual[:n]), np.abs(solve(slopes.residual)[:n]))
-        moved = self._places(x, values, slopes)[1]
+        moved = self._residuals(x, values, slopes)[1]
         j = np.abs(np.vstack([*moved, slopes.rates[plain], slopes.spins, pushed, slopes.states]))
         start, states = sum(map(len, held)), len(values.states)
         changed = [*(i - n for i in self.steady), *self.further]
@@ -138,7 +138,7 @@ class Conditions:
             slopes = Slopes(*map(np.hstack, pairs))
         return values, z, slopes, solve
 
-    def _places(self, x: Array, values: Values, slopes: Slopes) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+    def _residuals(self, x: Array, values: Values, slopes: Slopes) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
         """f, eᵀe − 1, A u + b and their derivatives."""
         sets = self.perturbed.sets
         norms, norm_slopes = np.zeros(len(sets)), np.zeros((len(sets), len(x)))
@@ -227,6 +227,6 @@ def shares(conditions: Conditions, x: Array) -> Array:
     """What is left of each condition, over the size of its terms."""
     f, held = conditions(x)[0], len(conditions.eom.system.holonomic)
     sizes = conditions.sizes(x).terms
-    found = share(f, sizes)
-    found[:held] = open_shares(conditions.eom, f[:held], sizes[:held], conditions.state(x).given(conditions.eom))
-    return found
+    result = share(f, sizes)
+    result[:held] = open_shares(conditions.eom, f[:held], sizes[:held], conditions.state(x).given(conditions.eom))
+    return result

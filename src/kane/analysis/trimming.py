@@ -197,9 +197,9 @@ def _found(task: Problem, tolerance: float) -> State:
     expect.none(undetermined(task, x, task.missing), expected, came, cure, error=ValueMissingError)
     arrays = closed(numeric, task.conditions.state(x))
     warn_of_jumps(numeric, arrays, tolerance)
-    found = state_from(numeric.equations, arrays)
-    warn_of_contacts(numeric.equations, [found])
-    return found
+    result = state_from(numeric.equations, arrays)
+    warn_of_contacts(numeric.equations, [result])
+    return result
 
 
 def _of_many(many: Poses, numeric: Numeric[Equations], options: tuple[Sequence[Any], Sequence[Any], float]) -> Any:

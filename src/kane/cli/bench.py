@@ -13,7 +13,7 @@ import typer
 import kane as kn
 from kane.cli import screen
 from kane.cli.models import AsJson, Name, model_of
-from kane.cli.screen import own_code
+from kane.cli.screen import user_code
 from kane.cli.simulate import NamedStart, start
 from kane.progress import working
 
@@ -23,7 +23,7 @@ _ROUNDS, _LEAST, _BATCH = 7, 0.01, 4096
 def bench(name: Name, as_json: AsJson = False) -> None:
     """Time the derivation, the compilation and one evaluation of MODEL; count its operations."""
     model = model_of(name)
-    with working("Measuring"), own_code(model.path):
+    with working("Measuring"), user_code(model.path):
         derive_s, eom = _first(lambda: kn.derive(model.system))
         begin = start(model, eom, {})
         values = {p.name: 1.0 for p in eom.parameters if p.default is None} | dict(begin.parameters)

@@ -16,7 +16,7 @@ from kane.analysis.state_checks import start_state
 from kane.cli import screen
 from kane.cli.derive import derived
 from kane.cli.models import AsJson, Name, NamedModel, model_of
-from kane.cli.screen import Misuse, UserError, message_of, own_code, place_of, shown
+from kane.cli.screen import Misuse, UserError, message_of, shown, user_code, warning_location
 from kane.cli.simulate import NamedStart, start
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.poles import AdmittedSpeeds, moving_pivots
@@ -87,7 +87,7 @@ def show(what: Mapping[str, Any], told: Sequence[str]) -> None:
             [(u["name"], f"= {_brief(u['definition'])}", _kind(u, what), *_words(u)[1:]) for u in what["speeds"]],
         ),
         ("Constraints", [(c["name"], c["kind"], f"{_brief(c['expression'])} = 0") for c in what["constraints"]]),
-        ("Reactions", [(r["name"], r["unit"], _place(r)) for r in what["reactions"]]),
+        ("Reactions", [(r["name"], r["unit"], _location(r)) for r in what["reactions"]]),
         ("Further states", [(a["name"], f"' = {_brief(a['rate'])}", *_words(a)[1:]) for a in what["states"]]),
         ("Loads", [(x["name"], "with a potential" if x["potential"] else "does work") for x in what["loads"]]),
         ("Inputs", [_words(r) for r in what["inputs"]]),
@@ -117,7 +117,7 @@ def _words(s: Mapping[str, str]) -> tuple[str, str, str]:
     return (s["name"], s["unit"], s["description"])
 
 
-def _place(r: Mapping[str, str]) -> str:
+def _location(r: Mapping[str, str]) -> str:
     if not r["at"]:
         return r["description"]
     return f"at {r['at']}, along {_brief(r['along'])}" if r["along"] else f"holds {r['at']}"
@@ -145,7 +145,7 @@ def check(name: Name, as_json: AsJson = False) -> None:
             eom = derived(model)
             took = time.perf_counter() - began
             begin = start(model, eom, {})
-            with own_code(model.path, "START"):
+            with user_code(model.path, "START"):
                 numbers = _check_start(model, eom, begin)
     except (KaneError, UserError) as error:
         if not as_json or isinstance(error, Misuse):
@@ -161,7 +161,7 @@ def check(name: Name, as_json: AsJson = False) -> None:
         if as_json:
             screen.as_json(what)
         else:
-            placed = ["\n  ".join(filter(None, (str(w.message), place_of(w, model.path)))) for w in caught]
+            placed = ["\n  ".join(filter(None, (str(w.message), warning_location(w, model.path)))) for w in caught]
             show(what, [*placed, *doubtful])
 
 

@@ -13,7 +13,7 @@ import typer
 import kane as kn
 from kane.cli import screen
 from kane.cli.models import KINDS, Force, Out, imported, model_of, names_like
-from kane.cli.screen import Misuse, own_code, short
+from kane.cli.screen import Misuse, short, user_code
 from kane.equations.state import Guess
 from kane.errors import cut
 from kane.gallery import GALLERY
@@ -96,7 +96,7 @@ def _reader(path: Path) -> str:
 
 def _of_python(path: Path, name: str) -> tuple[str, list[str]]:
     """An object of a Python file: a kane System, or what `kn.from_sympy_mechanics` reads."""
-    with own_code(path), redirect_stdout(sys.stderr):
+    with user_code(path), redirect_stdout(sys.stderr):
         module = imported(path)
         found: Any = getattr(module, name, None)
         if found is None:

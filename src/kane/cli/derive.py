@@ -12,7 +12,7 @@ import kane as kn
 from kane.cli import screen
 from kane.cli.manual import Command, Guarded
 from kane.cli.models import KINDS, AsJson, Force, Name, NamedModel, Out, model_of
-from kane.cli.screen import Misuse, columns, own_code
+from kane.cli.screen import Misuse, columns, user_code
 from kane.dynamics.readings.seven_steps import Step
 from kane.errors import ValueMissingError
 from kane.interop.fmu import to_fmu, unit_name
@@ -45,7 +45,7 @@ def derive(
 
 def derived(model: NamedModel) -> kn.Equations:
     """The model's equations; says so where they take long."""
-    with working("Deriving"), own_code(model.path, "System"):
+    with working("Deriving"), user_code(model.path, "System"):
         return kn.derive(model.system)
 
 
@@ -152,7 +152,7 @@ def _write_unit(path: Path, model: NamedModel, eom: kn.Equations, called: str, m
     t = model.span[0]
     given = {kind: dict(model.start[kind]) for kind in KINDS if model.start.get(kind)}
     given["inputs"] = {name: f(t) if callable(f) else f for name, f in given.get("inputs", {}).items()}
-    with own_code(model.path, "START"):
+    with user_code(model.path, "START"):
         try:
             unit = to_fmu(eom, path, name=called, title=model.title, method=method or "dop853", t=t, **given)
         except ValueMissingError as error:

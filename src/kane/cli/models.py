@@ -20,7 +20,7 @@ import typer
 
 import kane as kn
 from kane.cli import screen
-from kane.cli.screen import Misuse, own_code, short
+from kane.cli.screen import Misuse, short, user_code
 from kane.errors import ModelError, alike, cut
 from kane.gallery import GALLERY, load
 from kane.present.scene.shapes import BodyShape
@@ -65,7 +65,7 @@ def model_of(text: str) -> NamedModel:
     if path.suffix.lower() in OF_OTHERS:
         cure = f"`kane convert {path} -o model.py` makes one of it."
         raise Misuse(f"Expected a system of the gallery or a Python file as MODEL, got {path}. {cure}")
-    with own_code(path), redirect_stdout(sys.stderr):  # what the file prints must not mix with results
+    with user_code(path), redirect_stdout(sys.stderr):  # what the file prints must not mix with results
         return _model(path.stem, imported(path), path, {}, function)
 
 
@@ -132,11 +132,11 @@ def _model(
     if not isinstance(system, kn.System):
         cure = "end it with `return kn.System(…)`" if system is None else "return the System itself"
         raise ModelError(f"Expected {function}() in {where} to return a kn.System, got {_kind(system)}: {cure}.")
-    with own_code(path, "START"):
+    with user_code(path, "START"):
         begin = _start(getattr(module, "START", start), where)
-    with own_code(path, "SPAN"):
+    with user_code(path, "SPAN"):
         span = _span(getattr(module, "SPAN", (0.0, 5.0)), where)
-    with own_code(path, "shapes"):
+    with user_code(path, "shapes"):
         drawn = getattr(module, "shapes", None)
         shapes = tuple(drawn(system)) if callable(drawn) else ()
     title, sources = getattr(module, "TITLE", name.replace("_", " ")), getattr(module, "SOURCES", ())

@@ -101,10 +101,10 @@ def guarded() -> Iterator[None]:
 def _misused(error: Any) -> str:
     """What is wrong with the arguments of the command, and where they are explained."""
     path = error.ctx.command_path if error.ctx else "kane"
-    return f"{_told(error, path)}\nSee `{path} --help`."
+    return f"{_error_message(error, path)}\nSee `{path} --help`."
 
 
-def _told(error: Any, path: str) -> str:
+def _error_message(error: Any, path: str) -> str:
     command, param = getattr(error.ctx, "command", None), getattr(error, "param", None)
     strange = re.match(r"No such command '(.*?)'", str(error.message))
     if strange:
@@ -189,7 +189,7 @@ def prose(text: str) -> list[str]:
 
 
 @contextmanager
-def own_code(path: Path | None, about: str = "") -> Iterator[None]:
+def user_code(path: Path | None, about: str = "") -> Iterator[None]:
     """Run code that may be the user's, of the model file `path`.
 
     A KaneError gets a note of the line it arose in, or, where that is none of the user's, of the line that calls or sets `about`; any
@@ -203,11 +203,11 @@ def own_code(path: Path | None, about: str = "") -> Iterator[None]:
     except KaneError as error:
         frames = _theirs(traceback.extract_tb(error.__traceback__), path)
         if frames:
-            error.add_note(_place(frames[-1].filename, frames[-1].lineno, frames[-1].line))
+            error.add_note(_location(frames[-1].filename, frames[-1].lineno, frames[-1].line))
         elif isinstance(error, Misuse) or hasattr(error, "__notes__"):
             pass  # the command's options are wrong, or a line is named already
         elif about and (place := _line_of(about, path)) is not None:
-            error.add_note(_place(path, *place))
+            error.add_note(_location(path, *place))
         raise
     except SystemExit as error:
         text = (
@@ -221,14 +221,14 @@ def own_code(path: Path | None, about: str = "") -> Iterator[None]:
         raise
 
 
-def place_of(warning: warnings.WarningMessage, path: Path | None) -> str:
+def warning_location(warning: warnings.WarningMessage, path: Path | None) -> str:
     """Where in the user's code a warning arose; empty where it did elsewhere."""
     if path is None or not _is_theirs(warning.filename, path):
         return ""
-    return _place(warning.filename, warning.lineno, linecache.getline(warning.filename, warning.lineno))
+    return _location(warning.filename, warning.lineno, linecache.getline(warning.filename, warning.lineno))
 
 
-def _place(file: str | Path, line: int | None, text: str | None) -> str:
+def _location(file: str | Path, line: int | None, text: str | None) -> str:
     where = f"in {short(file)}, line {line}: "
     room = max(columns() - len(where) - 4, 20)
     code = (text or "").strip()

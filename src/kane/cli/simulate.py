@@ -16,7 +16,7 @@ import kane as kn
 from kane.cli import screen
 from kane.cli.derive import derived
 from kane.cli.models import KINDS, AsJson, End, Force, Inputs, Name, NamedModel, Out, Parameters, Q, States, U, model_of
-from kane.cli.screen import Misuse, own_code
+from kane.cli.screen import Misuse, user_code
 from kane.cli.steady import steady_chapters
 from kane.dynamics.poles import KinematicsEnd
 from kane.errors import ArgumentError, ModelError, ValueMissingError, alike
@@ -44,7 +44,7 @@ def start(model: NamedModel, eom: kn.Equations, told: Mapping[str, Sequence[str]
 
     A name that the system does not have is Misuse in `told`, and a ModelError in START.
     """
-    with own_code(model.path, "START"):
+    with user_code(model.path, "START"):
         begin = declared_start(model, eom, told)
         return _assembled(eom, begin, model.span[0]) if eom.system.constraints else begin
 
@@ -125,7 +125,7 @@ def motion(model: NamedModel, eom: kn.Equations, begin: NamedStart, end: float |
     span = (model.span[0], model.span[1] if end is None else end)
     if not span[1] > span[0]:
         raise Misuse(f"Expected the motion to end after its start at {span[0]:g} s, got --t1 {span[1]:g}.")
-    with working("Simulating"), own_code(model.path, "START"):
+    with working("Simulating"), user_code(model.path, "START"):
         solution = kn.simulate(
             eom, span, q=begin.q, u=begin.u, parameters=begin.parameters, inputs=begin.inputs, states=begin.states
         )

@@ -16,13 +16,13 @@ def steady_chapters(eom: kn.Equations, begin: Any, linearization: bool, locus: s
     """What `report` is given: the steady motion or equilibrium to which START is a guess, linearized; the branch NAME=LOW:HIGH."""
     guesses = {kind: {s: kn.guess(float(v)) for s, v in getattr(begin, kind).items()} for kind in ("q", "u", "states")}
     given: dict[str, Any] = {**guesses, "parameters": begin.parameters, "inputs": begin.inputs}
-    found: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     if linearization:
-        found["linearization"] = kn.linearize(eom, kn.trim(eom, **given))
+        result["linearization"] = kn.linearize(eom, kn.trim(eom, **given))
     if locus is not None:
         name, low, high = _range(locus)
-        found["root_locus"] = kn.analysis.continuation(eom, name, np.linspace(low, high, _POINTS).tolist(), **given)
-    return found
+        result["root_locus"] = kn.analysis.continuation(eom, name, np.linspace(low, high, _POINTS).tolist(), **given)
+    return result
 
 
 def _range(text: str) -> tuple[str, float, float]:

@@ -13,7 +13,7 @@ import kane as kn
 from kane.cli import screen
 from kane.cli.derive import derived
 from kane.cli.models import KINDS, AsJson, Inputs, Name, NamedModel, Parameters, Q, States, U, model_of
-from kane.cli.screen import Misuse, own_code
+from kane.cli.screen import Misuse, user_code
 from kane.cli.simulate import NamedStart, check_complete, declared_start
 from kane.errors import alike, cut
 
@@ -58,7 +58,7 @@ def sweep(
     eom = derived(model)
     told = {"q": q, "u": u, "parameters": parameter, "inputs": input, "states": state}
     drawn = _design(design, sampler, eom)
-    with own_code(model.path, "START"):
+    with user_code(model.path, "START"):
         begin = _without(declared_start(model, eom, told), drawn, ("--q", "--u") if eom.system.constraints else ())
         runs = kn.simulate_many(
             eom, span or model.span, **begin, design=drawn, sampler=sampler, count=count, seed=seed, samples=samples,
@@ -76,7 +76,7 @@ def _design(texts: Sequence[str], sampler: str, eom: kn.Equations) -> dict[str, 
     """Bounds or levels by name."""
     sign, form = (",", "NAME=A,B,C") if sampler == "product" else (":", "NAME=LOW:HIGH")
     symbols = [*eom.coordinates, *eom.speeds, *eom.states, *eom.parameters, *eom.inputs]
-    names, found = [s.name for s in symbols], dict[str, list[float]]()
+    names, result = [s.name for s in symbols], dict[str, list[float]]()
     for text in texts:
         name, _, values = (part.strip() for part in text.partition("="))
         try:
@@ -85,10 +85,10 @@ def _design(texts: Sequence[str], sampler: str, eom: kn.Equations) -> dict[str, 
             raise Misuse(f"Expected --design {form} with numbers for the sampler {sampler}, got {text!r}.") from None
         if name not in names:
             raise Misuse(f"Expected --design of a name that the model has, got {name!r}.{alike(name, names)}")
-        if name in found:
+        if name in result:
             raise Misuse(f"Expected one --design for each name, got {name} twice.")
-        found[name] = numbers
-    return found
+        result[name] = numbers
+    return result
 
 
 def _without(begin: NamedStart, design: Mapping[str, Any], solved: tuple[str, ...]) -> dict[str, Any]:

@@ -17,7 +17,7 @@ import numpy as np
 
 from kane.errors import ArgumentError
 from kane.expect import floats, refusal, that
-from kane.numeric.arrays import Array, Mask, first_place
+from kane.numeric.arrays import Array, Mask, first_index
 from kane.numeric.scale import DECLARED, GIVEN
 
 
@@ -160,4 +160,4 @@ def numbers(given: Any, expected: str, axes: int, shape: tuple[int, ...] | None 
 def _refuse(wrong: Any, expected: str, cure: str) -> None:
     """Refuse an array where something is wrong, by its first place."""
     if np.any(wrong):
-        raise refusal(ArgumentError, expected, f"others at {first_place(wrong)}", cure)
+        raise refusal(ArgumentError, expected, f"others at {first_index(wrong)}", cure)

@@ -148,9 +148,9 @@ def impact(
     check_laws(friction, restitution, law)
     that(w[0, 0] > 0, "a normal along which an impulse moves something, W_nn > 0", float(w[0, 0]), error=ArgumentError)
     that(v[0] <= 0, "a contact that approaches, v_n ≤ 0", float(v[0]), "It needs no impact.", error=ArgumentError)
-    found = routh(w, v, friction, restitution, law)
-    warn_of_gain(found.energy, float(np.abs(found.impulse) @ (np.abs(v) + np.abs(found.velocity))), law)
-    return found
+    result = routh(w, v, friction, restitution, law)
+    warn_of_gain(result.energy, float(np.abs(result.impulse) @ (np.abs(v) + np.abs(result.velocity))), law)
+    return result
 
 
 def check_laws(friction: float, restitution: float, law: Law) -> None:

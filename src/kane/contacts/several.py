@@ -122,9 +122,9 @@ def impacts(
     law = law or (Law.NEWTON if together else Law.STRONGE)
     for mu, share in zip(problem.static, e, strict=True):
         check_laws(float(mu), float(share), law)
-    found = _together(problem, e) if together else _sequence(problem, e, law)
-    warn_of_gain(found.energy, float(np.abs(found.impulse) @ problem.terms), law)
-    return found
+    result = _together(problem, e) if together else _sequence(problem, e, law)
+    warn_of_gain(result.energy, float(np.abs(result.impulse) @ problem.terms), law)
+    return result
 
 
 def _together(problem: ContactProblem, e: Array) -> Impacts:

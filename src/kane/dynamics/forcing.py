@@ -319,14 +319,14 @@ def _acceleration(motion: Motion, u_dot: _Given) -> Vector:
     return sum((v * own[s] for s, v in motion.partials.items() if s in own), start=Vector()).gathered()
 
 
-def met_by(terms: Iterable[LoadTerm], speed: Expr) -> Iterator[tuple[LoadTerm, Vector]]:
+def terms_moved_by(terms: Iterable[LoadTerm], speed: Expr) -> Iterator[tuple[LoadTerm, Vector]]:
     """The terms whose place moves with a speed, each with its partial velocity."""
     return ((term, term.motion.partials[speed]) for term in terms if speed in term.motion.partials)
 
 
 def generalized(terms: Iterable[LoadTerm], speed: Expr) -> Expr:
     """Σ v_r·F + Σ ω_r·T, term by term."""
-    return sum_of(partial.dot(term.vector) for term, partial in met_by(terms, speed))
+    return sum_of(partial.dot(term.vector) for term, partial in terms_moved_by(terms, speed))
 
 
 def generalized_by_motion(

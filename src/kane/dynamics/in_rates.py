@@ -71,14 +71,14 @@ class InRates(Immutable):
     @read
     def quasi(self) -> dict[Expr, Expr]:
         """Measure numbers of ω along frames with Euler parameters, w = 2 G ė, and their derivatives, in ė and ë."""
-        found: dict[Expr, Expr] = {}
+        result: dict[Expr, Expr] = {}
         for s in self.derived.system.euler_parameters:
             for w, row in zip(s.quasi, twice_g(s.coordinates), strict=True):
                 total = ZERO
                 for c, e in zip(row, s.coordinates, strict=True):
                     total = add(total, mul(c, rate(e)))
-                found[w], found[rate(w)] = total, time_derivative(total)
-        return found
+                result[w], result[rate(w)] = total, time_derivative(total)
+        return result
 
     @read
     def by_rates(self) -> dict[Expr, Expr]:

@@ -92,12 +92,12 @@ class TreeInverse:
 
 
 def _by_speeds(own: Row, derived: Derived) -> dict[Expr, Expr]:
-    speeds, found = set(derived.speeds), dict[Expr, Expr]()
+    speeds, result = set(derived.speeds), dict[Expr, Expr]()
     for s, c in own.items():
         by = {s: ONE} if s in speeds else derived.kinematical.form({s: ONE}).coefficients
         for u, w in by.items():
-            found[u] = add(found.get(u, ZERO), mul(c, w))
-    return found
+            result[u] = add(result.get(u, ZERO), mul(c, w))
+    return result
 
 
 def inverse_at(

@@ -16,7 +16,7 @@ from typing import Any
 
 from kane import show
 from kane.dynamics.constraints.embed import Embedding, embedding, first_partition
-from kane.dynamics.constraints.manifold import place
+from kane.dynamics.constraints.manifold import numbers_near
 from kane.dynamics.derivation import Derived, Exprs, derived
 from kane.dynamics.lazy import read
 from kane.dynamics.readings.quantities import without_rates
@@ -27,7 +27,7 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, Speed, Symbols
 from kane.kinematics.velocities import Kinematics, Motion, acceleration_form, velocity_form
-from kane.model.declarations import geometry, places
+from kane.model.declarations import frames_and_points, geometry
 from kane.model.system import placed, scaffold
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
@@ -169,7 +169,7 @@ class Motions(Immutable):
 
     def _check(self, item: Frame | Point) -> None:
         """A SpeedsError where a place depends on a coordinate without a speed."""
-        shape = geometry(*places(self.derived.system.inertial, (), (placed([item]),), ()))
+        shape = geometry(*frames_and_points(self.derived.system.inertial, (), (placed([item]),), ()))
         strange = [q for q in free_symbols(shape) if isinstance(q, Coordinate) and q not in self.coordinates]
         if strange:
             own, others = (", ".join(map(str, qs)) for qs in (self.coordinates, strange))
@@ -235,7 +235,7 @@ def motions(
         if a constraint is not affine in the rates, or holds nothing
     """
     system = scaffold(inertial, speeds, of, holonomic, nonholonomic, dependent_speeds, coordinates)
-    parts = derived(system, None if near is None else place(system, near))
+    parts = derived(system, None if near is None else numbers_near(system, near))
     held = parts.constraints.constraints
     partition = first_partition(system, parts.constraints, parts.compared, lambda: parts.mass_matrix) if held else None
     return Motions(parts, None if partition is None else embedding(parts.constraints, partition))

@@ -59,7 +59,7 @@ def without_poles(derived: Derived, partition: Partition | None, fixed: bool = F
     pivots = moving_pivots(derived)
     if partition is None or not partition.dependent or not pivots:
         return None
-    places, f = _Places(derived), derived.conditions.f
+    places, f = _Configurations(derived), derived.conditions.f
     place = {u: i for i, u in enumerate(derived.speeds)}
     named = [place[u] for u in derived.system.dependent_speeds]
     dependent = partition.dependent
@@ -172,13 +172,13 @@ class AdmittedSpeeds:
         n = self.rows.count
         (both,) = self.rows.at(values, 1)
         if singular(balanced(both[:n])).regular(NEAR_SINGULAR):
-            found = choose(np.linalg.solve(both[:n].T, both[n:].T).T, dependent)
-            if set(found.dependent) == set(dependent):
-                return found
+            result = choose(np.linalg.solve(both[:n].T, both[n:].T).T, dependent)
+            if set(result.dependent) == set(dependent):
+                return result
         return Partition(present.rows, tuple(sorted(dependent)), present.redundant)
 
 
-class _Places:
+class _Configurations:
     """Configurations, and Y and A_q in the basic rates there."""
 
     def __init__(self, derived: Derived) -> None:

@@ -137,7 +137,7 @@ class Solved(Immutable):
 
     dependent_speeds = read[tuple[Speed, ...]](
         lambda s: Symbols(
-            s.derived.speeds[s.embedding.partition.dependent[k]] for k in (s._places if s.embedding else ())
+            s.derived.speeds[s.embedding.partition.dependent[k]] for k in (s._dependent_indices if s.embedding else ())
         ),
         "u_D, the speeds that the constraints give: those that were named in that order, then the others in that of the speeds.",
     )
@@ -146,16 +146,16 @@ class Solved(Immutable):
         "u_I, as many as there are degrees of freedom.",
     )
     A_n = read[Matrix](
-        lambda s: s.embedding.a_n.take(s._places) if s.embedding else Matrix([], (0, len(s.derived.speeds))),
+        lambda s: s.embedding.a_n.take(s._dependent_indices) if s.embedding else Matrix([], (0, len(s.derived.speeds))),
         "A_n of u_D = A_n u_I + b_n, a row for each of `dependent_speeds`.",
     )
     b_n = read[Exprs](
-        lambda s: tuple(s.embedding.b_n[k] for k in s._places) if s.embedding else (),
+        lambda s: tuple(s.embedding.b_n[k] for k in s._dependent_indices) if s.embedding else (),
         "b_n of u_D = A_n u_I + b_n, for each of `dependent_speeds`.",
     )
 
     @read
-    def _places(self) -> tuple[int, ...]:
+    def _dependent_indices(self) -> tuple[int, ...]:
         """The places of `dependent_speeds` in the partition, which is in the order of elimination."""
         solved_for = self.embedding.partition.dependent if self.embedding else ()
         named = {u: k for k, u in enumerate(self.derived.system.dependent_speeds)}

@@ -367,11 +367,11 @@ def _followed(touch: Touch, kept: Sequence[int], rows: Sequence[int], scale: Arr
     left, ways = np.linalg.eigh(w[np.ix_(rows, rows)] - w[np.ix_(rows, kept)] @ by)
     few = ways.T[left <= ROUNDED_SUM]
     each = np.eye(len(rows)) if len(few) == len(rows) else few / scale[list(rows)]
-    found = []
+    result = []
     for e in each / np.linalg.norm(each, axis=1, keepdims=True):
         real = by @ (e * scale[list(rows)]) / scale[list(kept)]
-        found.append(_Follows(e, {k: float(x) for k, x in zip(kept, real, strict=True) if abs(x) > GIVEN}))
-    return found
+        result.append(_Follows(e, {k: float(x) for k, x in zip(kept, real, strict=True) if abs(x) > GIVEN}))
+    return result
 
 
 def _by_one_row(following: Sequence[_Follows], first: Sequence[int], d: int) -> bool:

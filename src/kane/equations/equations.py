@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from kane import expect, show
 from kane.dynamics.constraints.embed import Embedding, first_partition
-from kane.dynamics.constraints.manifold import place
+from kane.dynamics.constraints.manifold import numbers_near
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived, derived
 from kane.dynamics.forcing import Moving
@@ -548,7 +548,7 @@ def derive(
     if route is not None and route not in ASKED:
         raise ModelError(f"Expected route= None for the shortest or one of {none_of(ASKED, route)}")
     with working("Deriving"), collecting_seldom(), remembering():
-        parts = derived(system, None if near is None else place(system, near))
+        parts = derived(system, None if near is None else numbers_near(system, near))
         held = parts.constraints.constraints
         partition = (
             first_partition(system, parts.constraints, parts.compared, lambda: parts.mass_matrix) if held else None

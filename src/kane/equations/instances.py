@@ -36,12 +36,12 @@ class Instances:
 
     def at(self, k: int) -> dict[str, Any]:
         """What `kn.simulate` takes of the kth one."""
-        found: dict[str, Any] = {}
+        result: dict[str, Any] = {}
         for kind, columns in self.columns.items():
             own = {s: float(column[k]) for s, column in columns.items()}
             common = self.common[kind]
-            found[kind] = common if not own else {**(common or {}), **own}
-        return found
+            result[kind] = common if not own else {**(common or {}), **own}
+        return result
 
     @property
     def vary_inputs(self) -> bool:
@@ -160,7 +160,7 @@ def _add_design(
     """The quantities of a design join those of their kinds."""
     every = [s for own in symbols.values() for s in own]
     for key, value in table.items():
-        kind, s = _found(symbols, every, key)
+        kind, s = _symbol_for(symbols, every, key)
         if s in values[kind]:
             raise ValueMissingError(
                 f"Expected one value for {s.name}, got two, by {kind}= and by design=. Leave one out."
@@ -168,7 +168,7 @@ def _add_design(
         values[kind][s] = value
 
 
-def _found(symbols: Mapping[str, Sequence[Symbol]], every: Sequence[Symbol], key: Any) -> tuple[str, Symbol]:
+def _symbol_for(symbols: Mapping[str, Sequence[Symbol]], every: Sequence[Symbol], key: Any) -> tuple[str, Symbol]:
     """The kind and the symbol that a key of a design means."""
     for kind, own in symbols.items():
         for s in own:
@@ -182,11 +182,11 @@ def _found(symbols: Mapping[str, Sequence[Symbol]], every: Sequence[Symbol], key
 def _columns(kind: str, values: Mapping[Any, Any]) -> dict[Any, Array]:
     """Those of the values that are arrays. A tuple as an input is a function with its derivatives."""
     listed = (np.ndarray, list) if kind == "inputs" else (np.ndarray, list, tuple)
-    found: dict[Any, Array] = {}
+    result: dict[Any, Array] = {}
     for s, value in values.items():
         if isinstance(value, listed) or hasattr(value, "to_numpy"):
-            found[s] = _column(kind, s, value.to_numpy() if hasattr(value, "to_numpy") else value)
-    return found
+            result[s] = _column(kind, s, value.to_numpy() if hasattr(value, "to_numpy") else value)
+    return result
 
 
 def _column(kind: str, s: Any, value: Any) -> Array:

@@ -27,27 +27,27 @@ from kane.expr.ops import GONE, Immutable
 from kane.expr.piecewise import SwitchedQuantity, on, switches
 from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Symbol, rate, time
-from kane.numeric.arrays import Array, first_place
+from kane.numeric.arrays import Array, first_index
 from kane.numeric.sampling import symbols_named
 from kane.numeric.scale import EQUAL
 
 
 def at_state(solved: Solved, matrix: Matrix, state: State) -> Array:
     """Numbers of derivatives of the right-hand side; a CornerError where two sides of a switch have others."""
-    found = np.asarray(evaluate_along(solved, matrix, *state.in_order))
+    result = np.asarray(evaluate_along(solved, matrix, *state.in_order))
     for switch, here, sides in _standing(solved, matrix, state):
         one, other = (np.asarray(evaluate_along(solved, side, *state.in_order)) for side in sides)
         scale = np.abs(np.nan_to_num(one)).max(axis=(-2, -1), keepdims=True, initial=0)
         with np.errstate(invalid="ignore"):
             apart = (~(np.abs(one - other) <= EQUAL * scale) & ~(np.isnan(one) & np.isnan(other))).any(axis=(-2, -1))
         if (apart & here).any():
-            place = f" at {first_place(apart & here)}" if apart.ndim else ""
+            place = f" at {first_index(apart & here)}" if apart.ndim else ""
             raise CornerError(
                 f"Expected a state at which the equations have one derivative, got a corner{place}: "
                 f"{cut(str(switch.nodes[0]), 80)} turns at {cut(str(switch.quantity))} = 0. Take a state beside it; "
                 "kn.linearize(eom, …, side=…) takes the derivative of one side."
             )
-    return found
+    return result
 
 
 def _standing(
@@ -98,9 +98,9 @@ class Jacobian(Immutable):
     @read
     def pattern(self) -> npt.NDArray[np.bool_]:
         """Which entries are not zero whatever the state (rows × columns)."""
-        found = np.array([x is not ZERO for x in self.matrix.entries], dtype=bool).reshape(self.matrix.shape)
-        found.flags.writeable = False
-        return found
+        result = np.array([x is not ZERO for x in self.matrix.entries], dtype=bool).reshape(self.matrix.shape)
+        result.flags.writeable = False
+        return result
 
     @property
     def entries(self) -> Mapping[tuple[Symbol, Symbol], Expr]:

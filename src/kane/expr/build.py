@@ -164,8 +164,8 @@ def turns_sine(a: Expr, quarters: int) -> Number | None:
     ratio = constant_value(a.args[0]) if a.op is MUL and a.args[1] is pi else None
     if ratio is None or not isinstance(ratio, int | Fraction):  # the class of fractions takes long to tell
         return None
-    found: Number | None = sine_of_turns(ratio + Fraction(quarters, 2))
-    return found
+    result: Number | None = sine_of_turns(ratio + Fraction(quarters, 2))
+    return result
 
 
 def _pi_halves(a: Expr) -> int | None:

@@ -340,17 +340,17 @@ def _by_symbol(symbols: Sequence[Symbol], values: Values) -> Values:
     by_name: dict[str, list[Symbol]] = {}
     for s in symbols:
         by_name.setdefault(s.name, []).append(s)
-    found = {key: value for key, value in values.items() if not isinstance(key, str)}
+    result = {key: value for key, value in values.items() if not isinstance(key, str)}
     for key in strange:
         alone = by_name.get(key.name if isinstance(key, Symbol) else key, [])
-        if isinstance(key, str) and len(alone) == 1 and alone[0] not in found:
-            found[alone[0]] = values[key]
-        elif isinstance(key, str) or (alone and not all(s in found for s in alone)):
-            raise ValueMissingError(_not_told(key, alone, by_name))
-    return found
+        if isinstance(key, str) and len(alone) == 1 and alone[0] not in result:
+            result[alone[0]] = values[key]
+        elif isinstance(key, str) or (alone and not all(s in result for s in alone)):
+            raise ValueMissingError(_missing_message(key, alone, by_name))
+    return result
 
 
-def _not_told(key: str | Symbol, alone: Sequence[Symbol], names: Iterable[str]) -> str:
+def _missing_message(key: str | Symbol, alone: Sequence[Symbol], names: Iterable[str]) -> str:
     if isinstance(key, Symbol):
         return (
             f"Expected values of the symbols in the expressions, got one for another symbol of the name {key.name!r}: {declared(key)} "

@@ -213,7 +213,7 @@ Piece = tuple[float, float, list[float]]
 
 def with_corners(data: Data, label: str, unit: str, of: str) -> Piecewise:
     """The operation of data, and of its sides where it has corners."""
-    corners = found(data)
+    corners = corner_abscissas(data)
     if not corners:
         return piecewise(data, label, unit, of)
     if data.period is not None and len(corners) % 2:  # signs must come round
@@ -224,7 +224,7 @@ def with_corners(data: Data, label: str, unit: str, of: str) -> Piecewise:
     return piecewise(data, label, unit, of, 0, (turning, one, other))
 
 
-def found(data: Data) -> tuple[float, ...]:
+def corner_abscissas(data: Data) -> tuple[float, ...]:
     """The ends of pieces at which values or slopes differ."""
     apart = _apart(data) | _apart(data.slope())
     return tuple(data.ends[apart].tolist())

@@ -316,10 +316,10 @@ def square(rows: Rows, reach: Callable[[int], Expr] | None = None) -> SquareSolv
     """
     memo: Sizes = {}
     sizes = _Reach(reach or (lambda i: largest(size(x, memo) for x in rows[i])))
-    return _kept(rows, sizes, memo) or _triangular(rows, sizes, memo)
+    return _in_given_order(rows, sizes, memo) or _triangular(rows, sizes, memo)
 
 
-def _kept(rows: Rows, sizes: _Reach, memo: Sizes) -> InOrder | None:
+def _in_given_order(rows: Rows, sizes: _Reach, memo: Sizes) -> InOrder | None:
     """Elimination in the order given, where it divides by nothing that may vanish but the last pivots of blocks."""
     blocks = in_order(rows)
     home = {i: k for k, (block, _) in enumerate(blocks) for i in block}

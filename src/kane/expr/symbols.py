@@ -16,11 +16,11 @@ from kane.expr.ops import SYMBOL
 from kane.show import Listing
 
 
-def _place_key(place: Hashable) -> object:
+def _identity_key(place: Hashable) -> object:
     """What of a place enters the structural key: two rates of coordinates declared differently must differ."""
     if isinstance(place, Expr):
         return place.key
-    return tuple(map(_place_key, place)) if isinstance(place, tuple) else None
+    return tuple(map(_identity_key, place)) if isinstance(place, tuple) else None
 
 
 def _is_text(x: object) -> bool:
@@ -70,7 +70,7 @@ class Symbol(Expr):
         first = _table.get(entry)
         if first is not None:
             return cast(Self, first)
-        text = repr((cls.kind or cls.__name__, name, default, unit, description, _place_key(place)))
+        text = repr((cls.kind or cls.__name__, name, default, unit, description, _identity_key(place)))
         node = leaf(cls, SYMBOL, int.from_bytes(hashlib.blake2b(text.encode(), digest_size=7).digest()))
         for field, value in zip(("name", "default", "unit", "description", "place"), declaration, strict=True):
             object.__setattr__(node, field, value)

@@ -51,8 +51,8 @@ def _of_vectors(
         def backward(context: Any, gradient: Any) -> tuple[Any, ...]:
             given, wanted = context.saved_tensors, context.needs_input_grad
             if not slopes:
-                found: tuple[Any, ...] = torch.func.vjp(traced, *given)[1](gradient)
-                return found
+                result: tuple[Any, ...] = torch.func.vjp(traced, *given)[1](gradient)
+                return result
             return tuple(
                 _summed((gradient[..., None, :] @ slope(k)(*given))[..., 0, :], vector) if asked else None
                 for k, (vector, asked) in enumerate(zip(given, wanted, strict=True))

@@ -268,25 +268,25 @@ class Chained(NamedTuple):
         shares = {speeds[i]: {speeds[j]: c for j, c in own.items()} for i, own in enumerate(self.shares) if own}
         if not shares:
             return {b: dict(row) for b, row in inverse.items()}
-        found: dict[Expr, dict[Expr, Expr]] = {}
+        result: dict[Expr, dict[Expr, Expr]] = {}
         for b, row in inverse.items():
             total = dict(row)
             for u, w in row.items():
                 for v, c in shares.get(u, {}).items():
                     total[v] = sub(total.get(v, ZERO), mul(w, c))
-            found[b] = {u: w for u, w in total.items() if w is not ZERO}
-        return found
+            result[b] = {u: w for u, w in total.items() if w is not ZERO}
+        return result
 
 
 def chained(rows: Sequence[Row], rates: Sequence[Expr], sets: Sequence[EulerParameters]) -> Chained:
     """The rows apart; those that are no such sums stay whole."""
-    found = Chained([dict(row) for row in rows], [{} for _ in rows])
+    result = Chained([dict(row) for row in rows], [{} for _ in rows])
     if not any(len(row) > _AXES for row in rows):
-        return found
+        return result
     dense = [[row.get(b, ZERO) for b in rates] for row in rows]
     match = matched_columns(dense)
     if min(match, default=0) < 0:
-        return found
+        return result
     irreducible = _by_set(blocks(dense, match), [rates[k] for k in match], sets)
     own = [{rates[match[i]]: None for i in block} for block in irreducible]
     holder = {b: k for k, of in enumerate(own) for b in of}
@@ -306,9 +306,9 @@ def chained(rows: Sequence[Row], rates: Sequence[Expr], sets: Sequence[EulerPara
             left, rows, irreducible[before], own[before], sets
         )
         for i, share in zip(block, shares or (), strict=shares is not None):
-            found.shares[i].update(share | {plain[b]: rows[i][b] for b in beside if b in rows[i]})
-            found.rows[i] = {b: c for b, c in rows[i].items() if b in own[k]}
-    return found
+            result.shares[i].update(share | {plain[b]: rows[i][b] for b in beside if b in rows[i]})
+            result.rows[i] = {b: c for b, c in rows[i].items() if b in own[k]}
+    return result
 
 
 def _by_set(irreducible: Sequence[list[int]], own: Sequence[Expr], sets: Sequence[EulerParameters]) -> list[list[int]]:

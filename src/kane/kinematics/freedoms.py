@@ -250,16 +250,16 @@ def transposed(row: Row, rows: Sequence[Row], speeds: Speeds) -> dict[int, Expr]
             else:
                 for v, w in speeds.form({b: ONE}).coefficients.items():
                     take(v, mul(mul(c, y), w))
-    found: dict[int, Expr] = {}
+    result: dict[int, Expr] = {}
     for number, s in reversed(order):
         whole = taken.get(s, ZERO)
         if whole is ZERO:
             continue
-        found[number] = div(whole, rows[number][s])
+        result[number] = div(whole, rows[number][s])
         for other, c in rows[number].items():
             if other is not s:
-                take(other, neg(mul(found[number], c)))
-    return found
+                take(other, neg(mul(result[number], c)))
+    return result
 
 
 def _defined(row: Row, z: Expr, found: Mapping[Expr, Expr], kinematics: Kinematics) -> Expr:

@@ -60,14 +60,14 @@ class Link:
 
 def partials_of(v: Vector, rates: Collection[Expr]) -> dict[Expr, Vector]:
     """What each rate that a vector holds, affine in them, is multiplied by."""
-    found: dict[Expr, Vector] = {}
+    result: dict[Expr, Vector] = {}
     for frame, numbers in v.parts:
         forms = [form for form, _ in affine_forms(numbers, rates)]
         for s in dict.fromkeys(s for form in forms for s in form):
             x, y, z = (form.get(s, ZERO) for form in forms)
             share = Vector(((frame, (x, y, z)),))
-            found[s] = found[s] + share if s in found else share
-    return found
+            result[s] = result[s] + share if s in result else share
+    return result
 
 
 class Tree(NamedTuple):
@@ -254,11 +254,11 @@ def without(tree: Tree, links: Collection[int]) -> tuple[Tree, list[int]]:
 
 def _common(numbers: Sequence[int], links: Sequence[Link]) -> int:
     """The last link that all of these are, or hang on."""
-    found, *others = numbers
+    result, *others = numbers
     for k in others:
-        while k != found:
-            k, found = (links[k].parent or 0, found) if k > found else (k, links[found].parent or 0)
-    return found
+        while k != result:
+            k, result = (links[k].parent or 0, result) if k > result else (k, links[result].parent or 0)
+    return result
 
 
 def _in_turn(begun: Sequence[_Begun]) -> tuple[list[_Begun], list[int]]:
@@ -298,7 +298,7 @@ def _along_one_axis(begun: Sequence[_Begun]) -> list[_Begun]:
     for k, (basis, parent, _) in enumerate(begun):
         if parent is not None and basis is not begun[parent][0]:
             alike.setdefault(basis, []).append(k)
-    found = list(begun)
+    result = list(begun)
     for basis, numbers in alike.items():
         ways = {k: _from_moving(begun, k) for k in numbers} if len(numbers) > 1 else {}
         for base in dict.fromkeys(base for base, _ in ways.values()):
@@ -308,8 +308,8 @@ def _along_one_axis(begun: Sequence[_Begun]) -> list[_Begun]:
             for k, offset in offsets.items():
                 between = Vector(((basis, (offset - offsets[first]).components(basis)),))
                 if k != first and turning.isdisjoint(_rates(between.map(time_derivative).scalars())):
-                    found[k] = basis, first, between
-    return found
+                    result[k] = basis, first, between
+    return result
 
 
 def _from_moving(begun: Sequence[_Begun], k: int) -> tuple[int, Vector]:

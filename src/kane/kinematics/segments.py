@@ -105,7 +105,7 @@ class _Turning(NamedTuple):
     rates: Triple
 
 
-def _way(up: Sequence[Basis], down: Sequence[Basis], joins: bool) -> tuple[list[Change], list[_Turning]]:
+def _turns_between(up: Sequence[Basis], down: Sequence[Basis], joins: bool) -> tuple[list[Change], list[_Turning]]:
     """The constant turns from a link's basis at first, backwards along `down`, and what follows along `up`.
 
     Between two bases turned about one axis of a third the way is the difference of their angles.
@@ -176,7 +176,7 @@ class _Maker:
                 self._append(JointStep(parent, (), arm, None), base)
                 return
         joins = len(down) == 1 and bool(up) and self._coaxial(parent, up[-1]) and not self._screws(rates, up[-1])
-        lead, rest = _way(up, down, joins)
+        lead, rest = _turns_between(up, down, joins)
         if any(not is_zero(_orientation_rates(turn.basis)) for turn in lead):
             raise Unsuited(_SHARED)
         if lead and rest and self._screws(rates, rest[0].basis):
@@ -395,11 +395,11 @@ def _turned(elastic: Elastic, turn: Change) -> Elastic:
 
 def _along_a(steps: Sequence[JointStep]) -> list[bool]:
     """Whether a segment works along A: where what follows does, what comes before did, or it screws."""
-    found = [step.joins or any(f.slide is not NOTHING for f in step.spin.freedoms) for step in steps]
+    result = [step.joins or any(f.slide is not NOTHING for f in step.spin.freedoms) for step in steps]
     for step in steps:
         if step.joins:
-            found[step.parent] = True
-    return found
+            result[step.parent] = True
+    return result
 
 
 def _joined(

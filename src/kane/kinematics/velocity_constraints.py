@@ -74,10 +74,10 @@ def placed(
 
 def together(acting: Iterable[Placed]) -> Wrenches:
     """The sums by segment."""
-    found: Wrenches = {}
+    result: Wrenches = {}
     for number, _, n, f in acting:
-        found[number] = found.get(number, NO_WRENCH).plus(SpatialForce(n, f))
-    return found
+        result[number] = result.get(number, NO_WRENCH).plus(SpatialForce(n, f))
+    return result
 
 
 def stands(c: Constraint, found: Segments) -> bool:
@@ -123,7 +123,7 @@ class _Pull(Carry[SpatialForce]):
         inward(self.tree, self)
         return ScalarForm({u: c for u, c in self.coefficients.items() if c is not ZERO}, self.rest)
 
-    def own(self, i: int) -> SpatialForce | None:
+    def local(self, i: int) -> SpatialForce | None:
         return self.wrenches.get(i)
 
     def inner(self, i: int, v: SpatialForce) -> SpatialForce:
@@ -221,10 +221,10 @@ def _drift(c: Constraint, form: ScalarForm, kinematics: Kinematics) -> Expr:
     if not c.placed:
         return kinematics.drift(_total(form))
     known = (*form.coefficients.values(), form.rest)
-    found = _placed_drift(c, kinematics, kinematics)
+    result = _placed_drift(c, kinematics, kinematics)
     if exceeds(known, _SHORT):
-        return found
-    return min(found, collected(kinematics.drift(_total(form))), key=lambda x: price((*known, x)))
+        return result
+    return min(result, collected(kinematics.drift(_total(form))), key=lambda x: price((*known, x)))
 
 
 def drift_of(constraint: Constraint, given: Kinematics, usual: Kinematics) -> Expr:

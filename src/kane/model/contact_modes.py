@@ -22,12 +22,12 @@ _NO_FRICTION = 1e-300
 
 def additions(contacts: Sequence[ContactLaw], modes: Modes) -> dict[str, list[Any]]:
     """What modes add to a system's arguments: constraints, friction, reactions, and events that end them."""
-    found: dict[str, list[Any]] = {name: [] for name in ("holonomic", "nonholonomic", "loads", "reactions", "events")}
+    result: dict[str, list[Any]] = {name: [] for name in ("holonomic", "nonholonomic", "loads", "reactions", "events")}
     forces = standing_forces(contacts, modes)
     for c, mode, group in zip(contacts, modes, groups(contacts, modes), strict=True):
         for name, items in _added(c, mode, group, forces):
-            found[name] += items
-    return found
+            result[name] += items
+    return result
 
 
 class Stand(NamedTuple):
@@ -82,16 +82,16 @@ Forces = Mapping[Expr, Expr]
 
 def groups(contacts: Sequence[ContactLaw], modes: Modes) -> list[Group]:
     """For each contact those that stick by its row, itself first; () of those that are held with another; in a stand, itself."""
-    found: list[Group] = []
+    result: list[Group] = []
     leader, alone = 0, {i for stand in stands(contacts, modes) for i in stand.members}
     for k, (c, mode) in enumerate(zip(contacts, modes, strict=True)):
         held = mode is ContactMode.HELD and k not in alone
-        found.append(() if held else (c,))
+        result.append(() if held else (c,))
         if mode is ContactMode.STICK and c.slips and k not in alone:
             leader = k
         elif held:
-            found[leader] = (*found[leader], c)
-    return found
+            result[leader] = (*result[leader], c)
+    return result
 
 
 def _added(c: ContactLaw, mode: ContactMode, group: Group, forces: Forces) -> Iterator[tuple[str, Iterable[Any]]]:
@@ -100,7 +100,7 @@ def _added(c: ContactLaw, mode: ContactMode, group: Group, forces: Forces) -> It
         return
     if not mode.carried:
         yield "holonomic", [c.gap] if c.gap else []
-        yield "reactions", _own_normal(c)
+        yield "reactions", _normal_reactions(c)
     if mode is ContactMode.STICK:
         yield "nonholonomic", c.slips
         yield "reactions", c.friction_forces
@@ -111,7 +111,7 @@ def _added(c: ContactLaw, mode: ContactMode, group: Group, forces: Forces) -> It
         yield "loads", [friction(c, mode, forces)]
 
 
-def _own_normal(c: ContactLaw) -> list[Reaction]:
+def _normal_reactions(c: ContactLaw) -> list[Reaction]:
     return [] if c.normal_force is None or c.pressed_by is not None else [c.normal_force]
 
 
@@ -142,7 +142,7 @@ def _endings(c: ContactLaw, mode: ContactMode, group: Group, forces: Forces) -> 
         if c.gap is not None:
             yield event("closes", add(c.gap.expr, c.slack))
         return
-    for normal in _own_normal(c):
+    for normal in _normal_reactions(c):
         yield event("opens", normal)
     if c.slips and group and not mode.slips:
         held = sum_of(other.most for other in group)
@@ -164,7 +164,7 @@ def in_mode(contacts: Sequence[ContactLaw], modes: Modes, exprs: Sequence[Expr])
     forces = dict(standing)
     for c, mode, group in zip(contacts, modes, groups(contacts, modes), strict=True):
         if mode is ContactMode.SEPARATED:
-            forces |= dict.fromkeys((*_own_normal(c), *c.friction_forces), ZERO)
+            forces |= dict.fromkeys((*_normal_reactions(c), *c.friction_forces), ZERO)
         elif mode.slips:
             forces |= {f: substituted(e, standing) for f, e in c.sliding_friction(mode).items()}
         whole = add(sum_of(other.most for other in group), as_expr(_NO_FRICTION))

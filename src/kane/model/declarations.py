@@ -167,21 +167,21 @@ def speed_definitions(
 def basic_rates(coordinates: Iterable[Coordinate], euler: Sequence[EulerParameters]) -> list[Expr]:
     """The rates of the coordinates in their order, of each set of Euler parameters its quasi-rates in their place."""
     set_of = {q: s for s in euler for q in s.coordinates}
-    found: list[Expr] = []
+    result: list[Expr] = []
     for q in coordinates:
         if q not in set_of:
-            found.append(rate(q))
+            result.append(rate(q))
         elif q is set_of[q].coordinates[0]:
-            found.extend(set_of[q].quasi)
-    return found
+            result.extend(set_of[q].quasi)
+    return result
 
 
 def rates_by_quasi(euler: Sequence[EulerParameters]) -> dict[Expr, Expr]:
     """The rates of Euler parameters by their quasi-rates."""
-    found: dict[Expr, Expr] = {}
+    result: dict[Expr, Expr] = {}
     for s in euler:
-        found.update(zip(map(rate, s.coordinates), euler_parameter_rates(s.coordinates, s.quasi), strict=True))
-    return found
+        result.update(zip(map(rate, s.coordinates), euler_parameter_rates(s.coordinates, s.quasi), strict=True))
+    return result
 
 
 def inputs_with_rates(
@@ -285,15 +285,15 @@ def completed(
     if len(chosen) != 1:
         return {}
     taken = {u.name for u in definitions}
-    found: dict[Speed, Expr] = {}
+    result: dict[Speed, Expr] = {}
     for k, place in enumerate(next(iter(chosen))):
         c = constraints[place]
         name = next(
             n for n in (f"w{k + 1}", f"w{k + 1}_{c.name}", *(f"w_{i}" for i in range(len(rates)))) if n not in taken
         )
         taken.add(name)
-        found[Speed.declare(word(name), None, "", f"rate of the constraint {c.name}, which vanishes")] = offered[place]
-    return found
+        result[Speed.declare(word(name), None, "", f"rate of the constraint {c.name}, which vanishes")] = offered[place]
+    return result
 
 
 def constraint_rate(constraint: Constraint) -> Expr:
@@ -480,7 +480,7 @@ class Declarations(Immutable):
         return bool(self.contacts) and not self.modes
 
 
-def places(
+def frames_and_points(
     inertial: Frame,
     bodies: tuple[Body, ...],
     loads: tuple[Load, ...],

@@ -255,12 +255,12 @@ def _density(density: Any, s: Expr) -> Vector:
 
 def _across(frame: Frame, normal: Vector) -> Vector:
     """An axis of the frame across the normal."""
-    found = next((a for a in (frame.x, frame.y, frame.z) if normal.dot(a) is ZERO), None)
-    if found is None:
+    result = next((a for a in (frame.x, frame.y, frame.z) if normal.dot(a) is ZERO), None)
+    if result is None:
         raise ModelError(
             f"Expected across=unit vector across the normal {normal}, got none, and no axis of {frame.name} is one."
         )
-    return found
+    return result
 
 
 def _check(frame: Any, point: Any, vector: Any) -> None:

@@ -52,11 +52,11 @@ from kane.model.declarations import (
     contents,
     euler_sets,
     expressions,
+    frames_and_points,
     geometry,
     inputs_with_rates,
     moved,
     ordered_coordinates,
-    places,
     speed_definitions,
 )
 from kane.model.joints.joint import Joint, Moves
@@ -130,7 +130,7 @@ class System(Declarations):
         contacts = listed("contacts", contacts, ContactLaw, "kn.contact(place, mu), kn.joints.stop, …", named=True)
         rows = [*constraints, *(contact_rows(contacts) if contacts else ())]
         system_checks.check_constraints(constraints, reactions)
-        frames, points = places(inertial, bodies, own, (*reactions, *auxiliary), tuple(rows))
+        frames, points = frames_and_points(inertial, bodies, own, (*reactions, *auxiliary), tuple(rows))
         euler, shape = euler_sets(frames), list(geometry(frames, points))
         ordered = ordered_coordinates(free_symbols([*shape, *moved(told, constraints)]), coordinates, first)
         vanishing = completed(definitions := speed_definitions(told, ordered, euler), ordered, euler, constraints)
@@ -285,7 +285,7 @@ def scaffold(
     """The system of frames and points; a coordinate that the definition of a speed has a rate of needs no place."""
     system_checks.check_inertial(inertial)
     constraints = (*as_constraints(holonomic, "configuration"), *as_constraints(nonholonomic, "motion"))
-    frames, points = places(inertial, (), (placed(system_checks.listed("of", of)),), (), constraints)
+    frames, points = frames_and_points(inertial, (), (placed(system_checks.listed("of", of)),), (), constraints)
     euler = euler_sets(frames)
     shape = list(geometry(frames, points))
     ordered = ordered_coordinates(free_symbols([*shape, *moved(speeds, constraints), *_moving(speeds)]), coordinates)
@@ -361,7 +361,7 @@ def _pulls(load: Load, speeds: Any) -> Pulls:
 
 def _turning(frames: Iterable[Frame]) -> Mapping[Symbol, tuple[Frame, Frame, int]]:
     """By coordinate the frame that turns by it alone in its parent, the parent, and about which basis axis."""
-    found: dict[Symbol, tuple[Frame, Frame, int]] = {}
+    result: dict[Symbol, tuple[Frame, Frame, int]] = {}
     for frame in frames:
         o, parent = frame.orientation, frame.parent
         if o is None or o.axis is None or o.angle is None or parent is None:
@@ -370,12 +370,12 @@ def _turning(frames: Iterable[Frame]) -> Mapping[Symbol, tuple[Frame, Frame, int
         start = before.angle if before is not None and before.base is o.base and before.axis == o.axis else None
         for q in free_symbols([o.angle]):
             if isinstance(q, Coordinate) and o.angle is (q if start is None else add(start, q)):
-                found.setdefault(q, (frame, parent, o.axis))
-    return found
+                result.setdefault(q, (frame, parent, o.axis))
+    return result
 
 
 def _placed(load: Load, pulls: Pulls, inertial: Frame, bodies: Sequence[Body]) -> Load:
-    frames, points = places(inertial, tuple(bodies), (), ())
+    frames, points = frames_and_points(inertial, tuple(bodies), (), ())
     root = points[0].root()
     turning, angles = _turning(frames), set(free_symbols(geometry(frames, ())))
     forces: list[tuple[Point, Vector]] = []

@@ -114,7 +114,7 @@ class Arguments:
         r = single if width == 1 else np.repeat(single, width)
         none, at = entry(now.rates), (t, self.y, r[: len(now.drives)])
         inputs: Given = {"r": r, "single_r": single, "driven": 0, **now.hoisted("hd", now.rates, *at)}
-        if all(_held(f) for f in now.drives):
+        if all(_piecewise_constant(f) for f in now.drives):
             return inputs | {"drive": none, "single_drive": none}
         given = self._formulas()
         if given is None:
@@ -174,6 +174,6 @@ class Arguments:
                 raise hook.raised
 
 
-def _held(drive: Any) -> bool:
+def _piecewise_constant(drive: Any) -> bool:
     """Whether an input is a number from one breakpoint to the next."""
     return constant(drive) is not None or isinstance(drive, HeldInput)

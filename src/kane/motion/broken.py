@@ -15,7 +15,7 @@ from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import input_of, time
 from kane.model.contact_modes import friction_name
-from kane.motion.inputs.breakpoints import told_apart
+from kane.motion.inputs.breakpoints import indistinct_times
 from kane.motion.right_hand_side import Routines, Switch, switches
 from kane.motion.start import nearly_singular
 from kane.motion.steppers.context import ReturnCode, Slot
@@ -43,7 +43,7 @@ def no_step(
         if back is ReturnCode.UNDERFLOW
         else _not_finite(stepper, s, y)
     )
-    if back is ReturnCode.UNDERFLOW and (coarse := told_apart(t, span)):
+    if back is ReturnCode.UNDERFLOW and (coarse := indistinct_times(t, span)):
         return f"{told} at t = {t:.17g}: {coarse}"
     singular = nearly_singular(stepper.eom, now.values(t, y))
     return f"the right-hand side is singular or not finite near t = {t:.6g} ({told}){singular}"
@@ -67,7 +67,7 @@ def broken_off(stepper: Stepper, t: float, y: Array, span: tuple[float, float], 
         return f"{failure} at t = {t:.6g}"
     if told:
         return f"the motion does not get on beyond t = {t:.6g} ({failure or 'no progress'}): {told}"
-    coarse = told_apart(t, span)
+    coarse = indistinct_times(t, span)
     if coarse:
         return f"no step is short enough at t = {t:.17g}: {coarse}"
     return _locked(stepper, t, y, t + LATER * (span[1] - span[0])) or (
@@ -76,7 +76,7 @@ def broken_off(stepper: Stepper, t: float, y: Array, span: tuple[float, float], 
     )
 
 
-def not_held(stepper: Stepper, t: float, y: Array, span: tuple[float, float], missed: str) -> str:
+def constraint_failure(stepper: Stepper, t: float, y: Array, span: tuple[float, float], missed: str) -> str:
     """Why constraints hold up to y at t and not beyond, where one of them is `missed`."""
     return _locked(stepper, t, y, t + LATER * (span[1] - span[0])) or (
         f"the constraints cannot be kept beyond t = {t:.6g}: {missed} there, more than the tolerances leave open. They contradict "
@@ -129,17 +129,19 @@ def chattering(now: Routines, states: Collection[tuple[float, Array]], before: S
     near = size[-1] <= CHANGES_SIDE * np.maximum(size.max(axis=0), np.finfo(float).tiny)
     for s, count, at in zip(found, turns, near, strict=True):
         if count >= _TURNS or at:
-            return _told(s)
+            return _switch_message(s)
     return ""
 
 
 def standing(now: Routines, quantities: Sequence[Expr]) -> str:
     """What is said of a load that stands at a switch of one of some quantities."""
     found = [s for s in switches(now.eom, now.laws) if s.jumps]
-    return _told(next((s for s in found for c in quantities if c is s.quantity or c is neg(s.quantity)), found[0]))
+    return _switch_message(
+        next((s for s in found for c in quantities if c is s.quantity or c is neg(s.quantity)), found[0])
+    )
 
 
-def _told(s: Switch) -> str:
+def _switch_message(s: Switch) -> str:
     return (
         f"{cut(s.text, 80)} in the {s.load} turns to and fro, as {cut(s.quantity)} comes to zero again and again. Declare "
         f"friction, kn.friction(…) or kn.dry_friction(…), or {s.smooth} in its place and choose "

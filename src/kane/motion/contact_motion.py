@@ -102,12 +102,12 @@ class ContactMotion:
 
     def _still(self, touch: Touch, closed: set[int], sliding: Array) -> Array:
         """Directions of slip (k × d − 1), zero where there is none but for rounding."""
-        found = np.zeros_like(sliding)
+        result = np.zeros_like(sliding)
         for i in closed:
             v, size = touch.slips[i], float(np.linalg.norm(touch.slips[i]))
             if size > NOTHING * max(touch.slip_terms[i].max(), self.fastest[i]):
-                found[i] = v / size
-        return found
+                result[i] = v / size
+        return result
 
     def decide(self, t: float, x: Array, closed: set[int], sliding: Array, friction: Array, before: Modes) -> Decided:
         """The modes from an instant on; `sliding` (k × d − 1) has directions of slip, `friction` (k) the μ_s that hold."""
@@ -122,7 +122,7 @@ class ContactMotion:
         if choice.count is Count.SEVERAL:
             warn(
                 f"Expected one mode of the contacts at t = {t:.6g}, got {1 + len(choice.others)} that agree with the laws of "
-                f"friction. Taken was {_told(self.contacts, order, choice.modes)}, which friction does not press in, goes on as "
+                f"friction. Taken was {_modes_text(self.contacts, order, choice.modes)}, which friction does not press in, goes on as "
                 "before or has least forces: rigid bodies do not tell more. Give what yields a stiffness, or less friction."
             )
         for n, i in enumerate(order):
@@ -271,7 +271,7 @@ class ContactMotion:
         if not every:
             return found, margins
         touch = self.touch(t, x)
-        ways = _ways(touch, now)
+        ways = _slip_directions(touch, now)
         forces = self._forces(touch, now, ways)
         for stand in every:
             rows = rows_of(touch, stand, now.modes, ways)
@@ -456,12 +456,12 @@ class ContactMotion:
     def _falls_back(self, touch: Touch, now: Decided, decided: Decided) -> set[int]:
         """Contacts that have opened and fall again before their gaps are more than rounding: they have never been open."""
         a, v, d = touch.accelerations(decided.closed, decided.forces)[0], touch.gap_rates, self.layout.d
-        found = set()
+        result = set()
         for n, (c, before, mode) in enumerate(zip(self.contacts, now.modes, decided.modes, strict=True)):
             falls = c.gap is not None and before is mode is ContactMode.SEPARATED and a[d * n] < 0
             if falls and touch.numbers.gaps[n] - v[n] ** 2 / (2 * a[d * n]) <= ROUNDED * touch.numbers.gap_terms[n]:
-                found.add(n)
-        return found
+                result.add(n)
+        return result
 
     def _opens(self, touch: Touch, closed: set[int], below: set[int], modes: Modes) -> None:
         """Gaps that open have left zero, where rounding, or what has closed besides and moved them `below`, says otherwise.
@@ -524,9 +524,11 @@ class ContactMotion:
         touch, d = self.touch(t, x), self.layout.d
         slides = {n for n in closed if now.modes[n].slips}
         sliding = self._still(touch, slides, now.directions)
-        found = np.zeros((len(self.contacts), d))
-        found[closed] = touch.choose(closed, sliding, touch.numbers.laws[:, 0] * (1 + SIX_DIGITS)).forces.reshape(-1, d)
-        return found
+        result = np.zeros((len(self.contacts), d))
+        result[closed] = touch.choose(closed, sliding, touch.numbers.laws[:, 0] * (1 + SIX_DIGITS)).forces.reshape(
+            -1, d
+        )
+        return result
 
     def _under_way(
         self, touch: Touch, x: Array, decided: Decided, begun: Sequence[int]
@@ -579,7 +581,7 @@ class ContactMotion:
         return end_of(self.contacts, event)
 
 
-def _ways(touch: Touch, now: Decided) -> Array:
+def _slip_directions(touch: Touch, now: Decided) -> Array:
     """Directions in which contacts slip at an instant (k × d − 1): those of slips, where these do not go straight on from rest."""
     sizes = np.linalg.norm(touch.slips, axis=1, keepdims=True)
     turns = np.array([[m.slips and not m.straight] for m in now.modes]) & (sizes > 0)
@@ -598,7 +600,7 @@ def _mode(mode: ContactMode, slides: Array) -> Mode:
     return Mode.SLIP if np.any(slides) else Mode.STICK
 
 
-def _told(contacts: Sequence[Any], order: Sequence[int], modes: Sequence[Mode]) -> str:
+def _modes_text(contacts: Sequence[Any], order: Sequence[int], modes: Sequence[Mode]) -> str:
     words = {Mode.OPEN: "separates", Mode.STICK: "sticks", Mode.FRESH_SLIP: "slips", Mode.SLIP: "slips"}
     return ", ".join(f"{contacts[i].name} {words[m]}" for i, m in zip(order, modes, strict=True))
 
@@ -685,12 +687,12 @@ class _Way:
         if any(_refused(at, self.method, self.span).values()):
             return None
         given = dict(at.parameters), at.inputs
-        found, self.free = runner(at.eom, self.method, self.span, given, self.options["settings"], self.times)
+        result, self.free = runner(at.eom, self.method, self.span, given, self.options["settings"], self.times)
         for name in KNOWN:  # from now on the kernel has them, too
-            own = found.arrays[name]
+            own = result.arrays[name]
             own[:] = getattr(at, name)
             setattr(at, name, own)
-        return found
+        return result
 
     def ends(self) -> None:
         """The kernel is free for another motion."""

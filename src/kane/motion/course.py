@@ -20,9 +20,9 @@ import numpy as np
 from kane.dynamics.poles import KinematicsEnd
 from kane.equations.equations import Equations
 from kane.model.declarations import Event
-from kane.motion.broken import chattering, not_held
+from kane.motion.broken import chattering, constraint_failure
 from kane.motion.hybrid.automaton import End, Fresh, ended_by, leapt_over, up_to_a_break
-from kane.motion.hybrid.events import StepSeen, met_along
+from kane.motion.hybrid.events import StepSeen, events_along
 from kane.motion.projection import Numbers
 from kane.motion.right_hand_side import Routines
 from kane.motion.steps import Stepper, regular, unheld
@@ -343,11 +343,11 @@ class Course:
             return self.stopped(found.message, (step.t, step.first))
         if found.verdict is Verdict.TURNED:
             return self.stopped(f"another branch of the closures lies beyond t = {step.t:.6g}: {found.message}")
-        return self.stopped(not_held(self.stepper, step.t, step.first, self.span, found.message))
+        return self.stopped(constraint_failure(self.stepper, step.t, step.first, self.span, found.message))
 
     def _meets(self, step: StepFound, kept: Array) -> tuple[list[tuple[Event, float]], End | None, float]:
         """The events of a step, the end that they make, and when; without one, the beginning of the step."""
-        noted, end = met_along(self.solver.seen(step, kept), step.dense, self.fresh, self.method.rtol, self.span[1])
+        noted, end = events_along(self.solver.seen(step, kept), step.dense, self.fresh, self.method.rtol, self.span[1])
         return noted, end, step.t if end is None else next(t for event, t in noted if event.breaks)
 
     def _passes(self, end: End, t: float, dense: Callable[[float], Array]) -> bool:

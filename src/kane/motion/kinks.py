@@ -136,19 +136,23 @@ class Kinks:
         )
         apart = open_shares(self.eom, there.f - here.f, np.zeros(len(here.f)), values)
         if apart.max(initial=0) > LEAPS:
-            return self._told(t, "positions", names[int(np.argmax(apart))], turned)
+            return self._kink_message(t, "positions", names[int(np.argmax(apart))], turned)
         u = x[nq : nq + n]
         left = np.abs(there.a @ u + there.b) - np.abs(here.a @ u + here.b)
         terms = np.abs(there.a) @ np.abs(u) + np.abs(there.b)
         rtol, atol = tolerances
         limit = max(LEAPS, _SLACK * rtol) * terms + _SLACK * atol * np.abs(there.a).sum(axis=1)
         off = left / np.maximum(limit, np.finfo(float).tiny)
-        return self._told(t, "velocities", names[int(np.argmax(off))], turned) if n and off.max(initial=0) > 1 else ""
+        return (
+            self._kink_message(t, "velocities", names[int(np.argmax(off))], turned)
+            if n and off.max(initial=0) > 1
+            else ""
+        )
 
     def _on(self, signs: Array, t: float, x: Array, given: tuple[Array, Array]) -> Numbers:
         return self.table.on(tuple(signs.tolist()))(constraint_numbers)(t, x, *given)
 
-    def _told(self, t: float, what: str, name: str, turned: Sequence[SwitchedQuantity]) -> str:
+    def _kink_message(self, t: float, what: str, name: str, turned: Sequence[SwitchedQuantity]) -> str:
         node, quantity = self._node(name, turned)
         return (
             f"{what} would have to jump at t = {t:.6g}: the constraint {name!r} bends there, {cut(str(node), 80)} turns at "

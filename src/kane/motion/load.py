@@ -73,16 +73,16 @@ def _repeated(solution: Solution) -> Solution:
     given = dict.fromkeys(("first_step", "breakpoints", "settings", "max_step"))
     inputs = {s: constant(f) for s, f in first.inputs.items()}
     again = repeating(None, given | {"parameters": first.parameters, "inputs": inputs})
-    return replace(solution, _again=partial(_as_kept, again))
+    return replace(solution, _again=partial(_with_stored_options, again))
 
 
-def _as_kept(again: Callable[..., Any], solution: Solution, **more: Any) -> Any:
+def _with_stored_options(again: Callable[..., Any], solution: Solution, **more: Any) -> Any:
     """The motion once more; the one in the file may have had options that are not kept there."""
-    found = again(solution, **more)
+    result = again(solution, **more)
     if "samples" not in more:
-        return found
-    off = np.abs(found.states[-1] - solution.states[-1])
-    if found.t[-1] == solution.t[-1] and np.any(
+        return result
+    off = np.abs(result.states[-1] - solution.states[-1])
+    if result.t[-1] == solution.t[-1] and np.any(
         off > _APART * (solution.atol + solution.rtol * np.abs(solution.states).max(axis=0))
     ):
         worst = [s.name for s in solution.equations.state][int(np.argmax(off))]
@@ -90,7 +90,7 @@ def _as_kept(again: Callable[..., Any], solution: Solution, **more: Any) -> Any:
             f"Expected the motion of the file once more, got one that ends with {worst} off by {off.max():.2g}: it was simulated with "
             "a longest step, breakpoints or settings that a file does not keep. Simulate it here, or take more samples."
         )
-    return replace(found, work=found.work + solution.work[0])
+    return replace(result, work=result.work + solution.work[0])
 
 
 def _check_system(path: Path, found: Contents, eom: Equations) -> None:

@@ -222,7 +222,7 @@ class KernelSolver:
         if back in (ReturnCode.STANDS, ReturnCode.RESTS):
             return self._turning(back)
         if back is ReturnCode.LOOK:
-            return self._found()
+            return self._step_for_python()
         changed = self.looked and self._settled()
         told = self._stalled(back, before)
         if told:
@@ -346,7 +346,7 @@ class KernelSolver:
 
     # ------------------------------------------------------------------------------------------------ what is open
 
-    def _found(self) -> StepFound | None:
+    def _step_for_python(self) -> StepFound | None:
         """The step that is taken next, of which constraints are open, or events are."""
         s, holding = self.s, self.holding
         held = bool(s[Slot.HELD]) and not s[Slot.LOOKED]

@@ -119,9 +119,9 @@ class Prepared(Attributes):
             if the start is not admissible, or the integration fails
         """
         given, at = (self._inputs, self._settings, self._check), (q, u, states, parameters)
-        found = repeated(self._runners, self.equations, self._plan, at, *given)
-        if found is not None:
-            return found
+        result = repeated(self._runners, self.equations, self._plan, at, *given)
+        if result is not None:
+            return result
         options = self._plan._asdict() | {"inputs": self._inputs, "settings": self._settings, "check": self._check}
         return simulate(self.equations, q=q, u=u, states=states, parameters=parameters, **options)
 

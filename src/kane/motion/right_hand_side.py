@@ -122,11 +122,11 @@ def sides(motion: Any) -> dict[str, Sides]:
         if load.slip and load.slip.speed is not None
     ]
     values = motion[[*(s.quantity for s in turning), *(slip.speed for _, slip in slips)]] if turning or slips else []
-    found = {s.text: _sign(v) for s, v in zip(turning, values, strict=False)}
+    result = {s.text: _sign(v) for s, v in zip(turning, values, strict=False)}
     for (name, slip), speed in zip(slips, values[len(turning) :], strict=True):
         least = SLIPS * np.abs(speed).max(initial=0) if slip.threshold is None else slip.threshold
-        found[name] = (speed > (1 + CHANGES_SIDE) * least).astype(np.int8)
-    return found
+        result[name] = (speed > (1 + CHANGES_SIDE) * least).astype(np.int8)
+    return result
 
 
 def _sign(values: npt.NDArray[np.float64]) -> Sides:
@@ -435,10 +435,10 @@ def pattern(now: Routines) -> Mask | None:
     """Which entries of J may be other than zero: those of symbols that rates hold; None where inputs follow from the state."""
     if any(getattr(f, "of_state", False) for f in now.drives):
         return None
-    return now.eom.numeric(now.settings).value(_held)
+    return now.eom.numeric(now.settings).value(_constrained_coordinates)
 
 
-def _held(eom: Equations) -> Mask:
+def _constrained_coordinates(eom: Equations) -> Mask:
     place = {s: 1 << k for k, s in enumerate(eom.state)}
     roots = without_unknowns(eom.solved, [*eom.right_hand_side, eom.power])
     held: dict[Expr, int] = {}

@@ -94,12 +94,12 @@ _STARTS = 64
 
 def _key(at: tuple[Any, Any, Any]) -> Any:
     """What is the same of equal start values; None of what does not tell."""
-    found = tuple(tuple(x.items()) if isinstance(x, Mapping) else None if x is None else tuple(x) for x in at)
+    result = tuple(tuple(x.items()) if isinstance(x, Mapping) else None if x is None else tuple(x) for x in at)
     try:
-        hash(found)
+        hash(result)
     except TypeError:
         return None
-    return found
+    return result
 
 
 class Plan(NamedTuple):
@@ -315,7 +315,7 @@ class Runner:
                         self._continued(eom, x, phase, begun, stiffness), _again=again, _options=self.options
                     ), False
                 if self.now.events is not None:
-                    self._met()
+                    self._logged_events()
                 k, e, _ = self.verdict.T
                 kept = not self._jumps(back) and bool(keeps_sharply(k, e, self.some[:, -1], self.method.rtol))
                 return self._ended(eom, phase, back, again), kept
@@ -326,8 +326,8 @@ class Runner:
     ) -> Solution:
         """The motion that is at its end, by what the arrays tell of it."""
         if self._jumps(back):
-            return self._held(self._with_jumps(eom, phase, again, back))
-        return self._held(self._finished(eom, phase, again))
+            return self._with_stepped_speeds(self._with_jumps(eom, phase, again, back))
+        return self._with_stepped_speeds(self._finished(eom, phase, again))
 
     def _jumps(self, back: ReturnCode) -> bool:
         """Whether an event ends the motion, or changes its state."""
@@ -354,7 +354,7 @@ class Runner:
                 return ReturnCode.STANDS, stiffness
             before = copy(stiffness)
             if back is ReturnCode.FULL:
-                self._met()
+                self._logged_events()
                 continue
             if self.holding is not None and self.holding.completes(back, self.s):
                 continue
@@ -372,7 +372,7 @@ class Runner:
             way = self.span, np.append(x, 0.0), self.times[:-1]
             return continued(stepper, self.method, way, phase, (self.given, stiffness), begun)
 
-    def _met(self) -> list[Noted]:
+    def _logged_events(self) -> list[Noted]:
         """What was noted of events and actions, part by part: rows (t, event) and rows of `jumps`; and of dependent speeds."""
         s, width = self.s, 2 * len(self.y) + 2
         self.changed += self.holding.changes() if self.holding is not None else ()
@@ -422,7 +422,7 @@ class Runner:
             phase=np.cumsum(number),
         )
 
-    def _held(self, motion: Solution) -> Solution:
+    def _with_stepped_speeds(self, motion: Solution) -> Solution:
         """The motion with the dependent speeds that were stepped."""
         if self.holding is None:
             return motion

@@ -18,7 +18,7 @@ from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter
 from kane.model.beams.beam import Beam, doubts
-from kane.motion.inputs.expressions import Formula, own_parameters
+from kane.motion.inputs.expressions import Formula, given_parameters
 from kane.motion.inputs.functions import input_functions
 from kane.motion.integrators import AdaptiveStep, FixedStep
 from kane.motion.loop import STEPS_ASKED, breakpoints_of, run, solver
@@ -33,7 +33,7 @@ from kane.motion.solution.resumed import (
     inherited_inputs,
     inherited_parameters,
     last_phase,
-    told,
+    merged_options,
 )
 from kane.motion.solution.solution import Solution
 from kane.motion.start import check_span, sample_times
@@ -115,11 +115,11 @@ def simulate(
     checking_functions(eom.derived, check)
     plan = Plan(span, method, rtol, atol, samples, max_steps, max_step, first_step, breakpoints, max_seconds).spelled()
     if start is None and rates is None and t is None:
-        found = repeated(
-            _kept(eom, plan, inputs, settings), eom, plan, (q, u, states, parameters), inputs, settings, check
+        result = repeated(
+            _stored_runners(eom, plan, inputs, settings), eom, plan, (q, u, states, parameters), inputs, settings, check
         )
-        if found is not None:
-            return found
+        if result is not None:
+            return result
     if isinstance(start, State):
         at = state_of(start, q=q, u=u, states=states, parameters=parameters, inputs=inputs, t=t)
         q, u, parameters, inputs, t, states = at.in_order
@@ -132,7 +132,7 @@ def simulate(
     values = inherited_parameters(eom, start, parameters)
     constants = parameter_values(eom.system, values)
     check_values(eom, np.array([constants[p] for p in eom.parameters]), span)
-    known = own_parameters(values) | constants
+    known = given_parameters(values) | constants
     law = inherited_inputs(eom, None if start is None else last_phase(start), inputs, known)
     drives = input_functions(eom, law, span, known)
     if start is not None:
@@ -141,7 +141,7 @@ def simulate(
     with working("Simulating"), noted():
         solution = _runs(eom)(eom, span, begin, (constants, drives), options, bounds, sample_times(samples, span))
     again = repeating(start, _given(values, law, plan.first_step, options))
-    check_kept(solution := replace(solution, _again=again, _options=options), check)
+    check_conserved(solution := replace(solution, _again=again, _options=options), check)
     return solution
 
 
@@ -154,7 +154,7 @@ def _runs(eom: Equations) -> Callable[..., Solution]:
     return run_over_time(eom)
 
 
-def _kept(eom: Equations, plan: Plan, inputs: Any, settings: Settings | None) -> Runners | None:
+def _stored_runners(eom: Equations, plan: Plan, inputs: Any, settings: Settings | None) -> Runners | None:
     """What is kept on the equations of the motions of a plan with these inputs, where they are numbers; from the second motion on."""
     if not are_fixed(inputs):
         return None
@@ -207,7 +207,7 @@ def repeated(
     if solution is None:
         return None
     if not kept or check:
-        check_kept(solution, check)
+        check_conserved(solution, check)
     return solution
 
 
@@ -229,7 +229,7 @@ def _options(plan: Plan, settings: Settings | None, start: Solution | None) -> t
     """The options of a plan, those that are not given as a motion has them that goes on from `start`, and its bounds."""
     given = {name: getattr(plan, name) for name in OPTIONS if name != "settings"}
     bounds = {name: getattr(plan, name) for name in ("max_steps", "max_seconds", "first_step")}
-    return told(given | {"settings": settings}, start), bounds
+    return merged_options(given | {"settings": settings}, start), bounds
 
 
 def runner_of(
@@ -243,7 +243,7 @@ def runner_of(
     options, bounds = _options(plan, settings, None)
     method = solver(options, bounds)
     constants = None if parameters is None else parameter_values(eom.system, parameters)
-    known = None if constants is None else own_parameters(parameters) | constants
+    known = None if constants is None else given_parameters(parameters) | constants
     drives = input_functions(eom, inputs, span, known)
     p = np.array(
         [(1.0 if s.default is None else s.default) if constants is None else constants[s] for s in eom.parameters]
@@ -303,10 +303,10 @@ def _again(
     with warnings.catch_warnings():  # of what is wrong with the motion it has warned
         warnings.simplefilter("ignore", KaneWarning)
         span = float(solution.t[0]), float(solution.t[-1])
-        found: Solution = check_whole(
+        result: Solution = check_whole(
             simulate(solution.equations, span, samples=times, method=method, **begin, **given, **more)
         )
-        return found
+        return result
 
 
 def _finer(solution: Solution, given: dict[str, Any]) -> dict[str, Any]:
@@ -321,7 +321,7 @@ def _finer(solution: Solution, given: dict[str, Any]) -> dict[str, Any]:
     return given
 
 
-def check_kept(solution: Solution, functions: Sequence[Any]) -> None:
+def check_conserved(solution: Solution, functions: Sequence[Any]) -> None:
     """Warn of an energy, or another function, that changes along the motion though it should not."""
     if solution.status != "stopped" and not solution.keeps_energy:
         warn(_wrong_energy(solution))

@@ -43,7 +43,7 @@ class First(NamedTuple):
         return f"index {self.written}{f' and {self.others} more' if self.others else ''}"
 
 
-def first_place(mask: Any) -> First:
+def first_index(mask: Any) -> First:
     """The first place at which a mask holds somewhere."""
     place = tuple(int(i) for i in np.argwhere(mask)[0])
     return First(place, str(place[0] if len(place) == 1 else place), int(np.sum(mask)) - 1)
@@ -132,7 +132,7 @@ def blocks(count: int, size: int = 64) -> Iterator[slice]:
 
 def spread(values: Sequence[Any], shape: tuple[int, ...]) -> Array:
     """Numbers and arrays, each broadcast to one shape: values × shape."""
-    found = np.empty((len(values), *shape))
+    result = np.empty((len(values), *shape))
     for k, x in enumerate(values):
-        found[k] = x
-    return found
+        result[k] = x
+    return result

@@ -26,15 +26,15 @@ _INSIDE = 1e-6
 
 def _units() -> Array:
     """J of a unit of each of m, h_x, h_y, h_z, I_xx, I_yy, I_zz, I_xy, I_yz, I_zx (10 × 4 × 4)."""
-    found = np.zeros((10, 4, 4))
-    found[0, 3, 3] = 1.0
+    result = np.zeros((10, 4, 4))
+    result[0, 3, 3] = 1.0
     for i in range(3):
-        found[1 + i, i, 3] = found[1 + i, 3, i] = 1.0
-        found[4 + i, range(3), range(3)] = 0.5
-        found[4 + i, i, i] -= 1.0
+        result[1 + i, i, 3] = result[1 + i, 3, i] = 1.0
+        result[4 + i, range(3), range(3)] = 0.5
+        result[4 + i, i, i] -= 1.0
         j, k = _PAIRS[i]
-        found[7 + i, j, k] = found[7 + i, k, j] = -1.0
-    return found
+        result[7 + i, j, k] = result[7 + i, k, j] = -1.0
+    return result
 
 
 UNITS = _units()

@@ -124,8 +124,8 @@ def surely_regular(a: Array, threshold: float) -> Mask:
 
 def _squares(a: Array) -> Array:
     """The sums of squares of matrices (k × m × n)."""
-    found: Array = np.einsum("kij,kij->k", a, a)
-    return found
+    result: Array = np.einsum("kij,kij->k", a, a)
+    return result
 
 
 def null_direction(a: Array, threshold: float) -> Array | None:

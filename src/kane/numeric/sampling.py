@@ -133,7 +133,7 @@ def named_values(what: str, symbols: Sequence[Symbol], given: Any) -> dict[Expr,
     for key, value in given.items():
         if isinstance(key, Parameter) and "parameters" in what and key.name not in by_name:
             continue
-        symbol = _found(by_name, key)
+        symbol = _symbol_of(by_name, key)
         if symbol is None:
             raise ValueMissingError(
                 f"Expected values for {what} of the system ({', '.join(by_name) or 'none'}), got one for "
@@ -162,7 +162,7 @@ def symbols_named(what: str, symbols: Sequence[Symbol], keys: Any) -> Symbols[An
     by_name = {s.name: s for s in symbols}
     found = []
     for key in _listed(what, symbols, keys):
-        symbol = _found(by_name, key)
+        symbol = _symbol_of(by_name, key)
         if symbol is None:
             raise ValueMissingError(f"Expected one of {', '.join(by_name) or 'none'}, got {unknown(key, symbols)}")
         found.append(symbol)
@@ -187,7 +187,7 @@ def unknown(key: Any, symbols: Iterable[Symbol]) -> str:
     return f"{cut(repr(key))}.{alike(str(key), names)}"
 
 
-def _found(by_name: Mapping[str, Symbol], key: Any) -> Symbol | None:
+def _symbol_of(by_name: Mapping[str, Symbol], key: Any) -> Symbol | None:
     symbol = by_name.get(key.name if isinstance(key, Symbol) else key) if isinstance(key, Symbol | str) else None
     return symbol if symbol is key or isinstance(key, str) else None
 

@@ -91,13 +91,13 @@ class Animation:
 
     def _modes(self) -> Mapping[str, list[tuple[float, str]]]:
         history = self.solutions[0].mode_history
-        found: dict[str, list[tuple[float, str]]] = {}
+        result: dict[str, list[tuple[float, str]]] = {}
         for t, modes in history:
             for name, mode in modes.items():
-                own = found.setdefault(name, [])
+                own = result.setdefault(name, [])
                 if not own or own[-1][1] != mode:
                     own.append((float(t), mode))
-        return found
+        return result
 
     def html(self) -> str:
         """One page that needs nothing else."""
@@ -128,10 +128,10 @@ class Animation:
         self._writer(path)(self, path)
 
     def _writer(self, path: Path) -> Callable[[Animation, Path], object]:
-        found = FORMATS.get(path.suffix.lower())
-        if found is None:
+        result = FORMATS.get(path.suffix.lower())
+        if result is None:
             raise ArgumentError(f"Expected a file that ends in {', '.join(FORMATS)}, got {str(path)!r}.")
-        return found
+        return result
 
     def __repr__(self) -> str:
         t = self.courses[0].times
@@ -178,11 +178,11 @@ def animate(
 
 def animation_of(solutions: Sequence[Solution], scene: Scene, traces: Sequence[Point], autoplay: bool) -> Animation:
     """Motions of one system, of which the scene is at hand."""
-    numbers = tuple(_place_number(scene, p) for p in traces)
+    numbers = tuple(_point_index(scene, p) for p in traces)
     return Animation(tuple(solutions), scene, tuple(course(scene, s) for s in solutions), numbers, autoplay)
 
 
-def _place_number(scene: Scene, point: Point) -> int:
+def _point_index(scene: Scene, point: Point) -> int:
     """The number of a point's position, which the scene must have."""
     wanted = point.position(point.root()).components(scene.system.inertial)
     for k, place in enumerate(scene.positions):

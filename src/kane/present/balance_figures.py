@@ -15,7 +15,7 @@ from kane.errors import ArgumentError, SimulationError, cut
 from kane.motion.cycles.branch import CycleBranch
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
-from kane.present.figure import Picture, kept, place_of
+from kane.present.figure import Picture, file_path, saved
 from kane.present.motion_plots import COLOURS, label_of
 from kane.present.plotted.lines import draw, look
 from kane.present.plotted.runs import PlottedRun, runs_of, smooth
@@ -44,7 +44,7 @@ def energy_balance(solution: Solution, path: str | Path | None = None) -> Figure
     """
     if not isinstance(solution, Solution):
         raise ArgumentError(f"Expected a motion from kn.simulate, got {cut(repr(solution))}.")
-    place = place_of(path, 'kn.figures.energy_balance(sol, "energy.svg")')
+    place = file_path(path, 'kn.figures.energy_balance(sol, "energy.svg")')
     (run,) = runs_of(solution)
     figure = Picture(figsize=(6.4, 5.6), layout="constrained")
     axes = figure.subplots(3, 1, sharex=True)
@@ -53,7 +53,7 @@ def energy_balance(solution: Solution, path: str | Path | None = None) -> Figure
         look(a)
         draw(a, panel, [""])
         a.label_outer()
-    return kept(figure, place)
+    return saved(figure, place)
 
 
 def _seen(made: Sequence[Panel]) -> list[Array]:
@@ -106,7 +106,7 @@ def cycle_figure(branch: CycleBranch, *quantities: Any, path: str | Path | None 
     """
     if not isinstance(branch, CycleBranch):
         raise SimulationError(f"Expected a branch from cycle.follow, got {cut(repr(branch))}.")
-    place = place_of(path, 'kn.figures.cycle_figure(branch, path="cycles.svg")')
+    place = file_path(path, 'kn.figures.cycle_figure(branch, path="cycles.svg")')
     if len(branch) < 2:
         raise SimulationError(f"Expected a branch of two cycles or more, got {branch!r}. Follow it further.")
     coordinates = branch.cycles[0].solution.equations.coordinates
@@ -135,7 +135,7 @@ def cycle_figure(branch: CycleBranch, *quantities: Any, path: str | Path | None 
         bbox_to_anchor=(0, 1),
         borderaxespad=0.1,
     )
-    return kept(figure, place)
+    return saved(figure, place)
 
 
 def _rows(branch: CycleBranch) -> list[tuple[float, Any, bool]]:

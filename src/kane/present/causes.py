@@ -39,14 +39,14 @@ def multiplied_out(eom: Equations) -> Mapping[Symbol, Sequence[Cause]] | None:
     forces = None if inverse is None else [_forces(eom, u) for u in eom.speeds]
     if inverse is None or forces is None:
         return None
-    found: dict[Symbol, Sequence[Cause]] = {}
+    result: dict[Symbol, Sequence[Cause]] = {}
     for r, u in enumerate(eom.speeds):
         shares = [(inverse[r, s], own) for s, own in enumerate(forces) if (r, s) in inverse]
         terms = list(_terms(shares))
         if None in terms or len(terms) > _TERMS:
             return None
-        found[u] = [t for t in terms if t is not None]
-    return found
+        result[u] = [t for t in terms if t is not None]
+    return result
 
 
 def _forces(eom: Equations, u: Symbol) -> Mapping[tuple[str, str], Expr]:
@@ -73,20 +73,20 @@ def _terms(shares: Sequence[tuple[Expr, Mapping[tuple[str, str], Expr]]]) -> Ite
 def _inverse(eom: Equations) -> Mapping[tuple[int, int], Expr] | None:
     """The entries of M⁻¹ that do not vanish; None where M couples more than two speeds."""
     m, n = eom.mass_matrix, len(eom.speeds)
-    found: dict[tuple[int, int], Expr] = {}
+    result: dict[tuple[int, int], Expr] = {}
     for i in range(n):
         others = [j for j in range(n) if j != i and m[i, j] is not ZERO]
         if len(others) > 1:
             return None
         if not others:
-            found[i, i] = div(ONE, m[i, i])
+            result[i, i] = div(ONE, m[i, i])
             continue
         (j,) = others
         squares = sub(mul(m[i, i], m[j, j]), mul(m[i, j], m[i, j]))
         short = expanded(squares)
         squares = squares if short is None else factored(short)
-        found[i, i], found[i, j] = div(m[j, j], squares), neg(div(m[i, j], squares))
-    return found
+        result[i, i], result[i, j] = div(m[j, j], squares), neg(div(m[i, j], squares))
+    return result
 
 
 __all__ = ["Cause", "multiplied_out"]

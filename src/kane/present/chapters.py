@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from kane.dynamics.readings.contributions import Contributions
-from kane.dynamics.readings.seven_steps import Kind, Quantity, Result, Step, moving_places, shown_speeds
+from kane.dynamics.readings.seven_steps import Kind, Quantity, Result, Step, moving_frames_and_points, shown_speeds
 from kane.equations.equations import Equations
 from kane.expr.evaluation import count_operations
 from kane.expr.node import Expr, postorder
@@ -193,7 +193,7 @@ def _partials(
     eom: Equations, shown: Mapping[Quantity, DisplayedFormula], title: str, turn: Kind, shift: Kind
 ) -> PageTable:
     """Kane's table: a row for each speed, a column for each angular velocity and velocity."""
-    frames, points = moving_places(eom.system)
+    frames, points = moving_frames_and_points(eom.system)
     columns: list[tuple[Kind, Kind, Frame | Point]] = [(Kind.ANGULAR_VELOCITY, turn, f) for f in frames]
     columns += [(Kind.VELOCITY, shift, p) for p in points]
     speeds = shown_speeds(eom.derived) if turn is Kind.PARTIAL_ANGULAR_VELOCITY else eom.independent_speeds

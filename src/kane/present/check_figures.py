@@ -120,7 +120,7 @@ def _residual(solution: Solution) -> Check:
     active, inertia = np.array(solution[list(eom.Fr)]), np.array(solution[list(eom.Fr_star)])
     u_dot = np.array(solution[[rate(u) for u in eom.speeds]])
     mass = _matrix(solution, Matrix([*eom.mass_matrix.rows, *eom.auxiliary_mass_matrix.rows]))
-    held, terms = _held(solution, active + inertia)
+    held, terms = _constraint_balance(solution, active + inertia)
     size = (np.abs(active) + np.abs(inertia) + terms).T + np.einsum("nij,jn->ni", np.abs(mass), np.abs(u_dot))
     scale = size.max(axis=0)
     scale = np.maximum(scale, _FAINT * scale.max())
@@ -130,7 +130,7 @@ def _residual(solution: Solution) -> Check:
     return Check(name, max(map(_ratio, off, scale)), EQUAL, detail)
 
 
-def _held(solution: Solution, left: Array) -> tuple[Array, Array]:
+def _constraint_balance(solution: Solution, left: Array) -> tuple[Array, Array]:
     """What the constraints exert on each row, and the size of its terms: Aᵀλ, with the λ that balance the speeds' rows best."""
     eom, n = solution.equations, len(solution.equations.speeds)
     if not len(eom.b):

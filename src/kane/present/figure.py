@@ -74,7 +74,7 @@ def plot(
         if the motion knows no such name
     """
     runs = runs_of(solution)
-    place = place_of(path, 'kn.plot(sol, path="motion.svg")')
+    place = file_path(path, 'kn.plot(sol, path="motion.svg")')
     made = panels(runs, quantities)
     names = [run.name for run in runs]
     if ax is None:
@@ -87,7 +87,7 @@ def plot(
             raise ArgumentError("Expected quantities against time, or tuples (x, y), for one pair of axes, got both.")
         one = Panel("", tuple(trace for panel in made for trace in panel.traces), made[0].across)
         draw(ax, one, names, beside=False)
-    return kept(figure, place)
+    return saved(figure, place)
 
 
 def _new(runs: Sequence[PlottedRun], made: Sequence[Panel], names: Sequence[str]) -> Figure:
@@ -119,7 +119,7 @@ def _new(runs: Sequence[PlottedRun], made: Sequence[Panel], names: Sequence[str]
     return figure
 
 
-def place_of(path: str | Path | None, example: str) -> Path | None:
+def file_path(path: str | Path | None, example: str) -> Path | None:
     """The path of a figure's file, if there is one, whose ending is known."""
     place = None if path is None else path_of(path, example)
     if place is not None and place.suffix.lower() not in FORMATS:
@@ -127,7 +127,7 @@ def place_of(path: str | Path | None, example: str) -> Path | None:
     return place
 
 
-def kept(figure: Figure, place: Path | None) -> Figure:
+def saved(figure: Figure, place: Path | None) -> Figure:
     """The figure, where it has a place also as a file, instead of one that `kane` wrote or of none."""
     if place is not None:
         exchange_marked(place, partial(save, figure), *FIGURES)

@@ -119,7 +119,7 @@ def screen_of(solution: Solution, drawn: Scene | None = None) -> FirstScreen:
     animation = animation_of([solution], scene(eom) if drawn is None else drawn, (), autoplay=False)
     found = multiplied_out(eom)
     rows = list(terms(eom)) if found is None else list(_multiplied(found))
-    shown = _kept([*rows, *_lines(eom)], animation.courses[0].motion, found is not None)
+    shown = _shown([*rows, *_lines(eom)], animation.courses[0].motion, found is not None)
     values = [q for q, _ in shown]
     row = np.stack([v for _, v in shown], axis=-1) if shown else np.zeros((len(animation.courses[0].times), 0))
     live, sliders, still = _live(solution, animation, values)
@@ -170,7 +170,7 @@ def _lines(eom: Equations) -> Iterator[ShownQuantity]:
         yield ShownQuantity("energy", "V", "J", eom.potential_energy)
 
 
-def _kept(wanted: Sequence[ShownQuantity], dense: Solution, multiplied: bool) -> list[tuple[ShownQuantity, Array]]:
+def _shown(wanted: Sequence[ShownQuantity], dense: Solution, multiplied: bool) -> list[tuple[ShownQuantity, Array]]:
     """The quantities that matter, with their values along a motion; what vanishes throughout is left out."""
     times = dense.t
     with warnings.catch_warnings():  # rows by dependent speeds that do not follow somewhere are left out below
@@ -200,12 +200,12 @@ def _idle(dense: Solution, span: float, multiplied: bool) -> dict[str, float]:
     """How large the terms of a row must be to count: their work beside the kinetic energy, or of u̇ what they change of u."""
     eom = dense.equations
     energy = float(np.nanmax(np.abs(dense[eom.kinetic_energy]), initial=0.0))
-    found = {}
+    result = {}
     for u in eom.independent_speeds:
         fastest = float(np.nanmax(np.abs(dense[u]), initial=0.0))
         above, below = (fastest, span) if multiplied else (energy, fastest * span)
-        found[f"why {u.name}"] = _NOTHING * above / below if below > 0 else 0.0
-    return found
+        result[f"why {u.name}"] = _NOTHING * above / below if below > 0 else 0.0
+    return result
 
 
 def _rows(

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from kane.errors import ArgumentError, cut
 from kane.motion.fitting.found import Fit
-from kane.present.figure import Picture, kept, place_of
+from kane.present.figure import Picture, file_path, saved
 from kane.present.motion_plots import COLOURS, label_of
 from kane.present.plotted.lines import look
 
@@ -34,7 +34,7 @@ def fit_figure(fit: Fit, path: str | Path | None = None) -> Figure:
     """
     if not isinstance(fit, Fit):
         raise ArgumentError(f"Expected a fit from kn.fit, got {cut(repr(fit))}.")
-    place = place_of(path, 'kn.figures.fit_figure(fit, "fit.svg")')
+    place = file_path(path, 'kn.figures.fit_figure(fit, "fit.svg")')
     names = [*fit.sigma]
     figure = Picture(figsize=(8.4, 1.0 + 1.7 * max(2, len(names))), layout="constrained")
     parts: Any = figure.subfigures(1, 2, width_ratios=(3, 2))
@@ -61,4 +61,4 @@ def fit_figure(fit: Fit, path: str | Path | None = None) -> Figure:
         b.text(
             j, i, f"{value:.2f}", ha="center", va="center", color="white" if abs(value) > 0.6 else "black", fontsize=8
         )
-    return kept(figure, place)
+    return saved(figure, place)

@@ -22,7 +22,7 @@ from kane.space.rotation import Basis
 from kane.space.vector import Vector
 from kane.write.arrange import TEXT, Notation, layout
 from kane.write.display import Minus, Tree
-from kane.write.latex import LATEX, latex_name, place_latex, symbol_latex
+from kane.write.latex import LATEX, latex_name, point_latex, symbol_latex
 
 
 @dataclass(frozen=True)
@@ -106,8 +106,8 @@ def quantity_latex(quantity: Quantity, inertial: Frame | None = None) -> str:
     if letter is None:
         return _named(quantity.place, dots=quantity.kind is Kind.RATE)
     lower = f"_{{{symbol_latex(quantity.speed)}}}" if quantity.speed is not None else ""
-    within = rf"{{}}^{{{place_latex(inertial.name)}}}" if inertial is not None else ""
-    return rf"{within}{letter}^{{{place_latex(quantity.place.name)}}}{lower}"
+    within = rf"{{}}^{{{point_latex(inertial.name)}}}" if inertial is not None else ""
+    return rf"{within}{letter}^{{{point_latex(quantity.place.name)}}}{lower}"
 
 
 def _named(place: Any, dots: bool = False) -> str:
@@ -177,7 +177,7 @@ def wrapped(text: str, *, indent: int = 0, hang: int | None = None, width: int =
     following = indent + 4 if hang is None else hang
     lines, lead, rest = [], indent, text
     while lead + len(rest) > width:
-        at = _place(rest, width - lead, width // 3)
+        at = _break_position(rest, width - lead, width // 3)
         if at is None:
             break
         lines.append(" " * lead + rest[:at].rstrip())
@@ -185,7 +185,7 @@ def wrapped(text: str, *, indent: int = 0, hang: int | None = None, width: int =
     return [*lines, " " * lead + rest]
 
 
-def _place(text: str, room: int, least: int) -> int | None:
+def _break_position(text: str, room: int, least: int) -> int | None:
     at = [*accumulate((c in "([{") - (c in ")]}") for c in text)]  # brackets that are open after each character
     for pattern in (_BREAK, re.compile(" ")):
         places = [m.start() for m in pattern.finditer(text) if min(least, room) <= m.start() <= room]

@@ -15,7 +15,7 @@ from kane.errors import ModelError, SimulationError, cut
 from kane.model.beams.beam import Beam
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
-from kane.present.figure import Picture, kept, place_of
+from kane.present.figure import Picture, file_path, saved
 from kane.present.plotted.lines import look
 
 _STATIONS = 33
@@ -33,7 +33,7 @@ def mode_figure(beam: Beam, path: str | Path | None = None) -> Figure:
     path : file to write, `.png`, `.svg` or `.pdf`; a figure of that name is replaced, nothing else
     """
     _check(beam)
-    place = place_of(path, 'kn.figures.mode_figure(beam, "modes.svg")')
+    place = file_path(path, 'kn.figures.mode_figure(beam, "modes.svg")')
     fields = beam.deformation.fields
     figure, column = _column(len(fields), 2.2, "ξ = x/L")
     x = np.linspace(0, 1, 201)
@@ -45,7 +45,7 @@ def mode_figure(beam: Beam, path: str | Path | None = None) -> Figure:
         axes.axhline(0, color="0.6", linewidth=0.8)
         axes.set_ylabel(_NAMES[f.stem])
         axes.legend(frameon=False, fontsize=8, ncols=3)
-    return kept(figure, place)
+    return saved(figure, place)
 
 
 def beam_figure(
@@ -68,7 +68,7 @@ def beam_figure(
         if the beam is not in the solution's system
     """
     _check(beam)
-    place = place_of(path, 'kn.figures.beam_figure(beam, sol, path="beam.svg")')
+    place = file_path(path, 'kn.figures.beam_figure(beam, sol, path="beam.svg")')
     if all(b is not beam for b in solution.equations.system.bodies):
         raise SimulationError(f"Expected a motion of a system with the beam {beam.name}, got one without it.")
     places = deformed(beam, solution, np.linspace(0, 1, _STATIONS))
@@ -87,7 +87,7 @@ def beam_figure(
         column[0].legend(frameon=False, fontsize=7, ncols=3)
     else:
         figure.colorbar(scale, ax=column, label="t [s]", aspect=40)
-    return kept(figure, place)
+    return saved(figure, place)
 
 
 def _scale(times: Array) -> ScalarMappable:

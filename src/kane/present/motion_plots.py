@@ -22,7 +22,7 @@ from kane.present.languages.catalogue import N_, tr
 from kane.present.scene.bodies import upward
 from kane.space.frame import Point
 from kane.units.rules import unit_text
-from kane.write.latex import latex_name, place_latex, symbol_latex
+from kane.write.latex import latex_name, point_latex, symbol_latex
 
 _UNKNOWN = frozenset('"&`#')
 """Characters that matplotlib's formulas do not know."""
@@ -35,7 +35,7 @@ def label_of(named: Symbol | Point | str) -> str:
         return name.replace("$", r"\$")
     if isinstance(named, Symbol):
         return f"${symbol_latex(named)}$"
-    return f"${place_latex(name) if isinstance(named, Point) else latex_name(name)}$"
+    return f"${point_latex(name) if isinstance(named, Point) else latex_name(name)}$"
 
 
 INK, RULE, FAINT = "#010203", "#010204", "#010205"

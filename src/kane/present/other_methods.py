@@ -77,7 +77,7 @@ def why_kane(eom: Equations) -> WhyKane:
         held = len(other.unknowns) - len(eom.coordinates)
         name = tr("Lagrange, with multipliers") if held else tr("Lagrange")
         rows.append(_row(eom, name, len(eom.coordinates), held, other.right_hand_side, other.state))
-        found = tuple(_found(eom, other))
+        found = tuple(_agreement(eom, other))
     except ModelError as error:
         found = (tr("Lagrange's equations do not take this system: %(error)s", error=cut(str(error), 300)),)
     head = tuple(map(tr, _HEAD))
@@ -111,7 +111,7 @@ def _newton_euler(eom: Equations) -> list[tuple[str, ...]]:
 # What is found in numbers ---------------------------------------------------------------------------------------------
 
 
-def _found(eom: Equations, other: Formulation) -> Iterator[str]:
+def _agreement(eom: Equations, other: Formulation) -> Iterator[str]:
     """How near accelerations by the other method are, and what constraint forces leave in F_r + F*_r by them."""
     u_dot = tuple(map(rate, eom.speeds))
     shares = list(terms(eom))
@@ -124,7 +124,7 @@ def _found(eom: Equations, other: Formulation) -> Iterator[str]:
         *(q.expr for q in shares),
         *forces.values(),
     )
-    at = [_held(eom, place) for place in states(eom.derived, [*roots, *eom.speeds, *eom.rates], varied=False)]
+    at = [_on_constraints(eom, place) for place in states(eom.derived, [*roots, *eom.speeds, *eom.rates], varied=False)]
     own, others = measured(eom.accelerations, at), measured(other.accelerations, at)
     kept = np.flatnonzero(np.isfinite(own).all(axis=1) & np.isfinite(others).all(axis=1))
     if not len(kept):
@@ -168,7 +168,7 @@ def _largest(forces: Mapping[str, Expr], at: Sequence[Place]) -> Iterator[str]:
             yield tr(what, most=f"{most:.3g} {unit}")
 
 
-def _held(eom: Equations, place: Place) -> Place:
+def _on_constraints(eom: Equations, place: Place) -> Place:
     """The place with speeds that satisfy the constraints, and the rates of the coordinates that follow."""
     u = np.array([place[s] for s in eom.speeds])
     if len(eom.b):

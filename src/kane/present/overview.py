@@ -23,7 +23,7 @@ from kane.space.frame import Frame, Point
 from kane.space.rotation import Orientation
 from kane.space.vector import Vector
 from kane.units.rules import unit_text
-from kane.write.latex import place_latex, symbol_latex, to_latex, unit_vector_latex
+from kane.write.latex import point_latex, symbol_latex, to_latex, unit_vector_latex
 
 Row = Mapping[str, Any]
 """Cells by the names of their columns; "" or None where there is nothing."""
@@ -91,12 +91,12 @@ def _loads(system: System) -> Iterable[Row]:
 
 def _within(system: System) -> dict[Point | Frame, Deforming]:
     """The places that stand for a flexible body's mass and elasticity, and mean nothing by themselves."""
-    found: dict[Point | Frame, Deforming] = {}
+    result: dict[Point | Frame, Deforming] = {}
     for body in deforming(system.bodies):
         places = [p for part in body.parts() for p in (part.mass_center, part.frame, *(x for x, _ in part.momenta))]
         places += [p for load in body.own_loads for p, _ in (*load.forces, *load.torques)]
-        found |= {p: body for p in places if p is not None and p.name.startswith(f"{body.name} ")}
-    return found
+        result |= {p: body for p in places if p is not None and p.name.startswith(f"{body.name} ")}
+    return result
 
 
 def reactions(system: System, auxiliary: Iterable[AuxiliarySpeed] = ()) -> Iterable[Row]:
@@ -239,7 +239,7 @@ def _cell(row: Row, column: str) -> Cell:
     if isinstance(value, Expr):
         return Tex(to_latex(value))
     if isinstance(value, Point | Frame):
-        return Tex(place_latex(value.name))
+        return Tex(point_latex(value.name))
     if isinstance(value, Load | Constraint):
         return _acting(value)
     return f"{value:g}"
@@ -254,12 +254,12 @@ def _vector(value: Vector | Expr) -> Tex:
 
 def _acting(load: Load | Constraint, inner: Mapping[Point | Frame, Deforming] = MappingProxyType({})) -> Tex:
     told = [(False, p) for p, _ in load.forces] + [(True, f) for f, _ in load.torques]
-    places = list(dict.fromkeys(_place(turns, at, inner) for turns, at in told))
+    places = list(dict.fromkeys(_attachment(turns, at, inner) for turns, at in told))
     return Tex(r",\; ".join(places[:_FEW]) + (r",\; \dots" if len(places) > _FEW else ""))
 
 
-def _place(turns: bool, at: Point | Frame, inner: Mapping[Point | Frame, Deforming]) -> str:
-    place = place_latex(inner[at].name if at in inner else at.name)
+def _attachment(turns: bool, at: Point | Frame, inner: Mapping[Point | Frame, Deforming]) -> str:
+    place = point_latex(inner[at].name if at in inner else at.name)
     if at in inner:
         along = (tr(r"\text{force along }%(place)s", place=place), tr(r"\text{torque along }%(place)s", place=place))
         return along[turns]
@@ -280,7 +280,7 @@ def _inertia(part: Part | tuple[Coordinate, ...]) -> Tex:
         terms = [rf"{_factor(to_latex(rows[i][i]))}\,{a}{a}" for i, a in enumerate(axes) if rows[i][i] is not ZERO]
         return Tex(" + ".join(terms) or "0")
     matrix = r" \\ ".join(" & ".join(to_latex(x) for x in row) for row in rows)
-    return Tex(rf"\begin{{bmatrix}} {matrix} \end{{bmatrix}}_{{{place_latex(frame.name)}}}")
+    return Tex(rf"\begin{{bmatrix}} {matrix} \end{{bmatrix}}_{{{point_latex(frame.name)}}}")
 
 
 def _factor(text: str) -> str:
@@ -289,7 +289,7 @@ def _factor(text: str) -> str:
 
 def _at(row: Row) -> Cell:
     at = row["at"]
-    return at.name if isinstance(at, Constraint) else Tex(place_latex(at.name)) if at else ""
+    return at.name if isinstance(at, Constraint) else Tex(point_latex(at.name)) if at else ""
 
 
 def _along(row: Row) -> Cell:
@@ -319,10 +319,10 @@ def _orientation(o: Orientation | None) -> Cell:
 
 def _position(point: Point, within: Deforming | None) -> Tex:
     if point.parent is None:
-        return Tex(tr(r"\text{fixed in }%(frame)s", frame=place_latex(point.frame.name)))
+        return Tex(tr(r"\text{fixed in }%(frame)s", frame=point_latex(point.frame.name)))
     here = _vector(point.offset)
     body = within or point.body
-    told = {} if body is None else {"offset": here.source, "body": place_latex(body.name)}
+    told = {} if body is None else {"offset": here.source, "body": point_latex(body.name)}
     if within is not None:
         return Tex(tr(r"%(offset)s\quad\text{(shares the mass of }%(body)s\text{)}", **told))
     return Tex(tr(r"%(offset)s\quad\text{(particle of }%(body)s\text{)}", **told)) if told else here

@@ -19,7 +19,7 @@ from kane.present.languages.catalogue import tr, trn
 from kane.present.overview import Cell, PageTable, Tex
 from kane.program.native import machine, store
 from kane.space.frame import Point
-from kane.write.latex import place_latex, symbol_latex
+from kane.write.latex import point_latex, symbol_latex
 
 _PACKAGES = (
     "kane",
@@ -139,7 +139,7 @@ def force_provenance(eom: Equations, kind: Kind, contributions: Sequence[Contrib
             velocity = Kind.PARTIAL_VELOCITY if isinstance(c.place, Point) else Kind.PARTIAL_ANGULAR_VELOCITY
             met = Tex(f"{_left(eom, velocity, c.place, speed)} = {partial.source}")
             source = Tex(symbol_latex(c.source)) if isinstance(c.source, Symbol) else c.source.name
-            rows.append((source, Tex(place_latex(c.place.name)), vector, met, term))
+            rows.append((source, Tex(point_latex(c.place.name)), vector, met, term))
         table = PageTable("", (*head, tr("partial velocity"), tr("term")), tuple(rows))
         origins.append(Origin(_left(eom, kind, speed), _terms(len(some)), table, idle))
     return Provenance(tr("Where the terms come from"), tuple(origins), tuple(between))

@@ -111,13 +111,13 @@ def format_of(path: Path, format: str | None = None) -> str:
             )
         return format
     ending = path.suffix.lower()
-    found = next((name for name, form in FORMATS.items() if ending in form.endings), None if ending else "html")
-    if found is None:
+    result = next((name for name, form in FORMATS.items() if ending in form.endings), None if ending else "html")
+    if result is None:
         endings = ", ".join(e for form in FORMATS.values() for e in form.endings)
         raise ArgumentError(
             f"Expected a file for the report that ends in {endings}, got {str(path)!r}. Or say format=."
         )
-    return found
+    return result
 
 
 def spoken_in(format: str, language: str) -> None:

@@ -124,16 +124,16 @@ class Pair(Row):
         cubes, signs = g.cube, g.sign
         a, s = cubes[t], signs[t]
         apart = frozenset(a).isdisjoint
-        found = []
+        result = []
         for u in own.values():
             if u != t and lone.get(u) == 0:
                 b = cubes[u]
                 rest, other = (a, b) if apart(b) else _without_common(a, b)
                 if rest < other:
-                    found.append(((rest, other, s * signs[u]), (t, u)))
+                    result.append(((rest, other, s * signs[u]), (t, u)))
                 else:
-                    found.append(((other, rest, s * signs[u]), (u, t)))
-        return found
+                    result.append(((other, rest, s * signs[u]), (u, t)))
+        return result
 
     def further(self, t: int, x: int, lone: dict[int, int], often: set[int]) -> Iterable[tuple[Hashable, Any]]:  # noqa: D102
         return self.shown(t, lone, often)

@@ -158,10 +158,10 @@ def _changed(g: Graph, price: Price, v: int, mine: Terms, changes: list[Terms]) 
 
 
 def _terms(g: Graph, v: int) -> Terms:
-    found: Terms = {}
+    result: Terms = {}
     for t in g.of(v):
-        found[g.rest[t]] = g.sign[t] * g.factor[t]
-    return found
+        result[g.rest[t]] = g.sign[t] * g.factor[t]
+    return result
 
 
 def _split(g: Graph, cube: Cube) -> tuple[Cube, Cube]:

@@ -61,7 +61,7 @@ class _Inward(Carry[SpatialInertia]):
         self.inner_pivots: dict[int, list[Elimination]] = {}
         self.modes: dict[int, list[Elimination]] = {}
 
-    def own(self, i: int) -> None:
+    def local(self, i: int) -> None:
         """Nothing: the inertia of a segment alone is added to what hangs on it."""
 
     def whole(self, i: int, v: SpatialInertia | None) -> SpatialInertia | None:
@@ -165,7 +165,7 @@ class _Pressing(Carry[SpatialForce]):
         self.shares = [ZERO] * len(found.divisors)
         self.felt: dict[int, SpatialForce] = {}
 
-    def own(self, i: int) -> SpatialForce | None:
+    def local(self, i: int) -> SpatialForce | None:
         if i in self.loads:
             return opposite(self.loads[i])
         return NO_WRENCH if any(dof.number in self.forces for dof in self.tree[i].dofs) else None
@@ -234,9 +234,9 @@ class Articulated:
     @cached_property
     def inward(self) -> _Inward:
         """The articulated inertias."""
-        found = _Inward(self.tree, self.moving)
-        inward(self.tree, found)
-        return found
+        result = _Inward(self.tree, self.moving)
+        inward(self.tree, result)
+        return result
 
     @cached_property
     def _free(self) -> tuple[Passed, list[Accelerations]]:

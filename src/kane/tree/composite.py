@@ -63,7 +63,7 @@ class Composites(Carry[Body]):
         self.along_a: list[Body] = list(bodies)
         inward(tree, self)
 
-    def own(self, i: int) -> Body:
+    def local(self, i: int) -> Body:
         """The body of a segment."""
         return self.bodies[i]
 
@@ -113,7 +113,7 @@ class _Mass(Carry[_Columns]):
                     self.rows[r][k] = add(self.rows[r][k], x)
         inward(tree, self)
 
-    def own(self, i: int) -> _Columns:
+    def local(self, i: int) -> _Columns:
         """The wrenches of elastic parts."""
         columns = self.elastic[i].columns if i in self.elastic else {}
         return _Columns((self.modes[b], column.w) for b, column in columns.items())

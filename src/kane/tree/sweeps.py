@@ -118,7 +118,7 @@ class Carry(Generic[V]):
     def __init__(self, tree: Tree) -> None:
         self.tree = tree
 
-    def own(self, i: int) -> V | None:
+    def local(self, i: int) -> V | None:
         """The value of a segment alone, along its basis of work."""
         raise NotImplementedError
 
@@ -141,7 +141,7 @@ class Carry(Generic[V]):
 
 def inward(tree: Tree, carry: Carry[V]) -> V | None:
     """The values of all segments from the tips to the ground, where that is asked for."""
-    hung = [carry.own(i) for i in range(len(tree))]
+    hung = [carry.local(i) for i in range(len(tree))]
     for i in reversed(range(0 if carry.ground else 1, len(tree))):
         segment, v = tree[i], carry.whole(i, hung[i])
         if i == 0 or v is None:
@@ -184,15 +184,15 @@ class Drive(Generic[W]):
 
 def outward(tree: Tree, drive: Drive[W], ground: W) -> list[W]:
     """The values of all segments, along the basis of work, from that of the ground."""
-    found = [ground]
+    result = [ground]
     for i, segment in enumerate(tree):
         if i:
-            v = found[segment.parent]
+            v = result[segment.parent]
             for turn in segment.lead:
                 v = v.turned(turn)
             v = drive.outer(i, drive.arm(i, v))
-            found.append(drive.inner(i, v if segment.turn is None else v.turned(segment.turn)))
-    return found
+            result.append(drive.inner(i, v if segment.turn is None else v.turned(segment.turn)))
+    return result
 
 
 class Rates(NamedTuple):
@@ -214,11 +214,11 @@ class Rates(NamedTuple):
 
 def rates(tree: Tree) -> list[Rates]:
     """The angular velocities and bias accelerations of all segments."""
-    found, base = [Rates()], [NOTHING]
+    result, base = [Rates()], [NOTHING]
     for i, s in enumerate(tree):
         if i == 0:
             continue
-        parent, before = found[s.parent], turned_down(s.lead, found[s.parent].w)
+        parent, before = result[s.parent], turned_down(s.lead, result[s.parent].w)
         coaxial = not s.lead and s.turn is None and tree[s.parent].turn is None
         base.append(base[s.parent] if coaxial else before)
         entered = before if s.turn is None else s.turn.down(before)
@@ -234,20 +234,20 @@ def rates(tree: Tree) -> list[Rates]:
         sliding = summed(s.inner.slide_drift, cross3(twice, s.inner.slide))
         spin = summed(s.inner.spin_drift, cross3(entered, s.inner.spin))
         coriolis = summed(doubled, s.outer.slide_drift)
-        found.append(Rates(before, parent.square, w, square, shift, coriolis, sliding, spin))
-    return found
+        result.append(Rates(before, parent.square, w, square, shift, coriolis, sliding, spin))
+    return result
 
 
 def velocities(tree: Tree, moving: Sequence[Rates]) -> list[Triple]:
     """Velocities of the segments' origins, along the basis of work."""
-    found: list[Triple] = [NOTHING]
+    result: list[Triple] = [NOTHING]
     for i, s in enumerate(tree):
         if i == 0:
             continue
-        v = turned_down(s.lead, found[s.parent])
+        v = turned_down(s.lead, result[s.parent])
         v = summed(summed(v, cross3(moving[i].before, s.arm)), s.outer.slide)
-        found.append(summed(v if s.turn is None else s.turn.down(v), s.inner.slide))
-    return found
+        result.append(summed(v if s.turn is None else s.turn.down(v), s.inner.slide))
+    return result
 
 
 class Driven(Drive[Accelerations]):
@@ -288,7 +288,7 @@ class Forces(Carry[SpatialForce]):
         super().__init__(tree)
         self.wrenches, self.found = wrenches, [ZERO] * count
 
-    def own(self, i: int) -> SpatialForce | None:
+    def local(self, i: int) -> SpatialForce | None:
         """The wrench on a segment."""
         return self.wrenches[i]
 

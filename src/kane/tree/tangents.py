@@ -60,13 +60,13 @@ class HeldFunction:
 
 def total(parts: Sequence[Any]) -> Any:
     """Their sum, of those that are not None."""
-    found: Any = None
+    result: Any = None
     for part in parts:
-        if found is None:
-            found = part
+        if result is None:
+            result = part
         elif part is not None:
-            found = _like(found, map(add, _flat(found), _flat(part)))
-    return found
+            result = _like(result, map(add, _flat(result), _flat(part)))
+    return result
 
 
 def _flat(vectors: Sequence[Any]) -> list[Expr]:
@@ -238,7 +238,7 @@ class _Changes(Carry[_Value]):
 
     def changes(self, i: int, drive: _Traced) -> dict[Symbol, Vectors]:
         """How the motion of a segment changes, that of the one before held: δω, δα′ and δa by symbol."""
-        s, at, found = self.tree[i], self.rates[i], dict[Symbol, Vectors]()
+        s, at, result = self.tree[i], self.rates[i], dict[Symbol, Vectors]()
         parent = self.rates[s.parent].w, *self.work[s.parent]
         stages = [
             HeldFunction(lambda *v: tuple(turned_down(s.lead, x) for x in v), parent),
@@ -252,8 +252,8 @@ class _Changes(Carry[_Value]):
                 change = total([None if change is None else stage.along(change), stage.slope(x), own])
             if change is not None:
                 spin, alpha, a = change
-                found[x] = spin, triple(map(sub, alpha, cross3(spin, at.w))), a
-        return found
+                result[x] = spin, triple(map(sub, alpha, cross3(spin, at.w))), a
+        return result
 
     def driven(self, dofs: Sequence[Dof], x: Symbol) -> Vectors | None:
         """What changes of the axes of joint speeds add to α and a."""
@@ -264,7 +264,7 @@ class _Changes(Carry[_Value]):
             a = summed(a, times(self.lambdas[dof.number], slide))
         return None if is_zero((*alpha, *a)) else (NOTHING, alpha, a)
 
-    def own(self, i: int) -> _Value:
+    def local(self, i: int) -> _Value:
         s, at, work = self.tree[i], self.rates[i], self.work[i]
 
         def press(w: Triple, alpha: Triple, a: Triple) -> SpatialForce:

@@ -83,7 +83,7 @@ def symbol_latex(symbol: Symbol) -> str:
     return f"{{{text}^{{{raised}}}}}" if primes else text
 
 
-def place_latex(name: str) -> str:
+def point_latex(name: str) -> str:
     r"""LaTeX of a frame's or point's name: C* is C^{*}, C^ is \hat{C}, B1* is B_{1}^{*}."""
     stem = name.rstrip("*^'")
     marks = name[len(stem) :]
@@ -99,7 +99,7 @@ def unit_vector_latex(frame: str, axis: str) -> str:
     parts = re.fullmatch(r"([A-Za-z])([0-9]*)", frame)
     if parts:
         return rf"\hat{{{parts[1].lower()}}}_{{{parts[2]}{axis}}}"
-    return rf"\hat{{e}}_{{{axis},\,{place_latex(frame)}}}"
+    return rf"\hat{{e}}_{{{axis},\,{point_latex(frame)}}}"
 
 
 # Trees -------------------------------------------------------------------------------------------------

@@ -142,10 +142,10 @@ def followed(task: Problem, first: Array, tolerance: float) -> SteadyEquations |
 
     def left(xs: Array) -> Array:
         # far below the tolerance by the sizes at the first, which cost less than those there
-        found = _quick_shares(conditions, xs, terms)
-        for k in np.flatnonzero(~(found <= _SURELY * tolerance)).tolist():
-            found[k] = shares(conditions, xs[k]).max(initial=0)
-        return found
+        result = _quick_shares(conditions, xs, terms)
+        for k in np.flatnonzero(~(result <= _SURELY * tolerance)).tolist():
+            result[k] = shares(conditions, xs[k]).max(initial=0)
+        return result
 
     return SteadyEquations(
         task.start, free, conditions.symbols, places, routine, unknowns, z[list(keep)], left, tolerance

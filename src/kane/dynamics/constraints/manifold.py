@@ -304,18 +304,18 @@ def touches(constraints: Sequence[Constraint], rows: Iterable[int], kinematics: 
 
 def contacts(held: Iterable[Touch], w: Mapping[int, Speed], kinematics: Kinematics) -> dict[Point, ContactPoint]:
     """Points of bodies with the particles through which their velocities go; `w` are the rates of rows that vanish but are speeds."""
-    found: dict[Point, ContactPoint] = {}
+    result: dict[Point, ContactPoint] = {}
     for t in held:
         body = None if t.point is None else _body(t.point)
         if t.point is None or t.point.parent is None or body is None:
             continue
         start = t.point.parent
-        if start.parent is None or start in found:
+        if start.parent is None or start in result:
             continue
-        if start not in _needed(t.other, found) and _is_known(t, t.point, kinematics):
+        if start not in _needed(t.other, result) and _is_known(t, t.point, kinematics):
             directions = {w[r]: n for r, n in zip(t.rows, t.directions, strict=True) if r in w}
-            found[start] = ContactPoint(t.point, body, t.other, directions)
-    return found
+            result[start] = ContactPoint(t.point, body, t.other, directions)
+    return result
 
 
 def _body(point: Point) -> Basis | None:
@@ -462,7 +462,7 @@ def configurations(
     return replace(first, starts=sum(_TRIES), times=tuple(m[time] for m in moments if m))
 
 
-def place(system: System, near: Mapping[Any, Any] | Sequence[float]) -> dict[Symbol, float]:
+def numbers_near(system: System, near: Mapping[Any, Any] | Sequence[float]) -> dict[Symbol, float]:
     """`near` by symbol, a number each: coordinates, and what else constraints depend on."""
     known: tuple[Symbol, ...] = system.coordinates
     if isinstance(near, Mapping):

@@ -143,7 +143,7 @@ def qualities(a: Array, partition: Partition, reach: Array | None = None) -> Arr
 
 def qualities_of(scaled: Array, partitions: Sequence[Partition]) -> Array:
     """The `quality` of each of several partitions at each of several balanced matrices (k × m × n): partitions × k."""
-    found = np.ones((len(partitions), len(scaled)))
+    result = np.ones((len(partitions), len(scaled)))
     alike: dict[int, list[int]] = {}
     for i, p in enumerate(partitions):
         alike.setdefault(len(p.dependent), []).append(i)
@@ -157,8 +157,8 @@ def qualities_of(scaled: Array, partitions: Sequence[Partition]) -> Array:
         with np.errstate(invalid="ignore", divide="ignore"):
             share = np.abs(block).max(axis=(2, 3)) / np.abs(scaled).max(axis=2)[:, rows].max(axis=2)
             least = np.minimum(values[..., -1] / values[..., 0], share)
-            found[places] = np.where(least > 0, least, 0.0).T
-    return found
+            result[places] = np.where(least > 0, least, 0.0).T
+    return result
 
 
 _SHARE = 0.25

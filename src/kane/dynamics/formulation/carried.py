@@ -127,12 +127,12 @@ def regrouped(
 
 def _flat(steps: Sequence[JointStep]) -> dict[int, int]:
     """The axes of segments that only turns about parallel axes lead to, and slides."""
-    found: dict[int, int] = {}
+    result: dict[int, int] = {}
     for i, step in enumerate(steps):
         axis = None if step.turn is None or step.modes else step.turn.axis
-        if i and axis is not None and (not step.parent or (step.joins and step.parent in found)):
-            found[i] = axis
-    return found
+        if i and axis is not None and (not step.parent or (step.joins and step.parent in result)):
+            result[i] = axis
+    return result
 
 
 def _felt(body: Rigid, axis: int) -> Rigid:
@@ -144,11 +144,11 @@ def _felt(body: Rigid, axis: int) -> Rigid:
 
 def _tips(steps: Sequence[JointStep]) -> dict[int, int]:
     """For segments that another turns in about a parallel axis, the number of this one."""
-    found: dict[int, int] = {}
+    result: dict[int, int] = {}
     for i, step in enumerate(steps):
         if step.joins and not step.slide.freedoms and is_constant_in_time(step.arm):
-            found.setdefault(step.parent, i)
-    return found
+            result.setdefault(step.parent, i)
+    return result
 
 
 def _balanced(step: JointStep, body: Rigid, held: Expr, arm: Triple, axis: int | None) -> tuple[Rigid, Expr]:
@@ -175,11 +175,11 @@ def _balanced(step: JointStep, body: Rigid, held: Expr, arm: Triple, axis: int |
 
 def _mass_at(h: Expr, r: Expr) -> Expr | None:
     """h / r collected, where r is a number or one times parameters that h holds; None else, or where h is none."""
-    found = quotient(h, r) if h is not ZERO else None
-    if found is None:
-        found = shares(h, r)
-        return None if found is None else collected(found)
-    return found
+    result = quotient(h, r) if h is not ZERO else None
+    if result is None:
+        result = shares(h, r)
+        return None if result is None else collected(result)
+    return result
 
 
 def shares(h: Expr, r: Expr) -> Expr | None:

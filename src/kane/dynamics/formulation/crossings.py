@@ -55,12 +55,12 @@ def parted(
     """
     aligned, wanted, turning = derived.kinematics.aligned, tuple(points), tuple(frames)
     tree = tree_of(derived.system, aligned, wanted, frames=turning)
-    found = _parted(derived, tree)
-    if found[1] is not None:
-        return found
+    result = _parted(derived, tree)
+    if result[1] is not None:
+        return result
     at = {cut.at for a in derived.auxiliary_speeds if (cut := cut_of(a)) is not None}
     split = _parted(derived, tree_of(derived.system, aligned, wanted, {p for p in at if isinstance(p, Point)}, turning))
-    return found if split[1] is None else split
+    return result if split[1] is None else split
 
 
 def _parted(derived: Derived, tree: Tree) -> tuple[Tree, list[int | None] | None]:
@@ -97,15 +97,15 @@ def _reaches_out(derived: Derived, a: AuxiliarySpeed, root: int, links: Sequence
 
 def _moved(at: Point, root: int, links: Sequence[Link], places: Places) -> Places | None:
     """The places with points beyond a cut on the far side; None where some are elsewhere."""
-    inside, found = _subtree(root, links), dict(places)
+    inside, result = _subtree(root, links), dict(places)
     for point, (link, arm) in places.items():
         beyond = at in point.ancestry()
         if beyond == inside[link]:
             continue
         if not (beyond and _is_origin(links, root, link, arm)):
             return None
-        found[point] = root, Vector()
-    return found
+        result[point] = root, Vector()
+    return result
 
 
 def _is_origin(links: Sequence[Link], root: int, link: int, arm: Vector) -> bool:
@@ -118,11 +118,11 @@ def _is_origin(links: Sequence[Link], root: int, link: int, arm: Vector) -> bool
 
 def crossings(derived: Derived, roots: Sequence[int | None], segments: Segments) -> list[Crossing | None]:
     """The crossings of the auxiliary speeds, in their order."""
-    found: list[Crossing | None] = []
+    result: list[Crossing | None] = []
     for a, root in zip(derived.auxiliary_speeds, roots, strict=True):
         cut = cut_of(a)
         if cut is None or root is None:
-            found.append(None)
+            result.append(None)
             continue
         number = segments.ends[root]
         step = segments.steps[number]
@@ -130,8 +130,8 @@ def crossings(derived: Derived, roots: Sequence[int | None], segments: Segments)
         before = segments.steps[step.parent].turn
         if step.joins and before is not None:
             along = before.up(along)
-        found.append(Crossing(number, turned_down(step.lead, along), isinstance(cut.at, Frame), step.shift))
-    return found
+        result.append(Crossing(number, turned_down(step.lead, along), isinstance(cut.at, Frame), step.shift))
+    return result
 
 
 def _far(cut: Cut, links: Sequence[Link], aligned: Aligned) -> list[int] | None:

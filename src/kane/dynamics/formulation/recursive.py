@@ -213,10 +213,10 @@ def by_recursion(derived: Derived, carried: Carrying, route: str, partition: Par
     e = None if partition is None else embedding(derived.constraints, partition)
     e = e and e.watching(guards(zip(whole.pivots, whole.sizes, strict=True), (), u_dot))
     of_rows = None if e is None else whole.multipliers
-    found = Solved(route, derived, e, u_dot, (), pivots, matrix, matrix, of_rows=of_rows)
+    result = Solved(route, derived, e, u_dot, (), pivots, matrix, matrix, of_rows=of_rows)
     if not derived.reactions or carried.crossings is None:
-        return found
-    return _with_reactions(found, _felt(derived, carried.crossings, whole))
+        return result
+    return _with_reactions(result, _felt(derived, carried.crossings, whole))
 
 
 def _accelerated(derived: Derived, carried: Carrying, route: str, partition: Partition | None) -> _Accelerated:
@@ -241,14 +241,14 @@ def _accelerated(derived: Derived, carried: Carrying, route: str, partition: Par
 
 def _felt(derived: Derived, across: Sequence[Crossing | None], whole: _Accelerated) -> list[Expr]:
     """What G_a R are: what is transmitted, less what the constraints exert on the far side."""
-    found = []
+    result = []
     for a, crossing in enumerate(across):
         total = ZERO if crossing is None else crossing.measured(whole.transmitted)
         for r, multiplier in whole.multipliers.items():
             if r not in whole.placed or constraint_of(derived.auxiliary_speeds[a]) is not None:
                 total = add(total, neg(mul(derived.constraints.a_auxiliary[r, a], multiplier)))
-        found.append(total)
-    return found
+        result.append(total)
+    return result
 
 
 def _with_reactions(found: Solved, transmitted: Sequence[Expr]) -> Solved:

@@ -60,13 +60,13 @@ def geared_to_ground(derived: Derived, tree: Tree, kept: Collection[int]) -> Gea
 
 def _bases_below(bases: Iterable[Basis]) -> set[Basis]:
     """Some bases, and those that they turn in."""
-    found = set[Basis]()
+    result = set[Basis]()
     for basis in bases:
         at: Basis | None = basis
-        while at is not None and at not in found:
-            found.add(at)
+        while at is not None and at not in result:
+            result.add(at)
             at = None if at.orientation is None else at.orientation.base
-    return found
+    return result
 
 
 def _turning(derived: Derived, inertias: Inertias, link: Link, torques: Iterable[Vector]) -> _Turn | None:
@@ -94,7 +94,7 @@ def _turning(derived: Derived, inertias: Inertias, link: Link, torques: Iterable
 def reflected_to_joints(derived: Derived, segments: Segments, geared: Geared) -> Mapping[int, Reflected]:
     """What is reflected to joint speeds, by number; nothing where a rate is that of no joint speed at a constant ratio."""
     rows = [f.row for step in segments.steps for f in (*step.slide.freedoms, *step.spin.freedoms)]
-    found: dict[int, Reflected] = {}
+    result: dict[int, Reflected] = {}
     for turn in geared.values():
         (form,) = derived.kinematics.speeds.forms([turn.rate])
         alone = len(form.coefficients) == 1 and form.rest is ZERO
@@ -103,7 +103,7 @@ def reflected_to_joints(derived: Derived, segments: Segments, geared: Geared) ->
         number = next((k for k, x in ratios.items() if is_constant_in_time([x])), None)
         if number is None:
             return {}
-        ratio, before = ratios[number], found.get(number, Reflected(ZERO, ZERO))
+        ratio, before = ratios[number], result.get(number, Reflected(ZERO, ZERO))
         inertia, force = mul(mul(ratio, ratio), turn.own.inertia), mul(ratio, turn.own.force)
-        found[number] = Reflected(add(before.inertia, inertia), add(before.force, force))
-    return found
+        result[number] = Reflected(add(before.inertia, inertia), add(before.force, force))
+    return result

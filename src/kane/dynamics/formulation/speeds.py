@@ -100,7 +100,7 @@ def _sums_of_rates(d: Derived) -> dict[int, Row]:
     """Ω as sums of speeds that are rates, by the place of the last of them."""
     places: dict[Expr, int] = {rate: i for i, rate in enumerate(d.system.speeds.values())}
     seen: set[Expr] = set()
-    found: dict[int, Row] = {}
+    result: dict[int, Row] = {}
     for basis in dict.fromkeys(d.kinematics.aligned.rates(f)[0] for f in d.system.frames):
         o = basis.orientation
         if o is None or o.axis is None:
@@ -110,8 +110,8 @@ def _sums_of_rates(d: Derived) -> dict[int, Row]:
         seen.update(new)
         row = {places[rate]: c for rate, c in form.items() if rate in places}
         if len(new) == 1 and len(row) == len(form) > 1 and new[0] in places and all(c in _UNITS for c in row.values()):
-            found[places[new[0]]] = dict(sorted(row.items()))
-    return found
+            result[places[new[0]]] = dict(sorted(row.items()))
+    return result
 
 
 def _inverse(sums: Mapping[int, Row]) -> dict[int, Row]:
@@ -170,13 +170,13 @@ class ConstraintRates:
     def definitions(self, derived: Derived) -> dict[Speed, Expr]:
         """The speeds with the rates in their places, in the rates of the coordinates."""
         constraints = derived.constraints.constraints
-        found: dict[Speed, Expr] = {}
+        result: dict[Speed, Expr] = {}
         for i, (u, definition) in enumerate(derived.system.speeds.items()):
             row = self.rows.get(i)
-            found[u if row is None else self.speeds[row]] = (
+            result[u if row is None else self.speeds[row]] = (
                 definition if row is None else constraint_rate(constraints[row])
             )
-        return found
+        return result
 
     def row(self, constraint: int, count: int) -> list[Expr]:
         """The row w = 0 among `count` speeds, of a constraint that no rate stands for a row of zeros."""

@@ -294,11 +294,11 @@ Route = Callable[[Derived, Partition | None], Solved]
 Forces = dict[Point, Vector]
 
 
-def without_held_forces(route: Route) -> Route:
+def without_constraint_forces(route: Route) -> Route:
     """The route taken with what is left of the loads."""
 
     def solved(derived: Derived, partition: Partition | None) -> Solved:
-        held, loads = _held(derived, partition) if partition is not None else ({}, ())
+        held, loads = _forces_along_constraints(derived, partition) if partition is not None else ({}, ())
         if not held:
             return route(derived, partition)
         light = replace(derived, system=derived.system.with_loads(loads))
@@ -320,7 +320,9 @@ def without_held_forces(route: Route) -> Route:
     return solved
 
 
-def _held(derived: Derived, partition: Partition) -> tuple[Mapping[Constraint, Expr], Sequence[Load]]:
+def _forces_along_constraints(
+    derived: Derived, partition: Partition
+) -> tuple[Mapping[Constraint, Expr], Sequence[Load]]:
     """The loads' measure numbers along constraints that do not follow from others, and the loads without them."""
     constraints = [derived.constraints.constraints[r] for r in sorted(partition.rows)]
     loaded = _plain(derived.system.loads, {p for c in constraints for p, _ in c.forces})
@@ -406,7 +408,7 @@ def _scalars(vectors: Iterable[Vector]) -> tuple[int, int]:
 ROUTES: dict[str, Route] = {
     "classical": classical,
     "constraint speeds": constraint_speeds,
-    "shortest": without_held_forces(shortest),
+    "shortest": without_constraint_forces(shortest),
     **{name: forced(name) for name in WAYS},
 }
 ASKED = ("classical", *WAYS)

@@ -119,7 +119,7 @@ def constrained(held: LinearConstraints, x: Sequence[Expr]) -> Exprs:
     return tuple(add(dot(row, x), c) for row, c in zip(held.a.rows, held.drift, strict=True))
 
 
-def told(held: LinearConstraints | None, how: str = "a basis of the admitted motions") -> tuple[str, ...]:
+def elimination_notes(held: LinearConstraints | None, how: str = "a basis of the admitted motions") -> tuple[str, ...]:
     """What is said of multipliers that are eliminated."""
     if held is None:
         return ()
@@ -159,7 +159,7 @@ def in_accelerations(
         source,
         (*s.coordinates, *s.rates),
         (*s.accelerations, *multipliers),
-        gone if multipliers else (*gone, *told(s.held)),
+        gone if multipliers else (*gone, *elimination_notes(s.held)),
         equations,
         lambda: (*s.rates, *solution().x, *solution().multipliers),
         lambda: s.speeds_rates(solution().x),

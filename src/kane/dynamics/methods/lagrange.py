@@ -29,11 +29,11 @@ from kane.dynamics.methods.base import (
     Exprs,
     Formulation,
     definite,
+    elimination_notes,
     in_accelerations,
     on_constraints,
     solved,
     solved_for,
-    told,
 )
 from kane.dynamics.readings.energy import kinetic_energy_in_speeds
 from kane.errors import ModelError
@@ -68,7 +68,7 @@ def multipliers_of(s: InRates) -> tuple[Reaction, ...]:
 def canonical(s: InRates) -> Formulation:
     """q̇ and ṗ by q and p."""
     h = _Canonical(s)
-    gone = ("q̇, by p = ∂T/∂q̇", *told(s.held, "derivatives of the constraints"))
+    gone = ("q̇, by p = ∂T/∂q̇", *elimination_notes(s.held, "derivatives of the constraints"))
     multipliers = multipliers_of(s)
 
     def equations() -> Exprs:
@@ -199,7 +199,7 @@ def boltzmann_hamel(s: InRates) -> Formulation:
         "Hamel 1904; Neimark & Fufaev 1972, ch. III",
         (*s.coordinates, *d.speeds),
         u_dot,
-        (*gone, *told(held)),
+        (*gone, *elimination_notes(held)),
         lambda: on_constraints(left(), held, u_dot),
         lambda: (*d.rates, *solution()),
         solution,

@@ -165,14 +165,14 @@ def _works(s: InRates) -> Exprs:
 def _carried(s: InRates, part: Part) -> Iterator[tuple[Triple, list[tuple[Expr, Triple]]]]:
     """Places of particles, each with the masses and places that its m a is a sum of."""
     if part.momenta:
-        yield _place(s, part.mass_center), [(mass, _place(s, p)) for p, mass in part.momenta]
+        yield _position(s, part.mass_center), [(mass, _position(s, p)) for p, mass in part.momenta]
         return
     for mass, arm in _particles(part):
-        r = _place(s, part.mass_center, arm)
+        r = _position(s, part.mass_center, arm)
         yield r, [(mass, r)]
 
 
-def _place(s: InRates, point: Point, arm: Vector = Vector()) -> Triple:  # noqa: B008, vectors are frozen
+def _position(s: InRates, point: Point, arm: Vector = Vector()) -> Triple:  # noqa: B008, vectors are frozen
     inertial, root = s.derived.system.inertial, point.root()
     if root.frame is not inertial:
         raise ModelError(

@@ -19,7 +19,7 @@ from typing import TypeVar
 import numpy as np
 
 from kane.dynamics.derivation import Derived
-from kane.dynamics.forcing import LoadTerm, acting, generalized, met_by
+from kane.dynamics.forcing import LoadTerm, acting, generalized, terms_moved_by
 from kane.dynamics.in_rates import InRates
 from kane.dynamics.solved import Solved
 from kane.errors import Attributes, SpeedsError, none_of
@@ -82,7 +82,7 @@ class MassContribution:
 
 def contributions(derived: Derived, speed: Expr | str) -> Contributions:
     """See Equations.contributions."""
-    speed = _own(derived, speed)
+    speed = _speed_named(derived, speed)
     active, idle_loads = _contributing(derived, derived.active_terms, speed)
     pairs = [_of_pair(derived, speed, r) for r in derived.reactions if (speed, r) in derived.pairs]
     inertia, idle_bodies = _contributing(derived, derived.inertia_terms, speed)
@@ -91,7 +91,7 @@ def contributions(derived: Derived, speed: Expr | str) -> Contributions:
 
 def mass_contributions(derived: Derived, r: Expr | str, s: Expr | str) -> tuple[MassContribution, ...]:
     """See Equations.mass_contributions."""
-    r, s = _own(derived, r), _own(derived, s)
+    r, s = _speed_named(derived, r), _speed_named(derived, s)
     shares = dict.fromkeys(derived.system.bodies, (ZERO, ZERO))
     for b in derived.bodies:
         body, center, rotation = b.body, b.center, b.rotation
@@ -106,7 +106,7 @@ def mass_contributions(derived: Derived, r: Expr | str, s: Expr | str) -> tuple[
     return tuple(MassContribution(b, *share) for b, share in shares.items() if not vanish(share, derived))
 
 
-def _own(derived: Derived, speed: Expr | str) -> Expr:
+def _speed_named(derived: Derived, speed: Expr | str) -> Expr:
     """The speed of the system that a symbol or name means."""
     if speed not in derived.all_speeds:
         raise SpeedsError(f"Expected a speed of the system, one of {none_of(derived.all_speeds, speed)}")
@@ -133,7 +133,9 @@ def _contributing(
     kept: list[Contribution] = []
     idle: list[Source] = []
     for source, terms in table.items():
-        products = [Contribution(source, t.place, t.vector, v, v.dot(t.vector)) for t, v in met_by(terms, speed)]
+        products = [
+            Contribution(source, t.place, t.vector, v, v.dot(t.vector)) for t, v in terms_moved_by(terms, speed)
+        ]
         if vanish([sum_of(c.term for c in products)], derived):
             idle.append(source)
         else:
@@ -223,7 +225,7 @@ def by_rates(derived: Derived, loads: Iterable[Load]) -> Exprs:
     return s.power_by(acting(loads), s.velocity_at_any_length)
 
 
-def places(
+def sample_points(
     exprs: Iterable[Expr],
     known: Sequence[Mapping[Symbol, float]] = (),
     unit: Sequence[Sequence[Symbol]] = (),
@@ -237,21 +239,21 @@ def places(
     """
     symbols = free_symbols(exprs)
     starts: Sequence[Mapping[Symbol, float]] = known or [{}] * _PLACES
-    found: list[Place] = [{s: _value(s, k, start, varied) for s in symbols} for k, start in enumerate(starts)]
-    for place in found:
+    result: list[Place] = [{s: _value(s, k, start, varied) for s in symbols} for k, start in enumerate(starts)]
+    for place in result:
         for group in unit:
             length = np.linalg.norm([place.get(e, draw(SEED, e)) for e in group])
             place.update((e, place.get(e, draw(SEED, e)) / float(length)) for e in group)
-    return found
+    return result
 
 
 def states(derived: Derived, exprs: Iterable[Expr], *, varied: bool = True) -> list[Place]:
-    """`places` at which Euler parameters have unit length and constraints hold, where there are any."""
+    """`sample_points` at which Euler parameters have unit length and constraints hold, where there are any."""
     sets = [s.coordinates for s in derived.system.euler_parameters]
     if not derived.constraints.constraints:
-        return places(exprs, unit=sets, varied=varied)
+        return sample_points(exprs, unit=sets, varied=varied)
     at = derived.compared.at
-    return places(exprs, [at.at(k) for k in range(min(at.count, _PLACES))], varied=varied)
+    return sample_points(exprs, [at.at(k) for k in range(min(at.count, _PLACES))], varied=varied)
 
 
 def _value(s: Symbol, k: int, known: Mapping[Symbol, float], varied: bool) -> float:
@@ -267,10 +269,10 @@ def _value(s: Symbol, k: int, known: Mapping[Symbol, float], varied: bool) -> fl
 def measured(exprs: Sequence[Expr], at: Sequence[Place]) -> Array:
     """Values of some expressions, each place a row; NaN where they are not finite."""
     with np.errstate(all="ignore"):
-        found = np.array([np.array(evaluate(list(exprs), dict(place)), dtype=float) for place in at])
-    found = found.reshape(len(at), len(exprs))
-    found[~np.isfinite(found)] = np.nan
-    return found
+        result = np.array([np.array(evaluate(list(exprs), dict(place)), dtype=float) for place in at])
+    result = result.reshape(len(at), len(exprs))
+    result[~np.isfinite(result)] = np.nan
+    return result
 
 
 def differs(groups: Sequence[Sequence[Expr]], at: Sequence[Place]) -> tuple[Array, Mask]:

@@ -22,7 +22,7 @@ from kane.dynamics.formulation.recursive import WAYS
 from kane.dynamics.in_rates import InRates
 from kane.dynamics.inverse_dynamics import kinetic_energy_along_tree
 from kane.dynamics.lazy import LazyMapping
-from kane.dynamics.readings.contributions import by_rates, differs, places
+from kane.dynamics.readings.contributions import by_rates, differs, sample_points
 from kane.dynamics.readings.quantities import time_derivative as derivative_along_motion
 from kane.dynamics.readings.quantities import without_rates
 from kane.dynamics.solved import Solved
@@ -234,7 +234,7 @@ def generalized_momenta(bodies: Sequence[Moving], speeds: Sequence[Expr]) -> Exp
         pairs.append((b.center, sum((motion.total * mass for motion, mass in b.momenta), start=Vector())))
         if b.rotation is not None:
             pairs.append((b.rotation.motion, b.rotation.inertia.times(b.rotation.motion.total)))
-    return _met(pairs, speeds)
+    return _projections(pairs, speeds)
 
 
 def generalized_impulses(derived: Derived, impulses: Sequence[Any], speeds: Sequence[Expr]) -> Exprs:
@@ -246,10 +246,10 @@ def generalized_impulses(derived: Derived, impulses: Sequence[Any], speeds: Sequ
             raise ArgumentError(f"Expected (point, impulse) or (frame, impulse of a torque), got {cut(repr(item))}.")
         place, vector = item
         pairs.append((derived.kinematics.of(place), vector))
-    return _met(pairs, speeds)
+    return _projections(pairs, speeds)
 
 
-def _met(pairs: Iterable[tuple[Motion, Vector]], speeds: Sequence[Expr]) -> Exprs:
+def _projections(pairs: Iterable[tuple[Motion, Vector]], speeds: Sequence[Expr]) -> Exprs:
     """Vectors times the partial velocities of the motions that they belong to."""
     found: dict[Expr, Expr] = dict.fromkeys(speeds, ZERO)
     for motion, vector in pairs:
@@ -280,7 +280,7 @@ def cyclic_coordinates(derived: Derived) -> tuple[Coordinate, ...]:
     found = []
     for i, s in enumerate(q):
         held = [forces[i], *(row[i] for row in rows)]
-        at = places([k, *held])
+        at = sample_points([k, *held])
         if s not in turned and not differs([[e] for e in (diff(k, s), *held)], at)[1].any():
             found.append(s)
     return tuple(found)

@@ -60,14 +60,14 @@ def integrals(solved: Solved) -> tuple[Integral, ...]:
     found: list[Integral] = []
     kept: list[Array] = []
     for one in _proposed(solved):
-        numbers = _kept(solved, one.value)
+        numbers = _values_if_constant(solved, one.value)
         if numbers is not None and not any(_same(numbers, other) for other in kept):
             found.append(one)
             kept.append(numbers)
     return tuple(found)
 
 
-def _kept(solved: Solved, value: Expr) -> Array | None:
+def _values_if_constant(solved: Solved, value: Expr) -> Array | None:
     """Numbers of a function at some states, with one set of parameters, where it is an integral; None where it is none."""
     if is_constant_in_time([value]):
         return None
@@ -90,15 +90,15 @@ def _rate_terms(solved: Solved, value: Expr) -> list[Expr]:
     moves: dict[Expr, Expr] = dict(zip(derived.system.coordinates, solved.written(derived.rates), strict=True))
     moves.update(zip(derived.speeds, solved.accelerations, strict=True))
     moves.update(zip(derived.states, solved.state_rates, strict=True))
-    found = [ZERO]
+    result = [ZERO]
     for s in free_symbols([value]):
         if isinstance(s, Time):
-            found.append(diff(value, s))
+            result.append(diff(value, s))
         elif s in moves:
-            found.append(mul(diff(value, s), moves[s]))
+            result.append(mul(diff(value, s), moves[s]))
         elif input_of(s) is not None:
-            found.append(mul(diff(value, s), rate(s)))
-    return found
+            result.append(mul(diff(value, s), rate(s)))
+    return result
 
 
 def _same(a: Array, b: Array) -> bool:

@@ -24,7 +24,7 @@ import numpy as np
 from kane import show
 from kane.dynamics.derivation import Derived, Exprs
 from kane.dynamics.in_rates import InRates
-from kane.dynamics.readings.contributions import Place, by_rates, differs, measured, places, states
+from kane.dynamics.readings.contributions import Place, by_rates, differs, measured, sample_points, states
 from kane.errors import KaneError, PotentialError, cut, warn
 from kane.expr.build import add, mul, neg, sub, sum_of
 from kane.expr.differentiation import diff, gradient
@@ -133,7 +133,7 @@ def _not_allowed(names: str, q: Sequence[Coordinate], at: Place) -> str:
     )
 
 
-def held(forces: Exprs, rows: Rows, q: Sequence[Coordinate], at: Place) -> Iterator[Held]:
+def conservative_candidates(forces: Exprs, rows: Rows, q: Sequence[Coordinate], at: Place) -> Iterator[Held]:
     """Forces Q + Cᵀλ that may have a potential energy, and whose they are; first with λ for which some have none."""
     for gone, kept, inverse in _inverses(rows, len(q)):
         weights = [sum_of(mul(x, forces[i]) for x, i in zip(line, gone, strict=True)) for line in inverse]
@@ -178,10 +178,10 @@ def _added(forces: Exprs, rows: Rows, weights: Sequence[Expr], kept: Sequence[in
 
 def _direction(i: int, gone: Sequence[int], inverse: Rows, rows: Rows, n: int) -> list[Expr]:
     """The rates of all coordinates, where that of one is 1 and the others that are not given are 0."""
-    found = [ONE if k == i else ZERO for k in range(n)]
+    result = [ONE if k == i else ZERO for k in range(n)]
     for j, g in enumerate(gone):
-        found[g] = neg(sum_of(mul(line[j], row[i]) for line, row in zip(inverse, rows, strict=True)))
-    return found
+        result[g] = neg(sum_of(mul(line[j], row[i]) for line, row in zip(inverse, rows, strict=True)))
+    return result
 
 
 def _turn(form: Sequence[Expr], x: Sequence[Expr], y: Sequence[Expr], q: Sequence[Coordinate]) -> Expr:
@@ -236,11 +236,11 @@ def find_potential(derived: Derived, loads: Sequence[Any] | None = None) -> Foun
     """See Equations.find_potential."""
     if loads is not None and (isinstance(loads, str) or not isinstance(loads, Iterable)):
         loads = (loads,)
-    own = derived.system.all_loads() if loads is None else tuple(_own(derived, x) for x in loads)
+    own = derived.system.all_loads() if loads is None else tuple(_load_named(derived, x) for x in loads)
     q = derived.system.coordinates
     forces = _of_coordinates(by_rates(derived, own), own)
     sets = [s.coordinates for s in derived.system.euler_parameters]
-    at = places([*forces, *q], unit=sets)
+    at = sample_points([*forces, *q], unit=sets)
     gap = _gap(forces, q, at)
     if gap is None:
         return _integrated(forces, q, own, at)
@@ -248,7 +248,7 @@ def find_potential(derived: Derived, loads: Sequence[Any] | None = None) -> Foun
         raise PotentialError(_reason(forces, q, own, *gap))
     rows = [list(row) for row in InRates(derived).rows]
     check_allowed(derived, forces, rows, _names(own))
-    for kept, changed in held(forces, rows, q, at[0]):
+    for kept, changed in conservative_candidates(forces, rows, q, at[0]):
         try:
             moved = [[diff(f, s)] for f in changed for s in q if s not in set(kept)]
             if not _differ(moved, at)[1].any() and _gap(changed, kept, at) is None:
@@ -261,7 +261,7 @@ def find_potential(derived: Derived, loads: Sequence[Any] | None = None) -> Foun
     )
 
 
-def _own(derived: Derived, load: Any) -> Load:
+def _load_named(derived: Derived, load: Any) -> Load:
     system = derived.system
     listed, written = (*system.gravities, *system.loads), system.all_loads()
     name = load.name if isinstance(load, Load) else load if isinstance(load, str) else None
@@ -281,7 +281,7 @@ def _of_coordinates(forces: Exprs, loads: Sequence[Load]) -> Exprs:
     moving = [
         s for s in free_symbols(forces) if isinstance(s, Rate | QuasiRate | Speed | Reaction) and input_of(s) is None
     ]
-    at = places([*forces, *moving])
+    at = sample_points([*forces, *moving])
     for s in moving:
         if differs([[diff(f, s)] for f in forces], at)[1].any():
             kind = "the reaction" if isinstance(s, Reaction) else "the speed" if isinstance(s, Speed) else "the rate"
@@ -319,7 +319,7 @@ def _differ(groups: Sequence[Sequence[Expr]], at: Sequence[Place]) -> tuple[Arra
 
 def _reason(forces: Exprs, q: Sequence[Coordinate], loads: Sequence[Load], place: int, i: int, j: int) -> str:
     a, b = diff(forces[i], q[j]), diff(forces[j], q[i])
-    at = places([*forces, *q])[place]
+    at = sample_points([*forces, *q])[place]
     left, right = measured([a, b], [at])[0]
     where = ", ".join(f"{s} = {at[s]:.4g}" for s in q if s in at)
     return (

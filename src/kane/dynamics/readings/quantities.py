@@ -13,8 +13,8 @@ import numpy as np
 
 from kane.dynamics.derivation import Derived
 from kane.dynamics.readings.regularity import (
-    check_held,
     check_left_out,
+    check_on_constraints,
     check_pivots,
     check_rates,
     concerned,
@@ -240,7 +240,7 @@ def evaluate_along(
     read = solved.readings.get((roots, known), lambda: _reading(solved, roots, known))
     found, plain = at(read.walk, values), read.walk.roots[: read.asked]
     if held and read.names:
-        check_held(solved, read.names, found[read.asked :])
+        check_on_constraints(solved, read.names, found[read.asked :])
     numbers = of_one_shape(found[: read.asked])
     if held:
         check_rates(solved, values, numbers)

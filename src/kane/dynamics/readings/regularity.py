@@ -25,7 +25,7 @@ from kane.expr.ops import DIV, GONE, WHERE
 from kane.expr.regular import Sizes, factors, guarding, guards_below, largest, size, unguarded
 from kane.expr.symbols import Parameter, Speed
 from kane.expr.visit import substituting
-from kane.numeric.arrays import First, Mask, first_place
+from kane.numeric.arrays import First, Mask, first_index
 from kane.numeric.rank import balanced
 from kane.numeric.scale import CLOSED, SIX_DIGITS, STATE_RANK
 
@@ -93,7 +93,7 @@ def _rows(solved: Solved, known: Set[Expr]) -> list[tuple[str, Expr, Expr]]:
     return rows
 
 
-def check_held(solved: Solved, names: Sequence[str], numbers: Sequence[Any]) -> None:
+def check_on_constraints(solved: Solved, names: Sequence[str], numbers: Sequence[Any]) -> None:
     """Speeds that miss constraints: at one state an error, of arrays a warning that names the first place.
 
     `numbers` are A u + b of the constraints `names`, then its limits; where they are not finite nothing can be said.
@@ -104,7 +104,7 @@ def check_held(solved: Solved, names: Sequence[str], numbers: Sequence[Any]) -> 
     anywhere = np.any(off, axis=0)
     if not anywhere.any():
         return
-    place, index, more = first_place(anywhere)
+    place, index, more = first_index(anywhere)
     miss = ", ".join(f"{n!r} by {r[place]:.3g}" for n, r, x in zip(names, numbers, off, strict=False) if x[place])
     own = ", ".join(u.name for u in solved.independent_speeds)
     cure = f"Give the independent speeds alone, u= of {own}: the others follow." if own else _NONE_FREE
@@ -162,10 +162,10 @@ def check_left_out(
     wrong = rows.any(axis=-1)
     if not wrong.any():
         return kept
-    first = first_place(wrong)
+    first = first_index(wrong)
     names = ", ".join(repr(c.name) for c, x in zip(solved.redundant, rows[first.place], strict=True) if x)
     told, here = f"{names}, which were left out as redundant and hold more", "this state as where they were compared"
-    _tell("constraints that follow from the others", told, first, _CURE, here)
+    _refuse_or_warn("constraints that follow from the others", told, first, _CURE, here)
     for k in places:
         kept[k] = np.where(wrong, np.nan, kept[k])
     return kept
@@ -234,10 +234,10 @@ def check_rates(solved: Solved, values: Mapping[Expr, Any], numbers: Sequence[An
             gone = np.broadcast_to(np.abs(value) <= GONE * terms, lost.shape) & lost
         if not gone.any():
             continue
-        first = first_place(gone)
+        first = first_index(gone)
         what = f"W of q' = W u + X divided by {cut(divisor, 80)} = {float(np.broadcast_to(value, lost.shape)[first.place]) + 0.0:.3g}"
         state = {s: np.broadcast_to(v, lost.shape)[first.place] for s, v in values.items()}
-        _tell("speeds that give the rates", what, first, _cure_of_rates(solved, state))
+        _refuse_or_warn("speeds that give the rates", what, first, _cure_of_rates(solved, state))
         return
 
 
@@ -255,10 +255,10 @@ def check_pivots(solved: Solved, roots: Sequence[Expr], values: Mapping[Expr, An
         with np.errstate(invalid="ignore"):
             where = np.asarray(np.abs(x) <= GONE * term) & lost
         if where.any():
-            p, first = pivot_of(solved, g), first_place(where)
+            p, first = pivot_of(solved, g), first_index(where)
             here = {s: np.broadcast_to(v, where.shape)[first.place] for s, v in values.items()}
             got = f"{divided_by(p, 'they')} = {float(evaluate(p.value, here)) + 0.0:.3g}"
-            _tell("dependent speeds that the constraints give", got, first, _cure_of_pivot(solved, here))
+            _refuse_or_warn("dependent speeds that the constraints give", got, first, _cure_of_pivot(solved, here))
 
 
 def pivot_of(solved: Solved, guard: Expr) -> Pivot:
@@ -277,7 +277,7 @@ def divided_by(p: Pivot, who: str = "the constraints") -> str:
     return f"{names}, which {who} give divided by {'a determinant' if chosen else f'{cut(p.value, 80)}'}"
 
 
-def _tell(expected: str, got: str, first: First, cure: str, here: str = "this state") -> None:
+def _refuse_or_warn(expected: str, got: str, first: First, cure: str, here: str = "this state") -> None:
     """At a single state a SingularError, of arrays a warning that names the first place."""
     if not first.place:
         raise SingularError(f"Expected {expected} at {here}, got {got}. {cure}")

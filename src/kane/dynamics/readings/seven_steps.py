@@ -127,7 +127,7 @@ def seven_steps(solved: Solved) -> tuple[Step, ...]:
     """Coordinates, velocities that matter, speeds, kinematics, active forces, inertia forces, equations."""
     derived, other = solved.derived.as_declared, _CONSTRAINED if solved.embedding is not None else {}
     system = derived.system
-    frames, points = moving_places(system)
+    frames, points = moving_frames_and_points(system)
     results = (
         _each(Kind.SYMBOL, system.coordinates, (q.description or "coordinate" for q in system.coordinates)),
         (
@@ -156,7 +156,7 @@ def shown_speeds(derived: Derived) -> tuple[Symbol, ...]:
     return (*derived.speeds, *(s for s in derived.auxiliary_speeds if constraint_of(s) is None))
 
 
-def moving_places(system: System) -> tuple[list[Frame], list[Point]]:
+def moving_frames_and_points(system: System) -> tuple[list[Frame], list[Point]]:
     """All but the inertial frame and the points fixed in it from the beginning."""
     return [f for f in system.frames if f is not system.inertial], [p for p in system.points if p.parent is not None]
 
@@ -175,7 +175,7 @@ _SHIFT = (Kind.VELOCITY, Kind.PARTIAL_VELOCITY, Kind.ACCELERATION, Kind.NONHOLON
 
 
 def _moving(derived: Derived) -> list[tuple[Frame | Point, Motion, tuple[Kind, Kind, Kind, Kind]]]:
-    frames, points = moving_places(derived.system)
+    frames, points = moving_frames_and_points(derived.system)
     motions = derived.kinematics
     return [*((f, motions.frame(f), _TURN) for f in frames), *((p, motions.point(p), _SHIFT) for p in points)]
 

@@ -173,9 +173,9 @@ def inverse_dynamics(solved: Solved) -> Exprs:
 
 def _dense_inverse(d: Derived) -> Exprs:
     u_dot, blocks = [rate(u) for u in d.speeds], d.blocks
-    found = tuple(sub(x, f) for x, f in zip(d.mass_matrix @ u_dot, d.forcing, strict=True))
+    result = tuple(sub(x, f) for x, f in zip(d.mass_matrix @ u_dot, d.forcing, strict=True))
     if all(x is ZERO for x in blocks.coupling.entries):
-        return found
+        return result
     if any(x is not ZERO for x in d.constraints.a_auxiliary.entries):
         raise ArgumentError(
             "Expected loads that hold no reactions, or reactions that no constraint changes, for inverse dynamics of all speeds. "
@@ -183,7 +183,7 @@ def _dense_inverse(d: Derived) -> Exprs:
         )
     right = [sub(x, f) for x, f in zip(blocks.mass_a @ u_dot, blocks.forcing_a, strict=True)]
     values: dict[Expr, Expr] = dict(zip(d.reactions, solved_reactions(blocks.coupling_a, right), strict=True))
-    return tuple(map(substituting(values), found))
+    return tuple(map(substituting(values), result))
 
 
 def forcing(solved: Solved) -> Exprs:

@@ -51,13 +51,13 @@ Term = tuple[Number, Powers]
 
 def ordered(factors: Iterable[Expr]) -> list[Expr]:
     """Factors in the order in which they stand in a product."""
-    found = sorted(factors, key=_KEY)
+    result = sorted(factors, key=_KEY)
     before = None
-    for f in found:
+    for f in result:
         if f.key == before or f.op is CONST:
-            return sorted(found, key=_ORDER)
+            return sorted(result, key=_ORDER)
         before = f.key
-    return found
+    return result
 
 
 def collected(e: Expr) -> Expr:
@@ -236,7 +236,7 @@ Pair = tuple[Number, Number]
 """a and b."""
 
 
-class _Way(NamedTuple):
+class _Combination(NamedTuple):
     """α p + β q, its operations first."""
 
     cost: int
@@ -303,14 +303,14 @@ def _summed(found: Iterable[tuple[Expr, Number]]) -> dict[Expr, Number]:
 
 def _alike(order: Sequence[Expr]) -> dict[tuple[Expr, Expr], dict[Pair, Expr]]:
     """Sums among nodes by their two terms, with rational numbers."""
-    found: dict[tuple[Expr, Expr], dict[Pair, Expr]] = {}
+    result: dict[tuple[Expr, Expr], dict[Pair, Expr]] = {}
     for node in order:
         if node.op is ADD or node.op is SUB:
             terms = _summed(_numbered_terms(node))
             if len(terms) == 2 and all(isinstance(a, int | Fraction) and a for a in terms.values()):
                 x, y = sorted(terms, key=lambda e: e.key)
-                found.setdefault((x, y), {})[terms[x], terms[y]] = node
-    return found
+                result.setdefault((x, y), {})[terms[x], terms[y]] = node
+    return result
 
 
 def _numbered_terms(e: Expr) -> Iterator[tuple[Expr, Number]]:
@@ -333,7 +333,7 @@ def _chain(x: Expr, y: Expr, sums: Mapping[Pair, Expr]) -> dict[Expr, Expr]:
     known: dict[Pair, Expr] = {(1, 0): x, (0, 1): y}
     left, replaced = dict(sums), {}
     while left:
-        ways = {pair: min(_ways(pair, known), key=lambda way: way.cost) for pair in left}
+        ways = {pair: min(_combinations(pair, known), key=lambda way: way.cost) for pair in left}
         pair = min(ways, key=lambda own: ways[own].cost)
         node = left.pop(pair)
         known[pair] = ways[pair].made()
@@ -342,7 +342,7 @@ def _chain(x: Expr, y: Expr, sums: Mapping[Pair, Expr]) -> dict[Expr, Expr]:
     return replaced
 
 
-def _ways(wanted: Pair, known: Mapping[Pair, Expr]) -> Iterator[_Way]:
+def _combinations(wanted: Pair, known: Mapping[Pair, Expr]) -> Iterator[_Combination]:
     (a, b) = wanted
     for ((c, d), p), ((e, f), q) in combinations(known.items(), 2):
         determinant = Fraction(c * f - d * e)
@@ -354,7 +354,7 @@ def _ways(wanted: Pair, known: Mapping[Pair, Expr]) -> Iterator[_Way]:
                 cost = 1 + (abs(alpha) != 1)
             else:
                 cost = 1 + (abs(alpha) != 1) + (abs(beta) != 1)
-            yield _Way(cost, alpha, beta, p, q)
+            yield _Combination(cost, alpha, beta, p, q)
 
 
 # Expanded forms ------------------------------------------------------------------------------------------------------
@@ -473,27 +473,27 @@ def _together(f: Powers, g: Powers) -> Powers:
 
 def _without_squares(a: Polynomial) -> Polynomial:
     """B x + S x s² + C x c² as short as there can be: (B + t) x + (S − t) x s² + (C − t) x c²."""
-    found, waiting = a, True
+    result, waiting = a, True
     while waiting:
         waiting = False
-        for f in found:
-            better = next((p for x in _squares(f) if (p := _fewer(found, x)) is not None), None)
+        for f in result:
+            better = next((p for x in _squares(f) if (p := _fewer(result, x)) is not None), None)
             if better is not None:
-                found, waiting = better, True
+                result, waiting = better, True
                 break
-    return found
+    return result
 
 
 def _squares(f: Powers) -> list[tuple[Powers, Powers, Powers]]:
     """x, x s² and x c² for each square of a sine or cosine in a product."""
-    found = []
+    result = []
     for x, k in f:
         if k >= 2 and (x.op is SIN or x.op is COS):
             sine, cosine = (NODE_BUILDERS[name](x.args[0]) for name in ("sin", "cos"))
             rest = dict(f) | {x: k - 2}
             above, beside = (_powers({**rest, y: rest.get(y, 0) + 2}) for y in (sine, cosine))
-            found.append((_powers(rest), above, beside))
-    return found
+            result.append((_powers(rest), above, beside))
+    return result
 
 
 def _fewer(a: Polynomial, of: tuple[Powers, Powers, Powers]) -> Polynomial | None:

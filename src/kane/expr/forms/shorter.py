@@ -44,14 +44,14 @@ def named(roots: Sequence[Expr], given: Mapping[Expr, Expr], kept: Set[Expr] = f
 
 def _factors(e: Expr) -> list[Expr]:
     """What a product without divisors is the product of, its sign apart; the whole where it is none."""
-    found, waiting = [], [e.args[0] if e.op is NEG else e]
+    result, waiting = [], [e.args[0] if e.op is NEG else e]
     while waiting:
         x = waiting.pop()
         if x.op is MUL:
             waiting += x.args
         else:
-            found.append(x)
-    return found
+            result.append(x)
+    return result
 
 
 def _without(e: Expr, factors: Sequence[Expr], kept: Set[Expr]) -> Expr | None:
@@ -258,11 +258,11 @@ def _holds(powers: Powers, part: Powers) -> bool:
 def _common(a: Powers, b: Powers) -> Powers:
     if a.keys().isdisjoint(b):
         return {}
-    found = {}
+    result = {}
     for f, k in a.items():
         if f in b and k * (n := b[f]) > 0:
-            found[f] = min(k, n) if k > 0 else max(k, n)
-    return found
+            result[f] = min(k, n) if k > 0 else max(k, n)
+    return result
 
 
 def _of(first: Expr, powers: Powers) -> Expr:
@@ -292,11 +292,11 @@ def shortened(*ways: Sequence[Expr]) -> tuple[Expr, ...]:
 
 
 def _forms(same: Iterable[Expr]) -> list[Expr]:
-    found: list[Expr] = []
+    result: list[Expr] = []
     for e in same:
         terms = expanded(e)
-        found += [e, collected(e)] if terms is None else [e, collected(e), factored(terms)]
-    return found
+        result += [e, collected(e)] if terms is None else [e, collected(e), factored(terms)]
+    return result
 
 
 def with_short_quotients(exprs: Sequence[Expr], beside: Sequence[Expr]) -> tuple[Expr, ...]:

@@ -28,10 +28,10 @@ def by_two_angles(roots: Sequence[Expr]) -> tuple[Expr, ...]:
     order = postorder(roots)
     if len(order) > _LARGEST or len({x.args[0] for x in order if x.op is SIN}) < 2:
         return tuple(roots)
-    found, known = tuple(roots), Expansions()
+    result, known = tuple(roots), Expansions()
     for read in (_as_they_stand, lambda e: _multiplied_out(e, known)):
-        found = min((found, _rewritten(found, read)), key=price)
-    return found
+        result = min((result, _rewritten(result, read)), key=price)
+    return result
 
 
 def _rewritten(roots: Sequence[Expr], read: Callable[[Expr], Expr]) -> tuple[Expr, ...]:

@@ -49,12 +49,12 @@ def shapes(system: kn.System) -> list[kn.figures.BodyShape]:
     engine, load = system.rigid_bodies
     O, axis = engine.mass_center, system.inertial.z
     r = next(p for p in system.parameters if p.name == "r")
-    found = []
+    result = []
     for body, side in ((engine, -1), (load, 1)):
         middle, end = (
             O.at(f"middle of {body.name}", side * 0.3 * r * axis),
             O.at(f"end of {body.name}", side * 1.1 * r * axis),
         )
-        found.append(kn.figures.shape("cylinder", body, at=middle, axis=body.frame.z, radius=0.8 * r, height=0.3 * r))
-        found.append(kn.figures.shape("link", body, points=[middle, end], name=f"shaft of {body.name}"))
-    return found
+        result.append(kn.figures.shape("cylinder", body, at=middle, axis=body.frame.z, radius=0.8 * r, height=0.3 * r))
+        result.append(kn.figures.shape("link", body, points=[middle, end], name=f"shaft of {body.name}"))
+    return result

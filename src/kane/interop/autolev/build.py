@@ -131,7 +131,7 @@ def _system(
     by_rates = replacing(kin.speeds)
     states = {q: StateVariable.declare(q.name, names.numbers.get(q.name.lower(), 0.0), "", "") for q in kin.states}
     change = replacing(states)
-    held = _held(kin, sheet)
+    held = _rated_states(kin, sheet)
     constraints: list[Constraint] = [motion_constraint(f"kinematics of {u.name}", e) for u, e in kin.vanishing.items()]
     for k, (law, (_, line)) in enumerate(zip(laws, sheet.constraints, strict=True), 1):
         if not no_accelerations(law):
@@ -194,7 +194,7 @@ def _check_outputs(sheet: Sheet, system: System) -> None:
             raise line.refuse(f"an expression of the model for {symbol.name}", why)
 
 
-def _held(kin: TurnedRates, sheet: Sheet) -> set[Coordinate]:
+def _rated_states(kin: TurnedRates, sheet: Sheet) -> set[Coordinate]:
     """Further states that have a rate which the system knows."""
     known = {q for q, e in kin.states.items() if no_accelerations(e) and set(speeds_in([e])) <= kin.speeds.keys()}
     for q in kin.states:

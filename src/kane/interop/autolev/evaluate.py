@@ -171,15 +171,15 @@ class FileReading:
         name = given.lower()
         if name in self.sheet.values:
             return self.sheet.values[name]
-        found: Value | None
+        result: Value | None
         if name.endswith(">>"):
-            found = self._dyadic(name[:-2])
+            result = self._dyadic(name[:-2])
         elif name.endswith(">"):
-            found = self._vector(name[:-1], line)
+            result = self._vector(name[:-1], line)
         else:
-            found = self._plain(name)
-        if found is not None:
-            return found
+            result = self._plain(name)
+        if result is not None:
+            return result
         known = [self.sheet.say(x) for x in (*self.sheet.symbols, *self.sheet.values)]
         cure = alike(given, known).strip() or "Declare it by Constants, Variables, Specified or MotionVariables'."
         raise line.refuse("a name that is declared or assigned", f"{given} at column {line.column + column - 1}", cure)

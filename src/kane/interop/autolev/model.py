@@ -61,14 +61,14 @@ class LastForm:
 
     def _standing(self) -> dict[Expr, Expr]:
         """Coordinates whose rates are auxiliary speeds alone stand still: they are parameters."""
-        found: dict[Expr, Expr] = {}
+        result: dict[Expr, Expr] = {}
         for q in self.coordinates():
             told = self.kinematic.get(rate(q), ZERO)
             if told is not ZERO and self._at_rest(told) is ZERO:
-                found[q] = Parameter.declare(q.name, self.numbers.get(q.name.lower()), "", "")
+                result[q] = Parameter.declare(q.name, self.numbers.get(q.name.lower()), "", "")
                 self.sheet.remarks.say("changed", f"{q.name} changes with auxiliary speeds alone: it is a parameter")
-        self.constants |= found
-        return found
+        self.constants |= result
+        return result
 
     def _drop_flat_inertias(self) -> None:
         """Values of Input that make the inertia of a body singular, as one for all of them, are placeholders: the body has none."""
@@ -140,19 +140,19 @@ class LastForm:
 def numbers_of(sheet: Sheet) -> dict[str, float]:
     """Values that Input gives; those of other inputs and of assigned names are put in."""
     known: dict[Expr, float] = {}
-    found: dict[str, float] = {}
+    result: dict[str, float] = {}
     for _ in range(8):
         for name, value in sheet.inputs.items():
             e = substituting(dict(sheet.late))(value)
             symbols = free_symbols([e])
-            if name not in found and all(s in known for s in symbols):
-                found[name] = float(evaluate(e, {s: known[s] for s in symbols}))
+            if name not in result and all(s in known for s in symbols):
+                result[name] = float(evaluate(e, {s: known[s] for s in symbols}))
                 symbol = sheet.symbols.get(name)
                 if symbol is not None:
-                    known[symbol] = found[name]
-    for name in sheet.inputs.keys() - found.keys():
+                    known[symbol] = result[name]
+    for name in sheet.inputs.keys() - result.keys():
         sheet.remarks.say("ignored", f"the start value of {name}, which other values are missing for")
-    return found
+    return result
 
 
 def _is_flat(dyad: Dyad, values: Mapping[Symbol, float]) -> bool:

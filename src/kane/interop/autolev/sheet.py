@@ -92,9 +92,9 @@ class Sheet:
 
     def rate(self, e: Expr) -> Expr:
         """The derivative by time, rates of coordinates by the kinematical equations that stand so far."""
-        found = self.by_speeds(time_derivative(e))
-        self.before[found] = e  # an equation in accelerations may be the derivative of one in speeds
-        return found
+        result = self.by_speeds(time_derivative(e))
+        self.before[result] = e  # an equation in accelerations may be the derivative of one in speeds
+        return result
 
     def by_speeds(self, e: Expr) -> Expr:
         """An expression with rates replaced by what the kinematical equations say."""
@@ -118,7 +118,7 @@ class Sheet:
         for (p, c), turn in self.turns.items():
             edges[p, c] = turn.cosines
             edges[c, p] = transposed(turn.cosines)
-        path = way(edges, a, b)
+        path = shortest_path(edges, a, b)
         if path is None:
             raise ModelError(
                 f"Expected an orientation of {self.say(b)} in {self.say(a)}, got none. Write Simprot or Dircos first."
@@ -130,7 +130,7 @@ class Sheet:
 
     def connected(self, a: str, b: str) -> bool:
         """Whether orientations lead from one frame to the other."""
-        return way({**self.turns, **{(c, p): t for (p, c), t in self.turns.items()}}, a, b) is not None
+        return shortest_path({**self.turns, **{(c, p): t for (p, c), t in self.turns.items()}}, a, b) is not None
 
     # Vectors ---------------------------------------------------------------------------------------------------------
 
@@ -195,7 +195,7 @@ class Sheet:
             return Vec()
         edges = {(q, p): t for (p, q), t in self.turns.items()} | self.turns | self.spins
         edges |= {(p, q): v for (q, p), v in self.spins.items()}
-        path = way(edges, b, a)
+        path = shortest_path(edges, b, a)
         if path is None:
             raise ModelError(
                 f"Expected an angular velocity of {self.say(b)} in {self.say(a)}, got neither it nor an orientation."
@@ -217,7 +217,7 @@ class Sheet:
         """The angular velocity of b in a by orientations alone."""
         edges = {(q, p): t for (p, q), t in self.turns.items()} | self.turns
         total = Vec()
-        for c, p in way(edges, b, a) or ():
+        for c, p in shortest_path(edges, b, a) or ():
             turn = self.turns.get((p, c))
             total = total + (self._turning(turn) if turn else self._turning(self.turns[c, p]).times(-ONE))
         return total
@@ -232,14 +232,14 @@ class Sheet:
 
     # Points ----------------------------------------------------------------------------------------------------------
 
-    def ways(self) -> dict[Pair, Vec]:
+    def position_edges(self) -> dict[Pair, Vec]:
         """The positions of each point from others, those named first, both ways."""
         return {(b, a): v.times(-ONE) for (a, b), v in self.positions.items()} | self.positions
 
     def position(self, p: str, q: str) -> Vec:
         """The position vector from p to q."""
-        edges = self.ways()
-        path = way(edges, p, q)
+        edges = self.position_edges()
+        path = shortest_path(edges, p, q)
         if path is None:
             raise ModelError(
                 f"Expected a position of {self.say(q)} from {self.say(p)}, got none. Write P_{self.say(p)}_{self.say(q)}> first."
@@ -256,7 +256,7 @@ class Sheet:
         edges = {(b, a): v for (a, b), v in self.positions.items()} | self.positions
         known = [q for q, f in self.velocities if f == frame] + [f"{frame}o"]
         for q in known:
-            if q == p or way(edges, q, p) is not None:
+            if q == p or shortest_path(edges, q, p) is not None:
                 base = self.velocities.get((q, frame), Vec())
                 return base + self.dt(self.position(q, p), frame)
         raise ModelError(
@@ -277,7 +277,7 @@ class Sheet:
         return self.shown.get(name, name)
 
 
-def way(edges: Mapping[tuple[K, K], X], start: K, end: K) -> list[tuple[K, K]] | None:
+def shortest_path(edges: Mapping[tuple[K, K], X], start: K, end: K) -> list[tuple[K, K]] | None:
     """The shortest path along edges, those named first preferred; None if there is none."""
     if start == end:
         return []

@@ -16,7 +16,7 @@ from kane.expr.node import ONE, ZERO, Expr, constant_value
 from kane.expr.symbols import Coordinate, Parameter
 from kane.expr.visit import substituting
 from kane.interop.autolev.model import LastForm, agree
-from kane.interop.autolev.sheet import FileTurn, Sheet, way
+from kane.interop.autolev.sheet import FileTurn, Sheet, shortest_path
 from kane.interop.autolev.values import Dyad, Vec
 from kane.interop.driven import GivenRates, moved, spinning, turned_about, turned_freely
 from kane.space.frame import Frame, Point
@@ -46,11 +46,11 @@ class Space:
         self._noted: list[tuple[Frame, Vec]] = []
         self._orient()
         self._drive()
-        self._turn_as_told()
+        self._apply_angular_velocities()
         self.origin = Point(f"{sheet.say(sheet.inertial)}O", fixed_in=root)
         self.points: dict[str, Point] = {f"{sheet.inertial}o": self.origin}
         self._told = self._velocities()
-        self._place()
+        self._locate_points()
 
     @property
     def root(self) -> Frame:
@@ -234,7 +234,7 @@ class Space:
             name += "_"
         return Coordinate.declare(name, None, "", "")
 
-    def _turn_as_told(self) -> None:
+    def _apply_angular_velocities(self) -> None:
         """Bodies turn in the frame of their name, or in one more if its angular velocity is another one than the file says."""
         for body in self.sheet.bodies:
             frame = self.frames.get(body)
@@ -300,10 +300,10 @@ class Space:
                 told.setdefault(p, s.velocity(p, n))
         return told
 
-    def _place(self) -> None:
+    def _locate_points(self) -> None:
         s, n = self.sheet, self.sheet.inertial
-        edges = s.ways()
-        wanted = self._on_the_way(edges)
+        edges = s.position_edges()
+        wanted = self._needed_points(edges)
         while True:
             open_ = [p for p in wanted if p not in self.points]
             if not open_:
@@ -316,7 +316,7 @@ class Space:
                     f"of them. Write V_{name}_{base}>."
                 )
 
-    def _on_the_way(self, edges: dict[tuple[str, str], Vec]) -> list[str]:
+    def _needed_points(self, edges: dict[tuple[str, str], Vec]) -> list[str]:
         """The points needed, and those between them and points at rest."""
         s = self.sheet
         wanted: dict[str, None] = {}
@@ -327,7 +327,7 @@ class Space:
         for p in self.needed():
             wanted[p] = None
             for root in roots:
-                path = way(edges, root, p)
+                path = shortest_path(edges, root, p)
                 if path is not None:
                     wanted = {a: None for a, _ in path} | {b: None for _, b in path} | wanted
                     break

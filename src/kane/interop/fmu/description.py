@@ -33,26 +33,26 @@ def variables(whole: FmuContent) -> list[UnitVariable]:
     """Time, states, their derivatives, parameters, inputs, outputs, event indicators: in the order of the C file."""
     eom, start = whole.equations, whole.start
     held = is_constrained(eom) and not whole.modes
-    found = [UnitVariable("time", "independent", "continuous", unit="s", description="time")]
+    result = [UnitVariable("time", "independent", "continuous", unit="s", description="time")]
     initial = "approx" if held else "exact"
     for s, x in zip(eom.state, start.state.tolist(), strict=True):
-        found.append(UnitVariable(s.name, "output", "continuous", initial, x, s.unit, s.description))
+        result.append(UnitVariable(s.name, "output", "continuous", initial, x, s.unit, s.description))
     for k, s in enumerate(eom.state):
         unit = rate(s).unit if s.unit else ""
-        found.append(UnitVariable(f"der({s.name})", "local", "continuous", "calculated", None, unit, "", k + 1))
+        result.append(UnitVariable(f"der({s.name})", "local", "continuous", "calculated", None, unit, "", k + 1))
     for s, x in zip(eom.parameters, start.parameters.tolist(), strict=True):
-        found.append(UnitVariable(s.name, "parameter", "tunable", "exact", x, s.unit, s.description))
+        result.append(UnitVariable(s.name, "parameter", "tunable", "exact", x, s.unit, s.description))
     for s, x in zip(eom.inputs, start.inputs.tolist(), strict=True):
-        found.append(UnitVariable(s.name, "input", "continuous", "", x, s.unit, s.description))
-    found += _outputs(whole)
+        result.append(UnitVariable(s.name, "input", "continuous", "", x, s.unit, s.description))
+    result += _outputs(whole)
     for e in whole.events:
-        found.append(
+        result.append(
             UnitVariable(f"event({e.name})", "local", "continuous", "calculated", description=f"zero at: {e.name}")
         )
-    names = [v.name for v in found]
+    names = [v.name for v in result]
     cure = "Name outputs, states, parameters and inputs differently; `time` is taken."
     expect.different(names, "different names of all variables of the unit", cure, error=ArgumentError)
-    return found
+    return result
 
 
 def _outputs(whole: FmuContent) -> list[UnitVariable]:

@@ -165,7 +165,7 @@ def _ending(unit: FmuContent, version: str) -> str:
         "@RTOL@": c_number(start.tolerance),
         "@ATOL@": c_number(start.tolerance),
         "@DRIFT@": c_number(DRIFT),
-        **(_held_numbers(eom) if held else {}),
+        **(_constraint_counts(eom) if held else {}),
     }
     if stepped:
         marks["@EVENT_NAMES@"] = "@SHOWN@"
@@ -176,7 +176,7 @@ def _ending(unit: FmuContent, version: str) -> str:
     return text.replace("@PROTOTYPES@", "\n".join(prototypes))
 
 
-def _held_numbers(eom: Equations) -> dict[str, str]:
+def _constraint_counts(eom: Equations) -> dict[str, str]:
     """Counts of the constraints."""
     given = structure(eom, len(eom.state) + 1)
     return {

@@ -51,7 +51,7 @@ class OfSpeed(NamedTuple):
 
 def place_call(place: Contact) -> Made:
     """The function that made a place of contact, or the record itself."""
-    for make, given, named in _places(place):
+    for make, given, named in _place_constructors(place):
         for more in _directions(place) if "normal" in named else [{}]:
             try:
                 made = make(place.name, *given, **named, **more)
@@ -77,7 +77,7 @@ def new_points(place: Contact) -> Iterator[tuple[Point, str]]:
 Try = tuple[Callable[..., Contact], tuple[Any, ...], dict[str, Any]]
 
 
-def _places(place: Contact) -> Iterator[Try]:
+def _place_constructors(place: Contact) -> Iterator[Try]:
     """What may have made a place, but for directions in the plane."""
     particle, ground, (_, (plane, _)) = place.particle, place.ground, place.height.forces
     flat = {"normal": place.normal}
@@ -115,15 +115,15 @@ def _over(v: Vector, length: Expr) -> Vector | None:
     """The vector of which this is a product with a length, where it is one."""
     frames = ((f, triple) for f, triple in v.parts if isinstance(f, Frame))
     terms = [(unit, x) for f, triple in frames for unit, x in zip((f.x, f.y, f.z), triple, strict=True)]
-    found = Vector()
+    result = Vector()
     for unit, x in terms:
         size, sign = (x.args[0], -1) if x.op is NEG else (x, 1)
         pairs = [(ONE, size)] if size is length else [size.args, size.args[::-1]] if size.op is MUL else []
         factor = next((a for a, b in pairs if b is length), None)
         if factor is None and x is not ZERO:
             return None
-        found = found if factor is None else found + unit * (factor * sign)
-    return found
+        result = result if factor is None else result + unit * (factor * sign)
+    return result
 
 
 def _directions(place: Contact) -> Iterator[dict[str, Vector]]:

@@ -72,10 +72,10 @@ class Making:
 
     def identifier(self, of: str, name: str, what: str, where: str = "") -> str:
         """An identifier of its own among links, joints or symbols for the thing `what` of this name; another one is said."""
-        found = self.names[of].identifier(name[:LONGEST], what)
-        if found != name:
-            self.remarks.say("inferred", f"{what} {cut(name)!r} is called {found}", where)
-        return found
+        result = self.names[of].identifier(name[:LONGEST], what)
+        if result != name:
+            self.remarks.say("inferred", f"{what} {cut(name)!r} is called {result}", where)
+        return result
 
     def parameter(self, name: str, value: float, unit: str, what: str, kinds: tuple[str, ...] = ("all",)) -> Expr:
         """A number of the robot, as a parameter where these kinds are; one that is zero is none."""

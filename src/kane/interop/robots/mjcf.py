@@ -141,14 +141,14 @@ class _MjcfReader:
         array = ARRAYS[what]
         count = len(getattr(self.m, array))
         library, taken = mujoco(), set[str]()
-        found: list[str] = []
+        result: list[str] = []
         for k in range(count):
             name = library.mj_id2name(self.m, OBJECTS[what], k) or self._unnamed(what, k)
             while name in taken:
                 name += "_"
             taken.add(name)
-            found.append(name)
-        return found
+            result.append(name)
+        return result
 
     def _unnamed(self, what: str, k: int) -> str:
         if what != "joint":

@@ -95,9 +95,9 @@ def _folder(path: Path | None, folder: Any) -> Path | None:
     if folder is None:
         return None if path is None else path.resolve().parent
     expect.instance(folder, (str, Path), "folder= the path of a folder")
-    found = Path(folder).resolve()
-    expect.that(found.is_dir(), "folder= the path of a folder", str(folder))
-    return found
+    result = Path(folder).resolve()
+    expect.that(result.is_dir(), "folder= the path of a folder", str(folder))
+    return result
 
 
 def _check(root: Element, path: Path | None, within: Path | None) -> None:
@@ -129,7 +129,7 @@ def _files(e: Element, key: str, folders: list[str], path: Path | None, within: 
     name = e.text(key)
     if path is None or within is None:
         raise e.wrong("no files in an MJCF that is given as text", cut(repr(name)), "Give the path of a file.")
-    found = []
+    result = []
     for folder in folders:
         for p in (folder, name):
             if PurePosixPath(p).is_absolute() or PureWindowsPath(p).drive or "\0" in p:
@@ -138,5 +138,5 @@ def _files(e: Element, key: str, folders: list[str], path: Path | None, within: 
         if within not in file.parents:
             cure = "Say by folder= below which folder files may be opened."
             raise e.wrong(f"files below {within.name!r}", cut(repr(str(PurePosixPath(folder, name)))), cure)
-        found.append(file)
-    return found
+        result.append(file)
+    return result

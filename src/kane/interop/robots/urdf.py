@@ -117,13 +117,13 @@ class _UrdfReader:
         }
 
     def _named(self, tag: str) -> dict[str, Element]:
-        found: dict[str, Element] = {}
+        result: dict[str, Element] = {}
         for e in self.root.all(tag):
             name = e.text("name")
-            if name in found:
-                raise e.wrong(f"{tag}s of different names", f"{name!r} in line {found[name].line} too")
-            found[name] = e
-        return found
+            if name in result:
+                raise e.wrong(f"{tag}s of different names", f"{name!r} in line {result[name].line} too")
+            result[name] = e
+        return result
 
     def _remark_others(self) -> None:
         for e in (self.root, *self.links.values(), *self.joints.values()):

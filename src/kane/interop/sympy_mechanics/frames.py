@@ -53,7 +53,7 @@ def tree(frame: Any) -> dict[Any, tuple[Any, bool]]:
 
 def euler_sets(parents: Mapping[Any, tuple[Any, bool]], known: Translation) -> dict[Any, tuple[Coordinate, ...]]:
     """The frames whose matrix is that of four coordinates as Euler parameters, the scalar one first."""
-    found: dict[Any, tuple[Coordinate, ...]] = {}
+    result: dict[Any, tuple[Coordinate, ...]] = {}
     for frame, (parent, oriented) in parents.items():
         if parent is None or not oriented:
             continue
@@ -66,9 +66,9 @@ def euler_sets(parents: Mapping[Any, tuple[Any, bool]], known: Translation) -> d
         there = _values(entries, dict(zip(own, e, strict=True)))
         for order in permutations(range(4)):
             if np.allclose(there, _quaternion(e[list(order)]), rtol=0, atol=EQUAL):
-                found[frame] = tuple(own[k] for k in order)
+                result[frame] = tuple(own[k] for k in order)
                 break
-    return found
+    return result
 
 
 def _unit(n: int) -> Array:

@@ -160,7 +160,7 @@ def _bodies(
 
     cure = "from_sympy_mechanics(bodies, loads, frame=N, q=[q1, …], u=[u1, …], kd_eqs=[q1.diff() - u1, …])"
     expect.that(isinstance(frame, me.ReferenceFrame), "the inertial frame= of a list of bodies", frame, f"Call {cure}.")
-    q = tuple(q) or _found_coordinates(bodies, frame)
+    q = tuple(q) or _coordinates_in(bodies, frame)
     if not u:
         u = tuple(me.dynamicsymbols(f"u_{x.func.__name__}") for x in q)
         kd_eqs = [x.diff() - s for x, s in zip(q, u, strict=True)]
@@ -171,7 +171,7 @@ def _bodies(
     return _kane(method, bodies, _pairs(loads))
 
 
-def _found_coordinates(bodies: Sequence[Any], frame: Any) -> tuple[Any, ...]:
+def _coordinates_in(bodies: Sequence[Any], frame: Any) -> tuple[Any, ...]:
     """The functions of time on which orientations and positions depend, by name."""
     from sympy.core.function import AppliedUndef
 

@@ -142,7 +142,9 @@ class _Import:
                 self._compare_spin(b.frame)
         found = self._definitions()
         configuration = [configuration_constraint(f"configuration {k}", f) for k, f in enumerate(self._holonomic, 1)]
-        motion = [motion_constraint(f"motion {k}", found.in_rates(f)) for k, f in self._kept_motion()]
+        motion = [
+            motion_constraint(f"motion {k}", found.in_rates(f)) for k, f in self._independent_motion_constraints()
+        ]
         motion += [
             motion_constraint(w.description.removeprefix("vanishes: ") + f" ({w.name})", row)
             for w, row in found.vanishing.items()
@@ -221,9 +223,9 @@ class _Import:
 
     def _definitions(self) -> Definitions:
         sets = {group: self._frames.frame(f).orientation.quasi for f, group in self._sets.items()}  # type: ignore[union-attr]
-        found = define(self.known, self._kinematical, sets, self.states, self.remarks)
-        follow(found, self._frames.further, self.known)
-        return found
+        result = define(self.known, self._kinematical, sets, self.states, self.remarks)
+        follow(result, self._frames.further, self.known)
+        return result
 
     def _dependent(self, found: Definitions, rows: int) -> list[Speed]:
         """SymPy's dependent speeds and those that vanish, where they are as many as the constraints; else they are chosen."""
@@ -280,7 +282,7 @@ class _Import:
         self.remarks.say("inferred", "the potential energy as T − L")
         return [] if self.states.vanish([v]) and not _moves(v) else [Load.from_potential(v)]
 
-    def _kept_motion(self) -> list[tuple[int, Expr]]:
+    def _independent_motion_constraints(self) -> list[tuple[int, Expr]]:
         """The motion constraints that are not the rates of configuration constraints."""
         rates = [self._by_speeds(time_derivative(f)) for f in self._holonomic]
         speeds = list(self.known.speeds)

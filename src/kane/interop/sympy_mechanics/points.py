@@ -84,9 +84,9 @@ class Points:
 
     def _survey(self, theirs: Any) -> None:
         """All points that positions lead to, and the way to each from the one at rest, if there is one."""
-        still = [p for p in _ways(theirs) if self._theirs in p._vel_dict and p._vel_dict[self._theirs] == 0]
+        still = [p for p in _paths_from(theirs) if self._theirs in p._vel_dict and p._vel_dict[self._theirs] == 0]
         reference = next(iter(still), theirs)
-        ways = _ways(reference)
+        ways = _paths_from(reference)
         for p in ways:
             way = [p]
             while ways[way[-1]] is not None:
@@ -135,7 +135,7 @@ class Points:
         return point
 
 
-def _ways(start: Any) -> dict[Any, Any]:
+def _paths_from(start: Any) -> dict[Any, Any]:
     """Each point that positions lead to from one, nearest first, with the point before it."""
     ways: dict[Any, Any] = {start: None}
     line = deque([start])

@@ -55,24 +55,24 @@ def define(
     numbers = states.of([x for row in equations.rows for x in row]).reshape(shape)
     chosen = independent_rows(numbers)
     columns = independent_rows(numbers[chosen].transpose(1, 0, 2))
-    found = Definitions()
+    result = Definitions()
     for k, u in enumerate(speeds):
         if k not in columns:
             q = Coordinate.declare(known.names.free(f"integral_{u.name}"), None, "", f"∫ {u.name} dt")
-            found.speeds[u] = rate(q)
-            found.coordinates.append(q)
+            result.speeds[u] = rate(q)
+            result.coordinates.append(q)
             states.enter(q, u)
             remarks.say("inferred", f"a coordinate {q.name} for the speed {u.name}, which is the rate of no coordinate")
     free = [k for k in range(len(speeds)) if k not in columns]
-    left = [_less(equations.basic[i], equations.rows[i], speeds, found.speeds, free) for i in chosen]
+    left = [_less(equations.basic[i], equations.rows[i], speeds, result.speeds, free) for i in chosen]
     solved = solve_linear([[equations.rows[i][k] for k in columns] for i in chosen], left) if chosen else ()
-    found.speeds |= {speeds[k]: e for k, e in zip(columns, solved, strict=True)}
-    found.speeds = {u: found.speeds[u] for u in speeds}
+    result.speeds |= {speeds[k]: e for k, e in zip(columns, solved, strict=True)}
+    result.speeds = {u: result.speeds[u] for u in speeds}
     for i in (i for i in range(len(equations.rows)) if i not in chosen):
-        row = _less(equations.basic[i], equations.rows[i], speeds, found.speeds, range(len(speeds)))
-        found.vanishing[_held(known, f"kinematical equation {i + 1}")] = row
+        row = _less(equations.basic[i], equations.rows[i], speeds, result.speeds, range(len(speeds)))
+        result.vanishing[_held(known, f"kinematical equation {i + 1}")] = row
         remarks.say("changed", f"the kinematical equation {i + 1}, which defines no speed, to a motion constraint")
-    return found
+    return result
 
 
 def _held(known: Translation, of: str) -> Speed:
@@ -170,11 +170,11 @@ def _spin_in_symbols(known: Translation, kinematical: Kinematical, group: Sequen
             )
         by_u.append([neg(x) / k_q[i][j] for x in k_u[i]])
     e = list(group)
-    found = []
+    result = []
     for k in range(3):
         a, b = (k + 1) % 3 + 1, (k + 2) % 3 + 1
-        found.append([
+        result.append([
             2 * (e[0] * by_u[k + 1][m] - e[k + 1] * by_u[0][m] - (e[a] * by_u[b][m] - e[b] * by_u[a][m]))
             for m in range(len(known.speeds))
         ])  # fmt: skip
-    return found
+    return result

@@ -177,11 +177,11 @@ class Beam(Immutable):
 
     def point_at(self, xi: Any) -> Point:
         """The point of the axis at ξ = x/L, from 0, the root, to 1, the tip; a length such as L/2 serves, too."""
-        return self._place(xi)[0]
+        return self._section_at(xi)[0]
 
     def frame_at(self, xi: Any) -> Frame:
         """The frame of the section at ξ = x/L: `frame` turned by the slopes v' and −w', and by the twist."""
-        return self._place(xi)[1]
+        return self._section_at(xi)[1]
 
     def distributed(self, per_length: Vector | Callable[[float], Vector], name: str = "") -> Load:
         """A load per length along the beam: a vector (N/m, in parameters), or a function of ξ that gives one.
@@ -199,7 +199,7 @@ class Beam(Immutable):
             forces.append((self.point_at(float(x)), v * mul(constant(float(w)), self.length)))
         return Load(name or f"load along {self.name}", tuple(forces))
 
-    def _place(self, xi: Any) -> tuple[Point, Frame]:
+    def _section_at(self, xi: Any) -> tuple[Point, Frame]:
         share = self._share(xi)
         if share not in self._places:
             name = f"{self.name} at {share:.6g}"
@@ -289,10 +289,10 @@ def _integrals(shapes: ModeShapes, mass: Share, stiff: Share) -> tuple[Array, Ar
     rule = fine([shapes])
     values, slopes = (shapes.evaluate(rule.places, k) for k in (0, 1))
     _, beyond = moments_beyond(mass, rule.places)
-    found = (rule.gram(values, values, mass(rule.places)), strain(shapes, stiff, 2), rule.gram(slopes, slopes, beyond))
-    for a in found:
+    result = (rule.gram(values, values, mass(rule.places)), strain(shapes, stiff, 2), rule.gram(slopes, slopes, beyond))
+    for a in result:
         a.flags.writeable = False
-    return found
+    return result
 
 
 @cache

@@ -114,13 +114,13 @@ def _mu(whole: Fields, matter: Matter) -> Array:
 
 def _shortening_moments(whole: Fields, matter: Matter) -> tuple[list[Array], list[Array]]:
     """∫ r H dξ and ∫ r ξ H dξ of each deflection."""
-    found: tuple[list[Array], list[Array]] = [], []
+    result: tuple[list[Array], list[Array]] = [], []
     for f in whole.sagging:
         rule = fine([f.shapes])
         slopes = f.shapes.evaluate(rule.places, 1)
-        for each, m in zip(found, moments_beyond(matter.mass.share, rule.places), strict=True):
+        for each, m in zip(result, moments_beyond(matter.mass.share, rule.places), strict=True):
             each.append(rule.gram(slopes, slopes, m))
-    return found
+    return result
 
 
 def _by_points(mu: Array) -> Array:
@@ -270,6 +270,6 @@ def _critical(m: Array, k: Array) -> Array:
         squares, modes = mpmath.eigsy(inverse * mpmath.matrix(k.tolist()) * inverse.T)
         half = lower * modes
         c = half * mpmath.diag([mpmath.sqrt(max(x, 0)) for x in squares]) * half.T
-        found = np.array(c.tolist(), dtype=float)
-    found[np.abs(found) < ROUNDED_CHAIN * np.abs(found).max()] = 0.0
-    return found
+        result = np.array(c.tolist(), dtype=float)
+    result[np.abs(result) < ROUNDED_CHAIN * np.abs(result).max()] = 0.0
+    return result

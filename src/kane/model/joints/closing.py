@@ -14,7 +14,7 @@ from kane.errors import ModelError
 from kane.expr.build import cos, sin
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.model.constraints import ClosureBranch, Constraint, Constraints, coincident, perpendicular
-from kane.model.joints.joint import across, check_place, fixed, mirrored, perpendicular_axes
+from kane.model.joints.joint import across, check_attachment, fixed, mirrored, perpendicular_axes
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
@@ -105,8 +105,8 @@ _CLOSURES: dict[str, tuple[Callable[[Closing], Constraints], ...]] = {
 
 
 def _closed(kind: str, c: Closing, what: str = "axis") -> Constraints:
-    check_place(c.name, c.at, c.parent)
-    check_place(c.name, c.point, c.frame)
+    check_attachment(c.name, c.at, c.parent)
+    check_attachment(c.name, c.point, c.frame)
     if c.parent is c.frame:
         raise ModelError(f"Expected two different frames to close a loop by {c.name!r}, got {c.parent.name} twice.")
     checked = c._replace(axes=tuple(fixed(a, c.parent, f"{what} of {c.name!r}") for a in c.axes))

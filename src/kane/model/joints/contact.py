@@ -24,7 +24,7 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.ops import Immutable
 from kane.expr.symbols import Reaction
 from kane.model.constraints import Constraint, check_unit, cut_of, home_of, rolling, touching
-from kane.model.joints.joint import Joint, check_place, fixed
+from kane.model.joints.joint import Joint, check_attachment, fixed
 from kane.model.loads import Force, Load, Slip, action_reaction, torque_pair
 from kane.numeric.sampling import SEEDS, finite_number, sample
 from kane.numeric.scale import DECLARED
@@ -74,8 +74,8 @@ def _contact(
     """The contact of a ring (radius, axis) with the radius of its crown on the plane through `plane` across `normal`."""
     radius = _positive(ring[0], f"radius of {name!r}") if ring is not None else ZERO
     rounding = _positive(crown, f"{'crown ' if ring else ''}radius of {name!r}") if crown is not None else ZERO
-    check_place(name, center, wheel)
-    check_place(name, plane, wheel)
+    check_attachment(name, center, wheel)
+    check_attachment(name, plane, wheel)
     base = home_of(normal, f"normal of {name!r}")
     reach = normal * -rounding
     if ring is not None:

@@ -70,12 +70,12 @@ def _meshing(
 
 
 def _teeth(name: str, teeth: Any, internal: bool = False) -> list[Expr]:
-    found = [as_expr(z) for z in expect.pair(teeth, f"teeth=(z_a, z_b) for the gears {name!r}")]
-    a, b = numbers(found)
+    result = [as_expr(z) for z in expect.pair(teeth, f"teeth=(z_a, z_b) for the gears {name!r}")]
+    a, b = numbers(result)
     more = ", more on the ring" if internal else ""
     right, expected = a > 0 and b > (a if internal else 0), f"positive numbers of teeth{more} for {name!r}"
     expect.that(right, expected, came=f"{a:g} and {b:g}")
-    return found
+    return result
 
 
 def gear_pair(

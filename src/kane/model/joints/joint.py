@@ -106,7 +106,7 @@ class Seat:
     speeds: SpeedNames = None
 
     def __post_init__(self) -> None:
-        check_place(self.name, self.at, self.parent)
+        check_attachment(self.name, self.at, self.parent)
         object.__setattr__(self, "child", self.child or self.name)
 
     def axis(self, axis: Any, what: str = "axis") -> Vector:
@@ -155,7 +155,7 @@ class Seat:
         )  # fmt: skip
 
 
-def check_place(name: Any, at: Any, parent: Any) -> None:
+def check_attachment(name: Any, at: Any, parent: Any) -> None:
     """A joint has a name, sits at a geometric point and on a frame."""
     expect.name(name, "a name for the joint")
     geometric = isinstance(at, Point) and at.body is None

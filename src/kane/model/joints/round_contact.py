@@ -24,7 +24,7 @@ from kane.expr.build import add, div, neg, sub
 from kane.expr.node import ONE, ZERO, Expr, as_expr
 from kane.model.constraints import Constraint, home_of, no_slip
 from kane.model.joints.contact import Contact, point_on_plane, sphere_on_plane
-from kane.model.joints.joint import check_place, fixed
+from kane.model.joints.joint import check_attachment, fixed
 from kane.numeric.sampling import SEEDS, sample
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
@@ -67,8 +67,8 @@ def sphere_on_sphere(
     ModelError
         if a radius is below zero, both are, or the pole is no axis of a frame
     """
-    check_place(name, center, wheel)
-    check_place(name, other_center, other)
+    check_attachment(name, center, wheel)
+    check_attachment(name, other_center, other)
     sides = _sides(name, (wheel, center, radius), (other, other_center, other_radius), inside)
     home = center.root().frame if pole is None else home_of(pole, f"pole of {name!r}")
     return _rounded(name, sides, center.position(other_center).express(home), Vector(), inside, pole)
@@ -102,8 +102,8 @@ def sphere_on_cylinder(
     ModelError
         if a radius is below zero, both are, or the axis is not fixed in the cylinder
     """
-    check_place(name, center, wheel)
-    check_place(name, axis_point, cylinder)
+    check_attachment(name, center, wheel)
+    check_attachment(name, axis_point, cylinder)
     w = fixed(axis, cylinder, f"axis of {name!r}")
     sides = _sides(name, (wheel, center, radius), (cylinder, axis_point, cylinder_radius), inside)
     apart = center.position(axis_point).express(cylinder)

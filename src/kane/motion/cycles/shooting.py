@@ -55,7 +55,7 @@ class Shot:
         return float(np.abs(self.left / self.scale).max(initial=0.0))
 
 
-def _told(shot: Shot) -> str:
+def _shot_message(shot: Shot) -> str:
     return f"a residual of {shot.size:.1e}"
 
 
@@ -147,7 +147,7 @@ class Shooting:
         """
         now = self.shot(x)
         for step in range(most):
-            far(partial(_told, now))
+            far(partial(_shot_message, now))
             if self.map.section is not None and not now.moves:
                 raise SimulationError(
                     f"Expected a motion between two passages of the section, got one that meets it where it began, after "

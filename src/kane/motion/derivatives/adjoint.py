@@ -115,15 +115,15 @@ class Adjoint:
         ]
         wanted = np.unique(np.concatenate([t for t, ok in zip(times, clear, strict=True) if ok] or [np.zeros(0)]))
         motion = self.again(wanted) if len(wanted) else None
-        found = list[_Grid | None]()
+        result = list[_Grid | None]()
         for s, (t, h, ends), at, ok in zip(stretches, steps, times, clear, strict=True):
             if motion is None or not ok:
-                found.append(None)
+                result.append(None)
                 continue
             rows = np.flatnonzero(motion.phase == s.phase)
             x = motion.states[rows[np.minimum(np.searchsorted(motion.t[rows], at), len(rows) - 1)]]
-            found.append(_Grid(t, h, x.reshape(len(t), len(NODES.c), -1), ends))
-        return found
+            result.append(_Grid(t, h, x.reshape(len(t), len(NODES.c), -1), ends))
+        return result
 
     # ------------------------------------------------------------------------------------------ one stretch
 

@@ -71,10 +71,10 @@ class Course:
         groups = dict[str, Any]()
         for kind in _STARTS:
             own, group = {s: values[s] for s in getattr(eom, GROUPS[kind]) if s in values}, getattr(self.given, kind)
-            groups[kind] = None if group is None and not own else {**self._told(kind), **own}
+            groups[kind] = None if group is None and not own else {**self._start_values(kind), **own}
         return replace(self, given=replace(self.given, **groups, parameters=parameters))
 
-    def _told(self, kind: str) -> dict[Any, Any]:
+    def _start_values(self, kind: str) -> dict[Any, Any]:
         """The start values of a kind that were given."""
         return dict(named_values(kind, getattr(self.map.eom, GROUPS[kind]), getattr(self.given, kind)))
 
@@ -116,7 +116,7 @@ class Course:
         missing = [s.name for s, v in values.items() if v is None]
         expect.none(missing, "a first value of each unknown", "none of {}", "Give parameters=.", error=SimulationError)
         for kind in _STARTS:
-            values |= self._told(kind)
+            values |= self._start_values(kind)
         if any(s not in values for s in self.by):
             values = {**dict(zip(eom.state, self.start.tolist(), strict=True)), **values}
         return np.array([float(v.value if isinstance(v := values[s], Guess) else v) for s in self.by])
@@ -168,7 +168,7 @@ class Course:
 
     def _start_slopes(self, side: Side) -> Array:
         """δx of the start (n × start values + parameters)."""
-        kept = [s for kind in _STARTS[:2] for s, v in self._told(kind).items() if not isinstance(v, Guess)]
+        kept = [s for kind in _STARTS[:2] for s, v in self._start_values(kind).items() if not isinstance(v, Guess)]
         return _start_slopes(side, (self.free, kept), tuple(s for s in self.by if isinstance(s, Parameter)))
 
     def start_slopes(self, x: Array) -> Array:
@@ -207,11 +207,11 @@ def unknowns(eom: Equations, given: Any, by: Any) -> tuple[Symbol, ...]:
     free = [s for s in free_symbols(inputs) if _foreign(eom, s)]
     own: tuple[Symbol, ...] = (*eom.state, *eom.parameters, *free)
     listed = [by] if isinstance(by, Symbol | str) else list(by)
-    found = tuple(symbols_named("by", own, listed))
-    expect.that(bool(found), "some parameters or start values to differentiate by", listed, error=SimulationError)
-    twice = [name for name, count in Counter(s.name for s in found).items() if count > 1]
+    result = tuple(symbols_named("by", own, listed))
+    expect.that(bool(result), "some parameters or start values to differentiate by", listed, error=SimulationError)
+    twice = [name for name, count in Counter(s.name for s in result).items() if count > 1]
     expect.none(twice, "each one once", "{} twice", error=SimulationError)
-    return found
+    return result
 
 
 def _start_slopes(side: Side, starts: tuple[Sequence[Symbol], Sequence[Symbol]], by: Sequence[Parameter]) -> Array:

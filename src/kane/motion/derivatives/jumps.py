@@ -71,7 +71,7 @@ def gradients(side: Side, exprs: Sequence[Expr], by: Sequence[Parameter]) -> lis
     symbols = (*eom.state, time, *by, *open_)
     values = {**{s: v for f in side.now.drives if isinstance(f, Formula) for s, v in {**f.values, **f.gains}.items()}}
     values |= side.now.values(side.t, side.x)
-    found = []
+    result = []
     for e in plain:
         row = np.array([float(v) for v in evaluate(weighted([e], [ONE], symbols), values)])
         if row[n + 1 + len(by) :].any():
@@ -80,8 +80,8 @@ def gradients(side: Side, exprs: Sequence[Expr], by: Sequence[Parameter]) -> lis
                 f"Expected inputs that are numbers or expressions where an event depends on them, got functions of Python: {names}. "
                 "Write them as expressions of kn.time and the state."
             )
-        found.append(Gradient(row[:n], float(row[n]), row[n + 1 : n + 1 + len(by)]))
-    return found
+        result.append(Gradient(row[:n], float(row[n]), row[n + 1 : n + 1 + len(by)]))
+    return result
 
 
 def action(before: Side, after: Side, event: Event, by: Sequence[Parameter]) -> JumpSlopes:
@@ -213,6 +213,6 @@ def impact(motion: ContactMotion, before: Side, hits: int, by: Sequence[Paramete
         motion.fastest[:], motion.highest[:], motion.rebound[:] = 0.0, 0.0, 0.0
         return motion.hit(float(z[n]), z[:n], set(closed))[0]
 
-    found = _split(after, before, by, f"the impact of the contact {motion.contacts[hits].name!r}")
+    result = _split(after, before, by, f"the impact of the contact {motion.contacts[hits].name!r}")
     motion.p = own
-    return found
+    return result

@@ -88,7 +88,7 @@ class Integrand:
 
     def slopes(self, now: Routines, by: Sequence[Parameter], t: Array, x: Array) -> tuple[Array, Array, Array]:
         """L (m), ∂L/∂x (m × n) and ∂L/∂p (m × k) at times and states."""
-        roots = now.eom.numeric(now.settings).value(own_slopes, self.expr, tuple(by), Laws(self.inputs))
+        roots = now.eom.numeric(now.settings).value(slopes_with_laws, self.expr, tuple(by), Laws(self.inputs))
         table = _evaluated(roots, now, t, x)
         return table[0], table[1 : 1 + now.width].T, table[1 + now.width :].T
 
@@ -113,7 +113,7 @@ class Laws:
         return hash(self._key)
 
 
-def own_slopes(eom: Equations, expr: Expr, by: tuple[Parameter, ...], laws: Laws) -> list[Expr]:
+def slopes_with_laws(eom: Equations, expr: Expr, by: tuple[Parameter, ...], laws: Laws) -> list[Expr]:
     """An expression with inputs as their laws, and its gradient by the state and parameters."""
     (whole,) = laws.read(eom, [expr])
     return [whole, *gradient(whole, [*eom.state, *by])]
@@ -159,9 +159,9 @@ class _Gains(NamedTuple):
 
 def _lanes(numbers: Array) -> Array:
     """The numbers in their order, one more where there is none, from where vectors may begin."""
-    found = aligned(max(1, numbers.size))
-    found[: numbers.size] = numbers.reshape(-1)
-    return found
+    result = aligned(max(1, numbers.size))
+    result[: numbers.size] = numbers.reshape(-1)
+    return result
 
 
 class Pulling:

@@ -183,9 +183,9 @@ class _Pulling:
         """Λ of component j by K."""
         a = self.a
         columns = [c.get() for c in self.columns]
-        found = self.splat(a["lam"][row * self.n + j]) + self.combined(a["k"], k + j * STAGES, columns)
-        a["w"].store(j * STAGES, found)
-        return found
+        result = self.splat(a["lam"][row * self.n + j]) + self.combined(a["k"], k + j * STAGES, columns)
+        a["w"].store(j * STAGES, result)
+        return result
 
     def pull(self, step: Term) -> None:
         """wᵀ ∂f/∂(x, p, r) at all stages."""

@@ -22,7 +22,7 @@ from kane.model.contacts import laws_of
 from kane.model.declarations import Event, expressions
 from kane.motion.contact_motion import run_over_time
 from kane.motion.derivatives.variation import Again, Differential, Variation
-from kane.motion.inputs.expressions import own_parameters
+from kane.motion.inputs.expressions import given_parameters
 from kane.motion.inputs.functions import input_functions
 from kane.motion.right_hand_side import rates
 from kane.motion.runner import check_values
@@ -117,16 +117,16 @@ class ReturnMap:
         t0 = self.t0 if begin is None else begin
         span = t0, t0 + self.length(constants)
         check_values(eom, np.array([constants[p] for p in eom.parameters]), span)
-        drives = input_functions(eom, self.inputs, span, own_parameters(parameters) | constants)
+        drives = input_functions(eom, self.inputs, span, given_parameters(parameters) | constants)
         rtol, atol = self.tolerances
         options = OPTIONS | {"rtol": rtol, "atol": atol, "settings": self.settings}
         bounds = {"max_steps": None, "max_seconds": None, "first_step": None}
         q, u, a = np.split(x, np.cumsum([len(eom.coordinates), len(eom.speeds)]))
         first = Begin(q, u, None, a, fresh=self._fresh(x, constants))
-        found: Solution = run_over_time(eom)(
+        result: Solution = run_over_time(eom)(
             eom, span, first, (constants, drives), options, bounds, sample_times(samples, span)
         )
-        return found
+        return result
 
     def admitted(self, given: State) -> Array:
         """(q, u, a) of values and guesses, on the constraints."""

@@ -11,7 +11,7 @@ from kane.equations.equations import Equations
 from kane.errors import Attributes, ExpressionError
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol
-from kane.motion.derivatives.pulling import Laws, own_slopes
+from kane.motion.derivatives.pulling import Laws, slopes_with_laws
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 
@@ -21,7 +21,7 @@ def slopes_along(motion: Solution, expr: Expr, by: tuple[Parameter, ...]) -> Arr
     laws = Laws(motion.inputs)
 
     def slopes(eom: Equations) -> list[Expr]:
-        return own_slopes(eom, expr, by, laws)[1:]
+        return slopes_with_laws(eom, expr, by, laws)[1:]
 
     return np.stack(motion.by_sample(slopes), axis=-1)
 
@@ -65,9 +65,9 @@ class Sensitivities(Attributes):
         motion, n = self.motion, self.states.shape[1]
         own = tuple(p for p in self.by if isinstance(p, Parameter))
         table = slopes_along(motion, expr, own)
-        found: Array = np.einsum("tn,tnk->tk", table[:, :n], self.states)
-        found[:, [k for k, s in enumerate(self.by) if isinstance(s, Parameter)]] += table[:, n:]
-        return found
+        result: Array = np.einsum("tn,tnk->tk", table[:, :n], self.states)
+        result[:, [k for k, s in enumerate(self.by) if isinstance(s, Parameter)]] += table[:, n:]
+        return result
 
     def __repr__(self) -> str:
         return f"Sensitivities(of {self.states.shape[1]} states by {', '.join(s.name for s in self.by)}, {len(self.t)} samples)"

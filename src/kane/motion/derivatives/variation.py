@@ -134,17 +134,17 @@ class Differential:
 
     def _groups(self, motion: Solution, rows: Any) -> list[tuple[int, int]]:
         """Runs of samples with the same equations, first and last row of each."""
-        found, begin = list[tuple[int, int]](), int(rows[0])
+        result, begin = list[tuple[int, int]](), int(rows[0])
         for row in map(int, rows[1:]):
             if motion.samples and motion.samples[row] is not motion.samples[begin] and row != rows[-1]:
-                found.append((begin, row))
+                result.append((begin, row))
                 begin = row
-        found.append((begin, int(rows[-1])))
-        return found
+        result.append((begin, int(rows[-1])))
+        return result
 
     def stretches(self, motion: Solution, wanted: Sequence[int] | Indices) -> list[Stretch]:
         """The stretches with one set of equations and no breakpoint within; their edges are the samples that are `wanted`, too."""
-        breaks, found = sorted(breakpoints_of(motion, ())), list[Stretch]()
+        breaks, result = sorted(breakpoints_of(motion, ())), list[Stretch]()
         known_rows = np.asarray(wanted, dtype=np.int64)
         for number in range(int(motion.phase[-1]) + 1):
             for start, end in self._groups(motion, np.flatnonzero(motion.phase == number)):
@@ -158,10 +158,10 @@ class Differential:
                         own, rows = np.split(rows, [np.searchsorted(motion.t[rows], until, side="right")])
                         edges = np.unique([t, *np.maximum(motion.t[own], t), until])
                         at = tuple(np.searchsorted(edges, motion.t[own]).tolist())
-                        found.append(Stretch(*known, x, edges, number, tuple(own.tolist()), at))
+                        result.append(Stretch(*known, x, edges, number, tuple(own.tolist()), at))
                         x = None
                     t = on_from(until) if until < stop else stop
-        return found
+        return result
 
     def transitions(self, motion: Solution, stretches: list[Stretch], again: Again) -> list[Array]:
         """Φ of each stretch, with steps halved until it is known."""
@@ -189,7 +189,7 @@ class Differential:
         resolved = [i for i in which if np.all(np.diff(times[i].reshape(-1)) > 0)]
         wanted = np.concatenate([times[i].reshape(-1) for i in resolved]) if resolved else np.zeros(0)
         motion = again(wanted) if len(wanted) else None
-        found = []
+        result = []
         for i in which:
             at = stretches[i]
             x = self._ends[i - 1] if at.x is None else at.x
@@ -198,8 +198,8 @@ class Differential:
                 rows = np.flatnonzero(motion.phase == at.phase)
                 guess = motion.states[rows[np.searchsorted(motion.t[rows], times[i])]]
             phi, self._ends[i] = transition(at, x, steps[i], guess, self.scale)
-            found.append(phi)
-        return found
+            result.append(phi)
+        return result
 
     def across(self, motion: Solution, row: int, psi: Array, number: int, section: Event | None) -> tuple[Array, Array]:
         """Ψ after the events with which a phase begins, and δτ."""

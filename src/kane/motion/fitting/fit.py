@@ -82,14 +82,14 @@ class Problem:
         self._last: tuple[bytes, list[tuple[Sensitivities, Indices]]] | None = None
 
     @property
-    def places(self) -> list[slice]:
+    def start_slices(self) -> list[slice]:
         """Where the start values of each segment stand in z."""
         ends = np.cumsum([len(self.unknown), *(len(s.free) for s in self.segments)])
         return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
     def of_segment(self, k: int, z: Array) -> dict[Symbol, float]:
         """Parameters and the start values of a segment at z."""
-        values = [*z[: len(self.unknown)].tolist(), *z[self.places[k]].tolist()]
+        values = [*z[: len(self.unknown)].tolist(), *z[self.start_slices[k]].tolist()]
         return dict(zip((*self.unknown, *self.segments[k].free), values, strict=True))
 
     @property
@@ -112,7 +112,7 @@ class Problem:
     @property
     def at(self) -> list[int]:
         """Their places in z."""
-        places = [range(len(self.unknown)), *(range(*self.places[k].indices(1 << 62)) for k in self.heads)]
+        places = [range(len(self.unknown)), *(range(*self.start_slices[k].indices(1 << 62)) for k in self.heads)]
         return [i for some in places for i in some]
 
     def meetings(self) -> list[tuple[int, int]]:
@@ -152,10 +152,10 @@ class Problem:
         """How far bodies are from the first ones, where they are to stay possible."""
         values = dict[Expr, Any](self.segments[0].course.parameters)
         values.update(self.of_segment(0, z).items())
-        found = [here for body in self.bodies if (here := body.at(values)) is not None]
-        if len(found) < len(self.bodies):
+        result = [here for body in self.bodies if (here := body.at(values)) is not None]
+        if len(result) < len(self.bodies):
             raise _Failed("no such body")
-        return found
+        return result
 
     def joints(self, z: Array) -> tuple[Array, Array]:
         """What segments leave between each other, of the size of each state, and its Jacobian."""
@@ -183,7 +183,7 @@ class Problem:
     def _spread(self, own: Array, k: int, width: int) -> Array:
         """Slopes by the unknowns of a segment as slopes by all."""
         whole, k_p = np.zeros((len(own), width)), len(self.unknown)
-        whole[:, :k_p], whole[:, self.places[k]] = own[:, :k_p], own[:, k_p:]
+        whole[:, :k_p], whole[:, self.start_slices[k]] = own[:, :k_p], own[:, k_p:]
         return whole
 
     def residuals(self, z: Array) -> Array:
@@ -312,9 +312,9 @@ def _sigma(names: Sequence[str], given: Any) -> Array | None:
     own = dict.fromkeys(names, given) if expect.is_number(given) else dict(given)
     missing = [name for name in names if name not in own]
     expect.none(missing, "σ of every column", "none of {}", error=SimulationError)
-    found = np.array([float(own[name]) for name in names])
-    expect.that(bool((found > 0).all() and np.isfinite(found).all()), "σ above zero", given, error=SimulationError)
-    return found
+    result = np.array([float(own[name]) for name in names])
+    expect.that(bool((result > 0).all() and np.isfinite(result).all()), "σ above zero", given, error=SimulationError)
+    return result
 
 
 def _segments(course: Course, data: Measured, count: int, names: Sequence[str]) -> list[Segment]:
@@ -336,7 +336,7 @@ def _segments(course: Course, data: Measured, count: int, names: Sequence[str]) 
     by = (*unknown, *(s for s in eom.state if s in independent))
     values, rates = starts_of(data, rows[1:-1])
     first = replace(course.over(float(data.t[0]), ends[0]), by=(*unknown, *course.free))
-    found = [Segment(data.between(0, rows[1]), first, True, columns)]
+    result = [Segment(data.between(0, rows[1]), first, True, columns)]
     for k, row in enumerate(rows[1:-1]):
         at = int(min(np.searchsorted(motion.t, data.t[row]), len(motion) - 1))
         own = course.state(motion.states[at])
@@ -346,22 +346,22 @@ def _segments(course: Course, data: Measured, count: int, names: Sequence[str]) 
             for kind in ("q", "u", "states")
         }
         piece = replace(course.over(float(data.t[row]), ends[k + 1]), given=replace(course.given, **groups), by=by)
-        found.append(Segment(data.between(row, rows[k + 2]), piece, False, columns))
-    return found
+        result.append(Segment(data.between(row, rows[k + 2]), piece, False, columns))
+    return result
 
 
 def _measured_state(
     course: Course, values: Mapping[Expr, Array], rates: Mapping[Expr, Array], k: int
 ) -> dict[Symbol, float]:
     """What of a state was measured at the beginning of a segment; speeds by rates where all coordinates were."""
-    eom, found = course.map.eom, dict[Symbol, float]()
-    found |= {s: float(values[s][k]) for s in eom.state if s in values}
+    eom, result = course.map.eom, dict[Symbol, float]()
+    result |= {s: float(values[s][k]) for s in eom.state if s in values}
     if all(q in values for q in eom.coordinates) and not eom.system.euler_parameters:
         q, rate = ({s: float(own[s][k]) for s in eom.coordinates} for own in (values, rates))
         own = {s: v for s, v in course.parameters.items() if s in set(eom.parameters)}
         u = eom.speeds_from_rates(q=q, rates=rate, parameters=own)
-        found |= {s: float(v) for s, v in u.items() if s not in found}
-    return found
+        result |= {s: float(v) for s, v in u.items() if s not in result}
+    return result
 
 
 @dataclass(frozen=True, eq=False)
@@ -396,7 +396,7 @@ class Search:
             if np.all(np.abs(problem.sigma / before - 1) < _SETTLED):
                 break
             z = self._solved(z) if len(before) > 1 or problem.bodies else z
-        return self._found(z)
+        return self._fit_at(z)
 
     def _sizes(self, z: Array) -> Array:
         """By what gaps of states are measured."""
@@ -553,7 +553,7 @@ class Search:
         floor = 1e-12 * np.maximum(self.problem.sigma, 1e-300)
         return np.asarray(np.maximum(np.sqrt(total / np.maximum(values * share, 1e-300)), floor))
 
-    def _found(self, z: Array) -> Fit:
+    def _fit_at(self, z: Array) -> Fit:
         problem = self.problem
         self._check_determined(z)
         j = problem.condensed(z)

@@ -69,7 +69,7 @@ def least_cost(steps: Steps, z: Array, x: Array, limits: Limits, most: int, near
     here = _at(steps, z, x, near)
     for count in range(1, most + 1):
         size = np.maximum(np.abs(x).max(axis=0), 1e-2 * (np.abs(x).max() or 1.0))
-        far(partial(_told, count))
+        far(partial(_count_message, count))
         (H, g, S, s), lam = _reduced(steps, z, x, here, weights, size, close)
         if near is not None:
             H, g = H + np.eye(len(z)), (g[0] + z - near, g[1])
@@ -100,7 +100,7 @@ def least_cost(steps: Steps, z: Array, x: Array, limits: Limits, most: int, near
     return None
 
 
-def _told(count: int) -> str:
+def _count_message(count: int) -> str:
     return f"{count} steps"
 
 

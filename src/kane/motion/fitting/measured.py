@@ -96,15 +96,15 @@ def _columns(data: Any) -> tuple[dict[str, Any], dict[str, str]]:
 
 
 def _numbers(name: str, given: Any, count: int | None = None) -> Array:
-    found = expect.floats(given, f"numbers in the column {name!r}", error=SimulationError)
-    if found.ndim != 1 or (count is not None and len(found) != count):
+    result = expect.floats(given, f"numbers in the column {name!r}", error=SimulationError)
+    if result.ndim != 1 or (count is not None and len(result) != count):
         raise SimulationError(
             f"Expected the column {name!r} as a list of {'numbers' if count is None else f'{count} numbers, as many as times'}, got "
-            f"an array of the shape {found.shape}."
+            f"an array of the shape {result.shape}."
         )
-    if np.isinf(found).any():
+    if np.isinf(result).any():
         raise SimulationError(f"Expected finite numbers in the column {name!r}, or NaN for gaps, got an infinite one.")
-    return found
+    return result
 
 
 def _check_times(t: Array) -> None:

@@ -301,7 +301,7 @@ def shoot(
         z, message = first / flight.sizes, ""
         flight.slopes(z)
         if aim.ends:
-            z, message = _met(flight, z, (low, high), max_steps)
+            z, message = _least_residual(flight, z, (low, high), max_steps)
         if aim.costs:
             near = Flight(course, aim, _sizes(course.by, z * flight.sizes))
             near.steps = flight.steps
@@ -387,7 +387,7 @@ def _guessed(flight: Flight, z: Array, times: Array) -> Array:
     return np.asarray(motion.states[np.searchsorted(motion.t, np.minimum(times, motion.t[-1]))])
 
 
-def _met(flight: Flight, z: Array, bounds: tuple[Array, Array], most: int) -> tuple[Array, str]:
+def _least_residual(flight: Flight, z: Array, bounds: tuple[Array, Array], most: int) -> tuple[Array, str]:
     """The conditions alone, by least squares."""
     aim = flight.aim
     call: Callable[..., Any] = least_squares

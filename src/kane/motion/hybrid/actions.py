@@ -41,10 +41,10 @@ class Instant:
         """Values of expressions."""
         q, u, a = (list(part) for part in self.parts)
         inputs = {s: value(f, self.t, self.x) for s, f in self.phase.inputs.items()}
-        found: list[Any] = evaluate_along(
+        result: list[Any] = evaluate_along(
             self.now.solved, list(exprs), q, u, self.phase.parameters, inputs, self.t, a, held=False
         )
-        return found
+        return result
 
     @property
     def parts(self) -> list[Array]:
@@ -81,18 +81,18 @@ def acted(before: Instant, events: Sequence[Event], end: float) -> Instant:
 
 def _wanted(before: Instant, events: Sequence[Event]) -> dict[Expr, Any]:
     """What is set, and to what, by symbol."""
-    found: dict[Expr, Any] = {}
+    result: dict[Expr, Any] = {}
     by: dict[Expr, Event] = {}
     for event in events:
         for symbol, what in _consequences(before, event).items():
-            if symbol in found and not (found[symbol] is what or _equal(found[symbol], what)):
+            if symbol in result and not (result[symbol] is what or _equal(result[symbol], what)):
                 raise SimulationError(
-                    f"Expected one value for {symbol} at t = {before.t:.9g}, got {cut(found[symbol])} from the event "
+                    f"Expected one value for {symbol} at t = {before.t:.9g}, got {cut(result[symbol])} from the event "
                     f"{by[symbol].name!r} and {cut(what)} from {event.name!r} at the same time. Make one event of the two, or let "
                     "one set something else."
                 )
-            found[symbol], by[symbol] = what, event
-    return found
+            result[symbol], by[symbol] = what, event
+    return result
 
 
 def _equal(a: Any, b: Any) -> bool:
@@ -236,17 +236,17 @@ def sides(before: Instant, after: Instant, events: Sequence[Event]) -> dict[str,
     Those that had no rate are left out: the start of the next phase decides. None where one is met though it leads away from its
     threshold already: it is below what numbers tell apart.
     """
-    found: dict[str, float] = {}
+    result: dict[str, float] = {}
     for event in events:
         old, new = before.rate(event.quantity), after.rate(event.quantity)
         if old == 0 and event.direction:
             continue
-        found[event.name] = 0.0
+        result[event.name] = 0.0
         if not old or new is None:
             continue
         came = float(-event.direction) if event.direction else -np.sign(old)
         if old * came > 0:
             return None
         if new * came > -EQUAL * abs(old):
-            found[event.name] = came
-    return found
+            result[event.name] = came
+    return result

@@ -128,7 +128,7 @@ def values_set(eom: Equations) -> list[tuple[int, int, Expr]]:
     if moving(eom) or (is_constrained(eom) and eom.system.contacts):
         return []
     place, known = _places(eom), {s for port in ports(eom.derived) for s in port.symbols}
-    found = []
+    result = []
     for k, event in enumerate(eom.events):
         if not isinstance(event.then, Mapping):
             continue
@@ -136,13 +136,13 @@ def values_set(eom: Equations) -> list[tuple[int, int, Expr]]:
         values = without_unknowns(eom.solved, list(set_.values()))
         if len(set_) == len(event.then) and set_.keys() <= place.keys() and known.issuperset(free_symbols(values)):
             new: dict[Expr, Expr] = dict(zip(set_, values, strict=True))
-            found += [(k, place[s], value) for s, value in new.items()]
-            found += [
+            result += [(k, place[s], value) for s, value in new.items()]
+            result += [
                 (k, -1, substituted(mass, new))
                 for mass in _masses(eom)
                 if not new.keys().isdisjoint(free_symbols([mass]))
             ]
-    return found
+    return result
 
 
 def _places(eom: Equations) -> dict[Expr, int]:
@@ -237,7 +237,7 @@ def automaton(now: Routines, t: float, y: Array, fresh: Fresh, wide: bool = True
     """What tells a kernel of events, and of switches behind them, from t on."""
     assert now.events is not None
     numeric, seen, at = now.eom.numeric(now.settings), now.watch(t, y), (t, y, now.inputs(t, y))
-    given = {name: _own(what) for name, what in numeric.value(tables, len(y), len(now.quantities)).items()}
+    given = {name: _aligned_copy(what) for name, what in numeric.value(tables, len(y), len(now.quantities)).items()}
     given |= {"seen": seen, "largest": np.nan_to_num(np.abs(seen)), "sides_at": len(now.eom.parameters)}
     begin_at(given, now.eom.events, fresh)
     given["kinds"][[k * KINDS for k in asks_for(now)]] = float(Kind.ASKED)
@@ -248,7 +248,7 @@ def automaton(now: Routines, t: float, y: Array, fresh: Fresh, wide: bool = True
     return given
 
 
-def _own(what: Any) -> Any:
+def _aligned_copy(what: Any) -> Any:
     """A copy of an array, which vectors may be read from without crossing lines of the cache; an integer itself."""
     if isinstance(what, int):
         return what
@@ -528,13 +528,13 @@ def acting(events: Sequence[Event]) -> list[Event]:
 
 def leapt_over(events: Sequence[Event], before: Array, after: Array) -> list[Event]:
     """The events whose thresholds lie between their quantities before and after."""
-    found = []
+    result = []
     for event, a, b in zip(
         events, before - [e.threshold for e in events], after - [e.threshold for e in events], strict=True
     ):
         if (a > 0 >= b and event.direction <= 0) or (a < 0 <= b and event.direction >= 0):
-            found.append(event)
-    return found
+            result.append(event)
+    return result
 
 
 def phase_after(now: Routines, phase: Phase, t: float, before: Array, by: tuple[Event, ...]) -> Phase:

@@ -102,11 +102,11 @@ class Decisions:
 
     def largest(self, *of: Term | float) -> Term:
         """The largest of some."""
-        found = of[0]
+        result = of[0]
         for x in of[1:]:
-            found = self.writer.compute("max", found, x)
-        assert isinstance(found, Term)
-        return found
+            result = self.writer.compute("max", result, x)
+        assert isinstance(result, Term)
+        return result
 
     def sum(self, count: Any, of: Callable[[Term], Term]) -> Term:
         """A sum."""
@@ -121,7 +121,7 @@ class Decisions:
         with self.writer.when(condition):
             self.unsure.put(1)
 
-    def no_place(self, i: Term, j: Any) -> Term:
+    def lacks_row(self, i: Term, j: Any) -> Term:
         """Whether contact i lacks its row j."""
         return self.places[i * self.d + j] < NO_PLACE / 2
 
@@ -273,7 +273,7 @@ class Decisions:
                 usual.put(1.0)
             room[self.rubs + n] = 0.0
             with w.few(d) as j:
-                with w.when(self.no_place(i, j)):
+                with w.when(self.lacks_row(i, j)):
                     room[self.W + (n * d + j) * kd + n * d + j] = usual.get()
                 with w.otherwise(), w.when(j > 0):
                     room[self.rubs + n] = 1.0
@@ -287,7 +287,7 @@ class Decisions:
             static = self.largest(friction[i], w.select(room[self.slides + n] > 0.0, kinetic, 0.0))
             room[self.static + n] = static
             room[self.kinetic + n] = kinetic
-            with w.when(self.no_place(i, 0)):
+            with w.when(self.lacks_row(i, 0)):
                 most = self.largest(self.numbers[self.laws + i * 3], kinetic)
                 pressed = w.select(self.pressed_by[i] < 0.0, 1.0, room[self.press + i])
                 held = w.select(impulsive, 0.0, -(usual.get() * most * pressed))
@@ -303,7 +303,7 @@ class Decisions:
         terms, own = self.mobility_terms + i * d, n * d
         every = self.largest(*(room[terms + self.writer.integer(j)] for j in (0, 1)), room[terms + d - 1])
         least = self.largest(room[terms] * ROUNDED_SUM, every * ROUNDED)
-        self.doubt(~self.no_place(i, 0) & ~(room[self.W + own * self.k * d + own] > least))
+        self.doubt(~self.lacks_row(i, 0) & ~(room[self.W + own * self.k * d + own] > least))
 
     def unforced(self, row: Term) -> tuple[Term, Term]:
         """b of a row and its terms, with the viscous friction of the closed contacts."""

@@ -40,7 +40,7 @@ class After:
         self.w, self.of = w, Decisions(w)
         self.impacts = Impacts(self.of)
         self.s, self.y, self.calls, self.tolerances = self._arrays("s", "y", "calls", "tolerances")
-        self.modes, self.ways, self.slip_count = self._arrays("modes", "directions", "slip_count")
+        self.modes, self.position_edges, self.slip_count = self._arrays("modes", "directions", "slip_count")
         self.slack, self.fastest, self.highest, self.rebound = self._arrays("slack", "fastest", "highest", "rebound")
         self.next, self.next_ways, self.sliding, self.friction = self._arrays(
             "next_modes", "next_ways", "sliding", "friction"
@@ -79,10 +79,10 @@ class After:
 
     def is_(self, *kinds: int) -> Term:
         """Whether the event is one of these kinds."""
-        found = self.kind.get().equals(kinds[0])
+        result = self.kind.get().equals(kinds[0])
         for k in kinds[1:]:
-            found = found | self.kind.get().equals(k)
-        return found
+            result = result | self.kind.get().equals(k)
+        return result
 
     def here(self, i: Term) -> Term:
         """Whether it is the event of contact i."""
@@ -131,7 +131,7 @@ class After:
             self.next[i] = self.modes[i]
             self.off[i] = w.select(self.here(i), 1.0, 0.0)
             with w.few(d - 1) as j:
-                self.next_ways[i * (d - 1) + j] = self.ways[i * (d - 1) + j]
+                self.next_ways[i * (d - 1) + j] = self.position_edges[i * (d - 1) + j]
             self.touching[i] = w.select(self.modes[i] > SEPARATED, 1.0, 0.0)
             self.friction[i] = of.numbers[of.laws + i * 3]
             self.hits[i] = 0.0
@@ -386,7 +386,7 @@ class After:
         room, d = of.room, of.d
         with w.few(of.count.get()) as n:
             i, row = of.index(of.own + n), n * d
-            with w.when(self.is_(OPENS) & ~of.no_place(i, 0) & (of.pressed_by[i] < 0.0)):
+            with w.when(self.is_(OPENS) & ~of.lacks_row(i, 0) & (of.pressed_by[i] < 0.0)):
                 most = room[of.terms + row] / room[of.W + row * of.k * d + row]
                 self.off[i] = w.select(room[of.force + row] <= most * NOTHING, 1.0, self.off[i])
             with w.when(self.is_(SLIPPING) & self.here(i)):
@@ -478,7 +478,7 @@ class After:
             )
             self.touching[i] = 1.0
             with w.few(d) as j:
-                own = ~of.no_place(i, j) & ((stuck & ~self.is_held(i)) | (j < 1))
+                own = ~of.lacks_row(i, j) & ((stuck & ~self.is_held(i)) | (j < 1))
                 with w.when(own):
                     of.room[of.at_row + count.get()] = w.compute("float", i * d + j)
                     count.put(count.get() + 1)

@@ -150,7 +150,7 @@ class Impacts:
             n = self.found.get()
             row, i = n * d, of.index(of.own + n)
             rubs = (room[of.rubs + n] > 0.0) & (room[of.static + n] > 0.0)
-            of.doubt(of.no_place(i, 0))
+            of.doubt(of.lacks_row(i, 0))
             turns = rubs & (d > 2)
             mu, e, law = room[of.static + n], of.numbers[of.laws + i * 3 + 2], self.law[i]
             with w.when(turns):

@@ -49,7 +49,7 @@ class StepSeen(NamedTuple):
     since: float
 
 
-def met_along(seen: StepSeen, dense: Dense, fresh: Fresh, rtol: float, end: float) -> tuple[list[Met], End | None]:
+def events_along(seen: StepSeen, dense: Dense, fresh: Fresh, rtol: float, end: float) -> tuple[list[Met], End | None]:
     """The events that a step meets, up to one that ends the motion, which is to lead to `end`."""
     now, times, values, largest, since = seen
     events, count = now.eom.events, len(now.eom.events)

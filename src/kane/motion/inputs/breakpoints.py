@@ -103,7 +103,7 @@ def on_from(t: float) -> float:
     return t + 4 * ULPS * math.ulp(t)
 
 
-def told_apart(t: float, span: Span) -> str:
+def indistinct_times(t: float, span: Span) -> str:
     """That numbers of that size are too far apart for the times of a span, in words; "" where they are not."""
     apart = math.ulp(t)
     if apart < NEAR_TIME * (span[1] - span[0]):
@@ -157,7 +157,7 @@ class Turning(NamedTuple):
         def of(t: Array) -> Array:
             return np.broadcast_to(np.asarray(evaluate(self.quantity, {**values, time: t}), dtype=float), t.shape)
 
-        found = []
+        result = []
         edges = np.linspace(*span, _PARTS + 1)
         for a, b in pairwise(edges.tolist()):
             times = a + (b - a) * np.array(SHARES)
@@ -171,8 +171,8 @@ class Turning(NamedTuple):
                     return of(np.asarray(t)) - level
 
                 for s, e, p, q in passages(above, times, there - level):
-                    found.append(zero_of(above, s, e, p, q, 4 * math.ulp(e)))
-        return found
+                    result.append(zero_of(above, s, e, p, q, 4 * math.ulp(e)))
+        return result
 
 
 class Clock(NamedTuple):

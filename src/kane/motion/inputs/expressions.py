@@ -144,7 +144,7 @@ def gains_of(drives: Mapping[Any, Any]) -> dict[Expr, Expr]:
     return {s: constant(v) for f in drives.values() if isinstance(f, Formula) for s, v in f.gains.items()}
 
 
-def own_parameters(given: Any) -> dict[Expr, Any]:
+def given_parameters(given: Any) -> dict[Expr, Any]:
     """The values given for parameters by symbol: those that stand in inputs alone are not the model's."""
     return {s: v for s, v in given.items() if isinstance(s, Parameter)} if isinstance(given, Mapping) else {}
 
@@ -398,8 +398,8 @@ class HeldInput:
     def along(self, t: Array, states: Array) -> Array:
         """The values held at times (n)."""
         at = np.searchsorted(self.group.times, [on_from(x) for x in t.tolist()], side="right") - 1
-        found: Array = np.array(self.group.values)[np.maximum(at, 0), self.place]
-        return found
+        result: Array = np.array(self.group.values)[np.maximum(at, 0), self.place]
+        return result
 
 
 class Law:

@@ -138,26 +138,26 @@ def _each(eom: Equations, inputs: Any, start: float) -> Any:
     """Inputs that have one function together, one by one: the functions of the state, f(t, x), and sampled controllers."""
     if not isinstance(inputs, Mapping):
         return inputs
-    found: dict[Any, Any] = {}
+    result: dict[Any, Any] = {}
     for key, given in inputs.items():
         keys = key if isinstance(key, tuple) else (key,)
         names = tuple(str(k) for k in keys)
         if isinstance(given, Sampled):
             held = Held(given, names, start, copy.deepcopy(given.state))
-            found |= {k: HeldInput(held, i) for i, k in enumerate(keys)}
+            result |= {k: HeldInput(held, i) for i, k in enumerate(keys)}
         elif _takes_state(given) or (isinstance(key, tuple) and callable(given)):
             law = Law(given, names)
-            found |= {k: LawInput(law, i) for i, k in enumerate(keys)}
+            result |= {k: LawInput(law, i) for i, k in enumerate(keys)}
         elif isinstance(key, tuple):
             parts = list(given) if isinstance(given, Sequence | np.ndarray) and not isinstance(given, str) else [given]
             if len(parts) != len(keys):
                 raise SimulationError(
                     f"Expected {len(keys)} values for the inputs {', '.join(names)}, got {cut(repr(given))}. Give one for each."
                 )
-            found |= dict(zip(keys, parts, strict=True))
+            result |= dict(zip(keys, parts, strict=True))
         else:
-            found[key] = given
-    return found
+            result[key] = given
+    return result
 
 
 def _takes_state(given: Any) -> bool:

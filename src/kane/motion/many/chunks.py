@@ -50,11 +50,11 @@ class Job:
     def results(self, tiles: Sequence[range], threads: int, told: Callable[[int], Any] = lambda done: None) -> Results:
         """Results of consecutive tiles; `told` hears after each how many instances are done."""
         rows = range(tiles[0].start, tiles[-1].stop)
-        found = Results(self.family.eom, self.kept, self.t, self.family.instances, rows)
+        result = Results(self.family.eom, self.kept, self.t, self.family.instances, rows)
         for tile in outcomes(self.family, self.pool, tiles, threads):
-            found.put(tile)
-            told(found.done)
-        return found
+            result.put(tile)
+            told(result.done)
+        return result
 
     def chunk(self, rows: range, threads: int, told: Callable[[int], Any] = lambda done: None) -> Results:
         """Results of a chunk."""

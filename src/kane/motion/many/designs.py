@@ -112,13 +112,13 @@ def _points(design: Mapping[Any, Any], sampler: str, count: int | None, seed: in
 
 
 def _bounds(key: Any, value: Any) -> Sequence[float]:
-    found = _numbers(key, value, "two bounds (low, high)")
-    if len(found) != 2 or not found[0] <= found[1]:
+    result = _numbers(key, value, "two bounds (low, high)")
+    if len(result) != 2 or not result[0] <= result[1]:
         raise SimulationError(
             f"Expected two bounds (low, high) for {key} in a design, got {cut(repr(value))}. Give the smaller one first; levels of "
             f'which each is taken want sampler="{PRODUCT}", and values of the instances themselves no sampler.'
         )
-    return found
+    return result
 
 
 def _numbers(key: Any, value: Any, what: str) -> list[float]:

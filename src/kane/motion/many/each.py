@@ -72,9 +72,9 @@ def _of_one(
     course = Course.of(eom, plan.span, by, given, (plan.rtol or USUAL, plan.atol or USUAL), settings)
     along = course.sensitivities(course.motion(t))
     rows = np.maximum(np.searchsorted(along.t, t, side="right") - 1, 0)
-    found = []
+    result = []
     for one in kept:
         part = along[one.what][rows]
         part[along.t[rows] != t] = np.nan
-        found.append(part if one.reduce is None else np.asarray(one.reduce(part)))
-    return found
+        result.append(part if one.reduce is None else np.asarray(one.reduce(part)))
+    return result

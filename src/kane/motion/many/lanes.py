@@ -29,7 +29,7 @@ from kane.numeric.arrays import Array, Mask
 from kane.program.kernel.language import ArrayOf, Callee
 from kane.program.kernel.narrow import narrowed
 from kane.program.native.compiled_routine import CompiledRoutine
-from kane.program.native.entry import CompiledKernel, Entry, aligned, own_entries
+from kane.program.native.entry import CompiledKernel, Entry, aligned, masked_entries
 from kane.program.native.machine import Settings
 
 _TABLES = ("entry_at", "turn_at", "chosen_at", "dependent", "sphere_at", "ready", "quiet")
@@ -146,10 +146,10 @@ def _codes(now: Routines, width: int, callees: list[str]) -> dict[str, Entry]:
         routines |= {name: (routine, f"hoist_h{name[0]}") for name, routine in evaluated(now).items()}
     if is_constrained(now.eom):
         routines["constraints"] = now.eom.numeric(now.settings).routine(holding).flat, "hoist_held_h"
-    run, hoist = own_entries(now.rates, width)
+    run, hoist = masked_entries(now.rates, width)
     codes = {name: hoist if name.startswith("hoist") else run for name in callees if name != "next"}
     for name, (routine, hoisting) in routines.items():
-        codes[name], codes[hoisting] = own_entries(routine, width)
+        codes[name], codes[hoisting] = masked_entries(routine, width)
     return codes
 
 

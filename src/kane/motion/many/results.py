@@ -27,8 +27,8 @@ Reduction = Callable[[Array], Any]
 def _last(values: Array) -> Array:
     """The last number that there is, of values along t."""
     at = np.isfinite(values).cumsum(axis=0).argmax(axis=0)
-    found: Array = np.take_along_axis(values, at[None], axis=0)[0]
-    return found
+    result: Array = np.take_along_axis(values, at[None], axis=0)[0]
+    return result
 
 
 def _mean(values: Array) -> Array:
@@ -155,7 +155,7 @@ class Results:
             self._note(k - self.rows.start, one)
         motions = {k - self.rows.start: one.found for k, one in found.outcomes.items() if one.found is not None}
         if motions:
-            self._keep_all(list(motions), _together([*motions.values()]), *self._places([*motions.values()]))
+            self._keep_all(list(motions), _together([*motions.values()]), *self._sample_indices([*motions.values()]))
         if found.finished is not None:
             places, steps, table = found.finished
             which = np.asarray(places) - self.rows.start
@@ -175,7 +175,7 @@ class Results:
                 values[~there] = np.nan
             self._keep(quantity, which, values)
 
-    def _places(self, motions: Sequence[Solution]) -> tuple[Any, Any]:
+    def _sample_indices(self, motions: Sequence[Solution]) -> tuple[Any, Any]:
         """Where each motion's samples at the times t are in the table of all, after what acts there, and whether there are such."""
         at, there, first = (
             np.empty((len(motions), len(self.t)), dtype=np.int64),
@@ -242,19 +242,19 @@ class Results:
 def coordinates(eom: Equations, t: Array, many: Instances, rows: range, variables: Mapping[str, Any]) -> dict[str, Any]:
     """What stands along the dimensions of variables, for the instances `rows`: Variables of xarray by name."""
     xarray = package("xarray")
-    found = {
+    result = {
         "instance": xarray.Variable("instance", np.arange(rows.start, rows.stop)),
         "t": xarray.Variable("t", t, {"units": "s", "long_name": "time"}),
         "state": xarray.Variable("state", np.array([s.name for s in eom.state])),
     }
     if any("axis" in v.dims for v in variables.values()):
-        found["axis"] = xarray.Variable("axis", np.array(["x", "y", "z"]))
+        result["axis"] = xarray.Variable("axis", np.array(["x", "y", "z"]))
     for kind, s, column in many.varied:
         name = f"{s}(0)" if kind in STARTS else str(s)
         told = {"units": eom.unit(s), "long_name": s.description or f"{_VARIED[kind]} {s}"}
         values = column[rows.start : rows.stop]
-        found[name] = xarray.Variable("instance", values, {key: text for key, text in told.items() if text})
-    return found
+        result[name] = xarray.Variable("instance", values, {key: text for key, text in told.items() if text})
+    return result
 
 
 _TOLD = {

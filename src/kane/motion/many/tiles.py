@@ -24,7 +24,7 @@ from kane.expr.node import Expr
 from kane.motion.many.batch import Batch, Ran, fits, goes_in_lanes
 from kane.motion.methods import has_lanes, side_by_side
 from kane.motion.runner import Plan, Runner, check_values, surely_admitted
-from kane.motion.simulate import by_runner, check_kept, runner_of, simulate
+from kane.motion.simulate import by_runner, check_conserved, runner_of, simulate
 from kane.motion.solution.phases import Indices, Phase
 from kane.motion.solution.solution import Solution
 from kane.motion.steppers.context import Slot
@@ -240,7 +240,7 @@ def _begun(family: Family, runner: Runner, tile: range) -> tuple[Starts, dict[in
     eom, many = family.eom, family.instances
     first = decided(_unchecked, family, tile[0])
     if runner.holding is not None or first.found is None:
-        return _one_after_another({k: decided(_held_start, family, runner, k) for k in tile})
+        return _one_after_another({k: decided(_projected_start, family, runner, k) for k in tile})
     x, p = np.tile(first.found.x, (len(tile), 1)), np.tile(first.found.p, (len(tile), 1))
     places = {s: x[:, i] for i, s in enumerate(eom.state)} | {s: p[:, i] for i, s in enumerate(eom.parameters)}
     for _, s, column in many.varied:
@@ -281,7 +281,7 @@ def _unchecked(family: Family, k: int) -> Start:
     return Start(x, np.array([constants[s] for s in eom.parameters]), constants)
 
 
-def _held_start(family: Family, runner: Runner, k: int) -> Start | None:
+def _projected_start(family: Family, runner: Runner, k: int) -> Start | None:
     """The start of the kth instance on its constraints; None where it has to be judged otherwise."""
     at, eom = family.instances.at(k), family.eom
     constants = parameter_values(eom.system, at["parameters"])
@@ -296,7 +296,7 @@ def _held_start(family: Family, runner: Runner, k: int) -> Start | None:
 
 
 def _checked(family: Family, motion: Solution) -> Solution:
-    check_kept(motion, family.check)
+    check_conserved(motion, family.check)
     return motion
 
 

@@ -30,7 +30,7 @@ from kane.model.declarations import Event, target
 from kane.motion.derivatives.course import Course
 from kane.motion.derivatives.jumps import check_set
 from kane.motion.derivatives.pulling import Laws
-from kane.motion.inputs.expressions import own_parameters
+from kane.motion.inputs.expressions import given_parameters
 from kane.motion.inputs.functions import input_functions
 from kane.motion.many.results import CARRIED, Quantity
 from kane.motion.right_hand_side import has_jumps
@@ -188,7 +188,7 @@ def varied_for(
     """The equations of many motions with their derivatives."""
     first = many.at(0)
     usual = {**{p: p.default for p in eom.parameters}, **(first["parameters"] or {})}
-    laws = Laws(input_functions(eom, first["inputs"], span, own_parameters(usual)))
+    laws = Laws(input_functions(eom, first["inputs"], span, given_parameters(usual)))
     return eom.numeric(settings).value(varied, by, laws)
 
 

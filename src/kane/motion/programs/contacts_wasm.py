@@ -28,7 +28,7 @@ from kane.motion.programs.contact_modes import (
     tables_of,
     words,
 )
-from kane.motion.programs.wasm_memory import Memory, bind, call, load, one_of, stepping, tells
+from kane.motion.programs.wasm_memory import Memory, bind, call, load, module_description, one_of, stepping
 from kane.motion.right_hand_side import Given
 from kane.motion.steppers.begin import begin_kernel
 from kane.motion.steppers.context import SIZE, Slot
@@ -37,7 +37,7 @@ from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steppers.watched import rooms
 from kane.numeric.arrays import Array
 from kane.program.emit.wasm import add_program, library
-from kane.program.emit.wasm_module import F64, I32, Function, Module, leb, place, read
+from kane.program.emit.wasm_module import F64, I32, Function, Module, int32, leb, read
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Writer
 from kane.program.native.entry import RESULT
@@ -80,7 +80,7 @@ def contacts_module(compiled: Compiled, modes: Sequence[ModeOfProgram], method: 
         "asked": asked,
     }
     return module.raw(
-        tells(memory, compiled, method, samples) | {"events": [], "constraints": [], "contacts": contacts}
+        module_description(memory, compiled, method, samples) | {"events": [], "constraints": [], "contacts": contacts}
     )
 
 
@@ -125,8 +125,8 @@ def _mode(
     assert asked == ["samples"]
     made, hoisted, looked = (Function(takes) for takes in _CALLS.values())
     at = whole.arrays["calls"]
-    made.code += place(0) + load(at + 8 * _SAMPLES) + b"\xfc\x02" + call(run) + b"\xb7\x39\x03" + leb(at + 8 * RESULT)
-    p, h = place(memory.arrays["p"]), place(memory.arrays["h"])
+    made.code += int32(0) + load(at + 8 * _SAMPLES) + b"\xfc\x02" + call(run) + b"\xb7\x39\x03" + leb(at + 8 * RESULT)
+    p, h = int32(memory.arrays["p"]), int32(memory.arrays["h"])
     hoisted.code += p + h + call(functions["hoist"])
     if "glance" in calls:
         looked.code += read(0) + read(1) + p + read(2) + h + read(4) + call(calls["glance"])

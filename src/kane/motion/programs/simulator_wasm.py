@@ -15,7 +15,7 @@ from kane.motion.hybrid.contact_tables import MODES
 from kane.motion.programs.contact_modes import modes_of
 from kane.motion.programs.contacts_wasm import contacts_module
 from kane.motion.programs.simulator_parts import checked, motion_program, parts_of
-from kane.motion.programs.wasm_memory import Memory, bind, stepping, tells
+from kane.motion.programs.wasm_memory import Memory, bind, module_description, stepping
 from kane.motion.projection import is_constrained
 from kane.motion.steppers.begin import begin_kernel, look_kernel
 from kane.motion.steppers.context import SIZE
@@ -64,7 +64,7 @@ def emit_simulator_wasm(
     kernels = {"run": kernel, "begin": begin} | ({"look": look_kernel()} if held else {})
     for name, one in kernels.items():
         bind(memory, one, calls, integers, name)
-    return module.raw(tells(memory, compiled, method, samples) | {
+    return module.raw(module_description(memory, compiled, method, samples) | {
         "events": [e.name for e in eom.events],
         "constraints": [c.name for c in eom.derived.constraints.constraints],
     })  # fmt: skip

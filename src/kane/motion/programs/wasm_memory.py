@@ -18,7 +18,7 @@ from kane.motion.steppers.context import ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
 from kane.program.emit.wasm_kernels import add_kernel
-from kane.program.emit.wasm_module import F64, I32, Function, Module, leb, place, read
+from kane.program.emit.wasm_module import F64, I32, Function, Module, int32, leb, read
 from kane.program.kernel.language import ArrayOf, Callee, Integer, Kernel
 from kane.program.kernel.specialized import specialized
 from kane.program.program import Program
@@ -107,7 +107,7 @@ def call(number: int) -> bytes:
 
 def load(at: int) -> bytes:
     """The instructions that read a double at a place."""
-    return place(0) + b"\x2b\x03" + leb(at)
+    return int32(0) + b"\x2b\x03" + leb(at)
 
 
 def nothing(module: Module, callee: Callee) -> int:
@@ -121,7 +121,7 @@ def one_of(module: Module, takes: Sequence[int], numbers: Sequence[int], at: int
     given = b"".join(map(read, range(len(takes))))
     for k, number in enumerate(numbers):
         if k < len(numbers) - 1:
-            function.code += load(at) + b"\xfc\x02" + place(k) + b"\x46\x04\x40" + given + call(number) + b"\x0f\x0b"
+            function.code += load(at) + b"\xfc\x02" + int32(k) + b"\x46\x04\x40" + given + call(number) + b"\x0f\x0b"
         else:
             function.code += given + call(number)
     return module.add(function)
@@ -146,7 +146,7 @@ def rates_of(memory: Memory, functions: Mapping[str, int], held: bool) -> int:
     return one_of(memory.module, RATE, own, memory.arrays["p"] + 8 * memory.integers["held_choice_at"])
 
 
-def tells(memory: Memory, compiled: Compiled, method: str, samples: int) -> dict[str, Any]:
+def module_description(memory: Memory, compiled: Compiled, method: str, samples: int) -> dict[str, Any]:
     """What the section of the module of any motion says."""
     return {
         "kane": version("kane"),

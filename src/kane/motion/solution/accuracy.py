@@ -65,7 +65,7 @@ def accuracy(motion: Any, again: Callable[..., Any] | None, method: str) -> Accu
             "the values at the samples alone are known, or joined. Simulate it here, or ask each part."
         )
     if method == VARIATIONAL:
-        return _told(motion, motion.t, np.abs(again(motion, variational=True)))
+        return _accuracy_of(motion, motion.t, np.abs(again(motion, variational=True)))
     share = _SHARES.get(motion.method, 1.0)
     if share != 1.0:
         finer = again(motion)
@@ -79,10 +79,10 @@ def accuracy(motion: Any, again: Callable[..., Any] | None, method: str) -> Accu
     # where a phase begins there are two values, and the other motion has its own such time
     _, _, there = np.intersect1d(np.setdiff1d(motion.t, motion.t[motion.begins]), finer.t, return_indices=True)
     here = np.searchsorted(motion.t, finer.t[there])
-    return _told(motion, motion.t[here], share * np.abs(motion.states[here] - finer.states[there]))
+    return _accuracy_of(motion, motion.t[here], share * np.abs(motion.states[here] - finer.states[there]))
 
 
-def _told(motion: Any, t: Array, errors: Array) -> Accuracy:
+def _accuracy_of(motion: Any, t: Array, errors: Array) -> Accuracy:
     """What the errors at times of samples say."""
     sizes = np.abs(motion.states).max(axis=0)
     ratio = np.divide(errors, sizes, out=np.where(errors > 0, np.inf, 0.0), where=sizes > 0)

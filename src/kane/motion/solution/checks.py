@@ -104,12 +104,12 @@ def opened(energies: Array) -> Array:
 
 def taken(t: Array, powers: Sequence[Array]) -> Array:
     """What loads have taken up to times t (n) whose powers, each (n), are above zero at no sample: dampers, friction, drag."""
-    found = np.zeros(len(t))
+    result = np.zeros(len(t))
     for power in powers if len(t) >= _SURE else ():
         size = -np.nan_to_num(power, posinf=0.0, neginf=0.0)
         if size.min() >= -_ROUNDING * size.max():
-            found[1:] += np.cumsum(np.diff(t) * (size[1:] + size[:-1]) / 2)
-    return found
+            result[1:] += np.cumsum(np.diff(t) * (size[1:] + size[:-1]) / 2)
+    return result
 
 
 def _checked(t: Array, kinetic: Array, total: Array, work: Array, open_: Array, taken: Array) -> EnergyCheck:
@@ -241,12 +241,12 @@ def work_of(
     """The work since the start (n), from the values of expressions along a motion; `runs` are the samples of its phases."""
     held = load.potential is not None and not depends_on_time(load.potential)
     (own,) = values([load.potential if held and load.potential is not None else power])
-    found = np.empty(len(t))
+    result = np.empty(len(t))
     done = 0.0
     for at in runs:
-        found[at] = done + (own[at[0]] - own[at] if held else _integral(t[at], own[at]))
-        done = found[at[-1]]
-    return found
+        result[at] = done + (own[at[0]] - own[at] if held else _integral(t[at], own[at]))
+        done = result[at[-1]]
+    return result
 
 
 def _integral(t: Array, power: Array) -> Array:

@@ -130,12 +130,12 @@ def _holds_solution(path: Path) -> bool:
 
 
 def _container(path: Path) -> Container:
-    found = CONTAINERS.get(path.suffix)
-    if found is None:
+    result = CONTAINERS.get(path.suffix)
+    if result is None:
         raise SolutionFileError(
             f"Expected a file name that ends in {' or '.join(CONTAINERS)}, got {path.name!r}. The ending says how it is written."
         )
-    return found
+    return result
 
 
 def _seal(header: Mapping[str, Any], arrays: Mapping[str, Anything]) -> str:
@@ -211,7 +211,7 @@ def declared(system: System, more: Iterable[tuple[str, Any]] = ()) -> Declared:
     roots: list[Expr] = []
     inner: list[slice] = []
     for name, what in (*_things(system), *more):
-        told = list(_told(what))
+        told = list(_expressions_of(what))
         exprs = [x for x in told if isinstance(x, Expr)]
         within = [a for n in postorder(lowered(exprs)) if n.op not in _EVERYWHERE for a in n.args]
         things.append(
@@ -247,17 +247,17 @@ def difference(kept: Declared, here: Declared) -> str:
 
 def _by_name(declared: Declared) -> dict[str, tuple[str, int, Array]]:
     """Text, count of expressions and numbers of each thing; of things with one name the later ones are numbered."""
-    found: dict[str, tuple[str, int, Array]] = {}
+    result: dict[str, tuple[str, int, Array]] = {}
     times: dict[str, int] = {}
     start = 0
     for name, text, count, rows in declared.things:
         times[name] = times.get(name, 0) + 1
         key = name if times[name] == 1 else f"{name} ({times[name]})"
-        found[key] = text, count, declared.numbers[start : start + rows]
+        result[key] = text, count, declared.numbers[start : start + rows]
         start += rows
     if declared.numbers.shape != (start, _DRAWN):
         raise ValueError(f"declared should be of shape {(start, _DRAWN)}, got {declared.numbers.shape}")
-    return found
+    return result
 
 
 def _off(a: Array, b: Array) -> Any:
@@ -297,7 +297,7 @@ def _things(s: System) -> Iterator[tuple[str, Any]]:
     yield from ((f"the event {e.name}", e) for e in s.events)
 
 
-def _told(what: Any) -> Iterator[Expr | str]:
+def _expressions_of(what: Any) -> Iterator[Expr | str]:
     """The expressions that something declared is made of, and all else in words."""
     if isinstance(what, Expr):
         yield what
@@ -308,17 +308,17 @@ def _told(what: Any) -> Iterator[Expr | str]:
             yield frame.name
             yield from triple
     elif isinstance(what, Dyadic):
-        yield from _told(_entries(what))
+        yield from _expressions_of(_entries(what))
     elif is_dataclass(what):
         for field in fields(what):
-            yield from _told(getattr(what, field.name))
+            yield from _expressions_of(getattr(what, field.name))
     elif isinstance(what, Mapping):
         for key, value in what.items():
             yield str(key)
-            yield from _told(value)
+            yield from _expressions_of(value)
     elif isinstance(what, tuple | list):
         for x in what:
-            yield from _told(x)
+            yield from _expressions_of(x)
     elif isinstance(what, float | int) and not isinstance(what, bool) and np.isfinite(what):
         yield as_expr(what)
     else:
@@ -439,11 +439,11 @@ def _check_array(name: str, array: Any, shape: tuple[int, ...], kind: str) -> No
 
 def _column(motion: Any, symbol: Any) -> Array:
     """The values of an input at the samples."""
-    found = np.empty(len(motion.t))
+    result = np.empty(len(motion.t))
     for number, phase in enumerate(motion.phases):
         at = motion.phase == number
-        found[at] = along(phase.inputs[symbol], motion.t[at], motion.states[at])
-    return found
+        result[at] = along(phase.inputs[symbol], motion.t[at], motion.states[at])
+    return result
 
 
 def names(eom: Equations) -> Mapping[str, Sequence[str]]:

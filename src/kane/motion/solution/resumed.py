@@ -54,7 +54,7 @@ class Begin:
     rounded: float = 0.0
 
 
-def told(given: Mapping[str, Any], start: Solution | None) -> dict[str, Any]:
+def merged_options(given: Mapping[str, Any], start: Solution | None) -> dict[str, Any]:
     """The options that were given, the others those of the motion that goes on, or as they are unless told."""
     before: dict[str, Any] = {}
     if start is not None:

@@ -259,8 +259,8 @@ class Solution(Attributes):
         SimulationError
             if the motion was read from a pickle, or from a file with functions as inputs, or a time lies beyond its ends
         """
-        found: Solution = between(self, self._again, times)
-        return found
+        result: Solution = between(self, self._again, times)
+        return result
 
     def accuracy(self, *, method: str = REPEATED) -> Accuracy:
         """The errors of coordinates and speeds, estimated by the same motion at a tenth of the tolerances, or at half the steps.

@@ -17,14 +17,14 @@ def columns(motion: Any, outputs: Mapping[str, Any] | None) -> dict[str, tuple[A
     """Values, unit and description by name: coordinates, speeds, inputs, then the outputs that were asked for."""
     eom: Equations = motion.equations
     own = (*eom.state, *eom.inputs)
-    found = {s.name: (np.asarray(motion[s]), eom.unit(s), s.description) for s in own}
+    result = {s.name: (np.asarray(motion[s]), eom.unit(s), s.description) for s in own}
     for name, what in named(outputs).items():
-        if name in found or name == "t":
+        if name in result or name == "t":
             raise ArgumentError(
                 f"Expected a new name for an output, got {name!r}, which the motion has. Choose another."
             )
-        found[name] = (np.asarray(motion[what]), eom.unit(what) if isinstance(what, Expr) else "", "")
-    return found
+        result[name] = (np.asarray(motion[what]), eom.unit(what) if isinstance(what, Expr) else "", "")
+    return result
 
 
 def named(outputs: Any) -> Mapping[str, Any]:

@@ -110,7 +110,7 @@ class CvodeSolver:
         # its own first step is so short that what begins at an event would not leave it
         first = first_step or min(initial_step(fun, (rtol, atol), t0, self.y, t_bound), max_step)
         self.nfev += 2
-        at = _places(pattern)  # by columns, as the solver keeps entries
+        at = _sparse_entries(pattern)  # by columns, as the solver keeps entries
         sparse = {} if at is None or pattern is None else {"linsolver": "sparse", "sparsity": _whole(pattern)}
         length = {} if max_step == np.inf else {"max_step": max_step}
         with warnings.catch_warnings():  # it says that a pattern is not used for differences
@@ -154,7 +154,7 @@ def _whole(pattern: Mask) -> Mask:
     return np.asarray(pattern | np.eye(len(pattern), dtype=bool))
 
 
-def _places(pattern: Mask | None) -> tuple[Any, Any] | None:
+def _sparse_entries(pattern: Mask | None) -> tuple[Any, Any] | None:
     """Rows and columns of the entries, column by column, where they are few of many."""
     if pattern is None or len(pattern) < _LARGE or _whole(pattern).mean() > _SPARSE:
         return None

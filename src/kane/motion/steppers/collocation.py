@@ -169,11 +169,11 @@ def _vector(matrix: Rows, value: complex) -> list[complex]:
     """The eigenvector, by inverse iteration from beside its value."""
     beside = value * (1 + _BESIDE)
     shifted = [[x - beside * (i == j) for j, x in enumerate(row)] for i, row in enumerate(matrix)]
-    found: list[complex] = [1.0] * len(matrix)
+    result: list[complex] = [1.0] * len(matrix)
     for _ in range(3):
-        found = _solved(shifted, found)
-        found = [x / found[-1] for x in found]
-    return found
+        result = _solved(shifted, result)
+        result = [x / result[-1] for x in result]
+    return result
 
 
 def _solved(matrix: Rows, right: Sequence[complex]) -> list[complex]:

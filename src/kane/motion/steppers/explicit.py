@@ -60,8 +60,8 @@ def explicit_dense(tableau: Tableau, given: Mapping[str, Any], h: float, start: 
         value = np.broadcast_to(weights[-1], (len(times), n))
         for k in reversed(range(parts - 1)):
             value = weights[k] + (theta if k % 2 else 1 - theta) * value
-        found: Numbers = begin + theta * value
-        return found
+        result: Numbers = begin + theta * value
+        return result
 
     return state
 

@@ -407,7 +407,7 @@ class _Gauss:
         """Rates between and beyond the nodes against their polynomials, which show no jump there: the error, where they differ."""
         w, o = self.writer, self.context
         at = defects()
-        self.places(h, at)
+        self.inspection_states(h, at)
         self.evaluate(self.next)  # which is no longer needed
         self.change.put(w.lanes(*[0.0] * STAGES))
         with w.count(o.n) as i:
@@ -453,7 +453,7 @@ class _Gauss:
         """What of the step is looked at before it is gone on from."""
 
         def along(watched: Watched) -> None:
-            self.places(h, events())
+            self.inspection_states(h, events())
             watched.look(self.clock, self.states)
 
         self.step_length.put(h)
@@ -461,7 +461,7 @@ class _Gauss:
             self.advance(h)
         self.inspection.look(h, last, self.after, along)
 
-    def places(self, h: Term, at: Along) -> None:
+    def inspection_states(self, h: Term, at: Along) -> None:
         """The states at eight places of the step, in those of the stages; the last is the end, from which is gone on."""
         w, o = self.writer, self.context
         once = [self.splat(h) * row for row in at.once]

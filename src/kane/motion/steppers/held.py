@@ -70,12 +70,12 @@ class Held:
         self.ready, self.log, self.quiet = (w.array(f"held_{name}") for name in ("ready", "log", "quiet"))
         self.offset, self.next = w.variable("held_offset", INT), w.variable("held_next", INT)
         self.best = w.variable("held_best")
-        self._places()
+        self._room_layout()
         self.doubt, self.rounds, self.open = (w.variable(f"held_{name}", INT) for name in ("doubt", "rounds", "open"))
         self.grown = w.variable("held_grown", INT)
         self.least, self.share, self.most = (w.variable(f"held_{name}") for name in ("least", "share", "most"))
 
-    def _places(self) -> None:
+    def _room_layout(self) -> None:
         """Where what stands in `room`."""
         counts = (self.c, self.c, self.m, self.branches, self.a_count, self.w_count, self.m, self.m)
         wide = (self.d * self.s, self.d * self.d * 2, self.d * self.d, self.d * self.d, self.d, self.s)

@@ -69,8 +69,8 @@ def radau_dense(given: Mapping[str, Any], h: float, start: float) -> Callable[[N
         theta = ((times - start) / h)[:, None]
         others = np.array([np.delete(c, i) for i in range(STAGES)])
         weights = theta * np.prod(theta[:, :, None] - others, axis=2) * stages.lagrange
-        found: Numbers = begin + weights @ z
-        return found
+        result: Numbers = begin + weights @ z
+        return result
 
     return state
 
@@ -86,13 +86,13 @@ class _Radau:
         self.long, self.hj = w.number("long"), w.hoisted("hj")
         o.drives(*RATE)
         self.inspection = StepInspection(o, self.dense, held, watched, sided)
-        self._places()
+        self._work_layout()
         self.status, self.round = w.variable("status", INT), w.variable("round", INT)
         self.change, self.before = w.variable("change"), w.variable("before_last")
         self.rate_of = w.variable("convergence")
         self.error, self.shorter = w.variable("error"), w.variable("shorter", INT)
 
-    def _places(self) -> None:
+    def _work_layout(self) -> None:
         """Where matrices, and the numbers that are kept between calls, stand in `work`."""
         n, at = self.context.n, self.context.row(_ROWS)
         self.slopes, at = at, at + n * n

@@ -117,7 +117,7 @@ class Watched:
         w = self.writer
         self.doubtful.put(0)
         with w.count(self.count) as e:
-            new = self.at_places(e)
+            new = self.at_nodes(e)
             # one place on, behind what was seen at the beginning: what there was a place before
             self.values[PARTS - 1] = self.seen[e]
             self.values.store(PARTS, new)
@@ -139,7 +139,7 @@ class Watched:
         """The largest that a quantity has been, the step with it."""
         w = self.writer
         size = w.compute(
-            "max", w.compute("largest", w.compute("abs", self.at_places(e))), w.compute("abs", self.seen[e])
+            "max", w.compute("largest", w.compute("abs", self.at_nodes(e))), w.compute("abs", self.seen[e])
         )
         return w.select(size > self.largest[e], size, self.largest[e])
 
@@ -147,7 +147,7 @@ class Watched:
         """The threshold of an event."""
         return self.least[e] + self.shares[e] * self.size(e)
 
-    def at_places(self, e: Term) -> Term:
+    def at_nodes(self, e: Term) -> Term:
         """The quantity of an event at the eight places."""
         return self.values.lanes(e * PARTS + ROOM, PARTS)
 
@@ -189,7 +189,7 @@ class Watched:
                             self.leave_zero(e, h)
                     self.rests.put(c.get("asked"))
                     c.put("asked", 0)
-                    c.search(e, (self.seen[e], self.at_places(e)), self.threshold(e), self.steps_since(t, h))
+                    c.search(e, (self.seen[e], self.at_nodes(e)), self.threshold(e), self.steps_since(t, h))
                     if self.sided:
                         with w.when(self.turning(e) & (c.get("asked") > 0)):
                             self.decided(int(ReturnCode.RESTS), e)
@@ -213,7 +213,7 @@ class Watched:
         kind = self.crossings.kind(e)
         return (kind >= float(Kind.TURNS)) & (kind < float(Kind.ENDS))
 
-    def side_place(self, e: Term) -> Term:
+    def side_index(self, e: Term) -> Term:
         """Where in p the side of a switch stands."""
         return self.sides_at + e - self.own
 
@@ -234,7 +234,7 @@ class Watched:
         c.put("threshold", 0.0)
         side = -c.direction(e)
         largest = w.compute(
-            "max", w.compute("abs", self.seen[e]), w.compute("largest", w.compute("abs", self.at_places(e)))
+            "max", w.compute("abs", self.seen[e]), w.compute("largest", w.compute("abs", self.at_nodes(e)))
         )
         soon, later = side * c.gap(e, w.constant(LATER)), side * c.gap(e, w.constant(SOON))
         rests = ~(largest > 0.0) | (w.compute("abs", soon) <= ROUNDED * largest)
@@ -355,7 +355,7 @@ class Watched:
 
     def p_side(self, e: Term, side: Term) -> None:
         """The side of a switch becomes this one: its quantity counts where it leaves it."""
-        self.context.p[self.side_place(e)] = side
+        self.context.p[self.side_index(e)] = side
         self.crossings.kinds[e * KINDS + 1] = -side
 
     def steps_since(self, t: Term, h: Term) -> Term:

@@ -56,7 +56,7 @@ def broken_lines(latex: str, width: float, hang: float = 0.0) -> list[str]:
     units = _nested(_units(latex, width - hang - _LEFT))
     ends, start, room = [], 0, width
     while sum(u.width for u in units[start:]) > room:
-        at = _place(units, start, room)
+        at = _line_end(units, start, room)
         if at is None:
             break
         ends.append(at)
@@ -66,17 +66,17 @@ def broken_lines(latex: str, width: float, hang: float = 0.0) -> list[str]:
 
 def _nested(units: Sequence[_Unit]) -> list[_Unit]:
     """With their depths; no sum is broken in narrow brackets."""
-    found = list(units)
+    result = list(units)
     opened: list[int] = []
     for i, u in enumerate(units):
         if u.bracket < 0 and opened:
             first = opened.pop()
             if sum(v.width for v in units[first:i]) < _NARROW:
-                found[first:i] = [replace(v, sum=False) for v in found[first:i]]
-        found[i] = replace(u, depth=len(opened))
+                result[first:i] = [replace(v, sum=False) for v in result[first:i]]
+        result[i] = replace(u, depth=len(opened))
         if u.bracket > 0:
             opened.append(i)
-    return found
+    return result
 
 
 def em_width(latex: str) -> float:
@@ -84,7 +84,7 @@ def em_width(latex: str) -> float:
     return sum(u.width for u in _units(latex, float("inf")))
 
 
-def _place(units: Sequence[_Unit], start: int, room: float) -> int | None:
+def _line_end(units: Sequence[_Unit], start: int, room: float) -> int | None:
     """Where the line that begins at `start` ends: at the outermost sum that fills it well, else at a product of brackets."""
     reached = 0.0
     fits: list[tuple[bool, int, int, float]] = []

@@ -16,7 +16,7 @@ from kane.errors import SimulationError
 from kane.motion.cycles.branch import CycleBranch
 from kane.numeric.arrays import Array, Complex
 from kane.numeric.scale import EQUAL, ROUNDED_ROOT
-from kane.present.figure import Picture, kept, place_of
+from kane.present.figure import Picture, file_path, saved
 from kane.present.motion_plots import COLOURS, label_of
 from kane.present.plotted.lines import look
 from kane.units.rules import unit_text
@@ -55,7 +55,7 @@ def root_locus(branch: Branch | CycleBranch, path: str | Path | None = None) -> 
     branch : from `kn.continuation`; or of `cycle.follow`, whose Floquet exponents ln μ/T are drawn
     path : file to write, `.png`, `.svg` or `.pdf`; a figure of that name is replaced, nothing else
     """
-    label, place = label_along(branch), place_of(path, 'kn.figures.root_locus(branch, "locus.svg")')
+    label, place = label_along(branch), file_path(path, 'kn.figures.root_locus(branch, "locus.svg")')
     figure = Picture(figsize=(9.6, 4.6), layout="constrained")
     grid = figure.add_gridspec(2, 2)
     above, below = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0])
@@ -74,7 +74,7 @@ def root_locus(branch: Branch | CycleBranch, path: str | Path | None = None) -> 
     mapped = plane(right, branch, eigenvalues)
     figure.colorbar(mapped, ax=right, label=label, pad=0.02)
     figure.draw_without_rendering()  # the layout settles at the second drawing only
-    return kept(figure, place)
+    return saved(figure, place)
 
 
 # Between points --------------------------------------------------------------------------------------------------------------
@@ -92,7 +92,7 @@ def through_meetings(values: Array, eigenvalues: Complex) -> tuple[Array, Comple
         shares = np.unique(np.concatenate([_shares(before[[i, j]], after[[i, j]]) for i, j in met])) if met else _ENDS
         between = before + shares[1:, None] * (after - before)
         for i, j in met:
-            between[:, i], between[:, j] = _met(before[[i, j]], after[[i, j]], shares[1:])
+            between[:, i], between[:, j] = _meeting(before[[i, j]], after[[i, j]], shares[1:])
         rows_v.append(values[k] + shares[1:] * (values[k + 1] - values[k]))
         rows_e.append(between)
         kept.append(kept[-1] + len(between))
@@ -126,7 +126,7 @@ def _shares(before: Complex, after: Complex) -> Array:
     return np.concatenate([at * (1 - x), at + (1 - at) * x])
 
 
-def _met(before: Complex, after: Complex, shares: Array) -> tuple[Complex, Complex]:
+def _meeting(before: Complex, after: Complex, shares: Array) -> tuple[Complex, Complex]:
     """Both eigenvalues m ± √D at the shares of a step; each keeps its column."""
     (m0, h0, d0), (m1, h1, d1) = _halves(before), _halves(after)
     d = d0 + shares * (d1 - d0)
@@ -211,7 +211,7 @@ def campbell_diagram(
     SimulationError
         if `branch` is no branch
     """
-    label, place = label_along(branch), place_of(path, 'kn.figures.campbell_diagram(branch, "campbell.svg")')
+    label, place = label_along(branch), file_path(path, 'kn.figures.campbell_diagram(branch, "campbell.svg")')
     figure = Picture(figsize=(6.4, 4.6), layout="constrained")
     axes: Any = figure.add_subplot()
     look(axes)
@@ -224,7 +224,7 @@ def campbell_diagram(
     axes.set_ylim(0, top)
     axes.set_xlabel(label)
     axes.set_ylabel("ω [rad/s]")
-    return kept(figure, place)
+    return saved(figure, place)
 
 
 def _name(axes: Any, k: float, last: float, top: float) -> None:

@@ -46,7 +46,7 @@ from kane.space.vector import Vector
 from kane.units.rules import unit_text
 from kane.write.arrange import layout
 from kane.write.display import Tree
-from kane.write.latex import place_latex, symbol_latex
+from kane.write.latex import point_latex, symbol_latex
 
 _PLACES = 4
 """Forces and torques of one load that are listed."""
@@ -74,7 +74,7 @@ def system_html(system: System) -> str:
     names = listed([b.name for b in system.bodies])
     *groups, last = (either(partial(declared, group=group), system) for group in _COLUMNS)
     drawing = either(lambda s: sketch(s).svg, system)
-    lead = paragraph(f"<b>System</b>: {names}; inertial frame {math(place_latex(system.inertial.name))}")
+    lead = paragraph(f"<b>System</b>: {names}; inertial frame {math(point_latex(system.inertial.name))}")
     return "".join([lead, drawing, *groups, folded(f"{len(system.parameters)} parameters", last)])
 
 
@@ -101,7 +101,7 @@ def acting(load: Load | Constraint) -> str:
     """Forces and torques with their places."""
     pairs: list[tuple[str, str, Vector]] = [("force", p.name, v) for p, v in load.forces]
     pairs += [("torque", f.name, v) for f, v in load.torques]
-    shown = [f"{what} on {math(place_latex(name))}: {vector(v).cell}" for what, name, v in pairs[:_PLACES]]
+    shown = [f"{what} on {math(point_latex(name))}: {vector(v).cell}" for what, name, v in pairs[:_PLACES]]
     return "<br>".join([*shown, *([f"… and {len(pairs) - _PLACES} more"] if len(pairs) > _PLACES else [])])
 
 
@@ -116,7 +116,7 @@ _WRITERS: dict[Any, Callable[[Any], str]] = {
     Vector: lambda v: vector(v).cell,
     Part: lambda part: dyadic(part.inertia).cell,
     tuple: lambda coordinates: f"flexible, by {math(_names([q.name for q in coordinates]))}",
-    Point | Frame: lambda place: math(place_latex(place.name)),
+    Point | Frame: lambda place: math(point_latex(place.name)),
     Load | Constraint: acting,
     Event: _where,
 }

@@ -35,7 +35,7 @@ from kane.show import Named
 from kane.space.frame import Frame, Point
 from kane.space.vector import Dyadic, Vector
 from kane.units.rules import unit_text
-from kane.write.latex import latex_name, place_latex, symbol_latex
+from kane.write.latex import latex_name, point_latex, symbol_latex
 
 _ITEMS = 12
 """Items of a list within a cell."""
@@ -81,7 +81,7 @@ _CELLS: dict[Any, Callable[[Any], str]] = {
     Vector: lambda v: vector(v).cell,
     Dyadic: lambda d: dyadic(d).cell,
     Matrix: lambda m: matrix(m).cell,
-    Frame | Point: lambda place: math(place_latex(place.name)),
+    Frame | Point: lambda place: math(point_latex(place.name)),
     int | float | complex | np.number: lambda x: escaped(f"{x:.6g}"),
     np.ndarray: _array,
     Mapping: _pairs,

@@ -15,29 +15,29 @@ from kane.present.notebook.generic import cell, mapping_html
 from kane.present.notebook.records import largest
 from kane.present.notebook.typeset import display, escaped, expression, math, matrix, paragraph, table, vector
 from kane.space.frame import Frame, Point
-from kane.write.latex import latex_name, place_latex
+from kane.write.latex import latex_name, point_latex
 
 
 def frame_html(frame: Frame) -> str:
     """In which frame it is turned, by what, and its direction cosines there."""
-    name = math(place_latex(frame.name))
+    name = math(point_latex(frame.name))
     if frame.parent is None or frame.orientation is None:
         return paragraph(f"<b>Frame</b> {name}, a root: others are turned in it.")
-    base, angle = place_latex(frame.parent.name), frame.orientation.angle
+    base, angle = point_latex(frame.parent.name), frame.orientation.angle
     by = "" if angle is None else f" by {expression(angle).cell}"
     cosines = matrix(frame.parent.dcm(frame))
-    left = rf"{{}}^{{{base}}}R^{{{place_latex(frame.name)}}}"
+    left = rf"{{}}^{{{base}}}R^{{{point_latex(frame.name)}}}"
     shown = display(f"{left} = {cosines.latex}") if cosines.latex else paragraph(f"{cosines.operations} operations")
     return paragraph(f"<b>Frame</b> {name}, turned in {math(base)}{by}") + shown
 
 
 def point_html(point: Point) -> str:
     """Where it is, from which point, and in what it is fixed."""
-    lead = f"<b>Point</b> {math(place_latex(point.name))}"
-    held = f", fixed in {math(place_latex(point.body.name))}" if point.body is not None else ""
+    lead = f"<b>Point</b> {math(point_latex(point.name))}"
+    held = f", fixed in {math(point_latex(point.body.name))}" if point.body is not None else ""
     if point.parent is None:
         return paragraph(lead + held)
-    return paragraph(f"{lead}, from {math(place_latex(point.parent.name))} by {vector(point.offset).cell}{held}")
+    return paragraph(f"{lead}, from {math(point_latex(point.parent.name))} by {vector(point.offset).cell}{held}")
 
 
 def body_html(body: RigidBody | Particle | Beam) -> str:

@@ -70,17 +70,17 @@ def _rides(step: Vector, frame: Frame) -> bool:
 def rounds(system: System) -> dict[Frame, Round]:
     """The bodies that touch something on an edge, by their frames."""
     centers = {b.frame: b.mass_center for b in system.rigid_bodies}
-    found: dict[Frame, Round] = {}
+    result: dict[Frame, Round] = {}
     for particle, normal in touching(system):
         frame, center = particle.body, particle.parent
-        if frame is None or center is None or frame in found or particle.offset.is_zero:
+        if frame is None or center is None or frame in result or particle.offset.is_zero:
             continue
         if center in centers.values() and center is not centers.get(frame) and frame not in centers:
             continue
         edge = _round(frame, center, particle.offset, normal)
         if edge is not None:
-            found[frame] = edge
-    return found
+            result[frame] = edge
+    return result
 
 
 def touching(system: System) -> Iterator[tuple[Point, Vector]]:

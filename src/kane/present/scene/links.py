@@ -47,12 +47,12 @@ def link_shapes(model: Imported) -> list[BodyShape]:
     for s in model.extras.get("shapes", ()):
         if s.link in places and s.kind in KINDS and s.kind != "plane" and _is_there(s):
             drawn[s.link].append(s)
-    found: list[BodyShape] = []
+    result: list[BodyShape] = []
     for link, own in drawn.items():
         seen = [s for s in own if s.use == "visual"] or own
         body = next((b for b in model.system.rigid_bodies if b.name == model.extras["links"].get(link, link)), None)
-        found += _placed(seen, body, *places[link])
-    return found
+        result += _placed(seen, body, *places[link])
+    return result
 
 
 def _is_there(s: LinkShape) -> bool:

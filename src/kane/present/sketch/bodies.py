@@ -170,7 +170,7 @@ def _block(paper: Paper, item: Item, posed: Posed) -> None:
     if item.at is None or item.direction is None:
         return
     place, way = posed.positions[item.at], posed.directions[item.direction]
-    seen = paper.way(way)
+    seen = paper.pixel_direction(way)
     if np.hypot(*seen) < 0.3 or not paper.view.plane:
         _particle(paper, item, posed)
         return
@@ -191,7 +191,7 @@ def _ball(paper: Paper, item: Item, posed: Posed) -> None:
     """A ball that rests on the plane where it touches."""
     if item.at is None or item.direction is None:
         return
-    up = paper.way(posed.directions[item.direction])
+    up = paper.pixel_direction(posed.directions[item.direction])
     radius = 1.4 * _BALL * paper.unit
     middle = paper.at(posed.positions[item.at]) + up * radius
     paper.draw(ring(middle, radius, 32), "body", BODY, 0.0, closed=True)
@@ -201,7 +201,7 @@ def _wheel(paper: Paper, item: Item, posed: Posed) -> None:
     """A wheel or blade that does not slip along a direction, seen from above."""
     if item.at is None or item.direction is None or not paper.view.plane:
         return
-    side = paper.way(posed.directions[item.direction])
+    side = paper.pixel_direction(posed.directions[item.direction])
     if np.hypot(*side) < 0.5:
         return
     along = across(side)
@@ -215,7 +215,7 @@ def _plane(paper: Paper, item: Item, posed: Posed) -> None:
         return
     normal, place = posed.directions[item.direction], posed.positions[item.at]
     normal = normal / max(float(np.linalg.norm(normal)), 1e-300)
-    seen = paper.way(normal)
+    seen = paper.pixel_direction(normal)
     places = _extent(posed, place, normal)
     if paper.view.plane:
         if np.hypot(*seen) < 0.5:

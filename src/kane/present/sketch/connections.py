@@ -72,7 +72,7 @@ def arrange(paper: Paper, scene: Scene, posed: Posed) -> None:
             pairs.setdefault(frozenset(i.points), []).append(i.name)
             for k in i.points:
                 if k in blocks and paper.view.plane:
-                    paper.lifts[i.name] = paper.way(posed.directions[blocks[k]]) * BLOCK[1] * paper.unit
+                    paper.lifts[i.name] = paper.pixel_direction(posed.directions[blocks[k]]) * BLOCK[1] * paper.unit
     for names in pairs.values():
         for n, name in enumerate(names):
             paper.sides[name] = (n - (len(names) - 1) / 2) * 22.0
@@ -107,14 +107,14 @@ def _far(posed: Posed) -> float:
 
 
 def _ends(scene: Scene, posed: Posed) -> list[Array]:
-    found: list[Array] = []
+    result: list[Array] = []
     for i in scene.items:
-        found += list(rod_ends(i, posed))
+        result += list(rod_ends(i, posed))
         if i.kind in ("link", "bar"):
-            found += [posed.positions[k] for k in i.points]
+            result += [posed.positions[k] for k in i.points]
         elif i.kind == "beam":
-            found += [posed.positions[i.points[0]], posed.positions[i.points[-1]]]
-    return found
+            result += [posed.positions[i.points[0]], posed.positions[i.points[-1]]]
+    return result
 
 
 def _support(paper: Paper, at: Array) -> None:

@@ -145,7 +145,7 @@ def draw_each(scene: Scene, widths: Iterable[int], q: Any = None, title: str | N
 def _paper(scene: Scene, posed: Posed, view: View, width: int, size: float) -> Paper:
     """The paper with a scale at which everything fits between margins."""
     limit = _MOST_INERTIA * size
-    flat = view.flat(np.concatenate([_cloud(i, posed, limit) for i in scene.items] + [_places(scene, posed)]))
+    flat = view.flat(np.concatenate([_cloud(i, posed, limit) for i in scene.items] + [_drawn_points(scene, posed)]))
     low, high = flat.min(axis=0), flat.max(axis=0)
     extent = np.maximum(high - low, 1e-12)
     small = width < 480
@@ -184,7 +184,7 @@ def _cloud(item: Item, posed: Posed, most: float) -> Array:
     return rod_ends(item, posed) if shape is None else shape.cloud
 
 
-def _places(scene: Scene, posed: Posed) -> Array:
+def _drawn_points(scene: Scene, posed: Posed) -> Array:
     """The points of links, movements and marks."""
     used = [k for i in scene.items if i.role != "ground" for k in (*i.points, *(() if i.at is None else (i.at,)))]
     used += [k for m in scene.movements for k in m.points] + [m.at for m in scene.marks] + [t.at for t in scene.triads]

@@ -70,7 +70,7 @@ class Paper:
         """Places (… × 3) in pixels."""
         return self.view.flat(places) * (self.scale, -self.scale) + self.shift
 
-    def way(self, direction: Array) -> Array:
+    def pixel_direction(self, direction: Array) -> Array:
         """A unit of a direction as seen, in pixels a pixel."""
         size = float(np.linalg.norm(direction))
         flat = self.view.flat(direction / size if size > 0 else direction)

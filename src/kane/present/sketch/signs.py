@@ -11,7 +11,7 @@ from kane.numeric.arrays import Array
 from kane.present.scene.records import Action, Movement, Posed, Scene, Triad
 from kane.present.sketch.camera import unit
 from kane.present.sketch.paper import AXES, FORCE, MOVE, POINT, REFERENCE, Paper, across, ring, spaced
-from kane.present.sketch.typeset import Span, place, product, series, spans, unit_vector
+from kane.present.sketch.typeset import Span, point_name, product, series, spans, unit_vector
 
 _AXIS, _FORCE, _HEAD = 42.0, 46.0, 8.0
 _ARC, _MORE = 40.0, 14.0
@@ -211,7 +211,7 @@ def _triad(paper: Paper, t: Triad, posed: Posed, middle: Array) -> None:
     at, look = paper.at(posed.positions[t.at]), "inertial" if t.inertial else "axis"
     size = _AXIS * paper.unit * (0.9 if t.inertial else 1.0)
     for letter, d in zip("xyz", posed.rotations[t.frame].T, strict=True):
-        way = paper.way(d)
+        way = paper.pixel_direction(d)
         if np.hypot(*way) < 0.12:
             continue
         end = at + way * size
@@ -220,7 +220,7 @@ def _triad(paper: Paper, t: Triad, posed: Posed, middle: Array) -> None:
 
 
 def _force(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
-    way, at = paper.way(posed.directions[a.direction]), paper.at(posed.positions[a.at])
+    way, at = paper.pixel_direction(posed.directions[a.direction]), paper.at(posed.positions[a.at])
     if np.hypot(*way) < 0.2:
         paper.label(_label(a), at, at - middle, "force-name", size=15, symbols=_named(a))
         return
@@ -240,7 +240,7 @@ def _torque(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
 
 def _gravity(paper: Paper, a: Action, posed: Posed, middle: Array) -> None:
     """The arrow of gravity stands in the corner with the most room."""
-    way = paper.way(posed.directions[a.direction])
+    way = paper.pixel_direction(posed.directions[a.direction])
     points, _ = paper.obstacles()
     long = 40 * paper.unit
     corners = [np.array([x, y]) for x in (paper.width - 30, 30) for y in (34.0, paper.height - 34)]
@@ -287,4 +287,4 @@ def _points(paper: Paper, scene: Scene, posed: Posed, middle: Array) -> None:
             continue
         seen.append(at)
         paper.draw(ring(at, 2.4 * paper.unit, 12), "point", POINT, closed=True, weight=2.0)
-        paper.label(place(m.name), at, at - middle, "point-name", size=14.5, clearance=2)
+        paper.label(point_name(m.name), at, at - middle, "point-name", size=14.5, clearance=2)

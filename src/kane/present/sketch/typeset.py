@@ -66,7 +66,7 @@ def _below(word: str) -> str:
     return _GREEK.get(digits[1], digits[1]) + digits[2] if digits else _GREEK.get(word, word)
 
 
-def place(name: str) -> tuple[Span, ...]:
+def point_name(name: str) -> tuple[Span, ...]:
     """A point's or frame's name: C* with a raised star, C^ with a hat, words upright."""
     stem = name.rstrip("*^'")
     marks = name[len(stem) :]

@@ -248,7 +248,7 @@ def emit_wide(program: Program, routine: Routine, width: int, contract: bool = T
     )
 
 
-def emit_own(program: Program, routine: Routine, width: int, contract: bool = True) -> str:
+def emit_masked(program: Program, routine: Routine, width: int, contract: bool = True) -> str:
     """The module of a routine at `width` states at once, each with parameters of its own, and of the hoisting for it.
 
     Of each function the first argument is an integer, whose bits say in which lanes it writes.
@@ -256,7 +256,7 @@ def emit_own(program: Program, routine: Routine, width: int, contract: bool = Tr
     module = _LlvmModule(contract, 1, width, masked=True)
     (hoist,) = hoists([program])
     functions = ((walk.hoisting(program), hoist), (walk.function_of(program, routine), routine.name))
-    return module.text([module.function(program, f, own_name(name, width), WHOLE) for f, name in functions])
+    return module.text([module.function(program, f, masked_name(name, width), WHOLE) for f, name in functions])
 
 
 def emit_kernel_llvm(kernel: Kernel, contract: bool = True) -> str:
@@ -272,14 +272,14 @@ def emit_kernel_llvm(kernel: Kernel, contract: bool = True) -> str:
 def emit_kernel_lanes(kernel: Kernel, width: int, shared: Collection[str] = (), contract: bool = True) -> str:
     """The module of `i64 @<name>.own<width>(arguments)`, the kernel for `width` instances at once; it returns the largest result.
 
-    Of arrays but for those that they have `shared`, each number is `width` doubles side by side. Routines are those of `emit_own`.
+    Of arrays but for those that they have `shared`, each number is `width` doubles side by side. Routines are those of `emit_masked`.
     """
     calls = Calls()
     printer = LanesPrinter(calls, "contract " * contract, width, varying(kernel, shared))
     types = [(f"%cell.{c.name}", printer.cell_type(c)) for c in kernel.cells]
     printer.block(kernel.body)
     back = printer.largest(kernel.result)
-    return _kernel_text(kernel, own_name(kernel.name, width), calls, types, printer.rooms, [*printer.lines, *back])
+    return _kernel_text(kernel, masked_name(kernel.name, width), calls, types, printer.rooms, [*printer.lines, *back])
 
 
 def _kernel_text(
@@ -362,7 +362,7 @@ end:
 """
 
 
-def kept_call(count: int) -> str:
+def bound_call(count: int) -> str:
     """The module of `kept.call<count>`, which calls a kernel of so many arguments, and returns what it returns.
 
     They stand in a block: who calls, what is called, the arguments.
@@ -381,7 +381,7 @@ def kept_call(count: int) -> str:
 """
 
 
-def _kept_row(which: int) -> str:
+def _bound_call_row(which: int) -> str:
     """The beginning of a function that makes a call of the table %h: %row is one of the three of its row."""
     return f"""  %number = load double, ptr %h
   %k = fptosi double %number to i64
@@ -392,11 +392,11 @@ def _kept_row(which: int) -> str:
 """
 
 
-def kept_calls() -> str:
+def bound_calls() -> str:
     """The module of `kept.make`, `hoist`, `look` and `drive`, which make one of the calls in a table (`KeptCalls`)."""
     looks = "\n".join(
         f"""define void @kept.{name}(double %t, ptr %x, ptr %r, ptr %h, ptr %out) nounwind {{
-{_kept_row(2)}  %p = load ptr, ptr %row
+{_bound_call_row(2)}  %p = load ptr, ptr %row
   %own.at = getelementptr i64, ptr %row, i64 {1 + 2 * k}
   %own = load ptr, ptr %own.at
   %own.h.at = getelementptr i64, ptr %row, i64 {2 + 2 * k}
@@ -409,7 +409,7 @@ def kept_calls() -> str:
     )
     return f"""
 define void @kept.make(ptr %h) nounwind {{
-{_kept_row(0)}  %call = load ptr, ptr %row
+{_bound_call_row(0)}  %call = load ptr, ptr %row
   %back = call i64 %call(ptr %row)
   %result = sitofp i64 %back to double
   %result.at = getelementptr double, ptr %h, i64 1
@@ -419,7 +419,7 @@ define void @kept.make(ptr %h) nounwind {{
 
 {looks}
 define void @kept.hoist(ptr %h) nounwind {{
-{_kept_row(1)}  %count = load i64, ptr %row
+{_bound_call_row(1)}  %count = load i64, ptr %row
   %p.at = getelementptr i64, ptr %row, i64 1
   %p = load ptr, ptr %p.at
   br label %head
@@ -453,7 +453,7 @@ def wide_name(routine: str, width: int) -> str:
     return f"{routine}.lanes{width}"
 
 
-def own_name(routine: str, width: int) -> str:
+def masked_name(routine: str, width: int) -> str:
     """The name of the function of several states with parameters of their own, or of a kernel of several instances."""
     return f"{routine}.own{width}"
 

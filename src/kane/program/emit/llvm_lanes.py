@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from itertools import chain
 
 from kane.errors import ProgramError
-from kane.program.emit.llvm_printer import Calls, LlvmPrinter, kept, lines, typed, vector
+from kane.program.emit.llvm_printer import Calls, LlvmPrinter, lines, masked_store, typed, vector
 from kane.program.kernel import language
 from kane.program.kernel.language import (
     INT,
@@ -49,10 +49,10 @@ class Varying:
 
 def varying(kernel: Kernel, shared: Collection[str]) -> Varying:
     """What differs between the lanes of a kernel."""
-    found, before = Varying(frozenset(shared)), -1
-    while before < (before := len(found.values) + len(found.cells)):  # what is put into a cell is read before it, too
-        _note(found, kernel.body, apart=False)
-    return found
+    result, before = Varying(frozenset(shared)), -1
+    while before < (before := len(result.values) + len(result.cells)):  # what is put into a cell is read before it, too
+        _note(result, kernel.body, apart=False)
+    return result
 
 
 def _note(found: Varying, block: Block, apart: bool) -> None:
@@ -191,7 +191,7 @@ class LanesPrinter(LlvmPrinter):
             at = f"{self.lanes.of('ptr')} {self.places(s.base, s.offset)}"
             self.add(self.scattered("scatter", f"{self.kind} {value}, {at}, i32 8, {self.some} {mask}"))
             return
-        self.lines += kept(self.new("at"), self.lanes, value, self.place(s.base, s.offset), self.mask)
+        self.lines += masked_store(self.new("at"), self.lanes, value, self.place(s.base, s.offset), self.mask)
 
     def cell_type(self, cell: language.Cell) -> str:
         """The type of a cell."""

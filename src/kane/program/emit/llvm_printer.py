@@ -164,7 +164,7 @@ def divided(result: str, operands: Sequence[str], answer: str, flags: str) -> li
     return _DIVIDED.format(*operands, answer, r=result, f=flags, nan=bits(math.nan)).split("\n")
 
 
-def kept(name: str, lanes: Lanes, value: str, address: str, mask: str) -> list[str]:
+def masked_store(name: str, lanes: Lanes, value: str, address: str, mask: str) -> list[str]:
     """The lines that store a vector in the lanes of a mask, or in all where there is none; names begin with `name`."""
     kind = lanes.double
     if not mask:
@@ -467,7 +467,7 @@ class LlvmPrinter(Printer):
         kind = self.kind if isinstance(s.value, int) else typed(language.type_of(s.value))
         value = self.names[s.value]
         if s.base == self.masked:
-            self.lines += kept(address, self.lanes, value, address, "%lanes")
+            self.lines += masked_store(address, self.lanes, value, address, "%lanes")
         else:
             self.lines.append(f"  store {kind} {value}, ptr {address}, align 8")
 

@@ -44,17 +44,17 @@ class Function:
 def hoisting(program: Program) -> Function:
     """The function that gives h."""
     ports = tuple(port for port in program.ports if port.hoisted)
-    labels, places = ("",) * len(program.kept), _places(program, ())
+    labels, places = ("",) * len(program.kept), _locations(program, ())
     return Function("hoist", ports, program.hoisted, program.kept, labels, (), KEPT, places)
 
 
 def function_of(program: Program, routine: Routine) -> Function:
     """The function of a routine."""
     own, kept = (routine.body, routine.results, routine.labels), program.kept
-    return Function(routine.name, program.ports, *own, kept, RESULTS, _places(program, kept))
+    return Function(routine.name, program.ports, *own, kept, RESULTS, _locations(program, kept))
 
 
-def _places(program: Program, kept: Sequence[int]) -> dict[int, tuple[str, int]]:
+def _locations(program: Program, kept: Sequence[int]) -> dict[int, tuple[str, int]]:
     """Where the values of ports that are vectors stand, and those that are `kept`."""
     ports = ((port, k) for port in program.ports for k in range(len(port.symbols)))
     vectors = {i: (port.name, k) for i, (port, k) in enumerate(ports) if not port.scalar}

@@ -22,11 +22,11 @@ from kane.program.emit.wasm_module import (
     Function,
     Module,
     both,
-    kept,
+    int32,
     lane_of,
     leb,
+    local_set,
     number,
-    place,
     read,
     with_lane,
 )
@@ -40,7 +40,7 @@ LONGEST = 300
 def emit_wasm(program: Program, *, version: str = "") -> bytes:
     """The module of a Program; no operation is contracted there."""
     module = Module(library([program]))
-    tells = _tells(program, version)
+    tells = _description(program, version)
     tells |= add_program(module, program)
     return module.raw(tells | _room(module, program))
 
@@ -52,7 +52,7 @@ def emit_wasms(programs: Sequence[Program]) -> bytes:
     for k, program in enumerate(programs):
         prefix = f"{k}."
         add_program(module, program, prefix)
-        told.append({**_tells(program, ""), **_room(module, program), "prefix": prefix})
+        told.append({**_description(program, ""), **_room(module, program), "prefix": prefix})
     return module.raw({"programs": told})
 
 
@@ -70,7 +70,7 @@ def library(programs: Iterable[Program]) -> dict[str, int]:
     return {"sin": 1, "cos": 1} | dict(sorted(names.items()))
 
 
-def _tells(program: Program, version: str) -> dict[str, Any]:
+def _description(program: Program, version: str) -> dict[str, Any]:
     """What there is to know of a Program's ports and results."""
     symbols = {
         port.name: [[s.name, s.unit or "", None if s.default is None else float(s.default)] for s in port.symbols]
@@ -144,21 +144,21 @@ def add_sincos(module: Module) -> int:
         at.setdefault(target, function.local(V128))
         code += x + y
         code += WIDE["mul"] + added[0] + WIDE["add"] if added else WIDE[form]
-        code += kept(at[target])
+        code += local_set(at[target])
     n, s, c = (read(at[name]) for name in ("t", "sine", "cosine"))
     one, two = (both(one) for one in _BITS)
     change, near, odd = (function.local(V128) for _ in range(3))
-    code += n + one + _AND + kept(odd)
+    code += n + one + _AND + local_set(odd)
     swap = s + c + _XOR + both(0.0) + read(odd) + _MINUS + _AND  # where n is odd, the bits in which they differ
-    code += swap + n + two + _AND + place(62) + _SHIFT + _XOR + kept(change)
-    code += s + read(change) + _XOR + kept(at["sine"])
-    code += c + read(change) + _XOR + read(odd) + place(63) + _SHIFT + _XOR + kept(at["cosine"])
+    code += swap + n + two + _AND + int32(62) + _SHIFT + _XOR + local_set(change)
+    code += s + read(change) + _XOR + local_set(at["sine"])
+    code += c + read(change) + _XOR + read(odd) + int32(63) + _SHIFT + _XOR + local_set(at["cosine"])
     code += read(0) + WIDE["abs"] + both(LIMIT) + _AT_MOST + b"\x22" + leb(near) + _ALL + b"\x45\x04\x40"
     for lane in range(2):
         code += read(near) + _INTEGER_LANE + leb(lane) + b"\x50\x04\x40"
         for name, result in (("sin", "sine"), ("cos", "cosine")):
             code += read(at[result]) + read(0) + lane_of(lane) + b"\x10" + leb(module.imports(name))
-            code += with_lane(lane) + kept(at[result])
+            code += with_lane(lane) + local_set(at[result])
         code += b"\x0b"
     code += b"\x0b" + s + c
     module.own["sincos"] = module.add(function)

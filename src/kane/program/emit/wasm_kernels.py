@@ -14,11 +14,11 @@ from kane.program.emit.wasm_module import (
     V128,
     Function,
     Module,
+    int32,
     integer,
-    kept,
     leb,
+    local_set,
     number,
-    place,
     read,
 )
 from kane.program.emit.wasm_pairs import PairPrinter, Pairs, in_pairs
@@ -55,7 +55,7 @@ def add_kernel(module: Module, kernel: Kernel, arrays: Mapping[str, int], routin
     return module.add(function)
 
 
-_ZEROS = {F64: number(0.0), I64: integer(0), I32: place(0)}
+_ZEROS = {F64: number(0.0), I64: integer(0), I32: int32(0)}
 
 
 def _get(at: tuple[bool, int]) -> bytes:
@@ -88,12 +88,12 @@ class _Sizes:
         return count
 
     def _free(self, block: Block) -> dict[Value, None]:
-        found: dict[Value, None] = {}
+        result: dict[Value, None] = {}
         defined: set[Value] = set()
         for s in block:
-            found |= dict.fromkeys(v for v in self.read(s) if v not in defined)
+            result |= dict.fromkeys(v for v in self.read(s) if v not in defined)
             defined.update(_defined(s))
-        return found
+        return result
 
     def read(self, s: Statement) -> list[Value]:
         """What a statement reads, the blocks in it included."""
@@ -242,7 +242,7 @@ class KernelPrinter(WasmPrinter):
         for a in s.arguments:
             if isinstance(a, language.Address):
                 address, offset = self.at(a)
-                given.append(joined(address, place(offset) + b"\x6a"))
+                given.append(joined(address, int32(offset) + b"\x6a"))
             else:
                 given.append(self.operand(a))
         self.flush()
@@ -306,7 +306,7 @@ class KernelPrinter(WasmPrinter):
     def twice(self, value: Value) -> int:
         """A local that holds a value twice."""
         local = self.function.local(V128)
-        self.emit(read(self.locals[value.number, 0]), SPLAT, kept(local))
+        self.emit(read(self.locals[value.number, 0]), SPLAT, local_set(local))
         return local
 
     def within(self, block: Block) -> None:

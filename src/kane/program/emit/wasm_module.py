@@ -52,7 +52,7 @@ def read(local: int) -> bytes:
 
 
 @cache
-def kept(local: int) -> bytes:
+def local_set(local: int) -> bytes:
     """The instruction that sets a local."""
     return b"\x21" + leb(local)
 
@@ -64,7 +64,7 @@ def integer(value: int) -> bytes:
 
 
 @cache
-def place(value: int) -> bytes:
+def int32(value: int) -> bytes:
     """The instruction that gives an integer of 32 bits, as places in memory are."""
     return b"\x41" + signed(value)
 
@@ -168,7 +168,7 @@ class Module:
             _section(6, _vector(bytes([kind, 1]) + _ZERO[kind] + b"\x0b" for kind in self.globals)),
             _section(7, _vector([*named, _text("memory") + b"\x02\x00"])),
             _section(10, _vector(f.raw() for f in self.functions)),
-            _section(11, _vector(b"\x00" + place(at) + b"\x0b" + leb(len(raw)) + raw for at, raw in self.data)),
+            _section(11, _vector(b"\x00" + int32(at) + b"\x0b" + leb(len(raw)) + raw for at, raw in self.data)),
         ]
         return b"".join(parts)
 
@@ -177,7 +177,7 @@ class Module:
         return self._types.setdefault(key, len(self._types))
 
 
-_ZERO = {F64: number(0.0), I64: integer(0), I32: place(0)}
+_ZERO = {F64: number(0.0), I64: integer(0), I32: int32(0)}
 
 
 WIDE = {

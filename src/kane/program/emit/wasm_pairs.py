@@ -21,9 +21,9 @@ from kane.program.emit.wasm_module import (
     Function,
     Module,
     both,
-    kept,
+    int32,
     leb,
-    place,
+    local_set,
     read,
 )
 from kane.program.emit.wasm_printer import KINDS, Folded, Key, Places, WasmPrinter, joined
@@ -116,10 +116,10 @@ class PairPrinter(WasmPrinter):
 
     def loop(self, block: Block, outer: Mapping[Value, int]) -> None:
         """Turns of a block two by two, with locals that hold what it reads from outside."""
-        self.emit(place(0), kept(self.counter), b"\x03\x40")
+        self.emit(int32(0), local_set(self.counter), b"\x03\x40")
         self.turns(block, {(v.number, 0): local for v, local in outer.items()})
-        step = place(8) + b"\x6a" + place(8) + b"\x72" if self.pairs.length % 2 else place(16) + b"\x6a"
-        ahead = b"\x22" + leb(self.counter) + place(8 * (self.pairs.length - 1)) + b"\x49"
+        step = int32(8) + b"\x6a" + int32(8) + b"\x72" if self.pairs.length % 2 else int32(16) + b"\x6a"
+        ahead = b"\x22" + leb(self.counter) + int32(8 * (self.pairs.length - 1)) + b"\x49"
         self.emit(read(self.counter), step, ahead, b"\x0d\x00\x0b")
 
     def turns(self, block: Block, outer: dict[Key, int]) -> None:
@@ -144,19 +144,19 @@ class PairPrinter(WasmPrinter):
             return Folded(both(float(cast(float, operand.value))))
         return super().operand(operand, lane)
 
-    def place_of(self, s: Read | Write) -> tuple[RowIndex, bytes, int]:
+    def location_of(self, s: Read | Write) -> tuple[RowIndex, bytes, int]:
         """RowIndex what a row goes, what gives its address, and the distance from there."""
         index = _index(s.offset, self.pairs.indices)
         steps = [read(self.counter)] * index.goes
         if index.start is not None:
-            steps.append(read(self.locals[index.start.number, 0]) + b"\xa7" + place(3) + b"\x74")
-        code = b"".join(steps) + b"\x6a" * (len(steps) - 1) if steps else place(0)
+            steps.append(read(self.locals[index.start.number, 0]) + b"\xa7" + int32(3) + b"\x74")
+        code = b"".join(steps) + b"\x6a" * (len(steps) - 1) if steps else int32(0)
         offset = self.places.fixed[s.base] + 8 * index.distance
-        return (index, code, offset) if offset >= 0 else (index, code + place(offset) + b"\x6a", 0)
+        return (index, code, offset) if offset >= 0 else (index, code + int32(offset) + b"\x6a", 0)
 
     def load(self, s: Read) -> None:
         """Two doubles side by side, or one twice."""
-        index, address, offset = self.place_of(s)
+        index, address, offset = self.location_of(s)
         code = address + (LOAD if index.goes else LOAD_ONE) + leb(offset)
         if index.goes and s in self.last:
             code = address + address + FIRST + leb(offset) + SECOND + leb(offset + 8) + b"\x01"
@@ -164,5 +164,5 @@ class PairPrinter(WasmPrinter):
 
     def store(self, s: Write) -> None:
         """Two doubles side by side."""
-        _, address, offset = self.place_of(s)
+        _, address, offset = self.location_of(s)
         self.emit(address, self.operand(s.value), STORE + leb(offset))

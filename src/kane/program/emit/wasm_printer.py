@@ -23,12 +23,12 @@ from kane.program.emit.wasm_module import (
     V128,
     Function,
     Module,
+    int32,
     integer,
-    kept,
     lane_of,
     leb,
+    local_set,
     number,
-    place,
     read,
     with_lane,
 )
@@ -164,7 +164,7 @@ class WasmPrinter:
         """A value goes to a local, which is given back at once where nothing reads it."""
         self.emit(folded)
         local = self.locals[key] = self.function.local(kind)
-        self.function.code += kept(local)
+        self.function.code += local_set(local)
         if not self.left.get(key):
             self.function.give_back(self.locals.pop(key))
 
@@ -203,7 +203,7 @@ class WasmPrinter:
         elif isinstance(s.op, str) and s.op.startswith("splat"):
             assert isinstance(s.value, Value)
             local, key = self.scratch(F64)
-            self.emit(self.operand(s.arguments[0]), kept(local))
+            self.emit(self.operand(s.arguments[0]), local_set(local))
             for k in range(s.value.type.width):
                 self.put_away((s.value.number, k), Folded(read(local)), F64)
             self.count_down(key)
@@ -256,7 +256,7 @@ class WasmPrinter:
         self.emit(first, SPLAT, *(part for one in others for part in (one, with_lane(1))), call)
         for op in (COS, SIN):
             local, key = self.scratch(V128, sum(op in own for own in s.values))
-            self.function.code += kept(local)
+            self.function.code += local_set(local)
             for lane, own in enumerate(s.values):
                 if op in own:
                     self.define(own[op], Folded(read(local) + lane_of(lane), (key,)))
@@ -271,7 +271,7 @@ class WasmPrinter:
             assert isinstance(offset.value, int)
             offset = offset.value
         if isinstance(offset, int):
-            return Folded(place(0) if pointer is None else read(pointer)), base + 8 * (offset + lane)
+            return Folded(int32(0) if pointer is None else read(pointer)), base + 8 * (offset + lane)
         found = self.operand(offset)
         if found.base and base + 8 * (found.distance + lane) >= 0:
             base += 8 * found.distance
@@ -315,7 +315,7 @@ class WasmPrinter:
             self.put_away((operand.number, 0), folded, kind)
 
 
-_IN_BYTES = b"\xa7" + place(3) + b"\x74"
+_IN_BYTES = b"\xa7" + int32(3) + b"\x74"
 _LESS = b"\x63"
 _NAN = number(math.nan)
 
@@ -346,4 +346,4 @@ def _immediate(operand: Immediate, lane: int) -> bytes:
     value = operand.value[lane] if isinstance(operand.value, tuple) else operand.value
     if operand.type.kind == "float":
         return number(float(value))
-    return integer(int(value)) if operand.type.kind == "int" else place(int(value))
+    return integer(int(value)) if operand.type.kind == "int" else int32(int(value))

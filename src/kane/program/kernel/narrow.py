@@ -38,13 +38,13 @@ def narrowed(kernel: Kernel) -> Kernel:
 
 def _last(block: Block) -> int:
     """A number beyond those of all values."""
-    found = 0
+    result = 0
     for s in block:
         for value in (getattr(s, "value", None), getattr(s, "counter", None)):
-            found = max(found, value.number if isinstance(value, Value) else 0)
+            result = max(result, value.number if isinstance(value, Value) else 0)
         for inner in ("then", "other", "head", "body"):
-            found = max(found, _last(getattr(s, inner, ())))
-    return found
+            result = max(result, _last(getattr(s, inner, ())))
+    return result
 
 
 def _cells(cell: Cell) -> list[Cell]:
@@ -86,7 +86,7 @@ class _Narrow:
         if isinstance(s, Compute):
             return self.compute(s)
         if isinstance(s, Read | Write):
-            return self.places(s)
+            return self.pair_access(s)
         if isinstance(s, Get | Put) and s.cell.type.width > 1:
             own = self.split(s.value) if isinstance(s, Get) else self.apart(s.value)
             pairs = zip(_cells(s.cell), own, strict=True)
@@ -97,7 +97,7 @@ class _Narrow:
             return [s._replace(head=self.block(s.head), body=self.block(s.body))]
         return [s._replace(body=self.block(s.body))] if isinstance(s, Count) else [s]
 
-    def places(self, s: Read | Write) -> list[Statement]:
+    def pair_access(self, s: Read | Write) -> list[Statement]:
         """Numbers side by side in an array."""
         width = type_of(s.value).width
         if width == 1:

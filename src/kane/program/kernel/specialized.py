@@ -170,24 +170,24 @@ class _Specializer:
 
 def _numbers(block: Block) -> set[int]:
     """The numbers of the values of a block."""
-    found: set[int] = set()
+    result: set[int] = set()
     for s in block:
         value = s.counter if isinstance(s, language.Count) else getattr(s, "value", None)
         if isinstance(value, Value):
-            found.add(value.number)
+            result.add(value.number)
         for inner in language._blocks(s):
-            found |= _numbers(inner)
-    return found
+            result |= _numbers(inner)
+    return result
 
 
 def _names(block: Block) -> set[str]:
     """The arrays and routines that a block uses."""
-    found: set[str] = set()
+    result: set[str] = set()
     for s in block:
         if isinstance(s, language.Read | language.Write):
-            found.add(s.base)
+            result.add(s.base)
         elif isinstance(s, language.CallRoutine):
-            found |= {s.callee.name, *(a.base for a in s.arguments if isinstance(a, Address))}
+            result |= {s.callee.name, *(a.base for a in s.arguments if isinstance(a, Address))}
         for inner in language._blocks(s):
-            found |= _names(inner)
-    return found
+            result |= _names(inner)
+    return result

@@ -306,7 +306,7 @@ class CompiledRoutine(Attributes):
         if self.not_finite != "ignore":
             for port, values in zip(ports, met, strict=True):
                 check_finite(port, values)
-            self._tell([float(v) for a in met for v in a.flat], "")
+            self._refuse_not_finite([float(v) for a in met for v in a.flat], "")
         return results
 
     def _by_port(self, values: tuple[Any, ...], named: Mapping[str, Any]) -> tuple[Any, ...]:
@@ -359,10 +359,10 @@ class CompiledRoutine(Attributes):
         first_bad = self._batch(count, *pairs, address(h), address(out))
         if first_bad >= 0 and self.not_finite != "ignore":
             where = tuple(map(int, np.unravel_index(first_bad, rows)))
-            self._tell([float(v) for a in flat for v in a[first_bad % len(a)]], f" at {where}")
+            self._refuse_not_finite([float(v) for a in flat for v in a[first_bad % len(a)]], f" at {where}")
         return out
 
-    def _tell(self, inputs: list[float], where: str) -> None:
+    def _refuse_not_finite(self, inputs: list[float], where: str) -> None:
         reason = explain(self.program, self.routine, inputs) or (
             "NaN or infinity where separate roundings give none: a difference of equal numbers is not quite zero with fused "
             "multiply-adds or shared reciprocals. Use compile(contract=False)"

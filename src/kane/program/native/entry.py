@@ -17,14 +17,14 @@ from kane.errors import ProgramError
 from kane.numeric.arrays import Array
 from kane.program.emit.llvm import (
     block,
+    bound_call,
+    bound_calls,
     emit_kernel_lanes,
     emit_kernel_llvm,
-    emit_own,
+    emit_masked,
     emit_wide,
     hoists,
-    kept_call,
-    kept_calls,
-    own_name,
+    masked_name,
     selection,
     wide_name,
 )
@@ -82,8 +82,8 @@ class Hook:
 def doubles(address: int, count: int) -> Array:
     """So many numbers at an address, as an array that is these and no copy."""
     block: Any = (ctypes.c_double * count).from_address(address)
-    found: Array = np.frombuffer(block)
-    return found
+    result: Array = np.frombuffer(block)
+    return result
 
 
 def entry(routine: CompiledRoutine) -> Entry:
@@ -102,10 +102,10 @@ def wide_entry(routine: CompiledRoutine, width: int) -> Entry:
     return run
 
 
-def own_entries(routine: CompiledRoutine, width: int) -> tuple[Entry, Entry]:
+def masked_entries(routine: CompiledRoutine, width: int) -> tuple[Entry, Entry]:
     """The function of `width` evaluations at once, each with parameters of its own, and what hoists for it; see `emit_own`."""
-    symbols = [own_name(name, width) for name in (routine.name, hoists([routine.program])[0])]
-    run, hoist = _more(routine, symbols, width, emit_own)
+    symbols = [masked_name(name, width) for name in (routine.name, hoists([routine.program])[0])]
+    run, hoist = _more(routine, symbols, width, emit_masked)
     return run, hoist
 
 
@@ -190,7 +190,7 @@ class CompiledKernel:
     ) -> None:
         self.kernel = kernel
         if width:
-            text, name = emit_kernel_lanes(kernel, width, shared, settings.contract), own_name(kernel.name, width)
+            text, name = emit_kernel_lanes(kernel, width, shared, settings.contract), masked_name(kernel.name, width)
         else:
             text, name = emit_kernel_llvm(kernel, settings.contract), kernel.name
         library = _library_for(settings, text, [name], loops)
@@ -263,7 +263,7 @@ class KeptCalls:
         self.table, self._settings = np.zeros(_FIRST + _ROW * most), settings
         self._rows = self.table.view(np.int64)
         self._kept: list[Any] = []
-        self._library = _library_for(settings, kept_calls(), [f"kept.{name}" for name in _KEPT])
+        self._library = _library_for(settings, bound_calls(), [f"kept.{name}" for name in _KEPT])
         self.make, self.hoist, self.look, self.drive = (Entry(self._library, f"kept.{name}") for name in _KEPT)
 
     def put(
@@ -291,7 +291,7 @@ class KeptCalls:
     def _call_of(self, count: int) -> Entry:
         """The function that calls one of so many arguments."""
         symbol = f"kept.call{count}"
-        return Entry(_library_for(self._settings, kept_call(count), [symbol]), symbol)
+        return Entry(_library_for(self._settings, bound_call(count), [symbol]), symbol)
 
 
 def xla_function(program: Program, settings: Settings) -> tuple[str, Entry]:

@@ -132,9 +132,9 @@ class _Instructions:
     def _emit(self, op: Op, reads: tuple[int, ...]) -> int:
         """The value of an instruction, written unless it is there."""
         key = (op, reads)
-        found = self.known.get(key)
-        if found is None:
-            found = self.known[key] = self.first + len(self.ops)
+        result = self.known.get(key)
+        if result is None:
+            result = self.known[key] = self.first + len(self.ops)
             self.ops.append(op)
             self.args.append(reads)
             ready = self.ready
@@ -143,7 +143,7 @@ class _Instructions:
                 if ready[a] > last:
                     last = ready[a]
             ready.append(last + _STEPS.get(op, _FUNCTION) if last >= 0 else last)
-        return found
+        return result
 
 
 Terms = list[tuple[int, Cube]]
@@ -179,20 +179,20 @@ class _Reader:
                 self._negated(i, args[0], uses[i])
             elif op is ADD or op is SUB:
                 self.terms[i] = [*self._as_sum(args[0], 1, i), *self._as_sum(args[1], -1 if op is SUB else 1, i)]
-                self._kept(i, uses[i])
+                self._shared_value(i, uses[i])
             elif op is MUL or op is DIV:
                 s, a = self._as_product(args[0])
                 r, b = self._as_product(args[1]) if a or op is MUL else self._as_literal(args[1])
                 b = tuple(sorted([x ^ 1 for x in b])) if op is DIV else b
                 self.terms[i] = [(s * r, g.times(a, b))]
-                self._kept(i, uses[i])
+                self._shared_value(i, uses[i])
             else:
                 self.node[i] = g.function(op, tuple([self._as_node(a) for a in args])), 1
         for i in wanted:
             g.result(*self._as_node(i))
         return g
 
-    def _kept(self, i: int, uses: int) -> None:
+    def _shared_value(self, i: int, uses: int) -> None:
         """A value that several others read becomes a node, but for a reciprocal, which is a literal of its own."""
         terms = self.terms[i]
         if uses > 1 and not (len(terms) == 1 and len(terms[0][1]) == 1):
@@ -204,22 +204,22 @@ class _Reader:
             self.node[i] = known[0], -known[1]
         else:
             self.terms[i] = [(-s, c) for s, c in self.terms[a]]
-            self._kept(i, uses)
+            self._shared_value(i, uses)
 
     def _as_node(self, i: int) -> tuple[int, int]:
-        found = self.node[i]
-        if found is None:
+        result = self.node[i]
+        if result is None:
             terms = self._joined(self.terms[i])
             if not terms:
-                found = self.g.nothing(), 1
+                result = self.g.nothing(), 1
             elif len(terms) == 1 and len(terms[0][1]) == 1 and not terms[0][1][0] & 1:
-                found = terms[0][1][0] >> 1, terms[0][0]
+                result = terms[0][1][0] >> 1, terms[0][0]
             elif len(terms) == 1 and not terms[0][1]:
-                found = self.g.constant(1.0), terms[0][0]
+                result = self.g.constant(1.0), terms[0][0]
             else:
-                found = self.g.sum(terms)
-            self.node[i] = found
-        return found
+                result = self.g.sum(terms)
+            self.node[i] = result
+        return result
 
     def _as_product(self, i: int) -> tuple[int, Cube]:
         terms = self.terms[i]
@@ -364,17 +364,17 @@ class _Flattening:
 
     def _known(self, parts: list[int]) -> int:
         key = tuple(sorted(parts))
-        found = self.products.get(key)
-        if found is None:
-            found = self.products[key] = self._add(MUL, parts)
-        return found
+        result = self.products.get(key)
+        if result is None:
+            result = self.products[key] = self._add(MUL, parts)
+        return result
 
     def _inverse(self, v: int) -> int:
-        found = self.inverse.get(v)
-        if found is None:
+        result = self.inverse.get(v)
+        if result is None:
             p = self.part[v]
-            found = self.inverse[v] = self._add(DIV, [2 * self.one, p & ~1]) ^ (p & 1)
-        return found
+            result = self.inverse[v] = self._add(DIV, [2 * self.one, p & ~1]) ^ (p & 1)
+        return result
 
     def _add(self, kind: object, parts: list[int]) -> int:
         flat = self.flat
@@ -386,12 +386,12 @@ class _Flattening:
 
 def _divisors(g: Graph, order: list[int]) -> dict[int, int]:
     """By each node, in how many terms something is divided."""
-    found: dict[int, int] = {}
+    result: dict[int, int] = {}
     for v in order:
         for t in g.of(v):
             for x in {x for x in g.cube[t] if x & 1}:
-                found[x >> 1] = found.get(x >> 1, 0) + 1
-    return found
+                result[x >> 1] = result.get(x >> 1, 0) + 1
+    return result
 
 
 def joined(parts: list[Code]) -> Code:

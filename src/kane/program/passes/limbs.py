@@ -60,20 +60,20 @@ class Alike:
     def uses(self) -> list[int]:
         """By what each value is read, and that in turn, a few times: not up to where limbs come together, one after the other."""
         code, known = self.code, dict[tuple[int, ...], int]()
-        found = self.form
+        result = self.form
         for _ in range(_NEAR):
-            read: list[list[int]] = [[] for _ in found]
-            for i in reversed(range(code.first, len(found))):
+            read: list[list[int]] = [[] for _ in result]
+            for i in reversed(range(code.first, len(result))):
                 op, args = code.ops[i - code.first], code.args[i - code.first]
                 if op is NEG:
                     read[args[0]] += read[i]
                 else:
                     for a in args:
-                        read[a].append(found[i])
-            found = [
+                        read[a].append(result[i])
+            result = [
                 known.setdefault((form, *sorted(own)), len(known)) for form, own in zip(self.form, read, strict=True)
             ]
-        return found
+        return result
 
     def plain(self, i: int) -> Operand:
         """A value without signs before it, and its sign."""
@@ -248,7 +248,7 @@ class _PackSearch:
         kept = [self._in_order(lanes[0], own, twin) for own, twin in zip(lanes, self.twins, strict=True)]
         if None in kept and not at_last:
             return None
-        kept = [self._by_place(lanes[0], own) if k is None else k for k, own in zip(kept, lanes, strict=True)]
+        kept = [self._by_order(lanes[0], own) if k is None else k for k, own in zip(kept, lanes, strict=True)]
         return [own if k else own[::-1] for k, own in zip(kept, lanes, strict=True)]
 
     def _in_order(self, first: list[Operand], own: list[Operand], twin: dict[int, int]) -> bool | None:
@@ -280,7 +280,7 @@ class _PackSearch:
             max((self._shared(o.value, y, twin, deep - 1) for y in others), default=0) for o in self.alike.reads(a)
         )
 
-    def _by_place(self, first: list[Operand], own: list[Operand]) -> bool:
+    def _by_order(self, first: list[Operand], own: list[Operand]) -> bool:
         """The same by the order in which they are computed."""
         (a, b), (x, y) = (o.value for o in first), (o.value for o in own)
         return (a < b) == (x < y)

@@ -10,11 +10,11 @@ from kane.program.emit.languages.straight import (
     File,
     Language,
     Written,
+    all_have_defaults,
     file_of,
     forms,
     head,
     numbers_of,
-    own_default,
 )
 from kane.program.emit.names import c_comment, decimal
 from kane.program.program import Program
@@ -95,7 +95,7 @@ def _motion(file: File, rhs: str) -> list[str]:
     program = file.program
     names = {port.name: file.names.arguments[port.name] for port in program.ports}
     length = {port.name: len(port.symbols) for port in program.ports}
-    values = f" = {{{numbers_of(program, _MODELICA)}}}" if own_default(program) and length["p"] else ""
+    values = f" = {{{numbers_of(program, _MODELICA)}}}" if all_have_defaults(program) and length["p"] else ""
     given = ", ".join("time" if p.scalar else names[p.name] for p in program.ports)
     lines = [
         "",
