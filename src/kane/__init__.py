@@ -155,7 +155,7 @@ _NAMES = {
     "interop.sympy_mechanics.importing": "from_sympy_mechanics",
     "model.beams.beam": "Beam",
     "model.beams.deformation": "tapered",
-    "model.beams.shapes": "ModeShapes mode_shapes",
+    "model.beams.shape_functions": "ModeShapes mode_shapes",
     "model.bodies": "Particle RigidBody",
     "model.constraints":
         "Constraint coincident configuration_constraint distance motion_constraint no_slip parallel perpendicular "
@@ -190,7 +190,7 @@ _NAMES = {
     "motion.cycles.limit_cycle": "LimitCycle limit_cycle",
     "motion.cycles.section": "SectionPoints poincare",
     "motion.derivatives.backwards": "AdjointSensitivities Cost",
-    "motion.derivatives.sensitivities": "Sensitivities",
+    "motion.derivatives.forwards": "Sensitivities",
     "motion.fitting.fit": "Fit fit",
     "motion.fitting.sensitivities": "sensitivities",
     "motion.fitting.shoot": "Curve Shot curve shoot",
@@ -215,7 +215,7 @@ _NAMES = {
     "present.provenance": "show_versions",
     "present.report": "report",
     "present.scene.gather": "scene",
-    "present.scene.links": "link_shapes",
+    "present.scene.robot_links": "link_shapes",
     "present.scene.records": "Scene",
     "present.scene.shapes": "BodyShape shape",
     "present.sketch.draw": "Sketch sketch",

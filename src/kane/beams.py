@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from kane.lazy_imports import offered as _offered
 from kane.model.beams.beam import Beam
 from kane.model.beams.deformation import tapered
-from kane.model.beams.shapes import ModeShapes, mode_shapes
+from kane.model.beams.shape_functions import ModeShapes, mode_shapes
 
 __all__ = ["Beam", "ModeShapes", "mode_shapes", "tapered"]
 

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from kane.present.mode_figures import beam_figure, mode_figure
     from kane.present.report import report
     from kane.present.scene.gather import scene
-    from kane.present.scene.links import link_shapes
     from kane.present.scene.records import Scene
+    from kane.present.scene.robot_links import link_shapes
     from kane.present.scene.shapes import BodyShape, shape
     from kane.present.sketch.draw import Sketch, sketch
 
@@ -32,7 +32,7 @@ __getattr__ = offered(
         ".present.mode_figures": "beam_figure mode_figure",
         ".present.report": "report",
         ".present.scene.gather": "scene",
-        ".present.scene.links": "link_shapes",
+        ".present.scene.robot_links": "link_shapes",
         ".present.scene.records": "Scene",
         ".present.scene.shapes": "BodyShape shape",
         ".present.sketch.draw": "Sketch sketch",

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from kane.contacts import (
     Block,
-    Count,
-    Mode,
+    ContactStatus,
+    SolutionCount,
     choose,
     contact_problem,
     enumerated,
@@ -24,7 +24,12 @@ from tests.examples import examples
 from tests.oracles import contact_modes
 from tests.peer import require
 
-NAMES = {Mode.OPEN: "open", Mode.STICK: "stick", Mode.FRESH_SLIP: "begins", Mode.SLIP: "slides"}
+NAMES = {
+    ContactStatus.OPEN: "open",
+    ContactStatus.STICK: "stick",
+    ContactStatus.FRESH_SLIP: "begins",
+    ContactStatus.SLIP: "slides",
+}
 SEEDS = st.integers(0, 2**32 - 1)
 
 
@@ -46,7 +51,7 @@ def chosen(state, **units):
         choice = choose(problem(state, **units))
     except ContactError as none:
         return None, None if "none found" in str(none) else 0
-    return choice, {Count.ONE: 1, Count.SEVERAL: 2, Count.UNKNOWN: None}[choice.count]
+    return choice, {SolutionCount.ONE: 1, SolutionCount.SEVERAL: 2, SolutionCount.UNKNOWN: None}[choice.count]
 
 
 def labels(solution):
@@ -186,10 +191,13 @@ def test_as_many_are_chosen_from_as_there_are(d, seed, share):
     assert len(choice.others) == len(every) - 1
     if choice.solution.determined:
         assert any(near(choice.solution, s) and s.modes == choice.modes for s in every)
-        assert choice.count is (Count.ONE if len(every) == 1 else Count.SEVERAL) or not enumerated(one).complete
+        assert (
+            choice.count is (SolutionCount.ONE if len(every) == 1 else SolutionCount.SEVERAL)
+            or not enumerated(one).complete
+        )
 
 
-@pytest.mark.parametrize(("mu", "count"), [(0.2, Count.ONE), (1.2, Count.UNKNOWN)])
+@pytest.mark.parametrize(("mu", "count"), [(0.2, SolutionCount.ONE), (1.2, SolutionCount.UNKNOWN)])
 def test_three_feet_that_slip_have_one_answer_where_friction_is_small(mu, count):
     """Feet in a plane press each other along it alone."""
     angles = 2 * np.pi * np.arange(3) / 3
@@ -199,7 +207,7 @@ def test_three_feet_that_slip_have_one_answer_where_friction_is_small(mu, count)
     choice = choose(contact_problem(jacobian @ jacobian.T, jacobian @ force, [mu] * 3))
     assert choice.count is count
     assert choice.solution.determined
-    assert choice.modes == ((Mode.FRESH_SLIP,) * 3 if mu < 1 else (Mode.STICK,) * 3)
+    assert choice.modes == ((ContactStatus.FRESH_SLIP,) * 3 if mu < 1 else (ContactStatus.STICK,) * 3)
 
 
 @given(seed=SEEDS, d=st.sampled_from([2, 3]), mass=st.integers(-6, 6), length=st.integers(-6, 6))
@@ -252,13 +260,15 @@ def test_painleve_rod(mu, first, last):
     np.testing.assert_allclose(found, roots, rtol=0, atol=1e-9)
     if first is not None:
         np.testing.assert_allclose(found, [first, last], rtol=0, atol=1e-9)
-    assert choose(sliding_rod(np.radians(roots[0] - 1e-9), mu, -1.0)).modes == (Mode.SLIP,)
+    assert choose(sliding_rod(np.radians(roots[0] - 1e-9), mu, -1.0)).modes == (ContactStatus.SLIP,)
     with pytest.raises(ContactError, match=r"contact 0 slides .* Painlevé"):
         choose(sliding_rod(np.radians(roots[0] + 1e-6), mu, -1.0))
     both = choose(sliding_rod(middle, mu, 1.0))
-    assert (both.count, both.jams) == (Count.SEVERAL, (0,))
-    assert (both.modes, [s.modes for s in both.others]) == ((Mode.OPEN,), [(Mode.SLIP,)])
-    assert choose(sliding_rod(middle, mu, 1.0), before=(Mode.SLIP,)).modes == (Mode.OPEN,)  # its slip diverges
+    assert (both.count, both.jams) == (SolutionCount.SEVERAL, (0,))
+    assert (both.modes, [s.modes for s in both.others]) == ((ContactStatus.OPEN,), [(ContactStatus.SLIP,)])
+    assert choose(sliding_rod(middle, mu, 1.0), before=(ContactStatus.SLIP,)).modes == (
+        ContactStatus.OPEN,
+    )  # its slip diverges
 
 
 def test_least_friction_that_jams_a_rod():
@@ -277,11 +287,11 @@ def test_a_block_on_an_incline(d, slope):
     g, mass, azimuth = 9.81, 2.0, 0.4
     down = np.array([1.0]) if d == 2 else np.array([np.cos(azimuth), np.sin(azimuth)])
     b = np.array([-g * np.cos(slope), *(g * np.sin(slope) * down)])
-    for share, mode in ((1.01, Mode.STICK), (1.0, Mode.STICK), (0.5, Mode.FRESH_SLIP)):
+    for share, mode in ((1.01, ContactStatus.STICK), (1.0, ContactStatus.STICK), (0.5, ContactStatus.FRESH_SLIP)):
         mu = share * np.tan(slope)
         choice = choose(contact_problem(np.eye(d) / mass, b, [mu]))
-        assert (choice.modes, choice.count) == ((mode,), Count.ONE)
-        slides = g * (np.sin(slope) - mu * np.cos(slope)) if mode is Mode.FRESH_SLIP else 0.0
+        assert (choice.modes, choice.count) == ((mode,), SolutionCount.ONE)
+        slides = g * (np.sin(slope) - mu * np.cos(slope)) if mode is ContactStatus.FRESH_SLIP else 0.0
         np.testing.assert_allclose(choice.accelerations, [0, *(slides * down)], atol=1e-13)
         assert choice.forces[0] == pytest.approx(mass * g * np.cos(slope))
 
@@ -290,11 +300,11 @@ def test_rest_and_slip_have_coefficients_of_their_own():
     """Between μ_k and μ_s a block that rests goes on to, and one that slides goes on to."""
     g = 9.81
     b, w = [-g, 0.5 * g], np.eye(2)
-    assert choose(contact_problem(w, b, [0.6], kinetic=[0.4])).modes == (Mode.STICK,)
+    assert choose(contact_problem(w, b, [0.6], kinetic=[0.4])).modes == (ContactStatus.STICK,)
     slides = choose(contact_problem(w, b, [0.6], kinetic=[0.4], sliding=[[2.0]]))
-    assert slides.modes == (Mode.SLIP,)
+    assert slides.modes == (ContactStatus.SLIP,)
     begins = choose(contact_problem(w, b, [0.49], kinetic=[0.4]))
-    assert begins.modes == (Mode.FRESH_SLIP,)
+    assert begins.modes == (ContactStatus.FRESH_SLIP,)
     for choice in (slides, begins):
         np.testing.assert_allclose(choice.accelerations, [0, 0.1 * g], atol=1e-14)
 
@@ -327,7 +337,7 @@ def test_a_pull_is_in_no_cone(mu):
 def test_redundant_contacts_share_the_least_forces():
     w, b = box([0.0, 0.0])
     choice = choose(contact_problem(w, b, [0.5] * 4))
-    assert choice.modes == (Mode.STICK,) * 4
+    assert choice.modes == (ContactStatus.STICK,) * 4
     assert not choice.forces_determined
     assert choice.solution.determined
     assert (choice.solution.rank, choice.solution.unknowns) == (6, 12)
@@ -338,7 +348,7 @@ def test_redundant_contacts_share_the_least_forces():
 def test_without_loads_nothing_happens(d, k):
     """Closed before open, stick before slip; no forces."""
     choice = choose(contact_problem(np.eye(d * k), np.zeros(d * k), [0.5] * k))
-    assert choice.modes == (Mode.STICK,) * k
+    assert choice.modes == (ContactStatus.STICK,) * k
     assert not choice.forces.any()
     assert not choice.accelerations.any()
 
@@ -357,7 +367,7 @@ def test_many_contacts_apart(d, rng):
         w[d * i : d * i + d, d * i : d * i + d] = state.W
     joined = [np.concatenate([getattr(s, name) for s in alone]) for name in ("b", "static", "kinetic", "sliding")]
     together = choose(contact_problem(w, *joined[:2], kinetic=joined[2], sliding=joined[3]))
-    assert together.count is Count.UNKNOWN
+    assert together.count is SolutionCount.UNKNOWN
     each = [chosen(state)[0] for state in alone]
     assert together.modes == sum((choice.modes for choice in each), ())
     np.testing.assert_allclose(together.forces, np.concatenate([choice.forces for choice in each]), atol=1e-9)
@@ -380,7 +390,7 @@ def test_contacts_that_hardly_rub_begin_to_slip_along_their_accelerations(mu):
     jacobian, force = np.array(rows), np.array([8.0, 1.0, -9.81, 0.0, 0.0, 0.3])
     every = enumerated(contact_problem(jacobian @ jacobian.T, jacobian @ force, mu))
     assert every.complete
-    assert [s.modes for s in every.solutions] == [(Mode.FRESH_SLIP,) * 2]
+    assert [s.modes for s in every.solutions] == [(ContactStatus.FRESH_SLIP,) * 2]
     (one,) = every.solutions
     a = one.accelerations.reshape(2, 3)
     np.testing.assert_allclose(a[:, 1:] / np.linalg.norm(a[:, 1:], axis=1, keepdims=True), one.directions, atol=1e-9)
@@ -396,7 +406,7 @@ def test_a_box_that_is_pushed_slides():
     load, mu = np.array([3.0, 4.0]), 0.3
     w, b = box(load)
     choice = choose(contact_problem(w, b, [mu] * 4))
-    assert choice.modes == (Mode.FRESH_SLIP,) * 4
+    assert choice.modes == (ContactStatus.FRESH_SLIP,) * 4
     slip = load * (1 - mu * 9.81 / 5)
     np.testing.assert_allclose(choice.accelerations.reshape(4, 3), [[0, *slip]] * 4, atol=1e-12)
     np.testing.assert_allclose(choice.directions, [load / 5] * 4, atol=1e-12)
@@ -412,12 +422,12 @@ def test_a_box_between_walls_falls_or_jams():
     jacobian = np.array(rows)
     given = jacobian @ jacobian.T, jacobian @ [0, -9.81, 0], [0.5, 0.5]
     falls = choose(contact_problem(*given))
-    assert falls.count is Count.SEVERAL
+    assert falls.count is SolutionCount.SEVERAL
     np.testing.assert_allclose(falls.accelerations[1::2], -9.81)
     assert not falls.forces.any()
     assert not falls.solution.determined
-    jams = choose(contact_problem(*given), before=(Mode.STICK, Mode.STICK))
-    assert jams.modes == (Mode.STICK, Mode.STICK)
+    jams = choose(contact_problem(*given), before=(ContactStatus.STICK, ContactStatus.STICK))
+    assert jams.modes == (ContactStatus.STICK, ContactStatus.STICK)
     np.testing.assert_allclose(jams.accelerations, 0, atol=1e-12)
     np.testing.assert_allclose(jams.forces[1::2], 9.81 / 2)
 
@@ -455,8 +465,8 @@ def test_rows_that_rounding_alone_couples(k, d):
         b = np.zeros(d * k)
         b[::d] = -9.81 * rng.uniform(0.1, 1, k)
         choice = choose(contact_problem(w, b, rng.uniform(0.01, 1, k)))
-        assert choice.modes == (Mode.STICK,) * k
-        assert choice.count is Count.ONE
+        assert choice.modes == (ContactStatus.STICK,) * k
+        assert choice.count is SolutionCount.ONE
 
 
 def test_contacts_are_told_by_name():
@@ -470,4 +480,4 @@ def test_contacts_are_told_by_name():
 
 def test_modes_before_of_other_contacts():
     with pytest.raises(ArgumentError, match="modes before of all 1 contacts"):
-        choose(contact_problem(np.eye(2), [-1.0, 0.2], [0.5]), before=(Mode.OPEN, Mode.OPEN))
+        choose(contact_problem(np.eye(2), [-1.0, 0.2], [0.5]), before=(ContactStatus.OPEN, ContactStatus.OPEN))

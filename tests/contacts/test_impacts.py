@@ -8,7 +8,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from kane.contacts import Law, Mode, Phase, Rule, impact, impacts
+from kane.contacts import ContactStatus, ImpactPhase, Law, Rule, impact, impacts
 from kane.errors import ArgumentError, ContactError, KaneWarning
 from tests.oracles.contact_impacts import stronge
 
@@ -35,11 +35,51 @@ def turned(w, v, angle):
 
 
 HITS = [  # Routh's process by hand: angle, v⁻, μ, e, law; v_n⁺, v_t⁺, ΔE, phases
-    (60, [-1, 0.75], 0.5, 0.9, Law.NEWTON, 0.9, 0.0, 0.043335269814, (Phase.SLIP, Phase.STICK)),
-    (60, [-1, 0.75], 0.5, 0.9, Law.POISSON, 0.630199778052, 0.0, -0.124384327581, (Phase.SLIP, Phase.STICK)),
-    (60, [-1, 0.75], 0.5, 0.9, Law.STRONGE, 0.688336122294, 0.0, -0.093243291926, (Phase.SLIP, Phase.STICK)),
-    (45, [-1, 0.5], 0.3, 0.5, Law.NEWTON, 0.5, -0.308943089431, -0.153100006610, (Phase.SLIP, Phase.SLIP_AGAIN)),
-    (45, [-1, 0.5], 0.3, 0.5, Law.POISSON, 0.4, -0.272357723577, -0.170797805539, (Phase.SLIP, Phase.SLIP_AGAIN)),
+    (60, [-1, 0.75], 0.5, 0.9, Law.NEWTON, 0.9, 0.0, 0.043335269814, (ImpactPhase.SLIP, ImpactPhase.STICK)),
+    (
+        60,
+        [-1, 0.75],
+        0.5,
+        0.9,
+        Law.POISSON,
+        0.630199778052,
+        0.0,
+        -0.124384327581,
+        (ImpactPhase.SLIP, ImpactPhase.STICK),
+    ),
+    (
+        60,
+        [-1, 0.75],
+        0.5,
+        0.9,
+        Law.STRONGE,
+        0.688336122294,
+        0.0,
+        -0.093243291926,
+        (ImpactPhase.SLIP, ImpactPhase.STICK),
+    ),
+    (
+        45,
+        [-1, 0.5],
+        0.3,
+        0.5,
+        Law.NEWTON,
+        0.5,
+        -0.308943089431,
+        -0.153100006610,
+        (ImpactPhase.SLIP, ImpactPhase.SLIP_AGAIN),
+    ),
+    (
+        45,
+        [-1, 0.5],
+        0.3,
+        0.5,
+        Law.POISSON,
+        0.4,
+        -0.272357723577,
+        -0.170797805539,
+        (ImpactPhase.SLIP, ImpactPhase.SLIP_AGAIN),
+    ),
     (
         45,
         [-1, 0.5],
@@ -49,7 +89,7 @@ HITS = [  # Routh's process by hand: angle, v⁻, μ, e, law; v_n⁺, v_t⁺, Δ
         0.427525177946,
         -0.282427910631,
         -0.166359609006,
-        (Phase.SLIP, Phase.SLIP_AGAIN),
+        (ImpactPhase.SLIP, ImpactPhase.SLIP_AGAIN),
     ),
 ]
 
@@ -133,7 +173,7 @@ def test_an_impact_without_approach(law):
     """A rod that slides into its jam is stopped, and thrown up, at v_n = 0; one that does not jam is not touched."""
     w = rod(60)
     jams = impact(w, [0.0, -1.0], 1.8, 0.5, law)
-    assert jams.phases == (Phase.SLIP, Phase.STICK)
+    assert jams.phases == (ImpactPhase.SLIP, ImpactPhase.STICK)
     assert jams.impulse[0] > 0
     assert jams.velocity[1] == 0
     assert jams.energy < 0
@@ -197,7 +237,7 @@ def test_a_sequence_without_end_closes_without_restitution():
     found = impacts(jacobian @ inverse @ jacobian.T, jacobian @ u, [0.0, 0.0], 0.5)
     assert len(found.hits) == 400
     assert found.at_once is not None
-    assert Mode.OPEN not in found.at_once.modes
+    assert ContactStatus.OPEN not in found.at_once.modes
     np.testing.assert_allclose(u + inverse @ jacobian.T @ found.impulse, [0, 0, 0], atol=1e-12)
     assert found.energy == pytest.approx(-1.0, abs=1e-12)
 

@@ -23,7 +23,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kane as kn
-from kane.contacts import Choice, Count, Mode, choose
+from kane.contacts import ContactStatus, ModeChoice, SolutionCount, choose
 from kane.errors import ContactError
 from kane.motion import ContactMotion
 from tests.contacts.states import State
@@ -38,7 +38,12 @@ from tests.systems import spatial_contacts as space_systems
 from tests.systems.spatial_contacts import admitted
 
 Array = Any
-NAMES = {Mode.OPEN: "open", Mode.STICK: "stick", Mode.FRESH_SLIP: "begins", Mode.SLIP: "slides"}
+NAMES = {
+    ContactStatus.OPEN: "open",
+    ContactStatus.STICK: "stick",
+    ContactStatus.FRESH_SLIP: "begins",
+    ContactStatus.SLIP: "slides",
+}
 UNDETERMINED = "whose forces rigid bodies determine"
 
 
@@ -85,7 +90,7 @@ class Chosen(NamedTuple):
     """
 
     answers: int | None
-    choice: Choice | None
+    choice: ModeChoice | None
     modes: Any
     directions: Array
     constants: Mapping[Any, float] = MappingProxyType({})
@@ -118,7 +123,7 @@ def chosen(at: Instant) -> Chosen:
             choice = choose(touch.problem(at.closed, sliding, touch.numbers.laws[:, 0]))
     assert choice is not None
     return Chosen(
-        {Count.ONE: 1, Count.SEVERAL: 2, Count.UNKNOWN: None}[choice.count],
+        {SolutionCount.ONE: 1, SolutionCount.SEVERAL: 2, SolutionCount.UNKNOWN: None}[choice.count],
         choice,
         modes,
         directions,
@@ -127,7 +132,7 @@ def chosen(at: Instant) -> Chosen:
     )
 
 
-def in_units(choice: Choice, at: Instant) -> tuple[Array, Array]:
+def in_units(choice: ModeChoice, at: Instant) -> tuple[Array, Array]:
     """Accelerations, and what rounding leaves of them."""
     return choice.accelerations / at.unit, 1e-9 + choice.solution.acceleration_errors / at.unit
 
@@ -154,9 +159,9 @@ def beside_enumeration(at: Instant) -> str:
     return beside_equations(at, found, *expected[0])
 
 
-def beside_conic(at: Instant, choice: Choice) -> None:
+def beside_conic(at: Instant, choice: ModeChoice) -> None:
     """The one answer is the conic solver's, where nothing slips yet and cones are no lines."""
-    if choice.count is Count.ONE and not at.state.slides.any() and at.state.kinetic.min() > 0.01:
+    if choice.count is SolutionCount.ONE and not at.state.slides.any() and at.state.kinetic.min() > 0.01:
         a, errors = in_units(choice, at)
         for _, other, *_ in contact_modes.rounds(at.state, contact_modes.conic):
             assert (np.abs(other - a) <= 1e-5 + errors).all()

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import kane as kn
-from kane.motion import ConstraintProjection, Holding, Slot, constraint_projection
+from kane.motion import ConstraintProjection, KernelConstraints, Slot, constraint_projection
 from tests.dynamics.constraints.test_branches import EIGHT, closed
 from tests.numeric.kkt import kkt
 from tests.systems.four_bar import BAR, EOM, N, O, state
@@ -92,8 +92,8 @@ def test_a_step_onto_another_branch_is_halved_and_named_where_none_is_short_enou
 
     monkeypatch.setattr(ConstraintProjection, "turned", told)
     # so that a kernel asks: all dependent speeds are poor to it, and it knows no others
-    monkeypatch.setattr(Holding, "begin", lambda self, s: s.__setitem__(Slot.QUIET, 1e-300))
-    monkeypatch.setattr(Holding, "choose_among", lambda self: None)
+    monkeypatch.setattr(KernelConstraints, "begin", lambda self, s: s.__setitem__(Slot.QUIET, 1e-300))
+    monkeypatch.setattr(KernelConstraints, "choose_among", lambda self: None)
     start = kn.assemble(eom, q={q: kn.guess(v) for q, v in zip(eom.coordinates, (0, 0, 0, 1, 0, 0, 0), strict=True)})
     sol = kn.simulate(eom, (0, 1), q=start.q, u=start.u, method=method)
     assert sol.status == status

@@ -47,7 +47,7 @@ _SLIDES, _NEAREST = 40, 6
 _TOLD = 6
 
 
-class Found(NamedTuple):
+class AssemblyResult(NamedTuple):
     """The configurations found, nearest first; where there is none, what came `nearest`, and what was `turned`."""
 
     closed: tuple[Closed, ...]
@@ -76,7 +76,7 @@ class ClosureSearch:
         """Which closures are turned at q, in words."""
         return turned_closures(self.level.manifold.branches, self.level.turned(x))
 
-    def words(self, found: Found) -> list[str]:
+    def words(self, found: AssemblyResult) -> list[str]:
         """Which of the branches found each configuration is on, and where the next one lies."""
         open_, count = len(self._kernel(found.closed[0].x)), len(found.closed)
         if open_:
@@ -108,7 +108,7 @@ class ClosureSearch:
         pairs = [(q, v) for q, v, differs in zip(coordinates, x, apart, strict=True) if differs]
         return ", ".join(f"{q} = {v:.4g}" for q, v in pairs[:_TOLD]) + (", …" if len(pairs) > _TOLD else "")
 
-    def found(self, thorough: bool = False) -> Found:
+    def found(self, thorough: bool = False) -> AssemblyResult:
         """What the tries lead to, the `thorough` ones at once."""
         rng = np.random.default_rng(ASSEMBLY_SEED)
         nearest, turned, starts = None, "", 0
@@ -116,11 +116,11 @@ class ClosureSearch:
             starts += count
             closed, best, away = self._tried(self._starts(rng, count))
             if closed:
-                return Found(closed, best, "", starts)
+                return AssemblyResult(closed, best, "", starts)
             nearest = best if nearest is None or best.size < nearest.size else nearest
             turned = turned or away
         assert nearest is not None
-        return Found((), nearest, turned, starts)
+        return AssemblyResult((), nearest, turned, starts)
 
     def _starts(self, rng: "np.random.Generator", count: int) -> Array:
         """The start itself, some around it, and others anywhere within a turn, or within reach (k × free)."""
@@ -513,7 +513,7 @@ def _given(given: ClosureSearch) -> Closed:
     return closed
 
 
-def _not_closed(sought: ClosureSearch, found: Found) -> str:
+def _not_closed(sought: ClosureSearch, found: AssemblyResult) -> str:
     """No configuration was found, or none on the branch that is meant."""
     start, names = sought.start, [q.name for q in sought.level.manifold.system.coordinates]
     if found.turned:

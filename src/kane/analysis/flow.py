@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from kane.analysis.local import Outputs, Run, Slopes, Values, answers, coded, slopes_at, solver, values_at
+from kane.analysis.local import Outputs, RoutineSource, Slopes, Values, answers, coded, slopes_at, solver, values_at
 from kane.analysis.perturbations import Tangents, in_numbers, perturbations, spread, tangents, turning, turning_rates
 from kane.analysis.state_checks import StateArrays, check_kinetic_energy, open_shares
 from kane.dynamics.constraints.partition import quality
@@ -97,7 +97,7 @@ class Flow:
     """
 
     numeric: Numeric[Equations]
-    run: Run
+    run: RoutineSource
     state: StateArrays
     choice: Preference
     values: Values
@@ -134,7 +134,7 @@ def flow_at(
     numeric: Numeric[Equations],
     state: StateArrays,
     choice: Preference,
-    run: Run | None = None,
+    run: RoutineSource | None = None,
     known: Flow | None = None,
 ) -> Flow:
     """F and its derivatives at a state on the constraints, by compiled code unless something else is to `run`.

@@ -44,14 +44,14 @@ _TINY = np.finfo(float).tiny
 R_co = TypeVar("R_co")
 
 
-class Run(Protocol):
+class RoutineSource(Protocol):
     """What evaluates the equations: run(make, *arguments) is the routine of the bundle make(equations, *arguments)."""
 
     def __call__(self, make: Callable[..., Bundle[R_co]], *arguments: Any) -> Callable[..., R_co]:
         """The routine, a function of numbers for its ports."""
 
 
-def coded(numeric: Numeric[Equations]) -> Run:
+def coded(numeric: Numeric[Equations]) -> RoutineSource:
     """By compiled code."""
     numeric.compile(values, slopes)
     return numeric.routine
@@ -126,12 +126,12 @@ def _residual_slopes(eom: Equations, u: Unsolved, symbols: Sequence[Symbol]) -> 
     return Matrix([*(own + rest.take(range(n))).rows, *rest.rows[n:]], rest.shape)
 
 
-def values_at(run: Run, state: StateArrays) -> Values:
+def values_at(run: RoutineSource, state: StateArrays) -> Values:
     """K and k, and what the state must satisfy."""
     return run(values)(*state.arguments)
 
 
-def slopes_at(run: Run, state: StateArrays, z: Array, *by: Symbol) -> Slopes:
+def slopes_at(run: RoutineSource, state: StateArrays, z: Array, *by: Symbol) -> Slopes:
     """Derivatives in the symbols `by`, without any in q, u, a and the inputs."""
     return run(slopes, *by)(*state.arguments, z)
 

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from kane.analysis.flow import Flow, flow_at, output_slopes
-from kane.analysis.local import Outputs, Run, SwitchValues, all_switches, turning, unknowns
+from kane.analysis.local import Outputs, RoutineSource, SwitchValues, all_switches, turning, unknowns
 from kane.analysis.state_checks import StateArrays
 from kane.dynamics.readings.unsolved import unsolved
 from kane.equations.compiled import Numeric, ports
@@ -47,7 +47,7 @@ class SidedBundles:
         self._memo: dict[Expr, Expr] = {}
         self._runs: dict[Any, Callable[..., Any]] = {}
 
-    def on(self, signs: Signs) -> Run:
+    def on(self, signs: Signs) -> RoutineSource:
         """What evaluates them on one side."""
 
         def run(make: Callable[..., Bundle[R]], *arguments: Any) -> Callable[..., R]:
@@ -140,7 +140,7 @@ def _patterns(count: int) -> list[Signs]:
     return rows
 
 
-def _piece(corner: Corner, signs: Signs, run: Run) -> Piece | None:
+def _piece(corner: Corner, signs: Signs, run: RoutineSource) -> Piece | None:
     """The piece, None where no motion leads into it; what it tends to where it has no derivative at the corner itself."""
     state = corner.flow.state
     first = _built(corner, state, signs, run)
@@ -175,7 +175,7 @@ def _limit(series: Sequence[Array]) -> Array:
     return np.where(np.abs(limit) <= SIX_DIGITS * np.abs(first), 0.0, limit)
 
 
-def _built(corner: Corner, state: StateArrays, signs: Signs, run: Run) -> Piece | None:
+def _built(corner: Corner, state: StateArrays, signs: Signs, run: RoutineSource) -> Piece | None:
     flow = corner.flow
     with np.errstate(invalid="ignore"):
         try:

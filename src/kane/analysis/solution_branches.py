@@ -17,14 +17,14 @@ from kane.analysis.differentiable import Side
 from kane.analysis.linear import Linear
 from kane.analysis.linearization import Linearizer, linearizer
 from kane.analysis.operating_point import closed, state_from, warn_of_beams, warn_of_contacts
-from kane.analysis.steady_conditions import Measured, Problem
+from kane.analysis.steady_conditions import ScaledConditions, SteadyProblem
 from kane.analysis.trimming import null_space, problem, solve_problem, undetermined
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations, check_equations
 from kane.equations.state import GROUPS, State, StateValues, by_keyword, state_of
 from kane.errors import Attributes, CornerError, SimulationError, ValueMissingError, none_of, warn
 from kane.expr.symbols import Symbol
-from kane.numeric.arclength import Curve, Path
+from kane.numeric.arclength import ImplicitCurve, Path
 from kane.numeric.arrays import Array, Complex
 from kane.numeric.scale import ROUNDED, ROUNDED_ROOT, SOLVED
 from kane.program.native.machine import Settings
@@ -226,7 +226,7 @@ def continuation(
     with working("Following the branch"):
         start = solve_problem(task, SOLVED)
         unknowns = _unknowns(task, place, start, float(wanted[-1] - wanted[0]))
-        curve, y = Curve(unknowns), start[list(unknowns.places)] / unknowns.columns
+        curve, y = ImplicitCurve(unknowns), start[list(unknowns.places)] / unknowns.columns
         path = curve.follow(y, wanted / unknowns.columns[-1], max_points, unknowns.last)
         branch = _branch(unknowns, curve, path, linearizer(eom, outputs=outputs, settings=settings), independent)
     warn_of_beams(eom, branch.points)
@@ -250,7 +250,7 @@ def _problem(
     given: State,
     moving: Sequence[Any],
     independent: Sequence[Any],
-) -> tuple[Problem, int]:
+) -> tuple[SteadyProblem, int]:
     eom = numeric.equations
     name = symbol.name if isinstance(symbol, Symbol) else symbol
     kinds: dict[str, tuple[Symbol, ...]] = {k: getattr(eom, GROUPS[k]) for k in ("q", "u", "parameters", "inputs")}
@@ -267,7 +267,7 @@ def _problem(
     raise ValueMissingError(f"Expected a value of the system to change, one of {none_of(names, symbol)}")
 
 
-def _unknowns(task: Problem, place: int, start: Array, span: float) -> Measured:
+def _unknowns(task: SteadyProblem, place: int, start: Array, span: float) -> ScaledConditions:
     """What is solved for and, last, the value that changes, whose range counts 1; unknowns that nothing depends on stay."""
     expected, came = "values that leave one branch", "a family: {} can take other values at the start"
     cure = "Give some of them as numbers."
@@ -294,7 +294,9 @@ def _linear(lin: Linearizer, point: State, independent: Sequence[Any], side: Cal
             raise error from None
 
 
-def _branch(unknowns: Measured, curve: Curve, path: Path, lin: Linearizer, independent: Sequence[Any]) -> Branch:
+def _branch(
+    unknowns: ScaledConditions, curve: ImplicitCurve, path: Path, lin: Linearizer, independent: Sequence[Any]
+) -> Branch:
     conditions, scale = unknowns.conditions, float(unknowns.columns[-1])
     kept = {conditions.perturbed.names[i] for i in conditions.constant}
     states = len(conditions.eom.state)

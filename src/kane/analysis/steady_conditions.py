@@ -170,7 +170,7 @@ def _unit(s: Symbol | None) -> str:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Measured:
+class ScaledConditions:
     """F over the sizes of its `rows` and ∂F/∂Y, of Y = X at `places` over the sizes of its `columns`: the same in any units.
 
     The other X stay as at the `start`.
@@ -199,7 +199,7 @@ class Measured:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Problem:
+class SteadyProblem:
     """Conditions, a start X, and which entries of X may move; `missing` are those that were left out.
 
     `measured` are the conditions over their sizes at the start.
@@ -209,7 +209,7 @@ class Problem:
     start: Array
     free: tuple[int, ...]
     missing: tuple[int, ...]
-    measured: Measured
+    measured: ScaledConditions
 
     @property
     def mattering(self) -> tuple[int, ...]:

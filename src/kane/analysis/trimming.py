@@ -24,7 +24,7 @@ from kane.analysis.many.trimmed import followed as followed_from
 from kane.analysis.operating_point import closed, state_from, warn_of_contacts
 from kane.analysis.perturbations import perturbations
 from kane.analysis.state_checks import entries
-from kane.analysis.steady_conditions import Conditions, Measured, Problem, shares
+from kane.analysis.steady_conditions import Conditions, ScaledConditions, SteadyProblem, shares
 from kane.dynamics.constraints.manifold import branches, turned_closures
 from kane.equations.compiled import Numeric
 from kane.equations.equations import Equations, check_equations
@@ -56,7 +56,7 @@ def conditions(
     further: set[int] = set()
     steady = set(range(len(eom.speeds)))
     _, rows, columns = bare.sizes(start)
-    measured = Measured(bare, rows, columns, start, range(len(start)))
+    measured = ScaledConditions(bare, rows, columns, start, range(len(start)))
     for seed in _NEAR:
         y = start / columns
         y[:width] += [draw(seed, s, -0.1, 0.1) for s in symbols[:width]]
@@ -112,7 +112,9 @@ def _matter(flow: Flow) -> Mask:
 _TRIES = 12
 
 
-def problem(numeric: Numeric[Equations], given: State, moving: Sequence[Any], independent: Sequence[Any]) -> Problem:
+def problem(
+    numeric: Numeric[Equations], given: State, moving: Sequence[Any], independent: Sequence[Any]
+) -> SteadyProblem:
     """What is to be solved, from what a state gives, guesses and leaves out."""
     eom, perturbed = numeric.equations, numeric.value(perturbations)
     defaults = {p: p.default for p in eom.parameters if p.default is not None}
@@ -137,8 +139,8 @@ def problem(numeric: Numeric[Equations], given: State, moving: Sequence[Any], in
     unknown = [n for n in names if n not in perturbed.names and n not in {s.name for s in (*eom.speeds, *eom.states)}]
     expect.none(unknown, "moving= to name coordinates, speeds or states", error=ValueMissingError)
     held = conditions(numeric, float(given.t), x, choice_of(numeric, independent), names)
-    measured = Measured(held, *held.sizes(x)[1:], x, range(len(x)))
-    return Problem(held, x, tuple(free), tuple(missing), measured)
+    measured = ScaledConditions(held, *held.sizes(x)[1:], x, range(len(x)))
+    return SteadyProblem(held, x, tuple(free), tuple(missing), measured)
 
 
 @by_keyword
@@ -189,7 +191,7 @@ def trim(
         return _found(problem(numeric, state_of(state, **values), moving, independent), tolerance)
 
 
-def _found(task: Problem, tolerance: float) -> State:
+def _found(task: SteadyProblem, tolerance: float) -> State:
     """The steady motion of a problem."""
     numeric, x = task.conditions.numeric, solve_problem(task, tolerance)
     expected, came = "values that determine the steady motion", "too few: {} can still take other values"
@@ -205,7 +207,7 @@ def _found(task: Problem, tolerance: float) -> State:
 def _of_many(many: Poses, numeric: Numeric[Equations], options: tuple[Sequence[Any], Sequence[Any], float]) -> Any:
     """Those of many states as a Dataset, on the branch of the first."""
     moving, independent, tolerance = options
-    last: dict[int, Problem] = {}
+    last: dict[int, SteadyProblem] = {}
 
     def alone(k: int) -> State:
         last.clear()
@@ -238,7 +240,7 @@ def equilibrium(
     return trim(eom, replace(given, u=dict.fromkeys(eom.speeds, 0.0)), tolerance=tolerance, settings=settings)
 
 
-def solve_problem(task: Problem, tolerance: float) -> Array:
+def solve_problem(task: SteadyProblem, tolerance: float) -> Array:
     """X by Gauss–Newton from the start; where something was left out and that fails, from other starts for it.
 
     A SimulationError says what remains where there is none.
@@ -263,7 +265,7 @@ def solve_problem(task: Problem, tolerance: float) -> Array:
     return x
 
 
-def _plain(task: Problem, best: Closed) -> Array:
+def _plain(task: SteadyProblem, best: Closed) -> Array:
     """Y with what is zero but for rounding made zero: where nothing else has a size, no number is small."""
     free = np.array(task.free, dtype=int)
     tiny = free[np.abs(best.x[free]) <= ROUNDED_CHAIN]
@@ -288,7 +290,7 @@ def _astray(conditions: Conditions) -> Callable[[Array], Array]:
     return angles
 
 
-def _failed(task: Problem, residual: Array, shares: Array, steps: int) -> str:
+def _failed(task: SteadyProblem, residual: Array, shares: Array, steps: int) -> str:
     labels = task.conditions.labels
     order = np.argsort(-shares, kind="stable")
     worst = [(*labels[i], residual[i]) for i in order[:4] if shares[i] > 1e-3 * shares.max()]
@@ -300,13 +302,13 @@ def _failed(task: Problem, residual: Array, shares: Array, steps: int) -> str:
     )
 
 
-def null_space(task: Problem, x: Array) -> Array:
+def null_space(task: SteadyProblem, x: Array) -> Array:
     """Directions of the free entries in which the conditions stay satisfied, one a row (k × free)."""
     _, j = task.measured(x / task.measured.columns)
     return singular(level(j[:, list(task.free)])).kernel(STATE_RANK)
 
 
-def undetermined(task: Problem, x: Array, among: Sequence[int]) -> list[str]:
+def undetermined(task: SteadyProblem, x: Array, among: Sequence[int]) -> list[str]:
     """Entries of X among those given that matter and are not determined."""
     if not task.free:
         return []

@@ -6,13 +6,13 @@ from kane.lazy_imports import offered
 __getattr__ = offered(
     __name__,
     {
-        "problem": "ContactProblem Mode contact_problem",
+        "problem": "ContactProblem ContactStatus contact_problem",
         "cones": "Block least_forces projected",
-        "equations": "ModeSolution",
+        "mode_solution": "ModeSolution",
         "enumeration": "enumerated",
         "iteration": "iterated",
-        "choice": "Choice Count choose jamming",
-        "routh": "Impact Law Phase impact",
+        "choice": "ModeChoice SolutionCount choose jamming",
+        "routh": "ContactImpact Law ImpactPhase impact",
         "several": "Hit Impacts Rule impacts",
     },
 )

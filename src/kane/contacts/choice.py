@@ -17,10 +17,10 @@ from enum import Enum
 
 import numpy as np
 
-from kane.contacts.enumeration import Found, canonical, enumerated, few
-from kane.contacts.equations import ModeSolution, solve
+from kane.contacts.enumeration import ModeSolutions, canonical, enumerated, few
 from kane.contacts.iteration import iterated
-from kane.contacts.problem import ContactProblem, Mode
+from kane.contacts.mode_solution import ModeSolution, solve
+from kane.contacts.problem import ContactProblem, ContactStatus
 from kane.contacts.uniqueness import unique
 from kane.errors import ArgumentError, ContactError
 from kane.expect import that
@@ -28,7 +28,7 @@ from kane.numeric.arrays import Array, Mask
 from kane.numeric.scale import EQUAL
 
 
-class Count(Enum):
+class SolutionCount(Enum):
     """How many answers there are, in accelerations; UNKNOWN where not all were looked for, or accelerations are not determined."""
 
     ONE = "one"
@@ -37,7 +37,7 @@ class Count(Enum):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Choice:
+class ModeChoice:
     """The modes of all contacts.
 
     Attributes
@@ -49,12 +49,12 @@ class Choice:
     """
 
     solution: ModeSolution
-    count: Count
+    count: SolutionCount
     others: tuple[ModeSolution, ...]
     jams: tuple[int, ...]
 
     @property
-    def modes(self) -> tuple[Mode, ...]:
+    def modes(self) -> tuple[ContactStatus, ...]:
         """What each contact does."""
         return self.solution.modes
 
@@ -79,7 +79,7 @@ class Choice:
         return self.solution.rank == self.solution.unknowns
 
 
-def choose(problem: ContactProblem, before: Sequence[Mode] | None = None) -> Choice:
+def choose(problem: ContactProblem, before: Sequence[ContactStatus] | None = None) -> ModeChoice:
     """The consistent modes of contacts that touch, where gaps and their rates are zero.
 
     Parameters
@@ -101,26 +101,26 @@ def choose(problem: ContactProblem, before: Sequence[Mode] | None = None) -> Cho
         "Leave them out where they are not known.",
         error=ArgumentError,
     )
-    met: list[Found] = []
+    met: list[ModeSolutions] = []
     path = next(_rounds(problem, problem.static, before, met), None)
     if path is None:
         raise ContactError(_none(problem, all(found.complete for found in met)))
     *_, (_, solution) = path
     others = next((tuple(s for s in f.solutions if s is not taken) for f, taken in path if len(f.solutions) > 1), ())
     certain = all(found.complete for found in met) and all(taken.determined for _, taken in path)
-    count = Count.SEVERAL if others else Count.ONE if certain else Count.UNKNOWN
-    return Choice(solution, count, others, jamming(problem))
+    count = SolutionCount.SEVERAL if others else SolutionCount.ONE if certain else SolutionCount.UNKNOWN
+    return ModeChoice(solution, count, others, jamming(problem))
 
 
 def _rounds(
-    problem: ContactProblem, friction: Array, before: Sequence[Mode] | None, met: list[Found]
-) -> Iterator[tuple[tuple[Found, ModeSolution], ...]]:
+    problem: ContactProblem, friction: Array, before: Sequence[ContactStatus] | None, met: list[ModeSolutions]
+) -> Iterator[tuple[tuple[ModeSolutions, ModeSolution], ...]]:
     """What was found in each round, and what was taken of it, what is to be preferred first."""
     found = _answers(problem.with_friction(friction))
     met.append(found)
     pressed = problem.slides & (wedging(problem) < 0)
     for solution in sorted(found.solutions, key=lambda s: _rank(s, before, found.solutions, pressed)):
-        slips = np.array([m is Mode.FRESH_SLIP for m in solution.modes])
+        slips = np.array([m is ContactStatus.FRESH_SLIP for m in solution.modes])
         new = slips & (friction > problem.kinetic)
         if new.any():
             for later in _rounds(problem, np.where(new, problem.kinetic, friction), before, met):
@@ -129,38 +129,41 @@ def _rounds(
             yield ((found, solution),)
 
 
-def _answers(one: ContactProblem) -> Found:
+def _answers(one: ContactProblem) -> ModeSolutions:
     """Answers with one coefficient a contact: all of few contacts, one of many or where friction is too small for several."""
     sole = unique(one)
     if few(one) and not sole:
         return enumerated(one)
     if sole:  # all open, or all are closed and none begins to slip?
         leave = bool((one.normals(one.bias) >= 0).all())
-        modes = [Mode.OPEN if leave else Mode.SLIP if slides else Mode.STICK for slides in one.slides]
+        modes = [
+            ContactStatus.OPEN if leave else ContactStatus.SLIP if slides else ContactStatus.STICK
+            for slides in one.slides
+        ]
         at_once = solve(one, modes, one.directions)
         if at_once.consistent:
-            return Found((canonical(one, at_once, least=True),), True)
+            return ModeSolutions((canonical(one, at_once, least=True),), True)
     solution = iterated(one)
     if solution is None:
-        return enumerated(one) if few(one) else Found((), False)
-    return Found((canonical(one, solution),), sole)
+        return enumerated(one) if few(one) else ModeSolutions((), False)
+    return ModeSolutions((canonical(one, solution),), sole)
 
 
 def _rank(
-    solution: ModeSolution, before: Sequence[Mode] | None, every: Sequence[ModeSolution], pressed: Mask
+    solution: ModeSolution, before: Sequence[ContactStatus] | None, every: Sequence[ModeSolution], pressed: Mask
 ) -> tuple[int, ...]:
     """Smaller for what is to be preferred; forces by how many have less but for rounding; `pressed` are slips that jam (k)."""
-    diverges = any(m is Mode.SLIP and jams for m, jams in zip(solution.modes, pressed, strict=True))
+    diverges = any(m is ContactStatus.SLIP and jams for m, jams in zip(solution.modes, pressed, strict=True))
     goes_on = before is not None and all(_continues(m, n) for m, n in zip(solution.modes, before, strict=True))
-    closed = sum(m is not Mode.OPEN for m in solution.modes)
-    sticks = sum(m is Mode.STICK for m in solution.modes)
+    closed = sum(m is not ContactStatus.OPEN for m in solution.modes)
+    sticks = sum(m is ContactStatus.STICK for m in solution.modes)
     forces = sum(bool((1 + EQUAL) * (s.forces @ s.forces) < solution.forces @ solution.forces) for s in every)
     return diverges, not goes_on, forces, -closed, -sticks
 
 
-def _continues(mode: Mode, before: Mode) -> bool:
+def _continues(mode: ContactStatus, before: ContactStatus) -> bool:
     """Whether a contact does what it did."""
-    return mode is before or {mode, before} == {Mode.SLIP, Mode.FRESH_SLIP}
+    return mode is before or {mode, before} == {ContactStatus.SLIP, ContactStatus.FRESH_SLIP}
 
 
 def wedging(problem: ContactProblem) -> Array:

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.contacts.angles import one_direction, two_directions
-from kane.contacts.equations import ModeSolution, equations, labelled, linear, solve
-from kane.contacts.problem import ContactProblem, Mode
+from kane.contacts.mode_solution import ModeSolution, equations, labelled, linear, solve
+from kane.contacts.problem import ContactProblem, ContactStatus
 from kane.errors import ArgumentError
 from kane.expect import that
 from kane.numeric.arrays import Array
@@ -28,7 +28,7 @@ _SAME = 1e3
 """Errors up to which accelerations are the same."""
 
 
-class Found(NamedTuple):
+class ModeSolutions(NamedTuple):
     """Solutions with different accelerations, and whether these are all."""
 
     solutions: tuple[ModeSolution, ...]
@@ -41,7 +41,7 @@ def few(problem: ContactProblem) -> bool:
     return free <= _BEGIN[problem.dimension] and 2**slide * (4 if plane else 3) ** free <= _MODES
 
 
-def enumerated(problem: ContactProblem) -> Found:
+def enumerated(problem: ContactProblem) -> ModeSolutions:
     """Every solution of a problem with one coefficient a contact (`with_friction`); an ArgumentError where there are too many."""
     that(few(problem), "few contacts to count modes of", problem.count, "Take `choose`.", error=ArgumentError)
     found, complete = list[ModeSolution](), True
@@ -50,7 +50,7 @@ def enumerated(problem: ContactProblem) -> Found:
         complete = complete and (solution.certain or solution.consistent)
         if solution.consistent and not any(same(solution, other) for other in found):
             found.append(canonical(problem, solution, least=True))
-    return Found(tuple(found), complete)
+    return ModeSolutions(tuple(found), complete)
 
 
 def same(a: ModeSolution, b: ModeSolution) -> bool:
@@ -77,12 +77,16 @@ def canonical(problem: ContactProblem, solution: ModeSolution, least: bool = Fal
     return solution
 
 
-def _modes(problem: ContactProblem) -> Iterator[tuple[tuple[Mode, ...], Array]]:
+def _modes(problem: ContactProblem) -> Iterator[tuple[tuple[ContactStatus, ...], Array]]:
     """Modes of all contacts, with directions of slip."""
     plane = problem.dimension == 2
-    begins = ((Mode.FRESH_SLIP, 1.0), (Mode.FRESH_SLIP, -1.0)) if plane else ((Mode.FRESH_SLIP, 0.0),)
-    rest = ((Mode.OPEN, 0.0), (Mode.STICK, 0.0), *begins)
-    choices = [((Mode.OPEN, 0.0), (Mode.SLIP, 0.0)) if slides else rest for slides in problem.slides]
+    begins = (
+        ((ContactStatus.FRESH_SLIP, 1.0), (ContactStatus.FRESH_SLIP, -1.0))
+        if plane
+        else ((ContactStatus.FRESH_SLIP, 0.0),)
+    )
+    rest = ((ContactStatus.OPEN, 0.0), (ContactStatus.STICK, 0.0), *begins)
+    choices = [((ContactStatus.OPEN, 0.0), (ContactStatus.SLIP, 0.0)) if slides else rest for slides in problem.slides]
     for choice in product(*choices):
         modes = tuple(mode for mode, _ in choice)
         if plane:
@@ -93,14 +97,16 @@ def _modes(problem: ContactProblem) -> Iterator[tuple[tuple[Mode, ...], Array]]:
                 yield modes, directions
 
 
-def _directions(problem: ContactProblem, modes: tuple[Mode, ...]) -> Iterator[Array]:
+def _directions(problem: ContactProblem, modes: tuple[ContactStatus, ...]) -> Iterator[Array]:
     """Directions that fresh slip in space may have in a mode, the forces of other contacts eliminated."""
-    fresh = [i for i, mode in enumerate(modes) if mode is Mode.FRESH_SLIP]
+    fresh = [i for i, mode in enumerate(modes) if mode is ContactStatus.FRESH_SLIP]
     if not fresh:
         yield problem.directions
         return
     rows = np.array([3 * i + j for i in fresh for j in range(3)])
-    others = equations(problem, [Mode.OPEN if i in fresh else m for i, m in enumerate(modes)], problem.directions)
+    others = equations(
+        problem, [ContactStatus.OPEN if i in fresh else m for i, m in enumerate(modes)], problem.directions
+    )
     at = linear(problem, others)
     w = problem.mobility[np.ix_(rows, rows)] - at.rates[rows] @ at.inverse @ problem.mobility[np.ix_(others.rows, rows)]
     b, mu = at.a[rows], problem.kinetic[fresh]

@@ -13,9 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from kane.contacts.equations import ModeSolution, solve
 from kane.contacts.lemke import faceted
-from kane.contacts.problem import ContactProblem, Mode
+from kane.contacts.mode_solution import ModeSolution, solve
+from kane.contacts.problem import ContactProblem, ContactStatus
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EQUAL, ROUNDED, ROUNDED_CHAIN, ROUNDED_ROOT
 
@@ -127,18 +127,18 @@ def _exact(problem: ContactProblem, forces: Array) -> ModeSolution | None:
         if solution.consistent:
             return solution
         worst = int(np.argmin(solution.margins))
-        if not np.isfinite(solution.margins[worst]) or modes[worst] is Mode.OPEN:
+        if not np.isfinite(solution.margins[worst]) or modes[worst] is ContactStatus.OPEN:
             return None
-        if modes[worst] is Mode.FRESH_SLIP:
-            modes[worst] = Mode.STICK
+        if modes[worst] is ContactStatus.FRESH_SLIP:
+            modes[worst] = ContactStatus.STICK
         elif problem.normals(solution.forces)[worst] < 0:
-            modes[worst] = Mode.OPEN
+            modes[worst] = ContactStatus.OPEN
         else:
             return None
     return None
 
 
-def _read(problem: ContactProblem, forces: Array) -> tuple[list[Mode], Array]:
+def _read(problem: ContactProblem, forces: Array) -> tuple[list[ContactStatus], Array]:
     """Modes and directions of slip by forces that are nearly right."""
     a = problem.mobility @ forces + problem.bias
     force, acceleration = np.abs(forces).max(initial=0), np.abs(problem.bias).max(initial=0)
@@ -148,6 +148,10 @@ def _read(problem: ContactProblem, forces: Array) -> tuple[list[Mode], Array]:
         (gap > ROUNDED_ROOT * acceleration) | (normal <= ROUNDED_CHAIN * force)
     )
     rests = length <= ROUNDED_ROOT * acceleration
-    kinds = np.select([leaves, problem.slides, rests], [Mode.OPEN, Mode.SLIP, Mode.STICK], Mode.FRESH_SLIP)
+    kinds = np.select(
+        [leaves, problem.slides, rests],
+        [ContactStatus.OPEN, ContactStatus.SLIP, ContactStatus.STICK],
+        ContactStatus.FRESH_SLIP,
+    )
     directions = tangential / np.where(length > 0, length, 1.0)[:, None]
-    return list(map(Mode, kinds.tolist())), np.where(problem.slides[:, None], problem.directions, directions)
+    return list(map(ContactStatus, kinds.tolist())), np.where(problem.slides[:, None], problem.directions, directions)

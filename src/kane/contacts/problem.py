@@ -21,7 +21,7 @@ from kane.numeric.arrays import Array, Mask, first_index
 from kane.numeric.scale import DECLARED, GIVEN
 
 
-class Mode(IntEnum):
+class ContactStatus(IntEnum):
     """What a contact does from this instant on.
 
     OPEN: it leaves, N = 0 and a_n ≥ 0. STICK: a = 0 and |F| ≤ μ_s N. FRESH_SLIP: it begins to slip, a_n = 0 and F = −μ N a_t/|a_t|.

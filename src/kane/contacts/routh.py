@@ -40,7 +40,7 @@ class Law(Enum):
     STRONGE = "energy"
 
 
-class Phase(Enum):
+class ImpactPhase(Enum):
     """What the contact does on the way."""
 
     SLIP = "slip"
@@ -49,7 +49,7 @@ class Phase(Enum):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Impact:
+class ContactImpact:
     """What an impact of one contact does.
 
     Attributes
@@ -64,7 +64,7 @@ class Impact:
     velocity: Array
     impulse: Array
     energy: float
-    phases: tuple[Phase, ...]
+    phases: tuple[ImpactPhase, ...]
     law: Law
 
 
@@ -121,7 +121,7 @@ def impact(
     friction: float,
     restitution: float,
     law: Law = Law.STRONGE,
-) -> Impact:
+) -> ContactImpact:
     """The velocity of a contact after an impact; without approach, v_n = 0, where friction presses it further in.
 
     Parameters
@@ -175,26 +175,26 @@ def warn_of_gain(energy: float, terms: float, law: Law) -> None:
         )
 
 
-def routh(w: Array, v: Array, mu: float, e: float, law: Law) -> Impact:
+def routh(w: Array, v: Array, mu: float, e: float, law: Law) -> ContactImpact:
     """The process itself, unchecked."""
     slip = (
         v[1:] if np.linalg.norm(v[1:]) > 0 else np.zeros_like(v[1:])
     )  # none where its square is too small for a number
-    end, at, phases, done = _End(law, e, float(v[0])), _Course(float(v[0]), slip.copy()), list[Phase](), False
+    end, at, phases, done = _End(law, e, float(v[0])), _Course(float(v[0]), slip.copy()), list[ImpactPhase](), False
     if at.tangential.any():
-        phases.append(Phase.SLIP)
+        phases.append(ImpactPhase.SLIP)
         if len(v) == 3:
             at, done = _turning(w, mu, end, at)
         if not done and at.tangential.any():
             at, done = _slipping(w, mu, end, at)
     if not done:
         sticks, slope, rate = _from_rest(w, mu)
-        phases.append(Phase.STICK if sticks else Phase.SLIP_AGAIN)
+        phases.append(ImpactPhase.STICK if sticks else ImpactPhase.SLIP_AGAIN)
         at = _wedged(at, v) if slope <= ROUNDED_SUM * w[0, 0] else _straight(end, at, slope, rate, math.inf)[0]
     after = np.concatenate([[at.normal], at.tangential])
     friction = np.linalg.lstsq(w[1:, 1:], after[1:] - v[1:] - w[1:, 0] * at.impulse, rcond=ROUNDED)[0]
     impulse = np.concatenate([[at.impulse], friction])
-    return Impact(after, impulse, float(impulse @ (v + after)) / 2, tuple(phases), law)
+    return ContactImpact(after, impulse, float(impulse @ (v + after)) / 2, tuple(phases), law)
 
 
 def _wedged(at: _Course, v: Array) -> _Course:

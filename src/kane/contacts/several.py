@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.contacts.choice import Choice, choose
+from kane.contacts.choice import ModeChoice, choose
 from kane.contacts.problem import ContactProblem, contact_problem, numbers
-from kane.contacts.routh import Impact, Law, check_laws, routh, warn_of_gain
+from kane.contacts.routh import ContactImpact, Law, check_laws, routh, warn_of_gain
 from kane.errors import ArgumentError
 from kane.expect import is_number, that
 from kane.numeric.arrays import Array, Entries
@@ -41,7 +41,7 @@ class Hit(NamedTuple):
     """An impact of a sequence."""
 
     contact: int
-    impact: Impact
+    impact: ContactImpact
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,7 +63,7 @@ class Impacts:
     impulse: Array
     energy: float
     hits: tuple[Hit, ...]
-    at_once: Choice | None
+    at_once: ModeChoice | None
     rule: Rule
     law: Law
 
@@ -147,7 +147,7 @@ def _together(problem: ContactProblem, e: Array) -> Impacts:
     return Impacts(v, p, float(p @ (problem.bias + v)) / 2, (), first, Rule.SIMULTANEOUS, Law.NEWTON)
 
 
-def _thrown(problem: ContactProblem, v: Array, terms: Array, e: Array, parts: Entries) -> Choice:
+def _thrown(problem: ContactProblem, v: Array, terms: Array, e: Array, parts: Entries) -> ModeChoice:
     """The impulses of some contacts at once, v_n⁺ ≥ −e v_n⁻."""
     d = problem.dimension
     rows = (d * parts[:, None] + np.arange(d)).ravel()

@@ -27,8 +27,8 @@ __getattr__ = offered(
         "formulation.carried": "regrouped",
         "formulation.recursive": "WAYS by_recursion carrying",
         "formulation.table": "FINISHES shortest shortest_in_given_speeds tree_with_reactions",
-        "formulation.speeds": "absolute by_mass_centre",
-        "formulation.equations": (
+        "formulation.change_of_speeds": "absolute by_mass_centre",
+        "formulation.classical": (
             "about_points_at_rest block_solution classical embedded embedded_motions holds_reactions homogeneous power squares "
             "unguarded_classical"
         ),

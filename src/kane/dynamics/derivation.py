@@ -20,7 +20,7 @@ from kane.expr.build import add, sub, sum_of
 from kane.expr.differentiation import Affine, affine_forms, time_derivative
 from kane.expr.evaluation import Prices, free_symbols
 from kane.expr.matrix import Matrix
-from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.node import ONE, ZERO, Expr, Exprs
 from kane.expr.ops import Immutable
 from kane.expr.symbols import AuxiliarySpeed, Reaction, Speed, StateVariable, Symbol, Symbols
 from kane.kinematics.aligned import AS_DECLARED, Aligned, aligned_bases
@@ -156,7 +156,6 @@ def _free_rate(cut: Cut, kinematics: Kinematics) -> Expr:
 
 K = TypeVar("K")
 V = TypeVar("V")
-Exprs = tuple[Expr, ...]
 Pairs = dict[tuple[Expr, Expr], Expr]
 OfFrames = Mapping[Frame, Vector]
 OfPoints = Mapping[Point, Vector]

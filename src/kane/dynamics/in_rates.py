@@ -20,7 +20,7 @@ from kane.expr.build import add, mul, sub
 from kane.expr.differentiation import affine_forms, gradient, time_derivative
 from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.matrix import Matrix, dot
-from kane.expr.node import ZERO, Expr, constant
+from kane.expr.node import ZERO, Expr, Exprs, constant
 from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, rate
 from kane.expr.visit import substituted, substituting
@@ -33,8 +33,6 @@ from kane.model.declarations import constraint_rate
 from kane.numeric.sampling import SEED, values_of
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
-
-Exprs = tuple[Expr, ...]
 
 
 @dataclass(frozen=True, eq=False)

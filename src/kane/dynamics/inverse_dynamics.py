@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 
 from kane.dynamics.derivation import Derived
 from kane.dynamics.formulation.carried import falling
-from kane.dynamics.formulation.equations import holds_reactions
+from kane.dynamics.formulation.classical import holds_reactions
 from kane.dynamics.formulation.recursive import WAYS, carrying
 from kane.expr.build import add, mul, neg, sum_of
 from kane.expr.matrix import Matrix, dot
-from kane.expr.node import ONE, TWO, ZERO, Expr
+from kane.expr.node import ONE, TWO, ZERO, Expr, Exprs
 from kane.expr.symbols import rate
 from kane.kinematics.freedoms import Unsuited, changed
 from kane.kinematics.segments import joint_tree
@@ -35,8 +35,6 @@ from kane.tree.composite import (
 )
 from kane.tree.sweeps import Driven, Tree, forces, outward, rates, velocities
 from kane.tree.values import Accelerations, to_rigid
-
-Exprs = tuple[Expr, ...]
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,13 +17,13 @@ from typing import Any
 from kane import show
 from kane.dynamics.constraints.embed import Embedding, embedding, first_partition
 from kane.dynamics.constraints.manifold import numbers_near
-from kane.dynamics.derivation import Derived, Exprs, derived
+from kane.dynamics.derivation import Derived, derived
 from kane.dynamics.lazy import read
 from kane.dynamics.readings.quantities import without_rates
 from kane.errors import SpaceError, SpeedsError, cut
 from kane.expr.evaluation import free_symbols, price
 from kane.expr.matrix import Matrix
-from kane.expr.node import ZERO, Expr, as_expr
+from kane.expr.node import ZERO, Expr, Exprs, as_expr
 from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, Speed, Symbols
 from kane.kinematics.velocities import Kinematics, Motion, acceleration_form, velocity_form

@@ -17,14 +17,13 @@ from kane.expr.build import add, neg, sub
 from kane.expr.differentiation import tangent, weighted
 from kane.expr.evaluation import Prices
 from kane.expr.matrix import Matrix, dot, ldl, sparse_order
-from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.node import ONE, ZERO, Expr, Exprs
 from kane.expr.symbols import Symbol, rate
 from kane.expr.visit import substituted
 from kane.kinematics.freedoms import Unsuited, resolved
 from kane.progress import collecting_seldom
 from kane.tree.tangents import HeldFunction, tangents, total
 
-Exprs = tuple[Expr, ...]
 _SHORT = 30_000
 """Operations times columns up to which trees are differentiated as they stand, too, and the shorter form is taken."""
 

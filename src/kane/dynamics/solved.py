@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from kane.dynamics.constraints.embed import Embedding, Watch, watch
 from kane.dynamics.constraints.manifold import contacts, touches
-from kane.dynamics.derivation import Derived, Exprs
+from kane.dynamics.derivation import Derived
 from kane.dynamics.forcing import generalized_by_motion, mass_rows
 from kane.dynamics.lazy import Lately, LazyMapping, read
 from kane.expr.build import add, neg, sub
@@ -17,7 +17,7 @@ from kane.expr.evaluation import Operations, Walk, count_operations, free_symbol
 from kane.expr.forms.collect import joined
 from kane.expr.forms.shorter import shortened
 from kane.expr.matrix import Matrix
-from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.node import ONE, ZERO, Expr, Exprs
 from kane.expr.ops import Immutable
 from kane.expr.regular import Guards, Sizes, extended, factors, guarding, never_zero, size, unguarded
 from kane.expr.symbols import Speed, Symbols, rate

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kane.contacts.cones import Block, inside, least_forces
-from kane.equations.contact_modes import Touch, undetermined
+from kane.equations.mode_equations import ContactsAtState, undetermined
 from kane.model.contact_modes import Stand
 from kane.model.contacts import ContactMode, Modes
 from kane.numeric.arrays import Array
@@ -46,7 +46,7 @@ class Shares(NamedTuple):
     margin: float
 
 
-class Rows(NamedTuple):
+class StandRows(NamedTuple):
     """Rows of a stand's normals (k × r) and of its slips that are none (k_s (d − 1) × r_t) in those that hold it, and who sticks.
 
     `held` are the rows that hold it (r + r_t × kd); `columns` (kd × k + k_s (d − 1)) the forces λ by N of all and F of those that
@@ -60,7 +60,7 @@ class Rows(NamedTuple):
     columns: Array
 
 
-def rows_of(touch: Touch, stand: Stand, modes: Modes, directions: Array) -> Rows:
+def rows_of(touch: ContactsAtState, stand: Stand, modes: Modes, directions: Array) -> StandRows:
     """Those of an instant.
 
     Raises
@@ -88,10 +88,10 @@ def rows_of(touch: Touch, stand: Stand, modes: Modes, directions: Array) -> Rows
     for k, i in enumerate(stand.members):
         if modes[i].slips:
             columns[d * i + 1 : d * i + d, k] = -touch.numbers.laws[i, 1] * directions[i]
-    return Rows(g[:n, :r], g[n:, r:], sticks, rows, columns)
+    return StandRows(g[:n, :r], g[n:, r:], sticks, rows, columns)
 
 
-def shares(touch: Touch, stand: Stand, modes: Modes, rows: Rows, forces: Array) -> Shares:
+def shares(touch: ContactsAtState, stand: Stand, modes: Modes, rows: StandRows, forces: Array) -> Shares:
     """Those of a stand in a mode; `forces` (kd) are some that do what those of all contacts do at this instant."""
     d, members = touch.layout.d, list(stand.members)
     mu = touch.numbers.laws[list(rows.sticks), 0]
@@ -138,7 +138,7 @@ def _led(of: Array, g: Array, forces: Array) -> Array:
     return of + np.multiply.outer(forces - of @ r, r) / size if size > 0 else of
 
 
-def _what_they_do(touch: Touch, rows: Rows, k: int) -> Array:
+def _what_they_do(touch: ContactsAtState, rows: StandRows, k: int) -> Array:
     """An orthonormal basis (rows) of what forces of a stand do: of their sums and moments, or of accelerations where some slip."""
     if len(rows.sticks) == k:
         r = rows.normal.shape[1]
@@ -152,7 +152,7 @@ def _what_they_do(touch: Touch, rows: Rows, k: int) -> Array:
 
 
 def _furthest_inside(
-    touch: Touch, rows: Rows, members: Sequence[int], mu: Array, given: Array, d: int
+    touch: ContactsAtState, rows: StandRows, members: Sequence[int], mu: Array, given: Array, d: int
 ) -> tuple[Array, float] | None:
     """Forces (N, then F) that do what those given do, |F| ≤ (1 − m) μ_s (N − m N₀), N₀ a share of the mean, and m."""
     k, wide = len(members), d - 1

@@ -45,7 +45,7 @@ from kane.equations.jacobian import Jacobian, jacobian
 from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import ArgumentError, ModelError, SimulationError, none_of
 from kane.expr.matrix import Matrix
-from kane.expr.node import Expr, as_expr
+from kane.expr.node import Expr, Exprs, as_expr
 from kane.expr.ops import Immutable
 from kane.expr.symbols import AuxiliarySpeed, Coordinate, Input, Parameter, Rate, Speed
 from kane.expr.visit import remembering
@@ -66,7 +66,6 @@ from kane.space.vector import Vector
 
 V = TypeVar("V")
 _SETTINGS = Settings()
-Exprs = tuple[Expr, ...]
 Values = Mapping[Any, Any] | Sequence[Any] | npt.NDArray[Any]
 
 

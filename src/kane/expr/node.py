@@ -425,6 +425,7 @@ def constant_value(node: Expr) -> Number | None:
 
 pi = intern_node(PI)
 ZERO, ONE, TWO = constant(0), constant(1), constant(2)
+Exprs = tuple[Expr, ...]
 
 
 EPS = 2.0**-52

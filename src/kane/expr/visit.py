@@ -153,13 +153,13 @@ P = ParamSpec("P")
 Result = TypeVar("Result")
 
 
-class _Scope(threading.local):
+class _DerivationMemo(threading.local):
     """What the derivation of this thread has found, by function and arguments; None outside of one."""
 
     found: dict[tuple[Any, ...], Any] | None = None
 
 
-_scope = _Scope()
+_scope = _DerivationMemo()
 
 
 @contextmanager

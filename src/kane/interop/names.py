@@ -3,7 +3,7 @@
 
 from collections.abc import Iterable
 
-from kane.program.emit.names import numbered, word
+from kane.program.emit.identifiers import numbered, word
 
 
 class FreeNames:

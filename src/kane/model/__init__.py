@@ -6,7 +6,7 @@ from kane.lazy_imports import offered
 __getattr__ = offered(
     __name__,
     {
-        "beams.shapes": "FAMILIES",
+        "beams.shape_functions": "FAMILIES",
         "beams.deformation": "foreshortening moments_beyond",
         "bodies": "Part check_inertia check_mass deforming",
         "constraints": "as_constraints constraint_of cut_of",

@@ -6,7 +6,7 @@ from kane.lazy_imports import offered
 __getattr__ = offered(
     __name__,
     {
-        "constraint_kernels": "Holding holding",
+        "constraint_kernels": "KernelConstraints holding",
         "contact_motion": "ContactMotion",
         "contact_runner": "ContactRunner",
         "hybrid.automaton": "actions at_start automaton glance tendency",

@@ -12,7 +12,7 @@ from kane.dynamics.readings.quantities import without_unknowns
 from kane.equations.equations import Equations
 from kane.expr.node import Expr
 from kane.motion.hybrid.automaton import Fresh, automaton
-from kane.motion.inputs.expressions import Formula, HeldInput, Law, LawInput, driving
+from kane.motion.inputs.expressions import ControlLaw, Formula, HeldInput, LawInput, driving
 from kane.motion.inputs.functions import asked, constant, following, follows, law_of
 from kane.motion.right_hand_side import Given, Routines, derivatives, exact
 from kane.motion.steppers.context import Slot
@@ -27,7 +27,7 @@ Fill = Callable[[float, Array, Array], None]
 
 def filling(now: Routines) -> Fill:
     """What writes the inputs, in as little time as Python leaves beside the user's functions."""
-    laws: dict[Law, list[tuple[int, int]]] = {}
+    laws: dict[ControlLaw, list[tuple[int, int]]] = {}
     others: list[tuple[int, Callable[[Any], Any]]] = []
     written = any(isinstance(f, Formula) for f in now.drives)
     for k, f in enumerate(list[Any](now.drives)):

@@ -21,7 +21,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import ZERO
 from kane.expr.regular import Sizes, size
 from kane.motion.arguments import Arguments, by_kind
-from kane.motion.course import Inspection, Verdict
+from kane.motion.course import StepVerdict, Verdict
 from kane.motion.hybrid.automaton import on_their_sides, stepped
 from kane.motion.inputs.expressions import parts
 from kane.motion.kinks import Dense
@@ -134,7 +134,7 @@ def wanted(eom: Equations) -> set[Partition]:
     return set()
 
 
-class Holding:
+class KernelConstraints:
     """The constraints as a kernel takes them that has some `arguments`, and the choices of dependent speeds among which it chooses.
 
     The present one is stepped first; the others are compiled when the kernel first wants them.
@@ -228,19 +228,19 @@ class Holding:
         stepper.reach[rows, columns] = np.maximum(stepper.reach[rows, columns], self.given["held_reach"][:-1])
         self.reach = stepper.reach
 
-    def singular(self, dense: Dense, start: float, end: float, narrow: float, numbers: Numbers) -> Inspection:
+    def singular(self, dense: Dense, start: float, end: float, narrow: float, numbers: Numbers) -> StepVerdict:
         """A step, measured before, that may lead where constraints are singular; none is made shorter than `narrow`."""
         stepper, long = self.stepper, end - start > narrow
         if not numbers.finite and long:
-            return Inspection(Verdict.SHORTER)
+            return StepVerdict(Verdict.SHORTER)
         if not numbers.finite or self._poor(numbers):
-            return Inspection(Verdict.SINGULAR)
+            return StepVerdict(Verdict.SINGULAR)
         if not (stepper.jumped(numbers) or stepper.crosses(dense, start, end)):
             stepper.reach = self.reach
-            return Inspection(Verdict.TAKEN)
+            return StepVerdict(Verdict.TAKEN)
         # where speeds alone are poor others are taken, nearby: `settle`
         lost = not long or stepper.crosses(dense, start, end, rank_alone=True)
-        return Inspection(Verdict.SINGULAR if lost else Verdict.SHORTER)
+        return StepVerdict(Verdict.SINGULAR if lost else Verdict.SHORTER)
 
     def _poor(self, numbers: Numbers) -> bool:
         """Whether dependent speeds hardly follow, and no others do better."""

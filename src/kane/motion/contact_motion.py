@@ -19,11 +19,18 @@ from typing import Any
 
 import numpy as np
 
-from kane.contacts import Choice, Count, Law, Mode, Rule, impacts
-from kane.contacts.equations import solve
-from kane.equations.contact_modes import ContactModes, Layout, Touch, contact_numbers, held_together, layout
+from kane.contacts import ContactStatus, Law, ModeChoice, Rule, SolutionCount, impacts
+from kane.contacts.mode_solution import solve
 from kane.equations.contact_shares import rows_of, shares
 from kane.equations.equations import Equations
+from kane.equations.mode_equations import (
+    ContactModes,
+    ContactRows,
+    ContactsAtState,
+    contact_numbers,
+    held_together,
+    layout,
+)
 from kane.errors import KaneError, KaneWarning, SimulationError, warn
 from kane.expr.node import ZERO, Expr
 from kane.model.contact_modes import groups, stands
@@ -39,7 +46,7 @@ from kane.motion.inputs.expressions import Formula, value
 from kane.motion.inputs.functions import constant
 from kane.motion.loop import admitted_start, run, solver, whole
 from kane.motion.solution.resumed import Begin
-from kane.motion.solution.solution import Segment, Solution
+from kane.motion.solution.solution import Solution, SolutionSegment
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EQUAL, GIVEN, ROUNDED, ROUNDED_TERMS, SAME_TIME, SIX_DIGITS
@@ -64,7 +71,7 @@ class Decided:
     modes: Modes
     directions: Array
     closed: Sequence[int] = ()
-    choice: Choice | None = None
+    choice: ModeChoice | None = None
     hits: frozenset[int] = frozenset()
     stiff: bool = False
 
@@ -84,7 +91,7 @@ class ContactMotion:
         self.parameters, self.inputs = given
         self.modes_of = eom.numeric().value(ContactModes)
         self.numbers = eom.numeric(options["settings"]).routine(contact_numbers)
-        self.layout: Layout = eom.numeric().value(layout)
+        self.layout: ContactRows = eom.numeric().value(layout)
         self.contacts = eom.system.contacts
         self.p = np.array([given[0][s] for s in self.numbers.bundle.ports[2].symbols])
         self.q = len(eom.coordinates)
@@ -92,15 +99,15 @@ class ContactMotion:
         self.highest, self.fastest, self.rebound, self.slack = np.zeros((4, len(self.contacts)))
         self.brief = False  # the mode that has ended lasted no time
 
-    def touch(self, t: float, x: Array) -> Touch:
+    def touch(self, t: float, x: Array) -> ContactsAtState:
         """The contacts at an instant."""
         r = np.array([value(self.inputs[s], t, x) for s in self.numbers.bundle.ports[3].symbols])
         numbers = self.numbers(t, x, self.p, r)
-        return Touch(self.layout, numbers, x[self.q : self.q + len(self.eom.speeds)])
+        return ContactsAtState(self.layout, numbers, x[self.q : self.q + len(self.eom.speeds)])
 
     # Numbers of an instant ---------------------------------------------------------------------------------------------------
 
-    def _still(self, touch: Touch, closed: set[int], sliding: Array) -> Array:
+    def _still(self, touch: ContactsAtState, closed: set[int], sliding: Array) -> Array:
         """Directions of slip (k × d − 1), zero where there is none but for rounding."""
         result = np.zeros_like(sliding)
         for i in closed:
@@ -119,7 +126,7 @@ class ContactMotion:
         order = sorted(closed)
         touch = self.touch(t, x)
         choice = touch.choose(order, sliding, friction, [_mode(before[i], sliding[i]) for i in order])
-        if choice.count is Count.SEVERAL:
+        if choice.count is SolutionCount.SEVERAL:
             warn(
                 f"Expected one mode of the contacts at t = {t:.6g}, got {1 + len(choice.others)} that agree with the laws of "
                 f"friction. Taken was {_modes_text(self.contacts, order, choice.modes)}, which friction does not press in, goes on as "
@@ -127,15 +134,15 @@ class ContactMotion:
             )
         for n, i in enumerate(order):
             mode, c, by = choice.modes[n], self.contacts[i], self.layout.pressed_by[i]
-            if by is not None and choice.modes[order.index(by)] is Mode.OPEN:
+            if by is not None and choice.modes[order.index(by)] is ContactStatus.OPEN:
                 continue
-            if mode is Mode.OPEN:
+            if mode is ContactStatus.OPEN:
                 if c.gap is None:
                     raise SimulationError(
                         f"{c.name} opens, which the coordinates do not let it: go on with a model that has its gap as a coordinate"
                     )
                 continue
-            if mode is Mode.STICK or not c.slips:
+            if mode is ContactStatus.STICK or not c.slips:
                 modes[i] = ContactMode.STICK
                 continue
             directions[i] = choice.directions[n]
@@ -243,7 +250,7 @@ class ContactMotion:
         """The parameters of a mode: those of the motion, and the directions of its slips."""
         found: dict[Expr, float] = dict(self.parameters)
         found |= {c.slack: float(g) for c, g in zip(self.contacts, self.slack, strict=True)}
-        touch: Touch | None = None
+        touch: ContactsAtState | None = None
         for i, c in enumerate(self.contacts):
             if now.modes[i] is ContactMode.ACROSS:
                 found |= dict(zip(c.direction, now.directions[i].tolist(), strict=True))
@@ -285,7 +292,7 @@ class ContactMotion:
                     found |= dict(zip(w, more.tolist(), strict=False))
         return found, margins
 
-    def _forces(self, touch: Touch, now: Decided, ways: Array) -> Array:
+    def _forces(self, touch: ContactsAtState, now: Decided, ways: Array) -> Array:
         """Some forces (kd) that do what those of a mode do, with these directions of slip."""
         modes = now.modes
         order = [i for i, m in enumerate(modes) if m is not ContactMode.SEPARATED and self.layout.pressed_by[i] is None]
@@ -334,7 +341,7 @@ class ContactMotion:
         """The events whose thresholds a mode leaves upward at its beginning: a gap that opens or has rebounded, a slip."""
         found: dict[str, float] = {}
         decided = all(own is None or own[1] not in ("turns", "slows") for own in map(self.ends, by))
-        touch: Touch | None = None
+        touch: ContactsAtState | None = None
         for i, (c, mode) in enumerate(zip(self.contacts, now.modes, strict=True)):
             if (
                 mode is ContactMode.SEPARATED
@@ -444,7 +451,7 @@ class ContactMotion:
         return x, sliding
 
     def _brought_to_rest(
-        self, touch: Touch, x: Array, closed: set[int], back: set[int], sliding: Array
+        self, touch: ContactsAtState, x: Array, closed: set[int], back: set[int], sliding: Array
     ) -> tuple[Array, Array]:
         """The state with gaps of `closed` and `back` at rest, and slips where no `sliding` is; directions of slips, of `back`, too."""
         stuck = [n for n in closed if not sliding[n].any()]
@@ -453,7 +460,7 @@ class ContactMotion:
         still = self._still(touch, back, self.none)
         return after, np.where(still.any(axis=1, keepdims=True), still, sliding)
 
-    def _falls_back(self, touch: Touch, now: Decided, decided: Decided) -> set[int]:
+    def _falls_back(self, touch: ContactsAtState, now: Decided, decided: Decided) -> set[int]:
         """Contacts that have opened and fall again before their gaps are more than rounding: they have never been open."""
         a, v, d = touch.accelerations(decided.closed, decided.forces)[0], touch.gap_rates, self.layout.d
         result = set()
@@ -463,7 +470,7 @@ class ContactMotion:
                 result.add(n)
         return result
 
-    def _opens(self, touch: Touch, closed: set[int], below: set[int], modes: Modes) -> None:
+    def _opens(self, touch: ContactsAtState, closed: set[int], below: set[int], modes: Modes) -> None:
         """Gaps that open have left zero, where rounding, or what has closed besides and moved them `below`, says otherwise.
 
         Raises
@@ -485,17 +492,17 @@ class ContactMotion:
             elif mode is ContactMode.SEPARATED:
                 self.slack[n] = max(-gap, 0.0)
 
-    def _closes(self, touch: Touch, n: int) -> bool:
+    def _closes(self, touch: ContactsAtState, n: int) -> bool:
         """Whether a gap that is open closes at this instant, too."""
         approaches = touch.gap_rates[n] < -NOTHING * touch.velocity_terms[n * self.layout.d]
         return bool(approaches and self._touches(touch, n))
 
-    def _touches(self, touch: Touch, n: int) -> bool:
+    def _touches(self, touch: ContactsAtState, n: int) -> bool:
         """Whether a gap that is open is none but for what times tell."""
         far = abs(touch.gap_rates[n]) * (self.span[1] - self.span[0])
         return bool(touch.numbers.gaps[n] + self.slack[n] <= SAME_TIME * (touch.numbers.gap_terms[n] + far))
 
-    def _turned(self, touch: Touch, sliding: Array) -> float:
+    def _turned(self, touch: ContactsAtState, sliding: Array) -> float:
         """The share of its terms that is nothing of a force: rounding turns directions of slow slips, and forces with them."""
         slow = [
             ROUNDED_TERMS * touch.slip_terms[n].max() / np.linalg.norm(touch.slips[n])
@@ -503,7 +510,9 @@ class ContactMotion:
         ]
         return float(max([NOTHING, *slow]))
 
-    def _unpressed(self, touch: Touch, closed: set[int], sliding: Array, friction: Array, share: float) -> set[int]:
+    def _unpressed(
+        self, touch: ContactsAtState, closed: set[int], sliding: Array, friction: Array, share: float
+    ) -> set[int]:
         """The contacts whose normal forces are none but for a share: those of a body that lies flat vanish together."""
         order, d = sorted(closed), self.layout.d
         pressed = dict(zip(order, touch.choose(order, sliding, friction).forces[::d], strict=True))
@@ -511,7 +520,7 @@ class ContactMotion:
         size = {n: touch.bias_terms[k] / touch.mobility[k, k] for n, k in rows.items()}
         return {n for n, most in size.items() if pressed[n] <= share * most}
 
-    def _parts(self, touch: Touch, i: int, apart: Decided, share: float) -> bool:
+    def _parts(self, touch: ContactsAtState, i: int, apart: Decided, share: float) -> bool:
         """Whether a gap does not close again where its contact is taken for open; at N = 0 both are right but for a share."""
         if self.contacts[i].gap is None:
             return False
@@ -531,7 +540,7 @@ class ContactMotion:
         return result
 
     def _under_way(
-        self, touch: Touch, x: Array, decided: Decided, begun: Sequence[int]
+        self, touch: ContactsAtState, x: Array, decided: Decided, begun: Sequence[int]
     ) -> tuple[Array, Decided] | None:
         """The least slip of contacts that begin to slip against a force of friction that they keep, and their modes with it.
 
@@ -581,7 +590,7 @@ class ContactMotion:
         return end_of(self.contacts, event)
 
 
-def _slip_directions(touch: Touch, now: Decided) -> Array:
+def _slip_directions(touch: ContactsAtState, now: Decided) -> Array:
     """Directions in which contacts slip at an instant (k × d − 1): those of slips, where these do not go straight on from rest."""
     sizes = np.linalg.norm(touch.slips, axis=1, keepdims=True)
     turns = np.array([[m.slips and not m.straight] for m in now.modes]) & (sizes > 0)
@@ -594,14 +603,19 @@ def _against(forces: Array) -> Array:
     return np.asarray(np.where(sizes > 0, -forces / np.where(sizes > 0, sizes, 1.0), any_))
 
 
-def _mode(mode: ContactMode, slides: Array) -> Mode:
+def _mode(mode: ContactMode, slides: Array) -> ContactStatus:
     if mode is ContactMode.SEPARATED:
-        return Mode.OPEN
-    return Mode.SLIP if np.any(slides) else Mode.STICK
+        return ContactStatus.OPEN
+    return ContactStatus.SLIP if np.any(slides) else ContactStatus.STICK
 
 
-def _modes_text(contacts: Sequence[Any], order: Sequence[int], modes: Sequence[Mode]) -> str:
-    words = {Mode.OPEN: "separates", Mode.STICK: "sticks", Mode.FRESH_SLIP: "slips", Mode.SLIP: "slips"}
+def _modes_text(contacts: Sequence[Any], order: Sequence[int], modes: Sequence[ContactStatus]) -> str:
+    words = {
+        ContactStatus.OPEN: "separates",
+        ContactStatus.STICK: "sticks",
+        ContactStatus.FRESH_SLIP: "slips",
+        ContactStatus.SLIP: "slips",
+    }
     return ", ".join(f"{contacts[i].name} {words[m]}" for i, m in zip(order, modes, strict=True))
 
 
@@ -624,7 +638,7 @@ def run_with_contacts(
     p = np.array([given[0][s] for s in eom.parameters])
     stepper = Stepper(eom, p, tuple(given[1].values()), options["settings"])
     x = admitted_start(stepper, begin, given[0], span[0])[:-1]
-    way = _Way(at, span, (options, bounds, times), (span[0], x, begin.work), begin.fresh)
+    way = _ContactCourse(at, span, (options, bounds, times), (span[0], x, begin.work), begin.fresh)
     try:
         with collecting_seldom():  # of each mode a few records are kept
             return _to_its_end(way, eom, given)
@@ -632,7 +646,9 @@ def run_with_contacts(
         way.ends()
 
 
-def _to_its_end(way: _Way, eom: Equations, given: tuple[Mapping[Expr, float], Mapping[Expr, Any]]) -> Solution:
+def _to_its_end(
+    way: _ContactCourse, eom: Equations, given: tuple[Mapping[Expr, float], Mapping[Expr, Any]]
+) -> Solution:
     """The motion to its end."""
     at, end = way.at, way.span[1]
 
@@ -657,7 +673,7 @@ def _to_its_end(way: _Way, eom: Equations, given: tuple[Mapping[Expr, float], Ma
             return ended(status="stopped", event=None, message=late)
 
 
-class _Way:
+class _ContactCourse:
     """A motion on its way: its `pieces`, where it is, what began its mode, and the kernel that leads from mode to mode."""
 
     def __init__(
@@ -801,7 +817,7 @@ def _of_mode(piece: Solution, mode: Equations, t: float, by: tuple[Event, ...]) 
     first = replace(piece.phases[0], by=by or piece.phases[0].by)
     return replace(
         piece,
-        segments=piece.segments or (Segment(t, mode),),
+        segments=piece.segments or (SolutionSegment(t, mode),),
         samples=piece.samples or (mode,) * len(piece.t),
         phases=(first, *piece.phases[1:]),
     )

@@ -13,16 +13,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane.equations.compiled import Kept
-from kane.equations.contact_modes import contact_numbers
 from kane.equations.equations import Equations
+from kane.equations.mode_equations import contact_numbers
 from kane.expr.node import Expr
 from kane.model.contacts import ContactMode, Modes
 from kane.model.declarations import Event
 from kane.motion.arguments import Arguments
-from kane.motion.constraint_kernels import Holding
+from kane.motion.constraint_kernels import KernelConstraints
 from kane.motion.course import Method
 from kane.motion.hybrid.automaton import glance
-from kane.motion.hybrid.contact_automaton import Back, Row, automaton_kernel
+from kane.motion.hybrid.contact_automaton import Back, Record, automaton_kernel
 from kane.motion.hybrid.contact_tables import (
     KNOWN,
     LIMIT,
@@ -42,7 +42,7 @@ from kane.motion.native import first_slots
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given, has_jumps, timed
 from kane.motion.solution.phases import Phase
-from kane.motion.solution.solution import Segment, Solution
+from kane.motion.solution.solution import Solution, SolutionSegment
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.held import CHANGES, POORER
 from kane.motion.steppers.table import INTEGRATORS
@@ -81,7 +81,7 @@ class ModeKernel(NamedTuple):
     equations: Equations
     method: str
     given: Given
-    owners: tuple[Arguments, Holding | None]
+    owners: tuple[Arguments, KernelConstraints | None]
 
 
 @cache
@@ -210,10 +210,10 @@ class ContactRunner:
             "samples": len(self.times) - 1,
             "limit": LIMIT,
         }
-        holding: Holding | None = None
+        holding: KernelConstraints | None = None
         if is_constrained(mode):
             stepper.reach = reach_of(mode)
-            holding = Holding(stepper, arguments, self.span[0], self.y)
+            holding = KernelConstraints(stepper, arguments, self.span[0], self.y)
             holding.begin(self.s)
             given |= holding.given | {"held_marks": self.marks, "held_log": self.held_log}
         if len(mode.events) >= self.counts["event_count"] or len(given["p"]) > self.counts["p_count"]:
@@ -318,7 +318,7 @@ class ContactRunner:
 
     def _numbers(self, rows: Array) -> list[dict[Expr, float]]:
         """The numbers of contacts in p that modes had, a row each."""
-        named = [(int(Row.MORE) + k, s) for k, s in enumerate(self.flat) if s is not None]
+        named = [(int(Record.MORE) + k, s) for k, s in enumerate(self.flat) if s is not None]
         symbols, table = [s for _, s in named], rows[:, [k for k, _ in named]].tolist()
         return [dict(zip(symbols, values, strict=True)) for values in table]
 
@@ -326,14 +326,14 @@ class ContactRunner:
         count, n = int(self.arrays["records"][0]), len(self.y)
         taken = back is Back.TAKE
         row = self._rows()[count if taken else count - 1]
-        modes, mode, *_ = self.made[int(row[Row.MODE])]
+        modes, mode, *_ = self.made[int(row[Record.MODE])]
         (numbers,) = self._numbers(row[None])
-        more = int(Row.MORE) + self.k * (self.d + 1)
+        more = int(Record.MORE) + self.k * (self.d + 1)
         states = row[more : more + 2 * n].reshape(2, n)
         y = states[0 if taken else 1]
-        ways = row[int(Row.MORE) : more].reshape(self.k, self.d + 1)[:, : self.d - 1].copy()
-        event = None if taken or row[Row.EVENT] < 0 else mode.events[int(row[Row.EVENT])]
-        t = float(row[Row.BEGIN if taken else Row.END])
+        ways = row[int(Record.MORE) : more].reshape(self.k, self.d + 1)[:, : self.d - 1].copy()
+        event = None if taken or row[Record.EVENT] < 0 else mode.events[int(row[Record.EVENT])]
+        t = float(row[Record.BEGIN if taken else Record.END])
         pairs = zip(self.contacts, modes, self.arrays["leaving"], strict=True)
         leaves = {f"{c.name} {'sticks' if m else 'closes'}": 1.0 for c, m, up in pairs if up}
         return Went(motion, back, event, t, y[:-1].copy(), float(y[-1]), modes, ways, numbers, by, leaves)
@@ -343,9 +343,9 @@ class ContactRunner:
         count, n = int(self.arrays["records"][0]), len(self.y)
         if not count:
             return [], by
-        rows, more = self._rows()[:count], int(Row.MORE) + self.k * (self.d + 1)
-        begins, ends = rows[:, Row.BEGIN], rows[:, Row.END]
-        first, last = (rows[:, at].astype(int) for at in (Row.FIRST_SAMPLE, Row.SAMPLE))
+        rows, more = self._rows()[:count], int(Record.MORE) + self.k * (self.d + 1)
+        begins, ends = rows[:, Record.BEGIN], rows[:, Record.END]
+        first, last = (rows[:, at].astype(int) for at in (Record.FIRST_SAMPLE, Record.SAMPLE))
         whose = np.repeat(np.arange(count), last - first)
         which = np.concatenate([np.arange(a, b) for a, b in zip(first, last, strict=True)]) if len(whose) else whose
         inside = (self.times[which] > begins[whose]) & (self.times[which] < ends[whose])
@@ -356,7 +356,7 @@ class ContactRunner:
         t = np.concatenate([begins, self.times[which], ends])[order]
         states = np.concatenate([rows[:, more : more + n], self.rows[which], rows[:, more + n : more + 2 * n]])[order]
         piece = np.concatenate([np.arange(count), whose, np.arange(count)])[order]
-        modes = [self.made[int(m)] for m in rows[:, Row.MODE]]
+        modes = [self.made[int(m)] for m in rows[:, Record.MODE]]
         phases, segments, events, by = self._parts(rows, modes, by)
         names = dict.fromkeys(one.method for one in modes)
         steps, rates = int(self.s[Slot.STEPS]), int(self.s[Slot.RATES])
@@ -386,21 +386,21 @@ class ContactRunner:
 
     def _parts(
         self, rows: Array, modes: Sequence[ModeKernel], by: tuple[Event, ...]
-    ) -> tuple[list[Phase], list[Segment], list[tuple[Event, float]], tuple[Event, ...]]:
+    ) -> tuple[list[Phase], list[SolutionSegment], list[tuple[Event, float]], tuple[Event, ...]]:
         """The phases, segments and events of completed modes, and what ended the last one."""
-        phases, segments, events, done = list[Phase](), list[Segment](), list[tuple[Event, float]](), 0
-        met = self.arrays["noted"][: 2 * int(rows[-1, Row.NOTED])].reshape(-1, 2).tolist()
-        for row, numbers, one in zip(rows[:, : int(Row.MORE)].tolist(), self._numbers(rows), modes, strict=True):
+        phases, segments, events, done = list[Phase](), list[SolutionSegment](), list[tuple[Event, float]](), 0
+        met = self.arrays["noted"][: 2 * int(rows[-1, Record.NOTED])].reshape(-1, 2).tolist()
+        for row, numbers, one in zip(rows[:, : int(Record.MORE)].tolist(), self._numbers(rows), modes, strict=True):
             mode = one.equations
             phases.append(Phase({**self.parameters, **numbers}, self.inputs, by))
-            segments.append(Segment(row[Row.BEGIN], mode))
-            for at, k in met[done : int(row[Row.NOTED])]:
+            segments.append(SolutionSegment(row[Record.BEGIN], mode))
+            for at, k in met[done : int(row[Record.NOTED])]:
                 events.append((mode.events[int(k)], at))
-            done = int(row[Row.NOTED])
-            if row[Row.EVENT] >= 0:
-                by = (mode.events[int(row[Row.EVENT])],)
-            if row[Row.END] < row[Row.OVER] <= self.span[1]:
-                events.append((rests(by[0]), row[Row.OVER]))
+            done = int(row[Record.NOTED])
+            if row[Record.EVENT] >= 0:
+                by = (mode.events[int(row[Record.EVENT])],)
+            if row[Record.END] < row[Record.OVER] <= self.span[1]:
+                events.append((rests(by[0]), row[Record.OVER]))
         return phases, segments, events, by
 
 

@@ -134,7 +134,7 @@ class Verdict(Enum):
     BENT = "not taken: constraints hold other positions or velocities there"
 
 
-class Inspection(NamedTuple):
+class StepVerdict(NamedTuple):
     """The verdict on a step; `t` is how long it is then, 0 where that is not said, `message` what was found."""
 
     verdict: Verdict
@@ -189,7 +189,7 @@ class Solver(Protocol):
     def step(self, most: int) -> Came:
         """A step, or at most so many."""
 
-    def singular(self, step: StepFound, numbers: Numbers | None, narrow: float) -> Inspection:
+    def singular(self, step: StepFound, numbers: Numbers | None, narrow: float) -> StepVerdict:
         """Whether a step that keeps its constraints is one: constraints may be singular there, or loads switch and switch back."""
 
     def seen(self, step: StepFound, kept: Array) -> StepSeen:
@@ -311,27 +311,27 @@ class Course:
             self.counted = self.counted[0] + solver.by_itself, self.counted[1]  # others have counted it
         return end
 
-    def _inspect(self, step: StepFound, narrow: float) -> tuple[Inspection, Array, Numbers | None]:
+    def _inspect(self, step: StepFound, narrow: float) -> tuple[StepVerdict, Array, Numbers | None]:
         """A step on the constraints; no step is made shorter than `narrow`."""
         stepper, solver, h = self.stepper, self.solver, step.end - step.t
         tolerances = self.method.rtol, self.method.atol
         bent = stepper.bent(step.dense, step.t, step.end, tolerances)
         if bent is not None:  # closed in on from before, as no state beyond belongs to the motion
             ahead = bent.t - step.t
-            shorter = Inspection(Verdict.SHORTER, min(0.9 * ahead, h / 2))
-            return shorter if ahead > narrow else Inspection(Verdict.BENT, message=bent.message), step.last, None
+            shorter = StepVerdict(Verdict.SHORTER, min(0.9 * ahead, h / 2))
+            return shorter if ahead > narrow else StepVerdict(Verdict.BENT, message=bent.message), step.last, None
         kept, numbers = stepper.keep(step.end, step.last)
         turned, missed = stepper.turned(numbers), stepper.missed(step.end, kept, numbers, tolerances)
         if (turned or missed) and h > narrow:
             # the place is closed in on by halves, until a state lies so near to it that `settle` sees it
-            return Inspection(Verdict.SHORTER), kept, numbers
+            return StepVerdict(Verdict.SHORTER), kept, numbers
         if turned:
-            return Inspection(Verdict.TURNED, message=turned), kept, numbers
+            return StepVerdict(Verdict.TURNED, message=turned), kept, numbers
         if missed:
-            return Inspection(Verdict.MISSED, message=missed), kept, numbers
+            return StepVerdict(Verdict.MISSED, message=missed), kept, numbers
         return solver.singular(step, numbers, narrow), kept, numbers
 
-    def _otherwise(self, step: StepFound, found: Inspection) -> End | None:
+    def _otherwise(self, step: StepFound, found: StepVerdict) -> End | None:
         """What follows for a step that is not taken: it is taken otherwise, or the motion ends."""
         if found.verdict is Verdict.SHORTER:
             self.solver.shorten(step, found.t)

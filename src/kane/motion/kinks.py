@@ -44,18 +44,18 @@ def bends(eom: Equations) -> tuple[SwitchedQuantity, ...]:
     return switches((*(c.expr for c in eom.system.holonomic), *rows.a.entries, *rows.b))
 
 
-class Bending(NamedTuple):
+class ConstraintSwitches(NamedTuple):
     """The quantities of `bends`, and the sizes of their terms."""
 
     quantities: Array
     sizes: Array
 
 
-def bending(eom: Equations) -> Bundle[Bending]:
-    """See `Bending`."""
+def bending(eom: Equations) -> Bundle[ConstraintSwitches]:
+    """See `ConstraintSwitches`."""
     roots, memo = without_unknowns(eom.solved, [s.quantity for s in bends(eom)]), Sizes()
     groups = {"quantities": roots, "sizes": [size(c, memo) for c in roots]}
-    return Bundle("bends", ports(eom.derived), Bending, groups)
+    return Bundle("bends", ports(eom.derived), ConstraintSwitches, groups)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +72,7 @@ class Kinks:
 
     eom: Equations
     found: tuple[SwitchedQuantity, ...]
-    bending: BundleRoutine[Bending]
+    bending: BundleRoutine[ConstraintSwitches]
     table: SidedBundles
 
     def ahead(self, dense: Dense, start: float, end: float, given: Given, tolerances: Tolerances) -> Kink | None:

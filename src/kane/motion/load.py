@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from kane.dynamics.constraints.partition import Partition
-from kane.equations.contact_modes import equations_in
 from kane.equations.equations import Equations, derive, repartition
+from kane.equations.mode_equations import equations_in
 from kane.errors import ArgumentError, KaneError, SimulationError, SolutionFileError, cut
 from kane.expr.node import ZERO, Expr
 from kane.model.contacts import ContactMode
@@ -21,7 +21,7 @@ from kane.motion.inputs.functions import Recorded, a_constant, constant
 from kane.motion.simulate import repeating
 from kane.motion.solution.files import Contents, Declared, check, declared, difference, names, phase_parameters, read
 from kane.motion.solution.phases import Phase
-from kane.motion.solution.solution import Segment, Solution
+from kane.motion.solution.solution import Solution, SolutionSegment
 from kane.whole import path_of
 
 _APART = 1.0
@@ -137,7 +137,7 @@ def _solution(found: Contents, eom: Equations) -> Solution:
         tuple(zip(events, arrays["event_times"].tolist(), strict=True)),
         header["steps"],
         header["evaluations"],
-        tuple(Segment(start, every[k]) for start, k in zip(starts, places, strict=True)),
+        tuple(SolutionSegment(start, every[k]) for start, k in zip(starts, places, strict=True)),
         tuple(every[k] for k in arrays["samples"].tolist()),
         rtol=rtol,
         atol=atol,

@@ -13,12 +13,12 @@ from kane.expr.node import ZERO
 from kane.model.declarations import Event
 from kane.motion.arguments import Arguments
 from kane.motion.broken import chattering, no_step, standing
-from kane.motion.constraint_kernels import Holding
-from kane.motion.course import HELD, RECENT, Came, Counts, Course, Inspection, Method, StepFound
+from kane.motion.constraint_kernels import KernelConstraints
+from kane.motion.course import HELD, RECENT, Came, Counts, Course, Method, StepFound, StepVerdict
 from kane.motion.hybrid.automaton import ended_by_last, leaving, on_their_sides
 from kane.motion.hybrid.events import StepSeen
 from kane.motion.inputs.breakpoints import next_end, on_from
-from kane.motion.inputs.expressions import Held, controllers
+from kane.motion.inputs.expressions import SampleAndHold, controllers
 from kane.motion.methods import implicit, kernel_of
 from kane.motion.projection import Numbers
 from kane.motion.right_hand_side import Given, Routines, exact, switches
@@ -88,7 +88,7 @@ class Stiffness:
         return method
 
 
-def pauses(breakpoints: Sequence[float], span: tuple[float, float], controllers: Sequence[Held]) -> Array:
+def pauses(breakpoints: Sequence[float], span: tuple[float, float], controllers: Sequence[SampleAndHold]) -> Array:
     """Of each breakpoint within a span (k) the time just after it, where steps from there end, whether a controller is asked (3 k)."""
     found, instants = list[float](), {t for one in controllers for t in one.instants(span[1])}
     end = next_end(breakpoints, span[0], span[1])
@@ -163,7 +163,7 @@ class KernelSolver:
         self.arguments = Arguments(self.method, now, t, self.s, self.y, self.course.fresh)
         self.now = self.arguments.now
         self.given = self.arguments.given | {"times": self.times, "rows": self.out, "samples": len(self.out)}
-        self.holding = Holding(stepper, self.arguments, t, self.y) if stepper.projection else None
+        self.holding = KernelConstraints(stepper, self.arguments, t, self.y) if stepper.projection else None
         if self.holding is not None:
             self.given |= self.holding.given | {"held_marks": self.marks}
             self.holding.begin(self.s)
@@ -365,7 +365,7 @@ class KernelSolver:
 
         return StepFound(start, start + h, dense, self.y.copy(), dense(start + h), held, not held)
 
-    def singular(self, step: StepFound, numbers: Numbers | None, narrow: float) -> Inspection:
+    def singular(self, step: StepFound, numbers: Numbers | None, narrow: float) -> StepVerdict:
         """Whether constraints are singular in a step, or dependent speeds hardly follow."""
         assert self.holding is not None
         assert numbers is not None

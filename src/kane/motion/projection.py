@@ -30,7 +30,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.dynamics.constraints.manifold import branch_scalars, branches, turned, turned_closures
 from kane.dynamics.constraints.partition import Partition
@@ -43,7 +42,7 @@ from kane.expr.matrix import Matrix
 from kane.expr.node import Expr
 from kane.expr.regular import Sizes, largest, size
 from kane.model.constraints import ClosureBranch
-from kane.numeric.arrays import Array, Mask
+from kane.numeric.arrays import Array, Indices, Mask
 from kane.numeric.newton import improved
 from kane.numeric.rank import (
     Mixed,
@@ -299,8 +298,6 @@ def _nearby(beside: Place, along: Array, a: Array, sizes: Array) -> Array | None
     return None
 
 
-Indices = npt.NDArray[np.intp]
-
 _FIRST = 8
 """Parts in which a step is looked at first."""
 _FAR = 0.25
@@ -317,7 +314,7 @@ _CLOSE = np.geomspace(1e-4, 0.1, 7)
 
 
 @dataclass(frozen=True, slots=True)
-class Along:
+class RankHistory:
     """At several times: A over the sizes that it has had, and its singular value that makes the rank, over the largest too.
 
     `side` is the sign of the dependent block's determinant, 0 where there is none.
@@ -334,22 +331,22 @@ class Along:
         """Where rank is lost."""
         return np.asarray(self.share < MOTION_RANK)
 
-    def only(self, kept: slice | Indices) -> Along:
+    def only(self, kept: slice | Indices) -> RankHistory:
         """Some of the times."""
-        return Along(self.t[kept], self.a[kept], self.least[kept], self.share[kept], self.side[kept])
+        return RankHistory(self.t[kept], self.a[kept], self.least[kept], self.share[kept], self.side[kept])
 
-    def and_at(self, other: Along) -> Along:
+    def and_at(self, other: RankHistory) -> RankHistory:
         """These times and others, in order."""
         pairs = zip(
             (self.t, self.a, self.least, self.share, self.side),
             (other.t, other.a, other.least, other.share, other.side),
             strict=True,
         )
-        together = Along(*(np.concatenate(pair) for pair in pairs))
+        together = RankHistory(*(np.concatenate(pair) for pair in pairs))
         return together.only(np.argsort(together.t))
 
 
-def looked_at(t: Array, a: Array, partition: Partition, reach: Array, mix: Mixed | None = None) -> Along:
+def looked_at(t: Array, a: Array, partition: Partition, reach: Array, mix: Mixed | None = None) -> RankHistory:
     """A (k × m × n) at times t (k), with the dependent speeds that are stepped; `mix` stands in the places of the rows for rank."""
     finite = np.asarray(np.isfinite(a).all(axis=(1, 2)))
     a = np.where(finite[:, None, None], a, 0.0)
@@ -362,10 +359,10 @@ def looked_at(t: Array, a: Array, partition: Partition, reach: Array, mix: Mixed
     least = np.where(finite, values[:, rank - 1], np.inf)
     with np.errstate(invalid="ignore", divide="ignore"):
         share = least / values[:, 0]
-    return Along(t, scaled, least, np.where(share >= 0, share, np.inf), side)
+    return RankHistory(t, scaled, least, np.where(share >= 0, share, np.inf), side)
 
 
-def crosses(along: Callable[[Array], Along], start: float, end: float) -> bool:
+def crosses(along: Callable[[Array], RankHistory], start: float, end: float) -> bool:
     """Whether a step from `start` to `end` leads across such a state; one at which it begins or ends is none."""
     length = end - start
     at = along(np.linspace(start, end, _FIRST + 1))
@@ -383,7 +380,7 @@ def crosses(along: Callable[[Array], Along], start: float, end: float) -> bool:
     return False
 
 
-def _away(along: Callable[[Array], Along], at: Along, start: float, length: float) -> Along:
+def _away(along: Callable[[Array], RankHistory], at: RankHistory, start: float, length: float) -> RankHistory:
     """Without the surroundings of an end at which rank is lost."""
     first, last = (bool(at.share[k] < MOTION_RANK) for k in (0, -1))
     close = [*(start + length * _CLOSE if first else ()), *(start + length * (1 - _CLOSE) if last else ())]

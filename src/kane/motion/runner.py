@@ -24,7 +24,7 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, Expr
 from kane.model.beams.beam import Beam
 from kane.motion.arguments import Arguments
-from kane.motion.constraint_kernels import Holding
+from kane.motion.constraint_kernels import KernelConstraints
 from kane.motion.course import HELD, MANY_STEPS, RECENT, Method
 from kane.motion.hybrid.automaton import (
     asks,
@@ -48,7 +48,7 @@ from kane.motion.right_hand_side import Routines, has_jumps, only, switches, tim
 from kane.motion.solution.checks import keeps_sharply
 from kane.motion.solution.phases import Phase
 from kane.motion.solution.resumed import Begin
-from kane.motion.solution.solution import Segment, Solution, some_of
+from kane.motion.solution.solution import Solution, SolutionSegment, some_of
 from kane.motion.start import POSITIVE, check_masses, moving, surely_have_mass
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS
@@ -187,7 +187,7 @@ class Runner:
         self.usual: dict[Expr, float] = {}
         self.told = b""
         self.starts: dict[Any, tuple[Array, Array]] = {}
-        self.holding: Holding | None = None
+        self.holding: KernelConstraints | None = None
         self.marks = np.zeros(len(times) + 1)
         self.noted: list[Noted] = []
         self.changed: list[tuple[float, Routines]] = []
@@ -217,7 +217,7 @@ class Runner:
         more = {"times": self.times, "rows": self.rows, "samples": len(self.rows)}
         self.given = arguments.given | more | {"breakpoints": len(table) // 3, "pauses": np.append(table, 0.0)}
         if is_constrained(stepper.eom):
-            self.holding = Holding(stepper, arguments, self.span[0], self.y)
+            self.holding = KernelConstraints(stepper, arguments, self.span[0], self.y)
             self.given |= self.holding.given | {"held_marks": self.marks}
         places = (self.t[self.few], 1), (self.some, len(self.y)), (self.given["p"], 0), (self.given["single_r"], 0)
         self.judge = now.eom.numeric(now.settings).routine(judged).flat.on_rows(*places, out=self.verdict)
@@ -429,7 +429,9 @@ class Runner:
         stepper = self.holding.stepper
         for t, now in (*self.changed, *self.holding.changes()):
             stepper.go_over(now, t)
-        segments = (Segment(self.span[0], motion.equations), *stepper.segments) if motion.equations.embedding else ()
+        segments = (
+            (SolutionSegment(self.span[0], motion.equations), *stepper.segments) if motion.equations.embedding else ()
+        )
         at = np.searchsorted([s.start for s in segments], motion.t, side="right") if segments else ()
         samples = tuple(segments[max(k - 1, 0)].equations for k in at)
         events = tuple(sorted([*motion.events, *stepper.changes], key=itemgetter(1)))

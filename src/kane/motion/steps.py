@@ -21,9 +21,9 @@ from kane.model.declarations import Event
 from kane.motion.hybrid.automaton import stepped
 from kane.motion.kinks import Dense, Kink, kinks
 from kane.motion.projection import (
-    Along,
     Mixes,
     Numbers,
+    RankHistory,
     Tolerances,
     constraint_numbers,
     constraint_projection,
@@ -34,7 +34,7 @@ from kane.motion.projection import (
     mixes,
 )
 from kane.motion.right_hand_side import Routines, exact
-from kane.motion.solution.solution import Segment
+from kane.motion.solution.solution import SolutionSegment
 from kane.motion.start import regular_otherwise
 from kane.numeric.arrays import Array
 from kane.numeric.rank import Mixed, balanced, combinations, mobility, sizes, sure_rows
@@ -63,7 +63,7 @@ class Stepper:
         self.now = stepped(eom, p, drives, settings, *own)
         self.projection = constraint_projection(self.numeric)
         self.kinks = kinks(self.numeric) if self.projection else None
-        self.segments: list[Segment] = []
+        self.segments: list[SolutionSegment] = []
         self.changes: list[tuple[Event, float]] = []
         self.lost = False
         self.side = 0.0
@@ -179,7 +179,7 @@ class Stepper:
         self.lost = lost
         self.side = 0.0 if lost else self._side(numbers)
         if before[0] is not self.eom or not self.segments:
-            self.segments.append(Segment(t, self.eom))
+            self.segments.append(SolutionSegment(t, self.eom))
         return before != (self.eom, self.lost)
 
     def jumped(self, numbers: Numbers | None) -> bool:
@@ -206,7 +206,7 @@ class Stepper:
         if embedding is None or kept is None:
             return False
 
-        def along(t: Array) -> Along:
+        def along(t: Array) -> RankHistory:
             a = kept.numbers(t, dense(t)[: self.now.width].T, self.now.p, self.now.inputs_all(t, dense(t).T)).a
             found = looked_at(t, a, embedding.partition, self.reach, self.mixes[1])
             return replace(found, side=np.ones_like(found.side)) if rank_alone else found
@@ -250,7 +250,7 @@ class Stepper:
         self.now = now
         if begun:
             self.side = 0.0
-            self.segments.append(Segment(t, self.eom))
+            self.segments.append(SolutionSegment(t, self.eom))
         names = ", ".join(u.name for u in self.eom.dependent_speeds)
         self._note(t, f"dependent speeds {names}", "the dependent speeds were changed")
 

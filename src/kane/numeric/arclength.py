@@ -32,7 +32,7 @@ class Path:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Curve:
+class ImplicitCurve:
     """F and ∂F/∂y (n × n + 1) as `function`."""
 
     function: Residual

@@ -22,6 +22,7 @@ Complex = npt.NDArray[np.complex128]
 Mask = npt.NDArray[np.bool_]
 Entries = npt.NDArray[Any]
 """Numbers or expressions."""
+Indices = npt.NDArray[np.intp]
 
 
 def product(a: Array, b: Array) -> Array:

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
-from kane.numeric.arrays import Array, Mask, medians
+from kane.numeric.arrays import Array, Indices, Mask, medians
 from kane.numeric.rank import least_squares
 from kane.numeric.scale import CLOSED, CLOSED_FULLY, FIXED_SHARE, ROUNDED, ROUNDED_CHAIN
 
@@ -126,7 +125,6 @@ def improved(at: T, size: Callable[[T], float], change: Callable[[T], T], limit:
     return at
 
 
-Indices = npt.NDArray[np.intp]
 Accepted = Callable[[Array, Indices], Mask]
 """Which of x (k × n), closed, are on a branch that is meant, of the starts numbered by the second argument (k)."""
 Residuals = Callable[[Array, Indices], tuple[Array, Array]]

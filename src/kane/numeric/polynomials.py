@@ -145,7 +145,7 @@ _STEPS = 12
 D = Decimal
 
 
-class Rule(NamedTuple):
+class QuadratureRule(NamedTuple):
     """Places x (m) and weights w (m) with Σ w f(x) = ∫ f dx."""
 
     places: Array
@@ -194,9 +194,11 @@ def _rule(n: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
         return tuple(float((v + 1) / 2) for v in x), tuple(float(v / 2) for v in w)
 
 
-def gauss(points: int, breaks: Sequence[float] = (0.0, 1.0)) -> Rule:
+def gauss(points: int, breaks: Sequence[float] = (0.0, 1.0)) -> QuadratureRule:
     """Gauss's rule with so many points in each piece between two breaks, to the last digit."""
     x, w = map(np.array, _rule(points))
     starts = np.array(breaks[:-1])
     lengths = np.array(breaks[1:]) - starts
-    return Rule((starts[:, None] + np.multiply.outer(lengths, x)).ravel(), np.multiply.outer(lengths, w).ravel())
+    return QuadratureRule(
+        (starts[:, None] + np.multiply.outer(lengths, x)).ravel(), np.multiply.outer(lengths, w).ravel()
+    )

@@ -17,8 +17,8 @@ from kane.numeric.scale import ROUNDED_SUM
 from kane.present.chapters import Chapter, Costs, chapters_of, costs
 from kane.present.check_figures import Check, energy_text, motion_checks
 from kane.present.languages.catalogue import tr, trn
-from kane.present.linearized.chapters import check_small_motions, sections
-from kane.present.linearized.section import Section
+from kane.present.linearized.chapter import Section
+from kane.present.linearized.steady_chapters import check_small_motions, sections
 from kane.present.notes import checked
 from kane.present.other_methods import WhyKane, is_small, why_kane
 from kane.present.overview import Cell, PageTable, Tex, declared_tables

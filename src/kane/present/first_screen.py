@@ -26,8 +26,8 @@ from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Input, Parameter, Symbol, rate
 from kane.model.contact_modes import in_mode
 from kane.motion.inputs.functions import constant
-from kane.motion.programs.contact_modes import modes_of
 from kane.motion.programs.contacts_wasm import contacts_module
+from kane.motion.programs.program_modes import modes_of
 from kane.motion.programs.simulator_wasm import emit_simulator_wasm
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array

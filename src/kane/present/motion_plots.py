@@ -19,7 +19,7 @@ from kane.model.constraints import cut_of
 from kane.model.system import System
 from kane.motion.solution.solution import Solution
 from kane.present.languages.catalogue import N_, tr
-from kane.present.scene.bodies import upward
+from kane.present.scene.default_shapes import upward
 from kane.space.frame import Point
 from kane.units.rules import unit_text
 from kane.write.latex import latex_name, point_latex, symbol_latex

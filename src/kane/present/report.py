@@ -14,7 +14,7 @@ from kane.errors import ArgumentError, alike, cut
 from kane.motion.solution.solution import Solution
 from kane.present.check_figures import Check
 from kane.present.content import Content, content_of
-from kane.present.document.latex import latex
+from kane.present.document.latex_file import latex
 from kane.present.document.markdown import markdown
 from kane.present.document.pictures import DRAWN
 from kane.present.html_page import html

@@ -12,7 +12,7 @@ __getattr__ = offered(
         "emit.c_kernels": "emit_kernel_c",
         "emit.llvm": "emit_llvm",
         "emit.llvm_printer": "REACH pointed",
-        "emit.names": "is_free_in_c local_names",
+        "emit.identifiers": "is_free_in_c local_names",
         "emit.languages.numpy": "emit_numpy",
         "emit.sincos": "C_SINCOS CONSTANTS LIMIT llvm_sincos sine_cosine",
         "emit.wasm": "emit_wasm",
@@ -22,7 +22,7 @@ __getattr__ = offered(
         "emit.walk": "NamedPrinter Style VECTORS function_of hoisting pieces statements",
         "kernel.": "language",
         "kernel.language": (
-            "ArrayOf Callee Compute Count Immediate FLOAT INT If Kernel Read Integer Put SinCos Write Type Value verified_kernel"
+            "ArrayOf Callee Compute For Immediate FLOAT INT If Kernel Read Integer Put SinCos Write Type Value verified_kernel"
         ),
         "kernel.narrow": "narrowed",
         "kernel.specialized": "specialized",

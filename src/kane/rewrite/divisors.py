@@ -22,7 +22,7 @@ _TWICE = 2
 _SEVERAL = 2
 
 
-class Row(ABC):
+class DivisorKind(ABC):
     """A kind of divisor: `places` gives where each one stands, `lone` the place of one met once; `rank` orders equal gains.
 
     A place is a term, or a pair of them. Places are entered when their terms come, and left out when they are next asked for.
@@ -82,7 +82,7 @@ class Row(ABC):
         return changed
 
 
-class Factor(Row):
+class Factor(DivisorKind):
     """A literal of several terms of one sum: what all of them share leaves the sum."""
 
     rank = 0
@@ -110,7 +110,7 @@ class Factor(Row):
         return self._made([(g.sign[t], over(g.cube[t], base)) for t in held], [(held, base, 1)])
 
 
-class Pair(Row):
+class Pair(DivisorKind):
     """Two terms without what they share, as they stand in several sums or beside several factors."""
 
     rank = 1
@@ -169,7 +169,7 @@ class Pair(Row):
         return self._made([(1, first), (sign, second)], places)
 
 
-class CubePair(Row):
+class CubePair(DivisorKind):
     """Two literals that stand in several products."""
 
     rank = 2
@@ -213,19 +213,19 @@ class CubePair(Row):
         return changed
 
 
-DIVISORS: tuple[type[Row], ...] = (Factor, Pair, CubePair)
+DIVISORS: tuple[type[DivisorKind], ...] = (Factor, Pair, CubePair)
 
 
-class Search:
+class DivisorSearch:
     """The divisors of all rows with their gains, kept while terms come and go."""
 
-    def __init__(self, graph: Graph, price: Price, rows: Iterable[type[Row]] = DIVISORS) -> None:
+    def __init__(self, graph: Graph, price: Price, rows: Iterable[type[DivisorKind]] = DIVISORS) -> None:
         self.graph = graph
         self.rows = [row(graph, price) for row in rows]
         self._lone: dict[int, int] = {}
         self._first: dict[int, int] = {}
         self._often = set[int]()
-        self._heap: list[tuple[int, int, int, Row, Any]] = []
+        self._heap: list[tuple[int, int, int, DivisorKind, Any]] = []
         self._turn = 0
         for v in range(len(graph.terms)):
             for t in graph.of(v):
@@ -254,7 +254,7 @@ class Search:
             if found := row.shown(t, lone, often):
                 self._put(row, found)
 
-    def _put(self, row: Row, shown: Iterable[tuple[Hashable, Any]]) -> None:
+    def _put(self, row: DivisorKind, shown: Iterable[tuple[Hashable, Any]]) -> None:
         fresh, places, lone = row.fresh, row.places, row.lone
         for key, place in shown:
             held = places.get(key)
@@ -280,7 +280,7 @@ class Search:
             total += gain
         return total
 
-    def _best(self) -> tuple[Row, Any, int] | None:
+    def _best(self) -> tuple[DivisorKind, Any, int] | None:
         """The divisor that gains most."""
         for row in self.rows:
             for key in row.fresh:
@@ -297,7 +297,7 @@ class Search:
             self._push(row, key, now)
         return None
 
-    def _push(self, row: Row, key: Any, gain: int | None = None) -> None:
+    def _push(self, row: DivisorKind, key: Any, gain: int | None = None) -> None:
         if gain is None:
             if not row.standing(key):
                 return

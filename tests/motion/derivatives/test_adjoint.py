@@ -176,7 +176,7 @@ def test_by_all_parameters_and_start_values_of_three_rods():
 
 def test_what_nothing_depends_on_is_not_written_out(monkeypatch):
     """The way back needs no ∂f/∂p of all of f, which takes longest to compile."""
-    monkeypatch.setattr("kane.motion.derivatives.forcing.symbol_slopes", None)
+    monkeypatch.setattr("kane.motion.derivatives.parameter_slopes.symbol_slopes", None)
     eom, given, by = spring(lambda x, u, k: -k * x)
     found = sensitivities(eom, (0, 1), by, samples=2, **ADJOINT, **given).cost("x").gradient
     w = np.sqrt(20.0)

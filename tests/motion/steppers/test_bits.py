@@ -10,7 +10,7 @@ import kane as kn
 from kane.gallery import pendulums
 from kane.motion import (
     INTEGRATORS,
-    Holding,
+    KernelConstraints,
     ReturnCode,
     Slot,
     Stepper,
@@ -62,7 +62,7 @@ def test_constraints_are_held_with_the_same_bits(name, tmp_path):
     stepper = Stepper(four_bar.EOM, np.zeros(0), (), EXACT)
     stepper.keep(0.0, given["y"])
     kernel = SimpleNamespace(given=given, now=stepper.now, integrator=INTEGRATORS[name])
-    held = Holding(stepper, kernel, 0.0, given["y"])
+    held = KernelConstraints(stepper, kernel, 0.0, given["y"])
     held.begin(given["s"])
     code = held.given.pop("constraints")
     numbers = four_bar.EOM.numeric(EXACT).routine(holding).flat

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from kane.program import INT, Count, Writer, in_pairs, specialized
+from kane.program import INT, For, Writer, in_pairs, specialized
 from tests.peer import require
 from tests.program.hosted import in_wasm
 from tests.program.programs import bits
@@ -30,7 +30,7 @@ def along(offset):
 def test_turns_two_by_two(n, offset, paired, rng):
     """Of even and of odd numbers; with few turns, and where a row is read and written, one by one."""
     kernel = specialized(along(offset), {"n": n})
-    assert (in_pairs(next(s for s in kernel.body if isinstance(s, Count))) is not None) is paired
+    assert (in_pairs(next(s for s in kernel.body if isinstance(s, For))) is not None) is paired
     given = {"w": rng.normal(size=4 * n), "s": np.array([0.3, 0.7]), "r": np.zeros(n + 3), "at": 2}
     x, before = given["w"].reshape(4, n).copy(), given["w"].copy()
     in_wasm(kernel)(given)

@@ -10,15 +10,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kane.analysis.many.following import End, SquareEquations, Unknowns, follow
+from kane.analysis.many.following import BranchEnd, SquareEquations, Unknowns, follow
 from kane.analysis.many.poses import Poses
 from kane.analysis.state_checks import misses
 from kane.dynamics.constraints.manifold import LevelSet, turned_closures
 from kane.dynamics.constraints.partition import choose
 from kane.equations.compiled import ports
+from kane.equations.datasets import package
 from kane.equations.equations import Equations
 from kane.equations.state import Guess
-from kane.equations.tables import package
 from kane.errors import KaneError, SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import Coordinate, Speed, time
@@ -38,7 +38,7 @@ class One(NamedTuple):
     level: LevelSet | None = None
 
 
-class Closing(NamedTuple):
+class ConstraintValues(NamedTuple):
     """f, ∂f/∂q, A and b at states."""
 
     f: Array
@@ -47,11 +47,11 @@ class Closing(NamedTuple):
     b: Array
 
 
-def closing(eom: Equations) -> Bundle[Closing]:
+def closing(eom: Equations) -> Bundle[ConstraintValues]:
     """The constraints on q, those of Euler parameters too, and on u."""
     conditions, rows = eom.derived.conditions, eom.derived.constraints
     groups = {"f": list(conditions.f), "gradient": conditions.gradient, "a": rows.a, "b": list(rows.b)}
-    return Bundle("closing", ports(eom.derived), Closing, groups)
+    return Bundle("closing", ports(eom.derived), ConstraintValues, groups)
 
 
 def square(eom: Equations, rows: Sequence[int], columns: Sequence[int]) -> Bundle[SquareEquations]:
@@ -151,7 +151,7 @@ def level_of(poses: Poses, k: int) -> LevelSet:
     return replace(eom.derived.conditions.at(values), compiled=compiled)
 
 
-def _ended(eom: Equations, free: Sequence[int], last: int, end: End) -> str:
+def _ended(eom: Equations, free: Sequence[int], last: int, end: BranchEnd) -> str:
     at = ", ".join(f"{eom.coordinates[i].name} = {v:.6g}" for i, v in list(zip(free, end.x, strict=True))[:_TOLD])
     return (
         f"Expected a configuration that the branch of the others leads to, got its end on the way from instance {last}, near {at}: a "

@@ -39,7 +39,7 @@ _LAST, _RUN, _NEGATIVE = range(3)
 _FOUND, _ENDED = 1.0, 2.0
 
 
-class End(NamedTuple):
+class BranchEnd(NamedTuple):
     """Where a branch ends on the way from the row `last` to another: after a `share` of it, at `x`."""
 
     last: int
@@ -51,7 +51,7 @@ class Followed(NamedTuple):
     """The roots x (k × n), NaN where none was reached, and by row what ended the way there."""
 
     x: Array
-    ends: Mapping[int, End]
+    ends: Mapping[int, BranchEnd]
 
 
 class SquareEquations(NamedTuple):
@@ -112,7 +112,7 @@ def follow(routine: CompiledRoutine, data: Array, x: Array, unknowns: Unknowns) 
     for start in range(0, len(data), _ROWS):
         bound(start=start, stop=min(start + _ROWS, len(data)))
     ended = np.flatnonzero(ends[:, 0] == _ENDED)
-    told = {int(k): End(int(ends[k, 1]), float(ends[k, 2]), found[k].copy()) for k in ended}
+    told = {int(k): BranchEnd(int(ends[k, 1]), float(ends[k, 2]), found[k].copy()) for k in ended}
     found[ended] = np.nan
     return Followed(found, told)
 

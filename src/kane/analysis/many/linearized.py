@@ -20,8 +20,8 @@ from kane.analysis.perturbations import perturbations
 from kane.analysis.stacks import Entries, Stack, solve_each
 from kane.dynamics.constraints.partition import choose
 from kane.equations.compiled import Numeric
+from kane.equations.datasets import package
 from kane.equations.equations import Equations
-from kane.equations.tables import package
 from kane.errors import SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import time

@@ -11,10 +11,10 @@ from typing import Any, TypeVar
 import numpy as np
 
 from kane.dynamics.readings.quantities import parameter_values
+from kane.equations.datasets import labelled, package
 from kane.equations.equations import Equations
 from kane.equations.instances import STARTS, Instances, has_columns, instances
 from kane.equations.state import GROUPS, State, StateValues, state_of
-from kane.equations.tables import labelled, package
 from kane.errors import ArgumentError, KaneError, SimulationError, ValueMissingError
 from kane.expr.symbols import Symbol, rate, time
 from kane.numeric.arrays import Array

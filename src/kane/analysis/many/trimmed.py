@@ -18,7 +18,7 @@ from kane.analysis.many.following import SquareEquations, Unknowns, follow
 from kane.analysis.many.poses import Poses
 from kane.analysis.perturbations import perturbations
 from kane.analysis.stacks import Entries, solve_each
-from kane.analysis.steady_conditions import Applying, Conditions, Problem, shares
+from kane.analysis.steady_conditions import Applying, Conditions, SteadyProblem, shares
 from kane.dynamics.constraints.partition import choose
 from kane.dynamics.readings.unsolved import partials, unsolved
 from kane.equations.compiled import ports
@@ -117,7 +117,7 @@ _SURELY = 1e-3
 """Share of the tolerance below which it does not matter at which state sizes are those."""
 
 
-def followed(task: Problem, first: Array, tolerance: float) -> SteadyEquations | None:
+def followed(task: SteadyProblem, first: Array, tolerance: float) -> SteadyEquations | None:
     """What is followed from the steady motion X; None where the conditions do not determine what is free."""
     conditions = replace(task.conditions, quick=True)
     free, measured_alone = _linear_last(conditions, task.free)

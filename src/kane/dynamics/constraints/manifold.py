@@ -29,8 +29,8 @@ from kane.kinematics.speeds import Sample
 from kane.kinematics.velocities import ContactPoint, Kinematics
 from kane.model.constraints import ClosureBranch, Constraint
 from kane.model.system import System
-from kane.numeric.arrays import Array, Mask, spread
-from kane.numeric.newton import Closed, ClosedMany, Indices, NaturalSizes, close, close_many, close_most, sizes
+from kane.numeric.arrays import Array, Indices, Mask, spread
+from kane.numeric.newton import Closed, ClosedMany, NaturalSizes, close, close_many, close_most, sizes
 from kane.numeric.sampling import ASSEMBLY_SEED, HIGH, LOW, SEED, SEEDS, finite_number, named_values, values_of
 from kane.numeric.scale import CLOSED, CLOSED_NEARLY, LAST_DIGIT, ROUNDED_CHAIN, bounded
 from kane.space.frame import Point
@@ -276,7 +276,7 @@ def in_rows(run: Reference, x: Array, others: Sequence[Any]) -> Array:
     return numbers
 
 
-class Touch(NamedTuple):
+class PointConstraints(NamedTuple):
     """Constraints, by their rows, that hold one point (None: it is not told which) along one direction each."""
 
     rows: tuple[int, ...]
@@ -285,7 +285,7 @@ class Touch(NamedTuple):
     directions: tuple[Vector, ...]
 
 
-def touches(constraints: Sequence[Constraint], rows: Iterable[int], kinematics: Kinematics) -> list[Touch]:
+def touches(constraints: Sequence[Constraint], rows: Iterable[int], kinematics: Kinematics) -> list[PointConstraints]:
     """The constraints among `rows` that hold points, those of one point together, and motion constraints without one."""
     found: dict[tuple[Point | int, Point | None], list[tuple[int, Vector]]] = {}
     for r in sorted(rows):
@@ -297,12 +297,16 @@ def touches(constraints: Sequence[Constraint], rows: Iterable[int], kinematics: 
         key = (points[0] if points else r, other)
         found.setdefault(key, []).append((r, c.forces[0][1] if points else Vector()))
     return [
-        Touch(tuple(r for r, _ in held), p if isinstance(p, Point) else None, other, tuple(n for _, n in held))
+        PointConstraints(
+            tuple(r for r, _ in held), p if isinstance(p, Point) else None, other, tuple(n for _, n in held)
+        )
         for (p, other), held in found.items()
     ]
 
 
-def contacts(held: Iterable[Touch], w: Mapping[int, Speed], kinematics: Kinematics) -> dict[Point, ContactPoint]:
+def contacts(
+    held: Iterable[PointConstraints], w: Mapping[int, Speed], kinematics: Kinematics
+) -> dict[Point, ContactPoint]:
     """Points of bodies with the particles through which their velocities go; `w` are the rates of rows that vanish but are speeds."""
     result: dict[Point, ContactPoint] = {}
     for t in held:
@@ -341,7 +345,7 @@ def _needed(point: Point | None, found: Mapping[Point, ContactPoint]) -> set[Poi
     return needed
 
 
-def _is_known(t: Touch, point: Point, kinematics: Kinematics) -> bool:
+def _is_known(t: PointConstraints, point: Point, kinematics: Kinematics) -> bool:
     """Whether the directions are perpendicular, and what the velocity has across them vanishes."""
     if len(t.rows) not in (2, 3) or any(a.dot(b) is not ZERO for a, b in combinations(t.directions, 2)):
         return False

@@ -14,7 +14,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from kane.dynamics.constraints.manifold import Configurations, Manifold, configurations
 from kane.errors import ModelError
@@ -24,11 +23,9 @@ from kane.expr.regular import size
 from kane.expr.symbols import Symbol
 from kane.kinematics.velocity_constraints import ConstraintRows
 from kane.model.system import System
-from kane.numeric.arrays import Array, Mask, median
+from kane.numeric.arrays import Array, Indices, Mask, median
 from kane.numeric.rank import balanced
 from kane.numeric.scale import BETTER, DERIVE_RANK, NEAR_SINGULAR, PIVOT, POOR
-
-Indices = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,11 +36,12 @@ from functools import cache
 from typing import Literal, NamedTuple
 
 from kane.dynamics.constraints.embed import Embedding, embedding
-from kane.dynamics.constraints.manifold import Touch, contacts
-from kane.dynamics.derivation import Derived, Exprs
+from kane.dynamics.constraints.manifold import PointConstraints, contacts
+from kane.dynamics.derivation import Derived
 from kane.dynamics.forcing import LoadTerm, Moving, generalized_by_motion, moving_parts
-from kane.dynamics.formulation.equations import (
-    Motions,
+from kane.dynamics.formulation.change_of_speeds import ConstraintRates, by_definitions, twins
+from kane.dynamics.formulation.classical import (
+    BodyMotions,
     about_points_at_rest,
     embedded,
     embedded_motions,
@@ -50,7 +51,6 @@ from kane.dynamics.formulation.equations import (
     squares,
     unguarded_classical,
 )
-from kane.dynamics.formulation.speeds import ConstraintRates, by_definitions, twins
 from kane.dynamics.solved import Solved
 from kane.expr.build import NODE_BUILDERS, add, div, mul, neg, sum_of
 from kane.expr.differentiation import affine_forms
@@ -60,7 +60,7 @@ from kane.expr.forms.scales import scaled
 from kane.expr.forms.shorter import Products, named, shared
 from kane.expr.forms.shorter import with_short_quotients as shortened
 from kane.expr.matrix import Matrix
-from kane.expr.node import TWO, ZERO, Expr, nodes
+from kane.expr.node import TWO, ZERO, Expr, Exprs, nodes
 from kane.expr.ops import ADD, DIV, MUL, NEG, OPS, REGULAR, SUB
 from kane.expr.regular import extended, factors
 from kane.expr.square_system import square
@@ -84,7 +84,7 @@ _FEW = 6
 def reactions(
     derived: Derived,
     e: Embedding | None,
-    moving: Motions,
+    moving: BodyMotions,
     u_dot: Mapping[Expr, Expr],
     matrix: Matrix,
     w: ConstraintRates | None,
@@ -132,7 +132,7 @@ def _given(derived: Derived, u_dot: Mapping[Expr, Expr]) -> dict[Expr, Following
 
 def _along_inertial(
     derived: Derived,
-    moving: Motions,
+    moving: BodyMotions,
     u_dot: Mapping[Expr, Expr],
     reactions_of: Callable[[Sequence[Moving]], tuple[Expr, ...]],
 ) -> tuple[Expr, ...]:
@@ -197,7 +197,7 @@ def _dot_along(partial: Vector, v: Vector) -> Expr:
 _TAN = OPS["tan"]
 
 
-class Choice(NamedTuple):
+class Variant(NamedTuple):
     """How equations are written in given speeds."""
 
     embedding: Literal["after", "before"]
@@ -205,13 +205,13 @@ class Choice(NamedTuple):
     bias: Literal["accelerations", "momenta", "power", "squares"] = "accelerations"
 
 
-ASSEMBLED = (Choice("after"),)
+ASSEMBLED = (Variant("after"),)
 """Where loads hold reactions."""
-LONG = (Choice("before"),)
+LONG = (Variant("before"),)
 """Of long equations: there candidates differ by little, and each takes its time."""
-DECLARED = (Choice("before"), Choice("after", bias="power"), Choice("before", "point at rest", "momenta"))
+DECLARED = (Variant("before"), Variant("after", bias="power"), Variant("before", "point at rest", "momenta"))
 """In the declared speeds, beside the assembled equations."""
-BY_RATES = (Choice("after"), Choice("before", bias="momenta"), Choice("before", bias="squares"))
+BY_RATES = (Variant("after"), Variant("before", bias="momenta"), Variant("before", bias="squares"))
 """With rates of constraints as speeds."""
 
 
@@ -225,8 +225,8 @@ class Tried(NamedTuple):
     """What the search tries: without an entry of a table it shows what that entry brings (`benchmarks/ablation.py`)."""
 
     speeds: tuple[str, ...] = SPEEDS
-    declared: tuple[Choice, ...] = DECLARED
-    by_rates: tuple[Choice, ...] = BY_RATES
+    declared: tuple[Variant, ...] = DECLARED
+    by_rates: tuple[Variant, ...] = BY_RATES
     dependent: tuple[str, ...] = DEPENDENT
 
 
@@ -237,12 +237,17 @@ class Candidate(NamedTuple):
     """A solution in the speeds of its own `derived`, the motions that it is made with, and which of these speeds vanish."""
 
     solution: Solved
-    moving: Motions | None
+    moving: BodyMotions | None
     w: ConstraintRates | None = None
 
 
 def by_rates(
-    derived: Derived, e: Embedding, touching: Sequence[Touch], coupled: bool, large: bool, tried: Tried = TRIED
+    derived: Derived,
+    e: Embedding,
+    touching: Sequence[PointConstraints],
+    coupled: bool,
+    large: bool,
+    tried: Tried = TRIED,
 ) -> Iterator[list[Candidate]]:
     """Candidates with rates of constraints as speeds, for each choice of these."""
     if "rates of constraints" not in tried.speeds:
@@ -257,14 +262,14 @@ def by_rates(
 
 
 def in_declared_speeds(
-    derived: Derived, e: Embedding, touching: Sequence[Touch], large: bool, tried: Tried = TRIED
+    derived: Derived, e: Embedding, touching: Sequence[PointConstraints], large: bool, tried: Tried = TRIED
 ) -> Iterator[Candidate]:
     """Candidates in the declared speeds, through the particles that constraints hold."""
     return _candidates(LONG if large else tried.declared, derived, e, contacts(touching, {}, derived.kinematics), False)
 
 
 def _candidates(
-    choices: Sequence[Choice], d: Derived, e: Embedding, particles: Mapping[Point, ContactPoint], coupled: bool
+    choices: Sequence[Variant], d: Derived, e: Embedding, particles: Mapping[Point, ContactPoint], coupled: bool
 ) -> Iterator[Candidate]:
     motions = cache(lambda: embedded_motions(d, e, particles))
     for choice in choices:
@@ -280,9 +285,9 @@ def _candidates(
             yield Candidate(embedded(d, e, moving, bodies, carried=choice.bias == "momenta"), moving)
 
 
-def all_speeds(derived: Derived) -> Motions:
+def all_speeds(derived: Derived) -> BodyMotions:
     """The motions by all speeds."""
-    return Motions(derived.speeds, derived.kinematics, derived.bodies)
+    return BodyMotions(derived.speeds, derived.kinematics, derived.bodies)
 
 
 # Dependent speeds --------------------------------------------------------------------------------------------------------

@@ -40,7 +40,7 @@ from kane.tree.values import SpatialForce
 
 
 @dataclass(frozen=True, eq=False)
-class Holding:
+class TreeConstraints:
     """The constraints of a tree that would move without them as what is `freed` does."""
 
     derived: Derived

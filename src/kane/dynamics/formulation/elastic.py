@@ -35,7 +35,7 @@ from kane.tree.values import NO_INERTIA, Column, SpatialForce, SpatialInertia, j
 Rows = Sequence[Mapping[int, Expr]]
 
 
-class Bending(NamedTuple):
+class SharedMomenta(NamedTuple):
     """Places along B with what they move by, their μ by number, and w."""
 
     places: Sequence[Triple]
@@ -48,7 +48,7 @@ class Bending(NamedTuple):
 class Bent:
     """The parts that share momenta, by segment, and the generalized forces on rates."""
 
-    bodies: Mapping[int, Bending]
+    bodies: Mapping[int, SharedMomenta]
     forces: Mapping[Expr, Expr]
 
     def elastic(self, i: int, rates: Sequence[Expr]) -> Elastic:
@@ -64,16 +64,16 @@ class Bent:
 
 def bending_bodies(
     derived: Derived, found: Segments, links: Sequence[Link], rates: Collection[Expr]
-) -> dict[int, Bending]:
+) -> dict[int, SharedMomenta]:
     """The parts that share momenta, by the segment that they move in, and move by these rates there."""
-    stages, bodies = Stages(derived.kinematics, rates), dict[int, Bending]()
+    stages, bodies = Stages(derived.kinematics, rates), dict[int, SharedMomenta]()
     for number, link in zip(found.ends, links, strict=True):
         parts = [each for each in link.parts if each.part.momenta]
         if parts:
             places = [summed(arm.components(link.basis), found.steps[number].shift) for _, arm in parts]
             moves = [_moves(stages, place) for place in places]
             weights = [part.mass for part, _ in parts]
-            bodies[number] = Bending(places, moves, _masses(parts), weights)
+            bodies[number] = SharedMomenta(places, moves, _masses(parts), weights)
     return bodies
 
 
@@ -91,7 +91,7 @@ def _masses(parts: Sequence[Carried]) -> Rows:
     return [{numbers[p]: mass for p, mass in part.momenta} for part, _ in parts]
 
 
-def felt_of(body: Bending, w: Triple, square: Expr) -> SpatialInertia:
+def felt_of(body: SharedMomenta, w: Triple, square: Expr) -> SpatialInertia:
     """The inertia of these parts about the origin, and what is there at no acceleration, at the angular velocity ω."""
     places, moves = body.places, body.moves
     p = [_weighed(row, lambda k: places[k]) for row in body.masses]
@@ -119,7 +119,7 @@ def felt_of(body: Bending, w: Triple, square: Expr) -> SpatialInertia:
     return SpatialInertia(mirrored(as_rows(rows)), skew(h), m, SpatialForce(n, f), columns)
 
 
-def _entries(body: Bending, k: int, v: Triple) -> Iterator[tuple[Expr, Expr]]:
+def _entries(body: SharedMomenta, k: int, v: Triple) -> Iterator[tuple[Expr, Expr]]:
     """What the partial place v of part k has of m, by the other rate."""
     found: dict[Expr, Expr] = {}
     for other, mass in body.masses[k].items():
@@ -136,7 +136,7 @@ def _weighed(row: Mapping[int, Expr], what: Callable[[int], Triple]) -> Triple:
     return total
 
 
-def _swung(body: Bending, row: Mapping[int, Expr], w: Triple, square: Expr) -> Triple:
+def _swung(body: SharedMomenta, row: Mapping[int, Expr], w: Triple, square: Expr) -> Triple:
     """ω × (ω × p) + 2 ω × ṗ + p̈."""
     p = _weighed(row, lambda k: body.places[k])
     change = _weighed(row, lambda k: body.moves[k].total)

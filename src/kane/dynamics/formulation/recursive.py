@@ -17,10 +17,10 @@ from kane.dynamics.constraints.embed import embedding
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived
 from kane.dynamics.formulation.carried import falling, regrouped, rigid_bodies
-from kane.dynamics.formulation.closed import Holding, products
-from kane.dynamics.formulation.crossings import Crossing, crossings, parted
+from kane.dynamics.formulation.classical import evident, holds_reactions, solved_reactions
+from kane.dynamics.formulation.closed import TreeConstraints, products
 from kane.dynamics.formulation.elastic import Bent, bending_bodies, bent_frames, gauged, shared_rates
-from kane.dynamics.formulation.equations import evident, holds_reactions, solved_reactions
+from kane.dynamics.formulation.joint_cuts import ReactionDirection, crossings, parted
 from kane.dynamics.formulation.reflected import Geared, geared_to_ground, reflected_to_joints
 from kane.dynamics.solved import Solved
 from kane.errors import SingularError
@@ -28,7 +28,7 @@ from kane.expr.build import add, mul, neg
 from kane.expr.differentiation import affine_forms
 from kane.expr.evaluation import Walk, price
 from kane.expr.matrix import Matrix, ldl
-from kane.expr.node import ZERO, Expr, nodes
+from kane.expr.node import ZERO, Expr, Exprs, nodes
 from kane.expr.regular import guards
 from kane.expr.symbols import Symbol
 from kane.expr.visit import substituted
@@ -43,8 +43,6 @@ from kane.numeric.scale import bounded
 from kane.tree.articulated import Articulated, Passed, Wrenches
 from kane.tree.composite import Composite
 from kane.tree.values import Reflected, Rigid, SpatialForce
-
-Exprs = tuple[Expr, ...]
 
 _BRANCH = 5
 """Joint speeds from the ground to one, on average, beyond which articulated inertias are shorter than composite ones, or as good as
@@ -100,7 +98,7 @@ class Carrying(NamedTuple):
     bodies: Sequence[Rigid]
     loads: Wrenches
     bent: Bent
-    crossings: Sequence[Crossing | None] | None
+    crossings: Sequence[ReactionDirection | None] | None
     """Where the reactions cross, where that is told by segments; those of constraints do nowhere."""
     reflected: Mapping[int, Reflected]
     """What bodies that turn or slide in the ground as joints do add to the equations of these, by number of the joint speed."""
@@ -226,7 +224,7 @@ def _accelerated(derived: Derived, carried: Carrying, route: str, partition: Par
     freed = WAYS[route](tree.segments, ground, list(asked.values()))
     if len(freed.free.rows) < len(derived.speeds):
         raise Unsuited(NO_MASS)
-    holding = Holding(derived, carried.segments, tree, freed, ground)
+    holding = TreeConstraints(derived, carried.segments, tree, freed, ground)
     pairs = list(map(holding.row, rows))
     forces = [pressed for pressed, _ in pairs]
     matrix = products(freed.divisors, forces)
@@ -239,7 +237,7 @@ def _accelerated(derived: Derived, carried: Carrying, route: str, partition: Par
     return _Accelerated(passed, transmitted, multipliers, factors.pivots, sizes, holding.placed(rows))
 
 
-def _felt(derived: Derived, across: Sequence[Crossing | None], whole: _Accelerated) -> list[Expr]:
+def _felt(derived: Derived, across: Sequence[ReactionDirection | None], whole: _Accelerated) -> list[Expr]:
     """What G_a R are: what is transmitted, less what the constraints exert on the far side."""
     result = []
     for a, crossing in enumerate(across):

@@ -21,7 +21,7 @@ from functools import cached_property, reduce
 from kane.dynamics.constraints.embed import Embedding, embedding
 from kane.dynamics.constraints.manifold import touches
 from kane.dynamics.constraints.partition import Partition
-from kane.dynamics.derivation import Derived, Exprs, check_reactions_independent
+from kane.dynamics.derivation import Derived, check_reactions_independent
 from kane.dynamics.formulation.candidates import (
     LARGE,
     SHORT,
@@ -41,24 +41,24 @@ from kane.dynamics.formulation.candidates import (
     with_short_quotients,
     with_short_rates,
 )
-from kane.dynamics.formulation.equations import (
+from kane.dynamics.formulation.change_of_speeds import (
+    absolute,
+    by_mass_centre,
+    constraint_speeds,
+)
+from kane.dynamics.formulation.classical import (
     classical,
     holds_reactions,
     unguarded_classical,
 )
 from kane.dynamics.formulation.recursive import BENT, WAYS, by_recursion, carrying, recursions
-from kane.dynamics.formulation.speeds import (
-    absolute,
-    by_mass_centre,
-    constraint_speeds,
-)
 from kane.dynamics.solved import Solved
 from kane.errors import KaneError, ModelError, ReactionError, SingularError
 from kane.expr.build import mul, neg, sub, sum_of
 from kane.expr.differentiation import Affine
 from kane.expr.evaluation import Prices, exceeds, price
 from kane.expr.forms.collect import collected
-from kane.expr.node import ONE, ZERO, Expr
+from kane.expr.node import ONE, ZERO, Expr, Exprs
 from kane.kinematics.freedoms import Unsuited
 from kane.model.bodies import deforming
 from kane.model.constraints import Constraint, constraint_of

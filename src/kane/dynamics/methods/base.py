@@ -21,10 +21,8 @@ from kane.expr.build import add, neg, sub
 from kane.expr.differentiation import affine_forms
 from kane.expr.evaluation import Operations, count_operations
 from kane.expr.matrix import Matrix, dot, ldl
-from kane.expr.node import ZERO, Expr
+from kane.expr.node import ZERO, Expr, Exprs
 from kane.expr.ops import Immutable
-
-Exprs = tuple[Expr, ...]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -26,7 +26,6 @@ from functools import cache
 from kane.dynamics.in_rates import InRates, LinearConstraints
 from kane.dynamics.lazy import read
 from kane.dynamics.methods.base import (
-    Exprs,
     Formulation,
     definite,
     elimination_notes,
@@ -40,7 +39,7 @@ from kane.errors import ModelError
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.differentiation import affine_forms, gradient, time_derivative
 from kane.expr.matrix import Matrix, dot
-from kane.expr.node import ZERO, Expr, constant
+from kane.expr.node import ZERO, Expr, Exprs, constant
 from kane.expr.symbols import Reaction, Speed, rate
 from kane.expr.visit import substituted, substituting
 

@@ -18,12 +18,12 @@ from dataclasses import dataclass
 
 from kane.dynamics.in_rates import InRates
 from kane.dynamics.lazy import read
-from kane.dynamics.methods.base import Exprs, Formulation, in_accelerations, on_constraints, solved_for
+from kane.dynamics.methods.base import Formulation, in_accelerations, on_constraints, solved_for
 from kane.errors import ModelError
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.differentiation import jacobian, time_derivative
 from kane.expr.matrix import dot
-from kane.expr.node import ZERO, Expr, as_expr, constant
+from kane.expr.node import ZERO, Expr, Exprs, as_expr, constant
 from kane.expr.symbols import Reaction, word
 from kane.expr.visit import substituting
 from kane.model.bodies import Part

@@ -6,7 +6,7 @@
 
 from collections.abc import Callable, Mapping
 
-from kane.dynamics.formulation.equations import holds_reactions
+from kane.dynamics.formulation.classical import holds_reactions
 from kane.dynamics.in_rates import InRates
 from kane.dynamics.methods import lagrange, newton_euler
 from kane.dynamics.methods.base import Formulation

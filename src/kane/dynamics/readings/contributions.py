@@ -25,7 +25,7 @@ from kane.dynamics.solved import Solved
 from kane.errors import Attributes, SpeedsError, none_of
 from kane.expr.build import add, mul, sum_of
 from kane.expr.evaluation import evaluate, free_symbols
-from kane.expr.node import ZERO, Expr, postorder
+from kane.expr.node import ZERO, Expr, Exprs, postorder
 from kane.expr.piecewise import Piecewise
 from kane.expr.regular import Sizes, size
 from kane.expr.symbols import Coordinate, Parameter, QuasiRate, Rate, Reaction, Speed, Symbol
@@ -209,7 +209,6 @@ def inertia_forces(derived: Derived, body: Body) -> ForceSystem:
     )
 
 
-Exprs = tuple[Expr, ...]
 Place = dict[Expr, float]
 
 _PLACES, _WIDE = 8, 1.2

@@ -16,7 +16,7 @@ force depends on q_s or acts along it (sec. 7.4).
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from kane.dynamics.derivation import Derived, Exprs
+from kane.dynamics.derivation import Derived
 from kane.dynamics.forcing import ConstantInertia, Moving
 from kane.dynamics.formulation.recursive import WAYS
 from kane.dynamics.in_rates import InRates
@@ -31,7 +31,7 @@ from kane.expr.build import add, mul, neg, sub, sum_of
 from kane.expr.differentiation import diff, gradient
 from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import dot
-from kane.expr.node import ZERO, Expr
+from kane.expr.node import ZERO, Expr, Exprs
 from kane.expr.symbols import Coordinate, StateVariable, Time, input_of, rate
 from kane.kinematics.freedoms import Unsuited
 from kane.kinematics.velocities import Motion, acceleration_form, velocity_form

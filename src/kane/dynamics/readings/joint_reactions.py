@@ -59,7 +59,7 @@ class JointReaction(Attributes):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Side:
+class _FarSide:
     """The far side of a place: which points and frames belong to it, and the arm from which a force at a point turns it."""
 
     name: str
@@ -122,20 +122,22 @@ def _by_name(system: System, name: str) -> Joint | Point | Frame | tuple[Constra
 # The far side ----------------------------------------------------------------------------------------------------------------
 
 
-def _far_side(derived: Derived, place: Joint | Point | Frame) -> _Side:
+def _far_side(derived: Derived, place: Joint | Point | Frame) -> _FarSide:
     if isinstance(place, Joint):
         point = place.point
-        side = _Side(place.name, _through_point(point), _through_frame(place.frame), lambda p: p.position(point), point)
+        side = _FarSide(
+            place.name, _through_point(point), _through_frame(place.frame), lambda p: p.position(point), point
+        )
         _check_body_frames(derived.system, side)
     elif isinstance(place, Point):
         _check_cut(place)
         reached = _through_point(place)
-        side = _Side(place.name, reached, _owned(derived.system, place, reached), lambda p: p.position(place), place)
+        side = _FarSide(place.name, reached, _owned(derived.system, place, reached), lambda p: p.position(place), place)
     else:
         _check_cut(place)
         turned = _through_frame(place)
         arm = partial(_turned_arm, turned=turned)
-        side = _Side(place.name, lambda p: not arm(p).is_zero, turned, arm, None)
+        side = _FarSide(place.name, lambda p: not arm(p).is_zero, turned, arm, None)
     if not any(_holds(side, b) for b in derived.bodies):
         raise ReactionError(
             f"Expected a body on the far side of {place.name}, got none: nothing is reached through it."
@@ -143,7 +145,7 @@ def _far_side(derived: Derived, place: Joint | Point | Frame) -> _Side:
     return side
 
 
-def _holds(side: _Side, b: Moving) -> bool:
+def _holds(side: _FarSide, b: Moving) -> bool:
     return side.has_point(b.part.mass_center) or (b.rotation is not None and side.has_frame(b.rotation.frame))
 
 
@@ -181,7 +183,7 @@ def _turned_arm(p: Point, turned: Callable[[Basis], bool]) -> Vector:
     return total
 
 
-def _check_body_frames(system: System, side: _Side) -> None:
+def _check_body_frames(system: System, side: _FarSide) -> None:
     for name, center, frame in _extended(system):
         if side.has_point(center) != side.has_frame(frame):
             by = "its point, but not its frame" if side.has_point(center) else "its frame, but not its point"
@@ -218,7 +220,7 @@ def _owned(system: System, point: Point, reached: Callable[[Point], bool]) -> Ca
 # Newton and Euler -------------------------------------------------------------------------------------------------------------
 
 
-def _balance(solved: Solved, side: _Side) -> JointReaction:
+def _balance(solved: Solved, side: _FarSide) -> JointReaction:
     derived = solved.derived
 
     def share(c: Constraint) -> tuple[Vector, Vector]:
@@ -238,7 +240,7 @@ def _balance(solved: Solved, side: _Side) -> JointReaction:
 
 
 def _gathered(
-    side: _Side, forces: Iterable[tuple[Point, Vector]], torques: Iterable[tuple[Frame, Vector]]
+    side: _FarSide, forces: Iterable[tuple[Point, Vector]], torques: Iterable[tuple[Frame, Vector]]
 ) -> tuple[Vector, Vector]:
     """Σ F and Σ T + r × F of what acts on the far side."""
     force, torque = Vector(), Vector()

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane import show
-from kane.dynamics.derivation import Derived, Exprs
+from kane.dynamics.derivation import Derived
 from kane.dynamics.in_rates import InRates
 from kane.dynamics.readings.contributions import Place, by_rates, differs, measured, sample_points, states
 from kane.errors import KaneError, PotentialError, cut, warn
@@ -32,7 +32,7 @@ from kane.expr.evaluation import free_symbols, price
 from kane.expr.forms.collect import expanded, factored
 from kane.expr.forms.integration import antiderivative
 from kane.expr.matrix import invert
-from kane.expr.node import ONE, ZERO, Expr, constant
+from kane.expr.node import ONE, ZERO, Expr, Exprs, constant
 from kane.expr.ops import Immutable
 from kane.expr.regular import size
 from kane.expr.symbols import Coordinate, QuasiRate, Rate, Reaction, Speed, Symbol, input_of

@@ -26,7 +26,7 @@ from kane.errors import ExpressionError, ValueMissingError, cut
 from kane.expr.differentiation import Affine, tangent
 from kane.expr.evaluation import Walk, at, evaluate, free_symbols, of_one_shape, stacked
 from kane.expr.matrix import Matrix, dot
-from kane.expr.node import ONE, ZERO, Expr, as_expr
+from kane.expr.node import ONE, ZERO, Expr, Exprs, as_expr
 from kane.expr.symbols import (
     AuxiliarySpeed,
     Coordinate,
@@ -48,8 +48,6 @@ from kane.model.system import System
 from kane.numeric.sampling import finite_number, named_values, symbol_named
 from kane.space.frame import Frame, Point
 from kane.space.vector import Dyadic, Vector
-
-Exprs = tuple[Expr, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

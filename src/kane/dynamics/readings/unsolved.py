@@ -22,8 +22,8 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from kane.dynamics import inverse_dynamics as trees
-from kane.dynamics.derivation import Derived, Exprs
-from kane.dynamics.formulation.equations import solved_reactions
+from kane.dynamics.derivation import Derived
+from kane.dynamics.formulation.classical import solved_reactions
 from kane.dynamics.formulation.recursive import BENT, WAYS
 from kane.dynamics.readings.energy import linear_momentum, mass_center
 from kane.dynamics.solved import Solved
@@ -33,7 +33,7 @@ from kane.expr.differentiation import tangent, weighted
 from kane.expr.evaluation import free_symbols, price
 from kane.expr.forms.collect import collected
 from kane.expr.matrix import Matrix, dot, ldl, solve_lu, sparse_order
-from kane.expr.node import ONE, ZERO, Expr, as_expr
+from kane.expr.node import ONE, ZERO, Expr, Exprs, as_expr
 from kane.expr.symbols import Reaction, Symbol, Time, input_of, rate
 from kane.expr.visit import substituted, substituting
 from kane.kinematics.freedoms import Unsuited

@@ -29,7 +29,7 @@ from kane.motion.projection import constraint_numbers
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import better
 from kane.numeric.sampling import finite_number, named_values
-from kane.program.emit.names import identifier, is_free_in_c
+from kane.program.emit.identifiers import identifier, is_free_in_c
 from kane.progress import working
 from kane.whole import exchange, path_of
 

@@ -19,13 +19,13 @@ from kane.model.contact_modes import in_mode
 from kane.model.declarations import Event
 from kane.motion.constraint_kernels import choices, holding, structure
 from kane.motion.hybrid.automaton import tendency, values_set
-from kane.motion.programs.contact_modes import ModeOfProgram, modes_of
+from kane.motion.programs.program_modes import ModeOfProgram, modes_of
 from kane.motion.programs.simulator_c import assembled
 from kane.motion.projection import is_constrained
 from kane.motion.steppers.crossings import LEAVES
 from kane.numeric.arrays import Array
 from kane.numeric.scale import LATER
-from kane.program.emit.names import c_number, c_string
+from kane.program.emit.identifiers import c_number, c_string
 from kane.program.from_expressions import Task
 
 DRIFT = 1e-9

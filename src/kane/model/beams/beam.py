@@ -20,7 +20,7 @@ from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import Expr, as_expr, constant, constant_value
 from kane.expr.ops import Immutable
 from kane.expr.symbols import Coordinate, Parameter, Speed, Symbol, rate
-from kane.model.beams.declared import axial, bending, directions, shearing, turning
+from kane.model.beams.beam_arguments import axial, bending, directions, shearing, turning
 from kane.model.beams.deformation import (
     Field,
     Fields,
@@ -32,8 +32,8 @@ from kane.model.beams.deformation import (
     section,
     section_frame,
 )
-from kane.model.beams.parts import Gauges, Matter, damping_of, elasticity, particles, sharing, slices, strain
-from kane.model.beams.shapes import ModeShapes, mode_shapes
+from kane.model.beams.mass_parts import Gauges, Matter, damping_of, elasticity, particles, sharing, slices, strain
+from kane.model.beams.shape_functions import ModeShapes, mode_shapes
 from kane.model.bodies import Part
 from kane.model.loads import Load
 from kane.numeric.arrays import Array

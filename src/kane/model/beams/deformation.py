@@ -26,9 +26,9 @@ from kane.expr.build import add, div, mul
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ZERO, Expr, as_expr, constant, constant_value
 from kane.expr.symbols import Coordinate, Parameter
-from kane.model.beams.shapes import ModeShapes, together
+from kane.model.beams.shape_functions import ModeShapes, together
 from kane.numeric.arrays import Array
-from kane.numeric.polynomials import Rule, gauss
+from kane.numeric.polynomials import QuadratureRule, gauss
 from kane.numeric.rank import singular
 from kane.numeric.sampling import default_of
 from kane.numeric.scale import EQUAL, STATE_RANK, TAKES_PART
@@ -110,7 +110,7 @@ _BITS = 44
 """Sums of numbers that are rounded to 2^-44 of 1 are exact: what cancels in sums, cancels to zero."""
 
 
-def fine(shapes: Sequence[ModeShapes]) -> Rule:
+def fine(shapes: Sequence[ModeShapes]) -> QuadratureRule:
     """A rule for products of all these functions."""
     breaks = sorted({b for s in shapes for b in s.breaks} | {0.0, 1.0})
     pieces = len(breaks) - 1
@@ -130,7 +130,7 @@ def cleaned(a: Array, limit: float) -> Array:
     return np.where(np.abs(a) < limit * np.multiply.outer(size, size), 0.0, a)
 
 
-def check_independent(who: str, shapes: ModeShapes, rule: Rule) -> None:
+def check_independent(who: str, shapes: ModeShapes, rule: QuadratureRule) -> None:
     """A ModelError names the functions that the others make, and the rank."""
     values = np.sqrt(rule.weights)[:, None] * shapes.evaluate(rule.places, 0)
     lengths = np.linalg.norm(values, axis=0)
@@ -167,7 +167,7 @@ def moments_beyond(share: Share, places: Array) -> tuple[Array, Array]:
     return weights.sum(axis=1), (weights * x).sum(axis=1)
 
 
-def stations(shapes: Sequence[ModeShapes], bending: Sequence[ModeShapes], share: Share) -> Rule:
+def stations(shapes: Sequence[ModeShapes], bending: Sequence[ModeShapes], share: Share) -> QuadratureRule:
     """Gauss's rule with the fewest points that has ∫ r f_k f_l of all functions and foreshortenings."""
     target, sizes = _products(fine(shapes), shapes, bending, share)
 
@@ -183,7 +183,7 @@ def stations(shapes: Sequence[ModeShapes], bending: Sequence[ModeShapes], share:
 
 
 def _products(
-    rule: Rule, shapes: Sequence[ModeShapes], bending: Sequence[ModeShapes], share: Share
+    rule: QuadratureRule, shapes: Sequence[ModeShapes], bending: Sequence[ModeShapes], share: Share
 ) -> tuple[Array, Array]:
     values = [np.ones((len(rule.places), 1)), rule.places[:, None]]
     values += [s.evaluate(rule.places, 0) for s in shapes]

@@ -28,7 +28,7 @@ Names = str | Coordinate | Sequence[str | Coordinate] | None
 SpeedNames = str | Speed | Sequence[str | Speed] | Mapping[Speed, Any] | None
 
 
-class Called(TypedDict, total=False):
+class JointNames(TypedDict, total=False):
     """How a joint's child, coordinates and speeds are called, where not after the joint."""
 
     child: str

@@ -30,7 +30,7 @@ from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
 
-class _Side(NamedTuple):
+class _RoundBody(NamedTuple):
     """A body that touches: a frame that turns with it, a point of it, and how far its surface is."""
 
     frame: Frame
@@ -158,9 +158,9 @@ def _several(name: str, points: Sequence[Point], what: str, least: int) -> tuple
 
 def _sides(
     name: str, own: tuple[Frame, Point, Any], other: tuple[Frame, Point, Any], inside: bool
-) -> tuple[_Side, _Side]:
+) -> tuple[_RoundBody, _RoundBody]:
     """Both bodies, the sphere first, with radii that are none below zero and leave a sphere room."""
-    a, b = (_Side(frame, point, as_expr(radius)) for frame, point, radius in (own, other))
+    a, b = (_RoundBody(frame, point, as_expr(radius)) for frame, point, radius in (own, other))
     r, s = sample([a.radius, b.radius], SEEDS[0])
     for side, value in ((a, r), (b, s)):
         expect.that(value >= 0, f"radii of {name!r} at or above zero", came=f"{side.radius} = {value:.6g}")
@@ -172,7 +172,7 @@ def _sides(
 
 
 def _rounded(
-    name: str, sides: tuple[_Side, _Side], apart: Vector, along: Vector, inside: bool, pole: Vector | None
+    name: str, sides: tuple[_RoundBody, _RoundBody], apart: Vector, along: Vector, inside: bool, pole: Vector | None
 ) -> Contact:
     """The contact of a sphere with a surface whose middle is at −`apart` from its centre, and at `along` from the other's point."""
     own, other = sides

@@ -6,15 +6,15 @@ from typing import Any, Literal, Unpack
 from kane import expect
 from kane.expr.node import Expr, as_expr
 from kane.expr.symbols import Coordinate
-from kane.model.joints.joint import Called, Joint, Seat, Twist, across, mirrored, perpendicular_axes
+from kane.model.joints.joint import Joint, JointNames, Seat, Twist, across, mirrored, perpendicular_axes
 from kane.space.frame import Frame, Point
 from kane.space.vector import Vector
 
-_called = expect.keywords(*Called.__annotations__)
+_called = expect.keywords(*JointNames.__annotations__)
 
 
 @_called
-def pin(name: str, at: Point, parent: Frame, *, axis: Vector, **called: Unpack[Called]) -> Joint:
+def pin(name: str, at: Point, parent: Frame, *, axis: Vector, **called: Unpack[JointNames]) -> Joint:
     """A child frame turned by an angle q about `axis`; u = q̇.
 
     Parameters
@@ -32,7 +32,7 @@ def pin(name: str, at: Point, parent: Frame, *, axis: Vector, **called: Unpack[C
 
 
 @_called
-def slider(name: str, at: Point, parent: Frame, *, axis: Vector, **called: Unpack[Called]) -> Joint:
+def slider(name: str, at: Point, parent: Frame, *, axis: Vector, **called: Unpack[JointNames]) -> Joint:
     """A child that slides by q along `axis` of the parent; u = q̇. Arguments as for `kn.pin`."""
     s = Seat("slider", name, at, parent, **called)
     a = s.axis(axis)
@@ -41,7 +41,7 @@ def slider(name: str, at: Point, parent: Frame, *, axis: Vector, **called: Unpac
 
 
 @_called
-def cylindrical(name: str, at: Point, parent: Frame, *, axis: Vector, **called: Unpack[Called]) -> Joint:
+def cylindrical(name: str, at: Point, parent: Frame, *, axis: Vector, **called: Unpack[JointNames]) -> Joint:
     """A child that turns by q about `axis` and slides by s along it; u_q = q̇, u_s = ṡ. Arguments as for `kn.pin`."""
     seated = Seat("cylindrical", name, at, parent, **called)
     a = seated.axis(axis)
@@ -51,7 +51,7 @@ def cylindrical(name: str, at: Point, parent: Frame, *, axis: Vector, **called: 
 
 
 @_called
-def screw(name: str, at: Point, parent: Frame, *, axis: Vector, pitch: Any, **called: Unpack[Called]) -> Joint:
+def screw(name: str, at: Point, parent: Frame, *, axis: Vector, pitch: Any, **called: Unpack[JointNames]) -> Joint:
     """A child that turns by q about `axis` and advances by `pitch`·q along it; u = q̇. Other arguments as for `kn.pin`.
 
     `pitch` is in m/rad, positive for a right-hand thread: a lead of l a turn is l/(2π).
@@ -63,7 +63,7 @@ def screw(name: str, at: Point, parent: Frame, *, axis: Vector, pitch: Any, **ca
 
 
 @_called
-def planar(name: str, at: Point, parent: Frame, *, normal: Vector, **called: Unpack[Called]) -> Joint:
+def planar(name: str, at: Point, parent: Frame, *, normal: Vector, **called: Unpack[JointNames]) -> Joint:
     """A child displaced by x e₁ + y e₂ in the plane across `normal`, then turned by q about it; u = (ẋ, ẏ, q̇).
 
     `normal` is a unit vector fixed in the parent frame, e₁ and e₂ are parent's, e₁ × e₂ = normal (x and y for z), in `joint.axes`
@@ -79,7 +79,9 @@ def planar(name: str, at: Point, parent: Frame, *, normal: Vector, **called: Unp
 
 
 @_called
-def universal(name: str, at: Point, parent: Frame, *, axes: tuple[Vector, Vector], **called: Unpack[Called]) -> Joint:
+def universal(
+    name: str, at: Point, parent: Frame, *, axes: tuple[Vector, Vector], **called: Unpack[JointNames]
+) -> Joint:
     """A child that turns by q1 about the first axis, fixed in the parent, then by q2 about the second, which turns with the cross.
 
     `axes` are two perpendicular unit vectors as they lie in the parent at q1 = 0; the second is fixed in the child too. u = q̇.
@@ -133,7 +135,7 @@ def ball(
     *,
     orientation: Orientation = "euler parameters",
     sequence: str = "xyz",
-    **called: Unpack[Called],
+    **called: Unpack[JointNames],
 ) -> Joint:
     """A child that turns about a point; speeds are the measure numbers of its ω in the parent along its own axes.
 
@@ -154,7 +156,7 @@ def free(
     orientation: Orientation = "euler parameters",
     sequence: str = "xyz",
     velocity: Literal["child", "parent"] = "child",
-    **called: Unpack[Called],
+    **called: Unpack[JointNames],
 ) -> Joint:
     """A child oriented as by `kn.ball`, at x, y, z along the parent's axes: coordinates and speeds stand in this order.
 

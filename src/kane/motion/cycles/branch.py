@@ -17,8 +17,8 @@ from kane import expect
 from kane.analysis.solution_branches import changes, tracked
 from kane.errors import Attributes, SimulationError
 from kane.expr.symbols import Parameter
-from kane.motion.cycles.shooting import Linearized, Shooting, Shot
-from kane.numeric.arclength import Curve
+from kane.motion.cycles.shooting import FirstReturn, Linearized, Shooting
+from kane.numeric.arclength import ImplicitCurve
 from kane.numeric.arrays import Array, Complex
 from kane.numeric.sampling import symbols_named
 from kane.numeric.scale import SOLVED
@@ -117,7 +117,7 @@ class Chart:
         x[list(self.places)] = y[:-1] * self.columns[:-1]
         return shooting, shooting.onto(x, self.first.names)
 
-    def shot(self, y: Array) -> tuple[Shooting, Shot, Linearized]:
+    def shot(self, y: Array) -> tuple[Shooting, FirstReturn, Linearized]:
         """The motion of a point, with its derivative."""
         shooting, x = self.at(y)
         shot = shooting.shot(x)
@@ -176,7 +176,7 @@ def follow(cycle: Any, parameter: Any, to: Any, max_points: int, locate: bool, m
     scale = np.maximum(span, 1e-6 * span.max(initial=0) or 1.0)[list(indices)]
     chart = Chart(cycle, make, symbol, indices, np.append(scale, abs(values[-1] - begin)))
     y = np.append(cycle.x[list(indices)], begin) / chart.columns
-    curve = Curve(chart)
+    curve = ImplicitCurve(chart)
 
     def where(y: Array) -> str:
         return f"{symbol.name} = {y[-1] * chart.columns[-1]:.6g}"
@@ -202,7 +202,9 @@ def follow(cycle: Any, parameter: Any, to: Any, max_points: int, locate: bool, m
     )
 
 
-def _changes(chart: Chart, curve: Curve, points: Any, cycles: list[Any], marks: list[int]) -> tuple[CycleChange, ...]:
+def _changes(
+    chart: Chart, curve: ImplicitCurve, points: Any, cycles: list[Any], marks: list[int]
+) -> tuple[CycleChange, ...]:
     """Where a multiplier crosses the unit circle."""
     roots = [logarithms(c.multipliers) for c in cycles]
 

@@ -14,7 +14,7 @@ from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import Attributes, SimulationError
 from kane.expr.node import Expr
 from kane.motion.cycles.branch import CycleBranch, follow
-from kane.motion.cycles.shooting import Linearized, Shooting, Shot
+from kane.motion.cycles.shooting import FirstReturn, Linearized, Shooting
 from kane.motion.derivatives.return_map import ReturnMap
 from kane.motion.solution.solution import Solution
 from kane.motion.start import check_tolerance
@@ -113,7 +113,7 @@ def _number(m: complex) -> str:
     )
 
 
-def of_shot(shooting: Shooting, shot: Shot, linear: Linearized, steps: int = 0) -> LimitCycle:
+def of_shot(shooting: Shooting, shot: FirstReturn, linear: Linearized, steps: int = 0) -> LimitCycle:
     """The record of a cycle that was found."""
     eom, map_ = shooting.map.eom, shooting.map
     parts = np.split(shot.x, np.cumsum([len(eom.coordinates), len(eom.speeds)]))

@@ -23,7 +23,7 @@ from kane.errors import SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter
 from kane.motion.derivatives.return_map import ReturnMap
-from kane.motion.derivatives.tangents import basis_of, flow_of
+from kane.motion.derivatives.tangent_space import basis_of, flow_of
 from kane.motion.derivatives.variation import Differential
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array, Complex
@@ -35,7 +35,7 @@ _SAMPLES = 501
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shot:
+class FirstReturn:
     """A motion from x, r = P(x) − x, the sizes of x along it, and how far its first rates lead in T/2π."""
 
     x: Array
@@ -55,7 +55,7 @@ class Shot:
         return float(np.abs(self.left / self.scale).max(initial=0.0))
 
 
-def _shot_message(shot: Shot) -> str:
+def _shot_message(shot: FirstReturn) -> str:
     return f"a residual of {shot.size:.1e}"
 
 
@@ -84,14 +84,14 @@ class Shooting:
         )
         return start_state(eom, found.q, found.u, x[u:])
 
-    def shot(self, x: Array, samples: Any = ()) -> Shot:
+    def shot(self, x: Array, samples: Any = ()) -> FirstReturn:
         """The motion from x."""
         motion = self.map(x, self.constants, samples)
         left = motion.states[-1] - x
         left[self._cyclic] = 0.0
         rate = Differential((), self.map.settings, {}).side(motion, 0).rate
         way = np.abs(rate) * float(motion.t[-1] - motion.t[0]) / (2 * np.pi)
-        return Shot(x, motion, left, self._sizes(np.maximum(np.abs(motion.states).max(axis=0), way)), way)
+        return FirstReturn(x, motion, left, self._sizes(np.maximum(np.abs(motion.states).max(axis=0), way)), way)
 
     def _sizes(self, size: Array) -> Array:
         """By what components are measured: their size, at least a tenth of the largest of their kind."""
@@ -103,7 +103,7 @@ class Shooting:
     def _cyclic(self) -> list[int]:
         return [i for i, s in enumerate(self.map.eom.state) if s.name in self.cyclic]
 
-    def linear(self, shot: Shot, by: tuple[Parameter, ...] = ()) -> "Linearized":
+    def linear(self, shot: FirstReturn, by: tuple[Parameter, ...] = ()) -> "Linearized":
         """The derivative of P at a shot, in independent perturbations."""
         whole = self.map.differential(shot.motion, by)
         walk = Differential((), self.map.settings, {})
@@ -137,7 +137,7 @@ class Shooting:
                     "of the motion depends on it. Leave it out: it must come back."
                 )
 
-    def newton(self, x: Array, tolerance: float, most: int) -> tuple[Shot, "Linearized", int]:
+    def newton(self, x: Array, tolerance: float, most: int) -> tuple[FirstReturn, "Linearized", int]:
         """The cycle near x.
 
         Raises
@@ -174,7 +174,7 @@ class Shooting:
             "to it: let the motion settle by kn.simulate first, or follow the cycle from other values of the parameters."
         )
 
-    def _step(self, now: Shot, linear: "Linearized") -> Shot | None:
+    def _step(self, now: FirstReturn, linear: "Linearized") -> FirstReturn | None:
         """The shot of a step that helps; None where none does."""
         change = linear.basis @ linear.solve(linear.back @ now.left)
         share, failed = 1.0, None
@@ -192,7 +192,7 @@ class Shooting:
             raise failed
         return None
 
-    def sampled(self, shot: Shot) -> Solution:
+    def sampled(self, shot: FirstReturn) -> Solution:
         """The motion of a shot at many times."""
         length = float(shot.motion.t[-1]) - self.map.t0
         return self.shot(shot.x, np.linspace(self.map.t0, self.map.t0 + length * (1 - SAME_TIME), _SAMPLES)).motion

@@ -13,8 +13,8 @@ from kane.errors import Attributes, ExpressionError, SimulationError
 from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Parameter, Symbol
 from kane.motion.derivatives.adjoint import Seeds
+from kane.motion.derivatives.forwards import slopes_along
 from kane.motion.derivatives.pulling import Integrand
-from kane.motion.derivatives.sensitivities import slopes_along
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 

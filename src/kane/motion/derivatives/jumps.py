@@ -21,7 +21,7 @@ from kane.expr.visit import substituted
 from kane.model.contacts import ContactMode
 from kane.model.declarations import Event, target
 from kane.motion.contact_motion import ContactMotion
-from kane.motion.derivatives.tangents import Side, allowed
+from kane.motion.derivatives.tangent_space import Side, allowed
 from kane.motion.hybrid.actions import Instant, acted, following
 from kane.motion.inputs.expressions import Formula
 from kane.motion.inputs.functions import constant

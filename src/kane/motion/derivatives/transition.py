@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kane.motion.derivatives.forcing import Slopes
+from kane.motion.derivatives.parameter_slopes import Slopes
 from kane.motion.inputs.expressions import Formula
 from kane.motion.right_hand_side import Routines, entries, exact, is_long
 from kane.motion.solution.phases import Indices

@@ -20,9 +20,9 @@ from kane.errors import SimulationError
 from kane.expr.symbols import Parameter
 from kane.model.declarations import Event
 from kane.motion.contact_motion import ContactMotion
-from kane.motion.derivatives.forcing import Slopes, forcing, input_slopes
 from kane.motion.derivatives.jumps import JumpSlopes, action, gradients, impact
-from kane.motion.derivatives.tangents import Side
+from kane.motion.derivatives.parameter_slopes import Slopes, forcing, input_slopes
+from kane.motion.derivatives.tangent_space import Side
 from kane.motion.derivatives.transition import Stretch, transition
 from kane.motion.inputs.breakpoints import next_end, on_from
 from kane.motion.inputs.expressions import controllers, turning_laws

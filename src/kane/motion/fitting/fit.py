@@ -21,11 +21,11 @@ from kane.equations.state import State, StateValues, by_keyword, guess, state_of
 from kane.errors import KaneError, SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol
-from kane.motion.derivatives.course import Course
-from kane.motion.derivatives.sensitivities import Sensitivities
-from kane.motion.derivatives.tangents import flow_of
-from kane.motion.fitting.found import Fit, Run
-from kane.motion.fitting.measured import Measured, measured, starts_of
+from kane.motion.derivatives.forwards import Sensitivities
+from kane.motion.derivatives.parametric_motion import ParametricMotion
+from kane.motion.derivatives.tangent_space import flow_of
+from kane.motion.fitting.found import Fit, FittedRun
+from kane.motion.fitting.measured import Measurements, measured, starts_of
 from kane.motion.fitting.possible import Here, Possible, possible_bodies
 from kane.motion.solution.phases import Indices
 from kane.numeric.arrays import Array
@@ -48,14 +48,14 @@ _ARRIVED, _LEAST, _FAR = 1e-10, 1e-8, 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Segment:
+class ShootingSegment:
     """One motion of the fit, by the unknown parameters and by those of its start values that are unknown, and rows of the data.
 
     The first of a set of data is no end of another; `columns` are the places of its columns among those of all sets.
     """
 
-    data: Measured
-    course: Course
+    data: Measurements
+    course: ParametricMotion
     first: bool
     columns: tuple[int, ...]
 
@@ -69,11 +69,11 @@ class _Failed(Exception):
     """A motion that does not reach the end of its segment."""
 
 
-class Problem:
+class FitProblem:
     """Residuals and their Jacobian over z: unknown parameters, then the unknown start values of each segment."""
 
     def __init__(
-        self, segments: Sequence[Segment], unknown: Sequence[Parameter], bodies: Sequence[Possible] = ()
+        self, segments: Sequence[ShootingSegment], unknown: Sequence[Parameter], bodies: Sequence[Possible] = ()
     ) -> None:
         eom = segments[0].course.map.eom
         self.eom, self.segments, self.unknown, self.bodies = eom, tuple(segments), tuple(unknown), tuple(bodies)
@@ -284,7 +284,7 @@ def fit(
             "known to. Give the standard deviation of each column, sigma={'q1': 0.001}."
         )
     courses = [
-        Course.of(eom, (one.t[0], one.t[-1]), unknown, state_of(own, **by_kind), (rtol, atol), settings)
+        ParametricMotion.of(eom, (one.t[0], one.t[-1]), unknown, state_of(own, **by_kind), (rtol, atol), settings)
         for one, own in zip(found, states, strict=True)
     ]
     names = list(dict.fromkeys(name for one in found for name in one.names))
@@ -294,13 +294,18 @@ def fit(
             piece for course, one in zip(courses, found, strict=True) for piece in _segments(course, one, count, names)
         ]
         bodies = possible_bodies(eom, parameters, _first(courses[0], parameters)) if physical else ()
-        search = Search(
-            Problem(pieces, parameters, bodies), courses, found, names, [c.limits(bounds) for c in courses], max_steps
+        search = FitSearch(
+            FitProblem(pieces, parameters, bodies),
+            courses,
+            found,
+            names,
+            [c.limits(bounds) for c in courses],
+            max_steps,
         )
         return search.run(_sigma(names, sigma))
 
 
-def _first(course: Course, unknown: Sequence[Parameter]) -> dict[Expr, Any]:
+def _first(course: ParametricMotion, unknown: Sequence[Parameter]) -> dict[Expr, Any]:
     """Values of all parameters where the search begins."""
     own = dict(zip(course.by, course.first.tolist(), strict=True))
     return {**course.parameters, **{s: own[s] for s in unknown}}
@@ -317,7 +322,7 @@ def _sigma(names: Sequence[str], given: Any) -> Array | None:
     return result
 
 
-def _segments(course: Course, data: Measured, count: int, names: Sequence[str]) -> list[Segment]:
+def _segments(course: ParametricMotion, data: Measurements, count: int, names: Sequence[str]) -> list[ShootingSegment]:
     """The pieces of the data, and where each begins: behind the first near what was measured, and the motion of the first values.
 
     Behind the first the whole start is unknown: what constraints leave free; the rest is near where it was.
@@ -325,7 +330,7 @@ def _segments(course: Course, data: Measured, count: int, names: Sequence[str]) 
     unknown = [s for s in course.by if isinstance(s, Parameter)]
     columns = tuple(names.index(name) for name in data.names)
     if count == 1:
-        return [Segment(data, replace(course, by=(*unknown, *course.free)), True, columns)]
+        return [ShootingSegment(data, replace(course, by=(*unknown, *course.free)), True, columns)]
     eom, rows = course.map.eom, [len(data.t) * k // count for k in range(count + 1)]
     ends = [*data.t[rows[1:-1]].tolist(), float(data.t[-1])]
     motion = course.motion(data.t)
@@ -336,7 +341,7 @@ def _segments(course: Course, data: Measured, count: int, names: Sequence[str]) 
     by = (*unknown, *(s for s in eom.state if s in independent))
     values, rates = starts_of(data, rows[1:-1])
     first = replace(course.over(float(data.t[0]), ends[0]), by=(*unknown, *course.free))
-    result = [Segment(data.between(0, rows[1]), first, True, columns)]
+    result = [ShootingSegment(data.between(0, rows[1]), first, True, columns)]
     for k, row in enumerate(rows[1:-1]):
         at = int(min(np.searchsorted(motion.t, data.t[row]), len(motion) - 1))
         own = course.state(motion.states[at])
@@ -346,12 +351,12 @@ def _segments(course: Course, data: Measured, count: int, names: Sequence[str]) 
             for kind in ("q", "u", "states")
         }
         piece = replace(course.over(float(data.t[row]), ends[k + 1]), given=replace(course.given, **groups), by=by)
-        result.append(Segment(data.between(row, rows[k + 2]), piece, False, columns))
+        result.append(ShootingSegment(data.between(row, rows[k + 2]), piece, False, columns))
     return result
 
 
 def _measured_state(
-    course: Course, values: Mapping[Expr, Array], rates: Mapping[Expr, Array], k: int
+    course: ParametricMotion, values: Mapping[Expr, Array], rates: Mapping[Expr, Array], k: int
 ) -> dict[Symbol, float]:
     """What of a state was measured at the beginning of a segment; speeds by rates where all coordinates were."""
     eom, result = course.map.eom, dict[Symbol, float]()
@@ -365,12 +370,12 @@ def _measured_state(
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class FitSearch:
     """The least-squares problems, one after the other: σ estimated anew, segments ever closer."""
 
-    problem: Problem
-    courses: Sequence[Course]
-    data: Sequence[Measured]
+    problem: FitProblem
+    courses: Sequence[ParametricMotion]
+    data: Sequence[Measurements]
     names: Sequence[str]
     bounds: Sequence[tuple[Array, Array]]
     most: int
@@ -578,7 +583,7 @@ class Search:
             tuple(runs),
         )
 
-    def _run(self, i: int, k: int, z: Array, errors: Mapping[tuple[int, Symbol], float]) -> Run:
+    def _run(self, i: int, k: int, z: Array, errors: Mapping[tuple[int, Symbol], float]) -> FittedRun:
         """What was found of a set of data, which begins with the segment k."""
         problem, data, by = self.problem, self.data[i], self.courses[i].by
         values = problem.of_segment(k, z)
@@ -586,7 +591,7 @@ class Search:
         motion = course.motion(data.t)
         at = np.minimum(np.searchsorted(motion.t, np.minimum(data.t, course.end)), len(motion) - 1)
         own = [motion[e][at] if motion.status == "finished" else np.full(len(data.t), np.nan) for e in data.exprs]
-        return Run(
+        return FittedRun(
             {s: values[s] for s in by},
             {s: errors[(0 if isinstance(s, Parameter) else k), s] for s in by},
             {name: data.values[:, c] - own[c] for c, name in enumerate(data.names)},

@@ -11,12 +11,12 @@ from kane.equations.state import State
 from kane.errors import Attributes
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol
-from kane.motion.fitting.measured import Measured
+from kane.motion.fitting.measured import Measurements
 from kane.motion.solution.solution import Solution
 from kane.numeric.arrays import Array
 
 
-class Run(NamedTuple):
+class FittedRun(NamedTuple):
     """What was found of one set of data: values and errors of the unknowns, its start values among them."""
 
     values: Mapping[Symbol, float]
@@ -24,7 +24,7 @@ class Run(NamedTuple):
     residuals: Mapping[str, Array]
     motion: Solution
     start: State
-    data: Measured
+    data: Measurements
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -57,7 +57,7 @@ class Fit(Attributes):
     start: State
     gap: float
     steps: int
-    runs: tuple[Run, ...]
+    runs: tuple[FittedRun, ...]
 
     @property
     def correlation(self) -> Array:

@@ -10,8 +10,8 @@ from functools import partial
 
 import numpy as np
 
-from kane.motion.fitting.lifted import Flow, Steps
-from kane.motion.fitting.quadratic import Step, least
+from kane.motion.fitting.lifted import StepEnds, Steps
+from kane.motion.fitting.quadratic import QuadraticStep, least
 from kane.numeric.arrays import Array
 from kane.progress import far
 
@@ -23,7 +23,7 @@ _SHARES = (1.0, 0.5, 0.25, 0.1, 0.02)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Found:
+class CostMinimum:
     """z and the states at the beginnings of steps, and how often the motion was asked for."""
 
     z: Array
@@ -45,7 +45,7 @@ class Limits:
 class _Here:
     """Everything at z and x."""
 
-    flow: Flow
+    flow: StepEnds
     away: float
     defects: Array
     end: Array
@@ -60,7 +60,7 @@ class _Here:
         return self.away + float(self.flow.cost.sum()) + float(self.end[0]) + mu * off
 
 
-def least_cost(steps: Steps, z: Array, x: Array, limits: Limits, most: int, near: Array | None) -> Found | None:
+def least_cost(steps: Steps, z: Array, x: Array, limits: Limits, most: int, near: Array | None) -> CostMinimum | None:
     """From z and states (m + 1 × n) on, the first of which stays; None where no minimum is found.
 
     Where z is to stay `near`, ½ |z − near|² is added to the cost.
@@ -81,7 +81,7 @@ def least_cost(steps: Steps, z: Array, x: Array, limits: Limits, most: int, near
         dx = S @ d + part * s
         new = step.equal
         if max(np.abs(d).max(), np.abs(dx / size).max(), here.missed(limits).max(initial=0.0)) <= _ARRIVED:
-            return Found(z + d, x + dx, count)
+            return CostMinimum(z + d, x + dx, count)
         mu = max(mu / 2, 2.0 * max(float(np.abs(lam).max()), float(np.abs(new).max(initial=0.0))))
         now, share = here.merit(limits, mu), 1.0
         fall = float((g[0] + part * g[1]) @ d) - part * mu * float(
@@ -146,7 +146,7 @@ def _reduced(
 
 def _step(
     here: _Here, quadratic: tuple[Array, Array, Array], last: tuple[Array, Array], limits: Limits, z: Array
-) -> tuple[Step, float] | None:
+) -> tuple[QuadraticStep, float] | None:
     """The step, with the multipliers of all conditions as `equal`, and what share of defects and conditions it meets."""
     H, g, by_shift = quadratic
     slopes, values = here.end_slopes[1:], here.end[1:]
@@ -168,5 +168,5 @@ def _step(
             weights[equal] = step.equal
             weights[below] -= step.above[:p]
             weights[above] += step.above[p : p + q]
-            return Step(step.d, weights, step.above), share
+            return QuadraticStep(step.d, weights, step.above), share
     return None

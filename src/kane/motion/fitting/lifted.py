@@ -22,8 +22,8 @@ from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.node import ONE, Expr
 from kane.expr.symbols import Parameter, Symbol, time
 from kane.expr.visit import substituted
-from kane.motion.derivatives.course import Course
-from kane.motion.derivatives.forcing import symbol_slopes
+from kane.motion.derivatives.parameter_slopes import symbol_slopes
+from kane.motion.derivatives.parametric_motion import ParametricMotion
 from kane.motion.inputs.breakpoints import breakpoints, on_from, up_to
 from kane.motion.inputs.expressions import Formula
 from kane.motion.inputs.functions import input_functions
@@ -40,7 +40,7 @@ _MOVE = 2.0**-22
 """Share of the size of a state by which it is moved for second derivatives."""
 
 
-class Flow(NamedTuple):
+class StepEnds(NamedTuple):
     """Ends (b × n) of steps and their costs (b), with derivatives by (x, those z that act on the step)."""
 
     x: Array
@@ -77,7 +77,7 @@ class Steps:
         """L, the cost at the end and the conditions there, with derivatives by state and inputs (b × values × 1 + …)."""
         return self.now.routine(readings, *self.values)(t, x, self.now.p, r)
 
-    def flow(self, k: Indices, x: Array, z: Array) -> Flow:
+    def flow(self, k: Indices, x: Array, z: Array) -> StepEnds:
         """Of the steps k (b) from states (b × n) with z (b × a)."""
         now, (b, n), a, h = self.now, x.shape, self.active.shape[1], self.h[k]
         fx, fr = now.routine(entries), now.routine(symbol_slopes, *now.eom.inputs)
@@ -95,14 +95,14 @@ class Steps:
             cost = self.read(t, at, r)[:, 0]
             c[i], dc[i] = cost[:, 0], np.einsum("bn,bnm->bm", cost[:, 1 : n + 1], d)
             dc[i, :, n:] += np.einsum("br,bra->ba", cost[:, n + 1 :], gain)
-        return Flow(
+        return StepEnds(
             x + h[:, None] * np.tensordot(_B, f, 1),
             unit + h[:, None, None] * np.tensordot(_B, df, 1),
             h * np.tensordot(_B, c, 1),
             h[:, None] * np.tensordot(_B, dc, 1),
         )
 
-    def curvature(self, x: Array, z: Array, at: Flow, weights: Array, size: Array) -> Array:
+    def curvature(self, x: Array, z: Array, at: StepEnds, weights: Array, size: Array) -> Array:
         """∂²(L_k + λ_{k+1}·Φ_k) by (x, z) of each step (m × n + a × n + a), by differences of first derivatives."""
         (m, n), a = x.shape, z.shape[1]
         moves = _MOVE * np.append(size, np.ones(a))
@@ -110,7 +110,7 @@ class Steps:
         shifts = np.tile(np.diag(moves), (m, 1))
         near = self.flow(k, x[k] + shifts[:, :n], z[k] + shifts[:, n:])
 
-        def slopes(flow: Flow, rows: Indices) -> Array:
+        def slopes(flow: StepEnds, rows: Indices) -> Array:
             return np.asarray(flow.cost_slopes + np.einsum("bn,bnm->bm", weights[rows], flow.x_slopes))
 
         found = (slopes(near, k).reshape(m, n + a, n + a) - slopes(at, np.arange(m))[:, None]) / moves[:, None]
@@ -131,7 +131,7 @@ class Steps:
         return np.asarray((found + found.T) / 2)
 
 
-def steps_of(course: Course, wanted: Sequence[Expr], sizes: Array, count: int) -> Steps | None:
+def steps_of(course: ParametricMotion, wanted: Sequence[Expr], sizes: Array, count: int) -> Steps | None:
     """Steps of a course, `count` or more; None where its equations or inputs are not of the kind that is stepped so."""
     eom, drives = course.map.eom, _drives(course)
     if drives is None:
@@ -167,7 +167,7 @@ def steps_of(course: Course, wanted: Sequence[Expr], sizes: Array, count: int) -
     return None if is_long(now) else Steps(now, values, t, h, base, own, active)
 
 
-def cut_at_bends(course: Course, count: int) -> Array:
+def cut_at_bends(course: ParametricMotion, count: int) -> Array:
     """The span of a course in pieces of about one length, `count` and more, so that inputs bend between them only."""
     span = course.map.t0, course.end
     drives = input_functions(course.map.eom, course.map.inputs, span, course.parameters).values()
@@ -180,14 +180,14 @@ def cut_at_bends(course: Course, count: int) -> Array:
     )
 
 
-def _given(course: Course) -> dict[Symbol, Expr]:
+def _given(course: ParametricMotion) -> dict[Symbol, Expr]:
     """The inputs that were given as expressions, as they were written."""
     names = {s.name: s for s in course.map.eom.inputs}
     found = dict(course.map.inputs or {})
     return {names[str(getattr(s, "name", s))]: e for s, e in found.items() if isinstance(e, Expr)}
 
 
-def _drives(course: Course) -> tuple[Formula, ...] | None:
+def _drives(course: ParametricMotion) -> tuple[Formula, ...] | None:
     """The inputs, where equations are plain and unknowns stand in inputs of time alone."""
     eom = course.map.eom
     system, own = eom.system, set(eom.parameters)

@@ -18,7 +18,7 @@ TIMES = ("t", "time")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Measured:
+class Measurements:
     """`values` (n × columns) at times t (n), NaN where there is a gap; `exprs` are what the columns are of the model."""
 
     t: Array
@@ -31,12 +31,12 @@ class Measured:
         """Which values are no gaps."""
         return np.isfinite(self.values)
 
-    def between(self, first: int, last: int) -> "Measured":
+    def between(self, first: int, last: int) -> "Measurements":
         """Rows first … last − 1."""
-        return Measured(self.t[first:last], self.names, self.exprs, self.values[first:last])
+        return Measurements(self.t[first:last], self.names, self.exprs, self.values[first:last])
 
 
-def measured(eom: Equations, data: Any, outputs: Mapping[str, Any] | None) -> Measured:
+def measured(eom: Equations, data: Any, outputs: Mapping[str, Any] | None) -> Measurements:
     """Of a DataFrame of pandas, a Dataset of xarray or a dict of arrays: a column "t", or an index or coordinate of that name.
 
     Raises
@@ -73,7 +73,7 @@ def measured(eom: Equations, data: Any, outputs: Mapping[str, Any] | None) -> Me
     _check_times(t)
     if not np.isfinite(values).any():
         raise SimulationError("Expected data with at least one column of measured values besides t, got none.")
-    return Measured(t, tuple(columns), tuple(found.roots[0] for found in exprs.values()), values)
+    return Measurements(t, tuple(columns), tuple(found.roots[0] for found in exprs.values()), values)
 
 
 def _columns(data: Any) -> tuple[dict[str, Any], dict[str, str]]:
@@ -131,7 +131,7 @@ _WIDTH = 7
 """Points of a local fit."""
 
 
-def starts_of(measured_: Measured, at: Sequence[int]) -> tuple[dict[Expr, Array], dict[Expr, Array]]:
+def starts_of(measured_: Measurements, at: Sequence[int]) -> tuple[dict[Expr, Array], dict[Expr, Array]]:
     """Values and rates of what was measured at rows, by local quadratic fits; by expression."""
     values, rates = dict[Expr, Array](), dict[Expr, Array]()
     for k, expr in enumerate(measured_.exprs):

@@ -20,7 +20,7 @@ _FLAT = 1e-6
 _NONE = 1e-10
 
 
-class Step(NamedTuple):
+class QuadraticStep(NamedTuple):
     """d, and the multipliers with H d + g + Eᵀ y − Aᵀ w = 0, w ≥ 0."""
 
     d: Array
@@ -28,7 +28,7 @@ class Step(NamedTuple):
     above: Array
 
 
-def least(H: Array, g: Array, equal: tuple[Array, Array], above: tuple[Array, Array]) -> Step | None:
+def least(H: Array, g: Array, equal: tuple[Array, Array], above: tuple[Array, Array]) -> QuadraticStep | None:
     """None where no d meets the conditions."""
     (E, e), (A, b) = equal, above
     first = np.linalg.lstsq(E, e)[0] if len(E) else np.zeros(len(g))
@@ -53,7 +53,7 @@ def least(H: Array, g: Array, equal: tuple[Array, Array], above: tuple[Array, Ar
     d = first + (free @ solve_triangular(lower.T, u, lower=False) if len(size) else 0.0)
     rest = H @ d + g - A.T @ w
     y = -np.linalg.lstsq(E.T, rest)[0] if len(E) else np.zeros(0)
-    return Step(np.asarray(d), np.asarray(y), w)
+    return QuadraticStep(np.asarray(d), np.asarray(y), w)
 
 
 def _nearest(C: Array, h: Array) -> tuple[Array, Array] | None:

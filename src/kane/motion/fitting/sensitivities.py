@@ -9,8 +9,8 @@ from kane.equations.equations import Equations
 from kane.equations.state import State, StateValues, by_keyword, state_of
 from kane.errors import SimulationError
 from kane.motion.derivatives.backwards import AdjointSensitivities
-from kane.motion.derivatives.course import Course
-from kane.motion.derivatives.sensitivities import Sensitivities
+from kane.motion.derivatives.forwards import Sensitivities
+from kane.motion.derivatives.parametric_motion import ParametricMotion
 from kane.program.native.machine import Settings
 from kane.progress import working
 
@@ -77,6 +77,6 @@ def sensitivities(
     """
     expect.one_of(method, ("forward", "adjoint"), "method= to be", error=SimulationError)
     with working("Differentiating the motion"):
-        course = Course.of(eom, span, by, state_of(state, **by_kind), (rtol, atol), settings)
+        course = ParametricMotion.of(eom, span, by, state_of(state, **by_kind), (rtol, atol), settings)
         motion = course.motion(samples)
         return course.backwards(motion) if method == "adjoint" else course.sensitivities(motion)

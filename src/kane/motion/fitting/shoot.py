@@ -23,8 +23,8 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.piecewise import Kind, table
 from kane.expr.symbols import Parameter, Symbol, time
 from kane.motion.derivatives.backwards import AdjointSensitivities
-from kane.motion.derivatives.course import Course
-from kane.motion.derivatives.sensitivities import Sensitivities
+from kane.motion.derivatives.forwards import Sensitivities
+from kane.motion.derivatives.parametric_motion import ParametricMotion
 from kane.motion.fitting.least_cost import Limits, least_cost
 from kane.motion.fitting.lifted import cut_at_bends, steps_of
 from kane.motion.solution.phases import Indices
@@ -162,11 +162,11 @@ class Differentiated(NamedTuple):
 class Flight:
     """Motions at values of the unknowns, the last one kept."""
 
-    def __init__(self, course: Course, aim: Aim, sizes: Array) -> None:
+    def __init__(self, course: ParametricMotion, aim: Aim, sizes: Array) -> None:
         self.course, self.aim, self.sizes, self.steps = course, aim, sizes, 0
         self._last: tuple[bytes, Differentiated] | None = None
 
-    def at(self, z: Array) -> Course:
+    def at(self, z: Array) -> ParametricMotion:
         """The motions at z, in sizes of the unknowns."""
         return self.course.at(dict(zip(self.course.by, (z * self.sizes).tolist(), strict=True)))
 
@@ -290,7 +290,7 @@ def shoot(
     >>> shot = kn.shoot(eom, (0, 2), F.nodes, q=[0, 0], u=[0, 0], inputs={"F": F.expression}, end={"theta": np.pi, "u1": 0, "u2": 0})
     """
     given = state_of(state, **by_kind)
-    course = Course.of(eom, span, unknown, given, (rtol, atol), settings)
+    course = ParametricMotion.of(eom, span, unknown, given, (rtol, atol), settings)
     aim = _aim(eom, course, end, cost, integral, panels)
     first, (low, high) = course.first, course.limits(bounds)
     flight = Flight(course, aim, _sizes(course.by, first))
@@ -317,7 +317,7 @@ def _sizes(by: Sequence[Symbol], values: Array) -> Array:
     return np.array([max(abs(v), 0.1 * largest[u]) or 1.0 for v, u in zip(values.tolist(), units, strict=True)])
 
 
-def _aim(eom: Equations, course: Course, end: Any, cost: Any, integral: Any, panels: Any) -> Aim:
+def _aim(eom: Equations, course: ParametricMotion, end: Any, cost: Any, integral: Any, panels: Any) -> Aim:
     count = expect.whole(panels, "panels= as a whole number above 0", least=1, error=SimulationError)
     ends, low, high = list[Expr](), list[float](), list[float]()
     for what, wanted in dict(end or {}).items():

@@ -37,7 +37,7 @@ from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given, Routines, has_jumps, quantities, rates, routines, timed
 from kane.motion.solution.phases import Phase
 from kane.motion.start import moving
-from kane.motion.steppers.crossings import KINDS, LEAVES, Kind
+from kane.motion.steppers.crossings import KINDS, LEAVES, EventKind
 from kane.motion.steppers.crossings import room as zoomed
 from kane.motion.steppers.watched import rooms
 from kane.numeric.arrays import Array, Mask
@@ -201,11 +201,11 @@ def on_their_sides(now: Routines) -> Routines:
     return replace(on_them, rates=there, events=events)
 
 
-def kind(eom: Equations, event: Event, acting: bool) -> Kind:
+def kind(eom: Equations, event: Event, acting: bool) -> EventKind:
     """What an event does."""
     if isinstance(event, KinematicsEnd) or (event.then is not None and not acting):
-        return Kind.ASKED
-    return Kind.ACTS if acting else Kind.ENDS if event.terminal else Kind.NOTED
+        return EventKind.ASKED
+    return EventKind.ACTS if acting else EventKind.ENDS if event.terminal else EventKind.NOTED
 
 
 def tables(eom: Equations, n: int, switches: int = 0) -> Given:
@@ -214,7 +214,7 @@ def tables(eom: Equations, n: int, switches: int = 0) -> Given:
     values = values_set(eom)
     acting, none = {k for k, _, _ in values}, [0.0] * switches
     shared = np.array([isinstance(e, SlipEnd) and e.by_share for e in events], dtype=bool)
-    kinds = np.array([[float(Kind.TURNS), 0.0, 0.0, 0.0]] * count).reshape(-1, KINDS)
+    kinds = np.array([[float(EventKind.TURNS), 0.0, 0.0, 0.0]] * count).reshape(-1, KINDS)
     for k, event in enumerate(events):
         kinds[k] = kind(eom, event, k in acting), event.direction, event.name in own, bool(event.terminal)
     lengths = rooms(count, len(events), len(values), n)
@@ -240,7 +240,7 @@ def automaton(now: Routines, t: float, y: Array, fresh: Fresh, wide: bool = True
     given = {name: _aligned_copy(what) for name, what in numeric.value(tables, len(y), len(now.quantities)).items()}
     given |= {"seen": seen, "largest": np.nan_to_num(np.abs(seen)), "sides_at": len(now.eom.parameters)}
     begin_at(given, now.eom.events, fresh)
-    given["kinds"][[k * KINDS for k in asks_for(now)]] = float(Kind.ASKED)
+    given["kinds"][[k * KINDS for k in asks_for(now)]] = float(EventKind.ASKED)
     for name, routine in evaluated(now).items():
         given |= {name: entry(routine)} | now.hoisted(f"h{name[0]}", routine, *at)
     if wide:

@@ -55,7 +55,7 @@ AGAIN = 10
 """`enter` is 2 at a start, 1 where a mode is to begin, 0 where it goes on; from here on, it ends at the event of this number more."""
 
 
-class Row(IntEnum):
+class Record(IntEnum):
     """Places in a row of `records`, one a mode: what stands at `MORE` are the numbers in p that it had, its first and last state."""
 
     BEGIN = 0
@@ -134,7 +134,7 @@ class _Automaton(After):
 
     def row(self, which: Term | None = None) -> Term:
         """Where a row of `records`, the present one unless told, begins: two numbers stand before the first."""
-        return (self.rows.get() if which is None else which) * (self.extra_count() + self.n * 2 + int(Row.MORE)) + 2
+        return (self.rows.get() if which is None else which) * (self.extra_count() + self.n * 2 + int(Record.MORE)) + 2
 
     def extra_count(self) -> Term:
         """How many numbers of a mode stand in p: directions, slack and slowest slips."""
@@ -157,10 +157,10 @@ class _Automaton(After):
             )
             self.which.put(which)
             for place, value in (
-                (Row.END, w.select(event, s[int(Slot.TIME)], s[int(Slot.END)])),
-                (Row.EVENT, w.compute("float", which)),
-                (Row.SAMPLE, s[int(Slot.SAMPLE)]),
-                (Row.OVER, w.constant(0.0)),
+                (Record.END, w.select(event, s[int(Slot.TIME)], s[int(Slot.END)])),
+                (Record.EVENT, w.compute("float", which)),
+                (Record.SAMPLE, s[int(Slot.SAMPLE)]),
+                (Record.OVER, w.constant(0.0)),
             ):
                 self.records[row + int(place)] = value
             with w.few(count) as k:
@@ -168,9 +168,9 @@ class _Automaton(After):
                 self.noted[at] = self.log[k * 2]
                 self.noted[at + 1] = self.log[k * 2 + 1]
             self.noted_count.put(self.noted_count.get() + count)
-            self.records[row + int(Row.NOTED)] = w.compute("float", self.noted_count.get())
+            self.records[row + int(Record.NOTED)] = w.compute("float", self.noted_count.get())
             with w.few(self.n) as i:
-                self.records[row + int(Row.MORE) + self.extra_count() + self.n + i] = self.y[i]
+                self.records[row + int(Record.MORE) + self.extra_count() + self.n + i] = self.y[i]
             self.rows.put(self.rows.get() + 1)
             with w.when(ends):
                 self.back.put(int(Back.END))
@@ -210,7 +210,7 @@ class _Automaton(After):
             self.back.put(self.unless_alone(Back.DECIDE, Back.UNKNOWN, self.code.get() >= 0.0))
         with w.otherwise():
             with w.when(self.rows.get() > 0):
-                self.records[self.row(self.rows.get() - 1) + int(Row.OVER)] = self.over.get()
+                self.records[self.row(self.rows.get() - 1) + int(Record.OVER)] = self.over.get()
             with w.when((self.rows.get() >= self.at_once) | (self.noted_count.get() > self.room_for * 2)):
                 self.back.put(int(Back.FULL))
             self.begins.put(1)
@@ -270,7 +270,7 @@ class _Automaton(After):
         self.begins.put(0)
         mode, extra = self.mode.get(), self.extra_count()
         with w.few(extra) as i:
-            self.records[row + int(Row.MORE) + i] = self.extra[i]
+            self.records[row + int(Record.MORE) + i] = self.extra[i]
             place = self.p_at[mode * extra + i]
             with w.when(place > -0.5):
                 self.ps[mode * self.np_ + w.compute("int", place)] = self.extra[i]
@@ -284,9 +284,9 @@ class _Automaton(After):
             self.lag[i] = 0.0
         self.make(self.calls.at(0))
         with w.few(self.n) as i:
-            self.records[row + int(Row.MORE) + extra + i] = self.y[i]
+            self.records[row + int(Record.MORE) + extra + i] = self.y[i]
         for what, number in (
-            (Row.BEGIN, self.t.get()), (Row.MODE, w.compute("float", mode)), (Row.FIRST_SAMPLE, s[int(Slot.SAMPLE)])
+            (Record.BEGIN, self.t.get()), (Record.MODE, w.compute("float", mode)), (Record.FIRST_SAMPLE, s[int(Slot.SAMPLE)])
         ):  # fmt: skip
             self.records[row + int(what)] = number
         self.drive()

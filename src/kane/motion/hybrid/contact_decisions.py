@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The modes of contacts, decided in a kernel where there is surely one answer: `kane.contacts` says what an answer is.
 
-With W = J H Jᵀ and b of all rows (`kane.equations.contact_modes`) modes are tried, first those at hand: a contact whose N falls below
+With W = J H Jᵀ and b of all rows (`kane.equations.mode_equations`) modes are tried, first those at hand: a contact whose N falls below
 zero opens, one whose |F| exceeds μ N slips against F, one that would slip along its friction sticks, one that would close is closed.
 Modes whose inequalities all hold by more than errors are the answer if friction is surely too small for another
 (`kane.contacts.uniqueness`). Whatever is less sure is left to Python: `unsure` says so.
@@ -10,13 +10,13 @@ Modes whose inequalities all hold by more than errors are the answer if friction
 from collections.abc import Callable
 from typing import Any
 
-from kane.contacts.equations import MET, U
+from kane.contacts.mode_solution import MET, U
 from kane.numeric.scale import EQUAL, INVERSE_RANK, LAST_DIGIT, ROUNDED, ROUNDED_SUM, SIX_DIGITS
 from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Array, Term, Writer, factor, invert, total, unit
 
 OPEN, STICK, FRESH, SLIP = 0.0, 1.0, 2.0, 3.0
-"""`kane.contacts.problem.Mode`."""
+"""`kane.contacts.problem.ContactStatus`."""
 NO_PLACE = -1e6
 """Where a contact has no such row."""
 _TURNS = 60

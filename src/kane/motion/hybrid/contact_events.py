@@ -4,7 +4,7 @@
 from collections.abc import Callable
 
 from kane.motion.hybrid.contact_decisions import SLIP, STICK, Decisions
-from kane.motion.hybrid.contact_impacts import Impacts
+from kane.motion.hybrid.contact_impacts import ImpactKernel
 from kane.motion.steppers.context import Slot
 from kane.numeric.scale import EQUAL, GIVEN, ROUNDED, ROUNDED_SUM, ROUNDED_TERMS, SAME_TIME
 from kane.program.kernel.language import INT
@@ -38,7 +38,7 @@ class After:
 
     def __init__(self, w: Writer) -> None:
         self.w, self.of = w, Decisions(w)
-        self.impacts = Impacts(self.of)
+        self.impacts = ImpactKernel(self.of)
         self.s, self.y, self.calls, self.tolerances = self._arrays("s", "y", "calls", "tolerances")
         self.modes, self.position_edges, self.slip_count = self._arrays("modes", "directions", "slip_count")
         self.slack, self.fastest, self.highest, self.rebound = self._arrays("slack", "fastest", "highest", "rebound")

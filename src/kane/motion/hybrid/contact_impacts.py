@@ -6,7 +6,7 @@ See `kane.contacts.routh` and `kane.contacts.several`.
 
 from kane.model.contacts import LAWS
 from kane.motion.hybrid.contact_decisions import Decisions
-from kane.motion.hybrid.contact_turning import Mobility, Turning, mobility
+from kane.motion.hybrid.contact_turning import Mobility, TurningSlip, mobility
 from kane.numeric.scale import LAST_DIGIT, ROUNDED, ROUNDED_CHAIN, ROUNDED_SUM
 from kane.program.kernel.language import INT
 from kane.program.kernel.writer import Array, Term
@@ -18,7 +18,7 @@ _MOST = 100
 """Impacts of a sequence, times k², after which Python decides."""
 
 
-class Impacts:
+class ImpactKernel:
     """`impulse`, p of the rows of the problem at hand, and the `law` of each contact; velocities after impacts are in `a`."""
 
     def __init__(self, of: Decisions) -> None:
@@ -28,7 +28,7 @@ class Impacts:
         names = ("v_n", "v_t", "v_b", "p_n", "work", "p_c", "work_c", "left", "length", "slope", "rate")
         self.put = {name: w.variable(name) for name in names}
         counted = ("impact", "compressed", "done", "ended", "rebounds", "together", "over_impacts", "impact_rounds")
-        self.turning, self.way_a, self.way_b = Turning(of), w.variable("way_a"), w.variable("way_b")
+        self.turning, self.way_a, self.way_b = TurningSlip(of), w.variable("way_a"), w.variable("way_b")
         self.found, self.compressed, self.done, self.ended, self.rebounds, self.together, self.over, self.rounds = (
             w.variable(name, INT) for name in counted
         )

@@ -6,13 +6,13 @@ from itertools import product
 
 import numpy as np
 
-from kane.equations.contact_modes import layout, touching
 from kane.equations.equations import Equations
+from kane.equations.mode_equations import layout, touching
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol
 from kane.model.contacts import LAWS, ContactLaw, ContactMode, Modes
 from kane.model.declarations import Event
-from kane.motion.hybrid.contact_automaton import NOTED, Row
+from kane.motion.hybrid.contact_automaton import NOTED, Record
 from kane.motion.hybrid.contact_decisions import NO_PLACE, room
 from kane.motion.hybrid.contact_events import KINDS
 from kane.motion.hybrid.contact_turning import ROOM
@@ -107,7 +107,7 @@ def structure(eom: Equations, most: int = ROWS) -> Given:
 
 def row_of(k: int, d: int, n: int) -> int:
     """The length of a row of `records`."""
-    return int(Row.MORE) + k * (d + 1) + 2 * n
+    return int(Record.MORE) + k * (d + 1) + 2 * n
 
 
 def of_modes(given: Given, count: int) -> dict[str, Array]:

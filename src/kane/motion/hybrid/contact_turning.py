@@ -45,7 +45,7 @@ def mobility(of: Decisions, row: Term) -> Mobility:
     return Mobility(*(of.room[at + i * kd + j] for i, j in places))
 
 
-class Turning:
+class TurningSlip:
     """`y` is what an impact has come to, `ends` whether it ends there, `compressed` whether compression has; p and ∫ v_n dp then."""
 
     def __init__(self, of: Decisions) -> None:

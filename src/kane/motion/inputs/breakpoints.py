@@ -117,7 +117,7 @@ def next_end(breakpoints: Sequence[float], t: float, end: float) -> float:
     return up_to(breakpoints[k]) if k < len(breakpoints) and breakpoints[k] < end else end
 
 
-class Turning(NamedTuple):
+class Discontinuity(NamedTuple):
     """What jumps or bends where a `quantity` comes to a level, an end of the pieces of `data`: not at more than `most` of them.
 
     The quantity is of time and parameters, its `slope` of parameters; None stands for one that changes with time.
@@ -178,7 +178,7 @@ class Turning(NamedTuple):
 class Clock(NamedTuple):
     """What turns at times that parameters set, and terms of time in which there may be `pulses`."""
 
-    turning: tuple[Turning, ...] = ()
+    turning: tuple[Discontinuity, ...] = ()
     pulses: tuple[Expr, ...] = ()
 
     def breakpoints(self, parameters: Mapping[Expr, Any], span: Span) -> tuple[float, ...]:
@@ -201,7 +201,7 @@ def clock(roots: Iterable[Expr]) -> Clock:
     corners = [(q.args[0], q.op.data, _MOST) if isinstance(q.op, Piecewise) else (q, _ZERO, _MOST) for q in quantities]
     # smooth as a table may be, some derivative jumps, which a step's estimate would have to see
     joints = [(e.args[0], e.op.data, MANY) for e in postorder(roots) if isinstance(e.op, Piecewise)]
-    turning: dict[Any, Turning] = {}
+    turning: dict[Any, Discontinuity] = {}
     for quantity, data, most in (*corners, *joints):
         if is_timed(quantity):
             turning.setdefault((quantity, data.ends.tobytes(), data.period), _turning(quantity, data, most))
@@ -212,9 +212,9 @@ _ZERO = Data(np.zeros(1), np.zeros(2), np.zeros((2, 1)))
 """What turns at zero."""
 
 
-def _turning(quantity: Expr, data: Data, most: int) -> Turning:
+def _turning(quantity: Expr, data: Data, most: int) -> Discontinuity:
     slope = tangent(quantity, lambda leaf: ONE if isinstance(leaf, Time) else ZERO)
-    return Turning(quantity, None if time in free_symbols([slope]) else slope, data, most)
+    return Discontinuity(quantity, None if time in free_symbols([slope]) else slope, data, most)
 
 
 def is_timed(quantity: Expr) -> bool:

@@ -321,7 +321,7 @@ def sampled(function: Callable[..., Any], period: float, *, state: Any = None) -
 
 
 @dataclass(slots=True, eq=False)
-class Held:
+class SampleAndHold:
     """A sampled controller of the inputs `names` in one motion: what it gave, and when."""
 
     controller: Sampled
@@ -379,7 +379,7 @@ def _lost(state: Any) -> bool:
 class HeldInput:
     """One input of a sampled controller, as a function of time."""
 
-    group: Held
+    group: SampleAndHold
     place: int
 
     def __call__(self, t: Any) -> float:
@@ -402,7 +402,7 @@ class HeldInput:
         return result
 
 
-class Law:
+class ControlLaw:
     """A function f(t, x) that gives the inputs `names`; asked once a state."""
 
     __slots__ = ("_last", "function", "names")
@@ -428,9 +428,9 @@ class Law:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LawInput:
-    """One input of a `Law`."""
+    """One input of a `ControlLaw`."""
 
-    law: Law
+    law: ControlLaw
     place: int
     of_state = True
 
@@ -451,7 +451,7 @@ def along(drive: Any, t: Array, states: Array) -> Array:
     return np.array([value(drive, time, x) for time, x in zip(t.tolist(), states, strict=True)], dtype=float)
 
 
-def controllers(drives: Sequence[Any]) -> list[Held]:
+def controllers(drives: Sequence[Any]) -> list[SampleAndHold]:
     """The sampled controllers among some inputs, each once."""
     return list(dict.fromkeys(f.group for f in drives if isinstance(f, HeldInput)))
 

@@ -20,11 +20,11 @@ from kane.expr.piecewise import Table
 from kane.expr.symbols import Input, input_of, time
 from kane.motion.inputs.breakpoints import MANY
 from kane.motion.inputs.expressions import (
+    ControlLaw,
     Formula,
-    Held,
     HeldInput,
-    Law,
     LawInput,
+    SampleAndHold,
     Sampled,
     SharedLaw,
     along,
@@ -143,10 +143,10 @@ def _each(eom: Equations, inputs: Any, start: float) -> Any:
         keys = key if isinstance(key, tuple) else (key,)
         names = tuple(str(k) for k in keys)
         if isinstance(given, Sampled):
-            held = Held(given, names, start, copy.deepcopy(given.state))
+            held = SampleAndHold(given, names, start, copy.deepcopy(given.state))
             result |= {k: HeldInput(held, i) for i, k in enumerate(keys)}
         elif _takes_state(given) or (isinstance(key, tuple) and callable(given)):
-            law = Law(given, names)
+            law = ControlLaw(given, names)
             result |= {k: LawInput(law, i) for i, k in enumerate(keys)}
         elif isinstance(key, tuple):
             parts = list(given) if isinstance(given, Sequence | np.ndarray) and not isinstance(given, str) else [given]

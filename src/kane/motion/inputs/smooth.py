@@ -40,7 +40,7 @@ _SAFE = 4.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Called:
+class UserFunction:
     """A function of the user: of its rounding nothing is known."""
 
     function: Callable[..., Any]
@@ -55,7 +55,7 @@ class Called:
 
 
 @dataclass(frozen=True, eq=False)
-class Written:
+class TimeExpression:
     """An expression of time and of parameters, which have `values`."""
 
     expr: Expr
@@ -79,12 +79,12 @@ class Written:
         return build_program("function", [Port("t", (time, *own))], [task]), [float(self.values[s]) for s in own]
 
 
-Curve = Called | Written
+Curve = UserFunction | TimeExpression
 
 
 def curve(f: Any) -> Curve:
     """An input's function, at many times."""
-    return Written(f.expr, f.values) if isinstance(f, Formula) and not f.of_state else Called(f)
+    return TimeExpression(f.expr, f.values) if isinstance(f, Formula) and not f.of_state else UserFunction(f)
 
 
 def check_smooth(what: str, f: Any, slope: Any, span: tuple[float, float]) -> None:
@@ -187,7 +187,7 @@ def _torn(
     places = grid(span)
     values = iter(evaluate(flat, {**known, time: places}))  # all of them at once: what they share is computed once
     for row in levels:
-        curves = [Written(e, known) for e in row]
+        curves = [TimeExpression(e, known) for e in row]
         try:
             _check_levels(row[0], curves, [next(values) for _ in row], places)
         except SimulationError as error:

@@ -11,8 +11,8 @@ from math import prod
 from typing import Any
 
 from kane.errors import SimulationError
-from kane.motion.many.results import Quantity, Results
-from kane.motion.many.tiles import MOST, Family, Pool, cut_into, outcomes, prepared
+from kane.motion.many.results import RecordedQuantity, Results
+from kane.motion.many.tiles import MOST, Ensemble, Pool, cut_into, outcomes, prepared
 from kane.numeric.arrays import Array
 
 LARGEST = 2**31
@@ -29,8 +29,8 @@ _OTHER = 256
 class Job:
     """Many motions: the family, what is kept of each at the times t, and what is told of all in attributes."""
 
-    family: Family
-    kept: Sequence[Quantity]
+    family: Ensemble
+    kept: Sequence[RecordedQuantity]
     t: Array
     facts: Mapping[str, Any]
 

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from kane.equations.datasets import package
 from kane.equations.equations import Equations
 from kane.equations.instances import Instances
 from kane.equations.state import State
-from kane.equations.tables import package
 from kane.errors import KaneError, SimulationError, warn
 from kane.expr.symbols import Symbol
-from kane.motion.derivatives.course import Course
-from kane.motion.many.results import Quantity
+from kane.motion.derivatives.parametric_motion import ParametricMotion
+from kane.motion.many.results import RecordedQuantity
 from kane.motion.runner import Plan
 from kane.numeric.arrays import Array
 from kane.program.native.machine import Settings
@@ -29,7 +29,7 @@ def one_by_one(
     eom: Equations,
     plan: Plan,
     many: Instances,
-    kept: Sequence[Quantity],
+    kept: Sequence[RecordedQuantity],
     by: tuple[Symbol, ...],
     settings: Settings | None,
 ) -> Any:
@@ -65,11 +65,11 @@ def one_by_one(
 
 
 def _of_one(
-    eom: Equations, plan: Plan, given: State, kept: Sequence[Quantity], by: tuple[Symbol, ...], settings: Settings | None,
+    eom: Equations, plan: Plan, given: State, kept: Sequence[RecordedQuantity], by: tuple[Symbol, ...], settings: Settings | None,
     t: Array,
 ) -> list[Array]:  # fmt: skip
     """The derivatives of what is kept of one motion, at times or as they are reduced."""
-    course = Course.of(eom, plan.span, by, given, (plan.rtol or USUAL, plan.atol or USUAL), settings)
+    course = ParametricMotion.of(eom, plan.span, by, given, (plan.rtol or USUAL, plan.atol or USUAL), settings)
     along = course.sensitivities(course.motion(t))
     rows = np.maximum(np.searchsorted(along.t, t, side="right") - 1, 0)
     result = []

@@ -9,9 +9,9 @@ import numpy as np
 
 from kane import expect
 from kane.dynamics.readings.quantities import asked
+from kane.equations.datasets import labelled, package
 from kane.equations.equations import Equations
 from kane.equations.instances import STARTS, Instances
-from kane.equations.tables import labelled, package
 from kane.errors import SimulationError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import Symbol
@@ -48,7 +48,7 @@ CARRIED: Collection[Reduction | None] = (None, REDUCTIONS["last"], REDUCTIONS["m
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Quantity:
+class RecordedQuantity:
     """What is kept of each motion: an expression, vector or name, its unit and description, and what reduces it.
 
     `dims` are the dimensions of values that have names other than usual.
@@ -82,7 +82,7 @@ class Quantity:
             ) from error
 
 
-def quantities(eom: Equations, outputs: Mapping[str, Any] | None, reduce: Any) -> list[Quantity]:
+def quantities(eom: Equations, outputs: Mapping[str, Any] | None, reduce: Any) -> list[RecordedQuantity]:
     """Coordinates, speeds and further states where no outputs are named, else these.
 
     Raises
@@ -102,9 +102,9 @@ def quantities(eom: Equations, outputs: Mapping[str, Any] | None, reduce: Any) -
     if isinstance(reduce, Mapping):
         for name in reduce:
             expect.one_of(name, names, "reduce= to name outputs,", error=SimulationError)
-        return [Quantity(*one, _reduction(reduce[one[0]]) if one[0] in reduce else None) for one in found]
+        return [RecordedQuantity(*one, _reduction(reduce[one[0]]) if one[0] in reduce else None) for one in found]
     one = None if reduce is None else _reduction(reduce)
-    return [Quantity(*row, one) for row in found]
+    return [RecordedQuantity(*row, one) for row in found]
 
 
 def _reduction(given: Any) -> Reduction:
@@ -136,7 +136,12 @@ class Results:
     """Numbers of all instances, or of `rows` of them, NaN where there are none (yet): what is kept over t, how each motion ended."""
 
     def __init__(
-        self, eom: Equations, kept: Sequence[Quantity], t: Array, instances: Instances, rows: range | None = None
+        self,
+        eom: Equations,
+        kept: Sequence[RecordedQuantity],
+        t: Array,
+        instances: Instances,
+        rows: range | None = None,
     ) -> None:
         self.eom, self.kept, self.t, self.instances = eom, kept, t, instances
         self.rows = range(instances.count) if rows is None else rows
@@ -205,7 +210,7 @@ class Results:
         for name, text in (told | {"warning": "; ".join(dict.fromkeys(one.told))}).items():
             self.texts[name].put(k, text)
 
-    def _keep(self, one: Quantity, places: Sequence[int] | Indices, values: Array) -> None:
+    def _keep(self, one: RecordedQuantity, places: Sequence[int] | Indices, values: Array) -> None:
         """The values of instances along t (instances × t × …), or what they are reduced to."""
         kept = values if one.reduce is None else np.array([one.reduce(row) for row in values], dtype=float)
         if one.name not in self.values:

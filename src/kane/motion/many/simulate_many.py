@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kane import expect
+from kane.equations.datasets import package
 from kane.equations.equations import Equations, check_equations
 from kane.equations.instances import Instances, instances
-from kane.equations.tables import package
 from kane.errors import SimulationError, warn
 from kane.expr.node import Expr
 from kane.expr.piecewise import Table
-from kane.motion.derivatives.course import unknowns
+from kane.motion.derivatives.parametric_motion import unknowns
 from kane.motion.inputs.expressions import Sampled
 from kane.motion.inputs.functions import Signal
 from kane.motion.integrators import AdaptiveStep, FixedStep
@@ -21,10 +21,10 @@ from kane.motion.many import designs
 from kane.motion.many.chunks import Job
 from kane.motion.many.cluster import checked, spread
 from kane.motion.many.each import one_by_one
-from kane.motion.many.results import Quantity, quantities
+from kane.motion.many.results import RecordedQuantity, quantities
 from kane.motion.many.stores import Store, write
 from kane.motion.many.stores import begun as opened
-from kane.motion.many.tiles import Family, cores, cut_into, tiles_of
+from kane.motion.many.tiles import Ensemble, cores, cut_into, tiles_of
 from kane.motion.many.varied import begun, carries, check_reduced, tidied, varied_for
 from kane.motion.runner import Plan
 from kane.motion.solution.checks import checking_functions
@@ -148,7 +148,7 @@ def simulate_many(
     _warn_of_python(many)
     times = sample_times(plan.samples, whole_span)
     t = np.concatenate([whole_span[:1], times[(times > whole_span[0]) & (times < whole_span[1])], whole_span[1:]])
-    job = Job(Family(own.eom, plan, settings, check, own.many, lanes), own.kept, t, _facts(plan, many))
+    job = Job(Ensemble(own.eom, plan, settings, check, own.many, lanes), own.kept, t, _facts(plan, many))
     with working("Simulating many"):
         if store is not None:
             return own.finish(_stored(opened(store, job, size), job, workers, client))
@@ -161,7 +161,7 @@ class _Run(NamedTuple):
 
     eom: Equations
     many: Instances
-    kept: Sequence[Quantity]
+    kept: Sequence[RecordedQuantity]
     finish: Callable[[Any], Any]
 
 

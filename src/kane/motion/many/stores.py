@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from kane.equations.tables import package
+from kane.equations.datasets import package
 from kane.errors import SolutionFileError
 from kane.expr.node import Expr
 from kane.motion.many.chunks import Job

@@ -48,7 +48,7 @@ FEW = 64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Family:
+class Ensemble:
     """Motions that differ in their instances alone: equations, plan, how to compile, what is checked along each."""
 
     eom: Equations
@@ -93,7 +93,7 @@ class Tile(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Bound:
+class TileRunner:
     """What a thread runs tiles with: a runner, unless each instance has its own, and its batch, where it is run in one call."""
 
     runner: Runner | None
@@ -103,32 +103,32 @@ class Bound:
 class Pool:
     """As many of a family's as have run tiles at the same time; `first` is one of them."""
 
-    def __init__(self, family: Family, first: Runner) -> None:
+    def __init__(self, family: Ensemble, first: Runner) -> None:
         self.family = family
         self.lanes = None if family.instances.vary_inputs else _in_lanes(family, first)
         self._free = [self._bound(first)]
 
-    def _bound(self, runner: Runner | None) -> Bound:
+    def _bound(self, runner: Runner | None) -> TileRunner:
         if runner is None or self.family.instances.vary_inputs:
-            return Bound(None)
+            return TileRunner(None)
         if self.lanes is not None:
             own = self.lanes.runner()
-            return Bound(runner, None if own is None else Batch(own, lanes=True))
-        return Bound(runner, Batch(runner) if fits(runner) else None)
+            return TileRunner(runner, None if own is None else Batch(own, lanes=True))
+        return TileRunner(runner, Batch(runner) if fits(runner) else None)
 
-    def take(self) -> Bound:
+    def take(self) -> TileRunner:
         """One that no other thread has."""
         try:
             return self._free.pop()
         except IndexError:
             return self._bound(self.family.runner())
 
-    def give_back(self, bound: Bound) -> None:
+    def give_back(self, bound: TileRunner) -> None:
         """It is free again."""
         self._free.append(bound)
 
 
-def _in_lanes(family: Family, first: Runner) -> Family | None:
+def _in_lanes(family: Ensemble, first: Runner) -> Ensemble | None:
     """The family with the method that runs it in lanes; None where its motions run one by one.
 
     What lanes gain must pay for code that is compiled for them, so that few instances do without.
@@ -142,7 +142,7 @@ def _in_lanes(family: Family, first: Runner) -> Family | None:
     return own if runner is not None and goes_in_lanes(runner) else None
 
 
-def run_tile(family: Family, pool: Pool, tile: range, stop: Flag) -> Tile:
+def run_tile(family: Ensemble, pool: Pool, tile: range, stop: Flag) -> Tile:
     """What became of a tile of instances; those that no kernel can judge are open, with neither a motion nor an error."""
     if stop.is_set():
         return Tile({})
@@ -155,7 +155,7 @@ def run_tile(family: Family, pool: Pool, tile: range, stop: Flag) -> Tile:
         pool.give_back(bound)
 
 
-def _in_one_call(family: Family, bound: Bound, batch: Batch, tile: range) -> Tile:
+def _in_one_call(family: Ensemble, bound: TileRunner, batch: Batch, tile: range) -> Tile:
     """What became of a tile by one call; those that did not get to the end in it are run by themselves."""
     runner = batch.runner
     begun, found = _begun(family, runner, tile)
@@ -170,12 +170,14 @@ def _in_one_call(family: Family, bound: Bound, batch: Batch, tile: range) -> Til
     return Tile(_one_by_one(family, bound, found), finished)
 
 
-def _one_by_one(family: Family, bound: Bound, found: dict[int, Outcome[Solution]]) -> dict[int, Outcome[Solution]]:
+def _one_by_one(
+    family: Ensemble, bound: TileRunner, found: dict[int, Outcome[Solution]]
+) -> dict[int, Outcome[Solution]]:
     """Instances that are open are run by themselves."""
     return {k: decided(_by_kernel, family, bound.runner, k) if one.is_open else one for k, one in found.items()}
 
 
-def _judged(family: Family, batch: Batch, ran: Ran, n: int, start: "Start") -> Solution:
+def _judged(family: Ensemble, batch: Batch, ran: Ran, n: int, start: "Start") -> Solution:
     """The nth motion of a batch, by itself."""
     runner, phase = batch.runner, Phase(start.constants(family.eom), batch.runner.drives)
     if batch.lanes is None:
@@ -186,7 +188,7 @@ def _judged(family: Family, batch: Batch, ran: Ran, n: int, start: "Start") -> S
     return motion if ran.kept[n] and not family.check else _checked(family, motion)
 
 
-def _together(family: Family, batch: Batch, ran: Ran, which: Indices, begun: "Starts") -> Finished:
+def _together(family: Ensemble, batch: Batch, ran: Ran, which: Indices, begun: "Starts") -> Finished:
     """Motions of a batch as one table; phases differ where parameters do."""
     runner, eom, (_, m, n) = batch.runner, family.eom, ran.states.shape
     own = which if family.instances.columns["parameters"] else which[:1]
@@ -232,7 +234,7 @@ class Starts(NamedTuple):
         return Start(self.x[n], self.p[n], usual, self.steppers[n], None if self.reach is None else self.reach[n])
 
 
-def _begun(family: Family, runner: Runner, tile: range) -> tuple[Starts, dict[int, Outcome[Solution]]]:
+def _begun(family: Ensemble, runner: Runner, tile: range) -> tuple[Starts, dict[int, Outcome[Solution]]]:
     """The starts of a tile, and what became of instances that have none.
 
     Starts without constraints differ by columns of finite numbers alone: the first one stands for all.
@@ -268,12 +270,12 @@ def _one_after_another(starts: Mapping[int, Outcome[Start]]) -> tuple[Starts, di
     return Starts([*rows], x, p, reach, [s.usual for s in own], [s.stepper for s in own]), failed
 
 
-def _admitted(family: Family, runner: Runner, p: Array) -> Outcome[None]:
+def _admitted(family: Ensemble, runner: Runner, p: Array) -> Outcome[None]:
     """What is raised where there is no motion with some parameters."""
     return decided(lambda: check_values(family.eom, p, runner.span))
 
 
-def _unchecked(family: Family, k: int) -> Start:
+def _unchecked(family: Ensemble, k: int) -> Start:
     """The start of the kth instance, unless constraints move it."""
     at, eom = family.instances.at(k), family.eom
     constants = parameter_values(eom.system, at["parameters"])
@@ -281,7 +283,7 @@ def _unchecked(family: Family, k: int) -> Start:
     return Start(x, np.array([constants[s] for s in eom.parameters]), constants)
 
 
-def _projected_start(family: Family, runner: Runner, k: int) -> Start | None:
+def _projected_start(family: Ensemble, runner: Runner, k: int) -> Start | None:
     """The start of the kth instance on its constraints; None where it has to be judged otherwise."""
     at, eom = family.instances.at(k), family.eom
     constants = parameter_values(eom.system, at["parameters"])
@@ -295,7 +297,7 @@ def _projected_start(family: Family, runner: Runner, k: int) -> Start | None:
     return Start(x.copy(), np.array([constants[s] for s in eom.parameters]), constants, stepper, stepper.reach.copy())
 
 
-def _checked(family: Family, motion: Solution) -> Solution:
+def _checked(family: Ensemble, motion: Solution) -> Solution:
     check_conserved(motion, family.check)
     return motion
 
@@ -309,7 +311,7 @@ def decided(found: Callable[..., T | None], *arguments: Any) -> Outcome[T]:
             return Outcome(None, _words(error), told)
 
 
-def _by_kernel(family: Family, runner: Runner | None, k: int) -> Solution | None:
+def _by_kernel(family: Ensemble, runner: Runner | None, k: int) -> Solution | None:
     """The motion of the kth instance by a runner, which is its own where there is none for all; None where that cannot judge it."""
     at = family.instances.at(k)
     runner = runner or family.runner(k)
@@ -326,13 +328,13 @@ def _words(error: Exception) -> str:
     return str(error) if own else f"{type(error).__name__}: {cut(str(error), 500)}"
 
 
-def prepared(family: Family) -> Pool | None:
+def prepared(family: Ensemble) -> Pool | None:
     """What runs tiles of a family; None where Python is asked on the way. The first instance that can start says which."""
     first = _first(family)
     return None if first is None else Pool(family, first)
 
 
-def outcomes(family: Family, pool: Pool | None, tiles: Sequence[range], threads: int) -> Iterator[Tile]:
+def outcomes(family: Ensemble, pool: Pool | None, tiles: Sequence[range], threads: int) -> Iterator[Tile]:
     """What became of the instances, tile by tile as they are done."""
     if pool is None:
         yield from (Tile({k: decided(_simulated, family, k) for k in tile}) for tile in tiles)
@@ -352,7 +354,7 @@ def outcomes(family: Family, pool: Pool | None, tiles: Sequence[range], threads:
             executor.shutdown(cancel_futures=True)
 
 
-def _first(family: Family) -> Runner | None:
+def _first(family: Ensemble) -> Runner | None:
     """A runner for the first instance; what is wrong with that one is said where it is run."""
     for k in range(family.instances.count):
         try:
@@ -373,13 +375,13 @@ def cut_into(rows: range, size: int) -> list[range]:
     return [rows[k : k + size] for k in range(0, len(rows), size)]
 
 
-def _closed(family: Family, found: Tile) -> Tile:
+def _closed(family: Ensemble, found: Tile) -> Tile:
     """Instances that are open are simulated."""
     own = {k: decided(_simulated, family, k) if one.is_open else one for k, one in found.outcomes.items()}
     return found._replace(outcomes=own)
 
 
-def _simulated(family: Family, k: int) -> Solution:
+def _simulated(family: Ensemble, k: int) -> Solution:
     options = family.plan._asdict() | {"settings": family.settings, "check": family.check}
     with _ALONE:
         motion: Solution = check_whole(simulate(family.eom, **family.instances.at(k), **options))

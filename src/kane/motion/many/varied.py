@@ -27,12 +27,12 @@ from kane.expr.node import ONE, Expr, as_expr
 from kane.expr.symbols import Parameter, StateVariable, Symbol, time
 from kane.expr.visit import substituted
 from kane.model.declarations import Event, target
-from kane.motion.derivatives.course import Course
 from kane.motion.derivatives.jumps import check_set
+from kane.motion.derivatives.parametric_motion import ParametricMotion
 from kane.motion.derivatives.pulling import Laws
 from kane.motion.inputs.expressions import given_parameters
 from kane.motion.inputs.functions import input_functions
-from kane.motion.many.results import CARRIED, Quantity
+from kane.motion.many.results import CARRIED, RecordedQuantity
 from kane.motion.right_hand_side import has_jumps
 from kane.numeric.arrays import Array
 from kane.program.native.machine import Settings
@@ -55,7 +55,7 @@ class Varied:
         """What the kth of b changes: the state, itself, and inputs by their laws."""
         return _seeds(self.plain, self.by[k], [row[k] for row in self.carried], self.laws)
 
-    def derivative(self, one: Quantity) -> Quantity:
+    def derivative(self, one: RecordedQuantity) -> RecordedQuantity:
         """The derivative of what is kept of motions."""
         wanted = asked(self.plain.derived, one.what)
         expect.that(
@@ -64,10 +64,10 @@ class Varied:
         roots = self.laws.read(self.plain, wanted.roots)
         rows = [[tangent(e, self.seeds(k), at_rest=True) for k in range(len(self.by))] for e in roots]
         dims = ("axis" if wanted.shape else _ROW, "by")
-        return Quantity(f"{one.name}_by", Matrix(rows), "", f"derivative of {one.name}", one.reduce, dims)
+        return RecordedQuantity(f"{one.name}_by", Matrix(rows), "", f"derivative of {one.name}", one.reduce, dims)
 
 
-def check_reduced(kept: Sequence[Quantity]) -> None:
+def check_reduced(kept: Sequence[RecordedQuantity]) -> None:
     """Refuse what reduces values by something else than a sum along t."""
     for one in kept:
         if one.reduce not in CARRIED:
@@ -174,7 +174,7 @@ def begun(one: Varied, many: Instances, span: tuple[float, float], settings: Set
 
 def _at_start(one: Varied, given: Mapping[str, Any], span: tuple[float, float], settings: Settings | None) -> Array:
     """∂x/∂b of a start; zeros where there is none, which is told of when it is run."""
-    course = Course.of(one.plain, span, one.by, State(**given), (1e-9, 1e-9), settings)
+    course = ParametricMotion.of(one.plain, span, one.by, State(**given), (1e-9, 1e-9), settings)
     try:
         start = course.start
     except KaneError:

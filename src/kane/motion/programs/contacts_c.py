@@ -15,10 +15,10 @@ import numpy as np
 from kane.equations.compiled import Compiled
 from kane.equations.equations import Equations
 from kane.model.contacts import ContactMode
-from kane.motion.hybrid.contact_automaton import AGAIN, Back, Row, automaton_kernel
+from kane.motion.hybrid.contact_automaton import AGAIN, Back, Record, automaton_kernel
 from kane.motion.hybrid.contact_events import OPENS, SLIPPING
 from kane.motion.hybrid.contact_tables import row_of, structure
-from kane.motion.programs.contact_modes import ModeOfProgram, TasksOf, parameters_from, programs_of, tables_of
+from kane.motion.programs.program_modes import ModeOfProgram, TasksOf, parameters_from, programs_of, tables_of
 from kane.motion.programs.simulator_parts import Pieces, constraints, dispatched, only_read, stepping_kernel
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given
@@ -28,7 +28,7 @@ from kane.motion.steppers.watched import rooms
 from kane.numeric.arrays import Array
 from kane.program.emit.c import emit_c
 from kane.program.emit.c_kernels import emit_kernel_c
-from kane.program.emit.names import c_number, c_string
+from kane.program.emit.identifiers import c_number, c_string
 from kane.program.kernel.language import Argument, ArrayOf, Callee, Integer, Kernel
 from kane.program.kernel.specialized import specialized
 from kane.program.program import Program
@@ -323,7 +323,7 @@ def _counts(tables: Given, modes: Sequence[ModeOfProgram], parts: Mapping[str, i
         "WIDTH": row_of(tables["contacts"], tables["dimension"], tables["n"]),
     }
     counts |= {"FIRST_STATE": counts["WIDTH"] - 2 * tables["n"], "LAST_STATE": counts["WIDTH"] - tables["n"]}
-    counts |= {f"ROW_{row.name}": int(row) for row in Row}
+    counts |= {f"ROW_{row.name}": int(row) for row in Record}
     return f"enum {{ {', '.join(f'{a} = {x}' for a, x in counts.items())} }};"
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from kane.equations.compiled import Compiled
 from kane.equations.equations import Equations
-from kane.motion.hybrid.contact_automaton import Back, Row, automaton_kernel
+from kane.motion.hybrid.contact_automaton import Back, Record, automaton_kernel
 from kane.motion.hybrid.contact_tables import (
     KNOWN,
     LIMIT,
@@ -20,7 +20,7 @@ from kane.motion.hybrid.contact_tables import (
     structure,
     symbols,
 )
-from kane.motion.programs.contact_modes import (
+from kane.motion.programs.program_modes import (
     ModeOfProgram,
     check_events,
     parameters_from,
@@ -37,7 +37,7 @@ from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steppers.watched import rooms
 from kane.numeric.arrays import Array
 from kane.program.emit.wasm import add_program, library
-from kane.program.emit.wasm_module import F64, I32, Function, Module, int32, leb, read
+from kane.program.emit.wasm_module import F64, I32, Module, WasmFunction, int32, leb, read
 from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Writer
 from kane.program.native.entry import RESULT
@@ -74,7 +74,7 @@ def contacts_module(compiled: Compiled, modes: Sequence[ModeOfProgram], method: 
         "words": [words(eom, one.modes) for one in modes],
         "events": [[e.name for e in one.equations.events] for one in modes],
         "numbers": [None if s is None else s.name for row in symbols(eom) for s in row],
-        "row": {place_.name: int(place_) for place_ in Row},
+        "row": {place_.name: int(place_) for place_ in Record},
         "width": row_of(tables["contacts"], tables["dimension"], tables["n"]),
         "back": {back.name: int(back) for back in Back},
         "asked": asked,
@@ -123,7 +123,7 @@ def _mode(
     integers = {"n": whole.integers["n"], "driven": 0, "breakpoints": 0, "limit": LIMIT} | memory.integers
     run, asked = bind(memory, kernel, calls, integers)
     assert asked == ["samples"]
-    made, hoisted, looked = (Function(takes) for takes in _CALLS.values())
+    made, hoisted, looked = (WasmFunction(takes) for takes in _CALLS.values())
     at = whole.arrays["calls"]
     made.code += int32(0) + load(at + 8 * _SAMPLES) + b"\xfc\x02" + call(run) + b"\xb7\x39\x03" + leb(at + 8 * RESULT)
     p, h = int32(memory.arrays["p"]), int32(memory.arrays["h"])
@@ -144,7 +144,7 @@ def _begin(
     begin, asked = bind(memory, begin_kernel(fixed, False, False), {"hoist": hoist}, integers)
     spread, also = bind(memory, _spread(), {}, integers)
     assert asked == also == ["samples"]
-    both = Function([I32], [I32])
+    both = WasmFunction([I32], [I32])
     both.code += read(0) + call(spread) + b"\x1a" + read(0) + call(begin)
     module.add(both, "begin")
 

@@ -19,13 +19,13 @@ from kane.errors import ProgramError
 from kane.expr.node import ZERO, Expr
 from kane.model.contacts import Modes
 from kane.motion.hybrid.contact_tables import MODES
-from kane.motion.inputs.breakpoints import MOST, PLACES, SHARE, ULPS, Clock, Turning
-from kane.motion.programs.contact_modes import TasksOf, check_events, modes_of
+from kane.motion.inputs.breakpoints import MOST, PLACES, SHARE, ULPS, Clock, Discontinuity
 from kane.motion.programs.contacts_c import contact_pieces
+from kane.motion.programs.program_modes import TasksOf, check_events, modes_of
 from kane.motion.programs.simulator_parts import (
     TAKES,
-    Part,
     Pieces,
+    SimulatorPart,
     checked,
     constraints,
     motion_program,
@@ -37,14 +37,14 @@ from kane.motion.programs.simulator_parts import (
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import timed
 from kane.motion.steppers.context import SIZE, ReturnCode, Slot
-from kane.motion.steppers.crossings import Kind
+from kane.motion.steppers.crossings import EventKind
 from kane.motion.steppers.held import POORER
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
 from kane.numeric.scale import EPS, LEAPS, ROUNDED_TERMS, SAME_TIME, UNUSABLE
 from kane.program.emit.c import emit_c
 from kane.program.emit.c_kernels import emit_kernel_c
-from kane.program.emit.names import c_number
+from kane.program.emit.identifiers import c_number
 from kane.program.from_expressions import Bundle, Task
 from kane.program.kernel.language import Callee, Kernel
 
@@ -114,7 +114,7 @@ def assembled(
     return _filled_in(compiled, method, period, pieces, ending)
 
 
-def _pieces(compiled: Compiled, method: str, clock: Clock, parts: Sequence[Part]) -> Pieces:
+def _pieces(compiled: Compiled, method: str, clock: Clock, parts: Sequence[SimulatorPart]) -> Pieces:
     """What a program says of a motion without modes."""
     eom, name = cast(Equations, compiled.equations), compiled.name
     held, sides = is_constrained(eom), bool(turning(eom))
@@ -233,8 +233,8 @@ def _numbers(compiled: Compiled, method: str) -> dict[str, str]:
         "@WORK@": str(integrator.work(len(state) + 1)),
         "@SIZE@": str(SIZE),
         "@PLACES@": "\n".join(f"    AT_{slot.name} = {int(slot)}," for slot in Slot),
-        "@ACTS@": str(int(Kind.ACTS)),
-        "@ASKED@": str(int(Kind.ASKED)),
+        "@ACTS@": str(int(EventKind.ACTS)),
+        "@ASKED@": str(int(EventKind.ASKED)),
         **{f"@{code.name}@": str(int(code)) for code in ReturnCode},
     }
 
@@ -244,7 +244,7 @@ def _check_period(period: float | None) -> None:
         raise ProgramError(f"Expected a period above zero (s) of a sampled controller, got {period!r}.")
 
 
-def _untold(one: Turning) -> str:
+def _untold(one: Discontinuity) -> str:
     """Of a time at which rates turn what the program cannot look after."""
     return f"{one.quantity} turns rates at times that no line gives" if one.slope is None else ""
 
@@ -292,7 +292,7 @@ static void nothing({TAKES})
 """
 
 
-def _begun(parts: Sequence[Part]) -> str:
+def _begun(parts: Sequence[SimulatorPart]) -> str:
     """What the parts look at in the beginning, one after the other."""
     if not parts:
         return "return @CAPS@_BEGUN;"
@@ -332,7 +332,7 @@ def _template(name: str) -> str:
     return files("kane.motion.programs").joinpath(f"simulator{'_' * bool(name)}{name}.c").read_text(encoding="utf-8")
 
 
-def _call(kernel: Kernel, parts: Sequence[Part]) -> str:
+def _call(kernel: Kernel, parts: Sequence[SimulatorPart]) -> str:
     """The kernel called with what there is."""
     given: dict[str, str] = dict(_ARGUMENTS)
     for part in parts:
@@ -341,7 +341,7 @@ def _call(kernel: Kernel, parts: Sequence[Part]) -> str:
     return f"{kernel.name}({', '.join(given.get(a, f'at_{a}') for a in own)})"
 
 
-def _arrays(kernel: Kernel, parts: Sequence[Part]) -> dict[str, Array | str]:
+def _arrays(kernel: Kernel, parts: Sequence[SimulatorPart]) -> dict[str, Array | str]:
     """The arrays that the kernel takes of the parts, copies of what is hoisted, and room for arrays that the motion does not have."""
     found: dict[str, Array | str] = {}
     for part in parts:
@@ -401,7 +401,7 @@ def _filled(changing: Mapping[str, Array | str]) -> str:
 
 
 def _equations(
-    compiled: Compiled, clock: Clock, parts: Sequence[Part], others: tuple[Sequence[str], Sequence[Task]]
+    compiled: Compiled, clock: Clock, parts: Sequence[SimulatorPart], others: tuple[Sequence[str], Sequence[Task]]
 ) -> str:
     """The rates, what the parts evaluate, `others`, and the clock's quantities, their slopes and pulses, where there are some."""
     eom, contract = cast(Equations, compiled.equations), compiled.settings.contract
@@ -470,7 +470,7 @@ _BY_PULSES = """static double values[PULSES][PLACES];
     }"""
 
 
-def _levels(turning: Sequence[Turning]) -> str:
+def _levels(turning: Sequence[Discontinuity]) -> str:
     """The tables of levels."""
     if not turning:
         return ""

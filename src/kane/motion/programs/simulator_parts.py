@@ -17,15 +17,15 @@ from kane.expr.node import Expr
 from kane.expr.piecewise import side_symbol
 from kane.motion.constraint_kernels import alike, among, choices, holding, structure
 from kane.motion.hybrid.automaton import actions, glance, tables, tendency, values_set, watched
-from kane.motion.inputs.breakpoints import Turning
+from kane.motion.inputs.breakpoints import Discontinuity
 from kane.motion.inputs.smooth import pieces_prescribed
 from kane.motion.methods import needs
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given, has_jumps, quantities, rates, sided, timed
-from kane.motion.steppers.crossings import KINDS, Kind
+from kane.motion.steppers.crossings import KINDS, EventKind
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
-from kane.program.emit.names import c_string
+from kane.program.emit.identifiers import c_string
 from kane.program.from_expressions import Bundle, Task
 from kane.program.kernel.language import Kernel
 from kane.program.program import Program
@@ -36,7 +36,7 @@ TAKES = "double t, const double *x, const double *p, const double *r, const doub
 """The arguments of a routine."""
 
 
-class Part(NamedTuple):
+class SimulatorPart(NamedTuple):
     """What a program looks after besides steps: tables, the routines that a kernel calls by their arguments' names, texts.
 
     `hoisted` are what routines take as h: copies of one array, as arguments of kernels do not overlap. What is `shown` `main` alone
@@ -66,7 +66,7 @@ class Pieces(NamedTuple):
 
 
 def checked(
-    compiled: Compiled, method: str, what: str, untold: Callable[[Turning], str], switching: bool = False
+    compiled: Compiled, method: str, what: str, untold: Callable[[Discontinuity], str], switching: bool = False
 ) -> None:
     """A program of another language, `what` in words, can look after the motion.
 
@@ -123,14 +123,14 @@ def _task(eom: Equations, make: Callable[..., Bundle[Any]], *more: Expr) -> Task
     return (sided(eom, count, make, *more) if count else make(eom, *more)).task
 
 
-def parts_of(eom: Equations) -> list[Part]:
+def parts_of(eom: Equations) -> list[SimulatorPart]:
     """All that there is to look after."""
     return [*events(eom), *constraints(eom)]
 
 
 def motion_program(
     compiled: Compiled,
-    parts: Sequence[Part],
+    parts: Sequence[SimulatorPart],
     more: Sequence[Task] = (),
     contract: bool | None = None,
     routines: Sequence[str] = (),
@@ -147,19 +147,19 @@ def motion_program(
     )
 
 
-def events(eom: Equations) -> list[Part]:
+def events(eom: Equations) -> list[SimulatorPart]:
     """Events and switches, and those that Python would have to decide, in words."""
     turns = turning(eom)
     if not eom.events and not turns:
         return []
     given, count = tables(eom, len(eom.state) + 1, len(turns)), len(eom.events) + len(turns)
     kinds = given["kinds"].reshape(-1, KINDS)[:, 0]
-    asked = [e for e, kind in zip(eom.events, kinds, strict=False) if kind >= Kind.ASKED and e.then is not None]
+    asked = [e for e, kind in zip(eom.events, kinds, strict=False) if kind >= EventKind.ASKED and e.then is not None]
     acting = [_task(eom, make) for make in (tendency, actions)] if values_set(eom) else []
     made = [_task(eom, watched, *turns), _task(eom, glance, *turns), *acting]
     names = ", ".join(c_string(e.name) for e in eom.events) or '""'
     return [
-        Part(
+        SimulatorPart(
             "events",
             given | {name: np.zeros(count) for name in ("seen", "largest")} | {"sides_at": len(eom.parameters)},
             made,
@@ -174,7 +174,7 @@ def events(eom: Equations) -> list[Part]:
     ]
 
 
-def constraints(eom: Equations) -> list[Part]:
+def constraints(eom: Equations) -> list[SimulatorPart]:
     """Constraints, with all choices of dependent speeds where these are few."""
     if not is_constrained(eom):
         return []
@@ -186,7 +186,7 @@ def constraints(eom: Equations) -> list[Part]:
     tasks = [holding(eom).task, *(replace(_task(one, rates), name=f"rates_{k}") for k, one in enumerate(found))]
     rows = [c.name for c in eom.derived.constraints.constraints]
     return [
-        Part(
+        SimulatorPart(
             "constraints",
             given,
             tasks,

@@ -12,8 +12,8 @@ from kane.equations.compiled import Compiled
 from kane.equations.equations import Equations
 from kane.model.contacts import Modes
 from kane.motion.hybrid.contact_tables import MODES
-from kane.motion.programs.contact_modes import modes_of
 from kane.motion.programs.contacts_wasm import contacts_module
+from kane.motion.programs.program_modes import modes_of
 from kane.motion.programs.simulator_parts import checked, motion_program, parts_of
 from kane.motion.programs.wasm_memory import Memory, bind, module_description, stepping
 from kane.motion.projection import is_constrained

@@ -11,14 +11,14 @@ import numpy as np
 
 from kane.equations.compiled import Compiled
 from kane.equations.equations import Equations
-from kane.motion.programs.simulator_parts import Part, stepping_kernel
+from kane.motion.programs.simulator_parts import SimulatorPart, stepping_kernel
 from kane.motion.projection import is_constrained
 from kane.motion.steppers.begin import Begun
 from kane.motion.steppers.context import ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.numeric.arrays import Array
 from kane.program.emit.wasm_kernels import add_kernel
-from kane.program.emit.wasm_module import F64, I32, Function, Module, int32, leb, read
+from kane.program.emit.wasm_module import F64, I32, Module, WasmFunction, int32, leb, read
 from kane.program.kernel.language import ArrayOf, Callee, Integer, Kernel
 from kane.program.kernel.specialized import specialized
 from kane.program.program import Program
@@ -54,7 +54,7 @@ class Memory:
         self.arrays = {**shared, **{name: module.room(length, 64) for name, length in lengths.items()}}
         self.integers = {}
 
-    def give(self, parts: Sequence[Part]) -> None:
+    def give(self, parts: Sequence[SimulatorPart]) -> None:
         """The tables of parts, with numbers where they have some; what is hoisted is one array for all."""
         for part in parts:
             self.arrays |= dict.fromkeys(part.hoisted, self.arrays["h"])
@@ -95,7 +95,7 @@ def bind(
                 memory.put(a.name, np.zeros(1))
     number = add_kernel(module, kernel, memory.arrays, routines)
     asked = [a.name for a in kernel.arguments if isinstance(a, Integer)]
-    bound = Function([I32] * len(asked), [I32])
+    bound = WasmFunction([I32] * len(asked), [I32])
     bound.code += b"".join(read(k) + b"\xac" for k in range(len(asked))) + call(number)
     return module.add(bound, name), asked
 
@@ -112,12 +112,12 @@ def load(at: int) -> bytes:
 
 def nothing(module: Module, callee: Callee) -> int:
     """What the motion does not ask for."""
-    return module.add(Function([F64 if a == "float" else I32 for a in callee.takes]))
+    return module.add(WasmFunction([F64 if a == "float" else I32 for a in callee.takes]))
 
 
 def one_of(module: Module, takes: Sequence[int], numbers: Sequence[int], at: int) -> int:
     """The function that calls one of some with what it is given: which one a double at a place says."""
-    function = Function(takes)
+    function = WasmFunction(takes)
     given = b"".join(map(read, range(len(takes))))
     for k, number in enumerate(numbers):
         if k < len(numbers) - 1:
@@ -128,7 +128,7 @@ def one_of(module: Module, takes: Sequence[int], numbers: Sequence[int], at: int
 
 
 def stepping(
-    memory: Memory, eom: Equations, method: str, parts: Sequence[Part], functions: Mapping[str, int]
+    memory: Memory, eom: Equations, method: str, parts: Sequence[SimulatorPart], functions: Mapping[str, int]
 ) -> tuple[Kernel, dict[str, int]]:
     """The kernel of a method, and the functions that it calls: those of the parts, the rates, what hoists."""
     held = is_constrained(eom)

@@ -17,7 +17,7 @@ from kane.equations.equations import Equations
 from kane.errors import SimulationError
 from kane.expr.node import Expr
 from kane.expr.symbols import Input, input_of
-from kane.motion.inputs.expressions import Formula, Held, HeldInput, value
+from kane.motion.inputs.expressions import Formula, HeldInput, SampleAndHold, value
 from kane.motion.inputs.functions import Recorded, constant
 from kane.motion.solution.phases import Phase, check_motion
 from kane.motion.solution.solution import Solution
@@ -108,7 +108,7 @@ def inherited_inputs(eom: Equations, last: Phase | None, given: Any, parameters:
         return given
     before = {str(s): f for s, f in last.inputs.items()}
     new = {str(s) for key in given or () for s in (key if isinstance(key, tuple) else (key,))}
-    held: dict[int, Held] = {}
+    held: dict[int, SampleAndHold] = {}
     found: dict[Any, Any] = {}
     for s in eom.inputs:
         chain = [before.get(str(x)) for x in eom.inputs if input_of(x) is s]
@@ -118,7 +118,7 @@ def inherited_inputs(eom: Equations, last: Phase | None, given: Any, parameters:
     return {**found, **(given or {})}
 
 
-def _again(name: str, drive: Any, parameters: Mapping[Expr, Any], held: dict[int, Held]) -> Any:
+def _again(name: str, drive: Any, parameters: Mapping[Expr, Any], held: dict[int, SampleAndHold]) -> Any:
     number = constant(drive)
     if number is not None:
         return number

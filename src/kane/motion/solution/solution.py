@@ -15,8 +15,8 @@ from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.lazy import LazyMapping
 from kane.dynamics.readings.joint_reactions import Place, unsolved
 from kane.dynamics.readings.quantities import asked, evaluate_along
-from kane.equations.contact_modes import equations_in
 from kane.equations.equations import Equations
+from kane.equations.mode_equations import equations_in
 from kane.errors import ArgumentError, Attributes
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import Expr
@@ -54,7 +54,7 @@ _SOME = 101
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Segment:
+class SolutionSegment:
     """From time `start` on, the motion was stepped with `equations`, which differ in their dependent speeds."""
 
     start: float
@@ -95,7 +95,7 @@ class Solution(Attributes):
     events: tuple[tuple[Event, float], ...]
     steps: int
     evaluations: int
-    segments: tuple[Segment, ...] = ()
+    segments: tuple[SolutionSegment, ...] = ()
     samples: tuple[Equations, ...] = ()
     rtol: float = 1.0
     atol: float = 0.0
@@ -466,6 +466,6 @@ def some_of(count: int) -> Indices:
 def _restored(first: Equations, partitions: Sequence[tuple[Modes, Partition | None]], own: dict[str, Any]) -> Solution:
     """A solution that was pickled; `first` are its equations, the others differ from them by their modes and partitions."""
     equations = [first, *(equations_in(first, *pair) for pair in partitions[1:])]
-    own["segments"] = tuple(Segment(start, equations[k]) for start, k in own["segments"])
+    own["segments"] = tuple(SolutionSegment(start, equations[k]) for start, k in own["segments"])
     own["samples"] = tuple(equations[k] for k in own["samples"])
     return Solution(first, **own)

@@ -8,7 +8,7 @@ import numpy as np
 
 from kane.dynamics.poles import KinematicsEnd
 from kane.motion.broken import NESTED, broken_off, chattering
-from kane.motion.course import Counts, Course, Inspection, StepFound, Verdict
+from kane.motion.course import Counts, Course, StepFound, StepVerdict, Verdict
 from kane.motion.hybrid.events import PARTS, StepSeen, leapt, still_there, thresholds
 from kane.motion.inputs.breakpoints import next_end, on_from
 from kane.motion.inputs.expressions import controllers
@@ -78,15 +78,15 @@ class SolverInPython:
             return broken_off(stepper, before, last, self.course.span, failure, told)
         return StepFound(before, solver.t, solver.dense_output(), last, solver.y)
 
-    def singular(self, step: StepFound, numbers: Numbers | None, narrow: float) -> Inspection:
+    def singular(self, step: StepFound, numbers: Numbers | None, narrow: float) -> StepVerdict:
         """Whether a step leads across a singular state, which is closed in on, or where a load switches there and back."""
         stepper, h = self.stepper, step.end - step.t
         if (stepper.jumped(numbers) or stepper.crosses(step.dense, step.t, step.end)) and h > narrow:
-            return Inspection(Verdict.SHORTER)
+            return StepVerdict(Verdict.SHORTER)
         within = self._leapt(step)
         if within is not None and within - step.t > narrow:
-            return Inspection(Verdict.SHORTER, within - step.t)
-        return Inspection(Verdict.TAKEN)
+            return StepVerdict(Verdict.SHORTER, within - step.t)
+        return StepVerdict(Verdict.TAKEN)
 
     def _leapt(self, step: StepFound) -> float | None:
         """When a load switches there and back within the step, if it does: the step is taken again, up to there."""

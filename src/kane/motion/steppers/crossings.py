@@ -19,7 +19,7 @@ from kane.program.kernel.language import INT, Kernel
 from kane.program.kernel.writer import Array, Term, Variable, Writer
 
 
-class Kind(IntEnum):
+class EventKind(IntEnum):
     """What an event does: it is noted; a switch turns; the motion ends; its state changes; or Python decides."""
 
     NOTED = 0
@@ -419,7 +419,7 @@ class Crossings:
             met[place.get() * 2] = share
             met[place.get() * 2 + 1] = which
         with w.few(self.get("found")) as i:
-            breaks = self.kind(w.compute("int", met[i * 2 + 1])) >= float(Kind.ENDS)
+            breaks = self.kind(w.compute("int", met[i * 2 + 1])) >= float(EventKind.ENDS)
             with w.when(breaks & (met[i * 2] < self.get("broken"))):
                 self.put("broken", met[i * 2])
         place.put(0)

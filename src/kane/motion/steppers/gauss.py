@@ -147,7 +147,7 @@ _TOLERANCES, _BENT = 5.0, 1.5e-5
 
 
 @dataclass(frozen=True, slots=True)
-class Along:
+class DenseOutputWeights:
     """Eight `shares` of a step; row j of `once`, `twice` and `rates` says what the rates at node j count in ∫ k, ∫∫ k and k there.
 
     Where it is `ended`, the last state is the one that is gone on from, moved onto the constraints.
@@ -171,20 +171,20 @@ class Along:
 
 
 @cache
-def events() -> Along:
+def events() -> DenseOutputWeights:
     """The places at which events are looked at, but for the beginning of the step."""
     return _along(SHARES[1:], True)
 
 
 @cache
-def defects() -> Along:
+def defects() -> DenseOutputWeights:
     """Both ends of the step, and places between."""
     return _along(_BETWEEN, False)
 
 
-def _along(shares: Vector, ended: bool) -> Along:
+def _along(shares: Vector, ended: bool) -> DenseOutputWeights:
     once, twice = (tuple(zip(*rows, strict=True)) for rows in zip(*(integrals(_N, s) for s in shares), strict=True))
-    return Along(shares, once, twice, tuple(zip(*(lagrange(_N, s) for s in shares), strict=True)), ended)
+    return DenseOutputWeights(shares, once, twice, tuple(zip(*(lagrange(_N, s) for s in shares), strict=True)), ended)
 
 
 def weights(w: Writer, theta: Term, nodes: Nodes) -> tuple[Term, Term]:
@@ -461,7 +461,7 @@ class _Gauss:
             self.advance(h)
         self.inspection.look(h, last, self.after, along)
 
-    def inspection_states(self, h: Term, at: Along) -> None:
+    def inspection_states(self, h: Term, at: DenseOutputWeights) -> None:
         """The states at eight places of the step, in those of the stages; the last is the end, from which is gone on."""
         w, o = self.writer, self.context
         once = [self.splat(h) * row for row in at.once]

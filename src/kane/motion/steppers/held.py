@@ -40,13 +40,13 @@ branches, coordinates."""
 
 
 def room(n: int, counts: dict[str, int]) -> int:
-    """How many doubles the array `room` of `Held` has for n components."""
+    """How many doubles the array `room` of `ConstraintSolver` has for n components."""
     c, m, s, d = (counts[name] for name in ("closures", "rows", "speeds", "chosen"))
     numbers = 2 * c + m + sum(counts[name] for name in ("branches", "entries", "turns"))
     return numbers + 2 * m + d * s + 2 * d * d + 2 * d * d + d + s + 2 * n
 
 
-class Held:
+class ConstraintSolver:
     """The arguments that tell of the constraints, and what is done with them.
 
     `constraints` gives f, the sizes of its terms, b, the cosines of the branches, and the entries of A and of W that are not zero.

@@ -4,7 +4,7 @@
 from collections.abc import Callable
 
 from kane.motion.steppers.context import ReturnCode, Slot, StepperContext
-from kane.motion.steppers.held import Held
+from kane.motion.steppers.held import ConstraintSolver
 from kane.motion.steppers.watched import Dense, Watched
 from kane.program.kernel.writer import Term
 
@@ -16,7 +16,7 @@ class StepInspection:
         self, context: StepperContext, dense: Dense, held: bool, watched: bool, sided: bool, wide: bool = False
     ) -> None:
         self.context, self.dense = context, dense
-        self.held = Held(context) if held else None
+        self.held = ConstraintSolver(context) if held else None
         self.watched = Watched(context, wide, dense, self.held, sided) if watched else None
         self.looks = held or watched
 

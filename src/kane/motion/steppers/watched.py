@@ -3,7 +3,7 @@
 
 A quantity that surely keeps its sign is passed by. Passages of the others are located (`crossings`), noted in `log`, and the first
 that ends the motion or changes its state ends the step there: the state before it, and after its actions, are a row of `jumps`. What
-the kernel does not decide (`Kind.ASKED`, what rests at its threshold, sides that no first derivative tells, one more event at the
+the kernel does not decide (`EventKind.ASKED`, what rests at its threshold, sides that no first derivative tells, one more event at the
 instant of an action) is looked at by Python, with the tests that say so for all methods (`hybrid.events`).
 
 The side of each switch is a number among the parameters, −1 or 1, on which its quantity is smooth across zero. A step that would pass
@@ -14,8 +14,8 @@ there is no side that does.
 from collections.abc import Callable
 
 from kane.motion.steppers.context import RATE, WIDE, ReturnCode, Slot, StepperContext
-from kane.motion.steppers.crossings import KINDS, LEAVES, MET, Crossings, Kind, bounds
-from kane.motion.steppers.held import Held
+from kane.motion.steppers.crossings import KINDS, LEAVES, MET, Crossings, EventKind, bounds
+from kane.motion.steppers.held import ConstraintSolver
 from kane.numeric.polynomials import CLOSE, SHARES, SMALL
 from kane.numeric.polynomials import DEGREE as PARTS
 from kane.numeric.scale import EPS, EQUAL, LATER, NEAR_TIME, ROUNDED, ROUNDED_TERMS, SAME_TIME, SOON, UNRELATED
@@ -51,7 +51,9 @@ class Watched:
     of each whether it turns, whether it came back, and what it was.
     """
 
-    def __init__(self, context: StepperContext, wide: bool, dense: Dense, held: Held | None, sided: bool) -> None:
+    def __init__(
+        self, context: StepperContext, wide: bool, dense: Dense, held: ConstraintSolver | None, sided: bool
+    ) -> None:
         self.context, self.dense, self.held = context, dense, held
         self.writer = w = context.writer
         self.call, self.h = w.callee("watch", *(WIDE if wide else RATE)), w.hoisted("hw")
@@ -181,7 +183,7 @@ class Watched:
             self.length.put(h)
             c.begin_search()
             with w.few(self.count) as e, w.when(self.doubts[e] > 0.0):
-                with w.when(c.kind(e) >= float(Kind.ASKED)):
+                with w.when(c.kind(e) >= float(EventKind.ASKED)):
                     c.put("asked", 1)
                 with w.otherwise():
                     if self.sided:
@@ -211,7 +213,7 @@ class Watched:
     def turning(self, e: Term) -> Term:
         """Whether a quantity is that of a switch."""
         kind = self.crossings.kind(e)
-        return (kind >= float(Kind.TURNS)) & (kind < float(Kind.ENDS))
+        return (kind >= float(EventKind.TURNS)) & (kind < float(EventKind.ENDS))
 
     def side_index(self, e: Term) -> Term:
         """Where in p the side of a switch stands."""
@@ -425,7 +427,7 @@ class Watched:
         ends.put(0)
         with w.few(c.get("found")) as k:
             kind = c.kind(w.compute("int", c.met[k * 2 + 1]))
-            self.at_once(k, lambda: acting.put(1), kind >= float(Kind.ACTS))
+            self.at_once(k, lambda: acting.put(1), kind >= float(EventKind.ACTS))
         with w.when(acting.get() > 0):
             self.take_actions(t, before, after)
         with w.otherwise(), w.count(o.n) as i:
@@ -510,12 +512,12 @@ class Watched:
             self.doubts[e] = 0.0
         with w.few(c.get("found")) as k:
             which = w.compute("int", c.met[k * 2 + 1])
-            acts = w.select(c.kind(which) >= float(Kind.ACTS), 3.0, 2.0)
+            acts = w.select(c.kind(which) >= float(EventKind.ACTS), 3.0, 2.0)
 
             def mark(which: Term = which, acts: Term = acts) -> None:
                 self.doubts[which] = acts
 
-            self.at_once(k, mark, c.kind(which) < float(Kind.ASKED))
+            self.at_once(k, mark, c.kind(which) < float(EventKind.ASKED))
         self.set_values(t, before, after)
         self.set_parameters()
         if self.held is not None:
@@ -644,8 +646,8 @@ class Watched:
             self.instant[row + 1] = side.get()
             for k, value in ((0, 1.0), (2, 1.0), (4, LATER)):
                 self.instant[row + k] = value
-        goes_on = (c.kind(e) < float(Kind.ENDS)) & ~(w.compute("abs", new) > 0.0)
-        unsure = (there & ~moving) | (leapt & ((c.kind(e) >= float(Kind.ACTS)) | goes_on)) | beside
+        goes_on = (c.kind(e) < float(EventKind.ENDS)) & ~(w.compute("abs", new) > 0.0)
+        unsure = (there & ~moving) | (leapt & ((c.kind(e) >= float(EventKind.ACTS)) | goes_on)) | beside
         with w.when((mine & unsure) | ~finite):
             c.put("asked", 1)
 

@@ -12,11 +12,11 @@ from itertools import accumulate
 
 from kane.present.chapters import Chapter, FormulaBlock, MatrixEquation, by_all_text, operations_text, solved_text
 from kane.present.content import Content, run_text
-from kane.present.document.lines import broken_lines, em_width
+from kane.present.document.line_breaks import broken_lines, em_width
 from kane.present.document.pictures import ReportPicture, picture_of, plots_of, printed, sketch_of
 from kane.present.formula_list import DisplayedFormula
 from kane.present.languages.catalogue import tr
-from kane.present.linearized.section import Section
+from kane.present.linearized.chapter import Section
 from kane.present.overview import Cell, PageTable, Tex
 from kane.present.pages import figure_text, plain, segments
 from kane.present.provenance import Provenance

@@ -10,7 +10,7 @@ from kane.analysis.linear import Linear, Mode
 from kane.equations.equations import Equations
 from kane.numeric.scale import SIX_DIGITS
 from kane.present.languages.catalogue import tr, trn
-from kane.present.linearized.section import Part, Section, latex_of, number
+from kane.present.linearized.chapter import Part, Section, latex_of, number
 from kane.present.overview import Cell, PageTable, Tex
 
 _SHOWN = 0.05

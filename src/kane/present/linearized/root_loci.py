@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from kane.analysis.solution_branches import Branch, Crossing
 from kane.present.languages.catalogue import tr
 from kane.present.linearized.branch_figures import Inks, against, grow, label_along, plane, through_meetings
-from kane.present.linearized.section import Part, Section, number
+from kane.present.linearized.chapter import Part, Section, number
 from kane.present.motion_plots import FAINT, INK, SERIES, Plot, panels
 from kane.present.overview import PageTable, Tex
 from kane.units.rules import unit_text

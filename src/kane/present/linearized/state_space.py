@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from kane.analysis.linear import Linear
 from kane.equations.equations import Equations
 from kane.present.languages.catalogue import tr
-from kane.present.linearized.section import Part, Section, latex_of, matrix
+from kane.present.linearized.chapter import Part, Section, latex_of, matrix
 from kane.present.overview import Tex
 
 _WIDE = 10

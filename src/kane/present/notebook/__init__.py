@@ -30,7 +30,7 @@ from kane.model.system import System
 from kane.motion.solution.solution import Solution
 from kane.present.notebook.declared import equations_html, system_html
 from kane.present.notebook.generic import listing_html, mapping_html, named_formulas, record_html, symbols_html
-from kane.present.notebook.parts import (
+from kane.present.notebook.model_parts import (
     assembled_html,
     body_html,
     constraint_html,
@@ -41,7 +41,7 @@ from kane.present.notebook.parts import (
     point_html,
     state_html,
 )
-from kane.present.notebook.records import (
+from kane.present.notebook.record_tables import (
     comparison_html,
     force_system_html,
     formulation_html,

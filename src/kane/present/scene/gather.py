@@ -15,7 +15,7 @@ from kane.expr.symbols import Parameter
 from kane.model.beams.beam import Beam
 from kane.model.bodies import Particle
 from kane.model.system import System
-from kane.present.scene.bodies import body_items, ground_items, holding_items
+from kane.present.scene.default_shapes import body_items, ground_items, holding_items
 from kane.present.scene.moves import actions, center_of, load_items, movements
 from kane.present.scene.records import Item, Mark, Quantities, Scene, Triad
 from kane.present.scene.shapes import BodyShape, declared_item

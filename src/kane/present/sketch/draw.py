@@ -19,7 +19,7 @@ from kane.present.languages.catalogue import N_, tr
 from kane.present.scene.gather import scene as scene_of
 from kane.present.scene.records import Item, Posed, Scene
 from kane.present.scene.shapes import BodyShape
-from kane.present.sketch.bodies import draw_items
+from kane.present.sketch.body_drawings import draw_items
 from kane.present.sketch.camera import View, view_of
 from kane.present.sketch.labels import Label, placed
 from kane.present.sketch.outlines import outline

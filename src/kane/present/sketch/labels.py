@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kane.numeric.arrays import Array
-from kane.present.sketch.typeset import Span, width_of
+from kane.present.sketch.text_runs import Span, width_of
 
 _TURNS = np.arange(24) * (2 * np.pi / 24)
 _REACH = (3.0, 7.0, 12.0, 18.0, 26.0, 40.0, 60.0, 85.0, 115.0)

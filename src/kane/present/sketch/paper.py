@@ -13,7 +13,7 @@ from kane.numeric.arrays import Array
 from kane.present.scene.records import Item, Posed
 from kane.present.sketch.camera import View
 from kane.present.sketch.labels import Label
-from kane.present.sketch.typeset import Span
+from kane.present.sketch.text_runs import Span
 
 GROUND, BODY, LOAD, REFERENCE, MOVE, FORCE, AXES, POINT = range(8)
 """Layers, the lowest first."""

@@ -20,7 +20,7 @@ from kane.numeric.arrays import Array
 from kane.present.sketch.labels import LEADER, Label
 from kane.present.sketch.paper import Stroke
 from kane.present.sketch.svg import LIGHT, SHIFT, TEXT, leader, looks, shapes_of
-from kane.present.sketch.typeset import SMALL, Span
+from kane.present.sketch.text_runs import SMALL, Span
 
 _INCH = 96.0
 """Pixels in an inch, as in a browser."""

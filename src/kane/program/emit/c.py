@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from kane.expr import ops
 from kane.expr.ops import COS, OPS, SIN, Op
-from kane.program.emit.names import (
+from kane.program.emit.identifiers import (
     ARITHMETIC,
     Names,
     c_comment,

@@ -75,7 +75,7 @@ def _name(a: Argument) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class _Scope:
+class _BlockNames:
     """What a block names: by names what declares them as arguments; the values that it defines."""
 
     names: dict[str, str] = field(default_factory=dict)
@@ -100,7 +100,7 @@ class _KernelPrinter(CPrinter):
         super().__init__()
         self.kernel, self.routines, self.whose, self.asking = kernel, routines or {}, whose, asking
         self.functions: list[str] = []
-        self.scope = _Scope()
+        self.scope = _BlockNames()
         self.turns = 0
 
     def declared(self, a: Argument) -> str:
@@ -186,7 +186,7 @@ class _KernelPrinter(CPrinter):
         self.within(s.body)
         self.add("}")
 
-    def count(self, s: language.Count) -> None:
+    def count(self, s: language.For) -> None:
         """A block for each integer."""
         start, stop, index = (self.text(x) for x in (s.start, s.stop, s.counter))
         self.scope.defined.add(index)
@@ -197,7 +197,7 @@ class _KernelPrinter(CPrinter):
     def within(self, block: language.Block) -> None:
         """A block in braces: its lines, or the call of a function of them where they are many."""
         lines, depth, scope = self.lines, self.depth, self.scope
-        self.lines, self.scope = [], _Scope()
+        self.lines, self.scope = [], _BlockNames()
         self.depth = depth + 1
         self.block(block)
         own, inner = self.lines, self.scope

@@ -22,7 +22,7 @@ from kane.program.kernel.language import (
     Block,
     Cell,
     Compute,
-    Count,
+    For,
     Get,
     If,
     Kernel,
@@ -71,7 +71,7 @@ def _note(found: Varying, block: Block, apart: bool) -> None:
             _note(found, tuple(chain(s.then, s.other)), apart or s.condition in found)
         elif isinstance(s, While):
             _note(found, tuple(chain(s.head, s.body)), apart or s.condition in found)
-        elif isinstance(s, Count):
+        elif isinstance(s, For):
             _mark(found, s.counter, s.start in found)
             _note(found, s.body, apart or s.start in found or s.stop in found)
 
@@ -282,7 +282,7 @@ class LanesPrinter(LlvmPrinter):
         self.mask = outer
         self.labelled(end)
 
-    def count(self, s: language.Count) -> None:
+    def count(self, s: language.For) -> None:
         """A block for each integer, by the lanes for which it is in their range."""
         if s.start not in self.varying and s.stop not in self.varying:
             super().count(s)

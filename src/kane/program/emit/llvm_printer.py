@@ -514,7 +514,7 @@ class LlvmPrinter(Printer):
         self.add(f"br label %{head}")
         self.labelled(end)
 
-    def count(self, s: language.Count) -> None:
+    def count(self, s: language.For) -> None:
         """A block for each integer."""
         before, head, body, last, end, more, on = self.labels("before", "head", "body", "last", "end", "next", "on")
         index, start, stop = (self.names[x] for x in (s.counter, s.start, s.stop))

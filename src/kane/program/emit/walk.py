@@ -205,7 +205,7 @@ class Printer:
         language.CallRoutine: "call",
         language.If: "choice",
         language.While: "loop",
-        language.Count: "count",
+        language.For: "count",
     }
 
     def __init__(self, depth: int = 1) -> None:

@@ -19,8 +19,8 @@ from kane.program.emit.wasm_module import (
     I32,
     V128,
     WIDE,
-    Function,
     Module,
+    WasmFunction,
     both,
     int32,
     lane_of,
@@ -114,12 +114,12 @@ def _add(module: Module, program: Program, task: Task, scalars: Mapping[int, byt
     places = Places(fixed=fixed, pointers=pointers, scalars=scalars, stable=True)
     numbers = []
     for chunk in parts.chunks:
-        function = Function(takes)
+        function = WasmFunction(takes)
         WasmPrinter(module, function, places, sines).program(statements(program, task, chunk, style))
         numbers.append(module.add(function, name if len(parts.chunks) == 1 else ""))
     if len(numbers) == 1:
         return numbers[0]
-    whole = Function(takes)
+    whole = WasmFunction(takes)
     for k in numbers:
         whole.code += b"".join(map(read, range(len(takes)))) + b"\x10" + leb(k)
     return module.add(whole, name)
@@ -132,7 +132,7 @@ def add_sincos(module: Module) -> int:
     """The number of the function that gives sines and cosines of two angles side by side, by the steps of all languages."""
     if "sincos" in module.own:
         return module.own["sincos"]
-    function = Function([V128], [V128, V128])
+    function = WasmFunction([V128], [V128, V128])
     code, at = function.code, {"x": 0}
 
     def operand(text: str) -> bytes:

@@ -12,8 +12,8 @@ from kane.program.emit.wasm_module import (
     I64,
     SPLAT,
     V128,
-    Function,
     Module,
+    WasmFunction,
     int32,
     integer,
     leb,
@@ -37,7 +37,7 @@ def add_kernel(module: Module, kernel: Kernel, arrays: Mapping[str, int], routin
     """
     sizes = _Sizes(kernel)
     integers = [a.value for a in kernel.arguments if isinstance(a, Integer)]
-    function = Function([I64] * len(integers), [I32])
+    function = WasmFunction([I64] * len(integers), [I32])
     cells: dict[tuple[str, int], tuple[bool, int]] = {}
     for cell in kernel.cells:
         for k in range(cell.type.width):
@@ -103,7 +103,7 @@ class _Sizes:
             more = [*self.outer[id(s.head)], s.condition, *self.outer[id(s.body)]]
             return [v for v in more if isinstance(v, Value) and v not in within]
         inner = [v for b in parts(s) for v in self.outer[id(b)]]
-        return own + [v for v in inner if not (isinstance(s, language.Count) and v == s.counter)]
+        return own + [v for v in inner if not (isinstance(s, language.For) and v == s.counter)]
 
     def _own(self, block: Block, owner: int) -> None:
         for s in block:
@@ -117,7 +117,7 @@ def parts(s: Statement) -> tuple[Block, ...]:
     """The blocks in a statement."""
     if isinstance(s, language.If):
         return s.then, s.other
-    return (s.head, s.body) if isinstance(s, language.While) else (s.body,) if isinstance(s, language.Count) else ()
+    return (s.head, s.body) if isinstance(s, language.While) else (s.body,) if isinstance(s, language.For) else ()
 
 
 def _operands(s: Statement) -> list[Value]:
@@ -133,7 +133,7 @@ def _operands(s: Statement) -> list[Value]:
         found = (s.value,)
     elif isinstance(s, language.If):
         found = (s.condition,)
-    elif isinstance(s, language.Count):
+    elif isinstance(s, language.For):
         found = (s.start, s.stop)
     plain = [a.offset if isinstance(a, language.Address) else a for a in found]
     return [a for a in plain if isinstance(a, Value)]
@@ -147,7 +147,7 @@ def _defined(s: Statement) -> list[Value]:
 class KernelPrinter(WasmPrinter):
     """The instructions of a kernel, or of a block of it that is a function of its own."""
 
-    def __init__(self, module: Module, function: Function, places: Places, sizes: _Sizes) -> None:
+    def __init__(self, module: Module, function: WasmFunction, places: Places, sizes: _Sizes) -> None:
         super().__init__(module, function, places)
         self.sizes = sizes
         self._print |= {
@@ -156,7 +156,7 @@ class KernelPrinter(WasmPrinter):
             language.CallRoutine: self.call,
             language.If: self.choice,
             language.While: self.loop,
-            language.Count: self.count,
+            language.For: self.count,
         }
 
     def sequence(self, *blocks: Block, condition: Operand | None = None) -> None:
@@ -268,7 +268,7 @@ class KernelPrinter(WasmPrinter):
         self.emit(b"\x0c\x00\x0b\x0b")
         self.leave(s)
 
-    def count(self, s: language.Count) -> None:
+    def count(self, s: language.For) -> None:
         """A block for each integer."""
         found = in_pairs(s)
         if found is not None:
@@ -290,7 +290,7 @@ class KernelPrinter(WasmPrinter):
         self.function.give_back(counter)
         self.leave(s)
 
-    def pairs(self, s: language.Count, pairs: Pairs) -> None:
+    def pairs(self, s: language.For, pairs: Pairs) -> None:
         """A block for each two integers."""
         outer = [v for v in self.sizes.outer[id(s.body)] if v != s.counter]
         for v in outer:
@@ -321,7 +321,7 @@ class KernelPrinter(WasmPrinter):
         given: list[tuple[Key, int]] = [
             ((v.number, k), KINDS[v.type.kind]) for v in self.sizes.outer[id(block)] for k in range(v.type.width)
         ]
-        function = Function([kind for _, kind in given])
+        function = WasmFunction([kind for _, kind in given])
         printer = KernelPrinter(self.module, function, self.places, self.sizes)
         printer.locals = {key: k for k, (key, _) in enumerate(given)}
         printer.sequence(block)

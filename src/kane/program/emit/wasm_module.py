@@ -84,7 +84,7 @@ def _section(kind: int, raw: bytes) -> bytes:
 
 
 @dataclass(slots=True)
-class Function:
+class WasmFunction:
     """A function while it is written: `code` after the `parameters`, whose locals are handed out and given back."""
 
     parameters: Sequence[int]
@@ -117,7 +117,7 @@ class Module:
     """A module while it is written. `imported` functions of doubles come first, by name with how many they take, from "Math"."""
 
     imported: Mapping[str, int]
-    functions: list[Function] = field(default_factory=list)
+    functions: list[WasmFunction] = field(default_factory=list)
     exports: dict[str, int] = field(default_factory=dict)
     globals: list[int] = field(default_factory=list)
     data: list[tuple[int, bytes]] = field(default_factory=list)
@@ -125,7 +125,7 @@ class Module:
     own: dict[str, int] = field(default_factory=dict)
     _types: dict[bytes, int] = field(default_factory=dict)
 
-    def add(self, function: Function, name: str = "") -> int:
+    def add(self, function: WasmFunction, name: str = "") -> int:
         """The number of a function, which is exported where it has a name."""
         self.functions.append(function)
         index = len(self.imported) + len(self.functions) - 1

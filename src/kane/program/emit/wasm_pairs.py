@@ -18,8 +18,8 @@ from kane.program.emit.wasm_module import (
     STORE,
     V128,
     WIDE,
-    Function,
     Module,
+    WasmFunction,
     both,
     int32,
     leb,
@@ -33,7 +33,7 @@ from kane.program.kernel.language import (
     INT,
     Block,
     Compute,
-    Count,
+    For,
     Immediate,
     Operand,
     Read,
@@ -64,7 +64,7 @@ _LEAST = 6
 """So many turns make pairs worth while."""
 
 
-def in_pairs(s: Count) -> Pairs | None:
+def in_pairs(s: For) -> Pairs | None:
     """How the turns of a loop are made in pairs; None where they are not."""
     length = s.stop.value if isinstance(s.stop, Immediate) else 0
     if s.few or s.start != Immediate(INT, 0) or not isinstance(length, int) or length < _LEAST:
@@ -108,7 +108,7 @@ def _operands(s: language.Statement) -> list[Value]:
 class PairPrinter(WasmPrinter):
     """The instructions of two turns; `at` is the local that holds how far the counter has gone, in bytes."""
 
-    def __init__(self, module: Module, function: Function, places: Places, pairs: Pairs, at: int) -> None:
+    def __init__(self, module: Module, function: WasmFunction, places: Places, pairs: Pairs, at: int) -> None:
         super().__init__(module, function, places)
         self.pairs, self.counter = pairs, at
         self.kinds = {**KINDS, "float": V128}

@@ -21,8 +21,8 @@ from kane.program.emit.wasm_module import (
     I64,
     SPLAT,
     V128,
-    Function,
     Module,
+    WasmFunction,
     int32,
     integer,
     lane_of,
@@ -91,7 +91,7 @@ class Places:
 class WasmPrinter:
     """The instructions of one function; `sincos` is the number of the function that gives sine and cosine."""
 
-    def __init__(self, module: Module, function: Function, places: Places, sincos: int = -1) -> None:
+    def __init__(self, module: Module, function: WasmFunction, places: Places, sincos: int = -1) -> None:
         self.module, self.function, self.places, self.sines = module, function, places, sincos
         self.locals: dict[Key, int] = {}
         self.left: dict[Key, int] = {}

@@ -169,7 +169,7 @@ class While(NamedTuple):
     body: "Block"
 
 
-class Count(NamedTuple):
+class For(NamedTuple):
     """`body` for `counter` = `start`, …, `stop` − 1; where these are `few`, no work is spent on making many of them fast."""
 
     counter: Value
@@ -186,7 +186,7 @@ class CallRoutine(NamedTuple):
     arguments: tuple[Operand | Address, ...]
 
 
-Statement: TypeAlias = Compute | SinCos | Read | Write | Get | Put | If | While | Count | CallRoutine
+Statement: TypeAlias = Compute | SinCos | Read | Write | Get | Put | If | While | For | CallRoutine
 Block: TypeAlias = tuple[Statement, ...]
 
 
@@ -299,7 +299,7 @@ def without_unused(kernel: Kernel) -> Kernel:
 def _blocks(s: Statement) -> tuple[Block, ...]:
     if isinstance(s, If):
         return s.then, s.other
-    return (s.head, s.body) if isinstance(s, While) else (s.body,) if isinstance(s, Count) else ()
+    return (s.head, s.body) if isinstance(s, While) else (s.body,) if isinstance(s, For) else ()
 
 
 def _used(block: Block, used: set[int], read: set[Cell], still: set[Cell]) -> Block:
@@ -322,7 +322,7 @@ def _used(block: Block, used: set[int], read: set[Cell], still: set[Cell]) -> Bl
             body = _used(s.body, used, read, still)
             used.update(_numbers([s.condition]))
             s = s._replace(head=_used(s.head, used, read, still), body=body)
-        elif isinstance(s, Count):
+        elif isinstance(s, For):
             s = s._replace(body=_used(s.body, used, read, still))
             if not s.body:
                 continue
@@ -362,7 +362,7 @@ _TYPES: dict[type[Any], Callable[[Any], tuple[Sequence[_Typed], Sequence[_Typed]
     Put: lambda s: ([(s.cell.type, s.value)], []),
     CallRoutine: lambda s: ([(INT, a.offset) if isinstance(a, Address) else (None, a) for a in s.arguments], []),
     If: lambda s: ([(BOOL, s.condition)], []),
-    Count: lambda s: ([(INT, s.start), (INT, s.stop)], [(INT, s.counter)]),
+    For: lambda s: ([(INT, s.start), (INT, s.stop)], [(INT, s.counter)]),
     While: lambda s: ([], []),
 }
 """What a statement reads, but for its blocks and the condition of a loop, and what it defines, with the types that these must have."""
@@ -402,7 +402,7 @@ class _Check:
                 if type_of(s.condition) != BOOL:
                     raise _wrong(self.kernel, "a truth value as condition of a loop", str(type_of(s.condition)))
                 self.block(s.body, inside)
-            elif isinstance(s, Count):
+            elif isinstance(s, For):
                 self.block(s.body, known | self.define(s.counter))
             else:
                 for _, value in values:

@@ -9,7 +9,7 @@ from kane.program.kernel.language import (
     Block,
     Cell,
     Compute,
-    Count,
+    For,
     Get,
     If,
     Immediate,
@@ -95,7 +95,7 @@ class _Narrow:
             return [s._replace(then=self.block(s.then), other=self.block(s.other))]
         if isinstance(s, While):
             return [s._replace(head=self.block(s.head), body=self.block(s.body))]
-        return [s._replace(body=self.block(s.body))] if isinstance(s, Count) else [s]
+        return [s._replace(body=self.block(s.body))] if isinstance(s, For) else [s]
 
     def pair_access(self, s: Read | Write) -> list[Statement]:
         """Numbers side by side in an array."""

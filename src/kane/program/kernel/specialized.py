@@ -89,7 +89,7 @@ class _Specializer:
             self.compute(s)
         elif isinstance(s, language.If):
             self.choice(s)
-        elif isinstance(s, language.Count):
+        elif isinstance(s, language.For):
             self.count(s)
         elif isinstance(s, language.While):
             outer, self.done = self.done, []
@@ -122,7 +122,7 @@ class _Specializer:
         else:
             self.done.append(language.If(condition, self.block(s.then), self.block(s.other)))
 
-    def count(self, s: language.Count) -> None:
+    def count(self, s: language.For) -> None:
         """A loop, unless it has no turn."""
         start, stop = self.operand(s.start), self.operand(s.stop)
         if isinstance(start, Immediate) and isinstance(stop, Immediate) and start.value >= stop.value:  # type: ignore[operator]
@@ -172,7 +172,7 @@ def _numbers(block: Block) -> set[int]:
     """The numbers of the values of a block."""
     result: set[int] = set()
     for s in block:
-        value = s.counter if isinstance(s, language.Count) else getattr(s, "value", None)
+        value = s.counter if isinstance(s, language.For) else getattr(s, "value", None)
         if isinstance(value, Value):
             result.add(value.number)
         for inner in language._blocks(s):

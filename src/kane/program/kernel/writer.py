@@ -256,7 +256,7 @@ class Writer:
         index = self.new(INT)
         with self._block() as body:
             yield Term(self, index)
-        self.add(language.Count(index, self.operand(start, INT), self.operand(stop, INT), tuple(body), few))
+        self.add(language.For(index, self.operand(start, INT), self.operand(stop, INT), tuple(body), few))
 
     def few(self, stop: Given, start: Given = 0) -> AbstractContextManager[Term]:
         """`count`, where the integers are few."""

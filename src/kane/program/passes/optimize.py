@@ -36,7 +36,7 @@ from kane.expr.ops import ADD, COS, DIV, MUL, NEG, OPS, REGULAR, SIN, SQRT, SUB,
 from kane.numeric.sampling import draw, value_of
 from kane.program.passes.graphs import joined, read, written
 from kane.program.program import Code, Routine, verified
-from kane.rewrite.divisors import DIVISORS, Row, Search
+from kane.rewrite.divisors import DIVISORS, DivisorKind, DivisorSearch
 from kane.rewrite.graph import Graph, Price, cost
 from kane.rewrite.node_rows import ROWS, NodeRow, normal, sweep
 
@@ -131,7 +131,7 @@ class Rules(NamedTuple):
     side, as they are.
     """
 
-    divisors: tuple[type[Row], ...] = DIVISORS
+    divisors: tuple[type[DivisorKind], ...] = DIVISORS
     rows: tuple[NodeRow, ...] = ROWS
     starts: tuple[str, ...] = ("as read", "multiplied out")
     limbs: bool = True
@@ -199,7 +199,7 @@ def starts(code: Code, count: int | None = None, rules: Rules = RULES) -> list[G
 def _rewritten(graph: Graph, rules: Rules) -> Graph:
     """The graph by all rules, as long as one gains."""
     price = Price(graph, _SELDOM, 1)
-    search = Search(graph, price, rules.divisors)
+    search = DivisorSearch(graph, price, rules.divisors)
     search.run()
     for _ in range(_ROUNDS):
         if not sweep(graph, price, rules.rows):

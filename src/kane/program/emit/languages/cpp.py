@@ -4,7 +4,7 @@
 from collections.abc import Sequence
 
 from kane.program.emit.c import LONGEST, NO_FAST_MATH, PART, CFile, CFunction, c_definition, c_file, port_lines
-from kane.program.emit.names import c_comment, c_number, distinct, identifier, is_free_in_c, made_by
+from kane.program.emit.identifiers import c_comment, c_number, distinct, identifier, is_free_in_c, made_by
 from kane.program.emit.sincos import c_sincos
 from kane.program.emit.walk import RESULTS, Style
 from kane.program.program import Program

@@ -3,9 +3,9 @@
 
 import json
 
+from kane.program.emit.identifiers import decimal
 from kane.program.emit.languages.reserved import free_in
-from kane.program.emit.languages.straight import GONE_TEXT, Language, Written, file_of, forms, head, numbers_of
-from kane.program.emit.names import decimal
+from kane.program.emit.languages.straight import GONE_TEXT, Emitted, Language, file_of, forms, head, numbers_of
 from kane.program.program import Program
 
 _JAVASCRIPT = Language(
@@ -55,7 +55,7 @@ def emit_javascript(program: Program, *, version: str = "") -> str:
     return "\n".join([*lines, _POW if "pow" in file.used else ""])
 
 
-def _function(f: Written, arguments: str, target: str, first: str) -> list[str]:
+def _function(f: Emitted, arguments: str, target: str, first: str) -> list[str]:
     lines = ["", f"export function {f.name}({arguments}) {{", *([first] if first else [])]
     return [
         *lines,

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A Program as a module of Julia, generic in the type of numbers, so that ForwardDiff's pass through."""
 
+from kane.program.emit.identifiers import decimal
 from kane.program.emit.languages.reserved import free_in
-from kane.program.emit.languages.straight import GONE_TEXT, File, Language, Written, file_of, forms, head, numbers_of
-from kane.program.emit.names import decimal
+from kane.program.emit.languages.straight import GONE_TEXT, Emitted, File, Language, file_of, forms, head, numbers_of
 from kane.program.program import Program
 
 _DOMAINS = {"sqrt": "x < 0", "log": "x < 0", "asin": "abs(x) > 1", "acos": "abs(x) > 1"}
@@ -56,7 +56,7 @@ def emit_julia(program: Program, *, version: str = "") -> str:
     return "\n".join([*lines, "", "end", ""])
 
 
-def _function(file: File, f: Written, target: str) -> list[str]:
+def _function(file: File, f: Emitted, target: str) -> list[str]:
     hoisting = target == "h"
     given = file.hoisted if hoisting else file.arguments
     scalars = {file.names.arguments[p.name] for p in file.program.ports if p.scalar}

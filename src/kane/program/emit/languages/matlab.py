@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A Program as one function file of MATLAB, which Octave runs too: `m = model()` gives a struct of function handles."""
 
+from kane.program.emit.identifiers import decimal
 from kane.program.emit.languages.reserved import free_in
-from kane.program.emit.languages.straight import GONE_TEXT, File, Language, Written, file_of, forms, head, numbers_of
-from kane.program.emit.names import decimal
+from kane.program.emit.languages.straight import GONE_TEXT, Emitted, File, Language, file_of, forms, head, numbers_of
 from kane.program.program import Program
 
 _REAL = "sqrt log asin acos sign"
@@ -69,7 +69,7 @@ def emit_matlab(program: Program, *, version: str = "") -> str:
     return "\n".join([*lines, ""])
 
 
-def _function(file: File, f: Written, target: str) -> list[str]:
+def _function(file: File, f: Emitted, target: str) -> list[str]:
     hoisting = target == "h"
     arguments = ", ".join(file.hoisted if hoisting else file.arguments)
     lines = ["", f"function {target} = {f.name}({arguments})"]

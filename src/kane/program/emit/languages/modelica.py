@@ -4,19 +4,19 @@
 Modelica has no NaN: what other languages answer with it, an assertion or the tool's own error says here.
 """
 
+from kane.program.emit.identifiers import c_comment, decimal
 from kane.program.emit.languages.reserved import free_in
 from kane.program.emit.languages.straight import (
     GONE_TEXT,
+    Emitted,
     File,
     Language,
-    Written,
     all_have_defaults,
     file_of,
     forms,
     head,
     numbers_of,
 )
-from kane.program.emit.names import c_comment, decimal
 from kane.program.program import Program
 
 _MODELICA = Language(
@@ -74,7 +74,7 @@ def _text(program: Program) -> str:
     return c_comment(f"{program.name}: {program.subject}").replace('"', "'")
 
 
-def _function(file: File, f: Written, target: str) -> list[str]:
+def _function(file: File, f: Emitted, target: str) -> list[str]:
     program, hoisting = file.program, target == "h"
     ports = program.hoisted_ports if hoisting else program.ports
     lines = ["", f"  function {f.name}"]

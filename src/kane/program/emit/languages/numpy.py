@@ -9,8 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from kane.expr.ops import OPS
-from kane.program.emit.languages.straight import GONE_TEXT, WHOLE, Language, StraightPrinter, forms
-from kane.program.emit.names import (
+from kane.program.emit.identifiers import (
     ARITHMETIC,
     Names,
     decimal,
@@ -21,6 +20,7 @@ from kane.program.emit.names import (
     made_by,
     python_docstring,
 )
+from kane.program.emit.languages.straight import GONE_TEXT, WHOLE, Language, StraightPrinter, forms
 from kane.program.emit.walk import Function, function_of, hoisting, pieces, statements
 from kane.program.program import Port, Program, Routine
 

@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from kane.expr.ops import Op
+from kane.program.emit.identifiers import decimal, python_docstring
 from kane.program.emit.languages.numpy import few, leading, python_module, python_table, shape_text, signature
 from kane.program.emit.languages.reserved import free_in_module
-from kane.program.emit.languages.straight import GONE_TEXT, File, Language, Written, file_of, forms, head
-from kane.program.emit.names import decimal, python_docstring
+from kane.program.emit.languages.straight import GONE_TEXT, Emitted, File, Language, file_of, forms, head
 from kane.program.program import Port, Program
 
 _NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}
@@ -176,7 +176,7 @@ def _emit(program: Program, arrays: _Arrays, version: str) -> str:
     return "\n".join([*parts, ""])
 
 
-def _hoist(file: File, f: Written, tables: Mapping[Port, str]) -> list[str]:
+def _hoist(file: File, f: Emitted, tables: Mapping[Port, str]) -> list[str]:
     return [
         "",
         f"def {f.name}({', '.join(file.hoisted)}):",

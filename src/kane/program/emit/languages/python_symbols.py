@@ -3,10 +3,10 @@
 
 import math
 
+from kane.program.emit.identifiers import decimal, python_comment, python_docstring
 from kane.program.emit.languages.numpy import few, shape_text
 from kane.program.emit.languages.reserved import free_in_module
-from kane.program.emit.languages.straight import GONE_TEXT, File, Language, Written, file_of, forms, head, numbers_of
-from kane.program.emit.names import decimal, python_comment, python_docstring
+from kane.program.emit.languages.straight import GONE_TEXT, Emitted, File, Language, file_of, forms, head, numbers_of
 from kane.program.program import Program
 
 _CASADI = Language(
@@ -78,7 +78,7 @@ def function(routine):
 '''
 
 
-def _described(file: File, f: Written) -> list[str]:
+def _described(file: File, f: Emitted) -> list[str]:
     routine = file.program.routine(f.function.name)
     return [f"    {python_docstring(f'{shape_text(routine)}: {few(routine.labels)}.')}"]
 

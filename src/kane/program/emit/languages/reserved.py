@@ -3,7 +3,7 @@
 
 from collections.abc import Iterable
 
-from kane.program.emit.names import IsFree, is_free_in_python
+from kane.program.emit.identifiers import IsFree, is_free_in_python
 
 _WORDS = {
     "matlab": (

@@ -7,19 +7,19 @@ Functions of mathematics are those of C's library, which `core` does not have; s
 from collections.abc import Sequence
 
 from kane.expr.ops import COS, SIN
+from kane.program.emit.identifiers import c_comment, decimal, identifier, made_by
 from kane.program.emit.languages.reserved import free_in
 from kane.program.emit.languages.straight import (
     GONE_TEXT,
+    Emitted,
     File,
     Language,
     StraightPrinter,
-    Written,
     file_of,
     forms,
     head,
     numbers_of,
 )
-from kane.program.emit.names import c_comment, decimal, identifier, made_by
 from kane.program.emit.sincos import LIMIT, STEPS, constant
 from kane.program.emit.walk import Style
 from kane.program.kernel import language
@@ -132,7 +132,7 @@ def _declared(file: File, ports: Sequence[Port]) -> list[str]:
     return [f"{names[p.name]}: {'f64' if p.scalar else f'&[f64; {len(p.symbols)}]'}" for p in ports]
 
 
-def _function(file: File, f: Written) -> list[str]:
+def _function(file: File, f: Emitted) -> list[str]:
     """One function, or for a long block several and one that calls them in turn."""
     program, hoisting = file.program, f is file.functions[0]
     ports = program.hoisted_ports if hoisting else program.ports

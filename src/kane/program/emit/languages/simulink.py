@@ -3,7 +3,7 @@
 
 from kane.errors import ArgumentError
 from kane.program.emit.c import CFile, CFunction, c_file, emit_c
-from kane.program.emit.names import made_by
+from kane.program.emit.identifiers import made_by
 from kane.program.program import Program
 
 _GIVEN = {"t": "ssGetT(S)", "x": "ssGetContStates(S)", "p": "p", "r": "r", "h": "ssGetRWork(S)"}

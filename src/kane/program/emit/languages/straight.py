@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from kane.expr.ops import GONE, OPS, Op
-from kane.program.emit.names import (
+from kane.program.emit.identifiers import (
     ARITHMETIC,
     IsFree,
     Names,
@@ -99,7 +99,7 @@ class StraightPrinter(NamedPrinter):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Written:
+class Emitted:
     """A function as its language writes it.
 
     It has lines in parts that pass values in `slots` of a work array, the results of a listed language, and operations that it uses.
@@ -130,10 +130,10 @@ class File:
     program: Program
     prefix: str
     names: Names
-    functions: tuple[Written, ...]
+    functions: tuple[Emitted, ...]
 
     @property
-    def first(self) -> Written:
+    def first(self) -> Emitted:
         """The first routine, by which a head says how all are called."""
         return self.functions[min(1, len(self.program.routines))]
 
@@ -187,7 +187,7 @@ def file_of(
             parts.append(tuple(own_lines.lines))
             results += own_lines.results
             used |= own_lines.used
-        written.append(Written(f, name, tuple(parts), found.slots, tuple(results), frozenset(used)))
+        written.append(Emitted(f, name, tuple(parts), found.slots, tuple(results), frozenset(used)))
     return File(program, prefix, names, tuple(written))
 
 

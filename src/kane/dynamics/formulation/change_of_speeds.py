@@ -27,18 +27,18 @@ from itertools import combinations
 from typing import NamedTuple
 
 from kane.dynamics.constraints.embed import DependentSpeeds, Embedding, embedding
-from kane.dynamics.constraints.manifold import Touch, contacts
+from kane.dynamics.constraints.manifold import PointConstraints, contacts
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived, by_other_speeds, check_mass
 from kane.dynamics.forcing import blocks, generalized_by_motion, mass_rows
-from kane.dynamics.formulation.equations import block_solution, classical
+from kane.dynamics.formulation.classical import block_solution, classical
 from kane.dynamics.solved import Solved
 from kane.errors import KaneError
 from kane.expr.build import add, mul, neg, sub
 from kane.expr.differentiation import affine_forms
 from kane.expr.evaluation import is_constant_in_time
 from kane.expr.matrix import Matrix, determinant, dot
-from kane.expr.node import ONE, ZERO, Expr, constant_value, nodes
+from kane.expr.node import ONE, ZERO, Expr, Exprs, constant_value, nodes
 from kane.expr.symbols import Speed, rate
 from kane.expr.visit import substituted, substituting
 from kane.kinematics.velocities import velocity_form
@@ -47,7 +47,6 @@ from kane.model.declarations import constraint_rate
 from kane.space.frame import Point
 from kane.space.vector import Vector
 
-Exprs = tuple[Expr, ...]
 Row = dict[int, Expr]
 """Numbers by the places of speeds."""
 
@@ -189,7 +188,9 @@ def constraint_rates(rows: Mapping[int, int]) -> ConstraintRates:
     return ConstraintRates(rows, w, {x: ZERO for s in w.values() for x in (s, rate(s))})
 
 
-def twins(derived: Derived, partition: Partition, held: Sequence[Touch]) -> Iterator[tuple[Derived, ConstraintRates]]:
+def twins(
+    derived: Derived, partition: Partition, held: Sequence[PointConstraints]
+) -> Iterator[tuple[Derived, ConstraintRates]]:
     """The same with the rates of motion constraints as speeds, all together and each point's alone, with the rows w = 0."""
     constraints = derived.constraints.constraints
     moving = [t for t in held if any(constraints[r].kind == "motion" for r in t.rows)]
@@ -212,7 +213,7 @@ def _given(a: Matrix, partition: Partition, rows: Sequence[int]) -> dict[int, in
     return None
 
 
-def _by_contacts(derived: Derived, w: ConstraintRates, chosen: Sequence[Touch]) -> Derived:
+def _by_contacts(derived: Derived, w: ConstraintRates, chosen: Sequence[PointConstraints]) -> Derived:
     """The same by other speeds, with the rows w = 0."""
     known = contacts(chosen, w.speeds, derived.kinematics)
     twin = by_other_speeds(derived, w.definitions(derived), derived.constraints, known)

@@ -9,9 +9,9 @@ from kane.analysis.solution_branches import Branch
 from kane.equations.equations import Equations
 from kane.equations.state import State
 from kane.errors import ArgumentError, cut
+from kane.present.linearized.chapter import Section
 from kane.present.linearized.eigenvalues import eigenvalues
-from kane.present.linearized.operating_point import operating_point
-from kane.present.linearized.section import Section
+from kane.present.linearized.linearization_point import operating_point
 from kane.present.linearized.state_space import state_space
 
 

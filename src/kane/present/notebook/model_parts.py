@@ -12,7 +12,7 @@ from kane.model.constraints import Constraint
 from kane.model.loads import Load
 from kane.present.notebook.declared import acting, declared
 from kane.present.notebook.generic import cell, mapping_html
-from kane.present.notebook.records import largest
+from kane.present.notebook.record_tables import largest
 from kane.present.notebook.typeset import display, escaped, expression, math, matrix, paragraph, table, vector
 from kane.space.frame import Frame, Point
 from kane.write.latex import latex_name, point_latex

@@ -18,9 +18,9 @@ from kane.expr.node import Expr
 from kane.expr.symbols import Parameter, Symbol
 from kane.motion.derivatives.adjoint import Adjoint, Seeds
 from kane.motion.derivatives.backwards import AdjointSensitivities
+from kane.motion.derivatives.forwards import Sensitivities
 from kane.motion.derivatives.return_map import ReturnMap
-from kane.motion.derivatives.sensitivities import Sensitivities
-from kane.motion.derivatives.tangents import Side, allowed, basis_of, flow_of
+from kane.motion.derivatives.tangent_space import Side, allowed, basis_of, flow_of
 from kane.motion.derivatives.variation import Differential
 from kane.motion.inputs.functions import input_functions
 from kane.motion.right_hand_side import routines
@@ -36,7 +36,7 @@ _STARTS = ("q", "u", "states")
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class ParametricMotion:
     """Motions over a span from a start that is assembled, and their derivatives by the unknowns `by`.
 
     `given` has the parameters and start values as they were told.
@@ -49,20 +49,20 @@ class Course:
     @staticmethod
     def of(
         eom: Equations, span: Any, by: Any, given: State, tolerances: tuple[float, float], settings: Settings | None
-    ) -> "Course":
+    ) -> "ParametricMotion":
         """Of the arguments as they were given."""
         check_equations(eom)
         start, end = check_span(span)
         for name, value in zip(("rtol", "atol"), tolerances, strict=True):
             check_tolerance(name, value)
         map_ = ReturnMap(eom, None, end - start, given.inputs, start, end - start, tolerances, settings)
-        return Course(map_, given, unknowns(eom, given.inputs, by))
+        return ParametricMotion(map_, given, unknowns(eom, given.inputs, by))
 
-    def over(self, start: float, end: float) -> "Course":
+    def over(self, start: float, end: float) -> "ParametricMotion":
         """The same over another span."""
         return replace(self, map=replace(self.map, t0=start, period=end - start, within=end - start))
 
-    def at(self, values: Mapping[Symbol, float]) -> "Course":
+    def at(self, values: Mapping[Symbol, float]) -> "ParametricMotion":
         """The same at values of unknowns."""
         eom = self.map.eom
         names = {s.name for s in values if isinstance(s, Parameter)}

@@ -19,7 +19,7 @@ import numpy as np
 
 from kane.contacts.angles import across
 from kane.contacts.cones import Block, inside, least_forces
-from kane.contacts.problem import ContactProblem, Mode
+from kane.contacts.problem import ContactProblem, ContactStatus
 from kane.numeric.arrays import Array
 from kane.numeric.rank import singular
 from kane.numeric.scale import EPS, INVERSE_RANK, LAST_DIGIT, ROUNDED_CHAIN, SIX_DIGITS
@@ -52,7 +52,7 @@ class ModeSolution:
     certain : whether it is certain that no forces are within the cones, where they are not
     """
 
-    modes: tuple[Mode, ...]
+    modes: tuple[ContactStatus, ...]
     directions: Array
     forces: Array
     accelerations: Array
@@ -70,7 +70,7 @@ class ModeSolution:
         return bool((self.margins >= -1).all())
 
 
-class Equations(NamedTuple):
+class ModeConditions(NamedTuple):
     """`rows` of accelerations that vanish, `columns` C (dk × n), and the `blocks` of x with the contacts they belong to."""
 
     rows: Array
@@ -79,7 +79,7 @@ class Equations(NamedTuple):
     owners: tuple[int, ...]
 
 
-class Linear(NamedTuple):
+class LinearSolution(NamedTuple):
     """x and a, with W C, A, its pseudo-inverse, a basis (r × n) of its rows, orthonormal if there are z ≠ 0 (n × m) with A z = 0."""
 
     x: Array
@@ -91,14 +91,14 @@ class Linear(NamedTuple):
     null: Array
 
 
-def equations(problem: ContactProblem, modes: Sequence[Mode], directions: Array) -> Equations:
+def equations(problem: ContactProblem, modes: Sequence[ContactStatus], directions: Array) -> ModeConditions:
     """The equations of a mode, in order of contacts."""
     d, rows, columns, blocks, owners = problem.dimension, list[int](), list[Array](), list[Block](), list[int]()
     unit = np.eye(d * problem.count)
     for i, mode in enumerate(modes):
-        if mode is Mode.OPEN:
+        if mode is ContactStatus.OPEN:
             continue
-        size = d if mode is Mode.STICK else 1
+        size = d if mode is ContactStatus.STICK else 1
         owners.append(i)
         blocks.append(Block(len(columns), size, problem.static[i] if size > 1 else 0.0))
         rows += range(d * i, d * i + size)
@@ -109,10 +109,10 @@ def equations(problem: ContactProblem, modes: Sequence[Mode], directions: Array)
         column[d * i + 1 : d * i + d] = -problem.kinetic[i] * directions[i]
         columns.append(column)
     stacked = np.array(columns).reshape(-1, d * problem.count).T
-    return Equations(np.array(rows, dtype=np.intp), stacked, tuple(blocks), tuple(owners))
+    return ModeConditions(np.array(rows, dtype=np.intp), stacked, tuple(blocks), tuple(owners))
 
 
-def linear(problem: ContactProblem, mode: Equations, near: Array | None = None) -> Linear:
+def linear(problem: ContactProblem, mode: ModeConditions, near: Array | None = None) -> LinearSolution:
     """x of the least change from `near` (n), zero unless given, that meets the equations where these can be met."""
     rates = problem.mobility @ mode.columns
     a, right = rates[mode.rows], problem.bias[mode.rows]
@@ -127,10 +127,10 @@ def linear(problem: ContactProblem, mode: Equations, near: Array | None = None) 
         basis = np.linalg.qr((kept * size).T)[0].T
         inverse = basis.T @ (basis @ inverse)  # the least x, not the least in units of the rows
     x = -inverse @ right if near is None else near - inverse @ (right + a @ near)
-    return Linear(x, rates @ x + problem.bias, rates, a, inverse, basis, null)
+    return LinearSolution(x, rates @ x + problem.bias, rates, a, inverse, basis, null)
 
 
-class Turning(NamedTuple):
+class SlipAlignment(NamedTuple):
     """d⊥·a_t (f) of contacts that begin to slip, its derivative by their angles (f × f), and those of x and a."""
 
     across: Array
@@ -139,7 +139,9 @@ class Turning(NamedTuple):
     a: Array
 
 
-def turning(problem: ContactProblem, mode: Equations, fresh: Sequence[int], directions: Array, at: Linear) -> Turning:
+def turning(
+    problem: ContactProblem, mode: ModeConditions, fresh: Sequence[int], directions: Array, at: LinearSolution
+) -> SlipAlignment:
     """How accelerations change when directions of fresh slip turn."""
     quarter = across(directions)
     x_slopes, a_slopes = np.zeros((len(at.x), len(fresh))), np.zeros((len(at.a), len(fresh)))
@@ -152,12 +154,14 @@ def turning(problem: ContactProblem, mode: Equations, fresh: Sequence[int], dire
     value = np.array([quarter[i] @ at.a[t] for i, t in zip(fresh, tangents, strict=True)])
     along = np.array([directions[i] @ at.a[t] for i, t in zip(fresh, tangents, strict=True)])
     slope = np.array([quarter[i] @ a_slopes[t] for i, t in zip(fresh, tangents, strict=True)]) - np.diag(along)
-    return Turning(value, slope, x_slopes, a_slopes)
+    return SlipAlignment(value, slope, x_slopes, a_slopes)
 
 
-def aligned(problem: ContactProblem, modes: Sequence[Mode], directions: Array, near: Array | None = None) -> Array:
+def aligned(
+    problem: ContactProblem, modes: Sequence[ContactStatus], directions: Array, near: Array | None = None
+) -> Array:
     """Directions of fresh slip in space along the accelerations that they lead to, by Newton's method from these."""
-    fresh = [i for i, mode in enumerate(modes) if mode is Mode.FRESH_SLIP]
+    fresh = [i for i, mode in enumerate(modes) if mode is ContactStatus.FRESH_SLIP]
     directions = directions.copy()
     for _ in range(_TURNS):
         mode = equations(problem, modes, directions)
@@ -176,13 +180,15 @@ def aligned(problem: ContactProblem, modes: Sequence[Mode], directions: Array, n
     return directions
 
 
-def solve(problem: ContactProblem, modes: Sequence[Mode], directions: Array, near: Array | None = None) -> ModeSolution:
+def solve(
+    problem: ContactProblem, modes: Sequence[ContactStatus], directions: Array, near: Array | None = None
+) -> ModeSolution:
     """The forces and accelerations of a mode, whether or not its inequalities hold.
 
     Where rank is lost the forces are the nearest to λ = `near` that the equations and the cones allow.
     """
-    directions = np.where(np.array([m >= Mode.FRESH_SLIP for m in modes])[:, None], directions, 0.0)
-    fresh = [i for i, m in enumerate(modes) if m is Mode.FRESH_SLIP] if problem.dimension == 3 else []
+    directions = np.where(np.array([m >= ContactStatus.FRESH_SLIP for m in modes])[:, None], directions, 0.0)
+    fresh = [i for i, m in enumerate(modes) if m is ContactStatus.FRESH_SLIP] if problem.dimension == 3 else []
     if fresh:
         directions = aligned(problem, modes, directions, near)
     mode = equations(problem, modes, directions)
@@ -227,7 +233,7 @@ def over(value: Array, error: Array) -> Array:
 
 def _margins(
     problem: ContactProblem,
-    modes: Sequence[Mode],
+    modes: Sequence[ContactStatus],
     directions: Array,
     forces: Array,
     a: Array,
@@ -241,14 +247,18 @@ def _margins(
     cones = problem.static * uncertain + problem.tangents(force_errors).max(axis=1)
     errors = uncertain, problem.normals(a_errors), cones, problem.tangents(a_errors).max(axis=1)
     normal, gap, cone, along = over(np.array(values), np.array(errors))
-    second = np.where(kinds == Mode.STICK, cone, np.where(kinds == Mode.FRESH_SLIP, along, np.inf))
-    return np.asarray(np.where(kinds == Mode.OPEN, gap, np.minimum(normal, second)))
+    second = np.where(kinds == ContactStatus.STICK, cone, np.where(kinds == ContactStatus.FRESH_SLIP, along, np.inf))
+    return np.asarray(np.where(kinds == ContactStatus.OPEN, gap, np.minimum(normal, second)))
 
 
-def labelled(problem: ContactProblem, solution: ModeSolution) -> tuple[Mode, ...]:
+def labelled(problem: ContactProblem, solution: ModeSolution) -> tuple[ContactStatus, ...]:
     """What contacts do by their accelerations, in whatever mode these were found: closed before open, stick before slip."""
     a, error = solution.accelerations, 8 * solution.acceleration_errors
     leaves = problem.normals(a) > problem.normals(error)
     rests = np.abs(problem.tangents(a)).max(axis=1) <= problem.tangents(error).max(axis=1)
-    kinds = np.select([leaves, problem.slides, rests], [Mode.OPEN, Mode.SLIP, Mode.STICK], Mode.FRESH_SLIP)
-    return tuple(map(Mode, kinds.tolist()))
+    kinds = np.select(
+        [leaves, problem.slides, rests],
+        [ContactStatus.OPEN, ContactStatus.SLIP, ContactStatus.STICK],
+        ContactStatus.FRESH_SLIP,
+    )
+    return tuple(map(ContactStatus, kinds.tolist()))

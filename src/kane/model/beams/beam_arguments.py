@@ -8,7 +8,7 @@ from kane import expect
 from kane.errors import ModelError, cut
 from kane.expr.symbols import Coordinate
 from kane.model.beams.deformation import SHEAR, Field, Tapered, check_independent, fine, section
-from kane.model.beams.shapes import ModeShapes, mode_shapes, unmet, vanish
+from kane.model.beams.shape_functions import ModeShapes, mode_shapes, unmet, vanish
 from kane.model.joints.joint import across, fixed, numbers
 from kane.numeric.scale import DECLARED
 from kane.space.frame import Frame

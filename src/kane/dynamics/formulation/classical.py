@@ -154,7 +154,7 @@ def unguarded_classical(derived: Derived, partition: Partition | None, e: Embedd
 
 
 @dataclass(frozen=True, eq=False)
-class Motions:
+class BodyMotions:
     """The motions of the bodies by `speeds`."""
 
     speeds: tuple[Speed, ...]
@@ -162,7 +162,7 @@ class Motions:
     bodies: tuple[Moving, ...]
 
 
-def embedded_motions(derived: Derived, e: Embedding, contacts: Mapping[Point, ContactPoint]) -> Motions:
+def embedded_motions(derived: Derived, e: Embedding, contacts: Mapping[Point, ContactPoint]) -> BodyMotions:
     """The motions of all bodies where the speeds that the constraints give are written by the others."""
     speeds = derived.speeds
     own = tuple(speeds[i] for i in e.independent)
@@ -170,13 +170,13 @@ def embedded_motions(derived: Derived, e: Embedding, contacts: Mapping[Point, Co
     vanishing = {u for u, by in following.items() if not by.row and by.rest is ZERO and by.bias is ZERO}
     kinematics = derived.kinematics.with_following(following, contacts, frozenset(vanishing))
     bodies = moving_parts(derived.inertias, kinematics)
-    return Motions(own, kinematics, bodies)
+    return BodyMotions(own, kinematics, bodies)
 
 
 def embedded(
     derived: Derived,
     e: Embedding,
-    moving: Motions,
+    moving: BodyMotions,
     bodies: tuple[Sequence[Moving], Sequence[Moving]] | None = None,
     *,
     carried: bool = False,

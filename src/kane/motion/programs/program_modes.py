@@ -8,13 +8,13 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from kane.equations.compiled import Compiled
-from kane.equations.contact_modes import ContactModes, contact_numbers
 from kane.equations.equations import Equations
+from kane.equations.mode_equations import ContactModes, contact_numbers
 from kane.errors import KaneError, ProgramError
 from kane.model.contacts import ContactMode, Modes
 from kane.motion.constraint_kernels import entries
 from kane.motion.hybrid.contact_tables import MODES, code_of, of_modes, possible, put_mode, reach_of
-from kane.motion.programs.simulator_parts import Part, checked, constraints, motion_program, parts_of
+from kane.motion.programs.simulator_parts import SimulatorPart, checked, constraints, motion_program, parts_of
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given
 from kane.numeric.arrays import Array
@@ -27,7 +27,7 @@ class ModeOfProgram(NamedTuple):
 
     modes: Modes
     compiled: Compiled
-    parts: Sequence[Part]
+    parts: Sequence[SimulatorPart]
 
     @property
     def equations(self) -> Equations:

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kane.contacts import Choice, ContactProblem, Mode, choose, contact_problem
+from kane.contacts import ContactProblem, ContactStatus, ModeChoice, choose, contact_problem
 from kane.dynamics.constraints.partition import Partition
 from kane.dynamics.derivation import Derived, derived
 from kane.dynamics.forcing import mass_rows
@@ -109,7 +109,7 @@ def contact_numbers(eom: Equations) -> Bundle[ContactNumbers]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Layout:
+class ContactRows:
     """Where a contact's rows stand: `d` rows each, its normal first. A place is a row of constraints, or −1 − (auxiliary speed).
 
     `places` (k × d) has None where a contact has no such row; `always` are those of the constraints that hold in every mode.
@@ -128,7 +128,7 @@ class Layout:
         return own | {i for i, m in enumerate(self.pressed_by) if m in own}
 
 
-def layout(eom: Equations) -> Layout:
+def layout(eom: Equations) -> ContactRows:
     """The layout of the contacts of equations."""
     derived_ = eom.numeric().value(touching)
     row = {c: i for i, c in enumerate(derived_.constraints.constraints)}
@@ -144,13 +144,13 @@ def layout(eom: Equations) -> Layout:
     taken = {p for own in places for p in own}
     every = (*range(len(row)), *auxiliary.values())
     pressed = tuple(None if c.pressed_by is None else contacts.index(c.pressed_by) for c in contacts)
-    return Layout(contacts, d, tuple(places), tuple(p for p in every if p not in taken), pressed)
+    return ContactRows(contacts, d, tuple(places), tuple(p for p in every if p not in taken), pressed)
 
 
-class Touch:
+class ContactsAtState:
     """The contacts at an instant: W, b and v of all their rows (kd), and the change H Jᵀ p of the speeds that impulses p make."""
 
-    def __init__(self, where: Layout, numbers: ContactNumbers, u: Array) -> None:
+    def __init__(self, where: ContactRows, numbers: ContactNumbers, u: Array) -> None:
         self.layout, self.numbers, self.width = where, numbers, len(u)
         k, d, width = len(where.contacts), where.d, len(numbers.forcing)
         self.rows = np.zeros((k * d, width))
@@ -258,8 +258,8 @@ class Touch:
                 )
 
     def choose(
-        self, closed: Sequence[int], sliding: Array, friction: Array, before: Sequence[Mode] | None = None
-    ) -> Choice:
+        self, closed: Sequence[int], sliding: Array, friction: Array, before: Sequence[ContactStatus] | None = None
+    ) -> ModeChoice:
         """The modes of the contacts that are closed, `before` those until now; what presses is as large as they have it."""
         d, place = self.layout.d, {i: n for n, i in enumerate(closed)}
         by = {i: place[m] for i, m in enumerate(self.layout.pressed_by) if m in place and i in place}
@@ -309,7 +309,7 @@ class Touch:
         return self.bias + w @ drag, self.bias_terms + np.abs(w) @ np.abs(drag)
 
 
-def held_together(touch: Touch, modes: Sequence[ContactMode], directions: Array) -> tuple[Modes, Array]:
+def held_together(touch: ContactsAtState, modes: Sequence[ContactMode], directions: Array) -> tuple[Modes, Array]:
     """The modes by the rows that hold what is closed and sticks; directions (k × d − 1) of slips, and of what others hold of one.
 
     Raises
@@ -358,7 +358,7 @@ class _Follows(NamedTuple):
     shares: dict[int, float]
 
 
-def _followed(touch: Touch, kept: Sequence[int], rows: Sequence[int], scale: Array) -> list[_Follows]:
+def _followed(touch: ContactsAtState, kept: Sequence[int], rows: Sequence[int], scale: Array) -> list[_Follows]:
     """What follows of a gap, or of the slips of a contact, where rows that are kept hold; none of them if it is independent."""
     if not kept or not scale[list(rows)].all():
         return []
@@ -383,7 +383,7 @@ def _by_one_row(following: Sequence[_Follows], first: Sequence[int], d: int) -> 
     return True
 
 
-def _check_stands(touch: Touch, i: int, following: Sequence[_Follows]) -> None:
+def _check_stands(touch: ContactsAtState, i: int, following: Sequence[_Follows]) -> None:
     """Refuse what follows from other rows than those of one body on one plane."""
     d, contacts = touch.layout.d, touch.layout.contacts
     others = {place // d for _, shares in following for place in shares} - {i}

@@ -11,7 +11,7 @@ from kane.equations.equations import Equations
 from kane.expr.symbols import rate
 from kane.numeric.scale import EQUAL, ROUNDED_CHAIN, SIX_DIGITS
 from kane.present.languages.catalogue import tr
-from kane.present.linearized.section import Part, Section, latex_of
+from kane.present.linearized.chapter import Part, Section, latex_of
 from kane.present.overview import PageTable, Tex, meaning, page_table, reactions
 from kane.units.rules import unit_text
 from kane.write.latex import symbol_latex

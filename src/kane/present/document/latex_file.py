@@ -9,7 +9,7 @@ from typing import Any
 from kane.errors import ArgumentError
 from kane.present.content import Content
 from kane.present.document.latex_text import math_latex, prose, text_latex
-from kane.present.document.lines import broken_lines, em_width
+from kane.present.document.line_breaks import broken_lines, em_width
 from kane.present.document.noted import parts_of
 from kane.present.document.pictures import ReportPicture, beside, file_name
 from kane.present.document.pieces import WIDTH, Formulas, Heading, Listed, MarkdownText, Words, pieces

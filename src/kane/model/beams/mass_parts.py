@@ -47,7 +47,7 @@ from kane.model.beams.deformation import (
     section_frame,
     stations,
 )
-from kane.model.beams.shapes import ModeShapes, slopes
+from kane.model.beams.shape_functions import ModeShapes, slopes
 from kane.model.bodies import Part
 from kane.model.loads import Load
 from kane.numeric.arrays import Array, product

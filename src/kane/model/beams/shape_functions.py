@@ -34,7 +34,7 @@ _QUARTERS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 """cos and sin of so many quarter turns."""
 
 
-class Family(NamedTuple):
+class ShapeFamily(NamedTuple):
     """How functions of a family are made, what is zero at the root and at the tip of each: value (0), slope (1), both or none."""
 
     make: Callable[[int], Evaluate]
@@ -168,15 +168,15 @@ def _orthonormal(power: int) -> Callable[[int], Evaluate]:
     return make
 
 
-FAMILIES: dict[str, Family] = {
-    "clamped-free": Family(_clamped_free, root=(0, 1)),
-    "pinned": Family(lambda n: _sines(np.arange(1, n + 1) * np.pi), root=(0,), tip=(0,)),
-    "free-free": Family(_free_free),
-    "rod": Family(lambda n: _sines((np.arange(n) + 0.5) * np.pi), root=(0,)),  # free at the tip
-    "polynomials": Family(_orthonormal(2), root=(0, 1)),
-    "rod polynomials": Family(_orthonormal(1), root=(0,)),
-    "legendre": Family(_polynomials(2), root=(0, 1)),
-    "legendre rod": Family(_polynomials(1), root=(0,)),
+FAMILIES: dict[str, ShapeFamily] = {
+    "clamped-free": ShapeFamily(_clamped_free, root=(0, 1)),
+    "pinned": ShapeFamily(lambda n: _sines(np.arange(1, n + 1) * np.pi), root=(0,), tip=(0,)),
+    "free-free": ShapeFamily(_free_free),
+    "rod": ShapeFamily(lambda n: _sines((np.arange(n) + 0.5) * np.pi), root=(0,)),  # free at the tip
+    "polynomials": ShapeFamily(_orthonormal(2), root=(0, 1)),
+    "rod polynomials": ShapeFamily(_orthonormal(1), root=(0,)),
+    "legendre": ShapeFamily(_polynomials(2), root=(0, 1)),
+    "legendre rod": ShapeFamily(_polynomials(1), root=(0,)),
 }
 """Families by name."""
 

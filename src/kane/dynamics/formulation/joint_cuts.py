@@ -29,7 +29,7 @@ Transmitted = Mapping[int, SpatialForce]
 """What the segment before exerts on a segment, about its origin and along A, by number."""
 
 
-class Crossing(NamedTuple):
+class ReactionDirection(NamedTuple):
     """A reaction's direction along A of the segment that feels it, as a moment about the link's origin at `arm` or as a force."""
 
     segment: int
@@ -116,9 +116,9 @@ def _is_origin(links: Sequence[Link], root: int, link: int, arm: Vector) -> bool
     return link == before and (arm - links[root].offset).gathered().is_zero
 
 
-def crossings(derived: Derived, roots: Sequence[int | None], segments: Segments) -> list[Crossing | None]:
+def crossings(derived: Derived, roots: Sequence[int | None], segments: Segments) -> list[ReactionDirection | None]:
     """The crossings of the auxiliary speeds, in their order."""
-    result: list[Crossing | None] = []
+    result: list[ReactionDirection | None] = []
     for a, root in zip(derived.auxiliary_speeds, roots, strict=True):
         cut = cut_of(a)
         if cut is None or root is None:
@@ -130,7 +130,7 @@ def crossings(derived: Derived, roots: Sequence[int | None], segments: Segments)
         before = segments.steps[step.parent].turn
         if step.joins and before is not None:
             along = before.up(along)
-        result.append(Crossing(number, turned_down(step.lead, along), isinstance(cut.at, Frame), step.shift))
+        result.append(ReactionDirection(number, turned_down(step.lead, along), isinstance(cut.at, Frame), step.shift))
     return result
 
 
