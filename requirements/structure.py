@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What `make check` asks beside ruff and import-linter: how long functions are, how large packages, what tests import.
+"""What `make check` asks beside ruff and import-linter: sizes of functions and packages, what tests import, names that recur.
 
 A package has a budget of lines and a folder one of modules, `requirements/budget.json`: who adds cuts elsewhere first, or says why in
 the commit that raises it. `--write` lowers the budgets to what is there.
@@ -22,6 +22,17 @@ MODULES = 20
 """Modules of a folder besides `__init__`, unless the budget names it."""
 STEP = 50
 """Budgets of lines are multiples of this."""
+PATTERNS = {
+    "": "a family of public names is called as the module that it gathers them from",
+    "cli": "a command is called as the function that it runs",
+    "interop/autolev": "a format has a module for each part of a model, called as that of the model",
+    "interop/python_source": "the same",
+    "interop/robots": "the same",
+    "interop/sympy_mechanics": "the same",
+}
+"""Folders of which modules may be called as one elsewhere, and why."""
+TABLES = "table"
+"""What the module is called, in any package, of which the rows are what it offers by name."""
 
 
 def long_functions() -> Iterator[str]:
@@ -104,7 +115,22 @@ def shadowed_names() -> Iterator[str]:
             yield f"{path.relative_to(ROOT)}: {name}"
 
 
+def repeated_names() -> Iterator[str]:
+    """Names of classes and of modules that stand for two things, those of `PATTERNS` apart."""
+    places: dict[str, list[str]] = {}
+    for path in sorted((SOURCE / "kane").rglob("*.py")):
+        place = path.relative_to(SOURCE / "kane")
+        folder = place.parent.as_posix().removeprefix(".")
+        if folder not in PATTERNS and path.stem not in ("__init__", TABLES):
+            places.setdefault(f"module {path.stem}", []).append(str(place))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                places.setdefault(f"class {node.name}", []).append(f"{place}:{node.lineno}")
+    return (f"{name}: {', '.join(found)}" for name, found in sorted(places.items()) if len(found) > 1)
+
+
 CHECKS = {
+    "Names that stand for two things": repeated_names,
     "Names of packages that are names of their modules": shadowed_names,
     f"Functions of more than {LONGEST} lines, docstring apart": long_functions,
     "Over the budget": over_budget,
