@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kane.motion.derivatives.pulling import Integrand, Pulled, Pulling, Steps, Weights
+from kane.motion.derivatives.pulling import Integrand, Pulled, Pulling, StageStates, Weights
 from kane.motion.derivatives.pulling_kernel import NODES
 from kane.motion.derivatives.transition import Stretch
 from kane.motion.derivatives.variation import Again, Differential
@@ -153,7 +153,7 @@ class Adjoint:
         if s.now not in self._pulling:
             self._pulling[s.now] = Pulling(s.now, self.walk.by)
         seeds = {grid.ends[place - 1] - 1: seed for place, seed in edges.items() if place}
-        steps = Steps(grid.times, grid.h, grid.x)
+        steps = StageStates(grid.times, grid.h, grid.x)
         return self._pulling[s.now](steps, end, seeds, integrand, self.walk.scale)
 
     def _off(self, found: Pulled) -> float:

@@ -50,7 +50,7 @@ def _compiled(settings: Settings) -> CompiledKernel:
     return CompiledKernel(pulling_kernel(), settings)
 
 
-class Steps(NamedTuple):
+class StageStates(NamedTuple):
     """Times of stages (steps × 8), lengths (steps), states at the stages (steps × 8 × n)."""
 
     t: Array
@@ -187,7 +187,7 @@ class Pulling:
         return not any(getattr(f, "of_state", False) and not isinstance(f, Formula) for f in now.drives)
 
     def __call__(
-        self, steps: Steps, end: Weights, seeds: Mapping[int, Array], integrand: Integrand | None, scale: Array
+        self, steps: StageStates, end: Weights, seeds: Mapping[int, Array], integrand: Integrand | None, scale: Array
     ) -> Pulled:
         """Weights at the beginning of steps, of weights at the end; `seeds` (rows × n) are added at the ends of some steps."""
         now, rows, count = self.now, len(end.x), len(self.place)
@@ -199,7 +199,7 @@ class Pulling:
         of_laws, rough = _Gains.none(rows, len(self.by)), np.full(total, np.inf)
         found = True
         for k in reversed(range(0, total, most)):
-            some = Steps(*(part[k : k + most] for part in steps))
+            some = StageStates(*(part[k : k + most] for part in steps))
             own = {i - k: seed for i, seed in seeds.items() if k <= i < k + most}
             found = self._some(some, (kept, rough[k : k + most], of_laws), own, integrand, scale)
             if not found:
@@ -214,7 +214,7 @@ class Pulling:
 
     def _some(
         self,
-        steps: Steps,
+        steps: StageStates,
         to: tuple[dict[str, Array], Array, _Gains],
         seeds: Mapping[int, Array],
         integrand: Integrand | None,
