@@ -29,7 +29,7 @@ __getattr__ = offered(
         "kernel.writer": "Writer decompose factor invert solve substitute",
         "native.": "machine store",
         "native.compiled_routine": "BundleRoutine CompiledRoutine",
-        "native.entry": "Bound CompiledKernel aligned entry hoisted own_entries wide_entry",
+        "native.entry": "Bound CompiledKernel aligned entry hoisted masked_entries wide_entry",
         "native.machine": "Library Processor compile_text host object_code target",
         "passes.": "limbs optimize",
         "passes.limbs": "gathered",

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kane.present import Label, hull, place, placed, plain, product, series, spans, unit_vector, width_of
+from kane.present import Label, hull, placed, plain, point_name, product, series, spans, unit_vector, width_of
 
 
 @pytest.mark.parametrize(
@@ -27,10 +27,10 @@ def test_names_are_typeset(name: str, text: str) -> None:
 
 
 def test_places_vectors_and_products() -> None:
-    assert plain(place("C*")) == "C*"
-    assert [r.shift for r in place("B1*")] == ["", "sub", "sup"]
-    assert plain(place("C^")) == "C\u0302"
-    assert plain(place("crank pin")) == "crank pin"
+    assert plain(point_name("C*")) == "C*"
+    assert [r.shift for r in point_name("B1*")] == ["", "sub", "sup"]
+    assert plain(point_name("C^")) == "C\u0302"
+    assert plain(point_name("crank pin")) == "crank pin"
     assert [r.text for r in unit_vector("B1", "x")] == ["b\u0302", "1x"]
     assert plain(product("c*x'")) == "c x\u0307"
     assert plain(series(("e0", "e1"))) == "e0, e1"

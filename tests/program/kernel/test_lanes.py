@@ -21,7 +21,7 @@ from kane.program import (
     build_program,
     hoisted,
     narrowed,
-    own_entries,
+    masked_entries,
     verified_kernel,
 )
 from tests.examples import examples
@@ -81,7 +81,7 @@ def test_routines_with_parameters_of_their_own(width, rng):
         np.zeros(width),
     )
     h = np.repeat(hoisted(routine, 0.0, x[:, 0], p[:, 0], r[:, 0]), width)
-    run, hoist = own_entries(routine, width)
+    run, hoist = masked_entries(routine, width)
     out, running = np.full((3, width), np.nan), rng.random(width) < 0.5
     bits = sum(1 << j for j in range(width) if running[j])
     ctypes.CFUNCTYPE(None, ctypes.c_int64, *[ctypes.c_void_p] * 2)(hoist.address)(-1, p.ctypes.data, h.ctypes.data)

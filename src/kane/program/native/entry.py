@@ -103,7 +103,7 @@ def wide_entry(routine: CompiledRoutine, width: int) -> Entry:
 
 
 def masked_entries(routine: CompiledRoutine, width: int) -> tuple[Entry, Entry]:
-    """The function of `width` evaluations at once, each with parameters of its own, and what hoists for it; see `emit_own`."""
+    """The function of `width` evaluations at once, each with parameters of its own, and what hoists for it; see `emit_masked`."""
     symbols = [masked_name(name, width) for name in (routine.name, hoists([routine.program])[0])]
     run, hoist = _more(routine, symbols, width, emit_masked)
     return run, hoist
