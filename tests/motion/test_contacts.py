@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 import kane as kn
 from kane.gallery import mass_on_belt
-from kane.motion import at_start, routines
+from kane.motion import at_start, stepped
 
 G = 9.81
 TIGHT = {"rtol": 1e-11, "atol": 1e-12}
@@ -474,7 +474,7 @@ def test_actions_in_a_mode_set_values_of_their_own():
     flies = kn.derive(eom.system.in_modes({floor: "separated"}))
     x = np.array([0.0, 0.2, 0.0, 0.0, 0.0, 0.0])
     p = np.array([s.default for s in flies.parameters])
-    now = routines(flies, p, (), None)
+    now = stepped(flies, p, (), None)
     known = {e.name: 1.0 for e in flies.events}
     acted, opened = (at_start(now, 0.0, x, known, rounded=share)[1] for share in (0.0, 1e-15))
     assert {n.band for n in acted.values()} == {0.0}

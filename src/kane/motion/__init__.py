@@ -9,7 +9,7 @@ __getattr__ = offered(
         "constraint_kernels": "KernelConstraints holding",
         "contact_motion": "ContactMotion",
         "contact_runner": "ContactRunner",
-        "hybrid.automaton": "actions at_start automaton glance tendency",
+        "hybrid.automaton": "actions at_start automaton glance stepped tendency",
         "hybrid.events": "crossings",
         "inputs.": "smooth",
         "solvers.": "cvode",

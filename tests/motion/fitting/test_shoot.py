@@ -104,7 +104,7 @@ def test_what_cannot_be_met():
 
 def test_few_numbers_by_many_unknowns_are_differentiated_on_the_way_back(monkeypatch):
     """A mass on a spring that a wall throws back ends where it should, at the least cost: no variational equations are solved."""
-    monkeypatch.setattr("kane.motion.derivatives.parametric_motion.Course.sensitivities", None)
+    monkeypatch.setattr("kane.motion.derivatives.parametric_motion.ParametricMotion.sensitivities", None)
     m, k, e, N = kn.parameter("m", 1.0), kn.parameter("k", 9.0), kn.parameter("e", 0.8), kn.Frame("N")
     x, u = kn.coordinate("x"), kn.speed("u")
     P = kn.Point("O", fixed_in=N).at("P", x * N.x)

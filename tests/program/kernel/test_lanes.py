@@ -20,8 +20,8 @@ from kane.program import (
     Writer,
     build_program,
     hoisted,
-    narrowed,
     masked_entries,
+    narrowed,
     verified_kernel,
 )
 from tests.examples import examples
