@@ -80,6 +80,14 @@ def test_what_is_no_attribute_but_a_function_or_an_entry_is_told(name, told):
         getattr(thing, name)
 
 
+def test_an_entry_goes_before_another_name():
+    frame, x, v = kn.Frame("N"), kn.coordinate("x", "m"), kn.speed("v", "m/s")
+    bob = kn.Particle("P", kn.Point("O", fixed_in=frame).at("P", x * frame.x), 1.0)
+    sol = kn.simulate(kn.derive(kn.System(frame, bodies=[bob], speeds={v: x.dt})), (0, 1), q=0, u=[1.0])
+    with pytest.raises(kn.MissingAttributeError, match=r"It is an entry: read it as \['x'\]"):
+        _ = sol.x
+
+
 @pytest.mark.parametrize("kind", [kn.Equations, kn.Solution])
 def test_other_names_lead_to_attributes(kind):
     known = set(dir(kind)) | set(getattr(kind, "__annotations__", ()))

@@ -119,13 +119,13 @@ class MissingAttributeError(KaneError, AttributeError):
 
 
 def elsewhere(thing: Any, name: str) -> str:
-    """Where a name that is no attribute is found: under another name, as an entry, as a function of the package; else ""."""
-    if other := getattr(type(thing), "_other_names", {}).get(name):
-        return f" It is called {other}."
+    """Where a name that is no attribute is found: as an entry, under another name, as a function of the package; else ""."""
     if hasattr(type(thing), "__getitem__"):
         with suppress(Exception):  # whatever it makes of a name that it does not know
             thing[name]
             return f" It is an entry: read it as [{name!r}]."
+    if other := getattr(type(thing), "_other_names", {}).get(name):
+        return f" It is called {other}."
     package = sys.modules["kane"]
     for function in (name, f"to_{name}"):
         if thing is not package and isfunction(getattr(package, function, None)):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.gallery import pendulums
+from kane.gallery import four_bar, pendulums
 
 N = kn.Frame("N")
 O = kn.Point("O", fixed_in=N)
@@ -232,3 +232,11 @@ def test_zero_stands_for_zeros_wherever_a_state_is_given():
     np.testing.assert_array_equal(kn.simulate(eom, (0, 1), q=[1.0, 2.0], u=0).states, rest)
     many = kn.simulate_many(eom, (0, 1), q=np.tile([1.0, 2.0], (3, 1)), u=0)
     np.testing.assert_allclose(many["end_state"][:, :4], np.tile(rest[-1], (3, 1)), rtol=1e-7)
+
+
+def test_zero_stands_for_zeros_of_constrained_systems_again_and_again():
+    eom = kn.derive(four_bar.system())
+    q = four_bar.START["q"]
+    runs = [kn.simulate(eom, (0, 0.1), q=q, u=u).states for u in (0, 0, [0.0] * 3)]
+    np.testing.assert_array_equal(runs[0], runs[1])
+    np.testing.assert_array_equal(runs[0], runs[2])

@@ -77,8 +77,9 @@ def magnitudes(eom: Equations, values: Values, slopes: Slopes, z: Array, u: Arra
 
 
 def share(value: Array, size: Array) -> Array:
-    """|value| over its size: what is zero has none, what has no size beside it is all of it."""
-    return np.asarray(np.abs(value) / np.maximum(np.maximum(size, np.abs(value)), np.finfo(float).tiny))
+    """|value| over its size: what is zero has none, what has no size beside it is all of it; infinite where the size is."""
+    result = np.abs(value) / np.maximum(np.maximum(size, np.abs(value)), np.finfo(float).tiny)
+    return np.where(np.isinf(size), np.inf, result)
 
 
 class Preference(NamedTuple):

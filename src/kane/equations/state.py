@@ -57,8 +57,8 @@ class State(Attributes):
 
     Attributes
     ----------
-    q, u, states : coordinates, speeds and further states, by symbol or name, or in the order of the equations; `kn.guess(value)` where
-        a value may move, arrays where many are evaluated
+    q, u, states : coordinates, speeds and further states, by symbol or name, or in the order of the equations; 0 for all at zero,
+        `kn.guess(value)` where a value may move, arrays where many are evaluated
     parameters, inputs : by symbol or name
     t : the time, in s; a motion must begin there where it is not 0
     """

@@ -302,7 +302,7 @@ class Course:
             self.events += noted
             at = step.end if end is None else t
         if end is None and not solver.by_itself and step.end >= self.span[1]:
-            end = self.reached()
+            end = self.end_of_span()
         if end is not None or not solver.by_itself:
             self._sample_up_to(at, step.dense, end is not None)
         if end is None:
@@ -392,7 +392,7 @@ class Course:
                 self.t.append(t)
                 self.rows.append((after, self.stepper.eom))
 
-    def reached(self, *seen: Array) -> End:
+    def end_of_span(self, *seen: Array) -> End:
         """The end of the span, where rounding alone may lead across thresholds: from quantities that were looked at to those there."""
         events, t = self.stepper.eom.events, self.span[1]
         met = [(event, t) for event in leapt_over(events, *(values[: len(events)] for values in seen))] if seen else []

@@ -237,7 +237,7 @@ class KernelSolver:
             if self.course.t[-1] < self.span[1]:
                 self.course.sample(self.span[1], self.y.copy())
             seen = [] if self.now.events is None else [self.given["seen"], self.now.watch(self.span[1], self.y)]
-            return self.course.reached(*seen)
+            return self.course.end_of_span(*seen)
         self._lead_on(back, changed)
         return None
 

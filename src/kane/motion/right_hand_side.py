@@ -435,10 +435,10 @@ def pattern(now: Routines) -> Mask | None:
     """Which entries of J may be other than zero: those of symbols that rates hold; None where inputs follow from the state."""
     if any(getattr(f, "of_state", False) for f in now.drives):
         return None
-    return now.eom.numeric(now.settings).value(_constrained_coordinates)
+    return now.eom.numeric(now.settings).value(_jacobian_pattern)
 
 
-def _constrained_coordinates(eom: Equations) -> Mask:
+def _jacobian_pattern(eom: Equations) -> Mask:
     place = {s: 1 << k for k, s in enumerate(eom.state)}
     roots = without_unknowns(eom.solved, [*eom.right_hand_side, eom.power])
     held: dict[Expr, int] = {}

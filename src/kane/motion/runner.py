@@ -94,7 +94,9 @@ _STARTS = 64
 
 def _key(at: tuple[Any, Any, Any]) -> Any:
     """What is the same of equal start values; None of what does not tell."""
-    result = tuple(tuple(x.items()) if isinstance(x, Mapping) else None if x is None else tuple(x) for x in at)
+    result = tuple(
+        tuple(x.items()) if isinstance(x, Mapping) else tuple(x) if hasattr(x, "__iter__") else x for x in at
+    )
     try:
         hash(result)
     except TypeError:

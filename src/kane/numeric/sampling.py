@@ -154,7 +154,8 @@ def spelled_out(what: str, symbols: Sequence[Symbol], given: Any) -> Any:
 
 def stands_for_zeros(what: str, given: Any) -> bool:
     """Whether it is the number 0, but for parameters, which are hardly ever all 0."""
-    return type(given) in (int, float) and given == 0 and "parameters" not in what
+    number = isinstance(given, int | float) and not isinstance(given, bool)
+    return number and given == 0 and "parameters" not in what
 
 
 def symbols_named(what: str, symbols: Sequence[Symbol], keys: Any) -> Symbols[Any]:

@@ -274,6 +274,58 @@ def test_torques_that_hold_a_crank_beside_virtual_work(turn):
     close(found["drive"], power / turn["u1"].values, 1e-9)
 
 
+def two_torques() -> kn.Equations:
+    """Two rods; of two torques sought one turns both, so that with k = 1 there is none that holds them."""
+    frame, k = kn.Frame("N"), kn.parameter("k", 1.0)
+    base = kn.Point("O", fixed_in=frame)
+    first = kn.pin("h1", base, frame, axis=frame.z)
+    a = first.point.at("A", -0.5 * first.frame.y)
+    second = kn.pin("h2", a, frame, axis=frame.z)
+    b = second.point.at("B", -0.5 * second.frame.y)
+    one, two = kn.input("T"), kn.input("S")
+    torques = [kn.Torque(first.frame, (one + k * two) * frame.z), kn.Torque(second.frame, (one + two) * frame.z)]
+    bodies = [kn.Particle("a", a, 1.0), kn.Particle("b", b, 1.0)]
+    return kn.derive(
+        kn.System(frame, bodies=bodies, joints=[first, second], loads=[kn.gravity(-9.81 * frame.y), *torques])
+    )
+
+
+def test_torques_that_cannot_hold_are_none_and_the_next_ones_are_found():
+    eom, rng = two_torques(), np.random.default_rng(1)
+    gains = np.array([2.0, 3.0, 1.0, 2.0])
+    for _ in range(12):
+        q = rng.uniform(0.2, 0.6, 2).tolist()
+        sought = {"T": kn.guess(1.0), "S": kn.guess(1.0)}
+        found = kn.trim(eom, q=q, u=0, inputs=sought, parameters={"k": gains})
+        assert found["status"].values.tolist() == ["found", "found", "failed", "found"]
+        first, second = (9.81 * 0.5 * np.sin(x) * m for x, m in zip(q, (2.0, 1.0), strict=True))
+        np.testing.assert_allclose(found["T"] + gains * found["S"], [first, first, np.nan, first], rtol=1e-9)
+        np.testing.assert_allclose(found["T"] + found["S"], [second, second, np.nan, second], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("gains", "none"),
+    [
+        ([1, 0.5, 0, 1], [2]),
+        ([1, 1e-8, 1, 2], []),
+        ([1, 1e-6, 1, 2], []),
+        ([1, 1e-100, 2], []),
+        ([1, -1, 2], []),
+    ],
+)
+def test_a_torque_through_a_gear_however_far_it_goes(gains, none):
+    frame, k, torque = kn.Frame("N"), kn.parameter("k", 1.0), kn.input("T")
+    hinge = kn.pin("h", kn.Point("O", fixed_in=frame), frame, axis=frame.z)
+    bob = kn.Particle("a", hinge.point.at("A", -0.5 * hinge.frame.y), 1.0)
+    loads = [kn.gravity(-9.81 * frame.y), kn.Torque(hinge.frame, k * torque * frame.z)]
+    eom = kn.derive(kn.System(frame, bodies=[bob], joints=[hinge], loads=loads))
+    found = kn.trim(eom, q=[0.5], u=0, inputs={torque: kn.guess(1.0)}, parameters={"k": np.array(gains, dtype=float)})
+    failed = np.isin(np.arange(len(gains)), none)
+    assert found["status"].values.tolist() == np.where(failed, "failed", "found").tolist()
+    gear = np.where(failed, np.nan, np.array(gains, dtype=float))
+    np.testing.assert_allclose(found["T"], 9.81 * 0.5 * np.sin(0.5) / gear, rtol=1e-12)
+
+
 # Bad input -------------------------------------------------------------------------------------------------------------
 
 

@@ -193,3 +193,24 @@ def test_what_cannot_be_asked():
         s.cost()
     with pytest.raises(kn.SimulationError, match="3 weights"):
         s.cost(samples={x: [1.0, 2.0]})
+
+
+def test_ways_back_by_collocation_beyond_a_breakpoint_begin_before_later_events():
+    """A motion has rows at its events, too: the state where a stretch begins is none of those behind them."""
+    g, e, frame = kn.parameter("g", 9.81), kn.parameter("e", 0.8), kn.Frame("N")
+    y, v, curved, asked = kn.coordinate("y"), kn.speed("v"), kn.input("F"), kn.input("G")
+    place = kn.Point("O", fixed_in=frame).at("P", y * frame.y)
+    eom = kn.derive(
+        kn.System(
+            frame,
+            bodies=[kn.Particle("B", place, 1.0)],
+            speeds={v: y.dt},
+            loads=[kn.Force(place, (-g + curved + asked) * frame.y)],
+            events=[kn.Event("b", y, direction=-1, then={v: -e * v})],
+        )
+    )
+    law = curve("F", np.linspace(0, 1.5, 4), [0.1, 0.5, -0.3, 0.2])
+    inputs = {curved: law.expression, asked: lambda t, x: -0.1 * x[1] * abs(x[1]) - 0.2 * x[0]}
+    given = {"q": [1.0], "u": [0.0], "inputs": inputs, "samples": 2}
+    back = sensitivities(eom, (0, 1.5), [y, g, e], method="adjoint", **given).cost(y).gradient
+    np.testing.assert_allclose(back, sensitivities(eom, (0, 1.5), [y, g, e], **given)[y][-1], rtol=1e-7)

@@ -26,7 +26,8 @@ _EXTRAPOLATED = {2: (2.0, -1.0), 3: (3.0, -3.0, 1.0), 4: (4.0, -6.0, 4.0, -1.0)}
 _FAR, _CONTRACTS = 0.5, 0.25
 """The longest step of x over its size, and the share of a step that the next one may have."""
 _ENOUGH = 1e-9
-"""A step after which nothing is left but the square of it, which is rounding."""
+"""A step after which nothing is left but the square of it, which is rounding; of what is not measured, a share of its own size."""
+_FINITE = 1e300
 _STEPS = 12
 _PARTS, _LEAST = 400, 2.0**-20
 """So many parts of a way are gone at most, and none is shorter than that share of it."""
@@ -64,7 +65,8 @@ class SquareEquations(NamedTuple):
 class Unknowns(NamedTuple):
     """Where x stands among the values of the ports without the first, t; its sizes and those of f, and which of x are `measured`.
 
-    The first so many of x say how long a step is; the others, in which f is linear, follow.
+    The first so many of x say how long a step is; the others, in which f is linear, follow, and are there where a step changes them no
+    more: where equations are singular to rounding it always does.
     """
 
     places: Sequence[int]
@@ -143,8 +145,8 @@ class _Following:
         self.hoist = w.callee("hoist", "array", "array")
         arrays: list[Literal["float", "array"]] = ["array"] * (ports + 2)
         self.function = w.callee("function", "float", *arrays)
-        self.going, self.steps, self.led, self.parts = (
-            w.variable(name, INT) for name in ("going", "steps", "led", "parts")
+        self.going, self.steps, self.led, self.parts, self.settled = (
+            w.variable(name, INT) for name in ("going", "steps", "led", "parts", "settled")
         )
         self.moved, self.most, self.done, self.part, self.to, self.odd = (
             w.variable(name) for name in ("moved", "most", "done", "part", "to", "odd")
@@ -171,7 +173,9 @@ class _Following:
                     self._set_out(k)
                 self._mix(k)
                 self._correct()
-                right = (self.going.get() > -1) & (self.odd.get().equals(self.s[_NEGATIVE]) | first)
+                alone = self.measured < 1  # of linear equations no branch meets another
+                kept_sign = self.odd.get().equals(self.s[_NEGATIVE]) | alone
+                right = (self.going.get() > -1) & (kept_sign | first)
                 self.going.put(1)
                 self._judge(k, right, first)
             self._keep(k)
@@ -232,12 +236,21 @@ class _Following:
             with w.few(self.measured) as i:
                 self.moved.put(w.compute("max", self.moved.get(), w.compute("abs", self._change(i))))
             moved = self.moved.get()
+            self.settled.put(1)
             with w.when(moved <= self.most.get()):
                 with w.few(n) as i:
-                    room[self.x + i] = room[self.x + i] + self._change(i) * self.sizes[i]
+                    step, at = self._change(i) * self.sizes[i], self.x + i
+                    room[at] = room[at] + step
+                    size = w.compute("max", self.sizes[i], w.compute("abs", room[at]))
+                    with w.when(~(w.compute("abs", step) <= size * _ENOUGH) & ~(i < self.measured)):
+                        self.settled.put(0)
+                    with w.when(~(w.compute("abs", room[at]) < _FINITE)):
+                        self.settled.put(-1)
+                        self.steps.put(_STEPS)
                 self.most.put(w.compute("max", moved * _CONTRACTS, _ENOUGH))
                 self.steps.put(self.steps.get() + 1)
-                self.going.put(w.select(moved <= _ENOUGH, 0, w.select(self.steps.get() < _STEPS, 1, w.integer(-1))))
+                there = (moved <= _ENOUGH) & (self.settled.get() > 0)
+                self.going.put(w.select(there, 0, w.select(self.steps.get() < _STEPS, 1, w.integer(-1))))
             with w.otherwise():
                 self.going.put(-1)
 

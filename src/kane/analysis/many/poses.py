@@ -15,7 +15,7 @@ from kane.equations.datasets import labelled, package
 from kane.equations.equations import Equations
 from kane.equations.instances import STARTS, Instances, has_columns, instances
 from kane.equations.state import GROUPS, State, StateValues, state_of
-from kane.errors import ArgumentError, KaneError, SimulationError, ValueMissingError
+from kane.errors import ArgumentError, KaneError, SimulationError, SingularError, ValueMissingError
 from kane.expr.symbols import Symbol, rate, time
 from kane.numeric.arrays import Array
 
@@ -74,7 +74,10 @@ class Poses:
         return table
 
     def first(
-        self, ask: Callable[[int], T], causes: dict[int, str], wrong: tuple[type[Exception], ...] = (SimulationError,)
+        self,
+        ask: Callable[[int], T],
+        causes: dict[int, str],
+        wrong: tuple[type[Exception], ...] = (SimulationError, SingularError),
     ) -> tuple[int, T] | None:
         """The first of which something is found by itself; those before it are told why nothing is."""
         for k in self.open:

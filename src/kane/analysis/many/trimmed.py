@@ -24,6 +24,7 @@ from kane.dynamics.readings.unsolved import partials, unsolved
 from kane.equations.compiled import ports
 from kane.equations.equations import Equations
 from kane.equations.state import GROUPS, Guess, State
+from kane.errors import SingularError
 from kane.expr.build import sub
 from kane.expr.evaluation import free_symbols
 from kane.expr.matrix import Matrix, dot
@@ -144,7 +145,10 @@ def followed(task: SteadyProblem, first: Array, tolerance: float) -> SteadyEquat
         # far below the tolerance by the sizes at the first, which cost less than those there
         result = _quick_shares(conditions, xs, terms)
         for k in np.flatnonzero(~(result <= _SURELY * tolerance)).tolist():
-            result[k] = shares(conditions, xs[k]).max(initial=0)
+            try:
+                result[k] = shares(conditions, xs[k]).max(initial=0)
+            except SingularError:
+                result[k] = np.inf
         return result
 
     return SteadyEquations(

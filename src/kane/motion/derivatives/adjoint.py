@@ -27,6 +27,7 @@ _FINER, _MOST = 24, 40
 _FINDS = 0.3
 """Pace with which iterations find a step; it is about as long as the step is."""
 _ORDER = 16
+"""Of a step."""
 _MOST_PARTS = 4
 """Parts of a step at most that are made of it at once."""
 _POINTS = 8
@@ -59,6 +60,13 @@ class _Grid(NamedTuple):
         place = np.concatenate([np.arange(m) for m in parts])
         behind = np.cumsum(parts)
         return np.repeat(self.t, parts) + place * h, h, [int(behind[e - 1]) for e in self.ends]
+
+
+def _of_phase(motion: Solution, phase: int, times: Array) -> Array:
+    """States at samples within a phase: there are rows at events, too, before and after them."""
+    rows = np.flatnonzero(motion.phase == phase)
+    places = np.minimum(np.searchsorted(motion.t[rows], times), len(rows) - 1)
+    return np.asarray(motion.states[rows[places]])
 
 
 def _stages(t: Array, h: Array) -> Array:
@@ -120,8 +128,7 @@ class Adjoint:
             if motion is None or not ok:
                 result.append(None)
                 continue
-            rows = np.flatnonzero(motion.phase == s.phase)
-            x = motion.states[rows[np.minimum(np.searchsorted(motion.t[rows], at), len(rows) - 1)]]
+            x = _of_phase(motion, s.phase, at)
             result.append(_Grid(t, h, x.reshape(len(t), len(NODES.c), -1), ends))
         return result
 
@@ -131,7 +138,7 @@ class Adjoint:
         self, s: Stretch, grid: _Grid | None, end: Weights, edges: dict[int, Array], integrand: Integrand | None
     ) -> Weights:
         """Weights at its beginning, with steps made shorter until they are known; by collocation where there is no end of it."""
-        own, known = grid, Pulling.serves(s.now)
+        own, known = grid, Pulling.serves(s.now.drives)
         for _ in range(_FINER + 1):
             if own is None or not known:
                 break
@@ -168,7 +175,7 @@ class Adjoint:
         """The same by Φ of the way forwards, at the places that are asked for and those of the quadrature."""
         n, x = self.motion.states.shape[1], s.x
         if x is None:
-            x = self.again(np.array([s.t0])).states[-1]
+            (x,) = _of_phase(self.again(np.array([s.t0])), s.phase, np.array([s.t0]))
         own = {float(s.edges[place]): seed for place, seed in edges.items()}
         times, share = np.zeros(0), np.zeros(0)
         if integrand is not None:
@@ -180,9 +187,7 @@ class Adjoint:
         at = dict(zip(cut.edges.tolist(), [np.eye(*flow.shape[1:]), *flow], strict=True))
         moved = end.x @ flow[-1] + sum((seed @ at[t] for t, seed in own.items()), np.zeros((len(end.x), flow.shape[2])))
         if integrand is not None and len(inner) == len(times):
-            along = self.again(times)
-            rows = np.flatnonzero(along.phase == s.phase)
-            states = along.states[rows[np.searchsorted(along.t[rows], times)]]
+            states = _of_phase(self.again(times), s.phase, times)
             _, by_x, by_p = integrand.slopes(s.now, self.walk.by, times, states)
             flows = np.array([at[t] for t in times.tolist()])
             row = np.einsum("t,tn,tnk->k", share, by_x, flows)

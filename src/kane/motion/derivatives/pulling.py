@@ -5,7 +5,7 @@ wᵀ ∂f/∂(x, p, r) is one routine, made by one sweep backwards through the e
 (`pulling_kernel`). What laws of inputs and an integrand add is evaluated beside it, for some steps at a time.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, NamedTuple
@@ -182,9 +182,9 @@ class Pulling:
         self.h = hoisted(self.routine, 0.0, zero, zero, now.p, r)
 
     @staticmethod
-    def serves(now: Routines) -> bool:
+    def serves(drives: Iterable[Any]) -> bool:
         """Whether inputs are numbers, functions of time and expressions, as is needed."""
-        return not any(getattr(f, "of_state", False) and not isinstance(f, Formula) for f in now.drives)
+        return not any(getattr(f, "of_state", False) and not isinstance(f, Formula) for f in drives)
 
     def __call__(
         self, steps: StageStates, end: Weights, seeds: Mapping[int, Array], integrand: Integrand | None, scale: Array

@@ -50,8 +50,6 @@ class Place(IntEnum):
 
     PACE = 0
     """Share of a change in the one before where a step was not found."""
-    PULLS = 1
-    """Calls of the routine."""
 
 
 ARRAYS = (
@@ -192,7 +190,6 @@ class _Pulling:
         a = self.a
         places = (a["p"].at(0), a["r"].at(step * self.wide * STAGES), a["h"].at(0), a["out"].at(0))
         self.routine(a["times"].at(step * STAGES), a["x"].at(step * self.n * STAGES), a["w"].at(0), *places)
-        a["told"][Place.PULLS] = a["told"][Place.PULLS] + 1.0
 
     def gather(self, step: Term, row: Term) -> None:
         """What the integrand and the laws of inputs add to K."""

@@ -25,6 +25,7 @@ from kane.expr.symbols import Parameter, Symbol, time
 from kane.motion.derivatives.backwards import AdjointSensitivities
 from kane.motion.derivatives.forwards import Sensitivities
 from kane.motion.derivatives.parametric_motion import ParametricMotion
+from kane.motion.derivatives.pulling import Pulling
 from kane.motion.fitting.least_cost import Limits, least_cost
 from kane.motion.fitting.lifted import cut_at_bends, steps_of
 from kane.motion.solution.phases import Indices
@@ -186,7 +187,8 @@ class Flight:
         key = z.tobytes()
         if self._last is None or self._last[0] != key:
             course, motion = self.at(z), self.motion(z, self.aim.times)
-            back = self.aim.numbers <= _MANY * len(course.by)
+            drives = motion.phases[0].inputs.values()
+            back = self.aim.numbers <= _MANY * len(course.by) and Pulling.serves(drives)
             ends, by_ends, cost = (
                 self._backwards(course.backwards(motion)) if back else self._forwards(course.sensitivities(motion))
             )

@@ -244,7 +244,7 @@ class _Automaton(After):
             with w.few(of.k) as i:
                 self.modes[i] = self.next[i]
                 with w.few(d - 1) as j:
-                    self.position_edges[i * (d - 1) + j] = self.next_ways[i * (d - 1) + j]
+                    self.directions[i * (d - 1) + j] = self.next_ways[i * (d - 1) + j]
 
     def slowest(self, i: Term, at: Term) -> None:
         """The slip below which contact i goes straight on."""

@@ -40,7 +40,7 @@ class After:
         self.w, self.of = w, Decisions(w)
         self.impacts = ImpactKernel(self.of)
         self.s, self.y, self.calls, self.tolerances = self._arrays("s", "y", "calls", "tolerances")
-        self.modes, self.position_edges, self.slip_count = self._arrays("modes", "directions", "slip_count")
+        self.modes, self.directions, self.slip_count = self._arrays("modes", "directions", "slip_count")
         self.slack, self.fastest, self.highest, self.rebound = self._arrays("slack", "fastest", "highest", "rebound")
         self.next, self.next_ways, self.sliding, self.friction = self._arrays(
             "next_modes", "next_ways", "sliding", "friction"
@@ -131,7 +131,7 @@ class After:
             self.next[i] = self.modes[i]
             self.off[i] = w.select(self.here(i), 1.0, 0.0)
             with w.few(d - 1) as j:
-                self.next_ways[i * (d - 1) + j] = self.position_edges[i * (d - 1) + j]
+                self.next_ways[i * (d - 1) + j] = self.directions[i * (d - 1) + j]
             self.touching[i] = w.select(self.modes[i] > SEPARATED, 1.0, 0.0)
             self.friction[i] = of.numbers[of.laws + i * 3]
             self.hits[i] = 0.0
