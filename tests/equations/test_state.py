@@ -247,3 +247,10 @@ def test_zero_stands_for_zeros_of_many_motions():
     starts = np.array([[1.0, 2.0], [0.5, -0.3]])
     many, listed = (kn.simulate_many(eom, (0, 1), q=starts, u=u) for u in (0, [0.0, 0.0]))
     np.testing.assert_array_equal(many["end_state"], listed["end_state"])
+
+
+@pytest.mark.parametrize("q", [[1.0, 2.0], np.array([1.0, 2.0]), 0])
+def test_some_values_of_a_list_are_not_replaced_by_name(q):
+    with pytest.raises(kn.ValueMissingError, match="Expected q of the state by name, of which some are to be replaced"):
+        kn.State(q, 0).replace(q={"q1": 3.0})
+    assert list(kn.State(q, 0).replace(q=[3.0, 2.0]).q) == [3.0, 2.0]

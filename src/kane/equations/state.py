@@ -138,8 +138,15 @@ def _given(value: Any) -> bool:
 
 def _replaced(kind: str, old: Any, new: Any) -> Any:
     """A group with some of its values replaced."""
-    if new is None or not _given(old) or not isinstance(old, Mapping) or not isinstance(new, Mapping):
+    if new is None or not _given(old) or not isinstance(new, Mapping):
         return old if new is None else new
+    if not isinstance(old, Mapping):
+        if hasattr(old, "__len__") and len(new) >= len(old):
+            return new
+        raise ValueMissingError(
+            f"Expected {kind} of the state by name, of which some are to be replaced, got {cut(repr(old))}. Give all of them anew, "
+            f"{kind}=[…], or a state by names."
+        )
     if not all(isinstance(key, Symbol) for key in old):
         names = {key.name if isinstance(key, Symbol) else key: key for key in old}
         keys = {key: key.name if isinstance(key, Symbol) else key for key in new}
