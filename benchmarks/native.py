@@ -17,7 +17,6 @@ import numpy as np
 import numpy.typing as npt
 
 import kane as kn
-from kane.program import aligned, hoisted, wide_entry
 from kane.program.emit.llvm import hoists
 
 Array = npt.NDArray[np.float64]
@@ -80,6 +79,8 @@ def kernel_of(routine: kn.Handle, x: Array) -> Kernel:
 
 def lanes_loop(routine: kn.Handle, x: Array) -> Callable[[int], float]:
     """The loop over a compiled routine at eight states at once (n × 8), parameters at their defaults and inputs zero."""
+    from kane.program import aligned, hoisted, wide_entry  # older versions have none of them, see `against`
+
     program = routine.program
     p = np.array([0.0 if s.default is None else s.default for s in program.port("p").symbols])
     r = np.zeros(len(program.port("r").symbols))
