@@ -124,8 +124,9 @@ def elsewhere(thing: Any, name: str) -> str:
         with suppress(Exception):  # whatever it makes of a name that it does not know
             thing[name]
             return f" It is an entry: read it as [{name!r}]."
-    if other := getattr(type(thing), "_other_names", {}).get(name):
-        return f" It is called {other}."
+    for own, others in getattr(type(thing), "_other_names", {}).items():
+        if name in others.split():
+            return f" It is called {own}."
     package = sys.modules["kane"]
     for function in (name, f"to_{name}"):
         if thing is not package and isfunction(getattr(package, function, None)):
@@ -136,7 +137,7 @@ def elsewhere(thing: Any, name: str) -> str:
 class Attributes:
     """A base of what has attributes: an unknown one is refused by a `MissingAttributeError`; a notebook shows them as a table.
 
-    `_other_names` are names that textbooks and other packages have for an attribute.
+    `_other_names` are those that textbooks and other packages have for an attribute, by its name, in one text.
     """
 
     __slots__ = ()

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kane.numeric.arrays import Array, Mask
+from kane.numeric.arrays import Array, Indices, Mask
 from kane.numeric.rank import balanced, surely_regular
 from kane.numeric.scale import ROUNDED
 from kane.program.kernel.language import INT, Kernel
@@ -26,14 +26,11 @@ _STATES = 10_000
 """So many states in one call: an interrupt comes through between two."""
 
 
-Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
-
-
 class Entries(NamedTuple):
     """Matrices (k × m × n): where in rows of numbers (k × …) the entries of each stand."""
 
     rows: Array
-    places: Places
+    places: Indices
 
     def of(self, states: Mask | int) -> Array:
         """Those of some states."""

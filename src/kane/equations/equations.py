@@ -90,24 +90,22 @@ class Equations(Immutable):
 
     _other_names = MappingProxyType(
         {
-            **{
-                "M": "mass_matrix",
-                "f": "forcing",
-                "rhs": "right_hand_side",
-                "lam": "multipliers",
-                "u_dot": "accelerations",
-            },
-            **{"udot": "accelerations", "u_dots": "accelerations", "qdd": "accelerations", "q_ddot": "accelerations"},
-            **{
-                "q": "coordinates",
-                "u": "speeds",
-                "qdot": "rates",
-                "q_dot": "rates",
-                "x": "state",
-                "p": "generalized_momenta",
-            },
-            **{"T": "kinetic_energy", "K": "kinetic_energy", "V": "potential_energy", "U": "potential_energy"},
-            **{"jac": "jacobian", "bodylist": "bodies", "loadlist": "loads", "params": "parameters"},
+            "mass_matrix": "M",
+            "forcing": "f",
+            "right_hand_side": "rhs",
+            "multipliers": "lam",
+            "accelerations": "u_dot udot u_dots qdd q_ddot",
+            "coordinates": "q",
+            "speeds": "u",
+            "rates": "qdot q_dot",
+            "state": "x",
+            "generalized_momenta": "p",
+            "kinetic_energy": "T K",
+            "potential_energy": "V U",
+            "jacobian": "jac",
+            "bodies": "bodylist",
+            "loads": "loadlist",
+            "parameters": "params",
         }
     )
 

@@ -245,7 +245,7 @@ class _Following:
                     with w.when(~(w.compute("abs", step) <= size * _ENOUGH) & ~(i < self.measured)):
                         self.settled.put(0)
                     with w.when(~(w.compute("abs", room[at]) < _FINITE)):
-                        self.settled.put(-1)
+                        self.settled.put(0)
                         self.steps.put(_STEPS)
                 self.most.put(w.compute("max", moved * _CONTRACTS, _ENOUGH))
                 self.steps.put(self.steps.get() + 1)

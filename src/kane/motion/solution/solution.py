@@ -78,8 +78,15 @@ class Solution(Attributes):
 
     _other_names = MappingProxyType(
         {
-            **{"y": "states", "x": "states", "time": "t", "sol": "at", "success": "status", "nfev": "evaluations"},
-            **{"t_events": "events", "y_events": "jumps", "params": "parameters", "E": "energy"},
+            "states": "y x",
+            "t": "time",
+            "at": "sol",
+            "status": "success",
+            "evaluations": "nfev",
+            "events": "t_events",
+            "jumps": "y_events",
+            "parameters": "params",
+            "energy": "E",
         }
     )
 
