@@ -13,7 +13,7 @@ import numpy as np
 from kane.motion.derivatives.pulling import Integrand, Pulled, Pulling, StageStates, Weights
 from kane.motion.derivatives.pulling_kernel import NODES
 from kane.motion.derivatives.transition import Stretch
-from kane.motion.derivatives.variation import Again, Differential
+from kane.motion.derivatives.variation import Again, Differential, states_of_phase
 from kane.motion.right_hand_side import Routines
 from kane.motion.solution.phases import Indices
 from kane.motion.solution.solution import Solution
@@ -60,13 +60,6 @@ class _Grid(NamedTuple):
         place = np.concatenate([np.arange(m) for m in parts])
         behind = np.cumsum(parts)
         return np.repeat(self.t, parts) + place * h, h, [int(behind[e - 1]) for e in self.ends]
-
-
-def _of_phase(motion: Solution, phase: int, times: Array) -> Array:
-    """States at samples within a phase: there are rows at events, too, before and after them."""
-    rows = np.flatnonzero(motion.phase == phase)
-    places = np.minimum(np.searchsorted(motion.t[rows], times), len(rows) - 1)
-    return np.asarray(motion.states[rows[places]])
 
 
 def _stages(t: Array, h: Array) -> Array:
@@ -128,7 +121,7 @@ class Adjoint:
             if motion is None or not ok:
                 result.append(None)
                 continue
-            x = _of_phase(motion, s.phase, at)
+            x = states_of_phase(motion, s.phase, at)
             result.append(_Grid(t, h, x.reshape(len(t), len(NODES.c), -1), ends))
         return result
 
@@ -175,7 +168,7 @@ class Adjoint:
         """The same by Φ of the way forwards, at the places that are asked for and those of the quadrature."""
         n, x = self.motion.states.shape[1], s.x
         if x is None:
-            (x,) = _of_phase(self.again(np.array([s.t0])), s.phase, np.array([s.t0]))
+            (x,) = states_of_phase(self.again(np.array([s.t0])), s.phase, np.array([s.t0]))
         own = {float(s.edges[place]): seed for place, seed in edges.items()}
         times, share = np.zeros(0), np.zeros(0)
         if integrand is not None:
@@ -187,7 +180,7 @@ class Adjoint:
         at = dict(zip(cut.edges.tolist(), [np.eye(*flow.shape[1:]), *flow], strict=True))
         moved = end.x @ flow[-1] + sum((seed @ at[t] for t, seed in own.items()), np.zeros((len(end.x), flow.shape[2])))
         if integrand is not None and len(inner) == len(times):
-            states = _of_phase(self.again(times), s.phase, times)
+            states = states_of_phase(self.again(times), s.phase, times)
             _, by_x, by_p = integrand.slopes(s.now, self.walk.by, times, states)
             flows = np.array([at[t] for t in times.tolist()])
             row = np.einsum("t,tn,tnk->k", share, by_x, flows)

@@ -41,6 +41,13 @@ _HALVINGS = 8
 Again = Callable[[Array], Solution]
 
 
+def states_of_phase(motion: Solution, phase: int, times: Array) -> Array:
+    """States at samples within a phase: there are rows at events, too, before and after them."""
+    rows = np.flatnonzero(motion.phase == phase)
+    places = np.minimum(np.searchsorted(motion.t[rows], times), len(rows) - 1)
+    return np.asarray(motion.states[rows[places]])
+
+
 class Variation(NamedTuple):
     """δx = x δ(x₀, p) of the end of a motion (n × n + k), and δT = t δ(x₀, p) of when that is (n + k)."""
 
@@ -195,8 +202,7 @@ class Differential:
             x = self._ends[i - 1] if at.x is None else at.x
             guess = np.broadcast_to(x, (*times[i].shape, len(x)))
             if motion is not None and i in set(resolved):
-                rows = np.flatnonzero(motion.phase == at.phase)
-                guess = motion.states[rows[np.searchsorted(motion.t[rows], times[i])]]
+                guess = states_of_phase(motion, at.phase, times[i])
             phi, self._ends[i] = transition(at, x, steps[i], guess, self.scale)
             result.append(phi)
         return result
