@@ -206,7 +206,7 @@ if hasattr(os, "register_at_fork"):
 
 def compile_text(text: str, on: Processor, symbols: Sequence[str], cached: bool = True, loops: bool = False) -> Library:
     """The library of an LLVM module, from the cache where it is there; `loops` says that there is something for LLVM to improve."""
-    options = [*(f"{name}={value}" for name, value in _options(text).items()), *(["loops"] if loops else [])]
+    options = [*(f"{name}={value}" for name, value in _options(text).items()), *(_IMPROVEMENTS if loops else [])]
     key = store.key(text, on.triple, on.cpu, on.features, *options, *versions())
     if not cached:
         return Library(object_code(text, on, loops), symbols)
@@ -266,10 +266,27 @@ def _inline(llvm: Any, machine: Any, module: Any) -> None:
     passes.run(module, builder)
 
 
+_IMPROVEMENTS = [
+    "sroa",
+    "simplify_cfg",
+    "new_gvn",
+    "instruction_combine",
+    "loop_simplify",
+    "lcssa",
+    "loop_rotate",
+    "simplify_cfg",
+    "instruction_combine",
+]
+"""LLVM's passes for kernels: cells become registers, loops test at their end; what the rest of a level does bought no time."""
+
+
 def _improve(llvm: Any, machine: Any, module: Any) -> None:
-    """Loops and what is kept in cells: LLVM's usual passes, which change no rounding; higher levels gain nothing."""
+    """Loops and what is kept in cells: passes that change no rounding."""
     builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=1))
-    builder.getModulePassManager().run(module, builder)
+    passes = llvm.create_new_module_pass_manager()
+    for name in _IMPROVEMENTS:
+        getattr(passes, f"add_{name}_pass")()
+    passes.run(module, builder)
 
 
 @cache
