@@ -129,6 +129,12 @@ def alike(eom: Equations, other: Equations) -> bool:
     return other.solved.twin is None and entries(other) == entries(eom) and turns(other) == turns(eom)
 
 
+def stepping(stepper: Stepper, choice: Partition) -> Routines:
+    """The routines that step a choice of dependent speeds."""
+    now = stepper.now
+    return stepped(stepper.numeric.value(repartition, choice), now.p, now.drives, now.settings)
+
+
 def wanted(eom: Equations) -> set[Partition]:
     """The choices of dependent speeds that motions of the equations have wanted so far."""
     return set()
@@ -169,8 +175,7 @@ class KernelConstraints:
         ready[k] = -1.0
         stepper.numeric.value(wanted).add(self.choices[k])
         with suppress(KaneError):
-            eom = stepper.numeric.value(repartition, self.choices[k])
-            plain = stepped(eom, stepper.now.p, stepper.now.drives, stepper.now.settings)
+            plain = stepping(stepper, self.choices[k])
             found = on_their_sides(plain)
             if self._is_alike(found):
                 t, y = self.at

@@ -7,7 +7,7 @@ whatever these leave open is judged as ever, by a motion from its beginning on (
 """
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from operator import itemgetter
@@ -336,11 +336,18 @@ class Runner:
         return back is ReturnCode.EVENT or any(len(jumps) for _, jumps in self.noted)
 
     def ended(
-        self, eom: Equations, phase: Phase, stepper: Stepper | None, states: Array, s: Array, met: Noted | None
+        self,
+        eom: Equations,
+        phase: Phase,
+        stepper: Stepper | None,
+        states: Array,
+        s: Array,
+        met: Noted | None,
+        changed: Sequence[tuple[float, Routines]] = (),
     ) -> Solution:
-        """A motion that other code has run to its end: its samples, its slots, what was noted of events and actions."""
+        """A motion that other code has run to its end: its samples, its slots, what was noted of events, actions, dependent speeds."""
         self.states[:], self.y[:], self.s[:] = states, states[-1], s
-        self.noted[:], self.changed[:] = [] if met is None else [met], []
+        self.noted[:], self.changed[:] = [] if met is None else [met], changed
         if self.holding is not None and stepper is not None:
             self.holding.restart(stepper)
         return self._ended(eom, phase, ReturnCode(int(s[Slot.BACK])))
@@ -429,13 +436,13 @@ class Runner:
         if self.holding is None:
             return motion
         stepper = self.holding.stepper
-        for t, now in (*self.changed, *self.holding.changes()):
+        changed = (*self.changed, *self.holding.changes())
+        for t, now in changed:
             stepper.go_over(now, t)
         segments = (
             (SolutionSegment(self.span[0], motion.equations), *stepper.segments) if motion.equations.embedding else ()
         )
-        at = np.searchsorted([s.start for s in segments], motion.t, side="right") if segments else ()
-        samples = tuple(segments[max(k - 1, 0)].equations for k in at)
+        samples = tuple(stepped_along(motion.equations, changed, motion.t)) if segments else ()
         events = tuple(sorted([*motion.events, *stepper.changes], key=itemgetter(1)))
         return replace(motion, segments=segments, samples=samples, events=events)
 
@@ -467,6 +474,12 @@ class Runner:
             _again=again,
             _options=self.options,
         )
+
+
+def stepped_along(eom: Equations, changed: Sequence[tuple[float, Routines]], t: Array) -> list[Equations]:
+    """The equations that are stepped at times t, where dependent speeds were changed."""
+    every = [eom, *(now.eom for _, now in changed)]
+    return [every[k] for k in np.searchsorted([at for at, _ in changed], t, side="right")]
 
 
 class Runners:

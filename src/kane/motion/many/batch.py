@@ -6,16 +6,18 @@ those with constraints and events, too (`lanes.py`). Motions that come back othe
 """
 
 from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from kane.motion.many.lanes import run_in_lanes, runs_in_lanes
+from kane.motion.constraint_kernels import choices, stepping
+from kane.motion.many.lanes import Ends, run_in_lanes, runs_in_lanes
 from kane.motion.methods import kernel_of
 from kane.motion.native import LOOKS
+from kane.motion.right_hand_side import Routines
 from kane.motion.runner import Noted, Runner, judged
 from kane.motion.solution.checks import FEW, energy_check, keeps_sharply, opened
-from kane.motion.steppers.context import SIZE, ReturnCode
+from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import Stepper
 from kane.numeric.arrays import Array, Mask
@@ -81,7 +83,7 @@ def fits(runner: Runner) -> bool:
 class Ran(NamedTuple):
     """Motions of a batch: samples (… × t × y), what the kernel tells of each (s), which are done, which surely keep their energy.
 
-    Of each `met` has what was noted of events and actions, where there are any.
+    Of each `met` has what was noted of events and actions, where there are any, `changes` when other dependent speeds were stepped.
     """
 
     states: Array
@@ -89,10 +91,7 @@ class Ran(NamedTuple):
     done: Mask
     kept: Mask
     met: tuple[Noted, ...] = ()
-
-
-_Rows = tuple[Array, Array, Array, Any, tuple[Noted, ...]]
-"""Samples, last states, slots, return codes, and what was met."""
+    changes: tuple[list[tuple[float, int]], ...] = ()
 
 
 class Batch:
@@ -104,6 +103,15 @@ class Batch:
         if not lanes:
             self._bind()
         self.routine = now.eom.numeric(now.settings).routine(judged).flat
+        self._choices: dict[int, Routines] = {}
+
+    def changes(self, ran: Ran, n: int) -> list[tuple[float, Routines]]:
+        """When the nth motion went over to other dependent speeds, and the routines that step these."""
+        own = ran.changes[n] if ran.changes else []
+        for k in {k for _, k in own} - set(self._choices):
+            assert self.lanes is not None
+            self._choices[k] = stepping(self.lanes, choices(self.lanes.eom)[k])
+        return [(t, self._choices[k]) for t, k in own]
 
     def _bind(self) -> None:
         """The kernel of a tile and what it calls."""
@@ -126,26 +134,26 @@ class Batch:
         n, samples = len(self.runner.y), len(self.runner.rows)
         states = np.zeros((len(x), len(self.runner.t), n))
         states[:, 0, :-1] = x
-        run = self._one_by_one(states, p) if self.lanes is None else self._in_lanes(states, p, reach)
-        rows, ends, told, codes, met = run
+        ends = self._one_by_one(states, p) if self.lanes is None else self._in_lanes(states, p, reach)
+        rows, last, codes = ends.samples, ends.states, ends.back
+        met = tuple(zip(ends.events, ends.jumps, strict=True))
         states[:, 1 : samples + 1] = rows
-        states[:, samples + 1 :] = ends[:, None]
+        states[:, samples + 1 :] = last[:, None]
         regular, kept = self._judged(states, p)
         plain = np.array([not len(jumps) for _, jumps in met], dtype=bool) if met else True
         held = self.runner.holding is not None
         done = (codes == ReturnCode.END) | ((codes == ReturnCode.EVENT) & (not held))
-        return Ran(states, told, done & regular, kept & (codes == ReturnCode.END) & plain, met)
+        kept &= (codes == ReturnCode.END) & plain
+        return Ran(states, ends.told, done & regular, kept, met, ends.changes)
 
-    def _in_lanes(self, states: Array, p: Array, reach: Array | None) -> _Rows:
+    def _in_lanes(self, states: Array, p: Array, reach: Array | None) -> Ends:
         assert self.lanes is not None
         runner, count = self.runner, len(states)
         inputs = np.tile(runner.r, (count, 1)).reshape(count, -1)
         spans, times = np.tile(runner.span, (count, 1)), np.tile(runner.times[:-1], (count, 1))
-        ends = run_in_lanes(self.lanes, runner.method, states[:, 0, :-1], p, inputs, spans, times, reach)
-        met = tuple(zip(ends.events, ends.jumps, strict=True))
-        return ends.samples, ends.states, ends.told, ends.back, met
+        return run_in_lanes(self.lanes, runner.method, states[:, 0, :-1], p, inputs, spans, times, reach)
 
-    def _one_by_one(self, states: Array, p: Array) -> _Rows:
+    def _one_by_one(self, states: Array, p: Array) -> Ends:
         runner, given, count = self.runner, self.runner.given, len(states)
         n, samples = len(runner.y), len(runner.rows)
         starts, told, out = states[:, 0].copy(), np.zeros((count, SIZE)), np.zeros((count, samples, n))
@@ -160,7 +168,9 @@ class Batch:
                 "codes": codes, "make": self.calls.make, "hoist": self.calls.hoist,
             }
         )  # fmt: skip
-        return out, ends, told, codes, ()
+        return Ends(
+            out, ends, told[:, Slot.TIME], codes.astype(np.int64), told[:, Slot.STEPS].astype(np.int64), told=told
+        )
 
     def _judged(self, states: Array, p: Array) -> tuple[Mask, Mask]:
         """Whether equations are surely regular at the start of each motion, and it surely keeps its energy."""

@@ -6,15 +6,17 @@ Motions are those of one call of an explicit method's kernel, with inputs that a
 instance with the `ReturnCode` that says so: it is to be run alone.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from kane.errors import KaneError
 from kane.motion.arguments import Arguments
-from kane.motion.constraint_kernels import entries, holding, holding_one
+from kane.motion.constraint_kernels import alike, among, choices, entries, holding, holding_one, stepping, wanted
 from kane.motion.course import Method
 from kane.motion.hybrid.automaton import are_beside, asks, evaluated
 from kane.motion.inputs.functions import constant
@@ -22,6 +24,7 @@ from kane.motion.native import first_slots
 from kane.motion.projection import is_constrained
 from kane.motion.right_hand_side import Given, Routines, switches
 from kane.motion.steppers.context import LOADED, QUEUE, SAVED, SIZE, ReturnCode, Slot, turned_over
+from kane.motion.steppers.held import POORER
 from kane.motion.steppers.queue import queue_kernel
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import Stepper, unheld
@@ -29,7 +32,7 @@ from kane.numeric.arrays import Array, Mask
 from kane.program.kernel.language import ArrayOf, Callee
 from kane.program.kernel.narrow import narrowed
 from kane.program.native.compiled_routine import CompiledRoutine
-from kane.program.native.entry import CompiledKernel, Entry, aligned, masked_entries
+from kane.program.native.entry import CompiledKernel, Entry, Selection, aligned, hoisted, masked_entries
 from kane.program.native.machine import Settings
 
 _TABLES = ("entry_at", "turn_at", "chosen_at", "dependent", "sphere_at", "ready", "quiet")
@@ -44,7 +47,8 @@ class Ends(NamedTuple):
 
     A state is (q, u, a) and the work of the loads. Samples that were not reached are NaN; one at the instant of an action is the
     state after it. Of each instance `events` holds the passages (time, number of the event), and `jumps` where it was ended or
-    changed (time, how many events by then, state before, state after). `told` are the slots (k × SIZE).
+    changed (time, how many events by then, state before, state after). `told` are the slots (k × SIZE), `changes` when which of the
+    choices of dependent speeds were gone over to.
     """
 
     samples: Array
@@ -55,6 +59,18 @@ class Ends(NamedTuple):
     events: tuple[Array, ...] = ()
     jumps: tuple[Array, ...] = ()
     told: Array = np.zeros((0, SIZE))
+    changes: tuple[list[tuple[float, int]], ...] = ()
+
+    def replaced(self, rows: Mask, own: "Ends") -> "Ends":
+        """The same with others in some rows."""
+        whole = [list(x) if isinstance(x, tuple) else x.copy() for x in self]
+        for mine, others in zip(whole, own, strict=True):
+            if isinstance(mine, list):
+                for k, row in zip(np.flatnonzero(rows).tolist() if mine else (), others, strict=True):
+                    mine[k] = row
+            else:
+                mine[rows] = others
+        return Ends(*(tuple(x) if isinstance(x, list) else x for x in whole))
 
 
 def runs_in_lanes(stepper: Stepper, method: Method) -> bool:
@@ -94,8 +110,34 @@ def run_in_lanes(
     """The motions from `starts` (k × n), with `parameters` (k × p) and `inputs` (k × r), over `spans` (k × 2), at `times` (k × m).
 
     Times ascend in each row, after the beginning of the span. Starts are on the constraints, of whose A entries have had the sizes
-    `reach` (k × rows × speeds). It runs without the interpreter's lock, in arrays of its own.
+    `reach` (k × rows × speeds). It runs without the interpreter's lock, in arrays of its own. Dependent speeds that some instances
+    want, and that nobody has compiled before, are compiled, and these instances run once more.
     """
+    own = starts, parameters, inputs, spans, times
+    ends = _run(stepper, method, own, reach, width)
+    while True:
+        again = _want_others(stepper, ends)
+        if not again.any():
+            return ends
+        further = None if reach is None else reach[again]
+        ends = ends.replaced(again, _run(stepper, method, tuple(x[again] for x in own), further, width))
+
+
+def _want_others(stepper: Stepper, ends: Ends) -> Mask:
+    """The instances that came back for dependent speeds that no motion had wanted before."""
+    held, which = ends.told[:, Slot.HELD], ends.told[:, Slot.WORST]
+    asks = (ends.back == ReturnCode.LOOK) & (held == POORER) & (which >= 0.0)
+    if not asks.any():
+        return np.asarray(asks)
+    every, known = choices(stepper.eom), stepper.numeric.value(wanted)
+    new = [k for k, choice in enumerate(every) if choice not in known and k in which[asks]]
+    known.update(every[k] for k in new)
+    return np.asarray(asks & np.isin(which, new))
+
+
+def _run(stepper: Stepper, method: Method, own: Sequence[Array], reach: Array | None, width: int) -> Ends:
+    """The motions of `run_in_lanes` in the lanes of one kernel, with the dependent speeds that are known."""
+    starts, parameters, inputs, spans, times = own
     (count, m), n = times.shape, starts.shape[1] + 1
     now, settings = stepper.now, stepper.now.settings or Settings()
     held = is_constrained(now.eom)
@@ -104,9 +146,10 @@ def run_in_lanes(
     given = one.given | {"times": np.zeros(m + 1), "rows": np.zeros(max(1, m * n))}
     if held:
         given |= holding_one(now, float(spans[0, 0]), np.append(starts[0], 0.0)) | {"held_marks": np.zeros(m + 1)}
-    own = turned_over(kernel.kernel.arguments)
-    sizes = {name: len(given[name]) for name in own}
-    table = {name: np.tile(given[name], (count, 1)) for name in LOADED if name in own}
+    rates = _among(stepper, given, starts[0], width) if held else None
+    turned = turned_over(kernel.kernel.arguments)
+    sizes = {name: len(given[name]) for name in turned}
+    table = {name: np.tile(given[name], (count, 1)) for name in LOADED if name in turned}
     table["s"][:] = _slots(method, spans)
     table["y"][:, :-1], table["y"][:, -1] = starts, 0.0
     table["p"][:, : parameters.shape[1]] = parameters
@@ -116,7 +159,7 @@ def run_in_lanes(
         rows, columns = np.array(entries(now.eom), dtype=int).reshape(-1, 2).T
         table["held_reach"][:, :-1] = reach[:, rows, columns]
     begins = _beside_no_threshold(now, given, spans[:, 0], table) if now.events is not None else np.ones(count, bool)
-    stored = {name: sizes[name] for name in SAVED if name in own}
+    stored = {name: sizes[name] for name in SAVED if name in turned}
     results = np.full((int(begins.sum()), sum(stored.values())), np.nan)
     names = [a.name for a in kernel.kernel.arguments if isinstance(a, ArrayOf)]
     kernel(
@@ -128,7 +171,8 @@ def run_in_lanes(
             "results": results,
             "next": queue.entry,
         }
-        | _codes(now, width, [a.name for a in kernel.kernel.arguments if isinstance(a, Callee)])
+        | _codes(now, width, [a.name for a in kernel.kernel.arguments if isinstance(a, Callee)], rates)
+        | ({} if rates is None else {"h": rates.table})
         | {name: value for name, value in given.items() if isinstance(value, int)}
         | {"n": n, "limit": method.max_steps, "samples": m, "driven": 0, "breakpoints": 0}
     )
@@ -139,7 +183,27 @@ def run_in_lanes(
     return _ends(dict(zip(stored, np.split(whole, np.cumsum([*stored.values()])[:-1], axis=1), strict=True)), times)
 
 
-def _codes(now: Routines, width: int, callees: list[str]) -> dict[str, Entry]:
+def _among(stepper: Stepper, given: Given, start: Array, width: int) -> Selection | None:
+    """The rates with the dependent speeds that are known, of which each lane calls its own; None where there is no choice."""
+    now, every, place = stepper.now, choices(stepper.eom), len(given["p"]) - 1
+    if len(every) < 2:
+        return None
+    given |= among(every, place)
+    selection = Selection(len(every), place, width, now.settings or Settings(), masked=True)
+    for k, choice in enumerate(every):
+        if k and choice not in stepper.numeric.value(wanted):
+            continue
+        given["held_ready"][k] = -1.0
+        with suppress(KaneError):
+            other = stepping(stepper, choice) if k else now
+            if not k or alike(stepper.eom, other.eom):
+                h = hoisted(other.rates, 0.0, start[: other.width], other.p, now.inputs(0.0, start))
+                selection.put(k, other.rates, _in_lanes(h, width))
+                given["held_ready"][k] = 1.0
+    return selection
+
+
+def _codes(now: Routines, width: int, callees: list[str], rates: Selection | None) -> dict[str, Entry]:
     """The routines that a kernel calls, in lanes; the rates stand for those that it does not."""
     routines: dict[str, tuple[CompiledRoutine, str]] = {}
     if now.events is not None:
@@ -150,7 +214,7 @@ def _codes(now: Routines, width: int, callees: list[str]) -> dict[str, Entry]:
     codes = {name: hoist if name.startswith("hoist") else run for name in callees if name != "next"}
     for name, (routine, hoisting) in routines.items():
         codes[name], codes[hoisting] = masked_entries(routine, width)
-    return codes
+    return codes if rates is None else codes | {"rhs": rates.call, "hoist_h": rates.hoist}
 
 
 def _beside_no_threshold(now: Routines, given: Given, t: Array, table: Mapping[str, Array]) -> Mask:
@@ -177,6 +241,9 @@ def _ends(stored: Mapping[str, Array], times: Array) -> Ends:
         marked = (stored["held_marks"][:, :m] > 0.0) & (np.arange(m) < s[:, Slot.SAMPLE, None])
         back[marked.any(axis=1)] = ReturnCode.LOOK
     ends = Ends(samples, stored["y"], s[:, Slot.TIME], back, steps, told=s)
+    if "held_log" in stored:
+        rows = [row[1 : 1 + 2 * int(row[0])].reshape(-1, 2) for row in np.nan_to_num(stored["held_log"])]
+        ends = ends._replace(changes=tuple([(t, int(k)) for t, k in row.tolist()] for row in rows))
     if "log" not in stored:
         return ends
     events = tuple(row[: 2 * k].reshape(-1, 2).copy() for row, k in zip(stored["log"], logged, strict=True))

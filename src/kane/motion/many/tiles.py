@@ -23,7 +23,7 @@ from kane.errors import cut, listed_warnings
 from kane.expr.node import Expr
 from kane.motion.many.batch import Batch, Ran, fits, goes_in_lanes
 from kane.motion.methods import has_lanes, side_by_side
-from kane.motion.runner import Plan, Runner, check_values, surely_admitted
+from kane.motion.runner import Plan, Runner, check_values, stepped_along, surely_admitted
 from kane.motion.simulate import by_runner, check_conserved, runner_of, simulate
 from kane.motion.solution.phases import Indices, Phase
 from kane.motion.solution.solution import Solution
@@ -162,7 +162,7 @@ def _in_one_call(family: Ensemble, bound: TileRunner, batch: Batch, tile: range)
     if not begun.places:
         return Tile(_one_by_one(family, bound, found))
     ran = batch.run(begun.x, begun.p, begun.reach)
-    together = ran.done & ran.kept & (not family.check) & (runner.holding is None)
+    together = ran.done & ran.kept & (not family.check)
     for n in map(int, np.flatnonzero(~together)):
         k = begun.places[n]
         found[k] = decided(_judged, family, batch, ran, n, begun.start(n)) if ran.done[n] else Outcome(None)
@@ -184,7 +184,8 @@ def _judged(family: Ensemble, batch: Batch, ran: Ran, n: int, start: "Start") ->
         motion = runner.motion(family.eom, phase, ran.states[n], ran.told[n])
     else:
         met = ran.met[n] if ran.met else None
-        motion = runner.ended(family.eom, phase, start.stepper, ran.states[n], ran.told[n], met)
+        changed = batch.changes(ran, n)
+        motion = runner.ended(family.eom, phase, start.stepper, ran.states[n], ran.told[n], met, changed)
     return motion if ran.kept[n] and not family.check else _checked(family, motion)
 
 
@@ -195,7 +196,9 @@ def _together(family: Ensemble, batch: Batch, ran: Ran, which: Indices, begun: "
     phases = tuple(Phase(begun.start(k).constants(eom), runner.drives) for k in own)
     one = runner.motion(eom, phases[0], ran.states[which].reshape(-1, n), ran.told[which[0]])
     phase = np.repeat(np.arange(len(which)) % len(phases), m)
-    table = replace(one, t=np.tile(runner.t, len(which)), phases=phases, phase=phase)
+    every = [batch.changes(ran, k) for k in which] if any(ran.changes) else []
+    samples = tuple(held for changed in every for held in stepped_along(eom, changed, runner.t))
+    table = replace(one, t=np.tile(runner.t, len(which)), phases=phases, phase=phase, samples=samples)
     return Finished([begun.places[k] for k in which], ran.told[which, Slot.STEPS], table)
 
 

@@ -94,7 +94,7 @@ WIDE: tuple[Literal["float", "array"], ...] = ("array", *RATE[1:])
 QUEUE = ("queue", "instances", "results")
 """The arrays of a queue of instances, see `queue_kernel`."""
 LOADED = ("s", "y", "p", "r", "times", "seen", "largest", "leaves", "held_reach")
-SAVED = ("s", "y", "rows", "log", "jumps", "held_marks")
+SAVED = ("s", "y", "rows", "log", "jumps", "held_marks", "held_log")
 CLEARED = ("lag", "held_log")
 """The arrays of which an instance has numbers in `instances`, and in `results`, and that begin with zeros, where a kernel has them."""
 

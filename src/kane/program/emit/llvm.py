@@ -332,26 +332,63 @@ define void @select.{name}({time} %t, ptr %x, ptr %p, ptr %r, ptr %h, ptr %out) 
 """
         for name, time in (("one", "double"), ("wide", "ptr"))
     )
-    return f"""{calls}
-define void @select.hoist(ptr %p, ptr %h) nounwind {{
+    return calls + _for_each_known("select.hoist", ("p", "h"), "", "hoist", 1)
+
+
+def masked_selection(width: int) -> str:
+    """The module of `select.own<width>`: in each of `width` lanes, bits of the first argument, the routine that is called is its own.
+
+    h is that of `selection`, with routines of `emit_masked`.
+    """
+    kind = f"<{width} x double>"
+    lanes = f"""  %place = load i64, ptr %h
+  %first = mul i64 %place, {width}
+  %numbers.at = getelementptr double, ptr %p, i64 %first
+  %numbers = load {kind}, ptr %numbers.at, align 8
+"""
+    wanted = f"""  %number = sitofp i64 %k to double
+  %one = insertelement {kind} poison, double %number, i64 0
+  %every = shufflevector {kind} %one, {kind} poison, <{width} x i32> zeroinitializer
+  %alike = fcmp oeq {kind} %numbers, %every
+  %bits = bitcast <{width} x i1> %alike to i{width}
+  %long = zext i{width} %bits to i64
+  %own.mask = and i64 %mask, %long
+  %some = icmp ne i64 %own.mask, 0
+"""
+    run, hoist = (masked_name(f"select{name}", width) for name in ("", ".hoist"))
+    return _for_each_known(
+        run, ("mask", "t", "x", "p", "r", "h", "out"), lanes, "routine", 0, wanted
+    ) + _for_each_known(hoist, ("mask", "p", "h"), "", "hoist", 1)
+
+
+def _for_each_known(name: str, names: Sequence[str], before: str, what: str, column: int, wanted: str = "") -> str:
+    """A function that calls, for each routine in the table of a selection that is known and `wanted`, what is in its `column`."""
+    own = {"h": "own"} | ({"mask": "own.mask"} if wanted else {})
+    kinds = ["i64" if n == "mask" else "ptr" for n in names]
+    arguments, given = (
+        ", ".join(f"{kind} %{of.get(n, n)}" for kind, n in zip(kinds, names, strict=True)) for of in ({}, own)
+    )
+    wanted += "  %both = and i1 %known, %some\n" * bool(wanted)
+    return f"""
+define void @{name}({arguments}) nounwind {{
   %count.at = getelementptr i64, ptr %h, i64 1
   %count = load i64, ptr %count.at
-  br label %head
+{before}  br label %head
 head:
   %k = phi i64 [0, %0], [%next, %done]
   %on = icmp slt i64 %k, %count
   br i1 %on, label %row, label %end
 row:
   %three = mul i64 %k, 3
-  %place = add i64 %three, 3
-  %hoist.at = getelementptr i64, ptr %h, i64 %place
-  %hoist = load ptr, ptr %hoist.at
-  %known = icmp ne ptr %hoist, null
-  br i1 %known, label %call, label %done
+  %place.of = add i64 %three, {2 + column}
+  %{what}.at = getelementptr i64, ptr %h, i64 %place.of
+  %{what} = load ptr, ptr %{what}.at
+  %known = icmp ne ptr %{what}, null
+{wanted}  br i1 %{"both" if wanted else "known"}, label %call, label %done
 call:
-  %own.at = getelementptr i64, ptr %hoist.at, i64 1
+  %own.at = getelementptr i64, ptr %{what}.at, i64 {2 - column}
   %own = load ptr, ptr %own.at
-  call void %hoist(ptr %p, ptr %own)
+  call void %{what}({given})
   br label %done
 done:
   %next = add i64 %k, 1

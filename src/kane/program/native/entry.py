@@ -25,6 +25,7 @@ from kane.program.emit.llvm import (
     emit_wide,
     hoists,
     masked_name,
+    masked_selection,
     selection,
     wide_name,
 )
@@ -124,34 +125,39 @@ def _library_for(settings: Settings, text: str, symbols: Sequence[str], loops: b
 class Selection:
     """Several routines of the same ports as one, of which a number in p says which is called; `table` is what it takes as h.
 
-    At first none of the `count` is known; `put` gives one. `at` is the place of the number in p.
+    At first none of the `count` is known; `put` gives one. `at` is the place of the number in p. Where they are `masked`, each lane
+    calls its own.
     """
 
-    def __init__(self, count: int, at: int, width: int, settings: Settings) -> None:
-        self.table, self.width = np.zeros(2 + 3 * count), width
+    def __init__(self, count: int, at: int, width: int, settings: Settings, masked: bool = False) -> None:
+        self.table, self.width, self.masked = np.zeros(2 + 3 * count), width, masked
         self._rows = self.table.view(np.int64)
         self._rows[:2] = at, count
         self._kept: dict[int, tuple[Entry, Entry, Array]] = {}
-        self._library = _library_for(settings, selection(), _SELECTION)
+        text = masked_selection(width) if masked else selection()
+        own = [masked_name(f"select{name}", width) for name in ("", ".hoist")]
+        one = "select.wide" if width > 1 else "select.one"
+        self._names = own if masked else [one, "select.hoist"]
+        self._library = _library_for(settings, text, self._names)
 
     @property
     def call(self) -> Entry:
         """The routine."""
-        return Entry(self._library, _SELECTION[self.width > 1])
+        return Entry(self._library, self._names[0])
 
     @property
     def hoist(self) -> Entry:
         """What hoists for all that are known."""
-        return Entry(self._library, _SELECTION[2])
+        return Entry(self._library, self._names[1])
 
     def put(self, k: int, routine: CompiledRoutine, h: Array) -> None:
         """The kth routine, and what is hoisted for it."""
-        own = entry(routine) if self.width == 1 else wide_entry(routine, self.width)
-        self._kept[k] = own, hoist_entry(routine), h
-        self._rows[2 + 3 * k : 5 + 3 * k] = own.address, hoist_entry(routine).address, h.ctypes.data
-
-
-_SELECTION = ("select.one", "select.wide", "select.hoist")
+        if self.masked:
+            own, hoist = masked_entries(routine, self.width)
+        else:
+            own, hoist = entry(routine) if self.width == 1 else wide_entry(routine, self.width), hoist_entry(routine)
+        self._kept[k] = own, hoist, h
+        self._rows[2 + 3 * k : 5 + 3 * k] = own.address, hoist.address, h.ctypes.data
 
 
 def aligned(count: int) -> Array:
