@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import kane as kn
-from kane.gallery import chaplygin_sleigh, four_bar, pendulums, rolling_disk, slider_crank
+from kane.gallery import chaplygin_sleigh, four_bar, pendulums, pure_rolling_disk, rolling_disk, slider_crank
 from kane.program import Bound
 
 TWO = kn.derive(pendulums.system(2))
@@ -258,6 +258,15 @@ def test_a_mass_matrix_that_is_singular_by_chance_is_named():
     with pytest.raises(kn.SimulationError) as told:
         run(**given)
     assert str(told.value) == str(first.value)
+
+
+def test_kinematics_that_can_be_singular_are_judged_at_the_start():
+    """Where W has a pole that the motion has not, other speeds go on: a prepared motion is that begun anew there, too."""
+    eom = kn.derive(pure_rolling_disk.system())
+    run, start = kn.prepare(eom, SPAN), pure_rolling_disk.START
+    assert run.in_one_call
+    for given in (start, {"q": start["q"] | {"q2": np.pi / 2}, "u": start["u"]}, start):
+        assert same(run(**given), anew(eom, SPAN, **given))
 
 
 def test_a_motion_that_loses_energy_warns_each_time():

@@ -38,6 +38,13 @@ def test_a_pivot_that_rounding_leaves_over(sequence, at, pivot):
     )
     with pytest.raises(kn.SimulationError, match=message):
         kn.simulate(eom, (0, 1), q=[0.4, at, 0.2], u=[1, 1, 1])
+    run = kn.prepare(eom, (0, 1))
+    assert run.in_one_call
+    assert run([0.4, at + 0.7, 0.2], [1, 1, 1]).t[-1] > 0
+    with pytest.raises(kn.SimulationError, match=message):
+        run([0.4, at, 0.2], [1, 1, 1])
+    runs = kn.simulate_many(eom, (0, 1), q=[[0.4, at + 0.7, 0.2], [0.4, at, 0.2]], u=[1, 1, 1], samples=3, lanes=True)
+    assert "the kinematics are singular" in runs.cause.values[1]
 
 
 @pytest.mark.parametrize("near", [1e-6, 1e-3])

@@ -43,6 +43,13 @@ class Instances:
             result[kind] = common if not own else {**(common or {}), **own}
         return result
 
+    def part(self, rows: range) -> "Instances":
+        """Some of them."""
+        columns = {
+            kind: {s: column[rows.start : rows.stop] for s, column in own.items()} for kind, own in self.columns.items()
+        }
+        return Instances(len(rows), self.common, columns)
+
     @property
     def vary_inputs(self) -> bool:
         """Whether inputs differ, themselves or by parameters that they hold."""

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
+from functools import reduce
 from operator import itemgetter
 from typing import Any, NamedTuple
 
@@ -22,6 +23,7 @@ from kane.equations.equations import Equations
 from kane.expr.build import NODE_BUILDERS, div, mul, sub
 from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, Expr
+from kane.expr.node import constant as constant_node
 from kane.model.beams.beam import Beam
 from kane.motion.arguments import Arguments
 from kane.motion.constraint_kernels import KernelConstraints
@@ -54,6 +56,7 @@ from kane.motion.steppers.context import SIZE, ReturnCode, Slot
 from kane.motion.steppers.table import INTEGRATORS
 from kane.motion.steps import Stepper, unheld
 from kane.numeric.arrays import Array, Mask
+from kane.numeric.sampling import SEED, sample
 from kane.numeric.scale import SURELY_REGULAR
 from kane.program.from_expressions import Bundle
 from kane.program.native.entry import hoisted
@@ -68,15 +71,19 @@ _REACHED = (ReturnCode.END, ReturnCode.LIMIT, ReturnCode.EVENT)
 
 
 def judged(eom: Equations) -> Bundle[Array]:
-    """K, E = K + V, and the least of the pivots of M over its diagonal, where the equations divide by them."""
+    """K, E = K + V, and the least of the pivots that the equations divide by: of M over its diagonal, of W over their usual sizes."""
     rows = [] if eom.solved.route in POSITIVE else [list(row) for row in eom.mass_matrix]
-    roots = without_unknowns(eom.solved, [eom.kinetic_energy, eom.energy, _least_pivot(rows)])
+    own = moving(eom)
+    shares = [
+        div(NODE_BUILDERS["abs"](p), constant_node(abs(x) or 1.0)) for p, x in zip(own, sample(own, SEED), strict=True)
+    ]
+    roots = without_unknowns(eom.solved, [eom.kinetic_energy, eom.energy, _least_pivot(rows, shares)])
     return Bundle("judged", ports(eom.derived), only, {"judged": roots}, ["K", "E", "pivot"])
 
 
-def _least_pivot(m: list[list[Expr]]) -> Expr:
-    """min d_i / M_ii of M = L D Lᵀ, which is changed; 1 where there is no M."""
-    least, diagonal = ONE, [row[i] for i, row in enumerate(m)]
+def _least_pivot(m: list[list[Expr]], others: Sequence[Expr]) -> Expr:
+    """min d_i / M_ii of M = L D Lᵀ, which is changed, and of `others`; 1 where there are none."""
+    least, diagonal = reduce(NODE_BUILDERS["min"], others, ONE), [row[i] for i, row in enumerate(m)]
     for k, row in enumerate(m):
         least = NODE_BUILDERS["min"](least, div(row[k], diagonal[k]))
         for i in range(k + 1, len(m)):
@@ -165,9 +172,7 @@ def is_plain(stepper: Stepper, method: Method) -> bool:
         and not (is_constrained(eom) and INTEGRATORS[method.name].implicit)
         and not (bool(eom.events) and (eom.numeric().value(asks) or asks_for(stepper.now)))
         and (not switches(eom) or (has_jumps(eom) and not unfit(eom)))
-        and not moving(eom)
         and not any(eom.numeric().value(timed))
-        and not any(isinstance(b, Beam) for b in eom.system.bodies)
         and (all(constant(f) is not None for f in stepper.now.drives) or not _reads_inputs(eom))
         and not asked(stepper.now.drives)
     )
@@ -193,6 +198,7 @@ class Runner:
         self.marks = np.zeros(len(times) + 1)
         self.noted: list[Noted] = []
         self.changed: list[tuple[float, Routines]] = []
+        self.bends = any(isinstance(b, Beam) for b in stepper.first.system.bodies)
         later = times[times > span[0]]
         ends = [] if later.size and later[-1] == span[1] else [span[1]]
         self.t = np.concatenate([span[:1], later, ends])
@@ -320,7 +326,7 @@ class Runner:
                     self._logged_events()
                 k, e, _ = self.verdict.T
                 kept = not self._jumps(back) and bool(keeps_sharply(k, e, self.some[:, -1], self.method.rtol))
-                return self._ended(eom, phase, back, again), kept
+                return self._ended(eom, phase, back, again), kept and not self.bends
         return None, False
 
     def _ended(

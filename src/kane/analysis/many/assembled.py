@@ -75,7 +75,7 @@ def assembled(poses: Poses, alone: Callable[[int], One], motion: Motion, togethe
     eom = poses.eom
     q = np.full((poses.count, len(eom.coordinates)), np.nan)
     u, left = np.full((poses.count, len(eom.speeds)), np.nan), np.full(poses.count, np.nan)
-    base, free = _start(poses)
+    base, free = start_of(poses)
     causes = dict(poses.failed)
     if eom.derived.conditions.f and not free:
         found, causes = poses.each(alone)
@@ -93,7 +93,7 @@ def assembled(poses: Poses, alone: Callable[[int], One], motion: Motion, togethe
     return _dataset(poses, q, u, left, causes)
 
 
-def _start(poses: Poses) -> tuple[Array, list[int]]:
+def start_of(poses: Poses) -> tuple[Array, list[int]]:
     """Coordinates as they are given (k × n), and which of them are solved for."""
     given, coordinates = poses.given("q"), poses.eom.coordinates
     base, free = np.zeros((poses.count, len(coordinates))), list[int]()
@@ -202,7 +202,7 @@ def _move(
     there = np.array([k for k in range(poses.count) if k not in causes], dtype=int)
     doubtful = np.ones(len(there), dtype=bool)
     if together:
-        u[there], rest, doubtful = _speeds(poses, q, there)
+        u[there], rest, doubtful, _ = speeds_at(poses, q, there)
         left[there] = np.maximum(left[there], rest)
     for k in there[doubtful].tolist():
         try:
@@ -212,13 +212,13 @@ def _move(
             causes[k] = str(error)
 
 
-def _speeds(poses: Poses, q: Array, places: Array) -> tuple[Array, Array, Mask]:
-    """u with A u + b = 0 at all places, what is left of that, and where it is in doubt."""
+def speeds_at(poses: Poses, q: Array, places: Array) -> tuple[Array, Array, Mask, Array]:
+    """u with A u + b = 0 at all places, what is left of that, where it is in doubt, and A."""
     eom, (t, p, r) = poses.eom, (x[places] for x in poses.numbers())
     now = eom.numeric().routine(closing)(t, _states(poses, q[places]), p, r)
     x, free = _wanted(poses, places)
     if not now.b.shape[1] or not len(places):
-        return x, np.zeros(len(places)), np.zeros(len(places), dtype=bool)
+        return x, np.zeros(len(places)), np.zeros(len(places), dtype=bool), now.a
     # as at one state: what a unit of each speed does, and the sizes of rows
     pace = np.abs(now.a).max(axis=1, initial=0)
     pace = np.where(pace > ROUNDED * pace.max(axis=1, keepdims=True, initial=0), pace, 1.0)
@@ -232,7 +232,7 @@ def _speeds(poses: Poses, q: Array, places: Array) -> tuple[Array, Array, Mask]:
         y[:, free] += change
     left = np.abs(_times(rows, y) + rest).max(axis=1, initial=0)
     most = np.maximum(np.abs(y).max(axis=1, initial=0), np.abs(rest).max(axis=1, initial=0))
-    return y / pace, left, doubtful | ~(left <= GIVEN * most)
+    return y / pace, left, doubtful | ~(left <= GIVEN * most), now.a
 
 
 def _wanted(poses: Poses, places: Array) -> tuple[Array, list[int]]:

@@ -143,7 +143,7 @@ class Batch:
         plain = np.array([not len(jumps) for _, jumps in met], dtype=bool) if met else True
         held = self.runner.holding is not None
         done = (codes == ReturnCode.END) | ((codes == ReturnCode.EVENT) & (not held))
-        kept &= (codes == ReturnCode.END) & plain
+        kept &= (codes == ReturnCode.END) & plain & (not self.runner.bends)
         return Ran(states, ends.told, done & regular, kept, met, ends.changes)
 
     def _in_lanes(self, states: Array, p: Array, reach: Array | None) -> Ends:

@@ -8,6 +8,7 @@ So `run_tile` is all that a thread does, and `batch.py` where a tile is one call
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from threading import Event as Flag
 from threading import RLock
@@ -15,12 +16,15 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
+from kane.analysis.many.nearest import NearestStates
+from kane.analysis.many.poses import Poses
 from kane.analysis.state_checks import start_state
 from kane.dynamics.readings.quantities import parameter_values
 from kane.equations.equations import Equations
 from kane.equations.instances import Instances
-from kane.errors import cut, listed_warnings
+from kane.errors import KaneError, cut, listed_warnings
 from kane.expr.node import Expr
+from kane.expr.symbols import time
 from kane.motion.many.batch import Batch, Ran, fits, goes_in_lanes
 from kane.motion.methods import has_lanes, side_by_side
 from kane.motion.runner import Plan, Runner, check_values, stepped_along, surely_admitted
@@ -45,6 +49,9 @@ _ALONE = RLock()
 """Motions that need Python are simulated one after the other, also where several threads of a worker run chunks."""
 FEW = 64
 """With fewer instances there are no lanes: code for them takes 0.1 s, or seconds where a stepper is compiled for the first time."""
+
+_TRIED = 3
+"""Instances of which the first that can be assembled tells where the starts of all may be."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,6 +113,8 @@ class Pool:
     def __init__(self, family: Ensemble, first: Runner) -> None:
         self.family = family
         self.lanes = None if family.instances.vary_inputs else _in_lanes(family, first)
+        held = self.lanes is not None and first.holding is not None
+        self.nearest = _nearest(family, first) if held else None
         self._free = [self._bound(first)]
 
     def _bound(self, runner: Runner | None) -> TileRunner:
@@ -149,16 +158,17 @@ def run_tile(family: Ensemble, pool: Pool, tile: range, stop: Flag) -> Tile:
     bound = pool.take()
     try:
         if bound.batch is not None:
-            return _in_one_call(family, bound, bound.batch, tile)
+            return _in_one_call(family, bound, bound.batch, _begun(family, bound.batch.runner, tile, pool.nearest))
         return Tile({k: decided(_by_kernel, family, bound.runner, k) for k in tile if not stop.is_set()})
     finally:
         pool.give_back(bound)
 
 
-def _in_one_call(family: Ensemble, bound: TileRunner, batch: Batch, tile: range) -> Tile:
+def _in_one_call(
+    family: Ensemble, bound: TileRunner, batch: Batch, starts: tuple["Starts", dict[int, Outcome[Solution]]]
+) -> Tile:
     """What became of a tile by one call; those that did not get to the end in it are run by themselves."""
-    runner = batch.runner
-    begun, found = _begun(family, runner, tile)
+    begun, found = starts
     if not begun.places:
         return Tile(_one_by_one(family, bound, found))
     ran = batch.run(begun.x, begun.p, begun.reach)
@@ -180,12 +190,13 @@ def _one_by_one(
 def _judged(family: Ensemble, batch: Batch, ran: Ran, n: int, start: "Start") -> Solution:
     """The nth motion of a batch, by itself."""
     runner, phase = batch.runner, Phase(start.constants(family.eom), batch.runner.drives)
+    stepper = None if runner.holding is None else Stepper(family.eom, start.p, runner.drives, family.settings)
     if batch.lanes is None:
         motion = runner.motion(family.eom, phase, ran.states[n], ran.told[n])
     else:
         met = ran.met[n] if ran.met else None
         changed = batch.changes(ran, n)
-        motion = runner.ended(family.eom, phase, start.stepper, ran.states[n], ran.told[n], met, changed)
+        motion = runner.ended(family.eom, phase, stepper, ran.states[n], ran.told[n], met, changed)
     return motion if ran.kept[n] and not family.check else _checked(family, motion)
 
 
@@ -203,12 +214,11 @@ def _together(family: Ensemble, batch: Batch, ran: Ran, which: Indices, begun: "
 
 
 class Start(NamedTuple):
-    """(q, u, a) of an instance and its parameters; its stepper, and what entries of A have reached, where there are constraints."""
+    """(q, u, a) of an instance and its parameters; what entries of A have reached, where there are constraints."""
 
     x: Array
     p: Array
     usual: Mapping[Expr, float]
-    stepper: Stepper | None = None
     reach: Array | None = None
 
     def constants(self, eom: Equations) -> dict[Expr, float]:
@@ -219,7 +229,7 @@ class Start(NamedTuple):
 class Starts(NamedTuple):
     """Starts of some instances as tables, a row each: (q, u, a), parameters, and what entries of A have reached.
 
-    The values by symbol are `usual`, of each or of all; where all start as the first one does there are no steppers.
+    The values by symbol are `usual`, of each or of all.
     """
 
     places: Sequence[int]
@@ -227,24 +237,26 @@ class Starts(NamedTuple):
     p: Array
     reach: Array | None
     usual: Sequence[Mapping[Expr, float]]
-    steppers: Sequence[Stepper | None] = ()
 
     def start(self, n: int) -> Start:
         """The nth of them."""
-        usual = self.usual[n % len(self.usual)]
-        if not self.steppers:
-            return Start(self.x[n], self.p[n], usual)
-        return Start(self.x[n], self.p[n], usual, self.steppers[n], None if self.reach is None else self.reach[n])
+        return Start(
+            self.x[n], self.p[n], self.usual[n % len(self.usual)], None if self.reach is None else self.reach[n]
+        )
 
 
-def _begun(family: Ensemble, runner: Runner, tile: range) -> tuple[Starts, dict[int, Outcome[Solution]]]:
+def _begun(
+    family: Ensemble, runner: Runner, tile: range, nearest: NearestStates | None
+) -> tuple[Starts, dict[int, Outcome[Solution]]]:
     """The starts of a tile, and what became of instances that have none.
 
     Starts without constraints differ by columns of finite numbers alone: the first one stands for all.
     """
     eom, many = family.eom, family.instances
     first = decided(_unchecked, family, tile[0])
-    if runner.holding is not None or first.found is None:
+    if runner.holding is not None:
+        return _held(family, runner, tile, nearest)
+    if first.found is None:
         return _one_after_another({k: decided(_projected_start, family, runner, k) for k in tile})
     x, p = np.tile(first.found.x, (len(tile), 1)), np.tile(first.found.p, (len(tile), 1))
     places = {s: x[:, i] for i, s in enumerate(eom.state)} | {s: p[:, i] for i, s in enumerate(eom.parameters)}
@@ -263,6 +275,25 @@ def _begun(family: Ensemble, runner: Runner, tile: range) -> tuple[Starts, dict[
     return Starts([tile[n] for n in begun], x[right], p[right], None, [first.found.usual]), failed
 
 
+def _held(
+    family: Ensemble, runner: Runner, tile: range, nearest: NearestStates | None
+) -> tuple[Starts, dict[int, Outcome[Solution]]]:
+    """The starts of a tile on the constraints: all together, but for those in doubt, which are found one by one."""
+    eom, doubt, begun = family.eom, np.ones(len(tile), dtype=bool), dict[int, Outcome[Start]]()
+    if nearest is not None:
+        poses = _poses(family, runner, tile)
+        found, p, given = nearest.at(poses), poses.numbers()[1], poses.given("states")
+        further = [np.full(len(tile), given.get(a, a.default), dtype=float) for a in eom.states]
+        x = np.column_stack([found.q, found.u, *further])
+        doubt = found.doubt | ~surely_admitted(eom, p) | ~np.isfinite(x).all(axis=1)
+        usual = parameter_values(eom.system, family.instances.at(tile[0])["parameters"])
+        for n in np.flatnonzero(~doubt).tolist():
+            begun[tile[n]] = Outcome(Start(x[n], p[n], usual, np.abs(found.a[n])))
+    for n in np.flatnonzero(doubt).tolist():
+        begun[tile[n]] = decided(_projected_start, family, runner, tile[n])
+    return _one_after_another({k: begun[k] for k in tile})
+
+
 def _one_after_another(starts: Mapping[int, Outcome[Start]]) -> tuple[Starts, dict[int, Outcome[Solution]]]:
     """Starts that were found one by one."""
     rows = {k: one.found for k, one in starts.items() if one.found is not None}
@@ -270,7 +301,27 @@ def _one_after_another(starts: Mapping[int, Outcome[Start]]) -> tuple[Starts, di
     own = [*rows.values()]
     x, p = np.array([s.x for s in own]), np.array([s.p for s in own])
     reach = np.array([s.reach for s in own]) if all(s.reach is not None for s in own) else None
-    return Starts([*rows], x, p, reach, [s.usual for s in own], [s.stepper for s in own]), failed
+    return Starts([*rows], x, p, reach, [s.usual for s in own]), failed
+
+
+def _nearest(family: Ensemble, runner: Runner) -> NearestStates | None:
+    """What the first instance that can be assembled tells of the starts of all; None where none of a few can."""
+    for k in range(min(_TRIED, family.instances.count)):
+        with suppress(KaneError):
+            return NearestStates(_poses(family, runner, range(k, k + 1)))
+    return None
+
+
+def _poses(family: Ensemble, runner: Runner, rows: range) -> Poses:
+    """Some of the instances as states at the beginning."""
+    own = family.instances.part(rows)
+    common = {
+        **own.common,
+        "t": {time: runner.span[0]},
+        "inputs": dict(zip(family.eom.inputs, runner.r.tolist(), strict=False)),
+    }
+    columns = {**own.columns, "t": {}, "inputs": {}}
+    return Poses(family.eom, replace(own, common=common, columns=columns), {})
 
 
 def _admitted(family: Ensemble, runner: Runner, p: Array) -> Outcome[None]:

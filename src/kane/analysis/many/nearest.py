@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The states that `assemble` finds of many by themselves, each nearest to its own guesses, where numbers of all leave no doubt of it.
+
+Of each state Newton's steps start at its guesses, around them, and on all branches that the first state has. In doubt is where none
+of them closes, where two are about as near, or where constraints are nearly singular: such a state is to be assembled by itself.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from kane.analysis.assembly import ClosureSearch, search
+from kane.analysis.many.assembled import closing, level_of, speeds_at, start_of
+from kane.analysis.many.poses import Poses
+from kane.analysis.state_checks import entries
+from kane.dynamics.constraints.manifold import LevelSet
+from kane.equations.equations import Equations
+from kane.expr.node import Expr
+from kane.expr.symbols import time
+from kane.numeric.arrays import Array, Indices, Mask
+from kane.numeric.newton import close_many
+from kane.numeric.sampling import ASSEMBLY_SEED
+from kane.numeric.scale import CLOSED, GIVEN, NEAR_SINGULAR, ONE_POSITION
+
+_AROUND = 5
+"""Starts around the guesses of each state."""
+_NEARER = 0.9
+"""Share of the distance of the next branch up to which a branch is surely the nearest."""
+
+
+class States(NamedTuple):
+    """q (k × n), u and A (k × m × s) at states that satisfy the constraints, and of which there is no `doubt`."""
+
+    q: Array
+    u: Array
+    a: Array
+    doubt: Mask
+
+
+class NearestStates:
+    """What the first of many states tells of all: its branches, and the sizes of coordinates and constraints.
+
+    Raises
+    ------
+    KaneError
+        if the first cannot be assembled
+    """
+
+    def __init__(self, poses: Poses) -> None:
+        self.eom = poses.eom
+        start = entries("coordinates", self.eom.coordinates, poses.state(0).q)
+        self.free, self.guessed, self.missing = [*start.free], [*start.guessed], [*start.missing]
+        self.level: LevelSet | None = None
+        self.branches = np.zeros((0, len(start.values)))
+        if self.eom.derived.conditions.f:
+            sought = search(level_of(poses, 0), start)
+            self.level = sought.level if start.free else sought.level.of(start.values, range(len(start.values)))
+            self.branches = self._found(sought)
+
+    def _found(self, sought: ClosureSearch) -> Array:
+        if not self.free:
+            return self.branches
+        return np.array([one.x for one in sought.found().closed]).reshape(-1, len(sought.start.values))
+
+    def at(self, poses: Poses) -> States:
+        """The states at other values."""
+        eom, count = self.eom, poses.count
+        base, free = start_of(poses)
+        q, doubt = base, np.zeros(count, dtype=bool)
+        unit = {e for s in eom.system.euler_parameters for e in s.coordinates}
+        if eom.solved.twin is not None or free != self.free or any(eom.coordinates[i] in unit for i in free):
+            doubt[:] = True
+        elif self.level is None:
+            doubt[:] = bool(free)
+        else:
+            guesses = base.copy()
+            for s, value in (poses.instances.common["q"] or {}).items():
+                guesses[:, eom.coordinates.index(s)] = getattr(value, "value", value)
+            q, doubt = self._closed(poses, guesses)
+        u, a = np.zeros((count, len(eom.speeds))), np.zeros((count, len(eom.b), len(eom.speeds)))
+        sure = np.flatnonzero(~doubt)
+        if len(sure):
+            u[sure], _, unsure, a[sure] = speeds_at(poses, q, sure)
+            doubt[sure[unsure]] = True
+        return States(q, u, a, doubt)
+
+    def _closed(self, poses: Poses, guesses: Array) -> tuple[Array, Mask]:
+        """The configurations nearest to the guesses (k × n), and where they are in doubt."""
+        level, count = self.level, poses.count
+        assert level is not None
+        free, size = [*level.free], level.usual
+        starts = guesses[:, None] if not self.free else self._starts(guesses)
+        tries = starts.shape[1]
+        rows = np.repeat(np.arange(count), tries)
+        values = _values_at(self.eom, poses)
+        begun = starts.reshape(count * tries, -1)
+
+        def of_free(x: Array, members: Indices) -> tuple[Array, Array]:
+            q = begun[members]
+            q[:, free] = x
+            f, g = values(q, rows[members])
+            return f, g[:, :, free]
+
+        if not self.free:  # given whole: what they miss is rounding of what was given
+            missed = np.abs(of_free(begun, rows)[0] / size.f).max(axis=1, initial=0)
+        found = close_many(of_free, begun[:, free], size, _none)
+        q = begun.copy()
+        q[:, free] = found.x
+        left, q = self._home(q, guesses[rows], found.left, lambda q: values(q, rows)[0])
+        turned = level.manifold.at(_by_symbol(self.eom, poses, rows)).turned(q).any(axis=1)
+        valid = ((left <= CLOSED) & ~turned).reshape(count, tries)
+        if not self.free:
+            return q, ~valid[:, 0] | ~(missed <= GIVEN)
+        away = ((q - guesses[rows])[:, free] / size.x).reshape(count, tries, -1)
+        guessed, missing = (np.isin(free, own) for own in (self.guessed, self.missing))
+        weight = ONE_POSITION if self.guessed else 1.0
+        distance = np.linalg.norm(away[:, :, guessed], axis=2) + weight * np.linalg.norm(away[:, :, missing], axis=2)
+        distance[~valid] = np.inf
+        best = np.argmin(distance, axis=1)
+        every = np.arange(count)
+        apart = np.abs(away - away[every, best][:, None]).max(axis=2) > ONE_POSITION
+        following = np.where(apart & valid, distance, np.inf).min(axis=1)
+        nearest = q.reshape(count, tries, -1)[every, best]
+        block = values(nearest, every)[1][:, :, free] * size.x / size.f[:, None]
+        surely = np.isfinite(distance[every, best]) & (distance[every, best] < _NEARER * following)
+        return nearest, ~(surely & _determined(block))
+
+    def _starts(self, guesses: Array) -> Array:
+        """The guesses of each state, some around them, and the branches of the first (k × tries × n)."""
+        assert self.level is not None
+        free, size = [*self.level.free], self.level.usual.x
+        near = np.random.default_rng(ASSEMBLY_SEED).normal(size=(_AROUND, len(free))) * size
+        around = np.repeat(guesses[:, None], 1 + _AROUND, axis=1)
+        around[:, 1:, free] += near * np.linspace(0.1, 1.0, _AROUND)[:, None]
+        branches = np.repeat(guesses[:, None], len(self.branches), axis=1)
+        branches[:, :, free] = self.branches[:, free]
+        return np.concatenate([around, branches], axis=1)
+
+    def _home(self, x: Array, guesses: Array, left: Array, f: Callable[[Array], Array]) -> tuple[Array, Array]:
+        """Each q (k × n) with angles within half a turn of the guesses, where it is closed there, too; and what is left there."""
+        assert self.level is not None
+        if not self.free:
+            return left, x
+        turning = np.array(self.level.free)[self.level.usual.turns]
+        home = x.copy()
+        home[:, turning] += 2 * np.pi * np.round((guesses - x)[:, turning] / (2 * np.pi))
+        there = self.level.shares(f(home)).max(axis=1, initial=0)
+        kept = there <= 10 * CLOSED
+        return np.where(kept, np.minimum(left, there), left), np.where(kept[:, None], home, x)
+
+
+def _none(x: Array, rows: Indices) -> Mask:
+    """No state that closes says that others may be left open."""
+    return np.zeros(len(x), dtype=bool)
+
+
+def _values_at(eom: Equations, poses: Poses) -> Callable[[Array, Indices], tuple[Array, Array]]:
+    """f (k × m) and ∂f/∂q (k × m × n) at q (k × n) of the states with some numbers (k)."""
+    (t, p, r), routine = poses.numbers(), eom.numeric().routine(closing)
+
+    def values(q: Array, rows: Indices) -> tuple[Array, Array]:
+        x = np.zeros((len(q), len(eom.state)))
+        x[:, : q.shape[1]] = q
+        now = routine(t[rows], x, p[rows], r[rows])
+        return now.f, now.gradient
+
+    return values
+
+
+def _by_symbol(eom: Equations, poses: Poses, rows: Indices) -> dict[Expr, Array]:
+    """What is not a coordinate, by symbol, of the states with some numbers."""
+    t, p, r = (x[rows] for x in poses.numbers())
+    return {**dict(zip((*eom.parameters, *eom.inputs), (*p.T, *r.T), strict=True)), time: t}
+
+
+def _determined(block: Array) -> Mask:
+    """Where f surely determines what is free, by ∂f/∂q (k × m × free) in their sizes."""
+    if block.shape[1] < block.shape[2] or not np.isfinite(block).all():
+        return np.zeros(len(block), dtype=bool)
+    values = np.linalg.svd(block, compute_uv=False)
+    return np.asarray(values[:, -1] > NEAR_SINGULAR * values[:, 0])
