@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
@@ -212,3 +213,59 @@ def test_random_expressions(tmp_path_factory, made):
     (_, before), (_, after) = system.loads[0].forces[0], written.loads[0].forces[0]
     wanted, found = (v.components(f) for v, f in ((before, N), (after, written.inertial)))
     assert [digest(e) for e in wanted] == [digest(e) for e in found], text
+
+
+AWKWARD = {
+    "quotes": 'the "long" arm, outside, ',
+    "backslashes": "C:\\users\\u, outside, ",
+    "new lines": "one\nline, another (here, ",
+    "quotes in threes": 'the """ arm',
+}
+
+
+@pytest.mark.parametrize("case", AWKWARD)
+def test_texts_of_any_letters_are_kept(case, tmp_path):
+    """Descriptions and messages that are broken into lines, and titles: the file runs, and has them as they were."""
+    text = AWKWARD[case]
+    long = text * 12
+    N = kn.Frame("N")
+    q, u = kn.coordinate("q", "m", long), kn.speed("u")
+    P = kn.Point("O", fixed_in=N).at("P", q * N.x)
+    events = [kn.Event("there", q, message=long, direction=np.int64(1))]
+    system = kn.System(
+        N, bodies=[kn.Particle("b", P, kn.parameter("m", 1.0, "kg", long))], speeds={u: q.dt}, events=events
+    )
+    written = imported(tmp_path / "model.py", kn.exchange.to_python(system, title=text))
+    assert text == written.TITLE
+    assert written.__doc__ == f"{text}."
+    made = written.system()
+    assert_alike(system, made)
+    assert {s.description for s in (*made.coordinates, *made.parameters)} == {long}
+    assert made.events[0].message == long
+
+
+def test_start_values_are_numbers_and_guesses(tmp_path):
+    N = kn.Frame("N")
+    q, u = kn.coordinate("q"), kn.speed("u")
+    P = kn.Point("O", fixed_in=N).at("P", q * N.x)
+    f = kn.input("f")
+    system = kn.System(N, bodies=[kn.Particle("b", P, 1.0)], speeds={u: q.dt}, loads=[kn.Force(P, f * N.x)])
+    start = {"q": {q: kn.guess(0.25)}, "u": {"u": np.float64(0.1)}, "inputs": {"f": np.array(2)}}
+    written = imported(tmp_path / "model.py", kn.exchange.to_python(system, start=start))
+    assert {"q": {"q": kn.guess(0.25)}, "u": {"u": 0.1}, "inputs": {"f": 2.0}} == written.START
+    with pytest.raises(kn.KaneError, match="a number as the start value for f, got the function <lambda>"):
+        kn.exchange.to_python(system, start={"inputs": {"f": lambda t: 0.0}})
+    with pytest.raises(kn.KaneError, match="a finite start value for q, got inf"):
+        kn.exchange.to_python(system, start={"q": {"q": float("inf")}})
+
+
+def test_actions_that_give_inputs_functions_are_refused():
+    N = kn.Frame("N")
+    q, u, f = kn.coordinate("q"), kn.speed("u"), kn.input("f")
+    P = kn.Point("O", fixed_in=N).at("P", q * N.x)
+    events = [kn.Event("there", q, then={f: lambda t: 0.0})]
+    system = kn.System(
+        N, bodies=[kn.Particle("b", P, 1.0)], speeds={u: q.dt}, loads=[kn.Force(P, f * N.x)], events=events
+    )
+    with pytest.raises(kn.ModelError, match=r"the event 'there'.*which only the file that declares it knows"):
+        kn.exchange.to_python(system)

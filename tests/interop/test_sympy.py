@@ -234,3 +234,12 @@ def test_parts_of_complex_numbers_are_those_of_real_ones() -> None:
     doubled = m.exp() + m.exp()
     assert from_sympy(to_sympy(abs(doubled)), OURS) is doubled
     assert from_sympy(sympy.re(Q1) + sympy.im(Q2) + sympy.conjugate(Q2), OURS) is q1 + q2
+
+
+def test_a_symbol_called_as_the_time_is_refused_where_functions_are_of_time():
+    """Differentiated by t it would count as the time."""
+    t, q = parameter("t"), coordinate("q")
+    with pytest.raises(ExpressionError, match="two different ones called 't'"):
+        to_sympy(t * q, functions_of_time=True)
+    assert str(to_sympy(t * q)) == "q*t"
+    assert str(to_sympy(time * q, functions_of_time=True)) == "t*q(t)"

@@ -15,7 +15,7 @@ from kane.expr.numbers import Surd
 from kane.expr.ops import ADD, DIV, MUL, NEG, SUB
 from kane.expr.piecewise import lowered
 from kane.expr.regular import unguarded
-from kane.expr.symbols import Parameter, Rate, Symbol, Time
+from kane.expr.symbols import Parameter, Rate, Symbol, Time, time
 
 
 def to_sympy(expr: Expr, *, functions_of_time: bool = False) -> Any:
@@ -32,12 +32,12 @@ def to_sympy(expr: Expr, *, functions_of_time: bool = False) -> Any:
     Raises
     ------
     ExpressionError
-        if two different symbols of `expr` have one name.
+        if two different symbols of `expr` have one name, or one that is not the time is called t where functions are of it.
     """
     import sympy
 
     order = postorder(lowered(unguarded((as_expr(expr),))))
-    _refuse_namesakes(order)
+    _refuse_namesakes([time, *order] if functions_of_time else order)
     inner = _flattened(order)
     functions = _to_functions()
     converted: dict[Expr, Any] = {}

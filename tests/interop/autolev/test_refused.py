@@ -55,12 +55,25 @@ def test_faults_are_named_with_their_line(case: str) -> None:
         "x = " + "2^" * 30_000 + "1\n",
         "Constants a\nb0 = a\n" + "".join(f"b{k + 1} = b{k}^2 + b{k}\n" for k in range(2000)),
         "m = [1,2;3,4]\n" * 3000,
+        "x = 1e999999999\n",
         "Newtonian N\n" + "\n".join(f"Frames A{k}" for k in range(3000)),
         "x = 1 &\n" * 20_000,
         "x" * 3_000_000 + "\n",
         "\n\n",
     ],
-    ids=["brackets", "sums", "signs", "powers", "squares", "matrices", "frames", "lines", "letters", "nothing"],
+    ids=[
+        "brackets",
+        "sums",
+        "signs",
+        "powers",
+        "squares",
+        "matrices",
+        "numbers",
+        "frames",
+        "lines",
+        "letters",
+        "nothing",
+    ],
 )
 def test_hostile_texts_are_refused_soon(text: str) -> None:
     begin = time.monotonic()
@@ -84,3 +97,36 @@ def test_mixed_lines_give_a_model_or_a_named_error(data: st.DataObject) -> None:
         lines.insert(at, " ".join(data.draw(st.lists(WORDS, max_size=8))))
     with suppress(KaneError):  # anything else fails the test
         from_autolev("\n".join([*lines, ""]) + "\n")
+
+
+@pytest.mark.parametrize(
+    ("statement", "message"),
+    [
+        ("zz = dot(N1>)", "at least 2 arguments, got 1"),
+        ("zz> = cross(N1>)", "at least 2 arguments, got 1"),
+        ("zz> = express(N1>)", "at least 2 arguments, got 1"),
+        ("zz = mag()", "at least 1 argument, got none"),
+        ("zz = sin()", "1 argument, got none"),
+        ("zz = sin(theta, 2)", "1 argument, got 2"),
+        ("zz = log10()", "1 argument, got none"),
+        ("zz = max(1, 2, 3)", "2 arguments, got 3"),
+        ("angvel(N)", "at least 2 arguments, got 1"),
+        ("Gravity()", "at least 1 argument, got none"),
+        ("B.AddTorque()", "at least 2 arguments, got 1"),
+        ("BO.AddForceSpring(NO, 3)", "at least 4 arguments, got 3"),
+        ("zz> = B.GetAngularVelocity()", "at least 2 arguments, got 1"),
+        ("zz = Mass(N)", "bodies and particles that have a mass, got N"),
+        ("Inertia I_B() = 3", "at least 1 argument, got none"),
+    ],
+)
+def test_arguments_that_are_missing_are_named_with_their_line(statement: str, message: str) -> None:
+    at = "Gravity(-g*N2>)"
+    with pytest.raises(ModelError, match=f"(?s){message}.*line 15"):
+        from_autolev(texts.PENDULUM.replace(at, statement))
+
+
+def test_functions_of_angles_are_those_of_each_entry_of_a_matrix() -> None:
+    text = texts.PENDULUM.replace("Gravity(-g*N2>)", "zz = sin([30, theta])\nGravity(-g*zz[1]*N2>)")
+    half = texts.PENDULUM.replace("Gravity(-g*N2>)", "Gravity(-g/2*N2>)")
+    assert from_autolev(text).eom.forcing is not None
+    assert str(from_autolev(text).eom.accelerations[0]) == str(from_autolev(half).eom.accelerations[0])

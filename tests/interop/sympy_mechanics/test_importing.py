@@ -128,6 +128,77 @@ def test_bodies_and_loads_alone():
     assert str(found.eom.accelerations[0]) == "-g*sin(q)/l"
 
 
+def test_coordinates_between_frames_and_points_without_bodies_are_found():
+    """A point mass on a universal joint on a cart: m (ẍ + l …) by the motion of the place itself."""
+    x, a, b = me.dynamicsymbols("x a b")
+    N, O = me.ReferenceFrame("N"), me.Point("O")
+    O.set_vel(N, 0)
+    cart = O.locatenew("cart", x * N.x)
+    A = N.orientnew("A", "Axis", [a, N.z])
+    B = A.orientnew("B", "Axis", [b, A.x])
+    C = B.orientnew("C", "Axis", [0.3, B.z])
+    P = cart.locatenew("P", models.l * C.y)
+    loads = [(P, models.m * models.g * N.y), (cart, -models.k * x * N.x)]
+    found = kn.from_sympy_mechanics(
+        [me.Particle("c", cart, 2 * models.m), me.Particle("p", P, models.m)], loads, frame=N
+    )
+    assert list(found.q) == ["a", "b", "x"]
+    assert not found.system.inputs
+    t, numbers = me.dynamicsymbols._t, {models.m: 2.0, models.l: 0.7, models.g: 9.8, models.k: 5.0}
+    place = sympy.Matrix(P.pos_from(O).to_matrix(N))
+    energy = (
+        models.m * (place.diff(t).dot(place.diff(t)) / 2 + x.diff() ** 2)
+        + models.m * models.g * place[1]
+        - models.k * x**2 / 2
+    )
+    state = {a: 0.4, b: -0.5, x: 0.2, a.diff(): 1.1, b.diff(): -0.6, x.diff(): 0.3}
+    second = sympy.symbols("a2 b2 x2")
+    rows = [energy.diff(q.diff()).diff(t) - energy.diff(q) for q in (a, b, x)]
+    rows = [r.subs({q.diff(t, 2): s for q, s in zip((a, b, x), second, strict=True)}).subs(numbers) for r in rows]
+    solved = sympy.solve(
+        [r.subs({k: v for k, v in state.items() if k.is_Derivative}).subs(state) for r in rows], second
+    )
+    q, u = ({w.name: state[y] for w, y in zip(some, given, strict=True)} for some, given in (
+        (found.system.coordinates, (a, b, x)), (found.system.speeds, (a.diff(), b.diff(), x.diff()))))  # fmt: skip
+    p = {s.name: v for s, v in numbers.items()}
+    got = found.eom.evaluate([w.dt for w in found.system.speeds], q=q, u=u, parameters=p)
+    np.testing.assert_allclose(np.array(got, dtype=float), [float(solved[s]) for s in second], rtol=1e-10)
+
+
+def test_what_a_model_has_no_use_for_is_refused():
+    """Options were dropped without a word: values of no parameter, keywords of lists beside a method."""
+    method = models.pendulum()
+    (body,), N = method.bodies, method._inertial
+    with pytest.raises(ModelError, match=r"values= of parameters of the model, got 'mm'. It has I1, I2, I3, g, l, m."):
+        kn.from_sympy_mechanics(method, values={"mm": 1.0})
+    with pytest.raises(ModelError, match="a finite number as the value of m, got 'heavy'"):
+        kn.from_sympy_mechanics(method, values={models.m: "heavy"})
+    with pytest.raises(ModelError, match="keywords that a KanesMethod leaves open, got 'frame'"):
+        kn.from_sympy_mechanics(method, frame=N)
+    for more, message in (
+        ({"qs": []}, "keywords that KanesMethod takes, got 'qs'"),
+        ({"bodies": [body]}, "no bodies= beside a list"),
+        ({"kd_eqs": [method.u[0]]}, "speeds u= beside kd_eqs=, got none"),
+    ):
+        with pytest.raises(ModelError, match=message):
+            kn.from_sympy_mechanics([body], frame=N, **more)
+    with pytest.raises(ModelError, match="bodies in the list, got none"):
+        kn.from_sympy_mechanics([], frame=N)
+
+
+def test_loads_that_are_given_are_those_of_a_system():
+    q, u = me.dynamicsymbols("q u")
+    N, O = me.ReferenceFrame("N"), me.Point("O")
+    O.set_vel(N, 0)
+    P = O.locatenew("P", q * N.x)
+    P.set_vel(N, u * N.x)
+    system = me.System(N, O)
+    system.add_bodies(me.Particle("b", P, models.m))
+    system.q_ind, system.u_ind, system.kdes = [q], [u], [q.diff() - u]
+    found = kn.from_sympy_mechanics(system, [(P, -models.k * q * N.x)])
+    assert str(found.eom.accelerations[0]) == "-k*q/m"
+
+
 def test_an_acceleration_of_another_name_is_told():
     found = kn.from_sympy_mechanics(models.pushed())
     assert "f is the rate of v, in an acceleration given by hand" in found.of_kind("inferred")

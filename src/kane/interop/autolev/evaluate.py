@@ -3,7 +3,6 @@
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from fractions import Fraction
 from typing import Any
 
 from kane.errors import ModelError, alike
@@ -17,6 +16,26 @@ from kane.interop.autolev.values import Dyad, FileMatrix, Unread, Value, Vec
 
 MOST_EXPONENT, MOST_DEEP = 100, 300
 Call = Callable[["FileReading", Sequence[Any], Line], Value]
+
+
+class CallArguments(Sequence[Any]):
+    """The arguments of a call in a line, which is named where one is missing."""
+
+    def __init__(self, items: Sequence[Any], line: Line) -> None:
+        self._items, self._line = items, line
+
+    def __getitem__(self, k: Any) -> Any:
+        if isinstance(k, slice):
+            return CallArguments(self._items[k], self._line)
+        if k >= len(self._items):
+            raise self._line.refuse(f"at least {k + 1} argument{'s' * (k > 0)}", len(self._items) or "none")
+        return self._items[k]
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._items)
 
 
 class FileReading:
@@ -101,11 +120,8 @@ class FileReading:
         return base**exponent
 
     def _number(self, parts: list[Any], line: Line) -> Value:
-        text = str(parts[0])
-        value = Fraction(text)
-        if value.denominator == 1 and abs(value) < 10**15:
-            return as_expr(int(value))
-        return as_expr(float(text))
+        value = float(parts[0])
+        return as_expr(int(value) if value.is_integer() and abs(value) < 1e15 else value)
 
     def _constant(self, parts: list[Any], line: Line) -> Value:
         text = str(parts[0])
@@ -126,11 +142,11 @@ class FileReading:
 
     def _function(self, parts: list[Any], line: Line) -> Value:
         call = _called(self.functions, parts[0], "a function of Autolev", line)
-        return call(self, parts[1].children, line)
+        return call(self, CallArguments(parts[1].children, line), line)
 
     def _member(self, parts: list[Any], line: Line) -> Value:
         call = _called(self.members, parts[1], "a method of MotionGenesis", line)
-        return call(self, [parts[0], *parts[2].children], line)
+        return call(self, CallArguments([parts[0], *parts[2].children], line), line)
 
     def _matrix(self, rows: list[Any], line: Line) -> Value:
         made = [tuple(self.value(x, line) for x in row.children) for row in rows]

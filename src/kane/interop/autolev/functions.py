@@ -4,6 +4,7 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from kane import expect
 from kane.errors import alike
 from kane.expr import operators as ops
 from kane.expr.differentiation import affine, diff
@@ -20,9 +21,9 @@ from kane.interop.autolev.values import Dyad, FileMatrix, Rows, Unread, Value, V
 _PLAIN: dict[str, Callable[..., Expr]] = {
     "tanh": ops.tanh, "sinh": ops.sinh, "cosh": ops.cosh, "acos": ops.acos, "asin": ops.asin, "atan": ops.atan,
     "exp": ops.exp, "log": ops.log, "ln": ops.log, "sqrt": ops.sqrt, "abs": ops.abs, "sign": ops.sign,
-    "atan2": ops.atan2, "max": ops.max, "min": ops.min,
     "sqr": lambda x: x * x, "log10": lambda x: ops.log(x) / ops.log(as_expr(10)),
 }  # fmt: skip
+_OF_TWO: dict[str, Callable[..., Expr]] = {"atan2": ops.atan2, "max": ops.max, "min": ops.min}
 _TURNING: dict[str, Callable[[Expr], Expr]] = {"sin": ops.sin, "cos": ops.cos, "tan": ops.tan}
 _DEGREE = pi / 180
 _PLAIN |= {f"{name}degrees": lambda x, f=f: f(x * _DEGREE) for name, f in _TURNING.items()}
@@ -44,31 +45,29 @@ def expression(tree: Any) -> Any:
     return tree.children[0]
 
 
-def _plain(function: Callable[..., Expr]) -> Call:
+def _plain(function: Callable[..., Expr], count: int = 1, *, turns: bool = False) -> Call:
+    """A function of `count` scalars, or of each entry of a matrix; one of an angle takes constants in degrees."""
+
     def call(r: FileReading, args: Sequence[Any], line: Line) -> Value:
+        if len(args) != count:
+            raise line.refuse(f"{count} argument{'s' * (count > 1)}", len(args) or "none")
         values = [r.value(expression(a), line) for a in args]
         unread = next((x for x in values if isinstance(x, Unread)), None)
         if unread is not None:
             return unread
-        if len(values) == 1 and isinstance(values[0], FileMatrix):
-            return values[0].map(lambda x: function(x))
-        return function(*(r.scalar(expression(a), line) for a in args))
+        if count == 1 and isinstance(values[0], FileMatrix) and len(values[0].flat()) > 1:
+            return values[0].map(lambda x: function(_radians(r, x, line) if turns else x))
+        numbers = [r.scalar(expression(a), line) for a in args]
+        return function(*(_radians(r, x, line) if turns else x for x in numbers))
 
     return call
 
 
-def _turning(function: Callable[[Expr], Expr]) -> Call:
-    def call(r: FileReading, args: Sequence[Any], line: Line) -> Value:
-        value = r.value(expression(args[0]), line)
-        if isinstance(value, Unread):
-            return value
-        angle = r.scalar(expression(args[0]), line)
-        if r.sheet.degrees and not r.sheet.genesis and constant_value(angle) not in (None, 0):
-            r.sheet.remarks.say("inferred", f"{constant_value(angle)} is an angle in degrees (Degrees on)", where(line))
-            angle = angle * pi / 180
-        return function(angle)
-
-    return call
+def _radians(r: FileReading, angle: Any, line: Line) -> Any:
+    if not r.sheet.degrees or r.sheet.genesis or constant_value(angle) in (None, 0):
+        return angle
+    r.sheet.remarks.say("inferred", f"{constant_value(angle)} is an angle in degrees (Degrees on)", where(line))
+    return angle * _DEGREE
 
 
 def where(line: Line) -> str:
@@ -86,7 +85,7 @@ def output(name: str) -> Call:
 
 
 def _dot(r: FileReading, args: Sequence[Any], line: Line) -> Value:
-    a, b = (r.value(expression(x), line) for x in args)
+    a, b = (r.value(expression(args[k]), line) for k in range(2))
     if isinstance(a, FileMatrix) or isinstance(b, FileMatrix):
         table, other = (a, b) if isinstance(a, FileMatrix) else (b, a)
         assert isinstance(table, FileMatrix)
@@ -108,10 +107,10 @@ def _dotted(r: FileReading, a: Value, b: Value, line: Line) -> Value:
 
 
 def _cross(r: FileReading, args: Sequence[Any], line: Line) -> Value:
-    a, b = (r.value(expression(x), line) for x in args)
-    for x in (a, b):
-        if isinstance(x, Unread):
-            return x
+    for k in range(2):
+        value = r.value(expression(args[k]), line)
+        if isinstance(value, Unread):
+            return value
     return r.sheet.cross(r.vector(expression(args[0]), line), r.vector(expression(args[1]), line))
 
 
@@ -282,7 +281,8 @@ def solve(sheet: Sheet, equations: Sequence[Expr], unknown: Sequence[Expr], line
 
 FUNCTIONS: dict[str, Call] = {
     **{name: _plain(f) for name, f in _PLAIN.items()},
-    **{name: _turning(f) for name, f in _TURNING.items()},
+    **{name: _plain(f, turns=True) for name, f in _TURNING.items()},
+    **{name: _plain(f, 2) for name, f in _OF_TWO.items()},
     **dict.fromkeys(_SAME.split(), _same),
     **{name: output(name) for name in _OUTPUTS.split()},
     "dot": _dot, "cross": _cross, "dt": _dt, "express": _express,
@@ -301,6 +301,7 @@ FUNCTIONS: dict[str, Call] = {
 
 def mass(sheet: Sheet, names: Sequence[str]) -> Expr:
     """The mass of bodies and particles, all of them where none is named."""
+    expect.none([sheet.say(x) for x in names if x not in sheet.masses], "bodies and particles that have a mass")
     total: Expr = ZERO
     for name in names or sheet.masses:
         total = total + sheet.masses[name]
@@ -309,10 +310,10 @@ def mass(sheet: Sheet, names: Sequence[str]) -> Expr:
 
 def center(sheet: Sheet, origin: str, names: Sequence[str]) -> Vec:
     """The position of the mass centre of bodies and particles, all of them where none is named."""
-    total = Vec()
+    whole, total = mass(sheet, names), Vec()
     for name in names or sheet.masses:
         total = total + sheet.position(origin, sheet.bodies.get(name, name)).times(sheet.masses[name])
-    return total.times(ONE / mass(sheet, names))
+    return total.times(ONE / whole)
 
 
 __all__ = [

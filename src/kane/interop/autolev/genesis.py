@@ -179,7 +179,7 @@ def _add_load(what: str) -> Call:
     def call(r: FileReading, args: Args, line: Line) -> Value:
         names = r.sheet.points if what == "force" else r.sheet.frames
         loads = r.sheet.forces if what == "force" else r.sheet.torques
-        on, vector = word(args[0], line), r.vector(expression(args[-1]), line)
+        on, vector = word(args[0], line), r.vector(expression(args[max(len(args) - 1, 1)]), line)
         for name in [on, *(word(x, line) for x in args[1:-1])]:
             if name not in names:
                 raise line.refuse("a point of a force or a frame of a torque", name)
@@ -202,7 +202,8 @@ def _torque_damper(r: FileReading, args: Args, line: Line) -> Value:
 def _force_spring(r: FileReading, args: Args, line: Line) -> Value:
     """P.AddForceSpring(Q, k, length, exponent): −k (|r| − length)^exponent along r from Q to P, and what reacts on Q."""
     s, p, q = r.sheet, point_of(r, args[0], line), point_of(r, args[1], line)
-    k, length, *power = (r.scalar(expression(x), line) for x in args[2:])
+    k, length = (r.scalar(expression(args[n]), line) for n in (2, 3))
+    power = [r.scalar(expression(x), line) for x in args[4:5]]
     apart = s.position(q, p)
     size = s.magnitude(apart)
     stretch = size - length
@@ -266,7 +267,7 @@ MEMBERS: dict[str, Call] = {
     "setmass": _set_mass, "setinertia": _set_inertia, "setmassinertia": _set_mass_inertia,
     "addforce": _add_load("force"), "addtorque": _add_load("torque"), "addforcegravity": _add_gravity,
     "addtorquedamper": _torque_damper, "addforcespring": _force_spring, "addforcedamper": _force_damper,
-    "getangularvelocity": lambda r, args, line: r.sheet.spin(*(frame_of(r, x, line) for x in args[:2])),
+    "getangularvelocity": lambda r, args, line: r.sheet.spin(frame_of(r, args[0], line), frame_of(r, args[1], line)),
     "getvelocity": lambda r, args, line: r.sheet.velocity(point_of(r, args[0], line), frame_of(r, args[1], line)),
     "getposition": lambda r, args, line: r.sheet.position(point_of(r, args[1], line), point_of(r, args[0], line)),
     "getcmposition": lambda r, args, line: center(r.sheet, point_of(r, args[1], line), ()), "getmass": _get_mass,

@@ -10,7 +10,7 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Input, Parameter, Speed, Symbol, rate
 from kane.interop.autolev.commands import COMMANDS
 from kane.interop.autolev.declarations import FORMING, Outlook, Statement, declare, words_of
-from kane.interop.autolev.evaluate import FileReading, over, plus, quantity, splits, times
+from kane.interop.autolev.evaluate import CallArguments, FileReading, over, plus, quantity, splits, times
 from kane.interop.autolev.functions import FUNCTIONS, where
 from kane.interop.autolev.genesis import defined, tensor
 from kane.interop.autolev.grammar import Line, tokens
@@ -30,7 +30,7 @@ class Statements:
         if tree.data == "declaration":
             declare(self.r, self.seen, s, self.assign)
         elif tree.data == "args":
-            getattr(self, f"_{s.keyword}")(tree.children, line)
+            getattr(self, f"_{s.keyword}")(CallArguments(tree.children, line), line)
         elif tree.children[1] is None:
             self._command(tree.children[0], line)
         else:
@@ -44,7 +44,7 @@ class Statements:
             node = node.children[0]
         if node.data == "function":
             name = str(node.children[0]).lower()
-            args = node.children[1].children
+            args = CallArguments(node.children[1].children, line)
             if name in COMMANDS:
                 COMMANDS[name](self.r, args, line)
                 return
@@ -101,7 +101,8 @@ class Statements:
         while node.data in ("sum", "term", "power"):
             node = node.children[0]
         name = str(node.children[0]).lower()
-        frame = _only(node.children[1].children[0].children[0], line).lower() if node.data == "function" else ""
+        inner = CallArguments(node.children[1].children, line) if node.data == "function" else None
+        frame = _only(inner[0].children[0], line).lower() if inner is not None else ""
         body, point = name, self.sheet.bodies.get(name, "")
         if name not in self.sheet.bodies:
             pairs = [(a, b) for a, b in splits(name) if a in self.sheet.bodies and b in self.sheet.points]

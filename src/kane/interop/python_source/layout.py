@@ -22,7 +22,7 @@ def wrapped(text: str) -> Iterator[str]:
     yield line
 
 
-_TOKEN = re.compile(r'"(?:[^"\\\\]|\\\\.)*"|[()\[\]{}]| [+-] |, ?|[^"()\[\]{},]+?(?= [+-] |["()\[\]{},]|$)')
+_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[()\[\]{}]| [+-] |, ?|[^"()\[\]{},]+?(?= [+-] |["()\[\]{},]|$)')
 """A text, a bracket, a sign or comma at which a line may end, and what stands between."""
 
 

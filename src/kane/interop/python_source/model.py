@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from kane import expect
+from kane.equations.state import Guess
 from kane.errors import ModelError, cut
 from kane.expr.node import Expr
 from kane.expr.symbols import Input, Parameter, Reaction, StateVariable, Symbol
@@ -28,6 +29,7 @@ from kane.model.joints.contact import Contact
 from kane.model.joints.joint import Joint
 from kane.model.loads import Load
 from kane.model.system import System
+from kane.numeric.sampling import finite_number
 from kane.space.frame import Frame, Point
 from kane.space.vector import Dyadic, Vector
 
@@ -45,25 +47,42 @@ def to_python(
     ----------
     system : the system
     title : a line that says what it is
-    start : values by name under "q", "u", "parameters", …, as `kane simulate` takes them
+    start : numbers and guesses by name under "q", "u", "parameters", …, as `kane simulate` takes them
     remarks : lines of a comment at the head: what was read, what was inferred
 
     Raises
     ------
     ModelError
         if the system holds what is only known to the file that declares it: beams, tables, functions as actions, ropes round drums
+    SimulationError
+        if a start value is no finite number
     """
     expect.instance(system, System, "a System to write as Python")
     first = _Writer(system, ())
     lines = _Writer(system, shared_among(first.lines_and_asked()[1])).lines_and_asked()[0]
-    head = [f'"""{(title or "A system").rstrip(".")}."""', ""]
+    head = [_docstring(f"{(title or 'A system').rstrip('.')}."), ""]
     head += [f"# {line}" for remark in remarks for line in wrapped(remark)] + ([""] if remarks else [])
     head += ["import kane as kn"]
-    values = [f"{k}={literal(v)}" for k, v in (start or {}).items() if v]
+    values = [f"{kind}={{{_values(told)}}}" for kind, told in (start or {}).items() if told]
     globals_ = [*([f"TITLE = {literal(title)}"] if title else []), *([call("START = dict", values)] if values else [])]
     head += ["", *globals_] if globals_ else []
     body = [f"{INDENT}{line}" if line else "" for line in "\n".join(map(folded, lines)).split("\n")]
     return "\n".join([*head, "", "", "def system() -> kn.System:", f'{INDENT}"""The system."""', *body, ""])
+
+
+def _docstring(text: str) -> str:
+    plain = text.isprintable() and "\\" not in text and '"""' not in text
+    return f'"""{text}"""' if plain else literal(text)
+
+
+def _values(told: Mapping[Any, Any]) -> str:
+    """The entries of a dict of start values by name."""
+    named = {str(getattr(s, "name", s)): x for s, x in told.items()}
+    return ", ".join(f"{literal(name)}: {_value(name, x)}" for name, x in named.items())
+
+
+def _value(name: str, x: Any) -> str:
+    return f"kn.guess({x.value!r})" if isinstance(x, Guess) else repr(finite_number("start value", name, x))
 
 
 class _Writer:
@@ -435,7 +454,7 @@ class _Writer:
         self.lines.append("return " + call("kn.System", [names[system.inertial], *arguments]))
 
     def _event(self, e: Event) -> str:
-        keywords = {"threshold": e.threshold, "direction": e.direction, "message": e.message}
+        keywords = {"threshold": e.threshold, "direction": int(e.direction), "message": e.message}
         said = [f"{k}={literal(v)}" for k, v in keywords.items() if v]
         if isinstance(e.then, Mapping):
             said.append(f"then={listed([f'{self.names[s]}: {self.text(x)}' for s, x in e.then.items()], '{}')}")
@@ -468,12 +487,16 @@ def _refuse(system: System) -> None:
     checks: tuple[tuple[str, Iterable[Any], Callable[[Any], bool]], ...] = (
         ("body", system.bodies, lambda x: not isinstance(x, Particle | RigidBody)),
         ("load", system.loads, lambda x: x.slip is not None and friction_call(x) is None),
-        ("event", system.events, lambda x: x.then is not None and not isinstance(x.then, Mapping)),
+        ("event", system.events, lambda x: x.then is not None and not _is_of_expressions(x.then)),
     )
     for what, items, refused in checks:
         for item in items:
             if refused(item):
                 raise _unwritten(what, item)
+
+
+def _is_of_expressions(action: Any) -> bool:
+    return isinstance(action, Mapping) and all(isinstance(x, Expr) for x in action.values())
 
 
 def _unwritten(what: str, item: Any) -> ModelError:

@@ -145,11 +145,12 @@ class _UrdfReader:
         order = self._ordered()
         numbers = {name: k for k, (name, _) in enumerate(order)}
         followed = {n for n, e in self.joints.items() if e.one("mimic") is not None}
+        root = (Move("base", "free"),) if self.base == "free" else ()
         links = []
         for name, joint in order:
             e = self.links[name]
             parent = -1 if joint is None else numbers[self._end(joint, "parent")]
-            moves, placement = (self._base(), Placement()) if joint is None else self._joint(joint, efforts, followed)
+            moves, placement = (root, Placement()) if joint is None else self._joint(joint, efforts, followed)
             links.append(self._link(name, e, parent, placement, moves))
         couplings = [c for n, e in self.joints.items() if n in followed and (c := self._mimic(n, e)) is not None]
         shapes = tuple(s for name, e in self.links.items() for s in self._shapes(name, e))
@@ -158,11 +159,6 @@ class _UrdfReader:
         return Robot(
             name, tuple(links), gravity, tuple(couplings), shapes=shapes, remarks=self.remarks.all(), extras=extras
         )  # fmt: skip
-
-    def _base(self) -> tuple[Move, ...]:
-        if self.base == "free":
-            return (Move("base", "free"),)
-        return ()
 
     def _end(self, joint: Element, which: str) -> str:
         e = joint.one(which)

@@ -12,6 +12,7 @@ import numpy as np
 
 from kane.expr.node import ZERO
 from kane.expr.symbols import AuxiliarySpeed, Reaction
+from kane.expr.visit import substituted
 from kane.interop.imported import Remarks
 from kane.interop.sympy_mechanics.frames import Frames
 from kane.interop.sympy_mechanics.given import Given
@@ -151,8 +152,6 @@ class Auxiliary:
         self._states.values.update(accelerations)
         left = np.abs(self._states.of(rows)).max(axis=0, initial=0)
         none: dict[Any, Any] = dict.fromkeys(self.reactions, ZERO)
-        from kane.expr.visit import substituted
-
         size = np.abs(self._states.of([substituted(r, none) for r in rows])).max(axis=0, initial=EQUAL)
         return float((left / size).max())
 

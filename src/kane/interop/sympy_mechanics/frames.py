@@ -5,7 +5,6 @@ SymPy keeps a matrix for each pair of frames that was oriented. A turn about an 
 by comparing that matrix with theirs at random values; what is none of them stays a matrix.
 """
 
-from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import permutations, product
 from typing import Any
@@ -14,7 +13,7 @@ import numpy as np
 
 from kane.errors import ModelError
 from kane.expr.evaluation import evaluate, free_symbols
-from kane.expr.node import ONE, ZERO, Expr, constant_value, nodes
+from kane.expr.node import ONE, ZERO, Expr, constant_value, nodes, pi
 from kane.expr.ops import COS, SIN
 from kane.expr.symbols import Coordinate, Input, Parameter, Rate
 from kane.interop.driven import GivenRates, New, spinning, turned_about, turned_freely
@@ -31,24 +30,6 @@ from kane.space.vector import Dyadic, Vector, axes
 
 _SEQUENCES = [a + b + c for a, b, c in product("xyz", repeat=3) if a != b != c]
 Entries = Sequence[Sequence[Expr]]
-
-
-def tree(frame: Any) -> dict[Any, tuple[Any, bool]]:
-    """The parent of each frame, and whether it is oriented there: by orientations as far as they go, then by angular velocities."""
-    parents: dict[Any, tuple[Any, bool]] = {frame: (None, True)}
-    line = deque([frame])
-    while line:
-        own = line.popleft()
-        fresh = [other for other in own._dcm_dict if other not in parents]
-        parents |= dict.fromkeys(fresh, (own, True))
-        line.extend(fresh)
-        if not line:
-            turning = ((a, b) for a in parents for b in a._ang_vel_dict if b not in parents)
-            pair = next(turning, None)
-            if pair is not None:
-                parents[pair[1]] = (pair[0], False)
-                line.append(pair[1])
-    return parents
 
 
 def euler_sets(parents: Mapping[Any, tuple[Any, bool]], known: Translation) -> dict[Any, tuple[Coordinate, ...]]:
@@ -248,8 +229,6 @@ def _about_axis(name: str, ours: Frame, rows: Entries) -> Iterable[Frame]:
             c = constant_value(rows[j][j])
             quarter = {(0, 1): 0, (1, 0): 1, (0, -1): 2, (-1, 0): 3}.get((number, c)) if c is not None else None  # type: ignore[arg-type]
             if quarter is not None:
-                from kane.expr.node import pi
-
                 yield ours.rotate(name, pi * quarter / 2 if quarter else 0, axes(ours)[i])
         for angle in angles:
             yield ours.rotate(name, angle, axes(ours)[i])

@@ -5,8 +5,10 @@ The kinematical equations stand as k_q q̇ + k_u u + f = 0, implicit as they wer
 """
 
 import copy
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+from inspect import signature
 from typing import Any
 
 from kane import expect
@@ -60,16 +62,20 @@ def read(model: Any, loads: Any = None, bodies: Any = None, **stated: Any) -> Gi
     """The record of a KanesMethod, LagrangesMethod, System or JointsMethod, or of bodies with `loads` and what is `stated`."""
     import sympy.physics.mechanics as me
 
+    if isinstance(model, Sequence) and not isinstance(model, str):
+        expect.that(bodies is None, "no bodies= beside a list of them", bodies, "Put all into the list.")
+        return _bodies(model, loads, **stated)
+    kind = type(model).__name__
+    frame = stated.pop("frame", None) if isinstance(model, me.LagrangesMethod) else None
+    expect.none(map(repr, stated), f"keywords that a {kind} leaves open", cure="It states the others itself.")
     if isinstance(model, me.KanesMethod):
         return _kane(model, bodies, loads)
     if isinstance(model, me.LagrangesMethod):
-        return _lagrange(model, bodies, loads, stated.get("frame"))
+        return _lagrange(model, bodies, loads, frame)
     if isinstance(model, me.System):
-        return _system(model)
-    if type(model).__name__ == "JointsMethod":
-        return _joints(model)
-    if isinstance(model, Sequence) and not isinstance(model, str):
-        return _bodies(model, loads, **stated)
+        return _system(model, bodies, loads)
+    if kind == "JointsMethod":
+        return _joints(model, bodies, loads)
     raise ModelError(
         "Expected a KanesMethod, LagrangesMethod, System or JointsMethod of sympy.physics.mechanics, or a list of its bodies, got "
         f"{cut(repr(model))} ({type(model).__name__})."
@@ -124,33 +130,34 @@ def _lagrange(method: Any, bodies: Any, loads: Any, frame: Any = None) -> Given:
     )  # fmt: skip
 
 
-def _system(system: Any) -> Given:
+def _system(system: Any, bodies: Any, loads: Any) -> Given:
     import sympy.physics.mechanics as me
 
     if isinstance(system._eom_method, me.LagrangesMethod):
-        return _lagrange(system._eom_method, None, None)
-    loads = (*system.loads, *(load for a in system.actuators for load in a.to_loads()))
+        return _lagrange(system._eom_method, bodies, loads)
+    bodies = system.bodies if bodies is None else bodies
+    loads = _pairs((*system.loads, *system.actuators) if loads is None else loads)
     if system._eom_method is not None:
-        return _kane(system._eom_method, system.bodies, loads)
+        return _kane(system._eom_method, bodies, loads)
     method = me.KanesMethod(
         system.frame, system.q_ind, system.u_ind, kd_eqs=system.kdes, q_dependent=system.q_dep,
         u_dependent=system.u_dep, configuration_constraints=system.holonomic_constraints,
         velocity_constraints=system.velocity_constraints, u_auxiliary=system.u_aux, forcelist=loads or None,
-        bodies=system.bodies, explicit_kinematics=False,
+        bodies=bodies, explicit_kinematics=False,
     )  # fmt: skip
-    return _kane(method, system.bodies, loads)
+    return _kane(method, bodies, loads)
 
 
-def _joints(model: Any) -> Given:
+def _joints(model: Any, bodies: Any, loads: Any) -> Given:
     import sympy.physics.mechanics as me
 
     if isinstance(model.method, me.LagrangesMethod):
-        return _lagrange(model.method, None, None)
-    if model.method is not None:
-        return _kane(model.method, None, None)
-    made = copy.copy(model)
-    made.form_eoms()
-    return _kane(made.method, None, None)
+        return _lagrange(model.method, bodies, loads)
+    made = model
+    if model.method is None:
+        made = copy.copy(model)
+        made.form_eoms()
+    return _kane(made.method, bodies, loads)
 
 
 def _bodies(
@@ -158,13 +165,16 @@ def _bodies(
 ) -> Given:
     import sympy.physics.mechanics as me
 
+    expect.that(bodies, "bodies in the list", came="none")
     cure = "from_sympy_mechanics(bodies, loads, frame=N, q=[q1, …], u=[u1, …], kd_eqs=[q1.diff() - u1, …])"
     expect.that(isinstance(frame, me.ReferenceFrame), "the inertial frame= of a list of bodies", frame, f"Call {cure}.")
+    known = signature(me.KanesMethod).parameters.keys() - {"frame", "q_ind", "u_ind", "bodies", "forcelist"}
+    expect.none([repr(k) for k in rest if k not in known], "keywords that KanesMethod takes", cure=f"Call {cure}.")
+    expect.that(u or not kd_eqs, "speeds u= beside kd_eqs=", came="none", cure=f"Call {cure}.")
     q = tuple(q) or _coordinates_in(bodies, frame)
     if not u:
         u = tuple(me.dynamicsymbols(f"u_{x.func.__name__}") for x in q)
         kd_eqs = [x.diff() - s for x, s in zip(q, u, strict=True)]
-    _velocities_from_positions(bodies, frame)
     method = me.KanesMethod(
         frame, q, u, kd_eqs=list(kd_eqs), bodies=list(bodies), forcelist=list(_pairs(loads)) or None, **rest
     )
@@ -172,21 +182,61 @@ def _bodies(
 
 
 def _coordinates_in(bodies: Sequence[Any], frame: Any) -> tuple[Any, ...]:
-    """The functions of time on which orientations and positions depend, by name."""
+    """The functions of time in the orientations and positions between the inertial frame and the bodies, by name."""
     from sympy.core.function import AppliedUndef
 
-    found: set[Any] = set()
-    for edges in (frame._dcm_dict, *(b.frame._dcm_dict for b in bodies if hasattr(b, "frame"))):
-        for matrix in edges.values():
-            found |= matrix.atoms(AppliedUndef)
-    for b in bodies:
-        for vector in b.masscenter._pos_dict.values():
-            for m, _ in vector.args:
-                found |= m.atoms(AppliedUndef)
+    offsets = [v for b in bodies for v in _offsets(b.masscenter, frame)]
+    found = {x for v in offsets for m, _ in v.args for x in m.atoms(AppliedUndef)}
+    parents, turned = tree(frame), {f for v in offsets for _, f in v.args}
+    for own in turned.union(b.frame for b in bodies if hasattr(b, "frame")):
+        while own in parents and own is not frame:
+            child, (own, oriented) = own, parents[own]
+            found |= own._dcm_dict[child].atoms(AppliedUndef) if oriented else set()
     return tuple(sorted(found, key=lambda x: (len(str(x)), str(x))))
 
 
-def _velocities_from_positions(bodies: Sequence[Any], frame: Any) -> None:
-    """Nothing to do where SymPy finds the velocities by itself; it says so where it does not."""
-    for b in bodies:
-        b.masscenter.vel(frame)
+def _offsets(center: Any, frame: Any) -> list[Any]:
+    """The vectors from the nearest point at rest to a mass centre; its own where positions lead to none."""
+    ways = paths_from(center)
+    here = next((p for p in ways if p._vel_dict.get(frame) == 0), None)
+    if here is None:
+        return list(center._pos_dict.values())
+    found = []
+    while here is not center:
+        found.append(ways[here]._pos_dict[here])
+        here = ways[here]
+    return found
+
+
+# Frames and points as SymPy connects them ----------------------------------------------------------------------------
+
+
+def tree(frame: Any) -> dict[Any, tuple[Any, bool]]:
+    """The parent of each frame, and whether it is oriented there: by orientations as far as they go, then by angular velocities."""
+    parents: dict[Any, tuple[Any, bool]] = {frame: (None, True)}
+    line = deque([frame])
+    while line:
+        own = line.popleft()
+        fresh = [other for other in own._dcm_dict if other not in parents]
+        parents |= dict.fromkeys(fresh, (own, True))
+        line.extend(fresh)
+        if not line:
+            turning = ((a, b) for a in parents for b in a._ang_vel_dict if b not in parents)
+            pair = next(turning, None)
+            if pair is not None:
+                parents[pair[1]] = (pair[0], False)
+                line.append(pair[1])
+    return parents
+
+
+def paths_from(start: Any) -> dict[Any, Any]:
+    """Each point that positions lead to from one, nearest first, with the point before it."""
+    ways: dict[Any, Any] = {start: None}
+    line = deque([start])
+    while line:
+        own = line.popleft()
+        for other in own._pos_dict:
+            if other not in ways:
+                ways[other] = own
+                line.append(other)
+    return ways

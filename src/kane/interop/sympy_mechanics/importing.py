@@ -12,7 +12,7 @@ import numpy as np
 from kane.equations.equations import derive
 from kane.errors import KaneWarning, ModelError, ReactionError, cut
 from kane.expr.differentiation import gradient, time_derivative
-from kane.expr.evaluation import free_symbols
+from kane.expr.evaluation import evaluate, free_symbols
 from kane.expr.matrix import solve_linear
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Coordinate, Input, Parameter, Rate, Speed, Symbol, rate
@@ -21,8 +21,8 @@ from kane.interop.imported import Imported, Remarks
 from kane.interop.names import FreeNames
 from kane.interop.sympy_mechanics import checking
 from kane.interop.sympy_mechanics.auxiliary import Auxiliary
-from kane.interop.sympy_mechanics.frames import Frames, euler_sets, tree
-from kane.interop.sympy_mechanics.given import Given, read
+from kane.interop.sympy_mechanics.frames import Frames, euler_sets
+from kane.interop.sympy_mechanics.given import Given, read, tree
 from kane.interop.sympy_mechanics.names import Translation
 from kane.interop.sympy_mechanics.points import Points
 from kane.interop.sympy_mechanics.speeds import Definitions, define, follow, keeps_length, rates_by_speeds
@@ -75,6 +75,7 @@ def from_sympy_mechanics(
     given = read(model, loads, bodies, **stated)
     made, system = _made(given, values)
     remarks, known = made.remarks, made.known
+    known.check_values()
     if check:
         made.tie(system.inputs)
         checking.check(given, derive(system), known, made.states, remarks, made.auxiliary, made.cause)
@@ -328,8 +329,6 @@ def _rows(matrix: Any, known: Translation) -> list[list[Expr]]:
 
 def _is_length(f: Expr, groups: Sequence[tuple[Coordinate, ...]]) -> bool:
     """Whether f = 0 says that Euler parameters have length 1, which ours have anyway."""
-    from kane.expr.evaluation import evaluate, free_symbols
-
     own = free_symbols([f])
     for group in groups:
         if set(own) == set(group):
@@ -340,8 +339,6 @@ def _is_length(f: Expr, groups: Sequence[tuple[Coordinate, ...]]) -> bool:
 
 
 def _moves(v: Expr) -> bool:
-    from kane.expr.evaluation import free_symbols
-
     return any(isinstance(s, Coordinate) for s in free_symbols([v]))
 
 

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
 
+from kane import expect
 from kane.errors import ExpressionError, cut
 from kane.expr.node import ZERO, Expr
 from kane.expr.symbols import Coordinate, Input, Parameter, Speed, Symbol, time
@@ -29,7 +30,8 @@ class Translation(Mapping[Any, Expr]):
 
         self.names, self._remarks = FreeNames([time.name]), remarks
         self._known: dict[Any, Expr] = {dynamicsymbols._t: time}
-        self._values = {getattr(key, "name", str(key)): float(x) for key, x in values.items()}
+        named = {getattr(key, "name", str(key)): x for key, x in values.items()}
+        self._values = {name: expect.number(x, f"a finite number as the value of {name}") for name, x in named.items()}
         self._time = dynamicsymbols._t
         self.coordinates = tuple(self._enter(x, Coordinate) for x in given.q)
         self.speeds = tuple(self._enter(x, Speed) for x in given.u)
@@ -62,6 +64,12 @@ class Translation(Mapping[Any, Expr]):
     def others(self) -> list[Symbol]:
         """The symbols that are neither coordinates nor speeds."""
         return [s for s in self._known.values() if isinstance(s, Symbol) and not isinstance(s, Coordinate | Speed)]
+
+    def check_values(self) -> None:
+        """Refuse numbers for what is no parameter of the model."""
+        own = {str(key) for key, s in self._known.items() if isinstance(s, Parameter)}
+        cure = f"It has {', '.join(sorted(own)) or 'none'}."
+        expect.none([repr(x) for x in self._values if x not in own], "values= of parameters of the model", cure=cure)
 
     def named(self) -> Mapping[str, Expr]:
         """What each name became; of two of one name the first."""

@@ -6,7 +6,6 @@ one origin: at rest where there is none, else with a coordinate for each compone
 """
 
 import itertools
-from collections import deque
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from kane.interop.imported import Remarks
 from kane.interop.names import FreeNames
 from kane.interop.sympy_mechanics.auxiliary import Auxiliary, Held
 from kane.interop.sympy_mechanics.frames import Frames
+from kane.interop.sympy_mechanics.given import paths_from
 from kane.interop.sympy_mechanics.names import Translation
 from kane.interop.sympy_mechanics.states import States
 from kane.numeric.arrays import Array
@@ -84,9 +84,9 @@ class Points:
 
     def _survey(self, theirs: Any) -> None:
         """All points that positions lead to, and the way to each from the one at rest, if there is one."""
-        still = [p for p in _paths_from(theirs) if self._theirs in p._vel_dict and p._vel_dict[self._theirs] == 0]
+        still = [p for p in paths_from(theirs) if self._theirs in p._vel_dict and p._vel_dict[self._theirs] == 0]
         reference = next(iter(still), theirs)
-        ways = _paths_from(reference)
+        ways = paths_from(reference)
         for p in ways:
             way = [p]
             while ways[way[-1]] is not None:
@@ -133,16 +133,3 @@ class Points:
             said = f"{theirs} is moved by its velocity {v}, which is not the rate of its position from {self._references[theirs]}"
             self._remarks.say("changed", f"{said}: it has coordinates of its own along {along}")
         return point
-
-
-def _paths_from(start: Any) -> dict[Any, Any]:
-    """Each point that positions lead to from one, nearest first, with the point before it."""
-    ways: dict[Any, Any] = {start: None}
-    line = deque([start])
-    while line:
-        own = line.popleft()
-        for other in own._pos_dict:
-            if other not in ways:
-                ways[other] = own
-                line.append(other)
-    return ways
