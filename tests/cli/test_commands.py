@@ -289,6 +289,20 @@ def test_new_does_not_write_over_a_file(tmp_path):
     assert "model.py" in line(kane("new", "model.txt", code=2).stderr)
 
 
+def test_report_on_the_equilibrium_under_inputs_that_are_functions(tmp_path):
+    """They have the values of the start, as everywhere: before, an error told to call them."""
+    text = HEAD + (
+        "    f = kn.input('f', 'N')\n"
+        "    c = kn.parameter('c', 1.0, 'N*s/m')\n"
+        "    loads = [kn.linear_spring(P, O, k), kn.Force(P, f * N.x), kn.Force(P, -c * P.velocity(N))]\n"
+        "    return kn.System(N, bodies=[kn.Particle('bob', P, m)], speeds='rates', loads=loads)\n\n"
+        "START = {'q': {'x': 1, 'y': 0}, 'u': {'u_x': 0, 'u_y': 0}, 'parameters': {'k': 2}, 'inputs': {'f': lambda t: 3 + t}}\n"
+    )
+    file = written(tmp_path, text)
+    kane("report", file, "--out", tmp_path / "a.md", "--linearization", "--t1", 0.1)
+    assert "1.5" in (tmp_path / "a.md").read_text(encoding="utf-8")
+
+
 @pytest.mark.slow
 def test_report_on_the_steady_motion(tmp_path):
     """Linearized, and its eigenvalues along a parameter; a range that is none is refused."""

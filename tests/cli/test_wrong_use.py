@@ -31,6 +31,9 @@ WRONG = {
     "simulate pendulum --csv there.csv": (2, "--force"),
     "simulate pendulum --csv there.csv/run.csv": (2, "there.csv"),
     "new model.txt": (2, "`kane new model.py`"),
+    "new .": (2, "`kane new model.py`"),
+    "simulate pendulum --t1 inf": (2, "got --t1 inf"),
+    "emit pendulum --target fmu --out unit.zip": (2, "ends in .fmu, got unit.zip"),
 }
 """The exit code, and words of the answer."""
 

@@ -12,6 +12,7 @@ import typer
 
 import kane as kn
 from kane.cli import screen
+from kane.cli.derive import inputs_at
 from kane.cli.models import AsJson, Name, model_of
 from kane.cli.screen import user_code
 from kane.cli.simulate import NamedStart, start
@@ -54,8 +55,8 @@ def _arguments(eom: kn.Equations, begin: NamedStart, t: float) -> tuple[Any, Any
     """The state and the inputs at START; some number for what it does not say."""
     values = {**begin.q, **begin.u, **begin.states}
     x = np.array([float(values.get(s.name, 0.1 * k)) for k, s in enumerate(eom.state, 1)])
-    forces = [begin.inputs.get(s.name, 0.0) for s in eom.inputs]
-    return x, np.array([float(f(t) if callable(f) else f) for f in forces]) if forces else None
+    forces = inputs_at(begin.inputs, t)
+    return x, np.array([float(forces.get(s.name, 0.0)) for s in eom.inputs]) if eom.inputs else None
 
 
 def _first(run: Callable[[], Any]) -> tuple[float, Any]:

@@ -2,6 +2,7 @@
 """`kane derive`: the seven steps with their formulas; `kane emit`: the equations as source text; `kane cache`: compiled code."""
 
 import sys
+from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
@@ -47,6 +48,11 @@ def derived(model: NamedModel) -> kn.Equations:
     """The model's equations; says so where they take long."""
     with working("Deriving"), user_code(model.path, "System"):
         return kn.derive(model.system)
+
+
+def inputs_at(inputs: Mapping[str, Any], t: float) -> dict[str, Any]:
+    """What inputs are at a time, of which some are functions."""
+    return {name: f(t) if callable(f) else f for name, f in inputs.items()}
 
 
 def _record(step: Step, eom: kn.Equations) -> dict[str, Any]:
@@ -141,6 +147,8 @@ def _check_options(target: str, with_integrator: str | None, period: float | Non
         raise Misuse(f"Expected --target c, wasm or fmu with --with-integrator, got {target}.")
     if target == UNIT and (out is None or period is not None):
         raise Misuse("Expected --out FILE.fmu, and no --period, with --target fmu.")
+    if target == UNIT:
+        screen.ending(out, (".fmu",))
     if period is not None and (with_integrator is None or target != "c"):
         raise Misuse("Expected --target c and --with-integrator beside --period.")
     if target in BINARY and out is None and sys.stdout.isatty():
@@ -151,7 +159,7 @@ def _write_unit(path: Path, model: NamedModel, eom: kn.Equations, called: str, m
     """A functional mock-up unit of a model, from its START on."""
     t = model.span[0]
     given = {kind: dict(model.start[kind]) for kind in KINDS if model.start.get(kind)}
-    given["inputs"] = {name: f(t) if callable(f) else f for name, f in given.get("inputs", {}).items()}
+    given["inputs"] = inputs_at(given.get("inputs", {}), t)
     with user_code(model.path, "START"):
         try:
             unit = to_fmu(eom, path, name=called, title=model.title, method=method or "dop853", t=t, **given)

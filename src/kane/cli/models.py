@@ -248,7 +248,9 @@ def new(
 ) -> None:
     """Write a commented model file: a double pendulum on a cart held by a spring."""
     if file.suffix != ".py":
-        raise Misuse(f"Expected a name that ends in .py, got {file}: `kane new {file.with_suffix('.py')}`.")
+        raise Misuse(
+            f"Expected a name that ends in .py, got {file}: `kane new {file.parent / (file.stem or 'model')}.py`."
+        )
     _, _, text = (files("kane.cli") / "example.py").read_text(encoding="utf-8").partition("\n")  # without the licence
     screen.write(screen.target(file, None, force), text, force)
     typer.echo(f"Go on with: kane check {file}", err=True)

@@ -14,7 +14,7 @@ import typer
 
 import kane as kn
 from kane.cli import screen
-from kane.cli.derive import derived
+from kane.cli.derive import derived, inputs_at
 from kane.cli.models import KINDS, AsJson, End, Force, Inputs, Name, NamedModel, Out, Parameters, Q, States, U, model_of
 from kane.cli.screen import Misuse, user_code
 from kane.cli.steady import steady_chapters
@@ -101,7 +101,7 @@ def _assembled(eom: kn.Equations, begin: NamedStart, t: float) -> NamedStart:
     values = {p.name: p.default for p in eom.parameters} | dict(begin.parameters)
     if None in values.values():
         return begin
-    inputs = {name: f(t) if callable(f) else f for name, f in begin.inputs.items()}
+    inputs = inputs_at(begin.inputs, t)
     for speeds in (begin.u, None):  # where too few speeds are given the coordinates are solved for all the same
         try:
             assembled = kn.assemble(eom, q=begin.q, u=speeds, parameters=values, inputs=inputs, t=t)
@@ -123,7 +123,7 @@ def motion(model: NamedModel, eom: kn.Equations, begin: NamedStart, end: float |
     """The motion from the start of SPAN to `end`, or to the end of SPAN; Misuse where start values are missing."""
     check_complete(begin.missing)
     span = (model.span[0], model.span[1] if end is None else end)
-    if not span[1] > span[0]:
+    if not span[0] < span[1] < math.inf:
         raise Misuse(f"Expected the motion to end after its start at {span[0]:g} s, got --t1 {span[1]:g}.")
     with working("Simulating"), user_code(model.path, "START"):
         solution = kn.simulate(
@@ -317,7 +317,7 @@ def report(
         screen.say(f"Without a motion: START does not say {' '.join(begin.missing)}.", err=True)
     checks = [energy_check(sol)] if sol is not None else []
     told = {"title": model.title, "sources": model.sources, "checks": checks, "shapes": model.shapes}
-    told |= steady_chapters(eom, begin, linearization, root_locus)
+    told |= steady_chapters(eom, begin, model.span[0], linearization, root_locus)
     written = document(eom, place, known, language=language, solution=sol, **told)
     figures = {screen.target(place.with_name(n), model.path, force): save for n, save in written.beside.items()}
     for path, save in figures.items():

@@ -6,16 +6,20 @@ from typing import Any
 import numpy as np
 
 import kane as kn
+from kane.cli.derive import inputs_at
 from kane.cli.screen import Misuse
 
 _POINTS = 41
 """Points of a branch."""
 
 
-def steady_chapters(eom: kn.Equations, begin: Any, linearization: bool, locus: str | None) -> dict[str, Any]:
-    """What `report` is given: the steady motion or equilibrium to which START is a guess, linearized; the branch NAME=LOW:HIGH."""
+def steady_chapters(eom: kn.Equations, begin: Any, t: float, linearization: bool, locus: str | None) -> dict[str, Any]:
+    """What `report` is given: the steady motion or equilibrium to which START is a guess, linearized; the branch NAME=LOW:HIGH.
+
+    Inputs are what they are at the time t.
+    """
     guesses = {kind: {s: kn.guess(float(v)) for s, v in getattr(begin, kind).items()} for kind in ("q", "u", "states")}
-    given: dict[str, Any] = {**guesses, "parameters": begin.parameters, "inputs": begin.inputs}
+    given: dict[str, Any] = {**guesses, "parameters": begin.parameters, "inputs": inputs_at(begin.inputs, t)}
     result: dict[str, Any] = {}
     if linearization:
         result["linearization"] = kn.linearize(eom, kn.trim(eom, **given))

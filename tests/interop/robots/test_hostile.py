@@ -114,6 +114,27 @@ def test_what_is_no_file_is_refused(tmp_path):
         kn.from_urdf(big)
 
 
+def test_options_of_another_kind_are_named():
+    for given, message in (
+        ({"stops": "no"}, "stops= to be True or False, got 'no'"),
+        ({"friction": 0}, "friction= to be True or False, got 0"),
+        ({"efforts": None}, "efforts= to be True or False, got None"),
+        ({"locked": "elbow"}, "locked= a list of names of joints, got 'elbow'"),
+        ({"right_angles": "small"}, "right_angles= an angle, rad, got 'small'"),
+        ({"right_angles": float("nan")}, "right_angles= an angle, rad, got nan"),
+    ):
+        with pytest.raises(kn.ModelError, match=message):
+            kn.from_urdf(ARM, **given)
+
+
+def test_dry_friction_that_has_no_counterpart_is_refused_where_it_is_asked_for():
+    planar = robot(PAIR + JOINT.replace("continuous", "planar").replace("<child", '<dynamics friction="1"/><child'))
+    assert not kn.from_urdf(planar).of_kind("refused")
+    with pytest.warns(kn.KaneWarning, match="dry friction in a planar joint"):
+        read = kn.from_urdf(planar, friction=True)
+    assert read.of_kind("refused") == ("joint 'j': dry friction in a planar joint",)
+
+
 def test_names_are_identifiers_whatever_they_are():
     """Nothing of a name is run, and no two become one."""
     names = ["a b", "a-b", "class", "1st", "$(touch x)", "../../x", "é", "_"]

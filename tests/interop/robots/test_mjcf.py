@@ -51,6 +51,23 @@ def test_what_is_soft_and_what_is_left_out_is_said():
     assert [r.where for r in read.remarks if r.kind == "refused"] == ["MJCF, line 1"]
 
 
+def test_options_that_disable_what_acts_here_are_refused():
+    """They were said among what counts for nothing."""
+    text = MODELS["tree"].replace(
+        "<option ", '<option><flag spring="disable" contact="disable" gravity="disable"/></option><option '
+    )
+    with pytest.warns(kn.KaneWarning, match="<option> disables spring"):
+        read = kn.from_mjcf(text)
+    assert read.of_kind("refused") == ("<option> disables spring",)
+    assert "<option> disables contact" in read.of_kind("ignored")
+
+
+@pytest.mark.parametrize("timeout", [0, -1.0, "soon", float("nan")])
+def test_times_that_are_none_are_named(timeout):
+    with pytest.raises(kn.ModelError, match="timeout= as seconds above zero"):
+        kn.from_mjcf(MODELS["tree"], timeout=timeout)
+
+
 def test_tendons_are_ropes_on_request():
     read = kn.from_mjcf(MODELS["tendons"], stops=True)
     (taut,) = read.system.contacts

@@ -32,6 +32,8 @@ def built(robot: Robot, options: Options) -> Imported:
         if numbers are none that a body can have, or nothing moves
     """
     expect.one_of(options.parameters, KINDS, "parameters= to be")
+    for name in ("stops", "damping", "friction"):
+        expect.flag(getattr(options, name), f"{name}= to be True or False")
     ground = Frame("N")
     made = Making(robot, options, ground, Point("O", fixed_in=ground))
     with listed_warnings() as doubts:

@@ -139,6 +139,8 @@ def _load_joint(made: Making, move: Move, joint: Joint) -> None:
     if move.armature:
         _add_rotor(made, move, joint)
     if DOFS[move.kind] > 1:
+        if move.friction and made.options.friction:
+            made.remarks.say("refused", f"joint {move.name!r}: dry friction in a {move.kind} joint", move.where)
         return
     (q,) = joint.coordinates
     if move.effort:

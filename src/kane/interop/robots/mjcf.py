@@ -57,6 +57,8 @@ RATES: Mapping[str, Literal["", "integrator", "filter"]] = MappingProxyType(
     {"NONE": "", "INTEGRATOR": "integrator", "FILTER": "filter", "FILTEREXACT": "filter"}
 )
 """Dynamics of actuators that are read."""
+ACTING = {"spring", "damper", "passive", "actuation", "equality", "constraint"}
+"""What acts here though an option may disable it."""
 BODY = 1
 SITE_WRAP, JOINT_WRAP = 3, 1
 NOT_READ: Mapping[str, tuple[str, str]] = MappingProxyType(
@@ -212,8 +214,12 @@ class _MjcfReader:
             self.remarks.say("refused", "the medium: its density and viscosity act on no body here", self.source)
         if int(m.opt.disableactuator):
             self.remarks.say("refused", "<option> disables groups of actuators", self.source)
-        if int(m.opt.disableflags) & ~int(mujoco().mjtDisableBit.mjDSBL_GRAVITY):
-            self.remarks.say("ignored", f"<option> disables parts of MuJoCo ({int(m.opt.disableflags)})", self.source)
+        bits = mujoco().mjtDisableBit.__members__.items()
+        off = {name.removeprefix("mjDSBL_").lower() for name, bit in bits if int(bit) & int(m.opt.disableflags)}
+        if acting := off & ACTING:
+            self.remarks.say("refused", f"<option> disables {', '.join(sorted(acting))}", self.source)
+        if rest := off - ACTING - {"gravity", "mjndisable"}:
+            self.remarks.say("ignored", f"<option> disables {', '.join(sorted(rest))}", self.source)
         for b in range(1, m.nbody):
             if m.body_mocapid[b] >= 0:
                 self.remarks.say("inferred", f"the mocap body {self.name('body', b)!r} stays where it is", self.source)
@@ -247,8 +253,6 @@ class _MjcfReader:
                 self.refuse("joint", j, f"{what} that differs from direction to direction")
         if not single and m.jnt_stiffness[j]:
             self.refuse("joint", j, f"a spring in a {kind} joint")
-        if not single and m.dof_frictionloss[d : d + count].any():
-            self.refuse("joint", j, f"dry friction in a {kind} joint")
         limited = bool(m.jnt_limited[j])
         if limited and not single:
             self.remarks.say("ignored", f"the limit of the {kind} joint {name!r}", self.where("joint", name))
@@ -260,7 +264,7 @@ class _MjcfReader:
             float(m.qpos0[p]) if single else 0.0,
             float(m.dof_armature[d]),
             float(m.dof_damping[d]),
-            float(m.dof_frictionloss[d]) if single else 0.0,
+            float(m.dof_frictionloss[d : d + count].max()),
             float(m.jnt_stiffness[j]) if single else 0.0,
             float(m.qpos_spring[p]) if single else 0.0,
             tuple(m.jnt_range[j].tolist()) if limited and single else None,
@@ -344,33 +348,27 @@ class _MjcfReader:
             "gain": (m.actuator_gaintype[k], library.mjtGain, ("FIXED", "AFFINE")),
             "bias": (m.actuator_biastype[k], library.mjtBias, ("NONE", "AFFINE")),
         }
+        own: dict[str, str] = {}
         for what, (value, table, known) in kinds.items():
-            own = table(int(value)).name.partition("_")[2]
-            if own not in known:
-                self.refuse("actuator", k, f"{what} {own.lower()}")
+            own[what] = table(int(value)).name.partition("_")[2]
+            if own[what] not in known:
+                self.refuse("actuator", k, f"{what} {own[what].lower()}")
                 return None
-        own_dynamics = library.mjtDyn(int(m.actuator_dyntype[k])).name.partition("_")[2]
-        gain, bias = m.actuator_gainprm[k], m.actuator_biasprm[k]
-        own_gain = (
-            gain[:3] * (1, 1, 1)
-            if int(m.actuator_gaintype[k]) == int(library.mjtGain.mjGAIN_AFFINE)
-            else (gain[0], 0, 0)
-        )
-        gains = (float(own_gain[0]), float(own_gain[1]), float(own_gain[2]))
-        has_bias = library.mjtBias(int(m.actuator_biastype[k])) == library.mjtBias.mjBIAS_AFFINE
-        driven, arm = int(m.actuator_trnid[k][0]), float(m.actuator_gear[k][0])
-        along = library.mjtTrn(int(m.actuator_trntype[k])) == library.mjtTrn.mjTRN_TENDON
+        driven, along = int(m.actuator_trnid[k][0]), own["transmission"] == "TENDON"
         if along and self.name("tendon", driven) not in {s.name for s in strands}:
             self.refuse("actuator", k, "it pulls at a tendon that is not read")
             return None
         if not along and JOINTS[int(m.jnt_type[driven])] not in ("hinge", "slide"):
             self.refuse("actuator", k, f"it drives a {JOINTS[int(m.jnt_type[driven])]} joint")
             return None
-        bounds = tuple(m.actuator_forcerange[k].tolist()) if m.actuator_forcelimited[k] else None
-        own_bias = (float(bias[0]), float(bias[1]), float(bias[2])) if has_bias else (0.0, 0.0, 0.0)
+        (g0, g1, g2), (b0, b1, b2) = (x[k][:3].tolist() for x in (m.actuator_gainprm, m.actuator_biasprm))
         return Actuation(
-            name, "" if along else self.name("joint", driven), self.name("tendon", driven) if along else "", arm, gains,
-            own_bias, bounds, RATES[own_dynamics], float(m.actuator_dynprm[k][0]), self.where("actuator", name),
+            name, "" if along else self.name("joint", driven), self.name("tendon", driven) if along else "",
+            float(m.actuator_gear[k][0]),
+            (g0, g1, g2) if own["gain"] == "AFFINE" else (g0, 0.0, 0.0),
+            (b0, b1, b2) if own["bias"] == "AFFINE" else (0.0, 0.0, 0.0),
+            tuple(m.actuator_forcerange[k].tolist()) if m.actuator_forcelimited[k] else None,
+            RATES[own["dynamics"]], float(m.actuator_dynprm[k][0]), self.where("actuator", name),
         )  # fmt: skip
 
     def _shapes(self) -> Iterator[LinkShape]:

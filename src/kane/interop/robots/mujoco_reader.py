@@ -59,6 +59,7 @@ def read(source: Any, folder: Any, timeout: float) -> tuple[Any, Element]:
         if a file is named that does not lie below the folder, MuJoCo cannot read the text, or that takes too long or too much
     """
     package = mujoco()
+    expect.that(expect.is_number(timeout) and timeout > 0, "timeout= as seconds above zero", timeout)
     text, name, path = given(source, "MJCF")
     root = parsed(text, name)
     if root.tag not in ("mujoco", "mujocoinclude"):

@@ -89,7 +89,9 @@ def from_urdf(
     if root.tag != "robot":
         raise root.wrong("<robot> as the root of a URDF", f"<{root.tag}>")
     expect.one_of(base, ("fixed", "free"), "base= to be")
-    reader = _UrdfReader(root, base, float(right_angles), frozenset(locked))
+    expect.flag(efforts, "efforts= to be True or False")
+    fixed = frozenset(expect.items(locked, "locked= a list of names of joints"))
+    reader = _UrdfReader(root, base, expect.number(right_angles, "right_angles= an angle, rad"), fixed)
     options = Options(parameters, stops, damping, friction)
     return built(reader.robot(_gravity(gravity), efforts), options)
 

@@ -78,23 +78,11 @@ class Frames:
     """Our frames for SymPy's, each made when it is first asked for; what stands along them."""
 
     def __init__(
-        self,
-        inertial: Any,
-        parents: Mapping[Any, tuple[Any, bool]],
-        sets: Mapping[Any, tuple[Coordinate, ...]],
-        scaled: Mapping[Any, tuple[Coordinate, ...]],
-        known: Translation,
-        states: States,
-        remarks: Remarks,
-    ) -> None:
-        self._parents, self._sets, self._scaled, self._known, self._states, self._remarks = (
-            parents,
-            sets,
-            scaled,
-            known,
-            states,
-            remarks,
-        )
+        self, inertial: Any, parents: Mapping[Any, tuple[Any, bool]], sets: Mapping[Any, tuple[Coordinate, ...]],
+        scaled: Mapping[Any, tuple[Coordinate, ...]], known: Translation, states: States, remarks: Remarks,
+    ) -> None:  # fmt: skip
+        self._parents, self._sets, self._scaled = parents, sets, scaled
+        self._known, self._states, self._remarks = known, states, remarks
         self._names = FreeNames()
         self._made: dict[Any, Frame] = {inertial: Frame(self._names.free(inertial.name))}
         self.inertial = self._made[inertial]

@@ -37,6 +37,8 @@ class Given:
 
     def matrices(self) -> tuple[Any, Any]:
         """M and f of SymPy's own equations M (u̇, λ) = f, formed on a copy where they are not yet."""
+        import sympy
+
         if self.method is None:
             raise ModelError("Expected a method that makes equations, got bodies and loads alone.")
         method = copy.copy(self.method)
@@ -44,18 +46,12 @@ class Given:
             if method.eom is None:
                 method.form_lagranges_equations()
             if method.coneqs:
-                lower = method._m_cd.row_join(_zeros(len(method.coneqs), len(method.coneqs)))
+                lower = method._m_cd.row_join(sympy.zeros(len(method.coneqs)))
                 return method.mass_matrix.col_join(lower), method.forcing.col_join(method._f_cd)
             return method.mass_matrix, method.forcing
         if not method._fr or not method._frstar:
             method.kanes_equations(list(self.bodies), list(self.loads) or None)
         return method.mass_matrix, method.forcing
-
-
-def _zeros(rows: int, columns: int) -> Any:
-    import sympy
-
-    return sympy.zeros(rows, columns)
 
 
 def read(model: Any, loads: Any = None, bodies: Any = None, **stated: Any) -> Given:
