@@ -18,7 +18,7 @@ from kane.equations.compiled import program as program_of
 from kane.errors import ArgumentError
 from kane.expr.ops import GONE
 from kane.interop.native_jax import native as native_of_jax
-from kane.interop.native_routines import Evaluate
+from kane.interop.native_routines import Evaluate, of_arrays
 from kane.interop.native_torch import native as native_of_torch
 from kane.numeric.arrays import Array
 from kane.program.native.compiled_routine import check_complete, port_defaults, replaced_values
@@ -57,22 +57,17 @@ def to_jax(eom: Any, routine: str = "rhs", *, single: bool = False, native: bool
         routine; when called, if a vector has another length, or a parameter no value
     """
     jax, jnp = _module("jax"), _module("jax.numpy")
+
+    def number(value: Any) -> Any:
+        return jnp.asarray(value, dtype=float)
+
     if not ((single and not native) or jax.config.jax_enable_x64):
         raise ArgumentError(
             "Expected JAX in double precision, got single: call jax.config.update('jax_enable_x64', True) before anything else "
             "of JAX, or to_jax(…, single=True)."
         )
 
-    def number(value: Any) -> Any:
-        return jnp.asarray(value, dtype=float)
-
-    def packed(out: Sequence[Any], leading: tuple[int, ...], shape: tuple[int, ...]) -> Any:
-        rows = [jnp.broadcast_to(value, leading) for value in out]
-        return (jnp.stack(rows, -1) if rows else jnp.zeros((*leading, 0))).reshape((*leading, *shape))
-
-    table = _arrays(jnp, jnp.power)
-    traced = partial(_traced, table=table, number=number, broadcast=jnp.broadcast_shapes, packed=packed)
-    return _of_tool(eom, routine, number, traced, partial(native_of_jax, jax) if native else None)
+    return _of_tool(eom, routine, jnp, number, partial(native_of_jax, jax) if native else None)
 
 
 def to_torch(eom: Any, routine: str = "rhs", *, native: bool = False) -> Callable[..., Any]:
@@ -102,31 +97,21 @@ def to_torch(eom: Any, routine: str = "rhs", *, native: bool = False) -> Callabl
     def number(value: Any) -> Any:
         return torch.as_tensor(value, dtype=torch.float64)
 
-    def packed(out: Sequence[Any], leading: tuple[int, ...], shape: tuple[int, ...]) -> Any:
-        rows = [torch.broadcast_to(value, leading) for value in out]
-        empty = torch.zeros((*leading, 0), dtype=torch.float64)
-        return (torch.stack(rows, -1) if rows else empty).reshape((*leading, *shape))
-
-    table = _arrays(torch, torch.pow)
-    traced = partial(_traced, table=table, number=number, broadcast=torch.broadcast_shapes, packed=packed)
-    return _of_tool(eom, routine, number, traced, partial(native_of_torch, torch) if native else None)
+    return _of_tool(eom, routine, torch, number, partial(native_of_torch, torch) if native else None)
 
 
 def _of_tool(
-    eom: Any,
-    routine: str,
-    number: Callable[[Any], Any],
-    traced: Callable[[Program], Evaluate],
-    native: Callable[..., Evaluate] | None,
+    eom: Any, routine: str, xp: Any, number: Callable[[Any], Any], native: Callable[..., Any] | None
 ) -> Callable[..., Any]:
-    """A routine as operations of a tool, or as machine code that the tool calls."""
+    """A routine as operations of a library of arrays, or as machine code that it calls."""
     program = cache(lambda name: _program(eom, (name,)))
 
     def operations(name: str) -> Evaluate:
-        return traced(program(name))
+        return _traced(program(name), xp, number)
 
-    evaluate = operations(routine) if native is None else native(routine, program, operations)
-    return _callable(eom, program(routine), number, evaluate)
+    own = program(routine)
+    evaluate = of_arrays(own.ports, native(routine, program, operations)) if native else operations(routine)
+    return _callable(eom, own, number, evaluate)
 
 
 def to_casadi(eom: Any, routine: str = "rhs") -> Any:
@@ -200,7 +185,7 @@ _OPERATORS: Mapping[str, Callable[..., Any]] = {
 }
 
 
-def _arrays(xp: Any, power: Callable[..., Any]) -> Mapping[str, Callable[..., Any]]:
+def _arrays(xp: Any) -> Mapping[str, Callable[..., Any]]:
     """Operations of a library of arrays."""
     nan = float("nan")
     named = {name: getattr(xp, name) for name in [*_SAME, "abs"]}
@@ -211,7 +196,7 @@ def _arrays(xp: Any, power: Callable[..., Any]) -> Mapping[str, Callable[..., An
         "acos": xp.arccos,
         "atan": xp.arctan,
         "atan2": xp.arctan2,
-        "pow": power,
+        "pow": getattr(xp, "power", None) or xp.pow,
         "min": lambda x, y: xp.where((x < y) | (x != x), x, y),
         "max": lambda x, y: xp.where((x > y) | (x != x), x, y),
         "less": lambda x, y: xp.where(x < y, 1.0, 0.0),
@@ -262,22 +247,17 @@ def _run(
     return [values[i] for i in routine.results]
 
 
-def _traced(
-    program: Program,
-    table: Mapping[str, Callable[..., Any]],
-    number: Callable[[Any], Any],
-    broadcast: Callable[..., Any],
-    packed: Callable[..., Any],
-) -> Evaluate:
+def _traced(program: Program, xp: Any, number: Callable[[Any], Any]) -> Evaluate:
     """The one routine of a program operation by operation."""
-    (routine,), ports = program.routines, program.ports
+    (routine,), ports, table = program.routines, program.ports, _arrays(xp)
 
     def evaluate(arrays: Sequence[Any]) -> Any:
-        leading = broadcast(*(a.shape if p.scalar else a.shape[:-1] for p, a in zip(ports, arrays, strict=True)))
-        values = [
-            a if p.scalar else a[..., k] for p, a in zip(ports, arrays, strict=True) for k in range(len(p.symbols))
-        ]
-        return packed(_run(program, routine, table, values, number), tuple(leading), routine.shape)
+        given = list(zip(ports, arrays, strict=True))
+        leading = tuple(xp.broadcast_shapes(*(a.shape if p.scalar else a.shape[:-1] for p, a in given)))
+        values = [a if p.scalar else a[..., k] for p, a in given for k in range(len(p.symbols))]
+        rows = [xp.broadcast_to(x, leading) for x in _run(program, routine, table, values, number)]
+        found = xp.stack(rows, -1) if rows else number(np.zeros((*leading, 0)))
+        return found.reshape((*leading, *routine.shape))
 
     return evaluate
 

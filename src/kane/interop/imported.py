@@ -72,16 +72,13 @@ class Imported(Attributes):
         return tuple(r.text for r in self.remarks if r.kind == kind)
 
     def __repr__(self) -> str:
-        return "\n  ".join([f"Imported({self._size()})", *map(str, self._sorted())])
+        return "\n  ".join([f"Imported({size_of(self.system)})", *map(str, self._sorted())])
 
     def _repr_html_(self) -> str:
         rows = "".join(
             f"<tr><td>{r.kind}</td><td>{escape(r.text)}</td><td>{escape(r.where)}</td></tr>" for r in self._sorted()
         )
-        return f"<p><b>Imported</b>: {self._size()}</p><table><tr><th></th><th>remark</th><th>where</th></tr>{rows}</table>"
-
-    def _size(self) -> str:
-        return size_of(self.system)
+        return f"<p><b>Imported</b>: {size_of(self.system)}</p><table><tr><th></th><th>remark</th><th>where</th></tr>{rows}</table>"
 
     def _sorted(self) -> list[Remark]:
         order = list(KINDS)

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-from kane.interop.native_routines import SLOPES, Evaluate, of_arrays, of_vectors
+from kane.interop.native_routines import SLOPES, Evaluate, of_vectors
 from kane.program.native.entry import Entry, xla_function
 from kane.program.native.machine import Settings
 from kane.program.program import Program
@@ -18,15 +18,10 @@ _called: dict[str, Entry] = {}
 """What XLA may call while this process lives, by name."""
 
 
-def native(jax: Any, name: str, program_of: Callable[[str], Program], traced_of: Callable[[str], Evaluate]) -> Evaluate:
-    """A routine in machine code; `traced_of` gives routines as operations of JAX."""
-    return of_arrays(program_of(name).ports, _of_vectors(jax, name, program_of, traced_of))
-
-
-def _of_vectors(
+def native(
     jax: Any, name: str, program_of: Callable[[str], Program], traced_of: Callable[[str], Evaluate]
 ) -> Callable[..., Any]:
-    """The same of vectors with as many axes each."""
+    """A routine in machine code, of vectors with as many axes each; `traced_of` gives routines as operations of JAX."""
     jnp, program = jax.numpy, program_of(name)
     (routine,), ports = program.routines, program.ports
     target, slopes = _target(jax, program), SLOPES.get(name, {})
@@ -40,7 +35,7 @@ def _of_vectors(
 
     @cache
     def slope(k: int) -> Callable[..., Any]:
-        return _of_vectors(jax, slopes[ports[k].name], program_of, traced_of)
+        return native(jax, slopes[ports[k].name], program_of, traced_of)
 
     def push(given: tuple[Any, ...], changes: tuple[Any, ...]) -> tuple[Any, Any]:
         if not slopes:

@@ -10,7 +10,7 @@ from functools import cache
 from typing import Any
 
 from kane.errors import ArgumentError
-from kane.interop.native_routines import SLOPES, Evaluate, of_arrays, of_vectors
+from kane.interop.native_routines import SLOPES, Evaluate, of_vectors
 from kane.program.native.compiled_routine import CompiledRoutine
 from kane.program.native.machine import Settings
 from kane.program.program import Program
@@ -18,22 +18,15 @@ from kane.program.program import Program
 
 def native(
     torch: Any, name: str, program_of: Callable[[str], Program], traced_of: Callable[[str], Evaluate]
-) -> Evaluate:
-    """A routine in machine code; `traced_of` gives routines as operations of PyTorch."""
-    return of_arrays(program_of(name).ports, _of_vectors(torch, name, program_of, traced_of))
-
-
-def _of_vectors(
-    torch: Any, name: str, program_of: Callable[[str], Program], traced_of: Callable[[str], Evaluate]
 ) -> Callable[..., Any]:
-    """The same of vectors with as many axes each."""
+    """A routine in machine code, of vectors with as many axes each; `traced_of` gives routines as operations of PyTorch."""
     program = program_of(name)
     ports, slopes, run = program.ports, SLOPES.get(name, {}), _run(torch, program)
     traced = of_vectors(ports, traced_of(name))
 
     @cache
     def slope(k: int) -> Callable[..., Any]:
-        return _of_vectors(torch, slopes[ports[k].name], program_of, traced_of)
+        return native(torch, slopes[ports[k].name], program_of, traced_of)
 
     class Native(torch.autograd.Function):  # type: ignore[misc]  # of a module that is imported when it is asked for
         """A call, and the rules by which PyTorch goes through it."""

@@ -212,17 +212,19 @@ def _leaf(node: Any, symbols: Mapping[Any, Expr]) -> Expr | _Choice | None:
         return constant(Fraction(int(node.p), int(node.q)))
     if isinstance(node, sympy.Float):
         return constant(float(node))
-    if node is sympy.pi:
-        return pi
-    if node is sympy.E:
-        return NODE_BUILDERS["exp"](ONE)
-    if node is sympy.true:
-        return lambda x, y: x
-    if node is sympy.false:
-        return lambda x, y: y
     if not node.args:
+        if node in _constants():
+            return _constants()[node]
         raise ExpressionError(f"Expected a real, finite SymPy expression, got one with {cut(node, 80)} in it.")
     return None
+
+
+@lru_cache(maxsize=1)
+def _constants() -> dict[Any, Expr | _Choice]:
+    import sympy
+
+    e = NODE_BUILDERS["exp"](ONE)
+    return {sympy.pi: pi, sympy.E: e, sympy.true: lambda x, y: x, sympy.false: lambda x, y: y}
 
 
 def _declared(node: Any, name: str, symbols: Mapping[Any, Expr]) -> Expr:

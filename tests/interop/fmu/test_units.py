@@ -321,6 +321,9 @@ def test_bad_input_is_named(tmp_path):
         ({"method": "rk4"}, "an adaptive integrator"),
         ({"name": "a b"}, "a model identifier"),
         ({"name": "double"}, "a model identifier"),
+        ({"name": 3}, "a model identifier"),
+        ({"title": 3}, "title= a text, got 3"),
+        ({"title": "form\x0cfeed"}, r"letters that XML has in names and descriptions, got '\\x0c'"),
         ({"tolerance": 0.0}, "a tolerance between 0 and 1"),
         ({"outputs": {eom.state[0].name: eom.state[0]}}, "different names of all variables"),
     ):

@@ -103,14 +103,12 @@ def _loads(sheet: Sheet, names: LastForm, space: Space, bodies: list[Body], show
         value = shown.load(space.vector(vector))
         unknown = any(isinstance(x, Reaction) for x in free_symbols(value.scalars()))
         if not value.is_zero and (unknown or not space.points[name].velocity(space.root).is_zero):
-            loads.append(
-                Force(space.points[name], value, f"F{len(loads) + 1} on {sheet.say(name)} (line {line.number})")
-            )
+            loads.append(Force(space.points[name], value, f"F{len(loads) + 1} on {sheet.say(name)} ({line.where})"))
     for name, vector, line in sheet.torques:
         value = shown.load(space.vector(vector))
         if name != sheet.inertial and not value.is_zero:
             frame = space.turning.get(name, space.frames[name])
-            loads.append(Torque(frame, value, f"T{len(loads) + 1} on {sheet.say(name)} (line {line.number})"))
+            loads.append(Torque(frame, value, f"T{len(loads) + 1} on {sheet.say(name)} ({line.where})"))
     return loads
 
 
@@ -136,7 +134,7 @@ def _system(
     for k, (law, (_, line)) in enumerate(zip(laws, sheet.constraints, strict=True), 1):
         if not no_accelerations(law):
             raise line.refuse("a constraint of speeds", "one of accelerations")
-        constraints.append(motion_constraint(f"constraint {k} (line {line.number})", by_rates(law)))
+        constraints.append(motion_constraint(f"constraint {k} ({line.where})", by_rates(law)))
     dependent = [u for u in dict.fromkeys(sheet.dependent) if u in kin.speeds]
     return System(
         space.root,
@@ -162,10 +160,10 @@ def _relieved(sheet: Sheet, whole: Callable[[list[Load | Gravity]], System], loa
     names, line = ", ".join(x.name for x in sought), sheet.sought[sought[0].name]
     if agree(accelerations, map(change, accelerations), [e.coordinates for e in system.euler_parameters]):
         text = f"{names} are the forces of constraints, whose multipliers have them: they are left out"
-        sheet.remarks.say("changed", text, f"line {line.number}")
+        sheet.remarks.say("changed", text, line.where)
         return whole([x for load in loads if (x := _changed(load, change)) is load or not _vanishes(x)])
     text = f"{names}, which the file solves for beside accelerations, do work on the constraints: they are inputs here"
-    sheet.remarks.say("changed", text, f"line {line.number}")
+    sheet.remarks.say("changed", text, line.where)
     return system
 
 
@@ -183,7 +181,7 @@ def _compare_accelerations(sheet: Sheet, names: LastForm, space: Space) -> None:
         size = names.final(sheet.dot(difference, difference))
         if difference.parts and not agree([size + 1], [ONE], space.groups):
             text = f"the acceleration of {sheet.say(p)} is not the derivative of its velocity, which is taken"
-            sheet.remarks.say("changed", text, f"line {line.number}")
+            sheet.remarks.say("changed", text, line.where)
 
 
 def _check_outputs(sheet: Sheet, system: System) -> None:
@@ -203,8 +201,8 @@ def _rated_states(kin: TurnedRates, sheet: Sheet) -> set[Coordinate]:
     return known
 
 
-def _changed(load: Load | Gravity, change: object) -> Load | Gravity:
-    if isinstance(load, Gravity) or not callable(change):
+def _changed(load: Load | Gravity, change: Callable[[Expr], Expr]) -> Load | Gravity:
+    if isinstance(load, Gravity):
         return load
     forces = tuple((p, v.map(change)) for p, v in load.forces)
     torques = tuple((f, v.map(change)) for f, v in load.torques)

@@ -10,8 +10,8 @@ from kane.expr.evaluation import free_symbols
 from kane.expr.node import ONE, ZERO, Expr
 from kane.expr.symbols import Coordinate, Input, Rate, Speed, rate
 from kane.interop.autolev.evaluate import FileReading, quantity
-from kane.interop.autolev.functions import expression, frame_of, pair_of, point_of, solve, where, word
-from kane.interop.autolev.grammar import Line
+from kane.interop.autolev.functions import expression, frame_of, pair_of, point_of, solve, word
+from kane.interop.autolev.grammar import Line, bare
 from kane.interop.autolev.sheet import Sheet, of_euler, of_rodrigues, simple
 from kane.interop.autolev.values import UNIT, FileMatrix, Unread, Vec, entries
 
@@ -124,7 +124,7 @@ def by_elements(r: FileReading, b: str, a: str, rows: Sequence[Sequence[Expr]], 
         s.spins[b, a] = spin
         kinematics(s, a, b, "euler", e, line)
         s.remarks.say(
-            "changed", f"{s.say(b)} is oriented by Euler parameters; the elements of its matrix follow", where(line)
+            "changed", f"{s.say(b)} is oriented by Euler parameters; the elements of its matrix follow", line.where
         )
     for told, element in zip(chain(*rows), chain(*s.cosines(b, a)), strict=True):
         name = _coordinate(told, line).name.lower()
@@ -203,18 +203,12 @@ def _loads(r: FileReading, args: Args, line: Line, known: Any, loads: list[tuple
 def constrain(r: FileReading, args: Args, line: Line) -> None:
     """Constrain(Dependent[u3, u4]), Constrain(Auxiliary[u5]), also together."""
     for arg in args:
-        element = _element(expression(arg))
-        if element is None:
+        element = bare(arg)
+        if element.data != "element":
             raise line.refuse("Dependent[…] or Auxiliary[…] in Constrain", "another expression")
         name = str(element.children[0]).lower()
         unknown = [r.scalar(x.children[0], line) for x in element.children[1].children]
         hold(r, name, unknown, line, auxiliary=name.startswith("aux"))
-
-
-def _element(tree: Any) -> Any:
-    while hasattr(tree, "children") and tree.data in ("sum", "term", "power"):
-        tree = tree.children[0]
-    return tree if getattr(tree, "data", "") == "element" else None
 
 
 def hold(r: FileReading, name: str, unknown: Sequence[Expr], line: Line, *, auxiliary: bool = False) -> None:
@@ -246,7 +240,7 @@ def solved(r: FileReading, args: Args, line: Line) -> None:
     scalars = [e for e in entries(value) if isinstance(e, Expr)]
     unknown = [x for a in args[1:] for x in entries(r.value(expression(a), line)) if isinstance(x, Expr)]
     if any(isinstance(u, Rate) and isinstance(u.place, Speed) for u in unknown):
-        r.sheet.remarks.say("ignored", "equations solved for accelerations, which follow from the model", where(line))
+        r.sheet.remarks.say("ignored", "equations solved for accelerations, which follow from the model", line.where)
         return
     if any(isinstance(u, Speed) for u in unknown):
         r.sheet.constraints += [(e, line) for e in scalars]
@@ -257,7 +251,7 @@ def solved(r: FileReading, args: Args, line: Line) -> None:
     except KaneError as error:
         if not r.sheet.formed and any(isinstance(u, Rate) for u in unknown):
             raise
-        r.sheet.remarks.say("ignored", f"equations that are not solved here: {error}", where(line))
+        r.sheet.remarks.say("ignored", f"equations that are not solved here: {error}", line.where)
         return
     for u, answer in zip(unknown, answers, strict=True):
         _known(r.sheet, u, answer)
@@ -300,8 +294,7 @@ def closed(r: FileReading, args: Args, line: Line) -> None:
 
 def _parts(r: FileReading, tree: Any, line: Line) -> Iterator[Expr]:
     """The scalars of blocks of equations; outputs among them are passed over."""
-    while tree is not None and tree.data in ("sum", "term", "power") and all(x is None for x in tree.children[1:]):
-        tree = tree.children[0]
+    tree = bare(tree)
     if tree is None:
         return
     blocks = [x for row in tree.children for x in row.children] if tree.data == "matrix" else [tree]
@@ -330,7 +323,7 @@ def start_by(r: FileReading, args: Args, line: Line) -> None:
         value = quantity(r, a.children[2], a.children[3], line) if name else None
         if isinstance(value, Expr) and (name in r.sheet.symbols or name.rstrip("'") in r.sheet.symbols):
             r.sheet.inputs[name] = value
-    r.sheet.remarks.say("ignored", "equations of a start: assembly finds it when a motion is asked for", where(line))
+    r.sheet.remarks.say("ignored", "equations of a start: assembly finds it when a motion is asked for", line.where)
 
 
 def kane(r: FileReading, args: Args, line: Line) -> None:

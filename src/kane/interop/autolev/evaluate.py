@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The values of expressions of a file: names, sums, products, powers, elements, calls."""
 
-import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
@@ -10,7 +9,7 @@ from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value, pi
 from kane.expr.symbols import Coordinate, Speed, rate, time
 from kane.interop.autolev.grammar import Line
 from kane.interop.autolev.ranges import names_of
-from kane.interop.autolev.sheet import Sheet
+from kane.interop.autolev.sheet import Sheet, splits
 from kane.interop.autolev.units import factor_of
 from kane.interop.autolev.values import Dyad, FileMatrix, Unread, Value, Vec
 
@@ -230,13 +229,9 @@ class FileReading:
         if axis is not None:
             return Vec({axis: ONE})
         head, _, rest = name.partition("_")
-        take = {"p": self._position, "v": self._velocity, "w": self._spin, "a": self._acceleration, "alf": self._alpha}
-        take["r"] = self._position
-        if rest and head in take:
-            for a, b in splits(rest):
-                value = take[head](a, b)
-                if value is not None:
-                    return value
+        pair = self.sheet.pair(head, rest)
+        if pair is not None:
+            return self.sheet.found(head, *pair)
         for kind, loads in (("force", self.sheet.forces), ("torque", self.sheet.torques)):
             if head == kind and rest:
                 total = Vec()
@@ -252,28 +247,6 @@ class FileReading:
             return frame, ("123xyz".index(last)) % 3
         return None
 
-    def _position(self, a: str, b: str) -> Vec | None:
-        s = self.sheet
-        return s.position(a, b) if a in s.points and b in s.points else None
-
-    def _velocity(self, a: str, b: str) -> Vec | None:
-        s = self.sheet
-        return s.velocity(a, b) if a in s.points and b in s.frames else None
-
-    def _spin(self, a: str, b: str) -> Vec | None:
-        s = self.sheet
-        return s.spin(a, b) if a in s.frames and b in s.frames else None
-
-    def _acceleration(self, a: str, b: str) -> Vec | None:
-        s = self.sheet
-        if a not in s.points or b not in s.frames:
-            return None
-        return s.accelerations[a, b][0] if (a, b) in s.accelerations else s.dt(s.velocity(a, b), b)
-
-    def _alpha(self, a: str, b: str) -> Vec | None:
-        s = self.sheet
-        return s.dt(s.spin(a, b), b) if a in s.frames and b in s.frames else None
-
     def _dyadic(self, name: str) -> Value | None:
         head, _, rest = name.partition("_")
         for a, b in splits(rest) if head == "i" else ():
@@ -281,12 +254,6 @@ class FileReading:
                 dyad, about, _ = self.sheet.inertias[a]
                 return dyad if about == b else Unread(f"I_{a}_{b}>>, an inertia about another point")
         return None
-
-
-def splits(name: str) -> Iterator[tuple[str, str]]:
-    """The ways to cut a name in two at an underscore."""
-    for match in re.finditer("_", name):
-        yield name[: match.start()], name[match.end() :]
 
 
 def plus(a: Value, b: Value, line: Line) -> Value:

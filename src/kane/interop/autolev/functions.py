@@ -14,7 +14,7 @@ from kane.expr.node import ONE, ZERO, Expr, as_expr, constant_value, pi
 from kane.expr.symbols import Symbol
 from kane.expr.visit import substituted
 from kane.interop.autolev.evaluate import Call, FileReading, plus, quantity
-from kane.interop.autolev.grammar import Line
+from kane.interop.autolev.grammar import Line, bare
 from kane.interop.autolev.sheet import Sheet
 from kane.interop.autolev.values import Dyad, FileMatrix, Rows, Unread, Value, Vec, along, transposed
 
@@ -66,13 +66,8 @@ def _plain(function: Callable[..., Expr], count: int = 1, *, turns: bool = False
 def _radians(r: FileReading, angle: Any, line: Line) -> Any:
     if not r.sheet.degrees or r.sheet.genesis or constant_value(angle) in (None, 0):
         return angle
-    r.sheet.remarks.say("inferred", f"{constant_value(angle)} is an angle in degrees (Degrees on)", where(line))
+    r.sheet.remarks.say("inferred", f"{constant_value(angle)} is an angle in degrees (Degrees on)", line.where)
     return angle * _DEGREE
-
-
-def where(line: Line) -> str:
-    """A remark's place."""
-    return f"line {line.number}"
 
 
 def _same(r: FileReading, args: Sequence[Any], line: Line) -> Value:
@@ -132,17 +127,15 @@ def point_of(r: FileReading, tree: Any, line: Line) -> str:
 
 def word(tree: Any, line: Line) -> str:
     """The name that an argument consists of."""
-    while hasattr(tree, "children") and tree.data != "name":
-        if tree.data not in ("argument", "sum", "term", "power") or any(x is not None for x in tree.children[1:]):
-            raise line.refuse("a name", "an expression")
-        tree = tree.children[0]
-    return str(tree.children[0] if hasattr(tree, "children") else tree).lower()
+    tree = bare(tree)
+    if tree.data != "name":
+        raise line.refuse("a name", "an expression")
+    return str(tree.children[0]).lower()
 
 
 def pair_of(tree: Any, line: Line) -> tuple[str, str]:
     """Two names with “/” between, or one and an empty one."""
-    while tree.data in ("argument", "sum") and all(x is None for x in tree.children[1:]):
-        tree = tree.children[0]
+    tree = bare(tree)
     if tree.data == "term" and len(tree.children) == 3 and tree.children[1] == "/":
         return word(tree.children[0], line), word(tree.children[2], line)
     return word(tree, line), ""
@@ -317,6 +310,5 @@ def center(sheet: Sheet, origin: str, names: Sequence[str]) -> Vec:
 
 
 __all__ = [
-    "FUNCTIONS", "center", "derived", "expression", "frame_of", "mass", "output", "pair_of", "point_of", "scalars", "solve", "where",
-    "word",
+    "FUNCTIONS", "center", "derived", "expression", "frame_of", "mass", "output", "pair_of", "point_of", "scalars", "solve", "word",
 ]  # fmt: skip

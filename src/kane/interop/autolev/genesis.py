@@ -10,7 +10,7 @@ from kane.expr.symbols import Parameter
 from kane.interop.autolev.commands import by_elements, kinematics, orient, turn
 from kane.interop.autolev.evaluate import Call, FileReading, quantity
 from kane.interop.autolev.functions import center, expression, frame_of, mass, output, point_of, scalars, word
-from kane.interop.autolev.grammar import Line
+from kane.interop.autolev.grammar import Line, bare
 from kane.interop.autolev.sheet import FileTurn
 from kane.interop.autolev.values import UNIT, Dyad, FileMatrix, Unread, Value, Vec, along, transposed
 
@@ -65,21 +65,21 @@ def _rotation_ode(r: FileReading, args: Args, line: Line) -> Value:
     return _DONE
 
 
-def _set_spin(r: FileReading, args: Args, line: Line) -> Value:
-    b, a = frame_of(r, args[0], line), frame_of(r, args[1], line)
-    r.sheet.spins[b, a] = r.vector(expression(args[2]), line)
-    return _DONE
+def _set(kind: str) -> Call:
+    """B.SetAngularVelocity(A, w>), P.SetVelocity(A, v>), P.SetPosition(Q, r>), which is the position of P from Q."""
 
+    def call(r: FileReading, args: Args, line: Line) -> Value:
+        first, second = (frame_of if kind == "w" else point_of), (point_of if kind == "p" else frame_of)
+        pair = first(r, args[0], line), second(r, args[1], line)
+        r.sheet.place(kind, *(pair[::-1] if kind == "p" else pair), r.vector(expression(args[2]), line), line)
+        return _DONE
 
-def _set_position(r: FileReading, args: Args, line: Line) -> Value:
-    p, q = point_of(r, args[0], line), point_of(r, args[1], line)
-    r.sheet.positions[q, p] = r.vector(expression(args[2]), line)
-    return _DONE
+    return call
 
 
 def _translate(r: FileReading, args: Args, line: Line) -> Value:
     """P.Translate(Q, r>): position, and the velocity of a point of P's body, else the derivative of the position."""
-    _set_position(r, args, line)
+    _set("p")(r, args, line)
     p, q = point_of(r, args[0], line), point_of(r, args[1], line)
     s, body = r.sheet, r.sheet.fixed.get(p)
     n = s.inertial
@@ -88,12 +88,6 @@ def _translate(r: FileReading, args: Args, line: Line) -> Value:
         s.velocities[p, n] = s.carried(n, body, q, p)
     else:
         s.velocities[p, n] = s.velocity(q, n) + s.dt(s.positions[q, p], n)
-    return _DONE
-
-
-def _set_velocity(r: FileReading, args: Args, line: Line) -> Value:
-    p, a = point_of(r, args[0], line), frame_of(r, args[1], line)
-    r.sheet.velocities[p, a] = r.vector(expression(args[2]), line)
     return _DONE
 
 
@@ -130,11 +124,8 @@ def _new(r: FileReading, tree: Any, line: Line) -> Parameter:
 
 def _token(tree: Any) -> Any:
     """The name that an expression consists of, or None."""
-    while hasattr(tree, "children"):
-        if tree.data not in ("sum", "term", "power", "name") or any(x is not None for x in tree.children[1:]):
-            return None
-        tree = tree.children[0]
-    return tree
+    tree = bare(tree)
+    return tree.children[0] if tree.data == "name" else None
 
 
 def _set_mass(r: FileReading, args: Args, line: Line) -> Value:
@@ -261,9 +252,9 @@ _AXES: dict[str, Callable[[], Call]] = {
 MEMBERS: dict[str, Call] = {
     **{name: make() for name, make in _AXES.items()},
     "rotate": _rotate_general, "setrotationmatrix": _rotate_general, "setrotationmatrixode": _rotation_ode,
-    **dict.fromkeys(("setangularvelocityacceleration", "setangularvelocity"), _set_spin),
-    "setposition": _set_position, **dict.fromkeys(_PLACING, _translate),
-    **dict.fromkeys(("setvelocityacceleration", "setvelocity"), _set_velocity),
+    **dict.fromkeys(("setangularvelocityacceleration", "setangularvelocity"), _set("w")),
+    "setposition": _set("p"), **dict.fromkeys(_PLACING, _translate),
+    **dict.fromkeys(("setvelocityacceleration", "setvelocity"), _set("v")),
     "setmass": _set_mass, "setinertia": _set_inertia, "setmassinertia": _set_mass_inertia,
     "addforce": _add_load("force"), "addtorque": _add_load("torque"), "addforcegravity": _add_gravity,
     "addtorquedamper": _torque_damper, "addforcespring": _force_spring, "addforcedamper": _force_damper,

@@ -64,10 +64,14 @@ class Line:
     number: int
     column: int
 
+    @property
+    def where(self) -> str:
+        """A remark's place."""
+        return f"line {self.number}"
+
     def refuse(self, expected: str, got: object, cure: str = "") -> ModelError:
         """The error that names this line."""
-        place = f"line {self.number}, “{cut(self.text)}”"
-        return ModelError(f"Expected {expected}, got {got} in {place}.{cure and ' '}{cure}")
+        return ModelError(f"Expected {expected}, got {got} in {self.where}, “{cut(self.text)}”.{cure and ' '}{cure}")
 
 
 def lines_of(text: str) -> Iterator[Line]:
@@ -117,6 +121,15 @@ def parser() -> "Lark":
     except ImportError as error:
         raise ModelError("Expected lark, which reads Autolev's language, got none. Install kane[models].") from error
     return lark.Lark(GRAMMAR, parser="lalr", start=["statement", "declaration", "args"], maybe_placeholders=True)  # type: ignore[no-any-return]
+
+
+def bare(tree: Any) -> Any:
+    """The part of an expression that has nothing beside it: of a name or call alone that, of a sum the sum."""
+    while getattr(tree, "data", "") in ("argument", "sum", "term", "power") and all(
+        x is None for x in tree.children[1:]
+    ):
+        tree = tree.children[0]
+    return tree
 
 
 def tokens(tree: Any) -> Iterator[Any]:

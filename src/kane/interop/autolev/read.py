@@ -11,7 +11,7 @@ from kane.errors import KaneError, ModelError, alike
 from kane.interop.autolev.commands import COMMANDS
 from kane.interop.autolev.declarations import DECLARED, Statement, outlook, words_of
 from kane.interop.autolev.evaluate import FileReading
-from kane.interop.autolev.functions import FUNCTIONS, where
+from kane.interop.autolev.functions import FUNCTIONS
 from kane.interop.autolev.genesis import MEMBERS
 from kane.interop.autolev.grammar import Line, lines_of, parser
 from kane.interop.autolev.sheet import Sheet
@@ -50,11 +50,11 @@ def read(text: str, folder: Path | None) -> Sheet:
             statements_of.do(s)
         except KaneError as error:
             if sheet.formed and _is_output(s, sheet):
-                sheet.remarks.say("ignored", f"an output, as {_first(error)}", where(s.line))
+                sheet.remarks.say("ignored", f"an output, as {_first(error)}", s.line.where)
                 continue
-            if f"line {s.line.number}" in str(error):
+            if s.line.where in str(error):
                 raise
-            raise ModelError(f"{error} This was found in line {s.line.number}, “{s.line.text}”.") from error
+            raise ModelError(f"{error} This was found in {s.line.where}, “{s.line.text}”.") from error
     return sheet
 
 
@@ -150,4 +150,4 @@ def _setting(word: str, rest: str, line: Line, sheet: Sheet) -> None:
             "a file that is beside this one", "Run, which reads another file", "Put that file in its place."
         )
     else:
-        sheet.remarks.say("ignored", f"{word}: no part of the model", where(line))
+        sheet.remarks.say("ignored", f"{word}: no part of the model", line.where)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a file has said so far: names, orientations, positions, velocities, loads, constraints; and the algebra of its vectors."""
 
+import re
 from collections import deque
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar
 
@@ -193,8 +194,16 @@ class Sheet:
         """The angular velocity of b in a: as assigned, else by those assigned and the orientations between."""
         if a == b:
             return Vec()
-        edges = {(q, p): t for (p, q), t in self.turns.items()} | self.turns | self.spins
-        edges |= {(p, q): v for (q, p), v in self.spins.items()}
+        return self._added(b, a, self.spins)
+
+    def turning(self, b: str, a: str) -> Vec:
+        """The angular velocity of b in a by orientations alone."""
+        return self._added(b, a, {})
+
+    def _added(self, b: str, a: str, told: dict[Pair, Vec]) -> Vec:
+        """Angular velocities from b to a: those told, and of the orientations between."""
+        edges = {(q, p): t for (p, q), t in self.turns.items()} | self.turns | told
+        edges |= {(p, q): v for (q, p), v in told.items()}
         path = shortest_path(edges, b, a)
         if path is None:
             raise ModelError(
@@ -202,24 +211,12 @@ class Sheet:
             )
         total = Vec()
         for c, p in path:
-            total = total + self._spin(c, p)
-        return total
-
-    def _spin(self, b: str, a: str) -> Vec:
-        if (b, a) in self.spins:
-            return self.spins[b, a]
-        if (a, b) in self.spins:
-            return self.spins[a, b].times(-ONE)
-        turn = self.turns.get((a, b))
-        return self._turning(turn) if turn else self._turning(self.turns[b, a]).times(-ONE)
-
-    def turning(self, b: str, a: str) -> Vec:
-        """The angular velocity of b in a by orientations alone."""
-        edges = {(q, p): t for (p, q), t in self.turns.items()} | self.turns
-        total = Vec()
-        for c, p in shortest_path(edges, b, a) or ():
-            turn = self.turns.get((p, c))
-            total = total + (self._turning(turn) if turn else self._turning(self.turns[c, p]).times(-ONE))
+            if (c, p) in told or (p, c) in told:
+                v = told[c, p] if (c, p) in told else told[p, c].times(-ONE)
+            else:
+                turn = self.turns.get((p, c))
+                v = self._turning(turn) if turn else self._turning(self.turns[c, p]).times(-ONE)
+            total = total + v
         return total
 
     def _turning(self, turn: FileTurn) -> Vec:
@@ -253,10 +250,10 @@ class Sheet:
         """The velocity as assigned, else the derivative of the position from a point whose velocity there is known."""
         if (p, frame) in self.velocities:
             return self.velocities[p, frame]
-        edges = {(b, a): v for (a, b), v in self.positions.items()} | self.positions
+        edges = self.position_edges()
         known = [q for q, f in self.velocities if f == frame] + [f"{frame}o"]
         for q in known:
-            if q == p or shortest_path(edges, q, p) is not None:
+            if shortest_path(edges, q, p) is not None:
                 base = self.velocities.get((q, frame), Vec())
                 return base + self.dt(self.position(q, p), frame)
         raise ModelError(
@@ -268,6 +265,33 @@ class Sheet:
         """The velocity of q, fixed in the body as p is."""
         return self.velocity(p, frame) + self.cross(self.spin(body, frame), self.position(p, q))
 
+    # What names such as P_No_Bo> say -----------------------------------------------------------------------------------
+
+    def pair(self, head: str, rest: str) -> Pair | None:
+        """The points or frames of a name such as P_No_Bo>, of which `head` says what they are; None where it is none."""
+        if head not in _PAIRS:
+            return None
+        first, second = (getattr(self, kind) for kind in _PAIRS[head])
+        return next(((a, b) for a, b in splits(rest) if a in first and b in second), None)
+
+    def place(self, head: str, a: str, b: str, v: Vec, line: Line) -> None:
+        """Position, velocity, angular velocity or acceleration, as told; an angular acceleration follows from the others."""
+        if head == "a":
+            self.accelerations[a, b] = (v, line)
+        elif head != "alf":
+            store = {"v": self.velocities, "w": self.spins}.get(head, self.positions)
+            if head != "v":
+                store.pop((b, a), None)
+            store[a, b] = v
+
+    def found(self, head: str, a: str, b: str) -> Vec:
+        """The same as told, else as it follows."""
+        if head == "a":
+            return self.accelerations[a, b][0] if (a, b) in self.accelerations else self.dt(self.velocity(a, b), b)
+        if head == "alf":
+            return self.dt(self.spin(a, b), b)
+        return {"v": self.velocity, "w": self.spin}.get(head, self.position)(a, b)
+
     def act(self, loads: list[tuple[str, Vec, Line]], on: str, back: str, v: Vec, line: Line) -> None:
         """A force or torque on one place or frame, and its opposite on another one."""
         loads += [(on, v, line), (back, v.times(-ONE), line)]
@@ -275,6 +299,20 @@ class Sheet:
     def say(self, name: str) -> str:
         """A name as it is written in the file."""
         return self.shown.get(name, name)
+
+
+_POINTS, _FRAMES = "points", "frames"
+_PAIRS = {
+    "p": (_POINTS, _POINTS), "r": (_POINTS, _POINTS), "v": (_POINTS, _FRAMES), "a": (_POINTS, _FRAMES), "w": (_FRAMES, _FRAMES),
+    "alf": (_FRAMES, _FRAMES),
+}  # fmt: skip
+"""What the two parts of a name are, by its head."""
+
+
+def splits(name: str) -> Iterator[tuple[str, str]]:
+    """The ways to cut a name in two at an underscore."""
+    for match in re.finditer("_", name):
+        yield name[: match.start()], name[match.end() :]
 
 
 def shortest_path(edges: Mapping[tuple[K, K], X], start: K, end: K) -> list[tuple[K, K]] | None:

@@ -10,11 +10,11 @@ from kane.expr.node import ZERO, Expr, as_expr
 from kane.expr.symbols import Coordinate, Input, Parameter, Speed, Symbol, rate
 from kane.interop.autolev.commands import COMMANDS
 from kane.interop.autolev.declarations import FORMING, Outlook, Statement, declare, words_of
-from kane.interop.autolev.evaluate import CallArguments, FileReading, over, plus, quantity, splits, times
-from kane.interop.autolev.functions import FUNCTIONS, where
+from kane.interop.autolev.evaluate import CallArguments, FileReading, over, plus, quantity, times
+from kane.interop.autolev.functions import FUNCTIONS
 from kane.interop.autolev.genesis import defined, tensor
-from kane.interop.autolev.grammar import Line, tokens
-from kane.interop.autolev.sheet import FileTurn
+from kane.interop.autolev.grammar import Line, bare, tokens
+from kane.interop.autolev.sheet import FileTurn, splits
 from kane.interop.autolev.values import Dyad, FileMatrix, Unread, Value, Vec
 
 
@@ -39,9 +39,7 @@ class Statements:
     # Commands --------------------------------------------------------------------------------------------------------
 
     def _command(self, tree: Any, line: Line) -> None:
-        node = tree
-        while node.data in ("sum", "term", "power") and all(x is None for x in node.children[1:]):
-            node = node.children[0]
+        node = bare(tree)
         if node.data == "function":
             name = str(node.children[0]).lower()
             args = CallArguments(node.children[1].children, line)
@@ -58,11 +56,11 @@ class Statements:
                 raise line.refuse(
                     "a command of Autolev", f"{node.children[0]} at column {line.column}", alike(name, known).strip()
                 )
-            self.sheet.remarks.say("ignored", f"{node.children[0]}(…): it changes how results look", where(line))
+            self.sheet.remarks.say("ignored", f"{node.children[0]}(…): it changes how results look", line.where)
         elif node.data == "member":
             self.r.value(node, line)
         else:
-            self.sheet.remarks.say("ignored", "an expression that is only shown", where(line))
+            self.sheet.remarks.say("ignored", "an expression that is only shown", line.where)
             self.r.value(tree, line)
 
     def _set_dt(self, args: Sequence[Any], line: Line) -> None:
@@ -96,10 +94,7 @@ class Statements:
                 self.sheet.parameter(name)
 
     def _inertia(self, args: Sequence[Any], line: Line) -> None:
-        head, rest = args[0].children[0], args[1:]
-        node = head
-        while node.data in ("sum", "term", "power"):
-            node = node.children[0]
+        node, rest = bare(args[0].children[0]), args[1:]
         name = str(node.children[0]).lower()
         inner = CallArguments(node.children[1].children, line) if node.data == "function" else None
         frame = _only(inner[0].children[0], line).lower() if inner is not None else ""
@@ -132,7 +127,7 @@ class Statements:
                 if isinstance(value, Expr):
                     self.sheet.inputs[name] = value
             else:
-                self.sheet.remarks.say("ignored", f"{name}: a setting of the integrator", where(line))
+                self.sheet.remarks.say("ignored", f"{name}: a setting of the integrator", line.where)
 
     # Assignments -----------------------------------------------------------------------------------------------------
 
@@ -140,9 +135,7 @@ class Statements:
         target, op, right, unit = tree.children
         if FORMING & words_of([right]):
             self.sheet.formed = True
-        node = target
-        while node.data in ("sum", "term", "power") and all(x is None for x in node.children[1:]):
-            node = node.children[0]
+        node = bare(target)
         value = quantity(self.r, right, unit, line)
         if node.data == "element":
             self._set_element(node, value, str(op), line)
@@ -234,24 +227,10 @@ class Statements:
         if vector is None:
             raise line.refuse(f"a vector for {name}>", "another value", "Multiply it by a unit vector, as N1>.")
         head, _, rest = name.partition("_")
-        for a, b in splits(rest) if head in ("p", "r", "v", "w", "a", "alf") else ():
-            if head in "pr" and a in s.points and b in s.points:
-                s.positions.pop((b, a), None)
-                s.positions[a, b] = vector
-                return
-            if head == "v" and a in s.points and b in s.frames:
-                s.velocities[a, b] = vector
-                return
-            if head == "w" and a in s.frames and b in s.frames:
-                s.spins.pop((b, a), None)
-                s.spins[a, b] = vector
-                return
-            if head == "a" and a in s.points and b in s.frames:
-                s.accelerations[a, b] = (vector, line)
-                return
-            if head == "alf" and a in s.frames and b in s.frames:
-                return
-        if head in ("force", "torque") and rest:
+        pair = s.pair(head, rest)
+        if pair is not None:
+            s.place(head, *pair, vector, line)
+        elif head in ("force", "torque") and rest:
             self._load(head, rest, vector, op, line)
         else:
             s.values[f"{name}>"] = vector

@@ -116,6 +116,7 @@ def to_fmu(
     place = path_of(path, 'kn.exchange.to_fmu(eom, "model.fmu")')
     expect.one_of(version, VERSIONS, "a version of FMI")
     expect.one_of(method, ADAPTIVE, "an adaptive integrator for co-simulation")
+    expect.instance(title, str, "title= a text", error=ArgumentError)
     named = unit_name(place.stem) if name is None else name
     _check_name(place, named, tolerance)
     start = _start(eom, state_of(state, **values), tolerance)
@@ -148,8 +149,8 @@ def unit_name(stem: str) -> str:
     return next(found, "model")
 
 
-def _is_free(name: str) -> bool:
-    return name.isidentifier() and name.isascii() and is_free_in_c(name)
+def _is_free(name: Any) -> bool:
+    return isinstance(name, str) and name.isidentifier() and name.isascii() and is_free_in_c(name)
 
 
 def _check_name(path: Path, name: str, tolerance: float) -> None:

@@ -14,6 +14,9 @@ from kane.interop.fmu.source import FmuContent, UnitStart
 from kane.motion.projection import is_constrained
 from kane.units.rules import parse, unit_of
 
+_NEVER = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Letters that no document may hold."""
+
 
 @dataclass(frozen=True, slots=True)
 class UnitVariable:
@@ -165,7 +168,7 @@ def described(model: UnitModel, rows: Sequence[UnitVariable], version: str) -> s
     root = _begun(model, version)
     _purposes(root, model, version)
     _middle(root, model, rows, version)
-    (_variables3 if version == "3.0" else _variables2)(root, rows)
+    _variables(root, rows, version)
     structure = ET.SubElement(root, "ModelStructure")
     outputs = [k for k, v in enumerate(rows) if v.causality == "output"]
     derivatives = [k for k, v in enumerate(rows) if v.state is not None]
@@ -190,29 +193,19 @@ def described(model: UnitModel, rows: Sequence[UnitVariable], version: str) -> s
     return written(root)
 
 
-def _variables3(root: ET.Element, rows: Sequence[UnitVariable]) -> None:
+def _variables(root: ET.Element, rows: Sequence[UnitVariable], version: str) -> None:
     group = ET.SubElement(root, "ModelVariables")
     for k, v in enumerate(rows):
         said = {"name": v.name, "valueReference": str(k), "causality": v.causality, "variability": v.variability}
-        said |= _optional(v, initial=v.causality != "input")
-        said |= {} if v.state is None else {"derivative": str(v.state)}
-        ET.SubElement(group, "Float64", said)
-
-
-def _variables2(root: ET.Element, rows: Sequence[UnitVariable]) -> None:
-    group = ET.SubElement(root, "ModelVariables")
-    for k, v in enumerate(rows):
-        said = {"name": v.name, "valueReference": str(k), "causality": v.causality, "variability": v.variability}
-        own = _optional(v, initial=v.causality != "input")
-        said |= {k: own.pop(k) for k in ("initial", "description") if k in own}
-        one = ET.SubElement(group, "ScalarVariable", said)
-        own |= {} if v.state is None else {"derivative": str(v.state + 1)}
-        ET.SubElement(one, "Real", own)
-
-
-def _optional(v: UnitVariable, initial: bool) -> dict[str, str]:
-    said = {"description": v.description, "unit": v.unit, "initial": v.initial if initial else ""}
-    return {k: x for k, x in said.items() if x} | ({} if v.start is None else {"start": repr(v.start)})
+        own = {"description": v.description, "unit": v.unit, "initial": v.initial}
+        own = {key: text for key, text in own.items() if text}
+        own |= {} if v.start is None else {"start": repr(v.start)}
+        if version == "3.0":
+            ET.SubElement(group, "Float64", said | own | ({} if v.state is None else {"derivative": str(v.state)}))
+            continue
+        said |= {key: own.pop(key) for key in ("initial", "description") if key in own}
+        own |= {} if v.state is None else {"derivative": str(v.state + 1)}  # places are counted from 1
+        ET.SubElement(ET.SubElement(group, "ScalarVariable", said), "Real", own)
 
 
 def built(identifier: str, version: str) -> str:
@@ -226,6 +219,12 @@ def built(identifier: str, version: str) -> str:
 
 
 def written(root: ET.Element) -> str:
-    """A document as text."""
+    """A document as text; an ArgumentError for letters that none can hold."""
     ET.indent(root)
-    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+    text = ET.tostring(root, encoding="unicode")
+    expect.none(
+        sorted(map(repr, {*_NEVER.findall(text)})),
+        "letters that XML has in names and descriptions",
+        error=ArgumentError,
+    )
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'

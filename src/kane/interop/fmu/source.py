@@ -311,12 +311,5 @@ def _clocks() -> str:
 
 
 def _function(head: str, unused: Sequence[str], gives: str) -> str:
-    lines = [
-        f"EXPORTED {head}",
-        "{",
-        *(f"    (void){a};" for a in unused),
-        f"    return {gives};",
-        "}",
-        "",
-    ]
-    return "\n".join(lines)
+    body = (f"    {line}" for line in (*_unused(*unused), f"return {gives};"))
+    return "\n".join([f"EXPORTED {head}", "{", *body, "}", ""])

@@ -99,19 +99,10 @@ class _Writer:
 
     def lines_and_asked(self) -> tuple[list[str], list[Expr]]:
         """The lines, and the expressions in them."""
-        if self.lines:
-            return self.lines, self.text.asked
         _refuse(self.system)
-        for part in (
-            self._symbols,
-            self._places,
-            self._constraints,
-            self._bodies,
-            self._contacts,
-            self._loads,
-            self._whole,
-        ):
-            part()
+        kinds = (self._symbols, self._places, self._constraints, self._bodies, self._contacts, self._loads, self._whole)
+        for write in kinds:
+            write()
         return self.lines, self.text.asked
 
     def _assign(self, name: str, text: str) -> None:
@@ -278,7 +269,7 @@ class _Writer:
             self._cut(s)
 
     def _group(self, group: Group) -> str:
-        places = [self.point(p) if isinstance(p, Point) else self.frame(p) for p in group.places]
+        places = [self._argument(p) for p in group.places]
         arguments = [self.text(x) if isinstance(x, Expr) else self._directions(x) for x in group.arguments]
         keywords = [f"{key}={self._directions(vectors)}" for key, vectors in group.keywords.items()]
         if group.function == "Constraint":
@@ -310,7 +301,7 @@ class _Writer:
         where: list[str] = []
         if isinstance(place, Cut):
             point = isinstance(place.at, Point)
-            at = self.point(place.at) if isinstance(place.at, Point) else self.frame(place.at)
+            at = self._argument(place.at)
             where = [f"{'at' if point else 'frame'}={at}", f"along={self.vector(place.along)}"]
             unit = [] if s.unit in ("N" if point else "N*m", "m/s", "rad/s") else [f"unit={literal(s.unit)}"]
         elif isinstance(place, Constraint):
@@ -414,12 +405,12 @@ class _Writer:
             acting: list[tuple[Point | Frame, Vector]] = [*load.forces, *load.torques]
             ((place, v),) = acting
             kind = "Force" if isinstance(place, Point) else "Torque"
-            at = self.point(place) if isinstance(place, Point) else self.frame(place)
+            at = self._argument(place)
             named = [] if load.name == f"{kind.lower()} on {place.name}" else [f"name={literal(load.name)}"]
             return call(f"kn.{kind}", [at, self.vector(v), *named])
         if (pair := pair_of(load)) is not None:
             function, (on, v), (other, _) = pair
-            places = [self.point(x) if isinstance(x, Point) else self.frame(x) for x in (on, other)]
+            places = [self._argument(x) for x in (on, other)]
             return call(f"kn.loads.{function}", [*places, self.vector(v), f"name={literal(load.name)}"])
         potential = [] if load.potential is None else [f"potential={self.text(load.potential)}"]
         return call("kn.loads.Load", [literal(load.name), *self._acting(load), *potential])
