@@ -15,8 +15,7 @@ from kane.progress import working
 def sketch(
     name: Name,
     out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", help="File to write: .svg, .pdf or .png.", show_default="MODEL.svg"),
+        Path | None, typer.Option("--out", "-o", help="File to write: .svg, .pdf or .png.", show_default="MODEL.svg")
     ] = None,
     width: Annotated[int, typer.Option(min=240, max=2000, help="Pixels at which it is read; 330 for a phone.")] = 640,
     force: Force = False,

@@ -141,20 +141,16 @@ def _coordinate(e: Expr, line: Line) -> Coordinate:
 # Velocities ----------------------------------------------------------------------------------------------------------
 
 
-def v2pts(r: FileReading, args: Args, line: Line) -> None:
-    """V2pts(A, B, P, Q): the velocity in A of Q, fixed on B as P is."""
-    a, b = frame_of(r, args[0], line), frame_of(r, args[1], line)
-    p, q = point_of(r, args[2], line), point_of(r, args[3], line)
-    r.sheet.velocities[q, a] = r.sheet.carried(a, b, p, q)
+def _velocity(*, moving: bool) -> Command:
+    """V2pts(A, B, P, Q): the velocity in A of Q, fixed on B as P is; V1pt(A, B, P, Q): that of Q, which moves in B."""
 
+    def call(r: FileReading, args: Args, line: Line) -> None:
+        s, a, b = r.sheet, frame_of(r, args[0], line), frame_of(r, args[1], line)
+        p, q = point_of(r, args[2], line), point_of(r, args[3], line)
+        own = (s.velocities.get((q, b)) or s.dt(s.position(p, q), b)) if moving else Vec()
+        s.velocities[q, a] = s.carried(a, b, p, q) + own
 
-def v1pt(r: FileReading, args: Args, line: Line) -> None:
-    """V1pt(A, B, P, Q): the velocity in A of Q, which moves in B, where P is fixed."""
-    a, b = frame_of(r, args[0], line), frame_of(r, args[1], line)
-    p, q = point_of(r, args[2], line), point_of(r, args[3], line)
-    s = r.sheet
-    own = s.velocities.get((q, b)) or s.dt(s.position(p, q), b)
-    s.velocities[q, a] = s.carried(a, b, p, q) + own
+    return call
 
 
 def _nothing(r: FileReading, args: Args, line: Line) -> None:
@@ -333,7 +329,7 @@ def kane(r: FileReading, args: Args, line: Line) -> None:
 
 COMMANDS: dict[str, Command] = {
     "simprot": simprot, "dircos": dircos, "angvel": angvel, "kindiffs": kindiffs,
-    "v2pts": v2pts, "v1pt": v1pt, "v1pts": v1pt,
+    "v2pts": _velocity(moving=False), **dict.fromkeys(("v1pt", "v1pts"), _velocity(moving=True)),
     **dict.fromkeys(("a2pts", "a1pt", "a1pts", "angacc", "alf"), _nothing),
     "gravity": gravity, "force": force, "torque": torque,
     "constrain": constrain, "solve": solved, "ode": closed, "solvedt": solved_with_rates,

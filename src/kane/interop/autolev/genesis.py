@@ -2,7 +2,7 @@
 """The methods of MotionGenesis: `B.RotateZ(A, q)`, `P.Translate(Q, r>)`, `B.GetAngularVelocity(N)`; a table by name."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from kane.expr.node import ZERO, Expr, constant_value
@@ -244,13 +244,13 @@ _OUTPUTS = (
     "getpartialangularvelocity getresultantmoment"
 )
 _PLACING = ("translate", "setpositionvelocity", "setpositionvelocityacceleration")
-_AXES: dict[str, Callable[[], Call]] = {
-    f"rotate{way}{letter}": lambda axis=axis, sign=sign: _rotate(axis, sign)  # type: ignore[misc]
+_AXES = {
+    f"rotate{way}{letter}": _rotate(axis, sign)
     for axis, letter in enumerate("xyz")
     for way, sign in (("", 1), ("positive", 1), ("negative", -1))
 }
 MEMBERS: dict[str, Call] = {
-    **{name: make() for name, make in _AXES.items()},
+    **_AXES,
     "rotate": _rotate_general, "setrotationmatrix": _rotate_general, "setrotationmatrixode": _rotation_ode,
     **dict.fromkeys(("setangularvelocityacceleration", "setangularvelocity"), _set("w")),
     "setposition": _set("p"), **dict.fromkeys(_PLACING, _translate),

@@ -127,10 +127,7 @@ def to_fmu(
         tool = f"kane {version_of('kane')}"
         counts = len(eom.state), len(whole.events), bool(whole.modes)
         model = UnitModel(named, title or named, token, tool, start, *counts)
-        sources = {
-            "modelDescription.xml": described(model, rows, version),
-            f"sources/{named}.c": text,
-        }
+        sources = {"modelDescription.xml": described(model, rows, version), f"sources/{named}.c": text}
         if version == "3.0":
             sources["sources/buildDescription.xml"] = built(named, version)
         library = _library(named, text) if binary else b""

@@ -100,10 +100,8 @@ def _add_move(made: Making, move: Move, frame: Frame, point: Point, child: str) 
         joint = slider(name, at, frame, axis=axis, child=child)
     elif move.kind == "planar":
         joint = planar(name, at, frame, normal=axis, child=child)
-    elif move.kind == "ball":
-        joint = ball(name, at, frame, child=child)
     else:
-        joint = free(name, at, frame, child=child)
+        joint = {"ball": ball, "free": free}[move.kind](name, at, frame, child=child)
     for s in (*joint.coordinates, *joint.speeds):
         if made.identifier("symbols", s.name, "symbol") != s.name:
             came = f"{s.name} of {move.name!r} too ({move.where})"

@@ -59,7 +59,6 @@ RATES: Mapping[str, Literal["", "integrator", "filter"]] = MappingProxyType(
 """Dynamics of actuators that are read."""
 ACTING = {"spring", "damper", "passive", "actuation", "equality", "constraint"}
 """What acts here though an option may disable it."""
-BODY = 1
 SITE_WRAP, JOINT_WRAP = 3, 1
 NOT_READ: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
@@ -136,32 +135,26 @@ class _MjcfReader:
         self.m, self.root, self.source = model, root, root.source
         self.remarks = Remarks()
         self.lines = {(e.tag, e.attributes["name"]): e.where for e in root.walk() if "name" in e.attributes}
-        self._names = {what: self._named(what) for what in OBJECTS}
+        self._names: dict[str, list[str]] = {}
+        for what in OBJECTS:  # bodies before joints, which may be called after them
+            self._names[what] = self._named(what)
 
     def _named(self, what: str) -> list[str]:
         """The names of all bodies, joints, …; what has none is numbered."""
-        array = ARRAYS[what]
-        count = len(getattr(self.m, array))
-        library, taken = mujoco(), set[str]()
-        result: list[str] = []
-        for k in range(count):
-            name = library.mj_id2name(self.m, OBJECTS[what], k) or self._unnamed(what, k)
-            while name in taken:
+        result: dict[str, None] = {}
+        for k in range(len(getattr(self.m, ARRAYS[what]))):
+            name = mujoco().mj_id2name(self.m, OBJECTS[what], k) or self._unnamed(what, k)
+            while name in result:
                 name += "_"
-            taken.add(name)
-            result.append(name)
-        return result
+            result[name] = None
+        return [*result]
 
     def _unnamed(self, what: str, k: int) -> str:
         if what != "joint":
             return f"{what}_{k}"
         body = int(self.m.jnt_bodyid[k])
-        own = self._names_of_bodies()[body]
+        own = self._names["body"][body]
         return own if self.m.body_jntnum[body] == 1 else f"{own}_{k - int(self.m.body_jntadr[body]) + 1}"
-
-    def _names_of_bodies(self) -> list[str]:
-        library = mujoco()
-        return [library.mj_id2name(self.m, BODY, k) or f"body_{k}" for k in range(self.m.nbody)]
 
     def name(self, what: str, k: Any) -> str:
         """The name of one of them."""
