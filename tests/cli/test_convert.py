@@ -109,3 +109,20 @@ def test_what_is_refused(tmp_path):
     (tmp_path / "m.py").write_text("a = 1\n")
     assert "Expected a name of" in line(kane("convert", f"{tmp_path / 'm.py'}:b", code=2).stderr)
     assert "which only the file that declares it knows" in line(kane("convert", "flexible_arm", code=1).stderr)
+
+
+def test_a_python_model_keeps_its_title_start_and_span(tmp_path, monkeypatch):
+    """The span was left out, so that what was made of a model moved for another time."""
+    monkeypatch.chdir(tmp_path)
+    head = "import kane as kn\nfrom kane.gallery.pendulum import system\n"
+    own = "TITLE = 'a \"swing\"'\nSPAN = (1, 3)\nSTART = {'q': {'theta': kn.guess(0.5)}, 'u': {'u_theta': 0}}\n"
+    (tmp_path / "model.py").write_text(head + own)
+    kane("convert", "model.py", "--out", "made.py")
+    made = model_of("made.py")
+    assert made.span == (1.0, 3.0)
+    assert made.title == 'a "swing"'
+    assert made.start == {"q": {"theta": kn.guess(0.5)}, "u": {"u_theta": 0.0}}
+    kane("convert", "pendulum", "--out", "other.py")
+    assert "SPAN" not in (tmp_path / "other.py").read_text()
+    with pytest.raises(kn.KaneError, match="span= two times"):
+        kn.exchange.to_python(made.system, span=(1.0,))

@@ -12,7 +12,7 @@ import typer
 
 import kane as kn
 from kane.cli import screen
-from kane.cli.models import KINDS, Force, Out, imported, model_of, names_like
+from kane.cli.models import KINDS, SPAN, Force, Out, imported, model_of, names_like
 from kane.cli.screen import Misuse, short, user_code
 from kane.equations.state import Guess
 from kane.errors import cut
@@ -77,7 +77,8 @@ def _written(source: str, path: Path | None, options: Mapping[str, bool]) -> tup
     """The text of the file, and what was inferred, changed or left out."""
     if path is None or (path.suffix == ".py" and path == Path(source)):
         model = model_of(source)
-        return kn.exchange.to_python(model.system, title=model.title, start=model.start), []
+        span = None if model.span == SPAN else model.span
+        return kn.exchange.to_python(model.system, title=model.title, start=model.start, span=span), []
     if not path.is_file():
         raise Misuse(f"Expected a file that ends in {', '.join((*READERS, '.py'))}, got {source}, which is not there.")
     if path.suffix == ".py":

@@ -28,6 +28,9 @@ from kane.present.scene.shapes import BodyShape
 KINDS = ("q", "u", "parameters", "inputs", "states")
 """The keys of START."""
 
+SPAN = (0.0, 5.0)
+"""The times of a motion where a module says none."""
+
 OF_OTHERS = frozenset((".urdf", ".xml", ".mjcf", ".al", ".a", ".txt"))
 """Endings of models of other tools."""
 
@@ -135,7 +138,7 @@ def _model(
     with user_code(path, "START"):
         begin = _start(getattr(module, "START", start), where)
     with user_code(path, "SPAN"):
-        span = _span(getattr(module, "SPAN", (0.0, 5.0)), where)
+        span = _span(getattr(module, "SPAN", SPAN), where)
     with user_code(path, "shapes"):
         drawn = getattr(module, "shapes", None)
         shapes = tuple(drawn(system)) if callable(drawn) else ()

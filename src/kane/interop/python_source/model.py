@@ -39,6 +39,7 @@ def to_python(
     *,
     title: str = "",
     start: Mapping[str, Mapping[str, Any]] | None = None,
+    span: tuple[float, float] | None = None,
     remarks: Iterable[str] = (),
 ) -> str:
     """The text of a file with `system()`, which returns the system, and `START`, values for a motion's start.
@@ -48,6 +49,7 @@ def to_python(
     system : the system
     title : a line that says what it is
     start : numbers and guesses by name under "q", "u", "parameters", …, as `kane simulate` takes them
+    span : when a motion begins and ends, which becomes `SPAN`
     remarks : lines of a comment at the head: what was read, what was inferred
 
     Raises
@@ -65,6 +67,8 @@ def to_python(
     head += ["import kane as kn"]
     values = [f"{kind}={{{_values(told)}}}" for kind, told in (start or {}).items() if told]
     globals_ = [*([f"TITLE = {literal(title)}"] if title else []), *([call("START = dict", values)] if values else [])]
+    times = () if span is None else expect.pair(span, "span= two times")
+    globals_ += [f"SPAN = {tuple(finite_number('time', 'span', t) for t in times)}"] if times else []
     head += ["", *globals_] if globals_ else []
     body = [f"{INDENT}{line}" if line else "" for line in "\n".join(map(folded, lines)).split("\n")]
     return "\n".join([*head, "", "", "def system() -> kn.System:", f'{INDENT}"""The system."""', *body, ""])
